@@ -17,7 +17,7 @@ from app.varying.forms import VariationForm, ask_picture, kind_of
 from app.widgets import theme
 from app.widgets.controls import ComboBox
 from app.widgets.labels import BRDF_LABELS
-from app.widgets.panels import Rows, enable, small_button, with_buttons
+from app.widgets.panels import Rows, enable, scroll_to, small_button, with_buttons
 from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text
 from engine.core.params import Parameter, parameters
 
@@ -132,6 +132,7 @@ class VaryingPanel(Rows):
     def _put(self, words: str, new: Variation) -> None:
         self.chosen = len(self.variations)
         self.bench.document.change(words, variations=(*self.variations, new))
+        scroll_to(self)
 
     def _remove(self) -> None:
         kept = tuple(each for place, each in enumerate(self.variations) if place != self.chosen)

@@ -16,7 +16,7 @@ from app.document.document import Behind, Look, Project
 from app.viewport.overlay import SUN, Handle
 from app.widgets import theme
 from app.widgets.controls import ComboBox
-from app.widgets.panels import Rows, enable, small_button, with_buttons
+from app.widgets.panels import Rows, enable, scroll_to, small_button, with_buttons
 from app.widgets.param_form import ParamForm, display_colour
 from engine.core.directions import Vectors, world_direction
 from engine.core.params import Colour, parameters
@@ -167,6 +167,7 @@ class LightPanel(Rows):
         self.lamps.chosen = len(lamps)
         new = dataclasses.replace(NEW_LAMP, phi_deg=phi_deg)
         self._set("Add a lamp", lamps=(*lamps, new))
+        scroll_to(self.lamps)
 
     def remove_lamp(self) -> None:
         """Remove the chosen lamp."""
@@ -183,6 +184,7 @@ class LightPanel(Rows):
         new = NearLampSettings(x, y, z, radius, power)
         self.near.chosen = len(lamps)
         self._set("Add a near lamp", near_lamps=(*lamps, new))
+        scroll_to(self.near)
 
     def remove_near_lamp(self) -> None:
         """Remove the chosen near lamp."""

@@ -194,13 +194,13 @@ class ViewTab(QWidget):
         for bake_panel in self.bake_panels.values():
             panel.column.addWidget(bake_panel)
             bake_panel.hide()
+        self.hint = text("", "secondary", wrap=True)
+        self.hint.setContentsMargins(0, 0, 0, 3 * STEP)
+        panel.column.addWidget(self.hint)
         panel.column.addWidget(self.brdf_panel)
         self.varying = VaryingPanel(self.bench)
         for rows in (self.varying, self.lookup, self.compare):
             panel.add(rows)
-        self.hint = text("", "secondary", wrap=True)
-        panel.column.addSpacing(2 * STEP)
-        panel.column.addWidget(self.hint)
         panel.finish()
         return panel
 
@@ -284,7 +284,9 @@ class ViewTab(QWidget):
         ground = NO_SHADOW if look.has_ground and mode_of(look.mode, project).value in SHADOWLESS else ""
         near = _without_near_lamps(project)
         varied = _without_variations(project, scene)
-        self.hint.setText("\n".join(filter(None, (alone, ground, near, varied, note and f"Measured BRDF: {note}"))))
+        said = "\n".join(filter(None, (alone, ground, near, varied, note and f"Measured BRDF: {note}")))
+        self.hint.setText(said)
+        self.hint.setVisible(bool(said))
         self.planning.refresh()
         self._want_baked(project, scene)
         self.pictures.show(project, scene, self.lights.handles(project))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import (
     QButtonGroup,
@@ -346,6 +346,21 @@ def small_button(icon: str, hint: str) -> QToolButton:
     made.setAccessibleName(hint)
     keep_hint(made, hint)
     return made
+
+
+def scroll_to(rows: QWidget) -> None:
+    """Scroll the panel of `rows` so that all of them are seen, once their new layout has its place."""
+
+    def scroll() -> None:
+        area = rows.parentWidget()
+        while area is not None and not isinstance(area, QScrollArea):
+            area = area.parentWidget()
+        inside = area.widget() if area is not None else None
+        if area is not None and inside is not None:
+            bottom = rows.mapTo(inside, rows.rect().bottomLeft())
+            area.ensureVisible(bottom.x(), bottom.y(), 0, PADDING)
+
+    QTimer.singleShot(0, rows, scroll)
 
 
 def keep_hint(widget: QWidget, hint: str) -> None:

@@ -242,7 +242,7 @@ class MainWindow(QMainWindow):
         tab, focus = cast(QWidget, getattr(self, name)), QApplication.focusWidget()
         self.stack.setCurrentWidget(tab)
         if focus is None or not tab.isAncestorOf(focus):  # the keys of a workspace hold where the focus is in it
-            (tab.focusWidget() or tab).setFocus(Qt.FocusReason.OtherFocusReason)
+            self._focus_on_work()
         self.docks.show_of_view(self._is_lighting())
         self.bar.show_workspace(name)
         if self.isVisible():
@@ -250,6 +250,11 @@ class MainWindow(QMainWindow):
         self.status.show_frame_time(None)
         self.status.belong_to(name)
         self.error_line.refresh()
+
+    def _focus_on_work(self) -> None:
+        """Give the keys back to the workspace in front, whatever had them."""
+        tab = cast(QWidget, self.stack.currentWidget())
+        (tab.focusWidget() or tab).setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _save_picture(self, kind: str) -> None:
         self.show_workspace("view")
@@ -342,6 +347,7 @@ class MainWindow(QMainWindow):
         tour = Tour(self, first_hints(self.bar, self.tabs))
         tour.workspace_wanted.connect(self.show_workspace)
         tour.ended.connect(lambda: self.settings.keep(has_seen_hints=True))
+        tour.ended.connect(self._focus_on_work)
         tour.begin()
 
     def _measure_or_not(self, is_wanted: bool) -> None:

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,6 +19,9 @@ from engine.geometry.camera import Camera
 from engine.gl.program import load_program, set_uniforms
 
 Rgb = tuple[float, float, float]
+
+#: Colours are mixed by opacity; the picture itself stays opaque, or the window would shine through it.
+MIXED = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE)
 
 RINGS_DEG = (30.0, 60.0, 90.0)
 
@@ -87,7 +91,7 @@ class LobeRenderer:
         for surface, (array, *_) in sorted(pairs, key=lambda pair: -pair[0].opacity):
             if surface.opacity < 1.0:
                 self.context.enable(self.context.BLEND)
-                self.context.blend_func = self.context.DEFAULT_BLENDING
+                self.context.blend_func = MIXED
                 framebuffer.depth_mask = False
             set_uniforms(self.program, {"colour": surface.colour, "opacity": surface.opacity})
             array.render()

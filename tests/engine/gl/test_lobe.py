@@ -95,3 +95,18 @@ def test_a_translucent_lobe_is_seen_in_front_of_the_current_one_and_hides_nothin
     assert middle[0] > middle[2] > 0.02
     alone = draw(gl, [inside])[SIZE[1] // 2 + 20, SIZE[0] // 2 + 20]
     assert middle[0] == pytest.approx(0.7 * alone[0], abs=0.02)
+
+
+def test_the_picture_stays_opaque_under_translucent_lobes(gl: Any) -> None:
+    """A window is composed with the alpha of the picture."""
+    shell = hemisphere(0.8, (0.0, 0.0, 1.0))
+    renderer, framebuffer = LobeRenderer(gl), gl.simple_framebuffer(SIZE, 4)
+    renderer.draw(
+        framebuffer,
+        [LobeSurface(shell.points, shell.angles_deg, shell.colour, opacity=0.3)],
+        (0.7, 0.0),
+        FRONT,
+        COLOURS,
+    )
+    assert set(framebuffer.read(components=4)[3::4]) == {255}
+    renderer.release()

@@ -1,0 +1,294 @@
+"""Somebody at the display: mouse, keys and eyes, and the process of the program that they use.
+
+The mouse and the keys are those of the display (xdotool), so that shortcuts, focus and dialogs are tried as a person
+has them. The program runs as it is installed; a look at its window from within (`watched`) only says where things are
+and what is saved: `python person.py SEEN [PATH …]` opens the window with paths, and says all that in the file SEEN.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+PATIENCE_S = 600.0
+
+#: Between two events of the mouse or the keyboard, in seconds.
+PAUSE_S = 0.25
+
+#: Milliseconds between two looks at the window from within.
+EVERY_MS = 150
+
+Seen = dict[str, Any]
+
+
+def watched(paths: list[Path], seen: Path) -> int:
+    """The window as `lightarc gui` opens it, which says in the file `seen` what is on screen and what is saved."""
+    from PySide6.QtCore import QTimer
+
+    from app.window.application import run, start
+
+    application = start()
+    timer = QTimer(application)
+    timer.timeout.connect(lambda: tell(seen))
+    timer.start(EVERY_MS)
+    return run(paths)
+
+
+def tell(seen: Path) -> None:
+    """Write what can be seen: places of widgets by their words, banners, jobs, and marks of the document."""
+    from PySide6.QtWidgets import QApplication, QDialog, QLabel, QWidget
+
+    from app.viewport.viewport import Viewport
+    from app.window.main_window import MainWindow
+
+    window = next((each for each in QApplication.topLevelWidgets() if isinstance(each, MainWindow)), None)
+    if window is None or not window.isVisible():
+        return
+    found: list[tuple[str, tuple[int, int, int, int]]] = []
+    for widget in QApplication.allWidgets():
+        is_caption = isinstance(widget, QLabel) and widget.buddy() is not None  # what it names has the same name
+        if widget.isVisible() and widget.window().isVisible() and widget.isEnabled() and not is_caption:
+            corner = widget.mapToGlobal(widget.rect().topLeft())
+            name = "viewport" if isinstance(widget, Viewport) else name_of(widget)
+            found.append((name, (corner.x(), corner.y(), widget.width(), widget.height())))
+    places: dict[str, tuple[int, int, int, int]] = {}
+    for name, place in sorted(found, key=lambda each: (each[1][1], each[1][0])):
+        number = 1 + sum(other.partition(" #")[0] == name for other in places)
+        places[name if number == 1 else f"{name} #{number}"] = place
+    focus = QApplication.focusWidget()
+    projects, document = window.projects, window.bench.document
+    said = {
+        "look": time.monotonic(),
+        "places": places,
+        "focus": name_of(focus) if isinstance(focus, QWidget) else "",
+        "dialogs": [
+            each.windowTitle()
+            for each in QApplication.topLevelWidgets()
+            if isinstance(each, QDialog) and each.isVisible()
+        ],
+        "banners": window.banners.words,
+        "jobs": [job.title for job in window.bench.jobs.active if job.heavy],
+        "path": str(projects.path),
+        "is_saved": projects.is_saved,
+        "is_drawn": window.view.viewport.camera is not None,
+        "is_read_only": projects.is_read_only,
+        "workspace": next(name for name, tab in window.tabs.items() if tab is window.stack.currentWidget()),
+        "marks": marks(document.project)
+        | {"position": document.undo_stack.index(), "steps": min(200, document.undo_stack.count())},
+        "title": window.windowTitle(),
+    }
+    partial = seen.with_suffix(".new")
+    partial.write_text(json.dumps(said))
+    partial.replace(seen)
+
+
+def name_of(widget: Any) -> str:
+    """The words by which a person knows a widget: its name, else its text, else its kind."""
+    words = getattr(widget, "text", lambda: "")()
+    name = widget.accessibleName() or (words if isinstance(words, str) else "") or type(widget).__name__
+    return str(name).replace("&", "")
+
+
+def marks(project: Any) -> dict[str, Any]:
+    """All that a person would miss in a document, as JSON."""
+    stack, material, mesh = project.stack, project.material, project.mesh
+    return {
+        "name": project.name,
+        "photographs": len(project.sources.photographs) if project.sources is not None else 0,
+        "stack": list(stack.radiance.shape) if stack is not None else None,
+        "slices": project.slices,
+        "map": list(material.shading_map.slices.shape) if material.shading_map is not None else None,
+        "planes": list(material.directional.planes.shape) if material.directional is not None else None,
+        "power law": round(float(material.power_law.rms), 7) if material.power_law is not None else None,
+        "brdf": str(material.brdf),
+        "excluded": sorted(project.excluded),
+        "compared": [entry.name for entry in project.comparison.entries],
+        "runs": [[run.number, run.name] for run in project.factoring.runs],
+        "mesh": mesh.name if mesh is not None else None,
+        "light": project.environment.name if project.environment is not None else None,
+        "look": repr(project.look),
+        "camera": repr(project.camera),
+        "bakes": repr(sorted(project.bakes.items(), key=str)),
+    }
+
+
+@dataclass
+class Person:
+    """Mouse, keys and eyes of somebody at the display, and the process of the program that runs now.
+
+    `clicks` are those of the mouse, drags among them, `pressed` keys (a text that is typed is one), and `waited_s` the
+    seconds until something was there that was waited for.
+    """
+
+    folder: Path
+    process: subprocess.Popen[bytes] | None = None
+    shots: int = 0
+    clicks: int = 0
+    pressed: int = 0
+    waited_s: float = 0.0
+    compared: list[Seen] = field(default_factory=list)
+
+    @property
+    def seen(self) -> Seen:
+        """All that is on screen now; empty before the window is there."""
+        try:
+            return dict(json.loads((self.folder / "seen.json").read_bytes()))
+        except (OSError, ValueError):
+            return {}
+
+    def start(self, *paths: Path) -> None:
+        """Start the program with files, and wait for its window."""
+        (self.folder / "seen.json").unlink(missing_ok=True)
+        places = {f"XDG_{name}_HOME": str(self.folder / name.lower()) for name in ("CONFIG", "DATA", "STATE")}
+        words = [sys.executable, __file__, str(self.folder / "seen.json"), *map(str, paths)]
+        log = (self.folder / "log.txt").open("ab")
+        self.process = subprocess.Popen(words, env={**os.environ, **places}, stdout=log, stderr=log)
+        self.until(lambda seen: bool(seen), "the window")
+        do("search", "--sync", "--onlyvisible", "--name", "Lightarc", "windowactivate", "--sync")
+        time.sleep(4 * PAUSE_S)
+        while "First hints" in self.seen["places"]:
+            do("key", "Escape")
+            time.sleep(2 * PAUSE_S)
+
+    def until(self, is_so: Callable[[Seen], bool], what: str, within_s: float = PATIENCE_S) -> Seen:
+        """Wait until what is seen `is_so`."""
+        begun = time.monotonic()
+        while time.monotonic() < begun + within_s:
+            seen = self.seen
+            if seen and is_so(seen):
+                self.waited_s += time.monotonic() - begun
+                return seen
+            if self.process is not None and self.process.poll() is not None:
+                break
+            time.sleep(PAUSE_S)
+        self.shot("waited-in-vain")
+        raise SystemExit(f"waited in vain for {what}; {self.seen.get('banners')}, {self.seen.get('dialogs')}")
+
+    def keys(self, *keys: str) -> None:
+        """Press keys, by their names in X, one after the other."""
+        for key in keys:
+            do("key", "--clearmodifiers", key)
+            self.pressed += 1
+            time.sleep(PAUSE_S)
+
+    def write(self, words: str) -> None:
+        """Type `words`."""
+        do("type", "--delay", "40", words)
+        self.pressed += 1
+        time.sleep(PAUSE_S)
+
+    def place(self, name: str, across: float = 0.5, down: float = 0.5) -> tuple[int, int]:
+        """A point of the widget that is called `name`, by shares of its size."""
+        before, looked, waited_s = list[int](), 0.0, self.waited_s
+        while True:  # until the layout rests, in two looks from within that are a second apart
+            seen = self.until(
+                lambda seen, after=looked + 1.0: name in seen["places"] and seen["look"] > after,
+                f"the widget {name!r}",
+            )
+            if seen["places"][name] == before:
+                break
+            before, looked = seen["places"][name], seen["look"]
+        self.waited_s = waited_s
+        x, y, width, height = seen["places"][name]
+        return round(x + across * width), round(y + down * height)
+
+    def click(self, name: str, across: float = 0.5, down: float = 0.5) -> None:
+        """Click the middle of the widget that is called `name`, or another point of it."""
+        do("mousemove", *self.place(name, across, down))
+        time.sleep(PAUSE_S)
+        do("click", 1)
+        self.clicks += 1
+        time.sleep(PAUSE_S)
+
+    def drag(self, name: str, start: tuple[float, float], end: tuple[float, float], key: str = "") -> None:
+        """Drag within the widget `name`, with a key held down where one is given."""
+        first, last = self.place(name, *start), self.place(name, *end)
+        do("mousemove", *first, *(("keydown", key) if key else ()), "mousedown", 1)
+        for step in range(1, 9):
+            do("mousemove", *(round(a + (b - a) * step / 8) for a, b in zip(first, last, strict=True)))
+            time.sleep(PAUSE_S / 4)
+        do("mouseup", 1, *(("keyup", key) if key else ()))
+        self.clicks += 1
+        time.sleep(PAUSE_S)
+
+    def shot(self, name: str) -> None:
+        """Keep a picture of the display."""
+        self.shots += 1
+        subprocess.run(["import", "-window", "root", self.folder / f"{self.shots:02d}-{name}.png"], check=False)
+
+    def rest(self) -> Seen:
+        """Wait until no job runs and everything is on disk."""
+        time.sleep(4 * PAUSE_S)
+        return self.until(lambda seen: not seen["jobs"] and seen["is_saved"], "rest")
+
+    def saved(self) -> Seen:
+        """Wait until everything is on disk, whatever runs."""
+        time.sleep(4 * PAUSE_S)
+        return self.until(lambda seen: seen["is_saved"], "everything on disk")
+
+    def killed(self, name: str) -> None:
+        """Kill the program now, start it again without a word, and compare."""
+        before = self.seen
+        self.shot(f"{name}-before")
+        assert self.process is not None
+        os.kill(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+        self.start()
+        self.until(lambda seen: seen["path"] == before["path"], "the project that was open")
+        time.sleep(8 * PAUSE_S)
+        self.shot(f"{name}-after")
+        self.compare(name, before, self.seen)
+
+    def compare(self, name: str, before: Seen, after: Seen) -> None:
+        """Note all marks of the document that are others than before."""
+        lost = {key: (old, after["marks"][key]) for key, old in before["marks"].items() if after["marks"][key] != old}
+        words = {
+            "moment": name,
+            "jobs": before["jobs"],
+            "lost": lost,
+            "banners": after["banners"],
+            "dialogs": after["dialogs"],
+        }
+        self.compared.append(words)
+        print(json.dumps(words), flush=True)
+
+    def answer(self, title: str, path: Path) -> None:
+        """Write a path into the file dialog of this title, and accept it."""
+        self.until(lambda seen: title in seen["dialogs"], f"the dialog {title!r}", 60.0)
+        time.sleep(4 * PAUSE_S)
+        self.keys("ctrl+a")
+        self.write(str(path))
+        self.shot(title.lower().replace(" ", "-"))
+        self.keys("Return")
+        self.until(lambda seen: title not in seen["dialogs"], "the end of the dialog", 60.0)
+
+    def go_on(self) -> None:
+        """Go on with the work that was interrupted."""
+        seen = self.until(lambda seen: any(name.startswith("Go on") for name in seen["places"]), "a button to go on")
+        self.click(next(name for name in seen["places"] if name.startswith("Go on")))
+
+    def close(self) -> int:
+        """Quit by the keyboard; the exit code."""
+        assert self.process is not None
+        self.keys("ctrl+q")
+        return self.process.wait(PATIENCE_S)
+
+
+def do(*words: object) -> None:
+    """One event or more of xdotool."""
+    subprocess.run(["xdotool", *map(str, words)], check=True, capture_output=True)
+
+
+if __name__ == "__main__":
+    sys.exit(watched([Path(path) for path in sys.argv[2:]], Path(sys.argv[1])))

@@ -1,0 +1,338 @@
+"""Twelve tasks of a buyer, each from a first start, with its clicks, its seconds of waiting and its pictures.
+
+    python packaging/tasks.py -o FOLDER [--only TASK …]
+
+needs the programs Xvfb, openbox, xdotool and import (ImageMagick). It brings its own display and window manager, and
+files for the tasks: photographs of which one is broken, a dome, a measured BRDF and one in GLSL. `person` moves the
+mouse and presses the keys. Pictures lie in FOLDER, to be looked at; `tasks.json` has the counts. A task is done when
+what it is about is there, in the document or on disk; the exit code is 1 where one is not.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from person import PAUSE_S, ROOT, Person
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+#: Size of the display.
+SCREEN = "1280x800x24"
+
+#: The longest that a task is waited for, in seconds.
+LONGEST_S = 300.0
+
+#: A reflectance as somebody writes it for BRDF Explorer.
+GLSL = """analytic
+
+::begin parameters
+float shine 1 200 30
+color tint .7 .3 .1
+::end parameters
+
+::begin shader
+vec3 BRDF( vec3 L, vec3 V, vec3 N, vec3 X, vec3 Y )
+{
+    vec3 H = normalize(L + V);
+    return tint / 3.14159265 + vec3((shine + 2.0) / 25.0 * pow(max(dot(N, H), 0.0), shine));
+}
+::end shader
+"""
+
+
+def made(folder: Path) -> Path:
+    """The folder of the files that the tasks begin with, made by the program itself."""
+    place = folder / "given"
+    if place.exists():
+        return place
+    place.mkdir()
+    small = ("--size", "128")
+    run("simulate", "-o", place / "photographs", *small)
+    run("simulate", "-o", place / "dome", *small, "--elevations", "3", "--azimuths", "5")
+    run("brdf", "convert", "lafortune:preset=blue-paint", "-o", place / "blue.binary")
+    (place / "tinted.brdf").write_text(GLSL)
+    words = [sys.executable, "-m", "app.commands.sample"]  # as set-up does
+    subprocess.run(words, cwd=ROOT, env={**os.environ, "XDG_DATA_HOME": str(place / "data")}, check=True)
+    broken = sorted((place / "photographs").glob("*.tif*"))[4]
+    broken.write_bytes(broken.read_bytes()[:2000])
+    return place
+
+
+def run(*words: object) -> None:
+    """A verb of the program."""
+    subprocess.run([sys.executable, "-m", "app", *map(str, words)], cwd=ROOT, check=True, capture_output=True)
+
+
+def workspace(person: Person, name: str) -> None:
+    """Go to a workspace by its button."""
+    person.click(name)
+    person.until(lambda seen: seen["workspace"] == name.lower(), f"the workspace {name}", 60.0)
+
+
+def with_sample(person: Person) -> None:
+    """Open the sample from the empty window."""
+    person.click("Try the sample capture")
+    person.until(lambda seen: seen["marks"]["map"] is not None and not seen["jobs"], "the material", LONGEST_S)
+
+
+def on_model(person: Person) -> None:
+    """Open the sample, and see it on a model."""
+    with_sample(person)
+    workspace(person, "View")
+    person.until(lambda seen: seen["is_drawn"], "the picture", LONGEST_S)
+
+
+def sample(person: Person, _given: Path) -> None:
+    """The sample on a model."""
+    on_model(person)
+    time.sleep(8 * PAUSE_S)
+
+
+def photographs(person: Person, given: Path) -> None:
+    """Own photographs, of which one is broken and left out."""
+    person.click("Choose photographs…")
+    person.answer("Folder of photographs", given / "photographs")
+    person.until(lambda seen: "Leave it out" in seen["places"], "the question", LONGEST_S)
+    person.shot("broken")
+    person.click("Leave it out")
+    person.until(lambda seen: seen["marks"]["map"] is not None and not seen["jobs"], "the material", LONGEST_S)
+    workspace(person, "Material")
+
+
+def dome(person: Person, given: Path) -> None:
+    """Photographs under a dome of lamps."""
+    person.click("Choose photographs…")
+    person.answer("Folder of photographs", given / "dome")
+    person.until(lambda seen: seen["marks"]["planes"] is not None and not seen["jobs"], "the material", LONGEST_S)
+    workspace(person, "View")
+    person.until(lambda seen: seen["is_drawn"], "the picture", LONGEST_S)
+
+
+def compare(person: Person, given: Path) -> None:
+    """Five BRDFs compared, a measured one among them, and a model fitted to it."""
+    workspace(person, "BRDF")
+    for name in ("ward", "oren", "cook", "ashikhmin"):
+        person.click("Search the library")
+        person.keys("ctrl+a")
+        person.write(name)
+        person.keys("Return")
+    person.keys("ctrl+o")
+    person.answer("Open", given / "blue.binary")
+    seen = person.until(lambda seen: len(seen["marks"]["compared"]) >= 5, "five BRDFs", LONGEST_S)
+    count = len(seen["marks"]["compared"])
+    person.click("Fit")
+    person.until(lambda seen: len(seen["marks"]["compared"]) > count and not seen["jobs"], "the fit", LONGEST_S)
+
+
+def written(person: Person, given: Path) -> None:
+    """A BRDF written in GLSL, with a parameter moved."""
+    person.keys("ctrl+o")
+    person.answer("Open", given / "tinted.brdf")
+    seen = person.until(lambda seen: bool(seen["marks"]["compared"]), "the BRDF", LONGEST_S)
+    if seen["workspace"] != "brdf":
+        workspace(person, "BRDF")
+    person.until(lambda seen: any(name.startswith("Shine") for name in seen["places"]), "its sliders", LONGEST_S)
+    person.drag("Shine #2", (0.3, 0.5), (0.8, 0.5))
+    person.until(lambda seen: not seen["jobs"], "its pictures", LONGEST_S)
+
+
+def factor(person: Person, _given: Path) -> None:
+    """The material's BRDF factored by three methods, and the last used."""
+    workspace(person, "Factor")
+    for number, downs in enumerate((1, 1, 3)):
+        person.click("Method")
+        person.keys(*["Down"] * downs, "Return")
+        person.keys("ctrl+Return")
+        person.until(lambda seen, at=number: len(seen["marks"]["runs"]) > at, "the run", LONGEST_S)
+        person.until(lambda seen: not seen["jobs"], "the end of the run", LONGEST_S)
+    person.click("Use in View")
+    person.until(lambda seen: not seen["jobs"], "the material", LONGEST_S)
+
+
+def bake(person: Person, _given: Path) -> None:
+    """Each mode baked, and wiped against the reference."""
+    on_model(person)
+    for key in ("h", "w", "g"):
+        person.keys(key)
+        person.click("Bake")
+        person.until(lambda seen: "Stop baking" in seen["places"], "the beginning of the bake", LONGEST_S)
+        person.until(
+            lambda seen: not {"Stop baking", "Bake"} & seen["places"].keys() and not seen["jobs"], "the bake", LONGEST_S
+        )
+        if key == "h":
+            person.keys("b")
+        time.sleep(16 * PAUSE_S)
+        person.shot(f"wipe-{key}")
+
+
+def cheapest(person: Person, _given: Path) -> None:
+    """The cheapest mode within 2 %."""
+    workspace(person, "View")
+    person.until(lambda seen: "Measure" in seen["places"], "the Accuracy dock", LONGEST_S)
+    person.click("Measure")
+    person.until(lambda seen: "Stop measuring" in seen["places"], "the beginning", LONGEST_S)
+    person.until(lambda seen: "Measure" in seen["places"], "the end", LONGEST_S)
+    person.click("Budget", 0.3)
+    person.write("2 %")
+    person.shot("chosen")
+    person.keys("Return")
+    person.until(lambda seen: seen["marks"]["position"] >= 2, "the choice", 60.0)
+
+
+def save(person: Person, _given: Path) -> None:
+    """A picture and a turntable."""
+    on_model(person)
+    for keys, title, name in (("ctrl+p", "Save a picture", "a.png"), ("ctrl+shift+p", "Save a turntable", "a.webp")):
+        person.keys(keys)
+        person.until(lambda seen, title=title: title in seen["dialogs"], "the dialog", 60.0)
+        if name == "a.webp":
+            person.click("Length", 0.5)
+            person.keys("ctrl+a")
+            person.write("0.5")
+            person.keys("Tab")
+        person.shot(name[:-4])
+        person.click("Save…")
+        time.sleep(4 * PAUSE_S)
+        target = person.folder / name
+        person.answer(title, target)
+        person.until(lambda _seen, target=target: target.exists(), name, LONGEST_S)
+
+
+def export(person: Person, _given: Path) -> None:
+    """The material for Blender."""
+    with_sample(person)
+    workspace(person, "Export")
+    person.click("Other programs")
+    person.click("Blender")
+    person.click("Change…")
+    target = person.folder / "exports"
+    target.mkdir()
+    person.answer("Folder for the exports", target)
+    person.click("Export #2")
+    person.until(lambda _seen: any(target.rglob("*lender*")), "the files", LONGEST_S)
+    person.until(lambda seen: not seen["jobs"], "the end", LONGEST_S)
+
+
+def recover(person: Person, _given: Path) -> None:
+    """Everything is there again after a kill."""
+    on_model(person)
+    time.sleep(8 * PAUSE_S)
+    before = person.seen["marks"]["look"]
+    person.drag("viewport", (0.5, 0.5), (0.62, 0.45), "ctrl")
+    person.until(lambda seen: seen["marks"]["look"] != before, "the light", 60.0)
+    person.saved()
+    person.killed("recover")
+    if person.compared[-1]["lost"]:
+        raise SystemExit(f"lost: {person.compared[-1]['lost']}")
+
+
+def keyboard(person: Person, _given: Path) -> None:
+    """From the first start to a saved picture and a bundle without the mouse."""
+    for _ in range(20):
+        if person.seen["focus"] == "Try the sample capture":
+            break
+        person.keys("Tab")
+        time.sleep(PAUSE_S)
+    person.keys("space")
+    person.until(lambda seen: seen["marks"]["map"] is not None and not seen["jobs"], "the material", LONGEST_S)
+    person.keys("ctrl+5")
+    person.until(lambda seen: seen["workspace"] == "view" and seen["is_drawn"], "the picture", LONGEST_S)
+    time.sleep(8 * PAUSE_S)
+    person.keys("ctrl+p")
+    person.until(lambda seen: "Save a picture" in seen["dialogs"], "the dialog", 60.0)
+    person.keys("Return")
+    time.sleep(4 * PAUSE_S)
+    picture = person.folder / "keys.png"
+    person.answer("Save a picture", picture)
+    person.until(lambda _seen: picture.exists(), "the picture", LONGEST_S)
+    person.keys("ctrl+e")
+    person.until(lambda seen: seen["workspace"] == "export", "the workspace", 60.0)
+    if person.clicks:
+        raise SystemExit("the mouse was used")
+
+
+TASKS: tuple[Callable[[Person, Path], None], ...] = (
+    *(sample, photographs, dome, compare, written, factor),
+    *(bake, cheapest, save, export, recover, keyboard),
+)
+
+
+def tried(task: Callable[[Person, Path], None], folder: Path, given: Path) -> dict[str, object]:
+    """One task from a first start: its counts, and why it was not done; '' where it was."""
+    name, place = task.__name__, folder / task.__name__
+    shutil.copytree(given / "data", place / "data")
+    person, why_not = Person(place), ""
+    begun = time.monotonic()
+    person.start()
+    start_s = time.monotonic() - begun
+    person.clicks = person.pressed = 0
+    person.waited_s = 0.0
+    try:
+        task(person, given)
+        time.sleep(4 * PAUSE_S)
+        person.shot(name)
+    except SystemExit as reason:
+        why_not = str(reason)
+    if person.process is not None:
+        person.process.kill()
+        person.process.wait()
+    return {
+        "task": name,
+        "done": not why_not,
+        "clicks": person.clicks,
+        "keys": person.pressed,
+        "waiting_s": round(person.waited_s, 1),
+        "start_s": round(start_s, 1),
+        "pictures": sorted(path.name for path in place.glob("*.png")),
+        "why_not": why_not,
+    }
+
+
+@contextmanager
+def display() -> Iterator[None]:
+    """A display of one's own with a window manager, until the block ends."""
+    read, write = os.pipe()
+    screen = ["Xvfb", "-displayfd", str(write), "-screen", "0", SCREEN, "-nolisten", "tcp"]
+    server = subprocess.Popen(screen, pass_fds=(write,), stderr=subprocess.DEVNULL)
+    os.environ["DISPLAY"] = f":{os.read(read, 16).decode().strip()}"
+    manager = subprocess.Popen(["openbox"], stderr=subprocess.DEVNULL)
+    try:
+        time.sleep(1.0)
+        yield
+    finally:
+        for process in (manager, server):
+            process.terminate()
+            process.wait()
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    parser.add_argument("--only", nargs="+", choices=[task.__name__ for task in TASKS])
+    options = parser.parse_args()
+    folder = options.output.absolute()
+    folder.mkdir(parents=True, exist_ok=True)
+    given = made(folder)
+    done = []
+    with display():
+        for task in TASKS:
+            if options.only is None or task.__name__ in options.only:
+                done.append(tried(task, folder, given))
+                print(json.dumps(done[-1]), flush=True)
+                (folder / "tasks.json").write_text(json.dumps(done, indent=2))
+    return 0 if all(each["done"] for each in done) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
