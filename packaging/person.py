@@ -175,18 +175,27 @@ class Person:
         self.shot("waited-in-vain")
         raise SystemExit(f"waited in vain for {what}; {self.seen.get('banners')}, {self.seen.get('dialogs')}")
 
+    def let_it_follow(self) -> None:
+        """Give the window time to do what it was told, however busy the machine is, before the next event."""
+        told = time.monotonic()
+        time.sleep(PAUSE_S)
+        while time.monotonic() < told + 60.0 and self.process is not None and self.process.poll() is None:
+            if self.seen.get("look", 0.0) > told + PAUSE_S:
+                break
+            time.sleep(PAUSE_S / 2)
+
     def keys(self, *keys: str) -> None:
         """Press keys, by their names in X, one after the other."""
         for key in keys:
             do("key", "--clearmodifiers", key)
             self.pressed += 1
-            time.sleep(PAUSE_S)
+            self.let_it_follow()
 
     def write(self, words: str) -> None:
         """Type `words`."""
         do("type", "--delay", "40", words)
         self.pressed += 1
-        time.sleep(PAUSE_S)
+        self.let_it_follow()
 
     def place(self, name: str, across: float = 0.5, down: float = 0.5) -> tuple[int, int]:
         """A point of the widget that is called `name`, by shares of its size."""
@@ -209,7 +218,7 @@ class Person:
         time.sleep(PAUSE_S)
         do("click", 1)
         self.clicks += 1
-        time.sleep(PAUSE_S)
+        self.let_it_follow()
 
     def drag(self, name: str, start: tuple[float, float], end: tuple[float, float], key: str = "") -> None:
         """Drag within the widget `name`, with a key held down where one is given."""
@@ -220,7 +229,7 @@ class Person:
             time.sleep(PAUSE_S / 4)
         do("mouseup", 1, *(("keyup", key) if key else ()))
         self.clicks += 1
-        time.sleep(PAUSE_S)
+        self.let_it_follow()
 
     def shot(self, name: str) -> None:
         """Keep a picture of the display."""

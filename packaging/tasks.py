@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 SCREEN = "1280x800x24"
 
 #: The longest that a task is waited for, in seconds.
-LONGEST_S = 300.0
+LONGEST_S = 240.0
 
 #: A reflectance as somebody writes it for BRDF Explorer.
 GLSL = """analytic

@@ -28,8 +28,10 @@ def test_six_hints_lead_through_the_window_by_keys(window: MainWindow, qtbot: An
     assert window.settings.now.has_seen_hints
 
 
-def test_esc_ends_the_hints(window: MainWindow) -> None:
+def test_esc_ends_the_hints_and_gives_the_keys_back_to_the_workspace(window: MainWindow) -> None:
     window.show_hints()
     (tour,) = window.findChildren(Tour)
     QTest.keyClick(tour, Qt.Key.Key_Escape)
     assert not tour.isVisible()
+    focus = window.focusWidget()
+    assert focus is window.capture or window.capture.isAncestorOf(focus)
