@@ -21,17 +21,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Choices:
-    """A person's choices for textures: the preset, the coding, and y of normals; '' is as the preset has it."""
+    """A person's choices for textures: the preset, the coding, and y of normals, where '' is as the preset has it; and
+    for the web page the width of the sample in millimetres, 0 where it is not known."""
 
     preset: str = "blender"
     coding: str = "png8"
     normal: str = ""
+    width_mm: float = 0.0
 
     @property
     def settings(self) -> Settings:
-        from engine.exchange.subject import Settings
+        from engine.exchange.subject import WIDTHS_MM, Settings
 
-        return Settings(self.preset, self.coding, self.normal or None)  # type: ignore[arg-type]
+        width_mm = self.width_mm if self.width_mm >= WIDTHS_MM[0] else None
+        return Settings(self.preset, self.coding, self.normal or None, width_mm)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, eq=False)

@@ -132,6 +132,9 @@ class Elsewhere(QWidget):
                 box.addItem(words, value)
             box.activated.connect(lambda _index: self.ask(("textures",)))
             textures.row(label, box, hint)
+        page = panel.section("Web page")
+        self.width_mm = NumberField(0.0, 0.0, 100_000.0, unit="mm")
+        page.row("Width", self.width_mm, "Width of the sample, for a scale bar; 0 where it is not known")
         place = panel.section("Folder")
         self.name = QLineEdit()
         self.name.setMaxLength(120)
@@ -162,7 +165,8 @@ class Elsewhere(QWidget):
 
     @property
     def choices(self) -> Choices:
-        return Choices(self.preset.currentData(), self.coding.currentData(), self.normal.currentData())
+        textures = self.preset.currentData(), self.coding.currentData(), self.normal.currentData()
+        return Choices(*textures, self.width_mm.value)
 
     @property
     def names(self) -> list[str]:

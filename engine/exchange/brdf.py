@@ -7,6 +7,7 @@
 | `NAME.binary` | MERL | a table at the centres of its bins, or the measured table itself |
 | `NAME.bsdf` | RGL's tensor_file | values over theta_i and the half vector, without adaptive warps |
 | `NAME.mtlx` | MaterialX 1.39, a glTF PBR surface | the nearest `metallic-roughness`, with its error |
+| `loss.txt` | text | the error of each, for which CSV and MERL have no place |
 
 Values are in 1/sr without the cosine, linear sRGB. RGL's form (Dupuy2018) stores f cos theta_o over the unit square of
 half vectors, (√(2 theta_h / π), phi_h / 2π), warped by a density of them. With uniform densities the square is not
@@ -78,6 +79,7 @@ def contents(subject: Subject, _settings: Settings, _loss: str) -> Steps[Content
     files[f"{name}.mtlx"] = materialx(name, nearest, error)
     errors[f"{name}.mtlx"] = error
     warnings.append(f"{name}.mtlx is the nearest metallic-roughness, {percent(error, 3)} away (relative RMSE of f cos)")
+    files["loss.txt"] = _stated(subject.material.brdf, data, files, errors)
     record = {"brdf": subject.material.brdf, "fitted": brdf_to_text(nearest), "rmse_rel_by_file": errors}
     return Contents(files, None, tuple(warnings), record)
 
@@ -93,8 +95,24 @@ def alta(data: FitData) -> bytes:
     """ALTA's text: the view first, then the light, as unit vectors."""
     rows = np.column_stack([data.wo, data.wi, data.value])
     lines = [" ".join(f"{number:.9g}" for number in row) for row in rows]
-    head = ["#DIM 6 3", "#PARAM_IN CARTESIAN", "#PARAM_OUT RGB_COLOR", "#VS 0"]
+    head = ["#DIM 6 3", "#PARAM_IN CARTESIAN", "#PARAM_OUT RGB_COLOR", "#VS 0", f"# {_of_pairs(data)}"]
     return "\n".join([*head, *lines, ""]).encode()
+
+
+def _of_pairs(data: FitData) -> str:
+    pairs = len(data.value)
+    return f"Made by Lightarc {engine.__version__}. Values at {pairs} pairs of directions, exact there to nine digits."
+
+
+def _stated(brdf: str, data: FitData, files: Mapping[str, bytes], errors: Mapping[str, float]) -> bytes:
+    """The error of each file, one a line; lists hold nothing between their pairs of directions."""
+    lines = [f"{brdf} alone: the texels of the material are not in these files."]
+    for name in files:
+        if name in errors:
+            lines.append(f"{name}: a relative RMSE of f cos of {percent(errors[name], 3)}.")
+        else:
+            lines.append(f"{name}: {_of_pairs(data)} What lies between them is the reader's.")
+    return "\n".join([*lines, ""]).encode()
 
 
 def rgl(brdf: Brdf, data: FitData) -> tuple[bytes, float]:

@@ -58,6 +58,11 @@ def page(window: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: pytest.Mon
     return page
 
 
+@pytest.mark.parametrize(("typed", "known"), [(80.0, 80.0), (0.0, None), (0.001, None)])
+def test_a_width_of_nothing_is_not_known(typed: float, known: float | None) -> None:
+    assert export_elsewhere.Choices(width_mm=typed).settings.width_mm == known
+
+
 def test_brdfs_that_a_fit_finds_on_its_way_are_no_result(monkeypatch: pytest.MonkeyPatch) -> None:
     ready: Any = object()
 
@@ -148,6 +153,8 @@ def test_another_preset_is_measured_alone_and_without_making_the_material_ready_
     assert page.found["textures"].entry["preset"] == "unreal"
     assert page.leaving is leaving
     assert {name for name in before if before[name] is not page.found[name]} == {"textures"}
+    page.width_mm.show_value(80.0)
+    assert page.choices.settings.width_mm == 80.0
 
 
 def test_another_material_is_measured_anew(page: Any, window: MainWindow, qtbot: Any) -> None:

@@ -15,6 +15,7 @@ from engine.brdf.fit import fit_data
 from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.readers.merl import SCALE, encode_merl, read_merl, write_merl
 from engine.brdf.readers.read import open_brdf
+from engine.core.figure_text import percent
 from engine.core.steps import drain
 from engine.exchange.brdf import contents, materialx, rgl
 from engine.exchange.subject import Contents, Settings
@@ -57,6 +58,20 @@ def test_a_plain_parser_reads_alta(folder: Path) -> None:
     rows = np.array([line.split() for line in lines if not line.startswith("#")], np.float64)
     wanted = brdf_from_text(BRDF).f(rows[:, 3:6], rows[:, :3])
     np.testing.assert_allclose(rows[:, 6:], wanted, rtol=1e-5)
+
+
+def test_every_file_has_its_error_beside_it(folder: Path, made: Contents) -> None:
+    """MERL and CSV have no place for words, ALTA has comments."""
+    first, *lines = (folder / "loss.txt").read_text().splitlines()
+    assert first == f"{BRDF} alone: the texels of the material are not in these files."
+    stated = dict(line.split(": ", 1) for line in lines)
+    assert set(stated) == set(made.files) - {"loss.txt"}
+    for name, error in made.record["rmse_rel_by_file"].items():
+        assert percent(error, 3) in stated[name]
+    pairs = len((folder / "A_cloth_woven.csv").read_text().splitlines()) - 1
+    words = f"Values at {pairs} pairs of directions, exact there to nine digits."
+    assert words in stated["A_cloth_woven.csv"]
+    assert words in (folder / "A_cloth_woven_alta.dat").read_text()
 
 
 @pytest.mark.parametrize("name", ["A_cloth_woven.csv", "A_cloth_woven_alta.dat"])
