@@ -235,12 +235,13 @@ def load_bundle(path: Path) -> Steps[OpenedBundle]:
     return OpenedBundle(path.name.removesuffix(".lightarc"), material, provenance, found)
 
 
-def load_pbr_maps(path: Path) -> Steps[OpenedBundle]:
-    """The PBR maps of another program at `path`, as a material without a view of its own."""
+def load_pbr_maps(path: Path, *others: Path) -> Steps[OpenedBundle]:
+    """The PBR maps of another program at `path`, or in several pictures, as a material without a view of its own."""
     yield Step(0.0, "opening the material")
-    from engine.exchange.readers.read import read_material
+    from engine.exchange.readers.read import read_material, read_textures
 
-    material = yield from part(read_material(path), 0.0, 1.0)
+    reading = read_textures((path, *others)) if others else read_material(path)
+    material = yield from part(reading, 0.0, 1.0)
     return OpenedBundle(material.name, material, {"source": path.name}, Referred())
 
 

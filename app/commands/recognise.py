@@ -42,7 +42,8 @@ class Recognised:
 
 
 def recognise(paths: Sequence[Path], *, lighting: bool = False) -> Recognised:
-    """The kind of `paths`. Several files together are photographs; InputError where nothing fits.
+    """The kind of `paths`. Several files together are photographs, or a material where each is named for a map of it;
+    InputError where nothing fits.
 
     One HDR or EXR picture is an environment where somebody is `lighting` a model; elsewhere it is refused in words,
     because one picture is no capture either.
@@ -63,6 +64,10 @@ def recognise(paths: Sequence[Path], *, lighting: bool = False) -> Recognised:
         remedy = "Drop it on the View workspace to light the model with it, or drop all photographs of a capture"
         raise InputError(paths[0], "is a single picture of high dynamic range", remedy)
     if any(found == "photographs" for found in kinds.values()):
+        from engine.exchange.readers.folder import are_textures  # loads the readers of textures
+
+        if len(paths) > 1 and are_textures(paths):
+            return Recognised("material", tuple(paths))
         return Recognised("photographs", tuple(paths))
     raise InputError(
         paths[0],

@@ -126,7 +126,7 @@ class Workbench(QObject):
                 job = self.jobs.submit("Looking for its material", lambda: load_model_material(found.paths[0]))
                 job.succeeded.connect(self._material_of_model_opened)
         elif found.kind == "material":
-            job = self.jobs.submit("Opening the material", lambda: load_pbr_maps(found.paths[0]))
+            job = self.jobs.submit("Opening the material", lambda: load_pbr_maps(*found.paths))
             job.succeeded.connect(self._bundle_opened)
         elif found.kind == "environment":
             self.load_environment(str(found.paths[0]))

@@ -1,4 +1,4 @@
-"""A folder of PBR textures, which is known by the names of its files.
+"""PBR textures in a folder or by themselves, which are known by the names of the files.
 
 The names end in a word for the map, as Blender, Unreal, Unity, Godot, Substance, Poly Haven, ambientCG and this program
 write it: `rock_base_color`, `T_Rock_BC`, `Bricks076_1K-JPG_NormalGL`, `brick_wall_diff_2k`, `wood_arm_4k`. Resolutions
@@ -23,6 +23,9 @@ SUFFIXES = (".exr", ".tif", ".tiff", ".png", ".tga", ".jpg", ".jpeg", ".hdr")
 
 #: Most files of a folder that are looked at.
 MOST_FILES = 2000
+
+#: Letters that textures give to the name of their material.
+LONGEST_NAME = 60
 
 #: Reflectance of a dielectric that the specular level 1 stands for, in Blender, Unreal and Substance.
 FULL_SPECULAR = 0.08
@@ -102,11 +105,16 @@ def _telling(parts: list[str]) -> list[str]:
 
 def textures_in(folder: Path) -> dict[str, list[Path]]:
     """The pictures of a folder by the map that they are named for, in order of their names; empty where it is none."""
-    found: dict[str, list[Path]] = {}
     try:
         files = sorted(each for each in folder.iterdir() if each.suffix.lower() in SUFFIXES)[:MOST_FILES]
     except OSError:
         return {}
+    return by_map(files)
+
+
+def by_map(files: Sequence[Path]) -> dict[str, list[Path]]:
+    """Files by the map that they are named for, without those that are named for none."""
+    found: dict[str, list[Path]] = {}
     for file in files:
         kind, _ = kind_of(file.name)
         if kind:
@@ -119,14 +127,37 @@ def holds_textures(folder: Path) -> bool:
 
     Nothing is decoded.
     """
-    found = textures_in(folder)
+    return _is_material(textures_in(folder))
+
+
+def are_textures(files: Sequence[Path]) -> bool:
+    """True for pictures that are each named for a map, and are together what `holds_textures` asks of a folder."""
+    return all(each.suffix.lower() in SUFFIXES and kind_of(each.name)[0] for each in files) and _is_material(
+        by_map(files[:MOST_FILES])
+    )
+
+
+def _is_material(found: dict[str, list[Path]]) -> bool:
     words = {kind_of(path.name)[1] for paths in found.values() for path in paths}
     return "base_colour" in found and len(found) > 1 and any(len(word) > 1 for word in words)
 
 
 def describe_folder(folder: Path) -> Described:
     """The material in a folder of textures; InputError where it holds none, or several."""
-    found = textures_in(folder)
+    own = (folder / "surface.json").is_file()
+    return _described(folder, folder.absolute().name or "material", textures_in(folder), own)
+
+
+def describe_textures(files: Sequence[Path]) -> Described:
+    """The material of textures without their folder, named by what their names begin with; errors as above."""
+    first, last = min(each.stem for each in files), max(each.stem for each in files)
+    alike = next((at for at, pair in enumerate(zip(first, last, strict=False)) if pair[0] != pair[1]), len(first))
+    name = first[: min(alike, LONGEST_NAME)].rstrip("_-. ")
+    return _described(files[0].parent, name or "material", by_map(sorted(files)), False)
+
+
+def _described(folder: Path, title: str, found: dict[str, list[Path]], own: bool) -> Described:
+    """`own` says that this program wrote the maps, and so how it writes specular and normals."""
     if "base_colour" not in found:
         raise InputError(folder, "holds no base colour among its pictures", _REMEDY)
     notes: list[str] = []
@@ -147,7 +178,6 @@ def describe_folder(folder: Path) -> Described:
     if "smoothness" in files and "roughness" not in files:
         picture = Picture(files["smoothness"], files["smoothness"].name, channel=0)
         inputs["roughness"] = Input(picture=picture, inverted=True)
-    own = (folder / "surface.json").is_file()
     if "specular" in files:
         specular = Picture(files["specular"], files["specular"].name, "linear")
         inputs["f0"] = Input((1.0,) if own else (FULL_SPECULAR,), specular)
@@ -157,8 +187,7 @@ def describe_folder(folder: Path) -> Described:
     left = [f"{name} {value}" for name, value in absent.items() if name not in inputs and name != "f0"]
     if left:
         notes.append(f"no texture says these, which are taken as {', '.join(left)}")
-    name = folder.absolute().name or "material"
-    return Described(name, **inputs, upwards=_upwards(files, own), notes=tuple(notes))  # type: ignore[arg-type]
+    return Described(title, **inputs, upwards=_upwards(files, own), notes=tuple(notes))  # type: ignore[arg-type]
 
 
 def _said(files: dict[str, Path]) -> str:

@@ -7,12 +7,13 @@ and glTF has its mark or is JSON. What is none of these is read as a bundle, who
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from engine.bundle.bundle import open_bundle
 from engine.core.errors import InputError
 from engine.core.steps import Steps, drain
-from engine.exchange.readers.folder import describe_folder, holds_textures
+from engine.exchange.readers.folder import describe_folder, describe_textures, holds_textures
 from engine.exchange.readers.gltf import describe_gltf
 from engine.exchange.readers.materialx import describe_materialx
 from engine.exchange.readers.textures import Described, maps_of
@@ -43,7 +44,15 @@ def read_material(path: str | os.PathLike[str]) -> Steps[Material]:
     """As `open_material`, in steps: decoding large textures takes seconds."""
     if not holds_pbr_maps(path):
         return open_bundle(path)
-    described = describe(Path(path))
+    return (yield from _read(describe(Path(path))))
+
+
+def read_textures(files: Sequence[Path]) -> Steps[Material]:
+    """The material of textures without their folder (`engine.exchange.readers.folder.are_textures`)."""
+    return (yield from _read(describe_textures(files)))
+
+
+def _read(described: Described) -> Steps[Material]:
     maps, health = yield from maps_of(described)
     return material_of_maps(maps, described.name, health)
 

@@ -88,6 +88,10 @@ def test_materials_of_other_programs(tmp_path: Path) -> None:
     textures.mkdir()
     for name in ("Rock_1K_Color.png", "Rock_1K_NormalGL.png", "notes.txt"):
         (textures / name).write_bytes(b"\x89PNG\r\n\x1a\n")
+    alone = (textures / "Rock_1K_Color.png", textures / "Rock_1K_NormalGL.png")
+    assert recognise(alone) == Recognised("material", alone), "their folder was not dropped with them"
+    assert recognise((*alone, textures / "notes.txt")).kind == "photographs", "not all are maps"
+    assert recognise(alone[:1]).kind == "photographs"
     document = tmp_path / "rock.mtlx"
     document.write_text('<?xml version="1.0"?><materialx version="1.39"/>')
     assert recognise([textures]) == Recognised("material", (textures,))

@@ -11,8 +11,8 @@ import pytest
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.exchange.coding import CODINGS, Coding
-from engine.exchange.readers.folder import holds_textures, kind_of
-from engine.exchange.readers.read import open_material
+from engine.exchange.readers.folder import are_textures, holds_textures, kind_of
+from engine.exchange.readers.read import open_material, read_textures
 from engine.exchange.subject import Settings, Subject
 from engine.exchange.textures import PRESETS, contents
 from engine.scene.material import Material, material_of_maps
@@ -114,6 +114,22 @@ def test_base_colour_is_srgb_and_the_rest_is_not(tmp_path: Path) -> None:
     assert found.base_colour[0, 0, 0] == pytest.approx(0.5029, abs=1e-3)  # IEC 61966-2-1
     assert found.roughness[0, 0] == pytest.approx(0.8, abs=1e-6)
     assert any("metallic 0, normal flat" in note for note in notes)
+
+
+def test_textures_without_their_folder_are_the_same_material(tmp_path: Path) -> None:
+    """Their name is what their names have in common; of a single map, or of a picture of no map, there is none."""
+    folder = written(tmp_path / "downloads", known(), "blender")
+    files = sorted(folder.glob("*.png"))
+    assert are_textures(files)
+    alone, whole = drain(read_textures(files)), open_material(folder)
+    assert (alone.name, whole.name) == ("rock", "downloads")
+    assert alone.pbr is not None
+    assert whole.pbr is not None
+    for name in ("base_colour", "normal", "roughness", "metallic"):
+        np.testing.assert_array_equal(getattr(alone.pbr, name), getattr(whole.pbr, name))
+    assert not are_textures(files[:1])
+    assert not are_textures([*files, png(tmp_path / "preview.png", grey(1))])
+    assert not are_textures([*files, tmp_path / "rock_normal.txt"])
 
 
 def test_sizes_are_brought_to_the_largest_and_said(tmp_path: Path) -> None:
