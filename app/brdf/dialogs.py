@@ -12,6 +12,7 @@ from app.commands import brdf as commands_brdf
 from app.commands.workbench import Workbench
 from app.document.comparison import Entry
 from engine.brdf.brdf import brdf_to_text
+from engine.brdf.written import WrittenBrdf
 
 FILES = "Measured BRDFs (*.binary *.bsdf *.brdf *.astm *.bin *.dat *.txt *.csv *.exr *.alta);;All files (*)"
 TABLES = "MERL (*.binary);;Table of Lightarc (*.exr)"
@@ -50,7 +51,8 @@ def save_plots(parent: QWidget, save: Callable[[Path], object]) -> None:
 
 
 def copy_text(bench: Workbench, entry: Entry) -> None:
-    """Put the text that names a model on the clipboard."""
-    words = brdf_to_text(entry.brdf)
+    """Put the text that names a model, or that of a BRDF in GLSL, on the clipboard."""
+    is_written = isinstance(entry.brdf, WrittenBrdf)
+    words = entry.brdf.text if is_written else brdf_to_text(entry.brdf)
     QGuiApplication.clipboard().setText(words)
-    bench.said.emit(f"Copied {words}")
+    bench.said.emit(f"Copied {f'the text of {entry.name}' if is_written else words}")

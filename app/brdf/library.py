@@ -19,10 +19,12 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QListWidget,
     QListWidgetItem,
+    QMenu,
     QVBoxLayout,
     QWidget,
 )
 
+from app.commands.brdf import TEMPLATES
 from app.commands.brdf_figures import thumbnails
 from app.commands.workbench import Workbench
 from app.document.comparison import Entry
@@ -44,12 +46,14 @@ KEY, FILE, WORDS = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1, Qt.It
 
 
 class Library(QWidget):
-    """`model_wanted(text)` and `file_wanted(path)` ask to compare one, `relocate_wanted(path)` to find it again."""
+    """`model_wanted(text)` and `file_wanted(path)` ask to compare one, `relocate_wanted(path)` to find it again,
+    `template_wanted(name)` to write one in GLSL."""
 
     model_wanted = Signal(str)
     file_wanted = Signal(object)
     relocate_wanted = Signal(object)
     browse_wanted = Signal()
+    template_wanted = Signal(str)
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
@@ -88,8 +92,18 @@ class Library(QWidget):
         self.add.clicked.connect(self.add_current)
         self.browse = button("Open file…", hint="MERL, RGL, UTIA, Cornell, ASTM, CUReT, ALTA, CSV, or a Lightarc table")
         self.browse.clicked.connect(self.browse_wanted)
+        self.write = button("Write one in GLSL", hint="Begins as a small text that works; the views follow as you type")
+        templates = QMenu(self.write)
+        for name, words in TEMPLATES.items():
+            templates.addAction(f"Begin with {words}").triggered.connect(
+                lambda _checked=False, name=name: self.template_wanted.emit(name)
+            )
+        self.write.setMenu(templates)
+        below = QHBoxLayout()
+        below.setContentsMargins(PADDING, 0, PADDING, PADDING)
+        below.addWidget(self.write)
         foot = QHBoxLayout()
-        foot.setContentsMargins(PADDING, 2 * STEP, PADDING, PADDING)
+        foot.setContentsMargins(PADDING, 2 * STEP, PADDING, 2 * STEP)
         foot.setSpacing(2 * STEP)
         foot.addWidget(self.add, 1)
         foot.addWidget(self.browse, 1)
@@ -105,6 +119,7 @@ class Library(QWidget):
         body.addWidget(self.list)
         column.addLayout(body, 1)
         column.addLayout(foot)
+        column.addLayout(below)
         self.show_files((), ())
 
     def show_files(self, files: Sequence[Path], entries: Sequence[Entry]) -> None:

@@ -21,9 +21,12 @@ IRRADIANCE = 2.6
 
 
 class SpherePreview(QWidget):
-    """Shows one BRDF. One without a shader becomes a table first, in a job; `said` reports the error of the table."""
+    """Shows one BRDF. One without a shader becomes a table first, in a job.
 
-    said = Signal(str)
+    `said` reports the error of the table, in words and in fewer.
+    """
+
+    said = Signal(str, str)
 
     def __init__(self, jobs: Jobs) -> None:
         super().__init__()
@@ -59,7 +62,7 @@ class SpherePreview(QWidget):
 
     def _prepare(self) -> None:
         self._drawn = self.drawable.of(self.brdf)
-        self.said.emit(self.drawable.note)
+        self.said.emit(self.drawable.note, self.drawable.shorter)
         self._draw()
 
     def _light_moved(self, theta_deg: float, phi_deg: float, _final: bool) -> None:

@@ -20,6 +20,7 @@ from app.brdf.lobe_view import Lobe, LobeView, lengths, surfaces
 from app.brdf.plots import AlbedoPlot, HalfDifferencePlot, Line, PolarPlot
 from app.brdf.save_plots import distinct, grid, saved, svg, table
 from app.brdf.sphere_preview import SpherePreview
+from app.brdf.text_editor import TextEditor
 from app.commands import brdf as commands_brdf
 from app.commands.brdf_figures import ALBEDO_DEG, LIGHT_PHI, Curves, Facts, albedos, curves, facts
 from app.commands.workbench import Workbench
@@ -35,6 +36,7 @@ from app.widgets.param_form import NumberEditor
 from app.widgets.theme import PADDING
 from app.widgets.tiles import Tile, Tiles
 from app.widgets.workspace import bar_of_choices, side_by_side, under
+from engine.brdf.written import WrittenBrdf
 from engine.core.errors import MissingCapability
 from engine.core.figure_text import number
 from engine.core.params import Parameter
@@ -183,6 +185,8 @@ class BrdfTab(QWidget):
         library.file_wanted.connect(lambda path: commands_brdf.open_file(bench, path))
         library.relocate_wanted.connect(lambda lost: dialogs.relocate(self, bench, lost))
         library.browse_wanted.connect(lambda: dialogs.browse(self, bench))
+        library.template_wanted.connect(self._write)
+        inspector.text_wanted.connect(lambda: self._with_entry(self.open_text))
         inspector.current_wanted.connect(self.choose)
         inspector.visible_wanted.connect(self._set_visible)
         inspector.remove_wanted.connect(self.remove)
@@ -194,7 +198,7 @@ class BrdfTab(QWidget):
         self.light.edited.connect(lambda angle, _final: self.set_light(angle))
         self.scale.chosen.connect(lambda _value: self._show_curves())
         self.slice.read.connect(lambda words: self.tile_of["slice"].say(words))
-        self.sphere.said.connect(lambda words: self.tile_of["sphere"].say(words))
+        self.sphere.said.connect(self.tile_of["sphere"].say)
         self.sphere.viewport.drawn.connect(self.drawn)
         self.sphere.viewport.broken.connect(self.broken)
         for keys, work in (("L", self._next_scale), ("Ctrl+F", self.library.search.setFocus)):
@@ -269,6 +273,30 @@ class BrdfTab(QWidget):
             document.change(f"Change {entry.name}", gesture=f"brdf {entry.identity}", comparison=changed)
         if final:
             document.end_gesture()
+
+    def _write(self, template: str) -> None:
+        """Begin a BRDF in GLSL, and open its text."""
+        job = commands_brdf.add_written(self.bench, template)
+        job.succeeded.connect(lambda _brdf: self._with_entry(self.open_text))
+
+    def open_text(self, entry: Entry) -> TextEditor | None:
+        """Show the text of an entry in GLSL in an editor beside the views; the one that is open comes to the front."""
+        if not isinstance(entry.brdf, WrittenBrdf):
+            return None
+        known = [each for each in self.findChildren(TextEditor) if each.identity == entry.identity and each.isVisible()]
+        editor = known[0] if known else TextEditor(self, self.bench, entry)
+        if not known:
+            editor.edited.connect(self._text_edited)
+        editor.show()
+        editor.raise_()
+        editor.edit.setFocus()
+        return editor
+
+    def _text_edited(self, identity: int, brdf: WrittenBrdf) -> None:
+        entry = self.comparison.find(identity)
+        if entry is not None and brdf != entry.brdf:
+            changed = self.comparison.changed(identity, brdf=brdf, fitted=None)
+            self.bench.document.change(f"Write {entry.name}", comparison=changed)
 
     def _look_for_files(self) -> None:
         files = self.comparison.files

@@ -13,6 +13,7 @@ from app.jobs.newest import Latest
 from app.widgets.panels import Rows
 from app.widgets.param_form import ColourEditor, NumberEditor
 from engine.brdf.written import Declared, WrittenBrdf, with_value, written
+from engine.core.errors import FileError, MissingCapability
 from engine.core.params import Colour, Parameter
 from engine.core.steps import Step, Steps
 
@@ -93,3 +94,12 @@ def _editor(declared: Declared) -> NumberEditor | ColourEditor | QCheckBox:
 def _evaluated(text: str, name: str) -> Steps[WrittenBrdf]:
     yield Step(0.0, "compiling")
     return written(text, name)
+
+
+def compiled(text: str, name: str) -> Steps[WrittenBrdf | FileError | MissingCapability]:
+    """The BRDF of a text, or what is wrong with it: whoever types is told beside the text, not in a dialog."""
+    yield Step(0.0, "compiling")
+    try:
+        return written(text, name)
+    except (FileError, MissingCapability) as error:
+        return error

@@ -14,14 +14,20 @@ from app.arguments.results import TABLE
 from app.document.comparison import MARKERS, Entry, Fitted
 from app.jobs.jobs import Job
 from app.widgets.labels import BRDF_NAMES
+from app.widgets.theme import RESOURCES
 from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text, model_name
+from engine.brdf.written import WrittenBrdf, written
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
 from engine.gl.brdf_textures import factor_source
+from engine.storage.atomic import write_bytes
 
 if TYPE_CHECKING:
     from app.commands.workbench import Workbench
     from engine.brdf.fit import FitError, Residual
+
+#: Texts in GLSL to begin with, by the names of their files.
+TEMPLATES = {"ggx": "GGX", "blinn-phong": "Blinn–Phong"}
 
 FULL = f"{len(MARKERS)} BRDFs are compared at most; remove one first"
 
@@ -91,6 +97,32 @@ def _read(path: Path) -> Steps[Any]:
     from engine.brdf.readers.read import read_brdf_steps
 
     return (yield from read_brdf_steps(path))
+
+
+def add_written(bench: Workbench, template: str) -> Job:
+    """Compare a BRDF written in GLSL that begins as `template`, one of `TEMPLATES`."""
+    name = f"My {TEMPLATES[template]}"
+    job = bench.jobs.submit(f"Compiling {name}", lambda: _from_template(template, name))
+    job.succeeded.connect(lambda brdf: add(bench, name, brdf))
+    return job
+
+
+def _from_template(template: str, name: str) -> Steps[WrittenBrdf]:
+    yield Step(0.0, "compiling")
+    return written((RESOURCES / "brdf" / f"{template}.brdf").read_text(encoding="utf-8"), name)
+
+
+def save_text(bench: Workbench, text: str, path: Path) -> Job:
+    """Write the text of a BRDF to a file. A person was asked before a file is replaced."""
+    job = bench.jobs.submit(f"Writing {path.name}", lambda: _write_text(text, path), heavy=False)
+    job.succeeded.connect(bench.said.emit)
+    return job
+
+
+def _write_text(text: str, path: Path) -> Steps[str]:
+    yield Step(0.0, "writing")
+    write_bytes(path, text.encode("utf-8"))
+    return f"{path.name} written"
 
 
 def use(bench: Workbench, entry: Entry) -> Job | None:

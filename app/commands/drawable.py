@@ -22,13 +22,13 @@ class Drawable(QObject):
     def __init__(self, jobs: Jobs) -> None:
         super().__init__()
         self.latest = Latest(jobs, "Preparing a BRDF")
-        self.note = ""
+        self.note = self.shorter = ""
         self._asked: Any = None
         self._made: tuple[Any, Any] = (None, None)
 
     def of(self, brdf: Any) -> Any:
-        """`brdf` or its table; None while that is under way. `note` describes the shown form in a few words."""
-        self.note = ""
+        """`brdf` or its table; None while that is under way. `note` describes the shown form, `shorter` in few words."""
+        self.note = self.shorter = ""
         if has_shader(brdf) or isinstance(brdf, HalfDifferenceTable):
             return brdf
         if self._made[0] is not brdf:
@@ -40,6 +40,7 @@ class Drawable(QObject):
         table = self._made[1]
         error = percent(table.health.figures["resampling_rms_rel"])
         self.note = f"as a table: {error} RMS off{'' if brdf.isotropic else ', mean over azimuths'}"
+        self.shorter = f"table: {error} off"
         return table
 
     def _keep(self, brdf: Any, table: HalfDifferenceTable) -> None:

@@ -28,7 +28,7 @@ class Tile(QWidget):
         self.head.setFixedHeight(HEAD_WITH_CONTROL if control is not None else HEAD)
         self.head.setToolTip("Double-click to enlarge")
         self.head.installEventFilter(self)
-        self.words = ""
+        self.words = self.shorter = ""
         self.caption = text("", "secondary")
         self.caption.installEventFilter(self)
         self.caption.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
@@ -51,15 +51,16 @@ class Tile(QWidget):
         column.addWidget(view, 1)
         self.show_enlarged(False)
 
-    def say(self, words: str) -> None:
-        """Show `words` on the right of the title, as far as there is room, and in full where the mouse rests."""
-        self.words = words
+    def say(self, words: str, shorter: str = "") -> None:
+        """Show `words` on the right of the title, or `shorter` where there is no room; in full where the mouse rests."""
+        self.words, self.shorter = words, shorter
         self.caption.setToolTip(words)
         self._fit_words()
 
     def _fit_words(self) -> None:
-        room = self.caption.width() - 2
-        self.caption.setText(self.caption.fontMetrics().elidedText(self.words, Qt.TextElideMode.ElideRight, room))
+        room, metrics = self.caption.width() - 2, self.caption.fontMetrics()
+        words = self.words if metrics.horizontalAdvance(self.words) <= room else self.shorter or self.words
+        self.caption.setText(metrics.elidedText(words, Qt.TextElideMode.ElideRight, room))
 
     def show_enlarged(self, enlarged: bool) -> None:
         """Set the icon and tooltip of the button that enlarges the tile or shrinks it again."""

@@ -68,7 +68,7 @@ def test_a_fit_of_the_ranking_becomes_an_entry(window: MainWindow, monkeypatch: 
         yield from ()
         return offers
 
-    monkeypatch.setattr("app.brdf.inspector.all_models", all_models)
+    monkeypatch.setattr("app.brdf.fit_section.all_models", all_models)
     window.show_workspace("brdf")
     commands_brdf.add_model(window.bench, "lambert:albedo=0.5")
     section = window.brdf.inspector.fit
