@@ -149,6 +149,7 @@ SHORT_FILES = {
     "engine/selftest/generated/law.py": "the type of every law, and the draws that they share",
     "engine/shading/compile.py": "kernels compiled before they are needed",
     "engine/shading/directional/codes_kernel.py": "a kernel, apart so that it is compiled when it is first needed",
+    "engine/shading/directional/minified.py": "its kernel apart, which loads the compiler",
     "engine/shading/linearise.py": "a kernel, apart so that reading a map does not load the compiler",
     "engine/shading/mixed.py": "one formula with its bound",
     "engine/storage/partial_names.py": "names that three modules of the room share",

@@ -34,6 +34,7 @@ from engine.bundle.pyramid import (
     coding_error,
     level_sizes,
     planes_in_layers,
+    smaller_in_layers,
     tiles,
 )
 from engine.core.colour import srgb_encode
@@ -204,23 +205,23 @@ def _pyramid(
     material: Material, maps: PbrMaps | None, sizes: list[tuple[int, int]], pictures: _Pictures, most_bytes: int
 ) -> dict[str, Any]:
     """The tiles of all levels, or from the one on that has room; of the look-up before those of the surface."""
-    groups: dict[str, tuple[int, Callable[[], Iterator[Layer]]]] = {}
+    groups: dict[str, tuple[int, Callable[[tuple[int, int]], Iterator[Layer]]]] = {}
     figures: dict[str, Any] = {"error": 0.0}
     if material.directional is not None:
-        planes = material.directional.planes
-        groups["look_up"] = -(-len(planes) // 3), lambda: planes_in_layers(planes)
+        planes, at_least = material.directional.planes, material.directional.at_least
+        groups["look_up"] = -(-len(planes) // 3), lambda size: planes_in_layers(at_least(max(size)))
     else:
         assert material.power_law is not None
         law, codes = material.power_law, codes_of(material.power_law)
-        groups["look_up"] = 2, lambda: iter(((law.scale, codes.of_scale), (law.exponent, codes.of_exponent)))
+        groups["look_up"] = 2, lambda _: iter(((law.scale, codes.of_scale), (law.exponent, codes.of_exponent)))
         figures = {"error": coding_error(law, codes), "largest": codes.largest, "exponents": [codes.low, codes.high]}
     if maps is not None:
-        groups["surface"] = 3, lambda: _surface_layers(maps)
+        groups["surface"] = 3, lambda _: _surface_layers(maps)
     layers = {name: count for name, (count, _) in groups.items()}
     finest = _finest(sizes, layers, most_bytes - sum(pictures.sizes.values()))
     for name, (_, made) in groups.items():
         for level in range(finest[name], len(sizes)):
-            for column, row, layer, pixels in tiles(made(), sizes[level]):
+            for column, row, layer, pixels in tiles(made(sizes[level]), sizes[level]):
                 pictures.put(f"tiles/{name}-{level}-{column}-{row}-{layer}", pixels)
     levels = [[width, height] for height, width in sizes]
     return {"tile": TILE, "margin": MARGIN, "levels": levels, "layers": layers, "finest": finest, **figures}
@@ -256,14 +257,16 @@ def _coded(name: str, values: NDArray[np.float32], pictures: _Pictures) -> dict[
 
 
 def _planes(directional: DirectionalMap, pictures: _Pictures) -> dict[str, Any]:
-    """Planes by three as pictures, and their weights, (1 + 3 L, TILTS, TURNS, 3), as rows below each other."""
-    layers = [np.rint(_reduced(layer)).astype(np.uint8) for layer, _ in planes_in_layers(directional.planes)]
+    """Planes by three as pictures, with their smaller sizes, and their weights, (1 + 3 L, TILTS, TURNS, 3), as rows."""
+    whole, (height, width) = directional.at_least(VIEWER_SIDE), directional.planes.shape[1:]
+    layers = [np.rint(_reduced(layer)).astype(np.uint8) for layer, _ in planes_in_layers(whole)]
+    smaller = smaller_in_layers(directional, layers)
     weights = np.zeros((1 + 3 * len(layers), *directional.table.shape[:3]))
     weights[: directional.table.shape[3]] = np.moveaxis(directional.table, 3, 0)
     low = weights.min(axis=(1, 2, 3))
     step = np.maximum(weights.max(axis=(1, 2, 3)) - low, np.finfo(np.float32).tiny) / 65535.0
     codes = np.rint((weights - low[:, None, None, None]) / step[:, None, None, None]).astype(np.uint16)
-    (rows, columns), (height, width) = codes.shape[1:3], directional.planes.shape[1:]
+    rows, columns = codes.shape[1:3]
     return {
         "r_max": directional.r_max,
         "size": [width, height],
@@ -273,6 +276,7 @@ def _planes(directional: DirectionalMap, pictures: _Pictures) -> dict[str, Any]:
             "leave_one_out": directional.leave_one_out,
             "size": _size(layers[0]),
             "layers": [pictures.put(f"planes-{number}", layer) for number, layer in enumerate(layers)],
+            "smaller": [pictures.put(f"planes-{number}-smaller", each) for number, each in enumerate(smaller)],
         },
         "weights": {
             "size": [columns, rows],

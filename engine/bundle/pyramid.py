@@ -13,13 +13,14 @@ everywhere. Planes are 8 bits as they are. Coding a power law is bound by PNG, s
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.colour import srgb_decode, srgb_encode
+from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
 
 #: Texels of a tile and of its margin, a side.
@@ -115,13 +116,27 @@ def tiles(layers: Iterable[Layer], size: tuple[int, int]) -> Iterator[tuple[int,
                 yield column, row, number, coded(strip[:, _places(column, size[1])])
 
 
-def planes_in_layers(planes: NDArray[np.uint8]) -> Iterator[Layer]:
-    """The codes (K, H, W) of planes by three as (H, W, 3), the last filled up with 0."""
+def planes_in_layers(planes: NDArray[np.uint8] | NDArray[np.float16]) -> Iterator[Layer]:
+    """The codes (K, H, W) of planes by three as (H, W, 3) of 8 bits, the last filled up with 0."""
     for first in range(0, len(planes), 3):
         layer = np.zeros((*planes.shape[1:], 3), np.uint8)
         for channel, plane in enumerate(planes[first : first + 3]):
-            layer[..., channel] = plane
+            layer[..., channel] = np.rint(plane)
         yield layer, lambda codes: np.asarray(codes, np.uint8)
+
+
+def smaller_in_layers(directional: DirectionalMap, layers: list[NDArray[np.uint8]]) -> list[NDArray[np.uint8]]:
+    """For each of the `layers` (H, W, 3) of planes its small sizes below each other, in a picture as wide as the first.
+
+    None where the layers are one texel.
+    """
+    planes = np.moveaxis(np.stack(layers), 3, 1).reshape(-1, *layers[0].shape[:2])[: len(directional.planes)]
+    pictures: list[list[NDArray[np.uint8]]] = [[] for _ in layers]
+    for level in replace(directional, planes=planes).smaller:
+        for picture, (layer, coded) in zip(pictures, planes_in_layers(level), strict=True):
+            rest = layers[0].shape[1] // 2 - layer.shape[1]
+            picture.append(np.pad(coded(layer), ((0, 0), (0, max(rest, 0)), (0, 0))))
+    return [np.concatenate(picture) for picture in pictures if picture]
 
 
 def _places(index: int, length: int) -> NDArray[np.int64]:

