@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
+
+from engine.core.figure_text import number, percent
+from engine.core.steps import Step, drain
 
 if TYPE_CHECKING:
     from engine.light.environment import EnvironmentMap
+    from engine.scene.material import Material
     from engine.scene.scene import Scene
 
 
@@ -27,3 +32,16 @@ def doubts_of_scene(scene: Scene) -> list[str]:
     if scene.material is not None:
         found += [f"{scene.material.name}: {text}" for text in scene.material.health.warnings]
     return list(dict.fromkeys(found))
+
+
+def mean_in_place_of_maps(material: Material, show: Callable[[Step], None]) -> dict[str, Any]:
+    """`material`, the BRDF at the mean of PBR maps with its error in their place, and `warnings`, the same in words."""
+    from engine.exchange.loss import mean_brdf_loss
+
+    error = drain(mean_brdf_loss(material), show)
+    words = (
+        f"the maps of {material.name} are shown as the BRDF at their mean, {material.brdf}: on a ball under "
+        f"{', '.join(error.rmse_rel)} an error of {percent(error.mean_rmse_rel)}, FLIP {number(error.mean_flip)}"
+    )
+    mean = {"brdf": material.brdf, "rmse_rel": error.mean_rmse_rel, "flip": error.mean_flip}
+    return {"material": mean, "warnings": [words, *material.health.warnings]}

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from app.arguments.options import settings_from
 from app.arguments.results import TRANSPORT, Input, Output
 from app.cli.brdf import BRDF_HELP
-from app.cli.doubts import doubts_of_brdf
+from app.cli.doubts import doubts_of_brdf, mean_in_place_of_maps
 from app.cli.transport import bake_auto, project_input, scene_options
 from app.cli.transport import options as vary
 from app.cli.transport.bake_report import carry_out, subject_of
@@ -22,7 +22,7 @@ from app.cli.transport.method_options import add_options, options, strange_optio
 from app.cli.transport.options import variations_of
 from app.process.ending import SENTENCE
 from engine.core.errors import UsageError
-from engine.core.figure_text import number, percent, size_text, time_text
+from engine.core.figure_text import percent, size_text, time_text
 from engine.core.params import parameters
 from engine.core.steps import Step, drain, part
 from engine.transport import method as transport
@@ -116,7 +116,6 @@ def _take_brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> d
         return {}
     if arguments.brdf is not None:
         raise UsageError("a bake is of one BRDF: give --brdf or --material")
-    from engine.exchange.loss import mean_brdf_loss
     from engine.exchange.readers.read import open_material
 
     show(Step(0.0, "reading the material"))
@@ -126,13 +125,7 @@ def _take_brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> d
     arguments.brdf = material.brdf
     if material.pbr is None:
         return {"warnings": [f"the texels of {material.name} are left out: what is baked is its BRDF, {material.brdf}"]}
-    error = drain(mean_brdf_loss(material), show)
-    mean = {"brdf": material.brdf, "rmse_rel": error.mean_rmse_rel, "flip": error.mean_flip}
-    words = (
-        f"the maps of {material.name} are baked as the BRDF at their mean, {material.brdf}: on a ball under "
-        f"{', '.join(error.rmse_rel)} an error of {percent(error.mean_rmse_rel)}, FLIP {number(error.mean_flip)}"
-    )
-    return {"material": mean, "warnings": [words, *material.health.warnings]}
+    return mean_in_place_of_maps(material, show)
 
 
 def _choose_mode(arguments: argparse.Namespace) -> None:

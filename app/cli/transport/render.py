@@ -10,13 +10,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, software
-from app.cli.doubts import doubts_of_scene
+from app.cli.doubts import doubts_of_scene, mean_in_place_of_maps
 from app.cli.transport import project_input, render_auto, render_transport, render_turntable, scene_options
 from app.cli.transport.options import LIGHT_DEG, angles_argument, lamp_argument
 from app.cli.transport.render_output import (
     ON_PROCESSOR,
     add_background_arguments,
     check_background,
+    joined,
     lights_of,
     off_screen,
     record_of,
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.project.setup import Setup
+    from engine.scene.material import Material
     from engine.scene.scene import Scene
 
 HELP = "Draw a material on a model."
@@ -127,7 +129,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--mode",
         choices=("auto", "shading-map", "direct", "reference", *transport.names()),
-        help="'direct' leaves the material out; 'reference' traces paths, with shadows and the whole --env; "
+        help="'direct' shows the material's BRDF alone; 'reference' traces paths, with shadows and the whole --env; "
         "'auto' takes of these two the one that the plan chooses; "
         f"{', '.join(transport.names())} draw a transport file of lightarc bake, given in place of the MESH",
     )
@@ -195,14 +197,18 @@ def _drawn(setup: Setup | None, arguments: argparse.Namespace, show: Callable[[S
     if render_transport.is_baked(arguments):
         return render_transport.run(arguments, display, show)
     render_transport.check_absent(arguments)
-    scene = setup.scene if setup is not None else _scene(arguments)
+    material = scene_options.material_of(setup, arguments)
+    scene = setup.scene if setup is not None else _scene(arguments, material)
+    by_mean: dict[str, Any] = {}
+    if arguments.mode == "direct" and material is not None and material.pbr is not None:
+        by_mean = mean_in_place_of_maps(material, show)
     plan: dict[str, Any] = {}
     if arguments.mode == "auto":
         scene, arguments, plan = render_auto.planned(scene, arguments, show)
         _check(arguments)
     behind = check_background(arguments, scene.environment)
     if arguments.turntable:
-        return {**plan, **render_turntable.run(scene, arguments, display, show, behind)}
+        return joined({**plan, **render_turntable.run(scene, arguments, display, show, behind)}, by_mean)
     draw = _draw_reference if arguments.mode == "reference" else _draw
     picture, layers, drawn = draw(scene, arguments, show)
     if arguments.layers:
@@ -210,7 +216,7 @@ def _drawn(setup: Setup | None, arguments: argparse.Namespace, show: Callable[[S
     error = _error(scene, arguments, show) if arguments.measure_error else {}
     shown = render_turntable.with_background(picture, scene, behind)
     write_picture(arguments.output, shown, display, layers, arguments.background, software("render"))
-    return {
+    record = {
         "image": arguments.output,
         **plan,
         **drawn,
@@ -220,6 +226,7 @@ def _drawn(setup: Setup | None, arguments: argparse.Namespace, show: Callable[[S
         **error,
         "time_s": time.perf_counter() - start,
     }
+    return joined(record, by_mean)
 
 
 def _setup(arguments: argparse.Namespace) -> Setup | None:
@@ -274,10 +281,9 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError("--mode shading-map needs --material")
 
 
-def _scene(arguments: argparse.Namespace) -> Scene:
+def _scene(arguments: argparse.Namespace, material: Material | None) -> Scene:
     from engine.brdf.brdf import brdf_from_text
     from engine.core.directions import world_direction
-    from engine.exchange.readers.read import holds_pbr_maps, open_material
     from engine.factor.factor_file import open_reflectance
     from engine.geometry.camera import parse
     from engine.geometry.ground import Ground
@@ -286,8 +292,6 @@ def _scene(arguments: argparse.Namespace) -> Scene:
     from engine.scene.scene import Scene
 
     brdf = open_reflectance(arguments.brdf) if arguments.brdf else None
-    opens = arguments.material and (arguments.mode != "direct" or holds_pbr_maps(arguments.material))
-    material = open_material(arguments.material) if opens else None
     if brdf is not None and material is not None and material.pbr is not None:
         raise UsageError("PBR maps are a BRDF for each texel; --brdf is for a material that is looked up by one")
     mesh = open_mesh(arguments.mesh)

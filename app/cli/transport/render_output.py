@@ -170,3 +170,9 @@ def check_background(arguments: argparse.Namespace, environment: EnvironmentMap 
     if environment is None:
         raise UsageError("--background environment needs --env")
     return blurred(environment, math.radians(arguments.background_blur_deg))
+
+
+def joined(record: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
+    """A record with the values of another, whose warnings follow its own."""
+    warnings = dict.fromkeys([*record.get("warnings", ()), *other.get("warnings", ())])
+    return {**record, **other, "warnings": list(warnings)}

@@ -11,6 +11,8 @@ from app.arguments.results import Input
 from app.cli.transport import project_input
 
 if TYPE_CHECKING:
+    from app.project.setup import Setup
+    from engine.scene.material import Material
     from engine.scene.scene import Scene
 
 MESH_HELP = (
@@ -102,3 +104,12 @@ def scene_of(arguments: argparse.Namespace, verb: str) -> Scene:
         environment_rotation=math.radians(arguments.env_rotation_deg),
         ground=None if arguments.ground is None else Ground(albedo=arguments.ground),
     )
+
+
+def material_of(setup: Setup | None, arguments: argparse.Namespace) -> Material | None:
+    """The material that is given, or that of the project."""
+    from engine.exchange.readers.read import open_material
+
+    if setup is not None:
+        return setup.project.material
+    return open_material(arguments.material) if arguments.material else None

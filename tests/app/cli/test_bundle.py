@@ -13,8 +13,10 @@ import pytest
 
 from app import command_line
 from app.cli import bundle
-from engine.bundle.bundle import save_bundle
+from engine.bundle.bundle import open_bundle, save_bundle
 from engine.core.steps import drain
+from engine.exchange.readers.read import open_material
+from engine.images.encode import encode_png
 from engine.scene.material import Material
 from engine.shading.shading_map import ShadingMap
 from tests.engine.exchange.materials import woven_material
@@ -34,6 +36,32 @@ def only_this_verb(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def run(*words: str) -> int:
     return command_line.main(["bundle", *words])
+
+
+@pytest.fixture
+def maps(tmp_path: Path) -> Path:
+    """A folder of textures that any program may have written."""
+    folder = tmp_path / "rock"
+    folder.mkdir()
+    colour = np.zeros((6, 5, 3), np.uint8)
+    colour[:, :2] = (200, 40, 40)
+    (folder / "rock_base_color.png").write_bytes(encode_png(colour))
+    (folder / "rock_roughness.png").write_bytes(encode_png(np.full((6, 5), 90, np.uint8), transfer="linear"))
+    return folder
+
+
+def test_maps_of_others_are_kept_in_a_bundle(maps: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = maps.with_name("kept.lightarc")
+    assert run("make", str(maps), "-o", str(path), "--json") == 0
+    made = json.loads(capsys.readouterr().out)
+    assert (made["ok"], made["schema_version"]) == (True, 3)
+    assert "pbr_maps.exr" in made["members"]
+    kept, wanted = open_bundle(path).pbr, open_material(maps).pbr
+    assert kept is not None
+    assert wanted is not None
+    np.testing.assert_array_equal(kept.base_colour, wanted.base_colour)
+    assert run("view", str(path)) == 2
+    assert "export --to gltf" in capsys.readouterr().err
 
 
 def test_a_sound_bundle(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,8 +17,12 @@ from engine.brdf.resample import table_from
 from engine.bundle.bundle import save_bundle
 from engine.core.errors import MissingCapability
 from engine.core.steps import drain
+from engine.exchange import loss
 from engine.images.decode import read_image
+from engine.light.environment import DistantLights
+from engine.scene.material import material_of_maps
 from tests.engine.brdf.test_table import direction_table
+from tests.engine.exchange.materials import measured_maps
 from tests.engine.scenes import weave
 
 HEAD_ON = ("--camera", "eye=0,0,2 fov_deg=20", "--light-deg", "90,0", "--brdf", "lambert:albedo=0.5")
@@ -104,6 +108,25 @@ def test_a_material_is_looked_up_in_every_way(
     result = render(capsys, *words)
     assert result["mean_radiance"] > 0.005
     assert np.isfinite(exr(path)).all()
+
+
+def test_the_brdf_alone_of_maps_says_what_it_costs(
+    capsys: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Maps in a bundle, drawn as they are and as the one BRDF at their mean."""
+
+    def two_lamps(_name: str) -> DistantLights:
+        return DistantLights(np.array([[0.0, 0.6, 0.8], [0.8, 0.0, 0.6]]), np.ones((2, 3)))
+
+    monkeypatch.setattr(loss, "environment_lights", two_lamps)
+    path = drain(save_bundle(tmp_path / "rock.lightarc", material_of_maps(measured_maps(), "rock")))
+    words = ("sphere", "--material", path, *SMALL, "--renderer", "cpu")
+    whole = render(capsys, *words, "-o", tmp_path / "maps.exr")
+    alone = render(capsys, *words, "--mode", "direct", "-o", tmp_path / "mean.exr")
+    assert "material" not in whole
+    assert 0.05 < alone["material"]["rmse_rel"] < 5.0
+    assert any("the maps of rock are shown as the BRDF at their mean" in text for text in alone["warnings"])
+    assert np.abs(exr(tmp_path / "maps.exr") - exr(tmp_path / "mean.exr")).mean() > 1e-3
 
 
 @pytest.mark.parametrize("renderer", ["gl", "cpu"])
