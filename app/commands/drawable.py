@@ -27,7 +27,7 @@ class Drawable(QObject):
         self._made: tuple[Any, Any] = (None, None)
 
     def of(self, brdf: Any) -> Any:
-        """`brdf` or its table; None while that is under way. `note` describes the shown form, `shorter` in few words."""
+        """`brdf` or its table; None while that is under way. `note` tells the form shown, `shorter` in few words."""
         self.note = self.shorter = ""
         if has_shader(brdf) or isinstance(brdf, HalfDifferenceTable):
             return brdf

@@ -52,7 +52,7 @@ class Tile(QWidget):
         self.show_enlarged(False)
 
     def say(self, words: str, shorter: str = "") -> None:
-        """Show `words` on the right of the title, or `shorter` where there is no room; in full where the mouse rests."""
+        """Show `words` on the right of the title, or `shorter` where room lacks; in full where the mouse rests."""
         self.words, self.shorter = words, shorter
         self.caption.setToolTip(words)
         self._fit_words()
