@@ -35,7 +35,7 @@ from app.view.tab import ViewTab
 from app.widgets import theme
 from app.widgets.controls import ComboBox
 from app.widgets.number_field import mark
-from app.widgets.panels import Rows, button, enable, text, with_buttons
+from app.widgets.panels import SCROLL_BAR, Rows, button, enable, text, with_buttons
 from app.widgets.theme import PADDING, STEP, role
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, time_text
@@ -88,7 +88,7 @@ class AccuracyDock(QDockWidget):
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         scroll.setFrameShape(QFrame.Shape.NoFrame)
         scroll.setWidget(self._inside())
-        scroll.setMinimumWidth(NARROWEST)
+        scroll.setMinimumWidth(NARROWEST + SCROLL_BAR)
         self.setWidget(scroll)
         self.applied.connect(view.apply_setting)
         bench.document.changed.connect(self._changed)
