@@ -329,8 +329,8 @@ def _foreign_problems(archive: Archive, manifest: Manifest, material: Material) 
 
     The version in the manifest is named and not believed: whoever replaced a page can have written it.
     """
-    from engine.bundle.page import is_same_text, viewer
-    from engine.bundle.portable import brdf_json, shader
+    from engine.bundle.page import viewer
+    from engine.bundle.portable import brdf_json, is_same_text, shader
 
     problems = directional_problems(archive, manifest, material.directional)
     makers = {BRDF: brdf_json, SHADER: shader, VIEWER: viewer}

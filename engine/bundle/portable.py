@@ -5,7 +5,9 @@ The text shares the GLSL of the window (resources/shaders), includes written out
 
 from __future__ import annotations
 
+import base64
 import json
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -14,17 +16,25 @@ from typing import Any
 import numpy as np
 
 from engine.brdf.brdf import brdf_from_text, model_name
+from engine.core.errors import InputError
 from engine.core.figure_text import percent
 from engine.core.params import parameters
 from engine.scene.material import Material, auto_sigma, fitted_error
 from engine.shading.directional.effective_light import TILTS, TURNS, effective_cosine
 from engine.shading.power_law import Storage
 from engine.storage.records import TABLE
+from engine.storage.untrusted import decode_content
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources"
 
 _INCLUDE = re.compile(r'^\s*#include "([^"]+)"\s*$', re.MULTILINE)
 _UNIFORM = re.compile(r"^uniform (float|vec3) brdf_(\w+);$", re.MULTILINE)
+
+#: Share by which a number may differ where another processor worked it out.
+_LAST_DIGITS = 1e-6
+
+_PICTURE = re.compile(r'"(iVBOR[A-Za-z0-9+/=]*)"')
+_NUMBER = re.compile(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?)")
 
 
 def brdf_json(material: Material) -> str:
@@ -166,3 +176,43 @@ def _comment(text: str, most: int = 100) -> str:
 def filled(template: str, **values: str) -> str:
     """`template` with each @NAME@ replaced once and nothing replaced within what was put in."""
     return re.sub("@(" + "|".join(values) + ")@", lambda found: values[found[1]], template)
+
+
+def is_same_text(found: bytes, made: str) -> bool:
+    """True where a text of a bundle is the one that was `made` here, but for the last digits of numbers.
+
+    Pictures within it may be packed otherwise, as another version of zlib does, and must hold the same pixels.
+    """
+    try:
+        text = found.decode("utf-8")
+    except UnicodeDecodeError:
+        return False
+    if text == made:
+        return True
+    parts, own = _PICTURE.split(text), _PICTURE.split(made)
+    if len(parts) != len(own) or not all(map(_is_same_but_for_digits, parts[::2], own[::2])):
+        return False
+    return all(map(_is_same_picture, parts[1::2], own[1::2]))
+
+
+def _is_same_but_for_digits(found: str, made: str) -> bool:
+    parts, own = _NUMBER.split(found), _NUMBER.split(made)
+    if len(parts) != len(own) or parts[::2] != own[::2]:
+        return False
+    return all(
+        one == other or math.isclose(float(one), float(other), rel_tol=_LAST_DIGITS)
+        for one, other in zip(parts[1::2], own[1::2], strict=True)
+    )
+
+
+def _is_same_picture(found: str, made: str) -> bool:
+    if found == made:
+        return True
+    try:
+        pixels = [
+            decode_content("engine.images.decode:decode", "picture of the page", base64.b64decode(each))["pixels"]
+            for each in (found, made)
+        ]
+    except (InputError, ValueError):
+        return False
+    return np.array_equal(*pixels)
