@@ -283,15 +283,26 @@ class Person:
         self.until(lambda seen: title not in seen["dialogs"], "the end of the dialog", 60.0)
 
     def go_on(self) -> None:
-        """Go on with the work that was interrupted."""
-        seen = self.until(lambda seen: any(name.startswith("Go on") for name in seen["places"]), "a button to go on")
-        self.click(next(name for name in seen["places"] if name.startswith("Go on")))
+        """Go on with the work that was interrupted: a person whose click was lost clicks again."""
+        self.until(lambda seen: bool(buttons_to_go_on(seen)), "a button to go on")
+        for _ in range(5):
+            for name in buttons_to_go_on(self.seen)[:1]:
+                self.click(name)
+            time.sleep(8 * PAUSE_S)
+            if not buttons_to_go_on(self.seen):
+                return
+        raise SystemExit("the button to go on stays")
 
     def close(self) -> int:
         """Quit by the keyboard; the exit code."""
         assert self.process is not None
         self.keys("ctrl+q")
         return self.process.wait(PATIENCE_S)
+
+
+def buttons_to_go_on(seen: dict) -> list[str]:
+    """Names of the buttons that offer to go on with something."""
+    return [name for name in seen["places"] if name.startswith("Go on")]
 
 
 def do(*words: object) -> None:
