@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     if arguments.action == "verify":
         problems = drain(problems_of(arguments.path), show)
         result |= {"ok": not problems, "problems": problems, "exit_code": BAD_FILE if problems else DONE}
-        result["warnings"] = [*result["warnings"], *problems]
+        result["warnings"] = list(dict.fromkeys([*problems, *result["warnings"]]))
     return result
 
 
@@ -93,13 +93,12 @@ def report(result: dict[str, Any]) -> str:
             f"{each['name']}: {verdicts[each['bit_equal']]}, {each['reason']}" for each in result["results"]
         )
     lines = [
-        f"{result['name']}: {result['history_steps']} steps, last changed {result['last_change']}",
+        f"Project “{result['name']}”: {result['history_steps']} steps, last changed {result['last_change']}",
         f"{len(result['photographs'])} photographs",
-        *(f"missing: {path}" for path in result["missing"]),
         *_beside(result["derived"]),
     ]
     if "ok" in result:
-        lines += ["The project is sound."] if result["ok"] else ["The project is not sound:", *result["problems"]]
+        lines.append("The project is sound." if result["ok"] else "The project is not sound: see the warnings.")
     return "\n".join(lines)
 
 

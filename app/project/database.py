@@ -1,6 +1,6 @@
 """The database of a project: opened, checked, and made with its tables where it is new.
 
-meta(name, value)                schema, and the number of the current step
+meta(name, value)                schema, the number of the current step, and when the document was changed last
 step(number, text, gesture, old, new)   the undo history: from state to state
 state(name, parts)               a document: the name of the value of each part
 value(name, text)                a value (`app.project.values`)

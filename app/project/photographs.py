@@ -15,7 +15,7 @@ import os
 import sqlite3
 import stat
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,9 @@ from app.project.values import found_path, paths_of, said_path
 from engine.capture.lights.sources import Sources
 from engine.core.errors import InputError
 from engine.core.steps import Step, Steps
+
+#: Names that a sentence lists; of more it gives the number.
+MOST_NAMES = 3
 
 #: Files that a folder may hold in which photographs are looked for, folders within it included.
 MOST_FILES = 100_000
@@ -269,3 +272,17 @@ def _size_of(path: Path) -> int:
         return path.stat().st_size
     except OSError:
         return -1
+
+
+def named(files: Sequence[Path]) -> str:
+    """The beginning of a sentence: names of files, or their number, with its verb."""
+    if len(files) > MOST_NAMES:
+        return f"{len(files)} photographs, {files[0].name} among them, are"
+    names = " and ".join(filter(None, (", ".join(each.name for each in files[:-1]), files[-1].name)))
+    return f"{names} {'is' if len(files) == 1 else 'are'}"
+
+
+def said_to_be_changed(files: Sequence[Path]) -> str:
+    """A sentence without its full stop: which photographs are not those that were imported."""
+    was = "it was when it was" if len(files) == 1 else "they were when they were"
+    return f"{named(files)} not as {was} imported"

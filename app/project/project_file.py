@@ -12,6 +12,7 @@ photographs in `NAME.lap-data/stack-HASH`, named by what they were made from; bo
 from __future__ import annotations
 
 import contextlib
+import datetime
 import json
 import sqlite3
 from collections.abc import Callable, Iterator, Mapping
@@ -123,6 +124,9 @@ class Writer:
                 connection.executemany("INSERT INTO step VALUES (?, ?, ?, ?, ?)", rows[same:])
             meta = [("position", str(history.position)), ("current", current), ("name", history.current.name)]
             meta.append(("software", f"lightarc {engine.__version__}"))
+            was = set(connection.execute("SELECT name, value FROM meta"))
+            if there != rows or not was.issuperset(meta[:2]):
+                meta.append(("changed", datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")))
             connection.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", meta)
         states = [state for step in history.steps for state in (step.old, step.new) if not isinstance(state, str)]
         states.append(history.current)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import json
 import logging
+import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from app.document.document import Step as HistoryStep
 from app.project.arrays import damaged
 from app.project.database import connected, reading, schema_of
 from app.project.made import noted, size_of
-from app.project.photographs import checked, files_of, marks_of, photographs
+from app.project.photographs import checked, files_of, marks_of, named, photographs, said_to_be_changed
 from app.project.project_file import data_folder, read
 from app.project.tidying import names_in
 from engine.capture.lights.sources import printable
@@ -35,28 +36,37 @@ def described(path: Path) -> dict[str, Any]:
 
     `schema`, `name`, `photographs` (paths), `history_steps`, `position`, `missing` (photographs that are not there),
     `derived` (kind, bytes and presence of what can be made again, and the seconds that it took or None), `notes` (the
-    person's words), `last_change` (ISO 8601, UTC) and `warnings` (photographs that are missing, doubts about the
-    material).
+    person's words), `last_change` (ISO 8601, UTC; where an older version wrote the file, that of the file) and
+    `warnings` (photographs that are missing, doubts about the material).
     Raises InputError where this is no project.
     """
     opened = read(path)
     files = photographs(opened.current)
-    missing = [str(file) for file in files_of(opened.current) if not file.is_file()]
+    missing = [file for file in files_of(opened.current) if not file.is_file()]
     with connected(path) as connection:
         schema = schema_of(connection, path)
-    changed = datetime.datetime.fromtimestamp(path.stat().st_mtime, datetime.UTC)
+        changed = connection.execute("SELECT value FROM meta WHERE name = 'changed'").fetchone()
+    written = datetime.datetime.fromtimestamp(path.stat().st_mtime, datetime.UTC)
     return {
         "schema": schema,
         "name": opened.current.name,
         "photographs": [str(file) for file in files],
         "history_steps": len(opened.steps),
         "position": opened.position,
-        "missing": missing,
+        "missing": [str(file) for file in missing],
         "derived": list(_derived(path)),
         "notes": opened.current.notes,
-        "last_change": changed.isoformat(timespec="seconds"),
-        "warnings": [*(f"{file} is missing" for file in missing), *_health(opened.current)],
+        "last_change": str(changed[0]) if changed else written.isoformat(timespec="seconds"),
+        "warnings": [*_gone(missing, path), *_health(opened.current)],
     }
+
+
+def _gone(missing: Sequence[Path], project: Path) -> list[str]:
+    """One sentence on the photographs of a project that are not there, none where all are."""
+    if not missing:
+        return []
+    remedy = f"`lightarc project find {shlex.quote(str(project))} --photographs FOLDER` finds those that moved"
+    return [f"{named(missing)} missing from {missing[0].parent}; {remedy}"]
 
 
 def _health(project: Project) -> list[str]:
@@ -123,8 +133,8 @@ def problems_of(path: Path) -> Steps[list[str]]:
                     found.append(f"step {at + 1} ({step.text}): {error}")
     found += [f"{name} is damaged, and can be made again" for name in (yield from damaged(data_folder(path)))]
     about = yield from checked(path, files_of(opened.current), thorough=True)
-    found += [f"{each} is missing" for each in about.missing]
-    return [*found, *(f"{each} is not as it was when it was imported" for each in about.changed)]
+    found += _gone(about.missing, path)
+    return found + ([said_to_be_changed(about.changed)] if about.changed else [])
 
 
 def _derived(path: Path) -> Iterator[dict[str, Any]]:

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.commands.workbench import Workbench
 from app.document.document import Project
-from app.project.photographs import Checked, checked, files_of, find_moved, keep, relocate
+from app.project.photographs import Checked, checked, files_of, find_moved, keep, named, relocate, said_to_be_changed
 from app.project.project_file import data_folder
 from app.window.banner import Banners
 from app.window.projects import Projects
@@ -21,9 +21,6 @@ from engine.core.errors import FileError, UsageError
 from engine.core.steps import Step, Steps
 
 log = logging.getLogger(__name__)
-
-#: Names that a sentence lists; of more it gives the number.
-MOST_NAMES = 3
 
 
 class Whereabouts(QObject):
@@ -68,8 +65,7 @@ class Whereabouts(QObject):
         self.banners.say("missing", words, ("Find…", self.choose))
         words = ""
         if about.changed:
-            was = "it was when it was" if len(about.changed) == 1 else "they were when they were"
-            words = f"{named(about.changed)} not as {was} imported. Nothing was made anew."
+            words = f"{said_to_be_changed(about.changed)}. Nothing was made anew."
         hide = partial(self.banners.say, "changed", "")
         self.banners.say("changed", words, ("Import again", self._import), ("Hide", hide))
 
@@ -149,11 +145,3 @@ def found(path: Path, missing: Sequence[Path], folder: Path, read_only: bool) ->
     places = yield from find_moved(path, missing, folder)
     relocate(path, places)
     return places
-
-
-def named(files: Sequence[Path]) -> str:
-    """The beginning of a sentence: names of files, or their number, with its verb."""
-    if len(files) > MOST_NAMES:
-        return f"{len(files)} photographs, {files[0].name} among them, are"
-    names = " and ".join(filter(None, (", ".join(each.name for each in files[:-1]), files[-1].name)))
-    return f"{names} {'is' if len(files) == 1 else 'are'}"

@@ -316,6 +316,27 @@ def test_the_verb_shows_checks_and_collects(tmp_path: Path, photographs: Path, l
     assert lightarc("project", "info", tmp_path / "none.lap").code == 3
 
 
+def test_the_last_change_is_that_of_the_document_and_not_of_the_file(tmp_path: Path, photographs: Path) -> None:
+    path = written(tmp_path / "a.lap", full(photographs))
+    with sqlite3.connect(path) as connection:
+        connection.execute("UPDATE meta SET value = '1480-05-01T00:00:00+00:00' WHERE name = 'changed'")
+    opened = read(path)
+    with contextlib.closing(Writer(path)) as writer:
+        writer.write(History(opened.current, opened.steps, opened.position))
+    shutil.copy(path, tmp_path / "b.lap")
+    assert described(tmp_path / "b.lap")["last_change"].startswith("1480")
+    written(path, dataclasses.replace(opened.current, notes="Linen"))
+    assert described(path)["last_change"].startswith("20")
+
+
+def test_photographs_that_are_gone_are_said_once(tmp_path: Path, photographs: Path, lightarc: Any) -> None:
+    path = written(tmp_path / "a.lap", full(photographs))
+    photographs.rename(tmp_path / "moved")
+    found = lightarc("project", "verify", path)
+    assert found.code == 3
+    assert found.out.count("missing") + found.err.count("missing") == 1, found
+
+
 def test_brdfs_that_were_measured_are_within_the_file(tmp_path: Path) -> None:
     from engine.brdf.table import HalfDifferenceTable
 
