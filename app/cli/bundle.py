@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 from app.arguments.results import Input, Output, material_at
 from app.arguments.usage import BAD_FILE, DONE
 from engine.core.errors import UsageError
+from engine.core.figure_text import size_text
 from engine.core.steps import Step, drain
 
 NAME = "bundle"
@@ -138,8 +139,38 @@ def report(result: dict[str, Any]) -> str:
     if "page" in result:
         return f"{'Opened' if result['opened'] else 'No browser opens'} {result['page']}"
     if "ok" not in result:
-        return "\n".join(f"{name}: {value}" for name, value in result.items())
+        return "\n".join(_summary(result))
     if result["ok"]:
         counted = f"{len(result['members'])} members with the manifest, {result['size_bytes']:,} bytes"
         return f"{result['path']} is sound: {counted}."
     return "\n".join(["The bundle is not sound:", *(f"- {problem}" for problem in result["problems"])])
+
+
+def _summary(manifest: dict[str, Any]) -> Iterator[str]:
+    """Lines on a bundle that answer what a person asks first; --json prints all of the manifest."""
+    provenance, elevations = manifest["provenance"], manifest["elevation_deg"]
+    photographs = len(provenance.get("photographs") or [])
+    yield f"{manifest['name']}, written by lightarc {manifest['software'].get('lightarc', 'of an unknown version')}"
+    if photographs:
+        lights = f", lights at {min(elevations):.3g}° to {max(elevations):.3g}° used" if elevations else ""
+        excluded = len(provenance.get("excluded_photographs") or [])
+        yield f"photographs: {photographs}{f', {excluded} excluded' if excluded else ''}{lights}"
+    for kind in ("shading_map", "power_law", "directional", "pbr"):
+        if manifest.get(kind) is not None:
+            yield f"{kind.replace('_', ' ')}: {_size(manifest[kind])}"
+    yield f"BRDF: {manifest['brdf']}"
+    project = provenance.get("project")
+    if project:
+        yield f"project: {project['name']}, {project['history_steps']} steps, state {project['state']}"
+    yield "members:"
+    width = max(map(len, manifest["members"]), default=0)
+    for name, member in sorted(manifest["members"].items()):
+        yield f"  {name:{width}}  {size_text(member['size_bytes'])}"
+    yield "The whole manifest: lightarc bundle show --json"
+
+
+def _size(maps: dict[str, Any]) -> str:
+    """Texels of maps, and the count of those that lie over each other."""
+    texels = f"{maps['width_px']} × {maps['height_px']} texels"
+    layers = next((f"{maps[name]} {name} of " for name in ("slices", "planes") if isinstance(maps.get(name), int)), "")
+    return f"{layers}{texels}"

@@ -116,7 +116,7 @@ def material_of(project: Project) -> Steps[Material]:
         stack, evenness = yield from part(evened(stack), 0.0, 0.1)
     chosen = yield from part(choose(stack, project.slices, excluded=excluded, wanted=wanted), 0.1, 0.3)
     elevation_deg = tuple(float(angle) for angle in stack.elevation_deg[included(stack, excluded)])
-    health = stack.health.merged(chosen.health)
+    health = stack.health.without(excluded).merged(chosen.health)
     if not isinstance(chosen.map, ShadingMap):
         planes = chosen.map
         return Material(None, None, elevation_deg=elevation_deg, name=project.name, health=health, directional=planes)

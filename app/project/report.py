@@ -71,8 +71,8 @@ def _gone(missing: Sequence[Path], project: Path) -> list[str]:
 
 def _health(project: Project) -> list[str]:
     """Sentences on what is doubtful about the photographs and the material of a project, each once."""
-    made = (project.stack, project.material if project.has_map else None)
-    return list(dict.fromkeys(text for each in made if each is not None for text in each.health.warnings))
+    found = project.stack.health.without(project.excluded).warnings if project.stack is not None else []
+    return list(dict.fromkeys(found + (project.material.health.warnings if project.has_map else [])))
 
 
 def identity(path: Path) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from types import MappingProxyType
@@ -45,6 +45,11 @@ class Health:
             for finding in self.findings
             if finding.verdict >= Verdict.WARNING
         ]
+
+    def without(self, sources: Collection[str]) -> Health:
+        """The same, less what is found in `sources`: photographs that a person left out worry nobody any more."""
+        kept = tuple(finding for finding in self.findings if finding.source not in sources)
+        return Health(self.figures, kept)
 
     def merged(self, other: Health) -> Health:
         """Both together; a figure of `other` replaces one of the same name."""

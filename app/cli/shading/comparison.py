@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step],
         "candidates": [_record(each) for each in found],
         "worst_of": own.name,
         "worst": [each.record for each in seen],
-        "warnings": stack.health.warnings,
+        "warnings": stack.health.without(set(stack.sources) - {stack.sources[at] for at in used}).warnings,
     }
     write_json(folder / f"{STEM}.json", {"lightarc_comparison": 1, **record})
     return {**record, "files": [f"{STEM}.json", f"{STEM}.png", f"{STEM}.svg", f"{STEM}-worst.png"]}

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.commands.making import material_of, stack_of
 from app.document.comparison import Comparison, Entry
 from app.document.document import ImportChoices, Look, Project, Step
 from app.document.measured import Accuracy, scene_key
@@ -29,6 +30,7 @@ from app.project.report import described, identity, problems_of
 from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.capture.lights.sources import find
 from engine.core.errors import InputError, OutputError
+from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import drain
 from engine.geometry.camera import Camera
 from engine.geometry.shapes import shape
@@ -330,8 +332,8 @@ def test_the_last_change_is_that_of_the_document_and_not_of_the_file(tmp_path: P
 
 
 def test_photographs_that_are_gone_are_said_once(tmp_path: Path, photographs: Path, lightarc: Any) -> None:
-    path = written(tmp_path / "a.lap", full(photographs))
-    photographs.rename(tmp_path / "moved")
+    path = written(tmp_path / "a.lap", full(shutil.copytree(photographs, tmp_path / "photographs")))
+    (tmp_path / "photographs").rename(tmp_path / "moved")
     found = lightarc("project", "verify", path)
     assert found.code == 3
     assert found.out.count("missing") + found.err.count("missing") == 1, found
@@ -384,3 +386,18 @@ def test_a_project_that_has_a_place_of_its_own_is_found_interrupted_among_the_re
     assert places.claim(path)
     assert places.interrupted(tmp_path / "projects", recent) == []
     places.release(path)
+
+
+def test_photographs_that_were_left_out_worry_nobody_any_more(tmp_path: Path, photographs: Path) -> None:
+    sources, choices = find([photographs]), ImportChoices(motion="none")
+    stack = drain(stack_of(sources, choices, tmp_path / "stack"))
+    doubt = Health(findings=(Finding(Verdict.WARNING, "is in doubt", stack.sources[1]),))
+    stack = dataclasses.replace(stack, health=doubt)
+    for excluded in (frozenset[str](), frozenset(stack.sources[1:2])):
+        project = Project(
+            sources=sources, import_choices=choices, imported_with=choices, stack=stack, excluded=excluded
+        )
+        project = dataclasses.replace(project, material=drain(material_of(project)))
+        assert any("in doubt" in text for text in project.material.health.warnings) == (not excluded)
+        told = described(written(tmp_path / "a.lap", project))["warnings"]
+        assert any("in doubt" in text for text in told) == (not excluded)
