@@ -24,7 +24,7 @@ from app.document.document import Project
 from app.document.variation import pictures_of
 from app.project.database import connected, explained
 from app.project.project_file import data_folder, places_of
-from app.project.values import found_path, paths_of, said_path
+from app.project.values import found_path, in_full, paths_of, said_path
 from engine.capture.lights.sources import Sources
 from engine.core.errors import InputError
 from engine.core.steps import Step, Steps
@@ -118,7 +118,7 @@ def relocate(project: Path, places: Mapping[Path, Path]) -> None:
     Raises OutputError where that cannot be written.
     """
     marks = marks_of(project)
-    _put(project, [(old, marks.get(old.absolute()), new) for old, new in places.items()])
+    _put(project, [(old, marks.get(in_full(old)), new) for old, new in places.items()])
 
 
 def _put(project: Path, rows: Iterable[tuple[Path, Mark | None, Path | None]]) -> None:
@@ -142,7 +142,7 @@ def _put(project: Path, rows: Iterable[tuple[Path, Mark | None, Path | None]]) -
 
 
 def _text(path: Path, folder: Path) -> str:
-    return json.dumps(said_path(path.absolute(), folder), sort_keys=True)
+    return json.dumps(said_path(path, folder), sort_keys=True)
 
 
 def _has_marks(connection: sqlite3.Connection) -> bool:
@@ -152,7 +152,7 @@ def _has_marks(connection: sqlite3.Connection) -> bool:
 def _names_of(connection: sqlite3.Connection, folder: Path, path: Path) -> list[str]:
     """Rows that tell of the photograph at `path`."""
     rows = connection.execute("SELECT place, now FROM photograph").fetchall()
-    return [str(place) for place, now in rows if path.absolute() in _paths(place, now, folder)]
+    return [str(place) for place, now in rows if in_full(path) in _paths(place, now, folder)]
 
 
 def _paths(place: Any, now: Any, folder: Path) -> Iterator[Path]:
@@ -210,7 +210,7 @@ def checked(project: Path, files: Iterable[Path], *, thorough: bool = False) -> 
     missing, changed, new = list[Path](), list[Path](), dict[Path, Mark]()
     for at, path in enumerate(files):
         yield Step(at / len(files), f"looking at {path.name}")
-        known = marks.get(path.absolute())
+        known = marks.get(in_full(path))
         try:
             about = path.stat()
         except OSError:
@@ -235,7 +235,7 @@ def find_moved(project: Path, missing: Iterable[Path], folder: Path) -> Steps[di
     """
     yield Step(0.0, "looking through the folder")
     marks, missing = marks_of(project), tuple(missing)
-    wanted = {path: marks.get(path.absolute()) for path in missing}
+    wanted = {path: marks.get(in_full(path)) for path in missing}
     sizes = {mark.size for mark in wanted.values() if mark is not None}
     by_name, by_hash = defaultdict[str, list[Path]](list), defaultdict[str, list[Path]](list)
     there = list(_all_files(folder))

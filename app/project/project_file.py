@@ -36,6 +36,7 @@ from app.project.values import (
     decoded,
     encoded,
     found_path,
+    in_full,
     name_of,
 )
 from engine.core.errors import InputError, OutputError
@@ -77,8 +78,8 @@ class History:
 
 
 def data_folder(path: Path) -> Path:
-    """`NAME.lap-data` beside `NAME.lap`."""
-    return path.with_name(path.name + _DATA)
+    """`NAME.lap-data` beside `NAME.lap`, in full: places of photographs are told from it, wherever a process stands."""
+    return in_full(path.with_name(path.name + _DATA))
 
 
 def path_of(folder: Path) -> Path:

@@ -18,6 +18,7 @@ from app.project.made import noted, size_of
 from app.project.photographs import checked, files_of, marks_of, named, photographs, said_to_be_changed
 from app.project.project_file import data_folder, read
 from app.project.tidying import names_in
+from app.project.values import in_full
 from engine.capture.lights.sources import printable
 from engine.core.errors import FileError, InputError
 from engine.core.steps import Step, Steps
@@ -102,7 +103,7 @@ def chain_of(path: Path, project: Project, steps: Sequence[HistoryStep]) -> dict
         marks = {}
     files: list[dict[str, Any]] = []
     for file in photographs(project):
-        mark = marks.get(file.absolute())
+        mark = marks.get(in_full(file))
         known = {} if mark is None else {"bytes": mark.size, HASH: mark.hash}
         files.append({"file": printable(file), **known})
     return {

@@ -315,11 +315,16 @@ def _parts(kind: type) -> tuple[str, ...]:
     return tuple(part.name for part in dataclasses.fields(kind) if part.init)
 
 
+def in_full(path: Path) -> Path:
+    """A path from the root, without the steps back in it: the same file has the same path, however it was typed."""
+    return Path(os.path.normpath(path.absolute()))
+
+
 def said_path(path: Path, folder: Path) -> dict[str, str]:
     """A path below the folder of the data relative to it; any other in full, and as seen from the project's folder."""
+    path = in_full(path)
     if path.is_relative_to(folder):
         return {"path": path.relative_to(folder).as_posix()}
-    path = path.absolute()
     try:
         return {"path": str(path), "near": Path(os.path.relpath(path, folder.parent)).as_posix()}
     except ValueError:  # another drive

@@ -6,7 +6,6 @@ import argparse
 import json
 import zipfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest

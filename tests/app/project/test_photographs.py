@@ -280,3 +280,30 @@ def test_a_migration_that_fails_leaves_the_project_as_it_was(
     monkeypatch.setattr(atomic, "fault", None)
     assert older.read_bytes() == before
     assert described(older)["schema"] == 1
+
+
+@pytest.mark.parametrize("stand", [".", "a", "b/deep"])
+def test_paths_are_understood_from_wherever_a_process_stands(
+    tmp_path: Path, project: Path, monkeypatch: pytest.MonkeyPatch, stand: str
+) -> None:
+    """Moved apart, found, copied and collected, all by relative paths; then without the original."""
+    for name in ("b/deep", "c", "d"):
+        (tmp_path / name).mkdir(parents=True)
+    (tmp_path / "a" / "Felt").rename(tmp_path / "b" / "Moved")
+    monkeypatch.chdir(tmp_path / stand)
+
+    def at(place: str) -> Path:
+        return Path(os.path.relpath(tmp_path / place))
+
+    gone = named(at("a/Felt.lap"))
+    relocate(at("a/Felt.lap"), drain(find_moved(at("a/Felt.lap"), gone, at("b"))))
+    drain(copy(at("a/Felt.lap"), at("c/Copy.lap")))
+    drain(collect(at("c/Copy.lap"), at("d/Felt.lap")))
+    monkeypatch.undo()
+    for place in ("a/Felt.lap", "c/Copy.lap"):
+        assert {path.parent for path in named(tmp_path / place)} == {tmp_path / "b" / "Moved"}
+    for name in ("a", "b", "c"):
+        shutil.rmtree(tmp_path / name)
+    (tmp_path / "d").rename(tmp_path / "e")
+    assert described(tmp_path / "e" / "Felt.lap")["missing"] == []
+    assert drain(problems_of(tmp_path / "e" / "Felt.lap")) == []
