@@ -44,6 +44,7 @@ COARSE = {
     "engine.planning.effects.estimates.FINE": (12, 2, 16),
     "engine.planning.effects.mode_error.FINE": (12, 2, 16),
     "engine.planning.effects.lobe_error.PAIRS": (4, 4, 4),
+    "engine.planning.effects.lobe_error.PIXELS": 4,
     "engine.planning.choices.SAMPLES": 4,
     "engine.render.environment_error.REFERENCE_ROWS": 16,
     "engine.transport.gaussian.bake.PROBE_VIEWS": 2,

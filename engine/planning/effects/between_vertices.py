@@ -119,7 +119,7 @@ def interpolation_error(between: Between, brdf: Any) -> float:
     squares, whole = _energy(apart), _energy(exact)
     if found.lamps is not None:
         _, lit = between.some.apart(lamps)
-        apart, exact_lamps = between.many.apart(_of_lamps(between, brdf))
+        apart, exact_lamps = between.many.apart(of_lamps_between(between, brdf))
         squares += _energy(apart)
         whole += 2.0 * float((exact * lit).sum(axis=1).mean()) + _energy(exact_lamps)
     return float(np.sqrt(squares / whole)) if whole > 0.0 else 0.0
@@ -130,7 +130,7 @@ def _energy(radiance: Array) -> float:
     return float((radiance**2).sum(axis=1).mean())
 
 
-def _of_lamps(between: Between, brdf: Any) -> Array:
+def of_lamps_between(between: Between, brdf: Any) -> Array:
     """(4 M, 3) radiance of the lamps alone."""
     looked, at = between.looked, between.many
     lights = DistantLights(looked.lamp_direction, looked.lamp_irradiance)

@@ -169,7 +169,7 @@ def sample(
         if len(chosen) <= most:
             return by_camera(scene, chosen, frames[chosen], local)
         lit = of_lamps(of, chosen, frames[chosen], local, lights_of_all(light.lamps), brdf)
-        rows, weight = _by_worth(np.abs(lit).sum(axis=1), most, rng)
+        rows, weight = by_worth(np.abs(lit).sum(axis=1), most, rng)
         return by_camera(scene, chosen[rows], frames[chosen[rows]], local[rows], weight=weight)
     chosen = _drawn(areas, points, rng)
     own = frames[chosen]
@@ -215,7 +215,7 @@ def of_lamps(
     return total
 
 
-def _by_worth(worth: Array, most: int, rng: np.random.Generator) -> tuple[NDArray[np.int64], Array]:
+def by_worth(worth: Array, most: int, rng: np.random.Generator) -> tuple[NDArray[np.int64], Array]:
     """`most` rows, half of them as often as their `worth` (N,) and half evenly, and what each counts for."""
     chance = np.full(len(worth), 1.0 / len(worth))
     if worth.sum() > 0.0:
