@@ -261,11 +261,13 @@ def baked(path: Path, estimate: Estimate) -> Steps[Made]:
     The machine profile learns from one that it predicted and that ran from its start to its end.
     """
     from app.session.machine_profile import learn
+    from engine.core.stopwatch import spent
 
     yield Step(0.0, "preparing kernels")
     assert estimate.start is not None
     wanted = estimate.wanted
+    since = spent()
     made = yield from estimate.start(path)
     if wanted.predicted_s is not None and not made.resumed_chunks:
-        learn(wanted.choices.method.name, wanted.predicted_s, made.bake_s)
+        learn(wanted.choices.method.name, wanted.predicted_s, made.bake_s, since)
     return Made(wanted, made.transport, made.bake_s, made.file.size_bytes)

@@ -118,6 +118,7 @@ def measured(
     """
     yield Step(0.0, "preparing kernels")
     from app.session.machine_profile import cost_model, learn_from
+    from engine.core.stopwatch import spent
     from engine.tradeoff.agenda import settings_of
     from engine.tradeoff.sweep import sweep
 
@@ -125,8 +126,9 @@ def measured(
     settings = settings_of(scene, modes, bases, bounces=bounces > 0)
     costs = yield from part(cost_model(), 0.0, 0.05)
     steps = sweep(scene, settings, size, seconds=seconds, max_depth=bounces + 1, costs=costs)
+    since = spent()
     found = yield from part(steps, 0.05, 1.0)
-    learn_from(found.points)
+    learn_from(found.points, since)
     return found
 
 

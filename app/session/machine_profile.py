@@ -3,6 +3,7 @@
 Bakes correct it, and frames that were timed as a whole: those of `render`, of transport files too, of a tradeoff, and
 of the window's measurement of costs. Frames of the viewport do not: they are drawn in pieces between gestures, beside
 jobs that take what they like of the processor; nor do films by OpenGL, whose frames are read back and coded in between.
+Nor does anything beside which other programs worked: it would have been faster alone.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from engine.core.steps import Step, Steps
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from engine.core.stopwatch import Spent
     from engine.geometry.camera import Camera
     from engine.planning.costs.cost_model import CostModel
     from engine.planning.costs.setting import Setting
@@ -63,8 +65,13 @@ def cost_model(*, anew: bool = False) -> Steps[CostModel]:
     return model
 
 
-def learn(method: str, predicted_s: float, bake_s: float) -> None:
-    """Tell the kept profile what a bake of `method` really took, from its start to its end without a pause."""
+def learn(method: str, predicted_s: float, bake_s: float, since: Spent) -> None:
+    """Tell the kept profile what a bake of `method` really took, from its start at `since` without a pause."""
+    if not _was_disturbed(since):
+        _learn_bake(method, predicted_s, bake_s)
+
+
+def _learn_bake(method: str, predicted_s: float, bake_s: float) -> None:
     from engine.planning.costs.cost_model import load_model
 
     path = cost_path()
@@ -75,8 +82,8 @@ def learn(method: str, predicted_s: float, bake_s: float) -> None:
             _keep(found, path)
 
 
-def learn_bake(subject: Subject, method: Method, settings: Any, bake_s: float) -> None:
-    """Tell the kept profile what a bake of these settings took; nothing of a bake that plans do not know.
+def learn_bake(subject: Subject, method: Method, settings: Any, bake_s: float, since: Spent) -> None:
+    """Tell the kept profile what a bake of these settings took from `since` on; nothing of one that plans do not know.
 
     Plans know one BRDF for the whole model, and settings whose knobs alone differ from the usual.
     """
@@ -87,24 +94,42 @@ def learn_bake(subject: Subject, method: Method, settings: Any, bake_s: float) -
     from engine.scene.scene import Scene
 
     chosen = {name: getattr(settings, name) for name in knobs_of(method.name)}
-    if subject.variations or settings != replace(method.settings(), **chosen):
+    if subject.variations or settings != replace(method.settings(), **chosen) or _was_disturbed(since):
         return
     knobs = {name: int(value) if isinstance(value, bool) else value for name, value in chosen.items()}
     knobs = {name: value for name, value in knobs.items() if value is not None}
     scene = Scene(subject.mesh, frame(subject.mesh.positions), subject.brdf, ground=subject.ground)
     predicted = _predicted(scene, Setting(method.name, knobs), (1, 1), 1, 1)
-    learn(method.name, predicted.get("bake_s", 0.0), bake_s)
+    _learn_bake(method.name, predicted.get("bake_s", 0.0), bake_s)
+
+
+def _was_disturbed(since: Spent) -> bool:
+    """True if other programs took the processors from then on, so that times teach nothing of an idle machine."""
+    from engine.core.stopwatch import DISTURBED, background_load, spent
+
+    load = background_load(since, spent())
+    if load > DISTURBED:
+        log.info("The machine profile learns nothing: other programs used %s of the processors.", percent(load))
+    return load > DISTURBED
 
 
 def learn_frame(
-    scene: Scene, setting: Setting, size: tuple[int, int], frame_s: float, *, samples: int, depth: int, device: str
+    scene: Scene,
+    setting: Setting,
+    size: tuple[int, int],
+    frame_s: float,
+    since: Spent,
+    *,
+    samples: int,
+    depth: int,
+    device: str,
 ) -> None:
-    """Tell the kept profile what a frame of `setting` took, drawn by `device`: the device that it has measured."""
+    """Tell the kept profile what a frame of `setting` took from `since` on, by `device`, which it has measured."""
     from engine.planning.effects.sample import of_surface
     from engine.tradeoff.predict import drawn_s
 
     kept = _kept_for(device, setting.mode)
-    if kept is None or scene.environment is None:
+    if kept is None or scene.environment is None or _was_disturbed(since):
         return
     if setting.mode == "reference":
         predicted_s = _predicted(scene, setting, size, samples, depth).get("frame_s", 0.0)
@@ -114,14 +139,14 @@ def learn_frame(
 
 
 def learn_relit(
-    relit: Relit, camera: Camera, size: tuple[int, int], frame_s: float, *, samples: int, device: str
+    relit: Relit, camera: Camera, size: tuple[int, int], frame_s: float, since: Spent, *, samples: int, device: str
 ) -> None:
-    """Tell the kept profile what a frame of a bake under its light took; nothing of one that no plan would choose."""
+    """Tell the kept profile what a frame of a bake took from `since` on; nothing of one that no plan would choose."""
     from engine.planning.costs.planned import planning_of
     from engine.tradeoff.predict import drawn_s
 
     kept = _kept_for(device, relit.method)
-    if kept is None:
+    if kept is None or _was_disturbed(since):
         return
     try:
         setting = planning_of(relit.method).setting_of(relit)
@@ -159,13 +184,13 @@ def _predicted(scene: Scene, setting: Setting, size: tuple[int, int], samples: i
     return Predictions(kept, scene, size, samples, depth, tables_made=False).of(setting)
 
 
-def learn_from(points: Sequence[Point]) -> None:
-    """Tell the kept profile what bakes and frames of a tradeoff took: of each mode the one in the middle."""
+def learn_from(points: Sequence[Point], since: Spent) -> None:
+    """Tell the kept profile what bakes and frames of a tradeoff took from `since` on: of each mode the middle one."""
     from engine.planning.costs.cost_model import load_model
 
     path = cost_path()
     kept = load_model(path) if path is not None else None
-    if path is None or kept is None:
+    if path is None or kept is None or _was_disturbed(since):
         return
     found = kept
     for mode, predicted_s, bake_s in _middle(points, "bake_s"):

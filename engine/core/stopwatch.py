@@ -35,10 +35,24 @@ Spent = tuple[float, float, float]
 
 
 def spent() -> Spent:
-    """To be asked for before and after what is measured, for `background_load`."""
-    whole, own = psutil.cpu_times(), psutil.Process().cpu_times()
+    """To be asked for before and after what is measured, for `background_load`.
+
+    What children of the process use is its own: files are decoded and texts of reflectance are evaluated there.
+    """
+    whole, process = psutil.cpu_times(), psutil.Process()
     used = sum(getattr(whole, name, 0.0) for name in ("user", "nice", "system", "steal"))
-    return used, own.user + own.system, time.perf_counter() * (os.cpu_count() or 1)
+    own = _used(process) + sum(_used(child) for child in process.children(recursive=True))
+    return used, own, time.perf_counter() * (os.cpu_count() or 1)
+
+
+def _used(process: psutil.Process) -> float:
+    """Seconds that a process has used, with its children that have ended; none of one that has just ended."""
+    try:
+        times = process.cpu_times()
+    except psutil.Error:
+        return 0.0
+    names = ("user", "system", "children_user", "children_system")
+    return float(sum(getattr(times, name, 0.0) for name in names))
 
 
 def background_load(before: Spent, after: Spent) -> float:

@@ -160,6 +160,7 @@ def _settings(method: Method) -> type[Any]:
 
 def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.session.machine_profile import learn_bake
+    from engine.core.stopwatch import spent
     from engine.light.environment_file import open_environment
     from engine.transport.baking.spatially_varying import variation_to_text
 
@@ -176,6 +177,7 @@ def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], 
     error = drain(baking.measured(work, subject, settings, tested), show)
     varied = arguments.vary or [variation_to_text(each) for each in subject.variations]
     knobs = {**baking.knobs(work, settings), **({"vary": varied} if method.variations else {})}
+    since = spent()
     baked, record = carry_out(
         arguments,
         show,
@@ -188,7 +190,7 @@ def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], 
     if baked is None:
         return record
     if not baked.resumed_chunks and arguments.cluster is None:
-        learn_bake(subject, method, settings, baked.bake_s)
+        learn_bake(subject, method, settings, baked.bake_s, since)
     figures = baking.figures(work, baked, prepared_s)
     return {
         **record,

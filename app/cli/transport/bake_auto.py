@@ -39,6 +39,7 @@ def given(arguments: argparse.Namespace) -> list[str]:
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.session.machine_profile import learn
+    from engine.core.stopwatch import spent
     from engine.geometry.camera import frame
     from engine.light.environment_file import open_environment
     from engine.planning.bake import prepare
@@ -59,6 +60,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     preparing = prepare(found, mesh, brdf, ground, variations=variations, fine=fine)
     ready = drain(part(preparing, 0.0, 0.05), show)
     planned = record(found)
+    since = spent()
     baked, result = carry_out(
         arguments,
         show,
@@ -72,7 +74,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     if baked is None:
         return result
     if not baked.resumed_chunks:
-        learn(found.mode, found.cost.bake_s, baked.bake_s)
+        learn(found.mode, found.cost.bake_s, baked.bake_s, since)
     left_out = [f"No {effect.effect}: {effect.reason}" for effect in found.effects if not effect.on]
     if found.decision("self-shadowing") == "needed":
         left_out += result["skipped"]

@@ -327,6 +327,7 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
     import numpy as np
     import psutil
 
+    from engine.core.stopwatch import spent
     from engine.render.path import check_scene
     from engine.render.reference import BYTES_PER_PIXEL, reference
 
@@ -337,11 +338,11 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
             f"A reference of {size[0]} × {size[1]} pixels needs {size_text(needed)} of memory, more than free"
         )
     check_scene(scene)
-    start = time.perf_counter()
+    since, start = spent(), time.perf_counter()
     options = {"samples": arguments.samples, "max_depth": arguments.max_depth, "seed": arguments.seed}
     found = drain(reference(scene, size, **options), show)
     frame_s = time.perf_counter() - start
-    teach(scene, arguments, "reference", frame_s)
+    teach(scene, arguments, "reference", frame_s, since)
     warnings = doubts_of_scene(scene)
     if found.rejected:
         warnings.append(f"{found.rejected} samples were not finite and count as black.")
@@ -366,6 +367,7 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
 def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
     """The picture, and how it was made: frame_s, gl_renderer, warnings."""
     from engine.brdf.brdf import MODELS
+    from engine.core.stopwatch import spent
     from engine.gl.brdf_textures import factor_source
     from engine.gl.draw import draw_off_screen
     from engine.render.direct import radiance
@@ -376,14 +378,15 @@ def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], No
     if renderer == "auto" and not scene.brdf.isotropic and not has_shader:
         renderer = "cpu"
         warnings.append("The measured BRDF is anisotropic and drawn on the processor, which shows it exactly.")
+    since = spent()
     drawn = off_screen(renderer, lambda context: draw_off_screen(context, scene, size, arguments.samples), warnings)
     if drawn is not None:
-        teach(scene, arguments, "direct", drawn[1]["frame_s"], drawn[1]["gl_renderer"])
+        teach(scene, arguments, "direct", drawn[1]["frame_s"], since, drawn[1]["gl_renderer"])
         return drawn[0], {}, drawn[1]
-    start = time.perf_counter()
+    since, start = spent(), time.perf_counter()
     picture = drain(radiance(scene, size, samples=arguments.samples), show)
     frame_s = time.perf_counter() - start
-    teach(scene, arguments, "direct", frame_s)
+    teach(scene, arguments, "direct", frame_s, since)
     return picture, {}, {"frame_s": frame_s, "gl_renderer": ON_PROCESSOR, "warnings": warnings}
 
 

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from engine.core.stopwatch import Spent
     from engine.geometry.camera import Camera
     from engine.gl.draw import OffScreen
     from engine.light.environment import EnvironmentMap
@@ -57,8 +58,15 @@ def off_screen(
     return picture, {"frame_s": frame_s, "gl_renderer": name, "warnings": [*warnings, *messages]}
 
 
-def teach(scene: Scene, arguments: argparse.Namespace, mode: str, frame_s: float, device: str = PROCESSOR) -> None:
-    """Let the machine profile learn from a frame that took longer than it takes to predict it.
+def teach(
+    scene: Scene,
+    arguments: argparse.Namespace,
+    mode: str,
+    frame_s: float,
+    since: Spent,
+    device: str = PROCESSOR,
+) -> None:
+    """Let the machine profile learn from a frame, begun at `since`, that took longer than it takes to predict it.
 
     Plans know a material of slices or their fit, and knobs in their own ranges. Frames of a film that OpenGL draws are
     not timed, each being read back and coded between two of them.
@@ -80,18 +88,18 @@ def teach(scene: Scene, arguments: argparse.Namespace, mode: str, frame_s: float
         return
     samples, depth = (1, arguments.max_depth) if is_reference else (arguments.samples, 1)
     size = (arguments.width, arguments.height)
-    learn_frame(scene, setting, size, frame_s, samples=samples, depth=depth, device=device)
+    learn_frame(scene, setting, size, frame_s, since, samples=samples, depth=depth, device=device)
 
 
 def teach_relit(
-    relit: Relit, camera: Camera, arguments: argparse.Namespace, frame_s: float, device: str = PROCESSOR
+    relit: Relit, camera: Camera, arguments: argparse.Namespace, frame_s: float, since: Spent, device: str = PROCESSOR
 ) -> None:
-    """Let the machine profile learn from a frame of a bake that took about as long as it takes to predict it."""
+    """Let the machine profile learn from a frame of a bake, begun at `since`, that took as long as its prediction."""
     from app.session.machine_profile import learn_relit
 
     if frame_s >= DRAWN_LONG_S:
         size = (arguments.width, arguments.height)
-        learn_relit(relit, camera, size, frame_s, samples=arguments.samples, device=device)
+        learn_relit(relit, camera, size, frame_s, since, samples=arguments.samples, device=device)
 
 
 def record_of(picture: NDArray[np.float32]) -> dict[str, Any]:

@@ -207,21 +207,23 @@ Drawn = tuple["NDArray[np.float32]", dict[str, Any]]
 
 
 def _draw(relit: Relit, camera: Camera, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
+    from engine.core.stopwatch import spent
     from engine.gl.draw import relit_off_screen
     from engine.render.transported import picture_of
 
     size = (arguments.width, arguments.height)
     warnings: list[str] = []
+    since = spent()
     drawn = off_screen(
         arguments.renderer, lambda context: relit_off_screen(context, relit, camera, size, arguments.samples), warnings
     )
     if drawn is not None:
-        teach_relit(relit, camera, arguments, drawn[1]["frame_s"], drawn[1]["gl_renderer"])
+        teach_relit(relit, camera, arguments, drawn[1]["frame_s"], since, drawn[1]["gl_renderer"])
         return drawn
-    start = time.perf_counter()
+    since, start = spent(), time.perf_counter()
     found = drain(part(picture_of(relit, camera, size, arguments.samples), 0.3, 1.0), show)
     frame_s = time.perf_counter() - start
-    teach_relit(relit, camera, arguments, frame_s)
+    teach_relit(relit, camera, arguments, frame_s, since)
     return found.picture, {
         "frame_s": frame_s,
         "gl_renderer": ON_PROCESSOR,

@@ -103,6 +103,7 @@ def run(
     behind: EnvironmentMap | None,
 ) -> dict[str, Any]:
     """The film of a scene that is drawn by sums over lights, or by paths."""
+    from engine.core.stopwatch import spent
     from engine.render.turntable import frames
 
     scenes = list(frames(scene, arguments.turntable, arguments.turns))
@@ -133,9 +134,10 @@ def run(
         return (with_background(picture, each, behind) for picture, each in zip(pictures, scenes, strict=True))
 
     renderer = "cpu" if arguments.mode == "reference" else arguments.renderer
+    since = spent()
     made = _written(arguments, display, show, warnings, renderer, on_device, on_processor, finished)
     if seconds:
-        teach(scene, arguments, "reference", median(seconds))
+        teach(scene, arguments, "reference", median(seconds), since)
     return made
 
 

@@ -126,6 +126,7 @@ def _measured(
 ) -> dict[str, Any]:
     from app.arguments.usage import CANCELLED, DONE
     from app.session.machine_profile import cost_model, learn_from
+    from engine.core.stopwatch import spent
     from engine.tradeoff.sweep import sweep
     from engine.tradeoff.write import write
 
@@ -141,6 +142,7 @@ def _measured(
             ending.keep_work()
         show(step)
 
+    since = spent()
     try:
         found = drain(sweep(scene, settings, (arguments.width, arguments.height), **options), keep)
         is_cancelled = False
@@ -148,7 +150,7 @@ def _measured(
         if not latest:
             raise
         found, is_cancelled = latest[0], True
-    learn_from(found.points)
+    learn_from(found.points, since)
     about = {
         "mesh": arguments.mesh,
         "vertices": len(scene.mesh.positions),

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import pytest
 
 from engine.core import stopwatch
@@ -53,3 +56,17 @@ def test_a_busy_machine_is_told_after_some_patience(machine: Clock) -> None:
     assert shortest_s == pytest.approx(0.2)
     assert load == pytest.approx(0.5)
     assert machine.now_s < stopwatch.PATIENCE_S + 1.0
+
+
+def test_children_are_no_other_programs() -> None:
+    """One lives and has worked for half a second of a processor, and then it has ended."""
+    work = "import time\nwhile time.process_time() < 0.5: pass\nprint('done', flush=True)\ninput()"
+    before = stopwatch.spent()
+    with subprocess.Popen([sys.executable, "-c", work], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as child:
+        assert child.stdout is not None
+        child.stdout.readline()
+        alive = stopwatch.spent()
+        child.communicate(b"\n")
+    ended = stopwatch.spent()
+    assert alive[1] - before[1] >= 0.45
+    assert ended[1] - before[1] >= 0.45

@@ -18,7 +18,9 @@ from app.command_line import main
 from app.document.document import Look, Project
 from app.project.project_file import History, Writer
 from engine.bundle.bundle import save_bundle
+from engine.core import stopwatch
 from engine.core.steps import drain
+from engine.core.stopwatch import spent
 from engine.geometry.camera import Camera
 from engine.geometry.shapes import shape
 from engine.light.sky import built_in
@@ -43,7 +45,8 @@ def mesh(tmp_path: Path) -> str:
 
 @pytest.fixture(autouse=True)
 def kept_costs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
-    """Costs that are known already, so that nothing is measured."""
+    """Costs that are known already, so that nothing is measured, on a machine without other programs."""
+    monkeypatch.setattr(stopwatch, "background_load", lambda _before, _after: 0.0)
     path = tmp_path / "cache" / "cost-model.json"
     save(replace(every_rate(), machine=machine_name(), measured_at_s=time.time()), path)
     monkeypatch.setattr(app.session.machine_profile, "cost_path", lambda: path)
@@ -192,17 +195,40 @@ def test_a_bake_that_a_plan_laid_out_teaches_the_profile(kept_costs: Path) -> No
     before = load_model(kept_costs)
     assert before is not None
     assert not before.bakes
-    app.session.machine_profile.learn("sh", 4.0, 8.0)
+    app.session.machine_profile.learn("sh", 4.0, 8.0, spent())
     points = [
         SimpleNamespace(mode="wavelet", predicted={"bake_s": 2.0}, bake_s=seconds, frame_s=0.0)
         for seconds in (2.0, 6.0, 600.0)
     ]
     points.append(SimpleNamespace(mode="direct", predicted={"frame_s": 2.0}, bake_s=0.0, frame_s=1.0))
-    app.session.machine_profile.learn_from(points)  # type: ignore[arg-type]
+    app.session.machine_profile.learn_from(points, spent())  # type: ignore[arg-type]
     after = load_model(kept_costs)
     assert after is not None
     assert dict(after.bakes) == {"sh": (pytest.approx(math.log(2.0)), 1), "wavelet": (pytest.approx(math.log(3.0)), 1)}
     assert dict(after.frames) == {"direct": (pytest.approx(math.log(0.5)), 1)}
+
+
+def test_nothing_is_learnt_beside_other_programs(
+    kept_costs: Path, mesh: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Other programs have 40 % of the processors while these bakes and frames are timed."""
+    monkeypatch.setattr("engine.planning.costs.cost_model.TEACHES_S", 1e-9)
+    monkeypatch.setattr("engine.planning.costs.cost_model.FRAME_TEACHES_S", 1e-9)
+    monkeypatch.setattr("app.cli.transport.render_output.LONG_S", 0.0)
+    monkeypatch.setattr("app.cli.transport.render_output.DRAWN_LONG_S", 0.0)
+    before = kept_costs.read_bytes()
+    monkeypatch.setattr(stopwatch, "background_load", lambda _before, _after: 0.4)
+    bake, size = str(tmp_path / "a.transport"), ["--width", "16", "--height", "16", "--samples", "1"]
+    record(["bake", mesh, "--brdf", "lambert", "--mode", "sh", "--order", "3", "-o", bake], capsys)
+    record(["bake", mesh, *LOOK, "--mode", "auto", "--error", "0.2", "-o", str(tmp_path / "b.transport")], capsys)
+    record(["render", bake, "--env", "studio", *size, "--renderer", "cpu", "-o", str(tmp_path / "a.png")], capsys)
+    record(["render", mesh, *LOOK, *size, "--mode", "reference", "-o", str(tmp_path / "b.png")], capsys)
+    point = SimpleNamespace(mode="sh", predicted={"bake_s": 2.0, "frame_s": 1.0}, bake_s=4.0, frame_s=2.0)
+    app.session.machine_profile.learn_from([point], spent())  # type: ignore[list-item]
+    assert kept_costs.read_bytes() == before
+    monkeypatch.setattr(stopwatch, "background_load", lambda _before, _after: 0.05)
+    app.session.machine_profile.learn_from([point], spent())  # type: ignore[list-item]
+    assert kept_costs.read_bytes() != before
 
 
 def test_a_bake_of_a_named_mode_teaches_the_profile_unless_plans_do_not_know_it(
