@@ -17,6 +17,7 @@ from app.cli.transport.render_output import (
     ON_PROCESSOR,
     add_background_arguments,
     check_background,
+    check_memory,
     joined,
     lights_of,
     off_screen,
@@ -25,8 +26,9 @@ from app.cli.transport.render_output import (
 )
 from app.commands.pictures import write_picture
 from engine.core.errors import UsageError
-from engine.core.figure_text import percent, size_text, time_text
+from engine.core.figure_text import percent, time_text
 from engine.core.steps import Step, drain
+from engine.core.stopwatch import spent
 from engine.transport import method as transport
 
 if TYPE_CHECKING:
@@ -325,18 +327,12 @@ Drawn = tuple["NDArray[np.float32]", dict[str, "NDArray[np.float32]"], dict[str,
 def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
     """The reference, its standard error, and its figures."""
     import numpy as np
-    import psutil
 
-    from engine.core.stopwatch import spent
     from engine.render.path import check_scene
-    from engine.render.reference import BYTES_PER_PIXEL, reference
+    from engine.render.reference import reference
 
     size = (arguments.width, arguments.height)
-    needed, available = size[0] * size[1] * BYTES_PER_PIXEL, psutil.virtual_memory().available
-    if needed > available:
-        raise UsageError(
-            f"A reference of {size[0]} × {size[1]} pixels needs {size_text(needed)} of memory, more than free"
-        )
+    check_memory(size)
     check_scene(scene)
     since, start = spent(), time.perf_counter()
     options = {"samples": arguments.samples, "max_depth": arguments.max_depth, "seed": arguments.seed}
@@ -367,7 +363,6 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
 def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
     """The picture, and how it was made: frame_s, gl_renderer, warnings."""
     from engine.brdf.brdf import MODELS
-    from engine.core.stopwatch import spent
     from engine.gl.brdf_textures import factor_source
     from engine.gl.draw import draw_off_screen
     from engine.render.direct import radiance

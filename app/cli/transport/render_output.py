@@ -102,6 +102,22 @@ def teach_relit(
         learn_relit(relit, camera, size, frame_s, since, samples=arguments.samples, device=device)
 
 
+def check_memory(size: tuple[int, int]) -> None:
+    """UsageError where a reference of `size` (width, height) needs more memory than is free."""
+    import psutil
+
+    from engine.core.errors import UsageError
+    from engine.core.figure_text import size_text
+    from engine.render.reference import BYTES_PER_PIXEL
+
+    width, height = size
+    needed = width * height * BYTES_PER_PIXEL
+    if needed > psutil.virtual_memory().available:
+        raise UsageError(
+            f"A reference of {width} × {height} pixels needs {size_text(needed)} of memory, more than free"
+        )
+
+
 def record_of(picture: NDArray[np.float32]) -> dict[str, Any]:
     """Size, mean and coverage of a picture (height, width, 4)."""
     from engine.core.colour import luminance

@@ -205,20 +205,32 @@ def _krylov(matrix: Floats, terms: int, seed: int) -> Floats:
 
 
 def _dense(matrix: Floats, terms: int) -> Floats:
-    """Right vectors (n, terms + `SPARE`) from the eigenvectors of MᵀM, or of MMᵀ where that is smaller, by LAPACK."""
+    """Right vectors (n, terms + `SPARE`) by LAPACK: from MᵀM, or from MMᵀ where that is smaller.
+
+    Of a symmetric M they are its own eigenvectors. In MᵀM those of λ and −λ are one cluster; where it is wider than
+    what is taken of it, no part of it is a space that M maps onto itself.
+    """
     from scipy.linalg import eigh
 
+    taken = min(*matrix.shape, terms + SPARE)
+    if _is_symmetric(matrix):
+        values, vectors = eigh(matrix)
+        return np.asarray(vectors[:, np.argsort(-np.abs(values), kind="stable")[:taken]])
     wide = matrix.shape[1] > matrix.shape[0]
     gram = matrix @ matrix.T if wide else matrix.T @ matrix
-    _, vectors = eigh(gram, subset_by_index=(len(gram) - min(terms + SPARE, len(gram)), len(gram) - 1))
+    _, vectors = eigh(gram, subset_by_index=(len(gram) - taken, len(gram) - 1))
     return np.asarray(matrix.T @ vectors[:, ::-1] if wide else vectors[:, ::-1])
+
+
+def _is_symmetric(matrix: Floats) -> bool:
+    return bool(np.array_equal(matrix, matrix.T)) or asymmetry(matrix) <= ASYMMETRY
 
 
 def _block(
     matrix: Floats, terms: int, seed: int, start: Floats | None = None, most_iterations: int = MOST_ITERATIONS
 ) -> Decomposition:
     """Subspace iteration on MᵀM with Rayleigh–Ritz steps; for a symmetric M the Ritz vectors are M's own."""
-    own = bool(np.array_equal(matrix, matrix.T)) or asymmetry(matrix) <= ASYMMETRY
+    own = _is_symmetric(matrix)
     norm = float(np.linalg.norm(matrix))
     columns = matrix.shape[1]
     width = min(min(matrix.shape), terms + max(8, terms // 2 if start is not None else terms))

@@ -137,6 +137,16 @@ def test_more_equal_values_than_a_block_is_wide_are_left_to_lapack(
     assert np.isfinite(found.left).all()
 
 
+@pytest.mark.parametrize(("size", "terms"), [(220, 4), (260, 6)])
+def test_more_equal_and_opposite_values_than_a_block_is_wide(size: int, terms: int) -> None:
+    """A block within the cluster of MᵀM mixes eigenvectors of 1 and of −1: its Ritz values are anything between."""
+    draw = np.random.default_rng(size)
+    values = [*draw.choice([-1.0, 1.0], 36) * (1.0 + 1e-14 * draw.normal(size=36)), *(0.5 * 0.9 ** np.arange(100))]
+    found = assert_optimal(with_eigenvalues(values, size), symmetric, terms)
+    assert found.converged
+    assert found.value == pytest.approx(np.ones(terms), rel=1e-9)
+
+
 def test_W8_sixteen_terms_stay_orthonormal() -> None:
     values = [0.9**k * (-1) ** k for k in range(60)]
     for method in (symmetric, svd, power):
