@@ -170,15 +170,11 @@ def copy_places(source: Path, target: Path) -> None:
         texts = [text for (text,) in connection.execute("SELECT text FROM value WHERE text LIKE '%\"near\"%'")]
     named = {json.dumps(said, sort_keys=True): said for text in texts for said in _paths_in(json.loads(text))}
     found = {place: found_path(said, there, places) for place, said in named.items()}
-    moves = [(place, _text(path, here)) for place, path in found.items() if path.exists()]
+    outside = {place: path for place, path in found.items() if path.exists() and not path.is_relative_to(there)}
     statement = "INSERT INTO photograph VALUES (?, 0, 0, '', ?) ON CONFLICT(place) DO UPDATE SET now = excluded.now"
     with connected(target) as connection, explained(target), connection:
         connection.execute("BEGIN IMMEDIATE")
-        connection.executemany(statement, [move for move in moves if not _is_inside(move[1])])
-
-
-def _is_inside(text: str) -> bool:
-    return not Path(json.loads(text)["path"]).is_absolute()
+        connection.executemany(statement, [(place, _text(path, here)) for place, path in outside.items()])
 
 
 def _paths_in(said: Any) -> Iterator[Mapping[str, Any]]:
@@ -204,9 +200,22 @@ def marks_of(project: Path) -> dict[Path, Mark]:
     return found
 
 
+def _places_said(project: Path) -> set[str]:
+    """Places of marked photographs in the words of the project."""
+    with connected(project) as connection, explained(project):
+        if not _has_marks(connection):
+            return set()
+        rows = connection.execute("SELECT place FROM photograph WHERE hash != ''").fetchall()
+    return {str(place) for (place,) in rows}
+
+
 def checked(project: Path, files: Iterable[Path], *, thorough: bool = False) -> Steps[Checked]:
-    """Compare `files` with their marks; `thorough` reads also those whose size and time are as they were."""
-    marks, files = marks_of(project), tuple(files)
+    """Compare `files` with their marks; `thorough` reads also those whose size and time are as they were.
+
+    One that has its mark by where it was, or as seen from the project, is new at its place: it has to be known by its
+    content when the project has moved on alone.
+    """
+    marks, files, said = marks_of(project), tuple(files), _places_said(project)
     missing, changed, new = list[Path](), list[Path](), dict[Path, Mark]()
     for at, path in enumerate(files):
         yield Step(at / len(files), f"looking at {path.name}")
@@ -216,14 +225,17 @@ def checked(project: Path, files: Iterable[Path], *, thorough: bool = False) -> 
         except OSError:
             missing.append(path)
             continue
+        is_said = _text(path, data_folder(project)) in said
         if known is not None and not thorough and (about.st_size, about.st_mtime_ns) == (known.size, known.modified):
+            if not is_said:
+                new[path] = known
             continue
         mark = yield from _mark(path, at / len(files))
         if mark is None:
             missing.append(path)
         elif known is not None and mark.hash != known.hash:
             changed.append(path)
-        elif mark != known:
+        elif mark != known or not is_said:
             new[path] = mark
     return Checked(tuple(missing), tuple(changed), new)
 

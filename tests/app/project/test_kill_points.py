@@ -6,14 +6,12 @@ import json
 import os
 import random
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -72,22 +70,21 @@ def killed_at_a_moment(path: Path, folder: Path, seed: int, wait_s: float) -> No
     """Let the window work on the project, kill it, and look for what it said was saved."""
     places = {f"XDG_{name}_HOME": str(folder / name) for name in ("CACHE", "CONFIG", "DATA")}
     command = [sys.executable, "-m", "tests.app.project.window_session", str(path), str(seed)]
-    pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    root = Path(__file__).parents[3]
-    with subprocess.Popen(command, env={**os.environ, **places}, cwd=root, **pipes) as session:
-        assert session.stdout is not None
-        lines = [session.stdout.readline()]
-        while lines[-1] and not lines[-1].startswith("saved"):
-            lines.append(session.stdout.readline())
+    said, errors, root = folder / f"said-{seed}.txt", folder / f"errors-{seed}.txt", Path(__file__).parents[3]
+    states = {0: marks_of(path)}
+    with said.open("w") as output, errors.open("w") as log:
+        session = subprocess.Popen(command, env={**os.environ, **places}, cwd=root, stdout=output, stderr=log)
+        while session.poll() is None and "saved" not in said.read_text():
+            time.sleep(0.01)
         time.sleep(wait_s)
-        os.kill(session.pid, signal.SIGKILL)
-        rest, errors = session.communicate()
-    lines += rest.splitlines()
-    assert any(line.startswith("saved") for line in lines), errors
-    saved = int([line for line in lines if line.startswith("saved") and line.split()[1:]][-1].split()[1])
-    states = [line.split(" ", 2)[2].strip() for line in lines if line.startswith("did") and line.strip().endswith(")")]
-    assert states[saved - 1 :], lines
-    assert marks_of(path) in states[saved - 1 :], (marks_of(path), lines[-20:])
+        session.kill()
+        session.wait()
+    lines = [line.split(" ", 2) for line in said.read_text().splitlines(keepends=True) if line.endswith("\n")]
+    saved = [int(line[1]) for line in lines if line[0] == "saved"]
+    assert saved, errors.read_text()
+    states |= {int(line[1]): line[2].strip() for line in lines if line[0] == "did"}
+    kept = [state for number, state in states.items() if number >= saved[-1]]
+    assert marks_of(path) in kept, (marks_of(path), lines[-20:])
     assert not drain(problems_of(path))
 
 
