@@ -226,20 +226,21 @@ def _ranking(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dic
     """`ranking`: each model fitted, from the least error up; `best` in the linear and in the logarithmic norm."""
     from engine.brdf.brdf import MODELS
     from engine.brdf.fit import fit_data
-    from engine.brdf.ranking import best, ranked
+    from engine.brdf.ranking import best, missed, ranked
 
     show(Step(0.0, "reading"))
     brdf = _open(arguments.brdf)
     data = fit_data(brdf, count=arguments.samples, seed=arguments.seed)
     models = [model() for model in MODELS.values()]
     offers = drain(ranked(data, models, weighting=arguments.weighting, seed=arguments.seed), show)
+    nearest = best(offers)
     return {
         "brdf": arguments.brdf,
         "weighting": arguments.weighting,
         "samples": len(data.value),
         "ranking": [_offer(each) for each in offers],
-        "best": {norm: _offer(each) for norm, each in best(offers).items()},
-        "warnings": doubts_of_brdf(brdf),
+        "best": {norm: _offer(each) for norm, each in nearest.items()},
+        "warnings": [*doubts_of_brdf(brdf), *filter(None, [missed(nearest["linear"])])],
     }
 
 
@@ -259,7 +260,7 @@ def _fit_one(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dic
 
     from engine.brdf.brdf import brdf_from_text, brdf_to_text, model_name
     from engine.brdf.fit import fit, fit_data
-    from engine.brdf.ranking import fit_both, offer, warning
+    from engine.brdf.ranking import fit_both, missed, offer, warning
     from engine.core.params import parameters
 
     start = brdf_from_text(arguments.model)
@@ -293,7 +294,7 @@ def _fit_one(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dic
         "residual_by_angle": {name: _bands(remains) for name, remains in found.by_angle.items()},
         "rmse_log_before": before.log,
         "rmse_log_after": after.log,
-        "warnings": [*doubts_of_brdf(brdf), *([grown] if grown else [])],
+        "warnings": [*doubts_of_brdf(brdf), *filter(None, [grown, missed(after)])],
         "best": {norm: _offer(each) for norm, each in best.items()},
         "evaluations": found.evaluations,
     }

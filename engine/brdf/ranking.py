@@ -23,6 +23,9 @@ OTHER: dict[Weighting, Weighting] = {"log": "cosine", "cosine": "log"}
 #: Share by which a norm may grow unsaid: a fit has converged to about that.
 SLACK = 1e-3
 
+#: A linear error from which a fit misses the highlights: black has 1.
+MISSED = 0.5
+
 
 @dataclass(frozen=True, eq=False)
 class Offer:
@@ -59,6 +62,13 @@ def warning(before: Offer, after: Offer) -> str:
         grown = f"the logarithmic error grows from {number(before.log, 3)} to {number(after.log, 3)}"
         return f"{grown} while the linear one falls: dim values are worse than before"
     return ""
+
+
+def missed(nearest: Offer) -> str:
+    """A sentence where even the fit that is nearest in the linear norm misses the highlights, else ""."""
+    if nearest.linear < MISSED:
+        return ""
+    return f"the fit misses the values by {percent(nearest.linear, 3)} (RMS): its highlights are not those of the data"
 
 
 def best(offers: Sequence[Offer]) -> dict[Norm, Offer]:
