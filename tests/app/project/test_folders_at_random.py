@@ -162,7 +162,7 @@ class World:
         return f"a knob of {project} turned"
 
     def opened(self, project: Path) -> Checked:
-        """What the window finds where it opens a project."""
+        """Photographs as the window finds them where it opens a project."""
         return drain(looked_for(self.said(project), read(self.said(project)).current, False))
 
     def look_for(self, project: Path) -> None:
