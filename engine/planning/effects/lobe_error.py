@@ -33,7 +33,7 @@ from engine.planning.effects.simplified import lambertian
 from engine.transport.baking.diffuse_specular import parts
 from engine.transport.gaussian.error import part_of
 from engine.transport.gaussian.samples import GlossySurface
-from engine.transport.gaussian.transfer import mixed
+from engine.transport.gaussian.transfer import SeenLobes, mixed
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -126,7 +126,8 @@ def _mixing_error(scene: Scenery) -> float:
     found = []
     for lobes in pairs.fitted(1, len(pairs.views)):
         seen = pairs.seen(lobes)
-        apart = pairs.under(mixed(seen, corners, barycentric)) - pairs.under(seen)[:count]
+        own = SeenLobes(seen.energy[:count], seen.mean[:count], seen.sigma[:count])
+        apart = pairs.under(mixed(seen, corners, barycentric)) - pairs.under(own)
         found.append(float((weight[:, None] * apart**2).sum()))
     whole = float((weight[:, None] * exact**2).sum())
     return math.sqrt(min(found) / whole) if whole > 0.0 else 0.0
