@@ -260,8 +260,10 @@ def settings_of_bundle(material: Material, provenance: dict[str, Any]) -> dict[s
     shading_map, power_law = material.shading_map, material.power_law
     if shading_map is not None:
         settings["slices"] = len(shading_map.slices)
-        settings["tileable"] = "seam_error" in shading_map.health.figures
-        settings["evened"] = "unevenness" in shading_map.health.figures or not settings["tileable"]
+    made = shading_map.health if shading_map is not None else material.health
+    if shading_map is not None or material.directional is not None:
+        settings["tileable"] = "seam_error" in made.figures
+        settings["evened"] = "unevenness" in made.figures or not settings["tileable"]
     if power_law is not None:
         settings["exponent_bits"] = power_law.storage.exponent_bits
         bound = power_law.health.figures.get("error_bound", nan)

@@ -107,18 +107,21 @@ def material_of(project: Project) -> Steps[Material]:
     from engine.capture.evenness import evened
     from engine.shading.representation import choose
     from engine.shading.shading_map import included
-    from engine.shading.tile import make_tile
+    from engine.shading.tile import make_tile, tile_health, tiled_planes
 
     assert project.stack is not None
     stack, excluded, evenness = project.stack, project.excluded, Health()
-    wanted = "shading-map" if project.tileable and project.representation == "auto" else project.representation
-    if project.tileable and project.evened and wanted == "shading-map":
+    if project.tileable and project.evened:
         stack, evenness = yield from part(evened(stack), 0.0, 0.1)
-    chosen = yield from part(choose(stack, project.slices, excluded=excluded, wanted=wanted), 0.1, 0.3)
+    chosen = yield from part(choose(stack, project.slices, excluded=excluded, wanted=project.representation), 0.1, 0.3)
     elevation_deg = tuple(float(angle) for angle in stack.elevation_deg[included(stack, excluded)])
     health = stack.health.without(excluded).merged(chosen.health)
     if not isinstance(chosen.map, ShadingMap):
-        planes = chosen.map
+        planes, health = chosen.map, health.merged(evenness)
+        if project.tileable:
+            sample = planes.planes.shape[1], planes.planes.shape[2]
+            planes, tile = yield from part(tiled_planes(planes, name=stack.folder or "the stack"), 0.3, 1.0)
+            health = health.merged(tile_health(tile, sample))
         return Material(None, None, elevation_deg=elevation_deg, name=project.name, health=health, directional=planes)
     shading_map = chosen.map
     if project.tileable:

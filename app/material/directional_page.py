@@ -13,6 +13,7 @@ from app.jobs.newest import Latest
 from app.material.candidates import Candidates
 from app.material.light_pad import LightPad
 from app.material.surface_page import page_switch
+from app.material.tiling import Tiling
 from app.widgets.controls import ComboBox
 from app.widgets.image_view import ImageView, Picture, photograph
 from app.widgets.number_field import NumberField
@@ -62,16 +63,17 @@ class DirectionalPage(QWidget):
         self.exposure = NumberField(0.0, -10.0, 10.0, unit="EV")
         self.exposure.edited.connect(lambda _value, _final: self._relight())
         light.row("Exposure", self.exposure, "Brightness of this picture alone; the material stays as it is")
+        self.candidates = Candidates()
+        panel.add(self.candidates)
         settings = panel.section("Directional map")
         self.representation = representation_box()
         self.representation.activated.connect(lambda _index: self.chosen.emit(self.representation.currentData()))
         settings.row("Kind", self.representation, "Automatic: the one that shows photographs better that are left out")
+        self.tiling = Tiling(settings)
         self.resolution = settings.figure("Size")
         self.planes = settings.figure("Planes", "Pictures in 8 bits, whose weighted sum is the picture under a light")
         self.lamps = settings.figure("Photographs")
         self.byte_count = settings.figure("Bytes")
-        self.candidates = Candidates()
-        panel.add(self.candidates)
         report = panel.section("Report")
         self.report = Report()
         report.wide(self.report)
@@ -84,6 +86,8 @@ class DirectionalPage(QWidget):
         material, found = project.material, project.material.directional
         assert found is not None
         self.representation.setCurrentIndex(max(0, self.representation.findData(project.representation)))
+        self.tiling.show_project(project)
+        self.tiling.show_seams(material.health)
         self.report.show_health(material.health)
         if found is self.directional:
             return

@@ -17,6 +17,7 @@ from app.material.directional_page import DirectionalPage, representation_box
 from app.material.maps_page import MapsPage
 from app.material.surface_page import SurfacePage, page_switch
 from app.material.texel_panel import TexelFigures, WorstTexels, worst
+from app.material.tiling import Tiling
 from app.widgets.controls import ComboBox, Slider
 from app.widgets.empty_state import EmptyState, with_empty_state
 from app.widgets.image_view import ImageView, Picture, photograph, scalar_map
@@ -77,6 +78,7 @@ class MaterialTab(QWidget):
         self.empty = self._make_empty()
         self.pages = with_empty_state(self, self.empty, self._make_work())
         self.directional = DirectionalPage(bench.jobs)
+        self.directional.tiling.chosen.connect(lambda words, name, value: self._set(words, **{name: value}))
         self.directional.chosen.connect(self._represent)
         self.directional.build.clicked.connect(bench.build_material)
         self.pages.addWidget(self.directional)
@@ -151,23 +153,8 @@ class MaterialTab(QWidget):
             self.slices.addItem(str(count), count)
         self.slices.activated.connect(self._slices_chosen)
         settings.row("Slices", self.slices, "Number of slices that the photographs are resampled to")
-        self.edges = Segments(
-            (
-                ("plain", "As cut", "The whole sample; its edges do not match"),
-                ("tileable", "Tileable", "Cut along a path that is hard to see, so that opposite edges match"),
-            )
-        )
-        self.edges.chosen.connect(lambda value: self._set("Edges", tileable=value == "tileable"))
-        settings.row("Edges", self.edges)
-        self.brightness = Segments(
-            (
-                ("evened", "Evened", "Its slow change over the sample is divided out, which repeated makes bands"),
-                ("as it is", "As it is", "As in the photographs"),
-            )
-        )
-        self.brightness.chosen.connect(lambda value: self._set("Brightness", evened=value == "evened"))
-        settings.row("Brightness", self.brightness)
-        self.seams = settings.figure("Seams", "Steps across the seams of a tile beside those inside the sample")
+        self.tiling = Tiling(settings)
+        self.tiling.chosen.connect(lambda words, name, value: self._set(words, **{name: value}))
         self.resolution = settings.figure("Size")
         self.r_max = settings.figure("Largest r", "Mean luminance of the brightest photograph, a_max")
         self.deviation = settings.figure("Evenness", "Largest distance of a slice's mean from its target")
@@ -252,8 +239,7 @@ class MaterialTab(QWidget):
         self.slices.setCurrentIndex(self.slices.findData(new.slices))
         self.scale.setCurrentIndex(max(0, self.scale.findData(new.scale)))
         self.bits.setCurrentIndex(self.bits.findData(new.exponent_bits))
-        self.edges.choose("tileable" if new.tileable else "plain")
-        self.brightness.choose("evened" if new.evened else "as it is")
+        self.tiling.show_project(new)
         self.mode.choose("mixed" if new.mixed else "power-law")
         self.bound.show_value(new.error_bound_percent)
         if is_pbr:
@@ -280,8 +266,7 @@ class MaterialTab(QWidget):
         self.r_max.setText(number(either.r_max, 4))
         pair_bytes = power_law.size_bytes if power_law is not None else 0
         self._show_compression(power_law)
-        seams = shading_map.health.figures.get("seam_error") if shading_map is not None else None
-        self.seams.setText("not tileable" if seams is None else f"{number(seams, 3)} × inside")
+        self.tiling.show_seams(shading_map.health if shading_map is not None else None)
         self.size_pair.setText(size_text(pair_bytes) if power_law is not None else "–")
         self.size_slices.setText(size_text(shading_map.slices.nbytes) if shading_map is not None else "–")
         both = shading_map is not None and power_law is not None
@@ -418,9 +403,10 @@ class MaterialTab(QWidget):
             enable(each, why_not, "Make the material again with these settings")
         no_stack = "Needs the photographs of the capture" if project.stack is None else ""
         boxes = (self.representation, self.directional.representation)
-        for box in (*boxes, self.slices, self.scale, self.bits, self.edges, self.mode):
+        for box in (*boxes, self.slices, self.scale, self.bits, self.mode):
             enable(box, no_stack)
-        enable(self.brightness, no_stack or ("" if project.tileable else "Only a tile is evened out"))
+        for tiling in (self.tiling, self.directional.tiling):
+            tiling.update_buttons(project)
         enable(
             self.bound,
             no_stack or ("" if project.mixed else "Only the mixed mode has a bound"),

@@ -56,7 +56,8 @@ class AzimuthCheck:
 
     def finding(self) -> Finding:
         """The verdict in words."""
-        lights = f"Lit from {' and '.join(f'{angle:.0f}°' for angle in self.azimuths_deg)} of azimuth, pictures"
+        *first, last = (f"{angle:.0f}°" for angle in sorted(self.azimuths_deg))
+        lights = f"Lit from {', '.join(first)} and {last} of azimuth, pictures"
         if not math.isfinite(self.overall):
             return Finding(Verdict.WARNING, f"{lights} of equal mean radiance are clipped and cannot be compared")
         spread = f"{lights} of equal mean radiance differ by {percent(self.overall)}"

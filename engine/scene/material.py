@@ -103,8 +103,9 @@ def error_figures(material: Material) -> dict[str, Any]:
     storage = power_law.storage if power_law is not None else None
     rounded = storage if storage is not None and storage.exponent_bits < 32 else None
     compressed: Mapping[str, float] = power_law.health.figures if power_law is not None else {}
-    seam_error = shading_map.health.figures.get("seam_error") if shading_map is not None else None
-    height, width = shading_map.slices.shape[1:3] if shading_map is not None and seam_error is not None else (None,) * 2
+    tiled = shading_map.health if shading_map is not None else material.health
+    seam_error = tiled.figures.get("seam_error")
+    height, width = material.size if seam_error is not None else (None, None)
     return {
         "rms": power_law.rms if power_law is not None else None,
         "exponent_bits": storage.exponent_bits if storage is not None else None,

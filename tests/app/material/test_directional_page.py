@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 
+from app.commands.bundle_view import settings_of_bundle
 from app.material.candidates import verdict
 from app.window.main_window import MainWindow
 from engine.core.colour import srgb_encode
 from engine.core.figure_text import number
+from engine.scene.material import error_figures
 from engine.shading.directional.planes import DirectionalMap
 from tests.engine.domes import dome
 from tests.present import present
@@ -97,6 +99,28 @@ def test_a_shading_map_can_be_wished_for_and_the_wish_undone(filled: MainWindow,
     assert planes_of(filled) is before
     assert filled.bench.document.project.representation == "auto"
     assert filled.material.pages.currentWidget() is page
+
+
+def test_planes_are_evened_and_cut_into_a_tile(window: MainWindow, qtbot: Any) -> None:
+    window.bench.document.change("Import dome", stack=dome(height=24, width=28), tileable=True)
+    window.show_workspace("material")
+    window.bench.build_material()
+    qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=240_000)
+    page, material = window.material.directional, window.bench.document.project.material
+    assert window.material.pages.currentWidget() is page
+    assert page.tiling.edges.value == "tileable"
+    assert all(tile < whole for tile, whole in zip(material.size, (24, 28), strict=True))
+    assert material.health.figures["unevenness"] > 0.0
+    seams = material.health.figures["seam_error"]
+    assert page.tiling.seams.text() == f"{number(seams, 3)} × inside"
+    figures = error_figures(material)
+    assert (figures["seam_error"], figures["tile_height_px"], figures["tile_width_px"]) == (seams, *material.size)
+    assert settings_of_bundle(material, {})["tileable"]
+    assert page.tiling.brightness.isEnabled()
+    qtbot.mouseClick(page.tiling.edges.buttons["plain"], Qt.MouseButton.LeftButton)
+    assert not window.bench.document.project.tileable
+    assert not page.tiling.brightness.isEnabled()
+    assert page.build.isEnabled()
 
 
 def test_the_view_shows_planes_and_offers_no_slices(filled: MainWindow, qtbot: Any) -> None:

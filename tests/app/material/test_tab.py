@@ -65,15 +65,15 @@ def test_fewer_bits_take_fewer_bytes_and_say_how_far_they_round(filled: MainWind
 
 def test_a_tileable_material_repeats_and_its_seams_are_measured(filled: MainWindow, qtbot: Any) -> None:
     tab = filled.material
-    assert tab.seams.text() == "not tileable"
-    assert not tab.brightness.isEnabled()
-    qtbot.mouseClick(tab.edges.buttons["tileable"], Qt.MouseButton.LeftButton)
-    assert tab.brightness.value == "evened"
+    assert tab.tiling.seams.text() == "not tileable"
+    assert not tab.tiling.brightness.isEnabled()
+    qtbot.mouseClick(tab.tiling.edges.buttons["tileable"], Qt.MouseButton.LeftButton)
+    assert tab.tiling.brightness.value == "evened"
     rebuild(filled, qtbot)
     shading_map = filled.bench.document.project.material.shading_map
     assert shading_map is not None
     assert "unevenness" in shading_map.health.figures
-    assert tab.seams.text() == f"{number(shading_map.health.figures['seam_error'], 3)} × inside"
+    assert tab.tiling.seams.text() == f"{number(shading_map.health.figures['seam_error'], 3)} × inside"
     qtbot.mouseClick(tab.show_what.buttons["tiles"], Qt.MouseButton.LeftButton)
     height, width = shading_map.slices.shape[1:3]
     qtbot.waitUntil(lambda: present(tab.image.picture).size == (3 * width, 3 * height), timeout=60_000)
@@ -116,7 +116,7 @@ def test_a_number_of_slices_that_is_not_on_the_list_is_shown_and_stays(filled: M
 
 def test_disabled_choices_say_why_and_find_their_words_again(filled: MainWindow) -> None:
     tab, stack = filled.material, filled.bench.document.project.stack
-    choices = (tab.slices, tab.scale, tab.bits, *tab.mode.buttons.values(), *tab.edges.buttons.values())
+    choices = (tab.slices, tab.scale, tab.bits, *tab.mode.buttons.values(), *tab.tiling.edges.buttons.values())
     words = [box.toolTip() for box in choices]
     assert all(words)
     filled.bench.document.change("Bundle", stack=None)
