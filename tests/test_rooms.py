@@ -93,6 +93,7 @@ SHORT, LONG = 60, 400
 #: Files with fewer lines, and why.
 SHORT_FILES = {
     "app/material/tiling.py": "three rows, which two pages share",
+    "engine/render/shadowed.py": "one equation and its derivation",
     "engine/render/layers.py": "two layers of one loop over the pixels",
     "engine/capture/stack_record.py": "the record of a file, apart so that pydantic is loaded with the first one",
     "engine/capture/photograph/kinds.py": "suffixes, which the window asks for before it loads a reader",

@@ -124,7 +124,9 @@ def _take_brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> d
         raise UsageError("the material has a measured BRDF; give the measurement itself as --brdf")
     arguments.brdf = material.brdf
     if material.pbr is None:
-        return {"warnings": [f"the texels of {material.name} are left out: what is baked is its BRDF, {material.brdf}"]}
+        words = f"the texels of {material.name} are left out: what is baked is its BRDF, {material.brdf}"
+        remedy = "; lightarc render BAKE --material shows them in its light"
+        return {"warnings": [words + remedy if arguments.mode in (None, "sh") else words]}
     return mean_in_place_of_maps(material, show)
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from app.arguments.options import settings_from
 from app.arguments.results import software
 from app.cli.doubts import doubts_of_light, doubts_of_scene
-from app.cli.transport import render_turntable
+from app.cli.transport import render_textured, render_turntable
 from app.cli.transport.method_options import add_options, strange_options
 from app.cli.transport.options import light_of, near_lamp_argument
 from app.cli.transport.render_output import ON_PROCESSOR, check_background, off_screen, record_of, teach_relit
@@ -45,6 +45,7 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     from engine.geometry.camera import parse
     from engine.render.background import in_front_of
     from engine.render.turntable import middle
+    from engine.transport import sh_method
     from engine.transport.baking.file import open_transport
 
     _check(arguments)
@@ -59,6 +60,8 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     _check_brdf(arguments, method)
     asked = settings_from(arguments, method.light)
     light = light_of(arguments)
+    if arguments.material is not None:
+        render_textured.check(arguments, mode, light)
     behind = check_background(arguments, light.environment)
     steps = method.baking.illuminated(file, light, asked, arguments.brdf)
     found: Illuminated = drain(part(steps, 0.0, 0.3), show)
@@ -71,6 +74,13 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     picture, drawn = _draw(relit, camera, arguments, show)
     negative_rel = drawn.pop("negative_rel", None)
     negative_rel = found.negative_rel(camera.eye) if negative_rel is None else negative_rel
+    if arguments.material is not None:
+        unshadowed = sh_method.relit_openly(relit.transport, light, asked)
+        textured = render_textured.with_texels(picture, relit, unshadowed, light, camera, arguments, show)
+        picture, drawn = (
+            textured[0],
+            {**drawn, **textured[1], "warnings": [*drawn["warnings"], *textured[1]["warnings"]]},
+        )
     shown = picture if behind is None else in_front_of(picture, camera, behind, light.rotation, light.factor)
     write_picture(arguments.output, shown, display, None, arguments.background, software("render"))
     return {
@@ -180,10 +190,8 @@ def _check_brdf(arguments: argparse.Namespace, method: Method) -> None:
 def _check(arguments: argparse.Namespace) -> None:
     if arguments.layers:
         raise UsageError("--layers are those of a model; a transport file has no BRDF to take an albedo of")
-    given = {"--material": arguments.material, "--ground": arguments.ground}
-    for name, value in given.items():
-        if value is not None:
-            raise UsageError(f"{name} is part of the bake; bake again with another")
+    if arguments.ground is not None:
+        raise UsageError("--ground is part of the bake; bake again with another")
     if arguments.measure_error:
         raise UsageError("--measure-error needs chosen directions; baked transport uses the whole environment")
 

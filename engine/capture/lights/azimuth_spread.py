@@ -34,4 +34,4 @@ def about_azimuth(azimuth: NDArray[np.float64] | None) -> list[Finding]:
         f"The lights spread over {math.degrees(spread):.0f}° of azimuth, so that a directional material shows them "
         "best; a shading map, which knows their elevations alone, averages relief that is lit from several sides"
     )
-    return [Finding(Verdict.WARNING, text)]
+    return [Finding(Verdict.NOTE, text)]

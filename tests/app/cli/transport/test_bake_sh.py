@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+import OpenEXR
 import pytest
 
+from engine.bundle.bundle import save_bundle
 from engine.core.figure_text import percent, size_text
+from engine.core.steps import drain
 from tests.app.command import Command, result
+from tests.engine.domes import dome_material
 
 pytestmark = pytest.mark.usefixtures("coarse")
 
@@ -45,6 +50,29 @@ def test_turning_the_light_by_a_whole_turn_changes_nothing(lightarc: Command, me
         means.append(result(lightarc(*command))["mean_radiance"])
     assert means[1] == pytest.approx(means[0], rel=1e-6)
     assert means[2] != pytest.approx(means[0], rel=1e-3)
+
+
+def test_the_texels_of_a_material_are_drawn_in_the_light_of_a_bake(
+    lightarc: Command, mesh: Path, tmp_path: Path
+) -> None:
+    material, output, image = tmp_path / "a.lightarc", tmp_path / "a.transport", tmp_path / "a.exr"
+    drain(save_bundle(material, dome_material()))
+    words = ("--material", material, "--mode", "sh", "--ground", "--ground-cells", "4", "--cube", "8", "--json")
+    made = result(lightarc("bake", mesh, *words, "-o", output))
+    assert "lightarc render BAKE --material" in made["warnings"][0]
+    drawn = {}
+    for name, renderer in (("plain", "gl"), ("gl", "gl"), ("cpu", "cpu")):
+        texels = () if name == "plain" else ("--material", material)
+        lit = ("--env", "sky", "--directions", "16", "--renderer", renderer, *texels)
+        drawn[name] = result(lightarc("render", output, *lit, "-o", image, *SMALL))
+        drawn[name]["picture"] = next(iter(OpenEXR.File(str(image)).channels().values())).pixels
+    assert drawn["gl"]["texels_s"] > 0.0
+    assert drawn["cpu"]["mean_radiance"] == pytest.approx(drawn["gl"]["mean_radiance"], rel=0.02)
+    contrast = {name: np.std(each["picture"]) / np.mean(each["picture"]) for name, each in drawn.items()}
+    assert contrast["gl"] > 1.1 * contrast["plain"]
+    near = ("--near-lamp", "x=3,y=3,z=3,radius=0.1,power=40")
+    refused = lightarc("render", output, "--material", material, *near, "-o", image, *SMALL)
+    assert (refused.code, "distant lights" in refused.err) == (2, True), refused.err
 
 
 def test_what_cannot_be_is_refused_with_the_reason(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
