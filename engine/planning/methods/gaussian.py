@@ -29,7 +29,7 @@ from engine.transport.relit import RelitGaussians, relit_gaussians
 from engine.transport.sh.bake import default_edge
 from engine.transport.sh.transfer import is_diffuse
 
-#: Ratios of measured to predicted errors: by a camera those of seven scenes, which hold those of 49 of 49 others.
+#: Ratios of measured to predicted errors: by a camera those of seven scenes, which hold those of 50 of 50 others.
 SPREAD = Spread(by_camera=(0.3, 5.2), around=(0.02, 1.0))
 
 #: Effects without which the BRDF is no longer that of a model, which alone is cut into lobes.
