@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property, partial
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -58,6 +59,16 @@ Tab = TypeVar("Tab", bound=Any)
 #: From the window on screen to the first of the workspaces behind it, and from one to the next.
 AFTER_MS, BETWEEN_MS = 100, 20
 
+#: What the workspaces behind it are built with, in parts that load in some tens of milliseconds but for the first.
+LIBRARIES = (
+    "pyqtgraph",
+    "engine.figures.contact_sheet",
+    "app.material.tab",
+    "app.brdf.tab",
+    "app.factor.tab",
+    "app.export.tab",
+)
+
 #: Drawings of workspaces beside the model.
 DRAWN = {"brdf": "The sphere", "factor": "The preview"}
 
@@ -93,6 +104,7 @@ class MainWindow(QMainWindow):
         self.setAcceptDrops(True)
         self.setAnimated(False)
         self._has_title = self._is_closed = False
+        self._parts = self._parts_behind()
         self.failures = Failures(self)
         self._session = open_session() if config is None else None
         self.bench = Workbench(self._session or projects_folder(), self)
@@ -170,11 +182,20 @@ class MainWindow(QMainWindow):
                 getattr(tab, signal).connect(slot)
 
     def make_next(self) -> None:
-        """Make a workspace that is not there yet, and the others once events have been served."""
-        missing = next((name for name in WORKSPACES if name not in self.tabs), None)
-        if missing is not None and not self._is_closed:
-            getattr(self, missing)
+        """Make a part of the workspaces behind the one in front, and the others once events have been served."""
+        part = next(self._parts, None)
+        if part is not None and not self._is_closed:
+            part()
             QTimer.singleShot(BETWEEN_MS, self, self.make_next)
+
+    def _parts_behind(self) -> Iterator[Callable[[], Any]]:
+        """What is made after the window is on screen: libraries first, one at a time, then what is built with them."""
+        for library in LIBRARIES:
+            yield partial(import_module, library)
+        yield lambda: self.capture.plot.inside
+        for name in WORKSPACES:
+            if name not in self.tabs:
+                yield partial(getattr, self, name)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
