@@ -30,6 +30,7 @@ from app.widgets.plots import Plot
 from app.widgets.status_bar import waiting_text
 from app.widgets.theme import ROW, STEP
 from engine.core.figure_text import number, size_text, time_text
+from engine.core.steps import time_left
 from engine.factor.settings import MOST_PRODUCTS, MOST_TEXTURES
 
 NUMBER = Qt.ItemDataRole.UserRole
@@ -308,7 +309,7 @@ def state_of(live: Live) -> str:
         share = f", {100 * job.step.done:.0f} %" if job.begun else ""
         return f"{'waiting' if job.state == 'queued' else 'paused'}{share}"
     left = job.left_s
-    more = f", {left:.0f} s left" if left is not None and left >= 1 else ""
+    more = f", {time_left(left)}" if left is not None and left >= 1 else ""
     return f"{100 * job.step.done:.0f} %{more}"
 
 

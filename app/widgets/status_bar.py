@@ -16,6 +16,7 @@ from app.widgets.panels import text
 from app.widgets.theme import PADDING, STEP, role
 from engine.core.figure_text import local, percent, size_text
 from engine.core.health import Health, Verdict
+from engine.core.steps import time_left
 
 HEIGHT = 30
 
@@ -205,7 +206,7 @@ def describe(job: Job) -> str:
     note = job.step.note or job.title
     words = f"{note[:1].upper()}{note[1:]}"
     left = job.left_s
-    return f"{words} · {left:.0f} s left" if left is not None and left >= 1 else words
+    return f"{words} · {time_left(left)}" if left is not None and left >= 1 else words
 
 
 def waiting_text(job: Job) -> str:
