@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.document.measured import (
+    AXES,
     Accuracy,
     accuracy_of,
     measured,
@@ -60,14 +61,6 @@ NARROWEST = 332
 
 #: Least height of the plot, and while there is nothing in it.
 PLOT_PX, EMPTY_PX = 120, 40
-
-#: Labels of the axis of each cost, and the factors to their units.
-AXES = {
-    "frame": ("Frame / ms", 1e3),
-    "relight": ("Relighting / ms", 1e3),
-    "bake": ("Bake / s", 1.0),
-    "memory": ("Memory / MB", 1e-6),
-}
 
 
 class AccuracyDock(QDockWidget):
@@ -323,7 +316,7 @@ class Legend(QLabel):
         """Name these."""
         self.modes = modes
         shown = [mode_named(mode) for mode in modes]
-        words = (f'<span style="color:{colour_of(m.value)}">{m.mark[1]}</span>&nbsp;{m.label}' for m in shown)
+        words = (f'<span style="color:{theme.line(m.colour)}">{m.mark[1]}</span>&nbsp;{m.label}' for m in shown)
         self.setText(" &nbsp; ".join(word.replace(" map", "&nbsp;map") for word in words))
         self.setVisible(bool(modes))
 
@@ -340,9 +333,3 @@ def why_no_budget(words: str) -> str:
     except UsageError:
         return BUDGET
     return ""
-
-
-def colour_of(mode: str) -> str:
-    """The colour of a mode in the current theme."""
-    number = mode_named(mode).colour
-    return theme.LINES[number % len(theme.LINES)] if number >= 0 else theme.current().text

@@ -15,9 +15,8 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, Qt, Signal
 
-from app.docks.accuracy import AXES, colour_of
-from app.document.measured import Accuracy, describe
-from app.document.modes import modes
+from app.document.measured import AXES, Accuracy, describe
+from app.document.modes import mode_named, modes
 from app.factor.plot import log_ticks
 from app.widgets import theme
 from app.widgets.plots import Plot
@@ -92,7 +91,7 @@ class TradeoffPlot(Plot):
         return len(self.accuracy.points) - len(self.shown) if self.accuracy is not None else 0
 
     def _mark(self, marks: Any, points: Sequence[Point], best: set[int]) -> None:
-        colour = colour_of(points[0].mode) if points else "#000000"
+        colour = theme.line(mode_named(points[0].mode).colour) if points else "#000000"
         panel = theme.current().panel
         marks.setData(
             x=[self._place(point)[0] for point in points],

@@ -16,6 +16,14 @@ from engine.scene.scene import Scene
 from engine.tradeoff.front import break_even_frames, effort
 from engine.tradeoff.point import Point
 
+#: Labels of the axis of each cost, and the factors to their units.
+AXES = {
+    "frame": ("Frame / ms", 1e3),
+    "relight": ("Relighting / ms", 1e3),
+    "bake": ("Bake / s", 1.0),
+    "memory": ("Memory / MB", 1e-6),
+}
+
 if TYPE_CHECKING:
     from engine.tradeoff.sweep import Tradeoff
 

@@ -96,6 +96,11 @@ def current() -> Theme:
     return _current
 
 
+def line(number: int) -> str:
+    """The colour of the line `number` of a plot; below 0 that of text."""
+    return LINES[number % len(LINES)] if number >= 0 else current().text
+
+
 def apply(application: QApplication, name: str) -> Theme:
     """Dress the whole application in the theme `name` ('dark' or 'light'; anything else means dark)."""
     global _current
@@ -183,6 +188,7 @@ def _sheet(theme: Theme) -> str:
 QWidget {{ color: {theme.text}; }}
 QWidget:disabled {{ color: {theme.disabled}; }}
 QMainWindow, QDialog {{ background: {theme.window}; }}
+QDialogButtonBox, QMessageBox {{ dialogbuttonbox-buttons-have-icons: 0; }}
 QMainWindow::separator {{ background: {theme.line}; width: 1px; height: 1px; }}
 QToolTip {{ background: {theme.field}; color: {theme.text}; border: 1px solid {theme.line}; padding: 4px 6px; }}
 

@@ -59,7 +59,7 @@ Tab = TypeVar("Tab", bound=Any)
 #: From the window on screen to the first of the workspaces behind it, and from one to the next.
 AFTER_MS, BETWEEN_MS = 100, 20
 
-#: What the workspaces behind it are built with, in parts that load in some tens of milliseconds but for the first.
+#: Libraries and modules of the workspaces behind it; all but the first load in some tens of milliseconds.
 LIBRARIES = (
     "pyqtgraph",
     "engine.figures.contact_sheet",
@@ -189,7 +189,7 @@ class MainWindow(QMainWindow):
             QTimer.singleShot(BETWEEN_MS, self, self.make_next)
 
     def _parts_behind(self) -> Iterator[Callable[[], Any]]:
-        """What is made after the window is on screen: libraries first, one at a time, then what is built with them."""
+        """Parts that are made after the window is on screen: libraries one at a time, then what is built with them."""
         for library in LIBRARIES:
             yield partial(import_module, library)
         yield lambda: self.capture.plot.inside

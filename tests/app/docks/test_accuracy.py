@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 from PySide6.QtCore import QPoint, Qt
 
-from app.docks.accuracy import AXES
 from app.document.bake_request import choices_for
 from app.document.document import Look
 from app.document.measured import (
+    AXES,
     Accuracy,
     choices_with,
     describe,
