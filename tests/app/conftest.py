@@ -28,7 +28,7 @@ from PySide6.QtCore import (
     qInstallMessageHandler,
 )
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QMenu, QWidget
 
 from app import command_line
 from app.viewport.gl_surface import request_format
@@ -175,9 +175,11 @@ def window(qapp: QApplication, qtbot: object, coarse: None, monkeypatch: pytest.
     monkeypatch.setattr("app.session.machine_profile.cost_model", _costs)
     for name, value in AT_ONCE.items():
         monkeypatch.setattr(name, value)
-    made = MainWindow(None)
-    while len(made.tabs) < len(WORKSPACES):
-        made.make_next()
+    # Each workspace that is made by itself would dress the whole window anew.
+    with theme.dressing_at_once():
+        made = MainWindow(None)
+        while len(made.tabs) < len(WORKSPACES):
+            made.make_next()
     made.view.pictures.measure(False)
     made.show()
     qtbot.waitExposed(made)  # type: ignore[attr-defined]
@@ -186,6 +188,9 @@ def window(qapp: QApplication, qtbot: object, coarse: None, monkeypatch: pytest.
         box.close()
     made.close()
     made.deleteLater()
+    for left in QApplication.topLevelWidgets():
+        if isinstance(left, QMenu):  # those of buttons have no parent, and each theme would dress them again
+            left.deleteLater()
     QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     assert not unwritten, "the project could not be written when the window closed"
 
