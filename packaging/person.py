@@ -139,6 +139,9 @@ class Person:
     waited_s: float = 0.0
     compared: list[Seen] = field(default_factory=list)
 
+    def __post_init__(self) -> None:
+        self.folder = self.folder.absolute()  # a relative XDG_DATA_HOME would be passed over for the person's own
+
     @property
     def seen(self) -> Seen:
         """All that is on screen now; empty before the window is there."""
