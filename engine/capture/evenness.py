@@ -38,6 +38,9 @@ BLOCKS, BLOCK_PX = 16, 4
 #: Darker blocks than this share of the mean count as so bright; no place is made more than so many times brighter.
 DARKEST, MOST_GAIN = 0.01, 8.0
 
+#: Unevenness beyond this is no lamp's: one that hangs half a sample's width above its edge makes 2.7.
+MOST_OF_A_LAMP = 4.0
+
 #: Rows of a photograph that are read at once.
 ROWS = 256
 
@@ -136,5 +139,10 @@ def _range_of(coefficients: NDArray[np.float64]) -> float:
 def _health(stack: ImageStack, unevenness: NDArray[np.float64]) -> Health:
     worst = int(unevenness.argmax())
     text = f"changes its brightness slowly by {percent(float(unevenness[worst]))} over the sample, the most of all"
-    note = Finding(Verdict.NOTE, f"{text}, which was evened out before the material was tiled", stack.sources[worst])
-    return Health(MappingProxyType({"unevenness": float(unevenness[worst])}), (note,))
+    verdict, text = Verdict.NOTE, f"{text}, which was evened out before the material was tiled"
+    if unevenness[worst] > MOST_OF_A_LAMP:
+        verdict = Verdict.WARNING
+        text += "; no lamp does so much, as an object before a dark background does: import the material alone, by its "
+        text += "framing, or leave the brightness as it is"
+    finding = Finding(verdict, text, stack.sources[worst])
+    return Health(MappingProxyType({"unevenness": float(unevenness[worst])}), (finding,))

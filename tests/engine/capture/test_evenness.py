@@ -113,3 +113,12 @@ def test_no_place_is_brightened_without_bound() -> None:
     evened_stack, _ = drain(evened(stack_of(half)))
     assert np.isfinite(evened_stack.radiance[0]).all()
     assert evened_stack.radiance[0][:, -10:].max() < 1e-3
+
+
+def test_an_object_before_a_dark_background_is_doubted_and_a_near_lamp_is_not() -> None:
+    before_black = weave()
+    before_black[:, : WIDTH // 4] *= 1e-3
+    before_black[:, -WIDTH // 4 :] *= 1e-3
+    assert drain(evened(stack_of(weave() * lamp(0.5, (0.5, 0.0)))))[1].warnings == []
+    (warning,) = drain(evened(stack_of(before_black)))[1].warnings
+    assert "dark background" in warning
