@@ -189,7 +189,9 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
     azimuths = compare_azimuths(grid, mean_radiance, sources.azimuth)
     findings = [*sources.findings, *plan.scale.findings, *contradictions(read.photographs)]
     findings += [azimuths.finding()] if azimuths else []
-    health = Health(findings=(*findings, *alignment.findings)).merged(report(names, mean_radiance, quality))
+    health = Health(findings=(*findings, *alignment.findings)).merged(
+        report(names, mean_radiance, quality, sources.azimuth)
+    )
     return StackRecord(
         lightarc_stack=1,
         height_px=region.height,

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread
 from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 
@@ -109,15 +110,25 @@ def bracketed(
     return below + np.float32(weight) * (samples[above] - below)
 
 
-def report(names: Sequence[str], mean_radiance: NDArray[np.float64], qualities: Sequence[Quality]) -> Health:
-    """Verdicts on the photographs `names`, which are in the order of rising elevation."""
+def report(
+    names: Sequence[str],
+    mean_radiance: NDArray[np.float64],
+    qualities: Sequence[Quality],
+    azimuth: NDArray[np.float64] | None = None,
+) -> Health:
+    """Verdicts on the photographs `names`, which are in the order of rising elevation.
+
+    Where lamps stood on several sides (`azimuth`, radians), the order and the prediction by mean radiance say nothing
+    against a photograph: they are those of a shading map, and a directional material is made instead.
+    """
+    several = azimuth_spread(azimuth) > ONE_ARC
     findings = [
         *_about_light(names, qualities),
         *_about_noise(names, mean_radiance, qualities),
         *_about_focus(names, qualities),
         *_about_alignment(names, qualities),
-        _about_order(names, mean_radiance),
-        *_about_prediction(names, qualities),
+        *([] if several else [_about_order(names, mean_radiance)]),
+        *_about_prediction(names, qualities, several),
     ]
     errors = [quality.leave_one_out_error for quality in qualities if quality.leave_one_out_error is not None]
     residuals = [quality.alignment_residual_px for quality in qualities if quality.alignment_residual_px is not None]
@@ -185,11 +196,13 @@ def _about_order(names: Sequence[str], means: NDArray[np.float64]) -> Finding:
     return Finding(Verdict.WARNING, text)
 
 
-def _about_prediction(names: Sequence[str], qualities: Sequence[Quality]) -> list[Finding]:
+def _about_prediction(names: Sequence[str], qualities: Sequence[Quality], several: bool) -> list[Finding]:
     errors = [(quality.leave_one_out_error or 0.0, name) for name, quality in zip(names, qualities, strict=True)]
     worst, name = max(errors)
     text = f"is predicted from the others with an error of {percent(worst)} of its mean radiance, the worst of all"
     verdict = Verdict.WARNING if worst > 0.5 else Verdict.NOTE if worst > 0.2 else Verdict.GOOD
+    if several:
+        verdict, text = min(verdict, Verdict.NOTE), f"{text}; as a shading map, which does not know sides, predicts it"
     return [Finding(verdict, text, name)]
 
 

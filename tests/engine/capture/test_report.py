@@ -53,6 +53,18 @@ def test_means_that_fall_are_named() -> None:
     assert "falls at c.png" in found.text
 
 
+def test_lamps_on_several_sides_make_no_photograph_doubtful_by_its_brightness() -> None:
+    qualities = [fine(leave_one_out_error=7.3 if name == "c.png" else 0.1) for name in NAMES]
+    azimuth = np.radians([0.0, 90.0, 180.0, 270.0])
+    health = report(NAMES, np.array([0.1, 0.3, 0.2, 0.4]), qualities, azimuth)
+    assert health.warnings == []
+    (found,) = [each for each in health.findings if each.verdict is Verdict.NOTE]
+    assert found.source == "c.png"
+    assert "does not know sides" in found.text
+    one_arc = report(NAMES, np.array([0.1, 0.3, 0.2, 0.4]), qualities, np.radians([0.0, 1.0, 0.0, 1.0]))
+    assert len(one_arc.warnings) == 2
+
+
 def test_leave_one_out_of_proportional_photographs_is_exact() -> None:
     base = np.random.default_rng(0).random((8, 9, 3)).astype(np.float32)
     samples = base * MEANS.astype(np.float32)[:, None, None, None]
