@@ -42,7 +42,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    """`ok`, `members`, `problems`, `size_bytes`, `schema_version` of a bundle; exit code 3 where it is not sound.
+    """`ok`, `members`, `problems`, `unchecked`, `size_bytes`, `schema_version` of a bundle; exit code 3 where it is not
+    sound. Members that another version wrote for other programs are `unchecked`, which is no fault of the bundle.
 
     One that is made of a project is checked in the same way. Of extract and view, `folder` with `files`, and `page`.
     """
@@ -66,9 +67,14 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "ok": verification.ok,
         "members": list(verification.members),
         "problems": list(verification.problems),
+        "unchecked": list(verification.unchecked),
         "size_bytes": verification.size_bytes,
         "schema_version": verification.schema_version,
-        "warnings": [*verification.problems, *(describe_bundle(arguments.path)["warnings"] if verification.ok else ())],
+        "warnings": [
+            *verification.problems,
+            *verification.unchecked,
+            *(describe_bundle(arguments.path)["warnings"] if verification.ok else ()),
+        ],
         "exit_code": DONE if verification.ok else BAD_FILE,
     }
 
@@ -142,6 +148,8 @@ def report(result: dict[str, Any]) -> str:
         return "\n".join(_summary(result))
     if result["ok"]:
         counted = f"{len(result['members'])} members with the manifest, {result['size_bytes']:,} bytes"
+        if result["unchecked"]:
+            return f"The material in {result['path']} is whole: {counted}."
         return f"{result['path']} is sound: {counted}."
     return "\n".join(["The bundle is not sound:", *(f"- {problem}" for problem in result["problems"])])
 

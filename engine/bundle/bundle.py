@@ -68,6 +68,14 @@ MEMBERS = MAPS | DIRECTIONAL | {PBR, MANIFEST, BRDF, TABLE, PREVIEW, SHADER, VIE
 _JSON_LIMIT_BYTES = 16 << 20
 _SMALL_LIMIT_BYTES = 256 << 20
 _AT_ONCE = 1 << 24
+
+#: Ways to what a member for other programs holds, for who does not trust one.
+_ANEW = {
+    VIEWER: "lightarc bundle view opens a page that is made anew",
+    SHADER: "lightarc export --to shaders writes one anew",
+    BRDF: "the BRDF that counts is the one in the manifest",
+}
+
 _MAY_BE_NEGATIVE = ("the shading map", "the kept tiles")
 
 Value = TypeVar("Value")
@@ -76,12 +84,17 @@ Maps = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Verification:
-    """Result of `verify_bundle`: `problems` in sentences, none if the bundle is sound."""
+    """Result of `verify_bundle`: `problems` in sentences, none if the bundle is whole.
+
+    `unchecked` are sentences on members for other programs that another version of this one wrote, so that it cannot
+    tell whether somebody changed them; the material does not depend on them.
+    """
 
     members: tuple[str, ...]
     problems: tuple[str, ...]
     size_bytes: int
     schema_version: int | None
+    unchecked: tuple[str, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -163,17 +176,19 @@ def verify_bundle(path: str | os.PathLike[str]) -> Verification:
     except InputError as error:
         return Verification(names, (f"{error.problem}.",), archive.size_bytes, None)
     problems = _fingerprint_problems(archive, manifest)
+    unchecked: list[str] = []
     if not problems:
         try:
             _check_brdf(archive, manifest)
             material = _material(archive, manifest)
             _check_values(material)
-            problems += _foreign_problems(archive, manifest, material)
+            foreign, unchecked = _foreign(archive, manifest, material)
+            problems += foreign
         except InputError as error:
             problems.append(f"{error.problem}.")
         except UsageError as error:
             problems.append(f"{error}.")
-    return Verification(names, tuple(problems), archive.size_bytes, manifest.schema_version)
+    return Verification(names, tuple(problems), archive.size_bytes, manifest.schema_version, tuple(unchecked))
 
 
 def describe_bundle(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -260,6 +275,9 @@ def _sink(target: Path, size_bytes: int) -> AbstractContextManager[OpenMember]:
 def _manifest(
     material: Material, provenance: Mapping[str, Any], figures: Mapping[str, Any], members: dict[str, Member]
 ) -> Manifest:
+    from engine.bundle.maker import MAKER, maker
+
+    software = {"lightarc": engine.__version__, "numpy": np.__version__, "python": platform.python_version()}
     return Manifest(
         schema_version=3 if material.pbr is not None else 1 if material.directional is None else 2,
         name=material.name,
@@ -267,7 +285,7 @@ def _manifest(
         sigma=None if material.sigma is None else float(material.sigma),
         elevation_deg=[float(elevation) for elevation in material.elevation_deg],
         units=UNITS,
-        software={"lightarc": engine.__version__, "numpy": np.__version__, "python": platform.python_version()},
+        software={**software, MAKER: maker()},
         provenance=dict(provenance),
         figures=dict(figures),
         shading_map=shading_map_record(material.shading_map),
@@ -324,15 +342,18 @@ def _check_brdf(archive: Archive, manifest: Manifest) -> None:
         raise InputError(archive.path, f"{BRDF} contradicts the manifest", "Export the bundle again")
 
 
-def _foreign_problems(archive: Archive, manifest: Manifest, material: Material) -> list[str]:
-    """Differences between the members for other programs and what this program makes: a page runs in a browser.
+def _foreign(archive: Archive, manifest: Manifest, material: Material) -> tuple[list[str], list[str]]:
+    """What is wrong with the members for other programs, and what cannot be checked: a page runs in a browser.
 
-    The version in the manifest is named and not believed: whoever replaced a page can have written it.
+    They are made anew and compared. Those of another maker may differ without fault, and are named: the maker that the
+    manifest states is not believed, for whoever replaced a page can have written it.
     """
+    from engine.bundle.maker import MAKER, maker
     from engine.bundle.page import viewer
     from engine.bundle.portable import brdf_json, is_same_text, shader
 
     problems = directional_problems(archive, manifest, material.directional)
+    unchecked: list[str] = []
     makers = {BRDF: brdf_json, SHADER: shader, VIEWER: viewer}
     for name, make in makers.items():
         if name not in manifest.members:
@@ -341,19 +362,21 @@ def _foreign_problems(archive: Archive, manifest: Manifest, material: Material) 
             same = is_same_text(archive.read(name, _SMALL_LIMIT_BYTES), make(material))
         except UsageError:  # a page for a material that has none
             same = False
-        if not same:
-            problems.append(f"{name} {_foreign(manifest.software.get('lightarc', ''))}.")
-    return problems
+        if same:
+            continue
+        if manifest.software.get(MAKER) == maker():
+            problems.append(f"{name} is not what this program makes of the material; export the bundle again.")
+        else:
+            unchecked.append(f"{name} {_of_another_maker(manifest)}; {_ANEW[name]}.")
+    return problems, unchecked
 
 
-def _foreign(version: str) -> str:
+def _of_another_maker(manifest: Manifest) -> str:
+    version = manifest.software.get("lightarc", "")
+    stated = f"version {version[:20]!r}" if version else "no version that is named"
     if version == engine.__version__:
-        return "is not what this program makes of the material; do not open it, and export the bundle again"
-    stated = f"by version {version[:20]!r}" if version else "by no version that is named"
-    return (
-        f"was made {stated} and cannot be checked by this one ({engine.__version__}); "
-        "do not open it unless you trust where it comes from, or export the bundle again"
-    )
+        stated = f"another build of version {version}"
+    return f"was written by {stated}, and this one cannot tell whether somebody changed it"
 
 
 def _check_values(material: Material) -> None:

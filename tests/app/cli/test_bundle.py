@@ -71,6 +71,7 @@ def test_a_sound_bundle(saved: Path, capsys: pytest.CaptureFixture[str]) -> None
         "ok": True,
         "members": ["brdf.json", "manifest.json", "preview.png", "shader/lightarc.glsl", "shading_map.exr"],
         "problems": [],
+        "unchecked": [],
         "size_bytes": saved.stat().st_size,
         "schema_version": 1,
         "warnings": [],
@@ -89,6 +90,26 @@ def test_a_changed_member_is_named_and_the_exit_code_says_so(saved: Path, capsys
     assert not value["ok"]
     assert "shading_map.exr" in value["problems"][0]
     assert "exit_code" not in value
+
+
+def test_a_whole_bundle_of_an_earlier_build_frightens_nobody(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The material counts; its page is named, as it cannot be checked."""
+    with monkeypatch.context() as earlier:
+        earlier.setattr("engine.bundle.page._style", lambda: "body { color: red }")
+        earlier.setattr("engine.bundle.maker.maker", lambda: "0123456789abcdef")
+        law = drain(save_bundle(tmp_path / "law.lightarc", woven_material()))
+    assert run("verify", str(law), "--json") == 0
+    value = json.loads(capsys.readouterr().out)
+    assert (value["ok"], value["problems"]) == (True, [])
+    (sentence,) = value["unchecked"]
+    assert sentence.startswith("viewer/index.html was written by another build of version")
+    assert sentence in value["warnings"]
+    assert run("verify", str(law)) == 0
+    said = capsys.readouterr().out
+    assert said.startswith(f"The material in {law} is whole: ")
+    assert "sound" not in said
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\3\4", b"not a bundle"], ids=["empty", "cut", "text"])
