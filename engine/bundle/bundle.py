@@ -28,7 +28,6 @@ from engine.brdf.readers.table_file import Table, decode_table, encode_table, ke
 from engine.bundle.directional import (
     DIRECTIONAL,
     directional_members,
-    directional_problems,
     directional_record,
     read_directional,
 )
@@ -41,7 +40,7 @@ from engine.bundle.maps import (
     read_shading_map,
     shading_map_record,
 )
-from engine.bundle.members import OpenMember, folder_members, zip_members
+from engine.bundle.members import BRDF, SHADER, VIEWER, OpenMember, folder_members, zip_members
 from engine.bundle.pbr import PBR, pbr_members, pbr_record, read_pbr
 from engine.core.errors import InputError, OutputError, UsageError
 from engine.core.steps import Step, Steps, part
@@ -62,20 +61,12 @@ from engine.storage.scratch import release
 
 SUFFIX = ".lightarc"
 MANIFEST = "manifest.json"
-BRDF, PREVIEW, SHADER, VIEWER = "brdf.json", "preview.png", "shader/lightarc.glsl", "viewer/index.html"
+PREVIEW = "preview.png"
 MEMBERS = MAPS | DIRECTIONAL | {PBR, MANIFEST, BRDF, TABLE, PREVIEW, SHADER, VIEWER}
 
 _JSON_LIMIT_BYTES = 16 << 20
 _SMALL_LIMIT_BYTES = 256 << 20
 _AT_ONCE = 1 << 24
-
-#: Ways to what a member for other programs holds, for who does not trust one.
-_ANEW = {
-    VIEWER: "lightarc bundle view opens a page that is made anew",
-    SHADER: "lightarc export --to shaders writes one anew",
-    BRDF: "the BRDF that counts is the one in the manifest",
-}
-
 _MAY_BE_NEGATIVE = ("the shading map", "the kept tiles")
 
 Value = TypeVar("Value")
@@ -175,6 +166,8 @@ def verify_bundle(path: str | os.PathLike[str]) -> Verification:
         manifest = read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), path)
     except InputError as error:
         return Verification(names, (f"{error.problem}.",), archive.size_bytes, None)
+    from engine.bundle.maker import made_anew
+
     problems = _fingerprint_problems(archive, manifest)
     unchecked: list[str] = []
     if not problems:
@@ -182,7 +175,7 @@ def verify_bundle(path: str | os.PathLike[str]) -> Verification:
             _check_brdf(archive, manifest)
             material = _material(archive, manifest)
             _check_values(material)
-            foreign, unchecked = _foreign(archive, manifest, material)
+            foreign, unchecked = made_anew(archive, manifest, material)
             problems += foreign
         except InputError as error:
             problems.append(f"{error.problem}.")
@@ -340,43 +333,6 @@ def _check_brdf(archive: Archive, manifest: Manifest) -> None:
     brdf = read_json(archive.read(BRDF, _JSON_LIMIT_BYTES), archive.path, BRDF)
     if not isinstance(brdf, dict) or brdf.get("text") != manifest.brdf:
         raise InputError(archive.path, f"{BRDF} contradicts the manifest", "Export the bundle again")
-
-
-def _foreign(archive: Archive, manifest: Manifest, material: Material) -> tuple[list[str], list[str]]:
-    """What is wrong with the members for other programs, and what cannot be checked: a page runs in a browser.
-
-    They are made anew and compared. Those of another maker may differ without fault, and are named: the maker that the
-    manifest states is not believed, for whoever replaced a page can have written it.
-    """
-    from engine.bundle.maker import MAKER, maker
-    from engine.bundle.page import viewer
-    from engine.bundle.portable import brdf_json, is_same_text, shader
-
-    problems = directional_problems(archive, manifest, material.directional)
-    unchecked: list[str] = []
-    makers = {BRDF: brdf_json, SHADER: shader, VIEWER: viewer}
-    for name, make in makers.items():
-        if name not in manifest.members:
-            continue
-        try:
-            same = is_same_text(archive.read(name, _SMALL_LIMIT_BYTES), make(material))
-        except UsageError:  # a page for a material that has none
-            same = False
-        if same:
-            continue
-        if manifest.software.get(MAKER) == maker():
-            problems.append(f"{name} is not what this program makes of the material; export the bundle again.")
-        else:
-            unchecked.append(f"{name} {_of_another_maker(manifest)}; {_ANEW[name]}.")
-    return problems, unchecked
-
-
-def _of_another_maker(manifest: Manifest) -> str:
-    version = manifest.software.get("lightarc", "")
-    stated = f"version {version[:20]!r}" if version else "no version that is named"
-    if version == engine.__version__:
-        stated = f"another build of version {version}"
-    return f"was written by {stated}, and this one cannot tell whether somebody changed it"
 
 
 def _check_values(material: Material) -> None:

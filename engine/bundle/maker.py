@@ -1,4 +1,4 @@
-"""Which state of this program wrote the page, the shader and brdf.json of a bundle: a fingerprint of their maker.
+"""Fingerprint of the state of this program that wrote the page, the shader and brdf.json of a bundle: their maker.
 
 Two states of one version may write different pages, and a page of another state cannot be told from one that somebody
 changed. The manifest keeps the fingerprint, and `engine.bundle.bundle` says what follows.
@@ -12,10 +12,24 @@ import hashlib
 import numpy as np
 
 import engine
+from engine.bundle.directional import directional_problems
+from engine.bundle.members import BRDF, SHADER, VIEWER
 from engine.bundle.page import viewer
-from engine.bundle.portable import RESOURCES, brdf_json, shader
+from engine.bundle.portable import RESOURCES, brdf_json, is_same_text, shader
+from engine.core.errors import UsageError
 from engine.scene.material import Material
 from engine.shading.power_law import PowerLawMap
+from engine.storage.archive import Archive
+from engine.storage.records import Manifest
+
+#: Ways to what a member for other programs holds, for who does not trust one.
+_ANEW = {
+    VIEWER: "lightarc bundle view opens a page that is made anew",
+    SHADER: "lightarc export --to shaders writes one anew",
+    BRDF: "the BRDF that counts is the one in the manifest",
+}
+
+_LIMIT_BYTES = 256 << 20
 
 #: The key in `software` of the manifest, and the folders of resources that texts are put together from.
 MAKER, _FOLDERS = "maker", ("viewer", "bundle", "shaders")
@@ -33,3 +47,35 @@ def maker() -> str:
         for path in sorted((RESOURCES / folder).rglob("*.*")):
             digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
+
+
+def made_anew(archive: Archive, manifest: Manifest, material: Material) -> tuple[list[str], list[str]]:
+    """Faults of the members for other programs, and sentences on those that cannot be checked.
+
+    They are made anew and compared, since a page runs in a browser. Those of another maker may differ without fault,
+    and are named: the maker that the manifest states is not believed, for whoever replaced a page can have written it.
+    """
+    problems = directional_problems(archive, manifest, material.directional)
+    unchecked: list[str] = []
+    for name, make in {BRDF: brdf_json, SHADER: shader, VIEWER: viewer}.items():
+        if name not in manifest.members:
+            continue
+        try:
+            same = is_same_text(archive.read(name, _LIMIT_BYTES), make(material))
+        except UsageError:  # a page for a material that has none
+            same = False
+        if same:
+            continue
+        if manifest.software.get(MAKER) == maker():
+            problems.append(f"{name} is not what this program makes of the material; export the bundle again.")
+        else:
+            unchecked.append(f"{name} {_of_another_maker(manifest)}; {_ANEW[name]}.")
+    return problems, unchecked
+
+
+def _of_another_maker(manifest: Manifest) -> str:
+    version = manifest.software.get("lightarc", "")
+    stated = f"version {version[:20]!r}" if version else "no version that is named"
+    if version == engine.__version__:
+        stated = f"another build of version {version}"
+    return f"was written by {stated}, and this one cannot tell whether somebody changed it"

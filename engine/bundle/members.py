@@ -18,6 +18,9 @@ from engine.images.exr_strips import Late
 from engine.storage.atomic import atomic_file, atomic_folder, make_folder
 from engine.storage.records import Member
 
+#: Members for other programs.
+BRDF, SHADER, VIEWER = "brdf.json", "shader/lightarc.glsl", "viewer/index.html"
+
 _PART_BYTES = 1 << 22
 _PACKED_WELL = (".json", ".glsl", ".html")
 

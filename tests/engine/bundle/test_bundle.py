@@ -24,17 +24,9 @@ from hypothesis.extra.numpy import arrays
 
 from engine.brdf.readers.table_file import kept_table
 from engine.brdf.table import HalfDifferenceTable
-from engine.bundle.bundle import (
-    BRDF,
-    MANIFEST,
-    MEMBERS,
-    SHADER,
-    VIEWER,
-    open_bundle,
-    save_bundle,
-    verify_bundle,
-)
+from engine.bundle.bundle import MANIFEST, MEMBERS, open_bundle, save_bundle, verify_bundle
 from engine.bundle.directional import DIRECTIONAL
+from engine.bundle.members import BRDF, SHADER, VIEWER
 from engine.bundle.pbr import PBR
 from engine.core.errors import InputError, OutputError
 from engine.core.health import Finding, Health, Verdict
