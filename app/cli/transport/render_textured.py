@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from app.cli.transport.render_output import ON_PROCESSOR, off_screen
 from engine.core.errors import UsageError
 from engine.core.steps import Step, drain, part
+from engine.transport import method as transport
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,10 +21,11 @@ if TYPE_CHECKING:
     from engine.transport.relit import Light, Relit
 
 
-def check(arguments: argparse.Namespace, mode: str, light: Light) -> None:
+def check(arguments: argparse.Namespace, method: transport.Method, light: Light) -> None:
     """UsageError for what a picture with texels cannot be of."""
-    if mode != "sh":
-        raise UsageError(f"--material on a bake is for --mode sh, and this is one of {mode}")
+    if not method.lights_texels:
+        able = " or ".join(each.name for each in transport.methods_with("lights_texels"))
+        raise UsageError(f"--material on a bake is for --mode {able}, and this is one of {method.name}")
     if light.near_lamps:
         raise UsageError("--material on a bake has distant lights only: --lamp in place of --near-lamp")
     if arguments.turntable:

@@ -7,7 +7,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from app.arguments.options import settings_from
 from app.arguments.results import software
@@ -45,7 +45,6 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     from engine.geometry.camera import parse
     from engine.render.background import in_front_of
     from engine.render.turntable import middle
-    from engine.transport import sh_method
     from engine.transport.baking.file import open_transport
 
     _check(arguments)
@@ -61,7 +60,7 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     asked = settings_from(arguments, method.light)
     light = light_of(arguments)
     if arguments.material is not None:
-        render_textured.check(arguments, mode, light)
+        render_textured.check(arguments, method, light)
     behind = check_background(arguments, light.environment)
     steps = method.baking.illuminated(file, light, asked, arguments.brdf)
     found: Illuminated = drain(part(steps, 0.0, 0.3), show)
@@ -75,7 +74,7 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     negative_rel = drawn.pop("negative_rel", None)
     negative_rel = found.negative_rel(camera.eye) if negative_rel is None else negative_rel
     if arguments.material is not None:
-        unshadowed = sh_method.relit_openly(relit.transport, light, asked)
+        unshadowed = cast(transport.LightsTexels, method.baking).relit_openly(relit.transport, light, asked)
         textured = render_textured.with_texels(picture, relit, unshadowed, light, camera, arguments, show)
         picture, drawn = (
             textured[0],

@@ -111,8 +111,10 @@ def test_no_workspace_has_a_fault(window: MainWindow, qtbot: Any, theme: str, si
     for name in WORKSPACES:
         window.show_workspace(name)
         qtbot.wait(150)
-        if faults(window):
-            qtbot.wait(400)  # the layout may not have come to rest
+        for _ in range(10):  # the layout may not have come to rest on a busy machine
+            if not faults(window):
+                break
+            qtbot.wait(400)
         found[name] = faults(window)
     window.set_theme("dark")
     assert found == {name: [] for name in WORKSPACES}
