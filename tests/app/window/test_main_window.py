@@ -12,7 +12,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QToolButton, QWidget
@@ -330,6 +330,14 @@ def test_GL5_without_opengl_a_banner_says_so_and_the_processor_draws(
     expected = 255 * float(srgb_encode(0.5 / np.pi * 2.0))
     assert np.abs(pixel(cast(Any, viewport.surface)._images[0], 0.5, 0.45) - expected).max() <= 2
     window.close()
+    remove(window)
+
+
+def remove(*windows: MainWindow) -> None:
+    """Delete windows that are closed: those that stay would be dressed again with each theme of the tests after."""
+    for window in windows:
+        window.deleteLater()
+    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 
 def fill(window: MainWindow) -> None:
@@ -432,6 +440,7 @@ def test_recent_files_and_theme_are_remembered(
     assert again.settings.now.recent == (str(photographs),)
     assert again.settings.now.theme == "light"
     again.close()
+    remove(window, again)
     theme.apply(qapp, "dark")
 
 
