@@ -16,6 +16,9 @@ from engine.scene.scene import Scene
 from engine.tradeoff.front import break_even_frames, effort
 from engine.tradeoff.point import Point
 
+if TYPE_CHECKING:
+    from engine.tradeoff.sweep import Tradeoff
+
 #: Labels of the axis of each cost, and the factors to their units.
 AXES = {
     "frame": ("Frame / ms", 1e3),
@@ -23,9 +26,6 @@ AXES = {
     "bake": ("Bake / s", 1.0),
     "memory": ("Memory / MB", 1e-6),
 }
-
-if TYPE_CHECKING:
-    from engine.tradeoff.sweep import Tradeoff
 
 #: Pixels of the pictures that are measured, at most: ꟻLIP of more would take longer than the pictures.
 MOST_PIXELS = 120_000

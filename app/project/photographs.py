@@ -188,25 +188,24 @@ def _paths_in(said: Any) -> Iterator[Mapping[str, Any]]:
 
 def marks_of(project: Path) -> dict[Path, Mark]:
     """Marks of a project by the paths that its photographs have, had, or have as seen from it."""
-    folder = data_folder(project)
+    return _marks_in(_marked_rows(project), data_folder(project))
+
+
+def _marked_rows(project: Path) -> list[tuple[Any, ...]]:
+    """Place in the words of the project, place now, size, time of change and hash of each photograph with a mark."""
     with connected(project) as connection, explained(project):
         if not _has_marks(connection):
-            return {}
-        rows = connection.execute("SELECT place, now, size, modified, hash FROM photograph WHERE hash != ''").fetchall()
+            return []
+        statement = "SELECT place, now, size, modified, hash FROM photograph WHERE hash != ''"
+        return connection.execute(statement).fetchall()
+
+
+def _marks_in(rows: Iterable[tuple[Any, ...]], folder: Path) -> dict[Path, Mark]:
     found: dict[Path, Mark] = {}
     for place, now, size, modified, content in rows:
         if isinstance(size, int) and isinstance(modified, int) and isinstance(content, str):
             found |= dict.fromkeys(_paths(place, now, folder), Mark(size, modified, content))
     return found
-
-
-def _places_said(project: Path) -> set[str]:
-    """Places of marked photographs in the words of the project."""
-    with connected(project) as connection, explained(project):
-        if not _has_marks(connection):
-            return set()
-        rows = connection.execute("SELECT place FROM photograph WHERE hash != ''").fetchall()
-    return {str(place) for (place,) in rows}
 
 
 def checked(project: Path, files: Iterable[Path], *, thorough: bool = False) -> Steps[Checked]:
@@ -215,7 +214,8 @@ def checked(project: Path, files: Iterable[Path], *, thorough: bool = False) -> 
     One that has its mark by where it was, or as seen from the project, is new at its place: it has to be known by its
     content when the project has moved on alone.
     """
-    marks, files, said = marks_of(project), tuple(files), _places_said(project)
+    rows, files, folder = _marked_rows(project), tuple(files), data_folder(project)
+    marks, said = _marks_in(rows, folder), {str(row[0]) for row in rows}
     missing, changed, new = list[Path](), list[Path](), dict[Path, Mark]()
     for at, path in enumerate(files):
         yield Step(at / len(files), f"looking at {path.name}")
@@ -225,7 +225,7 @@ def checked(project: Path, files: Iterable[Path], *, thorough: bool = False) -> 
         except OSError:
             missing.append(path)
             continue
-        is_said = _text(path, data_folder(project)) in said
+        is_said = _text(path, folder) in said
         if known is not None and not thorough and (about.st_size, about.st_mtime_ns) == (known.size, known.modified):
             if not is_said:
                 new[path] = known

@@ -40,7 +40,7 @@ from engine.bundle.maps import (
     read_shading_map,
     shading_map_record,
 )
-from engine.bundle.members import BRDF, SHADER, VIEWER, OpenMember, folder_members, zip_members
+from engine.bundle.members import BRDF, SHADER, SMALL_LIMIT_BYTES, VIEWER, OpenMember, folder_members, zip_members
 from engine.bundle.pbr import PBR, pbr_members, pbr_record, read_pbr
 from engine.core.errors import InputError, OutputError, UsageError
 from engine.core.steps import Step, Steps, part
@@ -65,7 +65,6 @@ PREVIEW = "preview.png"
 MEMBERS = MAPS | DIRECTIONAL | {PBR, MANIFEST, BRDF, TABLE, PREVIEW, SHADER, VIEWER}
 
 _JSON_LIMIT_BYTES = 16 << 20
-_SMALL_LIMIT_BYTES = 256 << 20
 _AT_ONCE = 1 << 24
 _MAY_BE_NEGATIVE = ("the shading map", "the kept tiles")
 
@@ -312,7 +311,7 @@ def _measured(archive: Archive, manifest: Manifest) -> Table | None:
     """The measured BRDF of a bundle; None where it holds none."""
     if TABLE not in manifest.members:
         return None
-    content = archive.read(TABLE, _SMALL_LIMIT_BYTES)
+    content = archive.read(TABLE, SMALL_LIMIT_BYTES)
     check_fingerprint(archive, manifest, TABLE, content)
     return decode_table(content, archive.path)
 
@@ -321,7 +320,7 @@ def _fingerprint_problems(archive: Archive, manifest: Manifest) -> list[str]:
     problems = [f"{name} is not in the manifest." for name in sorted(archive.sizes) if name not in manifest.members]
     problems.remove(f"{MANIFEST} is not in the manifest.")
     for name in sorted(manifest.members):
-        limit_bytes = BUNDLE_LIMIT_BYTES if name.endswith(".exr") else _SMALL_LIMIT_BYTES
+        limit_bytes = BUNDLE_LIMIT_BYTES if name.endswith(".exr") else SMALL_LIMIT_BYTES
         try:
             check_fingerprint(archive, manifest, name, archive.read(name, limit_bytes))
         except InputError as error:

@@ -1,7 +1,7 @@
 """Fingerprint of the state of this program that wrote the page, the shader and brdf.json of a bundle: their maker.
 
 Two states of one version may write different pages, and a page of another state cannot be told from one that somebody
-changed. The manifest keeps the fingerprint, and `engine.bundle.bundle` says what follows.
+changed. The manifest keeps the fingerprint, and `made_anew` says what follows.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 import engine
 from engine.bundle.directional import directional_problems
-from engine.bundle.members import BRDF, SHADER, VIEWER
+from engine.bundle.members import BRDF, SHADER, SMALL_LIMIT_BYTES, VIEWER
 from engine.bundle.page import viewer
 from engine.bundle.portable import RESOURCES, brdf_json, is_same_text, shader
 from engine.core.errors import UsageError
@@ -28,8 +28,6 @@ _ANEW = {
     SHADER: "lightarc export --to shaders writes one anew",
     BRDF: "the BRDF that counts is the one in the manifest",
 }
-
-_LIMIT_BYTES = 256 << 20
 
 #: The key in `software` of the manifest, and the folders of resources that texts are put together from.
 MAKER, _FOLDERS = "maker", ("viewer", "bundle", "shaders")
@@ -61,7 +59,7 @@ def made_anew(archive: Archive, manifest: Manifest, material: Material) -> tuple
         if name not in manifest.members:
             continue
         try:
-            same = is_same_text(archive.read(name, _LIMIT_BYTES), make(material))
+            same = is_same_text(archive.read(name, SMALL_LIMIT_BYTES), make(material))
         except UsageError:  # a page for a material that has none
             same = False
         if same:

@@ -21,6 +21,9 @@ from engine.storage.records import Member
 #: Members for other programs.
 BRDF, SHADER, VIEWER = "brdf.json", "shader/lightarc.glsl", "viewer/index.html"
 
+#: Bytes that are read of a member without pictures: a page with its tiles is the largest.
+SMALL_LIMIT_BYTES = 256 << 20
+
 _PART_BYTES = 1 << 22
 _PACKED_WELL = (".json", ".glsl", ".html")
 

@@ -59,6 +59,6 @@ def test_models_are_ranked_from_the_least_error_up() -> None:
 def test_a_fit_that_is_hardly_better_than_black_is_doubted() -> None:
     """A highlight of 60 times what is around it, and a diffuse surface in its place."""
     data = fit_data(brdf_from_text("ggx:kd=0.1,alpha=0.05,f0=1"), count=2000)
-    matt, shiny = (drain(fit(data, brdf_from_text(name))).brdf for name in ("lambert", "ggx"))
-    assert "misses the values by 9" in missed(offer(matt, data))
-    assert missed(offer(shiny, data)) == ""
+    diffuse, glossy = (drain(fit(data, brdf_from_text(name))).brdf for name in ("lambert", "ggx"))
+    assert "misses the values by 9" in missed(offer(diffuse, data))
+    assert missed(offer(glossy, data)) == ""
