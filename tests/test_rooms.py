@@ -93,7 +93,6 @@ SHORT, LONG = 60, 400
 #: Files with fewer lines, and why.
 SHORT_FILES = {
     "app/material/tiling.py": "three rows, which two pages share",
-    "engine/render/shadowed.py": "one equation and its derivation",
     "engine/render/layers.py": "two layers of one loop over the pixels",
     "engine/capture/stack_record.py": "the record of a file, apart so that pydantic is loaded with the first one",
     "engine/capture/photograph/kinds.py": "suffixes, which the window asks for before it loads a reader",
@@ -127,7 +126,6 @@ SHORT_FILES = {
     "engine/core/quickselect.py": "one algorithm that kernels of two rooms share",
     "engine/capture/lights/azimuth_spread.py": "one assumption of the method, checked in one place",
     "engine/capture/photograph/demosaic.py": "the choice between two kernels",
-    "engine/gl/cosine_texture.py": "one texture",
     "engine/render/pbr.py": "PBR maps at points, which the two renderers of the processor share",
     "engine/core/health.py": "a type that everything speaks in",
     "engine/core/kernels.py": "the compiler's settings; whoever does not compile must not load it",
@@ -138,7 +136,7 @@ SHORT_FILES = {
     "engine/figures/papers/green_6.py": "one figure",
     "engine/figures/papers/green_7.py": "one figure",
     "engine/gl/context.py": "the one place that makes a context",
-    "engine/gl/light_texture.py": "a texture of its own",
+    "engine/gl/light_texture.py": "two small textures",
     "engine/images/codes.py": "a kernel that the decoder child alone compiles",
     "engine/planning/bake.py": "the bake that a plan calls for, whatever the method",
     "engine/planning/ceilings.py": "one value: what a plan may cost",

@@ -8,7 +8,7 @@ standard error as a layer.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -157,7 +157,7 @@ class _Device:
     def __init__(self) -> None:
         self.context: Any = None
         self.is_asked = False
-        self.renderers: dict[str, Any] = {}
+        self.renderer: Any = None
 
     def picture(
         self, scene: Scene, saving: Saving, mode: Mode, relighting: Relighting | None, bounces: int
@@ -168,48 +168,34 @@ class _Device:
         if mode.baked:
             if relighting is None:
                 raise UsageError("There is no bake yet: bake this mode first")
-            relit = yield from part(relighting(scene), 0.0, 0.4)
-            from engine.render.transported import picture_of
-
-            renderer = self._renderer("transported")
-            if renderer is not None:
-                with self.context:
-                    return renderer.radiance(relit, scene.camera, saving.size, samples=saving.samples), {}
-            on_processor = picture_of(relit, scene.camera, saving.size, saving.samples)
-            return (yield from part(on_processor, 0.4, 1.0)).picture, {}
-        from engine.render.direct import radiance
-
-        renderer = self._renderer("direct")
-        if renderer is not None:
-            yield Step(0.1, "drawing")
+            scene = replace(scene, relit=(yield from part(relighting(scene), 0.0, 0.4)))
+        if self._has_context:
+            yield Step(0.4, "drawing")
             with self.context:
-                return renderer.radiance(scene, saving.size, samples=saving.samples), {}
-        return (yield from radiance(scene, saving.size, samples=saving.samples)), {}
+                return self.renderer.radiance(scene, saving.size, samples=saving.samples), {}
+        from engine.render.shadowed import drawn
 
-    def _renderer(self, name: str) -> Any:
+        return (yield from part(drawn(scene, saving.size, saving.samples), 0.4, 1.0)), {}
+
+    @property
+    def _has_context(self) -> bool:
         from engine.gl.context import create_context
-        from engine.gl.direct import DirectRenderer
-        from engine.gl.transported import TransportRenderer
+        from engine.gl.scene_renderer import SceneRenderer
 
         if not self.is_asked:
             self.is_asked = True
             try:
                 self.context = create_context()
+                self.renderer = SceneRenderer(self.context)
             except MissingCapability:
                 self.context = None
-        if self.context is None:
-            return None
-        if name not in self.renderers:
-            with self.context:
-                self.renderers[name] = (DirectRenderer if name == "direct" else TransportRenderer)(self.context)
-        return self.renderers[name]
+        return self.context is not None
 
     def release(self) -> None:
         """Give the context up, on the thread that made it."""
         if self.context is not None:
             with self.context:
-                for renderer in self.renderers.values():
-                    renderer.release()
+                self.renderer.release()
             self.context.release()
 
 

@@ -106,9 +106,9 @@ def shows_near_lamps(mode: Mode) -> bool:
 
 
 def scene_of(mode: Mode, scene: Scene, relit: Any = None) -> Scene:
-    """The scene that OpenGL draws for `mode`, with `relit` as its relit bake."""
+    """The scene that OpenGL draws for `mode`, with `relit` as its relit bake, under direct light where that is None."""
     if mode.baked:
-        return dataclasses.replace(scene, material=None, relit=relit)
+        return dataclasses.replace(scene, relit=relit, material=None if relit is None else scene.material)
     return dataclasses.replace(scene, material=None) if mode.value == "direct" else scene
 
 

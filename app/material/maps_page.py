@@ -50,8 +50,8 @@ class MapsPage(QWidget):
         self.which.activated.connect(lambda _index: self._show_map())
         shown.row("Map", self.which, "The map that is shown; numbers are shown as shades, normals as colours")
         self.resolution = shown.figure("Size")
-        self.mean = shown.figure("Mean", "Over all texels; bakes take the BRDF at the mean of all maps")
-        words = "Direct light and the reference draw each texel. Bakes take one BRDF, at the mean of the maps."
+        self.mean = shown.figure("Mean", "Over all texels; bakes are of the BRDF at the mean of all maps")
+        words = "Every mode but Direct draws each texel. Bakes are of one BRDF, at the mean of the maps."
         shown.wide(text(words, "secondary", wrap=True))
         report = panel.section("Report")
         self.report = Report()

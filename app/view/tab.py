@@ -278,8 +278,8 @@ class ViewTab(QWidget):
             return
         self.lookup.show_scene(project, scene)
         alone = "" if project.has_map else "No material yet: the model shows the BRDF alone."
-        if material.pbr is not None:
-            alone = "Bakes and Direct light show the BRDF at the mean of the PBR maps."
+        if material.pbr is not None and look.mode == "direct":
+            alone = "Direct light shows the BRDF at the mean of the PBR maps."
         note = self.brdf_panel.drawable.note if material.measured is not None else ""
         ground = NO_SHADOW if look.has_ground and mode_of(look.mode, project).value in SHADOWLESS else ""
         near = _without_near_lamps(project)

@@ -117,14 +117,10 @@ class ProcessorSurface(QWidget):
 
 def _computed(scene: Scene, size: tuple[int, int]) -> Steps[tuple[Pixels, float]]:
     yield Step(0.0, "rendering on the processor")
-    from engine.render.direct import radiance
-    from engine.render.transported import picture_of
+    from engine.render.shadowed import drawn
 
     started = time.perf_counter()
-    if scene.relit is not None:
-        found = yield from picture_of(scene.relit, scene.camera, size, 1)
-        return found.picture, time.perf_counter() - started
-    picture = yield from radiance(scene, size, samples=1)
+    picture = yield from drawn(scene, size, 1)
     return picture, time.perf_counter() - started
 
 

@@ -143,18 +143,16 @@ class Refining:
 
     Attributes
     ----------
-    baked : the renderer of baked light, once it is needed.
     picture : `engine.gl.screen.Picture`, the last that was completed; None before the first.
     quality : its level, None where it is of another scene or size than is wanted now.
     screen : size (width, height) in pixels that it is for.
     """
 
     def __init__(self, context: Any) -> None:
-        from engine.gl.direct import DirectRenderer
+        from engine.gl.scene_renderer import SceneRenderer
 
         self.context = context
-        self.renderer = DirectRenderer(context)
-        self.baked: Any = None
+        self.renderer = SceneRenderer(context)
         self.scene: Scene | None = None
         self.picture: Any = None
         self.screen = (0, 0)
@@ -211,11 +209,8 @@ class Refining:
 
         What has begun is ended first, so that a light in continuous rotation is drawn in rotation.
         """
-        from engine.gl.transported import TransportRenderer
-
-        self.baked = self.baked or TransportRenderer(self.context)
         if self._loading is None:
-            self._loading = (relit, self.baked.load(relit))
+            self._loading = (relit, self.renderer.baked.load(relit))
         begun, pieces = self._loading
         self._loading = None
         started = time.perf_counter()
@@ -228,7 +223,7 @@ class Refining:
     def _draw_first(self) -> float:
         assert self.scene is not None
         scene, levels = self.scene, self._levels()
-        self.cost.about(scene.mesh, scene.shading, type(scene.brdf), scene.lookup, type(scene.relit))
+        self.cost.about(scene.mesh, scene.shading, scene.pbr, type(scene.brdf), scene.lookup, type(scene.relit))
         pixels, lights = self.screen[0] * self.screen[1], self._lights()
         coming = self._begin(levels[self.cost.best(levels, pixels, lights, MOVING_S)])
         if self.cost.is_new:
@@ -262,9 +257,9 @@ class Refining:
         return ONE_LIGHT if self._lights() == 1 else MANY_LIGHTS
 
     def _lights(self) -> int:
-        """The number of lights that are summed; baked light was summed before."""
+        """The number of lights that are summed; baked light was summed before, and texels are drawn under each."""
         assert self.scene is not None
-        return len(self.scene.lights.direction) if self.scene.relit is None else 1
+        return len(self.scene.lights.direction) if self.scene.relit is None or self.scene.has_texels else 1
 
     def _evaluations(self, level: Quality) -> int:
         assert self.scene is not None
@@ -284,20 +279,10 @@ class Refining:
         assert self.scene is not None
         width, height = (max(1, side // level.reduction) for side in self.screen)
         picture = Picture(self.context, (width, height))
-        bands = self._bands(level, picture.framebuffer, (width, height))
+        bands = self.renderer.bands(level.of(self.scene), picture.framebuffer, (width, height), samples=level.samples)
         next(bands)
         rows = self.cost.rows(self._evaluations(level), height * level.samples)
-        if self.scene.relit is not None:  # every piece evaluates all vertices anew, which is most of its cost
-            rows = max(rows, height * level.samples // 4)
         return _Coming(level, picture, bands, rows, rows)
-
-    def _bands(self, level: Quality, framebuffer: Any, size: tuple[int, int]) -> Generator[None, int, None]:
-        assert self.scene is not None
-        if self.scene.relit is None:
-            return self.renderer.bands(level.of(self.scene), framebuffer, size, samples=level.samples)
-        relit, camera = self.scene.relit, self.scene.camera
-        bands: Generator[None, int, None] = self.baked.bands(relit, camera, framebuffer, size, samples=level.samples)
-        return bands
 
     def _advance(self, coming: _Coming, rows: int) -> bool:
         """Draw so many rows; whether the picture is complete."""
@@ -326,9 +311,7 @@ class Refining:
         if self.picture is not None:
             self.picture.release()
         self.renderer.release()
-        if self.baked is not None:
-            self.baked.release()
-        self.picture = self.baked = None
+        self.picture = None
 
 
 def _is_alike(relit: Any, other: Any) -> bool:

@@ -21,8 +21,7 @@ from engine.geometry.mesh import Mesh
 from engine.gl.brdf_textures import SOURCE, FactorTextures, PbrTextures, TableTexture, factor_source
 from engine.gl.buffers import MeshBuffers
 from engine.gl.context import Limits, limits
-from engine.gl.cosine_texture import CosineTexture
-from engine.gl.light_texture import LightTexture
+from engine.gl.light_texture import CosineTexture, LightTexture
 from engine.gl.material_textures import MaterialTextures
 from engine.gl.program import ShaderError, load_program, set_uniforms
 from engine.gl.tiles import Paint, Tiles

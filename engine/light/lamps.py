@@ -172,3 +172,16 @@ def lights_of_all(lamps: Sequence[Lamp]) -> DistantLights:
         np.concatenate([none, *(lights.direction for lights in spread)]),
         np.concatenate([none, *(lights.irradiance for lights in spread)]),
     )
+
+
+def lights_from_all_sides(lights: DistantLights, share: float) -> DistantLights:
+    """Twelve alike, from the corners of an icosahedron, of together `share` of the irradiance of `lights`.
+
+    Where that is 0, a share of 1 of each channel stands for it.
+    """
+    total = lights.irradiance.sum(axis=0)
+    each = share / 12.0 * (total if total.any() else np.ones(3))
+    long = (1.0 + math.sqrt(5.0)) / 2.0
+    corners = [(0.0, a, b * long) for a in (-1.0, 1.0) for b in (-1.0, 1.0)]
+    direction = np.array([np.roll(corner, turn) for turn in range(3) for corner in corners]) / math.hypot(1.0, long)
+    return DistantLights(direction, np.broadcast_to(each, (12, 3)).copy())

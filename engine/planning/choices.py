@@ -68,6 +68,9 @@ LOW, HIGH = Setting("sh", {"order": LOW_ORDER}), Setting("sh", {"order": 15})
 #: Pixels of a picture where nobody says.
 PIXELS = 720 * 760
 
+#: Lights under which texels are drawn in baked light: those of an environment where nobody says, and faint ones.
+TEXEL_LIGHTS = 64 + 12
+
 #: Seconds of the tables of a BRDF that varies, beside the one that every bake makes.
 VARIED_S = 2.0
 
@@ -307,6 +310,7 @@ class Choices:
             lamps=len(looked.lamp_direction) if "sun-split" not in skipped else 0,
             texels=math.prod(looked.light.whole.radiance.shape[:2]),
             depth=depth_of(skipped),
+            texel_lights=0 if "mesostructure" in skipped else TEXEL_LIGHTS,
             ground=self._vertices - looked.model_vertices,
         )
 

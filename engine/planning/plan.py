@@ -297,9 +297,7 @@ def _effect(
     setting = chosen.setting
     if name == "all-frequency-light":
         shown = not is_low(setting)
-    elif name == "mesostructure":
-        shown = shows(setting.mode, name)
-    elif (name in ("self-shadowing", "glossy") and not shows(setting.mode, name)) or (
+    elif (name in ("self-shadowing", "glossy", "mesostructure") and not shows(setting.mode, name)) or (
         name == "interreflection" and not shows_bounces(setting, chosen.skipped)
     ):
         shown = False

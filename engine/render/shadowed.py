@@ -1,40 +1,66 @@
-"""The texels of a material in the light of a bake: self-shadowing and interreflection on a shading map or planes.
+"""Picture of the texels of a material in the light of a bake: the self-shadowing and interreflection of the model.
 
 A shading map is looked up by r_j = sigma f_r cos(theta_j) of each light j (Kautz2004 Eq. 2), so that it needs the
-lights one by one, and a bake has only their sum. What the bake knows is the share of the light that arrives. With B
-the radiance that it finds for the BRDF, and B_0 what the same sum is where nothing is in the way of any light,
+lights one by one, and a bake has only their sum B, for the BRDF f_r alone. What the texels add to the BRDF is seen
+where nothing is in the way of any light: T = sum_j S(r_j) E_j with them, T_0 = sum_j f_r cos(theta_j) E_j without. So
 
-    L = sum_j S(r_j) E_j  ·  B / B_0 .
+    L = B · T / T_0 .
 
-The first factor is the picture of the shading map, planes or PBR maps without shadows (`engine.render.direct`); with
-S(r) = a r it is a B_0 / f, and L = a B / f: Lambertian texels are exact, under any light. So is a convex model, where
-B = B_0, and one light that is seen or not. In between, lights that are shadowed are taken to meet the texels as those
-do that are not: S is nonlinear, and with several lights its mean over the unshadowed ones differs from the whole mean.
+With S(r) = a r it is L = a sigma B: Lambertian texels are exact, under any light. So is a convex model, as far as the
+bake is, for B = T_0 there; and one light that is seen or not. In between, lights that are shadowed are taken to meet
+the texels as those do that are not: S is nonlinear, and with several lights its mean over all differs from that over
+the unshadowed ones. PBR maps are drawn in the same way: T is of the BRDF of each texel, T_0 of the one at their mean,
+which is the one that is baked.
 
-B and B_0 are of the same spherical harmonics, so that what these leave out of the light cancels. Both tend to 0 where
-the surface turns away from the light; there `FLOOR` keeps the ratio at 1.
+T and T_0 tend to 0 where the surface turns away from all lights, and what other parts of the model reflect still
+arrives there. A share `FAINT` of the light is therefore taken to come from all sides in T and in T_0.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-#: Of the mean of B_0 over the model, added to both.
-FLOOR = 0.01
+from engine.core.colour import luminance
+from engine.core.steps import Steps, part
+from engine.render.direct import radiance
+from engine.render.transported import picture_of
+from engine.scene.scene import Scene
+
+#: Irradiance from all sides in T and T_0, over that of all lights.
+FAINT = 0.01
+
+#: Of a channel of T_0, over its luminance: the least that T is divided by.
+LEAST = 1e-3
 
 Picture = NDArray[np.float32]
 
 
-def shadowed(texels: Picture, baked: Picture, unshadowed: Picture) -> Picture:
-    """The picture `texels` (H, W, 4), radiance times coverage and coverage, times `baked` over `unshadowed`."""
-    covered = unshadowed[..., 3] > 0.0
-    floor = FLOOR * float(unshadowed[covered][:, :3].mean(dtype=np.float64)) if covered.any() else 0.0
-    if floor <= 0.0:
-        return texels
-    least = floor * unshadowed[..., 3:]
-    below = np.where(covered[..., None], unshadowed[..., :3] + least, 1.0)
-    share = np.where(covered[..., None], (baked[..., :3] + least) / below, 1.0)
-    found = texels.copy()
-    found[..., :3] = np.minimum(texels[..., :3] * share, np.finfo(np.float32).max)
+def with_and_without(scene: Scene) -> tuple[Scene, Scene]:
+    """The scenes of T and T_0."""
+    texels = replace(scene, relit=None, near_lamps=(), faint=FAINT)
+    return texels, replace(texels, material=None)
+
+
+def shadowed(texels: Picture, plain: Picture, baked: Picture) -> Picture:
+    """L from T, T_0 and B: pictures (H, W, 4) of radiance times coverage, and coverage."""
+    below = np.maximum(plain[..., :3], LEAST * luminance(plain[..., :3])[..., None])
+    share = np.where(below > 0.0, texels[..., :3] / np.where(below > 0.0, below, 1.0), 1.0)
+    found = baked.copy()
+    found[..., :3] = np.minimum(baked[..., :3] * share, np.finfo(np.float32).max)
     return found
+
+
+def drawn(scene: Scene, size: tuple[int, int], samples: int = 2) -> Steps[Picture]:
+    """The picture of any scene on the processor: under its lights, or of its bake, with the texels where it has any."""
+    if scene.relit is None:
+        return (yield from radiance(scene, size, samples=samples))
+    if not scene.has_texels:
+        return (yield from picture_of(scene.relit, scene.camera, size, samples)).picture
+    with_texels, without = with_and_without(scene)
+    texels = yield from part(radiance(with_texels, size, samples=samples), 0.0, 0.4)
+    plain = yield from part(radiance(without, size, samples=samples), 0.4, 0.7)
+    baked = (yield from part(picture_of(scene.relit, scene.camera, size, samples), 0.7, 1.0)).picture
+    return shadowed(texels, plain, baked)

@@ -37,7 +37,7 @@ from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
 from engine.light.environment import DistantLights, EnvironmentMap
-from engine.light.lamps import Lamp, lights_of_all
+from engine.light.lamps import Lamp, lights_from_all_sides, lights_of_all
 from engine.light.light_tree import chosen_lights
 from engine.light.near_lamps import NearLamp
 from engine.scene.material import Material, auto_sigma
@@ -82,8 +82,9 @@ class Scene:
     lamps : lights beside the one or the environment, in the world; the rotation and the factor are not theirs.
     near_lamps : lights near the model, which baked methods that know `near_light` alone show.
     ground : what the model stands on; None for nothing.
+    faint : irradiance that comes from all sides besides, over that of all lights.
     relit : a bake of the model relit by this light (`engine.transport.relit`), which is drawn in place of sums over
-        lights by whoever can draw it.
+        lights by whoever can draw it; with a material, its texels are shown in that light (`engine.render.shadowed`).
     """
 
     mesh: Mesh
@@ -102,6 +103,7 @@ class Scene:
     lamps: tuple[Lamp, ...] = ()
     near_lamps: tuple[NearLamp, ...] = ()
     ground: Ground | None = None
+    faint: float = 0.0
     relit: Any = None
 
     def __post_init__(self) -> None:
@@ -124,13 +126,13 @@ class Scene:
 
     @cached_property
     def lights(self) -> DistantLights:
-        """Lights of the sums, in the world: the one light or those of the environment, then those of the lamps."""
-        if not self.lamps:
-            return self._without_lamps
-        lamps = lights_of_all(self.lamps)
-        if self.environment is None and self.irradiance == 0.0:
-            return lamps
-        return self._without_lamps.beside(lamps)
+        """Lights of the sums, in the world: the one light or those of the environment, then those of the lamps, and
+        last the faint ones from all sides."""
+        found = self._without_lamps
+        if self.lamps:
+            lamps = lights_of_all(self.lamps)
+            found = lamps if self.environment is None and self.irradiance == 0.0 else found.beside(lamps)
+        return found.beside(lights_from_all_sides(found, self.faint)) if self.faint > 0.0 else found
 
     @property
     def _without_lamps(self) -> DistantLights:
@@ -158,6 +160,11 @@ class Scene:
             return self.material.directional
         slices, power_law = self.material.shading_map, self.material.power_law
         return (slices or power_law) if self.source == "slices" else (power_law or slices)
+
+    @property
+    def has_texels(self) -> bool:
+        """True if the material is not the same everywhere: it has maps."""
+        return self.pbr is not None or self.shading is not None
 
     @property
     def sigma(self) -> float:

@@ -13,15 +13,9 @@ from engine.transport.wavelet.haar import FACES
 
 
 def modes_of(scene: Scene) -> tuple[str, ...]:
-    """The modes that draw all of a scene: with a material, those that look it up.
-
-    PBR maps are drawn by all: bakes and 'direct' take the BRDF at the mean of the maps, and their error shows that.
-    """
-    if scene.pbr is not None:
-        return (*transport.names(), "shading-map", "direct", "reference")
-    if scene.material is not None and scene.shading is not None:
-        return ("shading-map", "direct", "reference")
-    return (*transport.names(), "direct", "reference")
+    """The modes that draw a scene, with a material those that look it up as well; 'direct' leaves its texels out."""
+    with_texels = ("shading-map",) if scene.has_texels else ()
+    return (*transport.names(), *with_texels, "direct", "reference")
 
 
 def _dear(mode: str) -> str:

@@ -24,10 +24,8 @@ from engine.core.stopwatch import shortest
 from engine.geometry.ray_caster import caster_of
 from engine.gl.brdf_textures import factor_source
 from engine.gl.context import create_context, renderer_name
-from engine.gl.direct import DirectRenderer
-from engine.gl.transported import TransportRenderer
-from engine.render.direct import radiance
-from engine.render.transported import picture_of
+from engine.gl.scene_renderer import SceneRenderer
+from engine.render.shadowed import drawn
 from engine.scene.scene import Scene
 
 #: Frames that are timed after one that warms up, and the seconds after which no further one begins.
@@ -60,9 +58,9 @@ class Drawer:
         self.device = ON_PROCESSOR if context is None else renderer_name(context)
         self._stack = ExitStack()
         if context is not None:
-            self._direct, self._baked = DirectRenderer(context), TransportRenderer(context)
+            self._renderer = SceneRenderer(context)
             self._target = context.framebuffer([context.renderbuffer(size)])
-            for owner in (self._direct, self._baked, self._target):
+            for owner in (self._renderer, self._target):
                 self._stack.callback(owner.release)
 
     def draw(self, scene: Scene) -> Steps[Drawn]:
@@ -71,25 +69,19 @@ class Drawer:
         if self._context is None or not _has_shader(scene):
             return (yield from self._on_processor(scene))
         with self._context:
-            renderer: Any = self._direct if scene.relit is None else self._baked
-            shown = scene if scene.relit is None else scene.relit
-            views = () if scene.relit is None else (scene.camera,)
 
             def frame() -> None:
-                renderer.draw(shown, *views, self._target, self.size, samples=SAMPLES)
+                self._renderer.draw(scene, self._target, self.size, samples=SAMPLES)
                 self._context.finish()
 
             started = time.perf_counter()
-            picture = renderer.radiance(shown, *views, self.size, samples=SAMPLES)
+            picture = self._renderer.radiance(scene, self.size, samples=SAMPLES)
             passed = time.perf_counter() - started
             return Drawn(picture, passed if passed > FAR_TOO_LONG_S else shortest(frame, FRAMES, LONG_ENOUGH_S))
 
     def _on_processor(self, scene: Scene) -> Steps[Drawn]:
         started = time.perf_counter()
-        if scene.relit is None:
-            picture = yield from radiance(scene, self.size, samples=SAMPLES)
-        else:
-            picture = (yield from picture_of(scene.relit, scene.camera, self.size, SAMPLES)).picture
+        picture = yield from drawn(scene, self.size, SAMPLES)
         return Drawn(picture, time.perf_counter() - started)
 
     def release(self) -> None:

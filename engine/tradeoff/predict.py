@@ -16,6 +16,7 @@ from engine.planning.costs.load import TEXELS, covered, rays_of, shaded
 from engine.planning.costs.setting import Setting
 from engine.planning.effects.sample import of_surface
 from engine.planning.effects.simplified import albedos
+from engine.render.shadowed import with_and_without
 from engine.scene.scene import Scene
 from engine.tradeoff.point import FIGURES
 from engine.transport.baking.visibility import receivers
@@ -81,6 +82,7 @@ class Predictions:
             lamps=len(scene.lamps) + len(suns),
             texels=texels,
             depth=max_depth,
+            texel_lights=len(with_and_without(scene)[0].lights.direction) if scene.has_texels else 0,
             ground=len(surface.positions) - model,
             tables_made=tables_made,
         )

@@ -340,11 +340,10 @@ class _Run:
         yield self._step(f"{len(self.found)} settings measured")
 
     def _baked(self, bake: Bake) -> Steps[None]:
-        bare = dataclasses.replace(self.scene, material=None)
-        rotated = dataclasses.replace(bare, environment_rotation=bare.environment_rotation + TURN)
+        rotated = dataclasses.replace(self.scene, environment_rotation=self.scene.environment_rotation + TURN)
         yield Step(0.0, "relighting")
         relight_s = shortest(lambda: relit(bake, rotated), RELIGHTS, LONG_ENOUGH_S)
-        scene = dataclasses.replace(bare, relit=relit(bake, bare))
+        scene = dataclasses.replace(self.scene, relit=relit(bake, self.scene))
         drawn = yield from self.drawer.draw(scene)
         held = bake.memory_bytes + scene.relit.size_bytes
         yield from self._add(bake.setting, drawn.picture, drawn.frame_s, relight_s, bake.bake_s, held, bake.size_bytes)

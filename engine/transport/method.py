@@ -141,13 +141,6 @@ class Baking(Protocol):
         """The transport in a file under a light, with its figures, and with another BRDF where the method takes one."""
 
 
-class LightsTexels(Protocol):
-    """The module of a method in whose light texels can be drawn."""
-
-    def relit_openly(self, transport: Any, light: Light, asked: Any) -> Relit:
-        """As `Baking.relit` if nothing were in the way of the light, and no other part of the model sent any."""
-
-
 @dataclass(frozen=True, eq=False)
 class Method:
     """One transport method.
@@ -167,8 +160,6 @@ class Method:
     variations : parameters of a BRDF, at most, that can vary from vertex to vertex.
     takes_brdf : another BRDF can be put in without a bake. on_cluster : chunks can be baked elsewhere.
     near_light : lamps may stand near the model.
-    lights_texels : texels of a material can be drawn in its light (`engine.render.shadowed`); `baking` is then a
-        `LightsTexels` too.
     shares_rays : bakes of several settings can share their rays; `baking` is then a `shared_rays.Sharing` too.
     dear : the knob that costs most, about whose cheapest value a sweep turns all others as well.
     frames : kinds of frames whose rates a machine profile holds, each with the knobs at which it is measured: the
@@ -193,7 +184,6 @@ class Method:
     takes_brdf: bool = False
     on_cluster: bool = False
     near_light: bool = False
-    lights_texels: bool = False
     shares_rays: bool = False
     dear: str = ""
     mark: tuple[str, str] = ("+", "+")
@@ -233,7 +223,7 @@ def _value(parameter: Parameter, value: Any) -> Any:
     return bool(value) if parameter.kind == "flag" else int(value) if parameter.kind == "whole" else value
 
 
-_GLOSSY = frozenset({"glossy", "anisotropy", "fresnel", "retro-reflection"})
+_GLOSSY = frozenset({"glossy", "anisotropy", "fresnel", "retro-reflection", "mesostructure"})
 
 METHODS: tuple[Method, ...] = (
     Method(
@@ -253,7 +243,6 @@ METHODS: tuple[Method, ...] = (
         takes_brdf=True,
         on_cluster=True,
         near_light=True,
-        lights_texels=True,
         shares_rays=True,
         mark=("o", "●"),
         frames=MappingProxyType({"sh": (9, 144), "sh-flat": (25,)}),

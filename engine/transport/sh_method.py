@@ -30,7 +30,7 @@ from engine.transport.sh.brdf_table_varying import VariedTable, table_of, tables
 from engine.transport.sh.error import sh_error
 from engine.transport.sh.lighting import lamp_coefficients, project, turned_about_y
 from engine.transport.sh.near_light import TOLERANCE, near_light
-from engine.transport.sh.transfer import ShTransport, local_views, open_rows, signed_radiance, transferred, with_table
+from engine.transport.sh.transfer import ShTransport, local_views, signed_radiance, transferred, with_table
 from engine.transport.shared_rays import Make
 
 estimate_s, transport_of = sh_bake.estimate_s, sh_bake.transport_of
@@ -119,12 +119,6 @@ def relit(transport: ShTransport, light: Light, asked: ShLight) -> RelitSh:
     """The coefficients of the light, times the transport."""
     coefficients, _ = _coefficients_at(transport, light, asked)
     return RelitSh(transport, transferred(transport, coefficients))
-
-
-def relit_openly(transport: ShTransport, light: Light, asked: ShLight) -> RelitSh:
-    """The same if nothing were in the way of the light, and no other part of the model sent any."""
-    coefficients, _ = _coefficients_at(transport, light, asked)
-    return RelitSh(transport, open_rows(transport, coefficients))
 
 
 def relighter(transport: ShTransport, subject: Subject) -> Relight:

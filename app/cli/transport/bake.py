@@ -125,9 +125,7 @@ def _take_brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> d
     arguments.brdf = material.brdf
     if material.pbr is None:
         words = f"the texels of {material.name} are left out: what is baked is its BRDF, {material.brdf}"
-        remedy = "; lightarc render BAKE --material shows them in its light"
-        able = (arguments.mode or transport.DEFAULT) in {each.name for each in transport.methods_with("lights_texels")}
-        return {"warnings": [words + remedy if able else words]}
+        return {"warnings": [f"{words}; lightarc render BAKE --material shows them in its light"]}
     return mean_in_place_of_maps(material, show)
 
 

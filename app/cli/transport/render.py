@@ -80,7 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--material",
         type=Input(),
         metavar="MATERIAL",
-        help=f"{scene_options.MATERIAL_HELP}; without it the BRDF alone is shown. On a bake of --mode sh it shows its "
+        help=f"{scene_options.MATERIAL_HELP}; without it the BRDF alone is shown. On a bake it shows its "
         "texels in the light that the bake lets through",
     )
     parser.add_argument(

@@ -1,4 +1,4 @@
-"""`lightarc render` of a transport file with a material: its texels in the light that the bake finds."""
+"""`lightarc render` of a bake with a material: its texels in the light that the bake finds."""
 
 from __future__ import annotations
 
@@ -10,65 +10,60 @@ from typing import TYPE_CHECKING, Any
 from app.cli.transport.render_output import ON_PROCESSOR, off_screen
 from engine.core.errors import UsageError
 from engine.core.steps import Step, drain, part
-from engine.transport import method as transport
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from engine.geometry.camera import Camera
+    from engine.gl.draw import OffScreen
     from engine.scene.scene import Scene
     from engine.transport.relit import Light, Relit
 
+#: Said where a lamp near the model shines: texels are drawn under lamps far away alone.
+NEAR = "Under lamps near the model the texels are shown as in the other light, or as in even light where there is none"
 
-def check(arguments: argparse.Namespace, method: transport.Method, light: Light) -> None:
+
+def check(arguments: argparse.Namespace) -> None:
     """UsageError for what a picture with texels cannot be of."""
-    if not method.lights_texels:
-        able = " or ".join(each.name for each in transport.methods_with("lights_texels"))
-        raise UsageError(f"--material on a bake is for --mode {able}, and this is one of {method.name}")
-    if light.near_lamps:
-        raise UsageError("--material on a bake has distant lights only: --lamp in place of --near-lamp")
     if arguments.turntable:
         raise UsageError("--turntable of a bake shows its BRDF alone: leave --material out")
 
 
 def with_texels(
-    picture: NDArray[np.float32],
-    relit: Relit,
-    unshadowed: Relit,
-    light: Light,
-    camera: Camera,
+    baked: tuple[NDArray[np.float32], dict[str, Any]],
+    scene: Scene,
     arguments: argparse.Namespace,
     show: Callable[[Step], None],
 ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-    """`picture`, which shows `relit`, with the texels of --material; and how these were drawn, for its record."""
-    from engine.gl.draw import draw_off_screen, relit_off_screen
+    """The picture of the bake of `scene`, and its record, with the texels of the material where that has any."""
+    if not scene.has_texels:
+        return baked
+    from engine.gl.draw import draw_off_screen
     from engine.render.direct import radiance
-    from engine.render.shadowed import shadowed
-    from engine.render.transported import picture_of
+    from engine.render.shadowed import shadowed, with_and_without
 
-    scene, size, warnings = _scene(relit, light, camera, arguments), (arguments.width, arguments.height), list[str]()
-    before = time.perf_counter()
-    found = off_screen(
-        arguments.renderer, lambda context: draw_off_screen(context, scene, size, arguments.samples), warnings
-    )
-    if found is not None:
-        texels, device = found[0], found[1]["gl_renderer"]
-        warnings = found[1]["warnings"]
-        opened = off_screen(
-            "gl", lambda context: relit_off_screen(context, unshadowed, camera, size, arguments.samples), warnings
-        )
-        assert opened is not None
-        without = opened[0]
-    else:
-        device = ON_PROCESSOR
-        texels = drain(part(radiance(scene, size, samples=arguments.samples), 0.5, 0.9), show)
-        without = drain(part(picture_of(unshadowed, camera, size, arguments.samples), 0.9, 1.0), show).picture
+    (picture, record), size = baked, (arguments.width, arguments.height)
+    before, device, warnings, drawn = time.perf_counter(), ON_PROCESSOR, list(record["warnings"]), []
+    for at, each in enumerate(with_and_without(scene)):
+
+        def on_device(context: Any, each: Scene = each) -> OffScreen:
+            return draw_off_screen(context, each, size, arguments.samples)
+
+        found = off_screen(arguments.renderer, on_device, [])
+        if found is None:
+            steps = radiance(each, size, samples=arguments.samples)
+            drawn.append(drain(part(steps, 0.4 + 0.3 * at, 0.7 + 0.3 * at), show))
+        else:
+            drawn.append(found[0])
+            device = found[1]["gl_renderer"]
+            warnings += found[1]["warnings"]
     figures = {"texels_s": time.perf_counter() - before, "texels_renderer": device, "sigma": scene.sigma}
-    return shadowed(texels, picture, without), {**figures, "warnings": warnings}
+    warnings += [NEAR] if scene.near_lamps else []
+    return shadowed(drawn[0], drawn[1], picture), {**record, **figures, "warnings": list(dict.fromkeys(warnings))}
 
 
-def _scene(relit: Relit, light: Light, camera: Camera, arguments: argparse.Namespace) -> Scene:
+def scene_of_bake(relit: Relit, light: Light, camera: Camera, arguments: argparse.Namespace) -> Scene:
     """The model and ground of a bake as a scene of the material under the same light."""
     import numpy as np
 
@@ -105,5 +100,6 @@ def _scene(relit: Relit, light: Light, camera: Camera, arguments: argparse.Names
         environment_rotation=light.rotation,
         directions=arguments.directions,
         lamps=light.lamps,
+        near_lamps=light.near_lamps,
         ground=ground,
     )

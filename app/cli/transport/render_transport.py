@@ -7,7 +7,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from app.arguments.options import settings_from
 from app.arguments.results import software
@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     asked = settings_from(arguments, method.light)
     light = light_of(arguments)
     if arguments.material is not None:
-        render_textured.check(arguments, method, light)
+        render_textured.check(arguments)
     behind = check_background(arguments, light.environment)
     steps = method.baking.illuminated(file, light, asked, arguments.brdf)
     found: Illuminated = drain(part(steps, 0.0, 0.3), show)
@@ -74,12 +74,8 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     negative_rel = drawn.pop("negative_rel", None)
     negative_rel = found.negative_rel(camera.eye) if negative_rel is None else negative_rel
     if arguments.material is not None:
-        unshadowed = cast(transport.LightsTexels, method.baking).relit_openly(relit.transport, light, asked)
-        textured = render_textured.with_texels(picture, relit, unshadowed, light, camera, arguments, show)
-        picture, drawn = (
-            textured[0],
-            {**drawn, **textured[1], "warnings": [*drawn["warnings"], *textured[1]["warnings"]]},
-        )
+        scene = render_textured.scene_of_bake(relit, light, camera, arguments)
+        picture, drawn = render_textured.with_texels((picture, drawn), scene, arguments, show)
     shown = picture if behind is None else in_front_of(picture, camera, behind, light.rotation, light.factor)
     write_picture(arguments.output, shown, display, None, arguments.background, software("render"))
     return {
@@ -133,7 +129,8 @@ def run_project(
         asked = light_with(choices.light, shown_by(choices.method, scene.brdf, varied))
         relighting = made.relighter(light_of_scene(scene), asked, scene.brdf)
         relit = drain(part(relighting, 0.8, 0.9), show)
-        picture, drawn = _draw(relit, scene.camera, arguments, show)
+        baked_picture = _draw(relit, scene.camera, arguments, show)
+    picture, drawn = render_textured.with_texels(baked_picture, scene, arguments, show)
     shown = render_turntable.with_background(picture, scene, behind)
     write_picture(arguments.output, shown, display, None, arguments.background, software("render"))
     return {

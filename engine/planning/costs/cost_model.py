@@ -198,6 +198,8 @@ class CostModel:
         found: Cost
         if setting.mode in transport.names():
             found = transport.method_of(setting.mode).planning.cost(self, setting, load)
+            if load.texel_lights:  # with texels and without, beside the bake (`engine.render.shadowed`)
+                found = replace(found, frame_s=found.frame_s + 2.0 * self.frame_s("direct", load.texel_lights, load))
         else:
             found = self._reference(setting, load) if setting.mode == "reference" else self._direct(setting, load)
         bake, frame = (math.exp(seen.get(setting.mode, (0.0, 0))[0]) for seen in (self.bakes, self.frames))

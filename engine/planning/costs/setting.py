@@ -52,7 +52,7 @@ AT_ONCE: Mapping[str, Mapping[str, Knob]] = MappingProxyType(
 
 #: Effects that pictures of the modes without a bake can have, of those that not all modes have.
 _SHOWN = {
-    "reference": frozenset({"self-shadowing", "interreflection", "glossy"}),
+    "reference": frozenset({"self-shadowing", "interreflection", "glossy", "mesostructure"}),
     "direct": frozenset({"glossy"}),
     "shading-map": frozenset({"glossy", "mesostructure"}),
 }

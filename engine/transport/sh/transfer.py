@@ -224,18 +224,6 @@ def transferred(transport: ShTransport, light: ArrayLike) -> NDArray[np.float32]
     return result
 
 
-def open_rows(transport: ShTransport, light: ArrayLike) -> NDArray[np.float32]:
-    """(R, 3) what `transferred` would be if every vertex saw its whole hemisphere, and the light alone."""
-    coefficients, first = np.ascontiguousarray(light, np.float32), transport.ground_vertex
-    vectors = free_vectors(transport.order, transport.frames[..., 2])
-    flat = np.einsum("vi,vic->vc" if coefficients.ndim == 3 else "vi,ic->vc", vectors, coefficients)
-    if transport.diffuse:
-        return np.asarray(flat, np.float32)
-    own = coefficients[:first] if coefficients.ndim == 3 else coefficients
-    local = rotated_into_frames(own, transport.frames[:first]).reshape(-1, 3)
-    return np.concatenate([local, flat[first:]]).astype(np.float32)
-
-
 def unshadowed(mesh: Mesh, light: Floats) -> Floats:
     """(V, order², 3) `light` (order², 3) in the frames of the vertices: what transfer without shadows would give."""
     return rotated_into_frames(light, tangent_frames(mesh))

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 import pytest
 import trimesh
 
+from app.commands.pictures import Saving
 from app.view.baking import Baking
 from app.window.main_window import MainWindow
 from engine.core.figure_text import size_text, time_text
+from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
+from engine.images.decode import read_image
 from engine.light.environment_file import open_environment
 from engine.light.near_lamps import NearLampSettings
+from tests.app.command import Command
+from tests.engine.domes import dome_material
 
 LONG = 90_000
 GLOSSY = "ggx:kd=0.5,alpha=0.4,f0=0.04"
@@ -163,3 +170,29 @@ def test_baked_light_is_measured_against_the_reference(view: MainWindow, qtbot: 
 def test_times_and_sizes_are_reported_in_few_digits() -> None:
     assert [time_text(seconds) for seconds in (0.2, 12.4, 130.0)] == ["200 ms", "12 s", "2.2 min"]
     assert [size_text(size) for size in (84_123_456, 3_100_000, 2_100_000_000)] == ["84.1 MB", "3.1 MB", "2.1 GB"]
+
+
+def test_texels_are_shown_in_baked_light_as_the_command_line_draws_them(
+    view: MainWindow, qtbot: Any, lightarc: Command, tmp_path: Path
+) -> None:
+    baked(view, qtbot, "sh")
+    document, surface = view.bench.document, cast(Any, view.view.viewport.surface)
+    document.look_from(Camera((0.0, 0.5, 4.0), (0.0, 0.0, 0.0), fov_deg=40.0))
+
+    def picture(name: str) -> Any:
+        view.view.save(Saving(tmp_path / name, (48, 36)))
+        wait(qtbot, lambda: (tmp_path / name).exists())
+        return read_image(tmp_path / name).pixels
+
+    before = picture("before.exr")
+    material = dataclasses.replace(document.project.material, directional=dome_material().directional)
+    document.change("Texels", material=material)
+    wait(qtbot, lambda: drawn(view) is not None and surface.scene.has_texels)
+    window = picture("window.exr")
+    wait(qtbot, lambda: view.projects.is_saved)
+    size = ("--width", "48", "--height", "36", "--json")
+    said = lightarc("render", view.projects.path, "--mode", "sh", "-o", tmp_path / "said.exr", *size)
+    assert said.code == 0, said.err
+    assert json.loads(said.out)["texels_s"] > 0.0
+    assert np.abs(window - read_image(tmp_path / "said.exr").pixels).max() < 2e-3 * window.max()
+    assert np.abs(window - before).max() > 0.05 * window.max()

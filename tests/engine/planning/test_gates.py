@@ -103,6 +103,10 @@ def apart_by_threads(contrast: float, sky: EnvironmentMap, text: str) -> float:
     return float(np.sqrt((apart**2).sum() / (whole**2).sum()))
 
 
+def without_threads(_scene: Scenery, below: float) -> float:
+    return apart_by_threads(below, gradient_sky(), "lambert:albedo=0.5")
+
+
 @cache
 def textured_ball() -> Mesh:
     from engine.geometry.shapes import shape
@@ -115,6 +119,7 @@ GATES: tuple[tuple[str, Callable[[float], Scenery], float, float, tuple[str, ...
     ("self-shadowing", of_bowl, 0.06, 0.065, ("sh",), without_shadows),
     ("anisotropy", of_brushing, 0.1, 0.11, ("sh",), without_brushing),
     ("sun-split", of_sun, 1.35e4, 1.3e4, ("wavelet",), without_split),
+    ("mesostructure", of_threads, 0.05, 0.055, ("sh",), without_threads),
 )
 
 
@@ -136,18 +141,6 @@ def test_T6_scenes_just_above_and_below_a_threshold(
     assert [each.decision(effect) for each in plans] == ["skipped", "needed"]
     assert plans[0].predicted_error_rel <= budget
     assert cost_of(scenes[0], below) <= SHARE * budget
-
-
-def test_T6_threads_are_drawn_where_no_mode_without_them_meets_the_budget(costs: CostModel) -> None:
-    """Spherical harmonics show none: what the threads are worth is then part of their error, whole."""
-    scenes = [of_threads(contrast) for contrast in (0.05, 0.055)]
-    low, high = (plan_of(scene, costs, 1e-9, None, modes=("sh",)).predicted_error_rel for scene in scenes)
-    assert 0.0 < low < high < 1.3 * low
-    budget = 0.5 * (low + high)
-    plans = [plan_of(scene, costs, budget, None, modes=("sh", "shading-map")) for scene in scenes]
-    assert [each.decision("mesostructure") for each in plans] == ["skipped", "needed"]
-    assert all(each.satisfied for each in plans)
-    assert apart_by_threads(0.05, gradient_sky(), "lambert:albedo=0.5") <= budget
 
 
 @pytest.mark.parametrize(

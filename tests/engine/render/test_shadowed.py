@@ -1,4 +1,4 @@
-"""Texels in the light of a bake: exact for convex models and for Lambertian texels, and nearer to the reference."""
+"""Texels in the light of a bake: exact where the look-up is linear, nearer to the reference where it is not."""
 
 from __future__ import annotations
 
@@ -15,84 +15,174 @@ from engine.core.directions import normalize
 from engine.core.steps import drain
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
+from engine.geometry.mesh import Mesh
+from engine.gl.scene_renderer import SceneRenderer, sent
+from engine.gl.screen import Picture
+from engine.light.environment import DistantLights
+from engine.light.lamps import lights_from_all_sides
+from engine.light.near_lamps import NearLamp
 from engine.render.direct import radiance
 from engine.render.reference import reference
-from engine.render.shadowed import FLOOR, shadowed
+from engine.render.shadowed import drawn, shadowed, with_and_without
 from engine.render.transported import picture_of
-from engine.scene.material import Material
+from engine.scene.material import Material, material_of_maps
 from engine.scene.scene import Scene
 from engine.shading.shading_map import ShadingMap
-from engine.transport.baking.settings import ShLight
+from engine.surface.pbr_maps import PbrMaps
+from engine.transport.method import Subject, method_of
 from engine.transport.relit import light_of
-from engine.transport.sh.bake import BakeSettings, bake, prepare
-from engine.transport.sh_method import relit, relit_openly
-from tests.engine.domes import dome_material
 from tests.engine.render.test_transported_sh import ball, smooth_sky
 
 SIZE = (48, 40)
 CAMERA = Camera((3.0, 2.2, 4.0), (0.0, -0.3, 0.0))
 LIGHT = tuple(normalize(np.array([0.6, 0.7, 0.4])).tolist())
+NEAR: dict[str, Any] = {"irradiance": 0.0, "near_lamps": (NearLamp((2.0, 2.0, 1.0), (9.0, 9.0, 9.0)),)}
+GLOSSY = "phong:kd=0.3,ks=0.3,exponent=8"
+
+#: Settings of quick bakes.
+QUICK: dict[str, dict[str, Any]] = {
+    "sh": {"order": 4, "cube": 16},
+    "wavelet": {"terms": 3, "cube": 8, "coefficients": 128},
+    "gaussian": {"samples": 32},
+}
 
 
-def sloped(albedo: NDArray[Any], bend: float = 1.0) -> Material:
-    """Texels (H, W, 3) of S(r) = albedo r^bend, of which Lambert's r is at most 1."""
+def globe() -> Mesh:
+    """A coarse ball whose texture lies on it as seen from the front."""
+    made = ball(14, 7)
+    return dataclasses.replace(made, uv=made.positions[:, :2].astype(np.float32))
+
+
+def sloped(albedo: NDArray[Any], bend: float, sigma: float) -> Material:
+    """Texels (H, W, 3) of S(r) = albedo r^bend."""
     r = np.linspace(0.0, 1.0, 65)
     slices = (albedo * r[:, None, None, None] ** bend).astype(np.float32)
-    return Material(ShadingMap(slices, 1.0, r), None, "lambert:albedo=1", sigma=np.pi)
+    return Material(ShadingMap(slices, 1.0, r), None, GLOSSY, sigma=sigma)
 
 
-def pictures(scene: Scene, folder: Path) -> tuple[Any, Any, Any]:
-    """Texels without shadows, and the bake with them and without."""
-    work = drain(prepare(scene.mesh, scene.brdf, BakeSettings(order=5, edge=16, fine=4), scene.ground))
-    transport = drain(bake(folder / "a.transport", work)).transport
-    light, asked = light_of(scene), ShLight()
-    found = [drain(picture_of(make(transport, light, asked), CAMERA, SIZE)).picture for make in (relit, relit_openly)]
-    return drain(radiance(scene, SIZE)), found[0], found[1]
+def scene_with(material: Material, **light: Any) -> Scene:
+    lit = light or {"environment": smooth_sky(), "directions": 256}
+    return Scene(globe(), CAMERA, material.reflectance, material, ground=Ground(cells=8), repeats=1.0, **lit)
 
 
-@pytest.mark.parametrize("material", [sloped(np.full((1, 1, 3), 0.4), 2.0), dome_material()])
-def test_one_light_on_a_convex_model_is_the_shading_map(material: Material, tmp_path: Path) -> None:
-    scene = Scene(ball(), CAMERA, material.reflectance, material, LIGHT, 2.0, repeats=1.0)
-    texels, baked, unshadowed = pictures(scene, tmp_path)
-    assert shadowed(texels, baked, unshadowed) == pytest.approx(texels, rel=1e-4, abs=1e-6)
-    assert texels[..., :3].max() > 0.1
+def transport_of(scene: Scene, mode: str, folder: Path) -> Any:
+    method = method_of(mode)
+    subject = Subject(scene.mesh, scene.brdf, scene.ground)
+    work = drain(method.baking.prepare(subject, method.settings(**QUICK[mode])))
+    return drain(method.baking.bake(folder / "a.transport", work)).transport
 
 
-def test_lambertian_texels_send_albedo_times_irradiance(tmp_path: Path) -> None:
-    """Under a sky of which spherical harmonics leave nothing out."""
+def lit(scene: Scene, mode: str, transport: Any) -> Scene:
+    """The scene with the bake under its light."""
+    method = method_of(mode)
+    return dataclasses.replace(scene, relit=method.baking.relit(transport, light_of(scene), method.light()))
+
+
+@pytest.fixture(scope="module", params=["sh", "wavelet", "gaussian"])
+def glossy(request: Any, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Any]:
+    """Each method, and its bake of the ball."""
+    scene = scene_with(sloped(np.ones((1, 1, 3)), 1.0, 1.0))
+    return request.param, transport_of(scene, request.param, tmp_path_factory.mktemp("bakes"))
+
+
+@pytest.mark.parametrize("light", [{}, {"light": LIGHT}, NEAR])
+def test_texels_of_a_linear_look_up_are_factors_on_the_bake(glossy: tuple[str, Any], light: dict[str, Any]) -> None:
+    """S(r) = a r is a sigma f cos: the bake times a sigma, under any light and where none falls."""
+    if "near_lamps" in light and not method_of(glossy[0]).near_light:
+        return
     albedo = np.array([0.8, 0.4, 0.1])
-    material = sloped(albedo.reshape(1, 1, 3))
-    sky: dict[str, Any] = {"environment": smooth_sky(), "directions": 1024}
-    scene = Scene(ball(), CAMERA, material.reflectance, material, ground=Ground(albedo=1.0, cells=24), **sky)
-    texels, baked, unshadowed = pictures(scene, tmp_path)
-    found = shadowed(texels, baked, unshadowed)
-    model = (found[..., 3] == 1.0) & (
-        np.abs(drain(radiance(dataclasses.replace(scene, ground=None), SIZE))[..., 3] - 1) < 1e-6
-    )
-    wanted = np.pi * albedo * baked[model][:, :3]  # of a BRDF of 1 / π, and r = cos θ
-    assert (np.abs(baked[model] - unshadowed[model]).mean(axis=0)[:3] > 0.02).all()
-    assert np.sqrt(np.mean((found[model][:, :3] / wanted - 1.0) ** 2)) < 0.02
+    scene = lit(scene_with(sloped(albedo.reshape(1, 1, 3), 1.0, 0.5), **light), *glossy)
+    bare = drain(picture_of(scene.relit, CAMERA, SIZE)).picture
+    model = drain(radiance(dataclasses.replace(scene, relit=None, ground=None), SIZE))[..., 3] == 1.0
+    found = drain(drawn(scene, SIZE))
+    assert found[model][:, :3] == pytest.approx(0.5 * albedo * bare[model][:, :3], rel=2e-4, abs=1e-7)
+    ground = (bare[..., 3] == 1.0) & ~model
+    inner = ground & np.roll(ground, 1, 0) & np.roll(ground, -1, 0) & np.roll(ground, 1, 1) & np.roll(ground, -1, 1)
+    assert inner.any()
+    assert found[inner] == pytest.approx(bare[inner], rel=1e-5)
 
 
-def test_texels_in_shadow_are_nearer_to_the_reference(tmp_path: Path) -> None:
+def test_texels_in_shadow_are_nearer_to_the_reference(glossy: tuple[str, Any]) -> None:
     """A bent look-up, whose error is not zero, under light from everywhere."""
-    material = sloped(np.full((1, 1, 3), 0.5), 1.6)
-    sky: dict[str, Any] = {"environment": smooth_sky(), "directions": 256}
-    scene = Scene(ball(), CAMERA, material.reflectance, material, ground=Ground(albedo=0.5, cells=24), **sky)
-    texels, baked, unshadowed = pictures(scene, tmp_path)
-    truth = drain(reference(scene, SIZE, samples=128)).picture
-    inside = (texels[..., 3] == 1.0) & (truth[..., 3] == 1.0)
-    before = compare(texels, truth, inside).rmse_rel
-    after = compare(shadowed(texels, baked, unshadowed), truth, inside).rmse_rel
-    assert after < 0.25 * before, (before, after)
+    rng = np.random.default_rng(4)
+    scene = scene_with(sloped(rng.uniform(0.2, 0.8, (4, 4, 3)), 1.4, 1.0))
+    truth = drain(reference(scene, SIZE, samples=64)).picture
+    found = drain(drawn(lit(scene, *glossy), SIZE))
+    inside = (found[..., 3] == 1.0) & (truth[..., 3] == 1.0)
+    before = compare(drain(radiance(scene, SIZE)), truth, inside).rmse_rel
+    after = compare(found, truth, inside).rmse_rel
+    assert after < 0.5 * before, (before, after)
 
 
-def test_the_floor_by_hand() -> None:
-    """Half the light arrives at one pixel; none goes to another, which keeps what it has; one is empty."""
-    texels = np.array([[[0.2, 0.2, 0.2, 1.0], [0.1, 0.1, 0.1, 1.0], [0.0, 0.0, 0.0, 0.0]]], np.float32)
-    unshadowed = np.array([[[4.0, 4.0, 4.0, 1.0], [0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 0.0]]], np.float32)
-    baked = unshadowed * np.array([0.5, 0.5, 0.5, 1.0], np.float32)
-    found = shadowed(texels, baked, unshadowed)
-    floor = FLOOR * 2.0
-    assert found[0, 0, :3] == pytest.approx(0.2 * (2.0 + floor) / (4.0 + floor))
-    assert (found[0, 1:] == texels[0, 1:]).all()
+def test_both_renderers_agree(gl: Any, glossy: tuple[str, Any]) -> None:
+    rng = np.random.default_rng(4)
+    scene = lit(scene_with(sloped(rng.uniform(0.2, 0.8, (4, 4, 3)), 1.4, 1.0), light=LIGHT), *glossy)
+    renderer, picture = SceneRenderer(gl), Picture(gl, SIZE)
+    found = renderer.radiance(scene, SIZE, samples=2)
+    bands = renderer.bands(scene, picture.framebuffer, SIZE, samples=2)
+    next(bands)
+    while not sent(bands, 7):
+        pass
+    shown = picture.read()
+    baked = renderer.baked.radiance(scene.relit, CAMERA, SIZE, samples=2)
+    for owner in (picture, renderer):
+        owner.release()
+    with_texels, without = (drain(radiance(each, SIZE)) for each in with_and_without(scene))
+    computed = shadowed(with_texels, without, baked)
+    inside = (computed[..., 3] == 1.0) & (found[..., 3] == 1.0)
+    assert shown == pytest.approx(found, rel=1e-3, abs=1e-5)
+    assert compare(found, computed, inside).rmse_rel < 0.01
+
+
+def checker(base: tuple[float, float], roughness: tuple[float, float]) -> Material:
+    """PBR maps of two kinds of texels."""
+    first = np.indices((8, 8)).sum(axis=0) % 2 > 0
+    plain = np.ones((8, 8), np.float32)
+    maps = PbrMaps(
+        base_colour=np.where(first, *base).astype(np.float32)[..., None] * np.ones(3, np.float32),
+        normal=plain[..., None] * np.array([0.0, 0.0, 1.0], np.float32),
+        roughness=np.where(first, *roughness).astype(np.float32),
+        metallic=0.0 * plain,
+        f0=0.04 * plain,
+    )
+    return material_of_maps(maps, "checker")
+
+
+def test_pbr_maps_that_are_all_alike_are_the_bake(tmp_path: Path) -> None:
+    scene = scene_with(checker((0.4, 0.4), (0.6, 0.6)))
+    scene = lit(scene, "sh", transport_of(scene, "sh", tmp_path))
+    bare = drain(picture_of(scene.relit, CAMERA, SIZE)).picture
+    assert drain(drawn(scene, SIZE)) == pytest.approx(bare, rel=2e-3, abs=1e-5)
+
+
+def test_pbr_maps_vary_in_a_bake_of_their_mean(tmp_path: Path) -> None:
+    scene = scene_with(checker((0.7, 0.1), (0.3, 0.8)))
+    truth = drain(reference(scene, SIZE, samples=64)).picture
+    scene = lit(scene, "sh", transport_of(scene, "sh", tmp_path))
+    found, bare = drain(drawn(scene, SIZE)), drain(picture_of(scene.relit, CAMERA, SIZE)).picture
+    model = drain(radiance(dataclasses.replace(scene, relit=None, ground=None), SIZE))[..., 3] == 1.0
+    inside = model & (found[..., 3] == 1.0) & (truth[..., 3] == 1.0)
+    before, after = compare(bare, truth, inside).rmse_rel, compare(found, truth, inside).rmse_rel
+    assert after < 0.4 * before, (before, after)
+
+
+def test_by_hand() -> None:
+    """Texels without a shadow stay as they are; under half the light they are half; without any, the bake stays."""
+    texels = np.array([[[0.2, 0.4, 0.2, 1.0], [0.2, 0.4, 0.2, 1.0], [0.0, 0.0, 0.0, 0.0]]], np.float32)
+    plain = np.array([[[4.0, 4.0, 4.0, 1.0], [4.0, 4.0, 4.0, 1.0], [0.0, 0.0, 0.0, 0.0]]], np.float32)
+    share = np.array([1.0, 0.5, 0.3])[:, None] * np.array([1.0, 1.0, 1.0])
+    bake = np.concatenate([plain[..., :3] * share, plain[..., 3:]], axis=-1).astype(np.float32)
+    bake[0, 2] = (0.1, 0.2, 0.3, 1.0)
+    found = shadowed(texels, plain, bake)
+    assert found[0, 0] == pytest.approx(texels[0, 0])
+    assert found[0, 1, :3] == pytest.approx(0.5 * texels[0, 1, :3])
+    assert found[0, 2] == pytest.approx(bake[0, 2])
+
+
+def test_faint_light_comes_evenly_from_all_sides() -> None:
+    lights = lights_from_all_sides(DistantLights(np.eye(3), np.full((3, 3), 2.0)), 0.1)
+    assert lights.irradiance.sum(axis=0) == pytest.approx([0.6] * 3)
+    assert np.linalg.norm(lights.direction, axis=1) == pytest.approx(np.ones(12))
+    assert lights.direction.T @ lights.direction == pytest.approx(4.0 * np.eye(3), abs=1e-12)
+    dark = lights_from_all_sides(DistantLights(np.zeros((0, 3)), np.zeros((0, 3))), 0.1)
+    assert dark.irradiance.sum(axis=0) == pytest.approx([0.1] * 3)

@@ -1,0 +1,23 @@
+#version 330 core
+// Texels of a material in the light of a bake: L = B · T / T_0 (engine.render.shadowed).
+// in: pictures of equal size, radiance times coverage, and coverage: T, T_0 and B; out: the same, L.
+
+uniform sampler2D texels;
+uniform sampler2D plain;
+uniform sampler2D baked;
+
+const vec3 LUMINANCE = vec3(0.21263900587151036, 0.71516867876775593, 0.072192315360733714);
+const float LEAST = 1e-3;
+
+out vec4 radiance;
+
+void main()
+{
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    vec3 without = texelFetch(plain, at, 0).rgb;
+    vec3 below = max(without, LEAST * dot(without, LUMINANCE));
+    bvec3 known = greaterThan(below, vec3(0.0));
+    vec3 share = mix(vec3(1.0), texelFetch(texels, at, 0).rgb / mix(vec3(1.0), below, known), known);
+    vec4 light = texelFetch(baked, at, 0);
+    radiance = vec4(min(light.rgb * share, 3.402823e38), light.a);
+}
