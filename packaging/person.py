@@ -154,15 +154,27 @@ class Person:
         """Start the program with files, and wait for its window."""
         (self.folder / "seen.json").unlink(missing_ok=True)
         places = {f"XDG_{name}_HOME": str(self.folder / name.lower()) for name in ("CONFIG", "DATA", "STATE")}
+        places |= {"XDG_CACHE_HOME": os.environ.get("XDG_CACHE_HOME", str(Path.home() / ".cache"))}  # has kernels
+        places |= {"HOME": str(self.folder)}
         words = [sys.executable, __file__, str(self.folder / "seen.json"), *map(str, paths)]
         log = (self.folder / "log.txt").open("ab")
         self.process = subprocess.Popen(words, env={**os.environ, **places}, stdout=log, stderr=log)
         self.until(lambda seen: bool(seen), "the window")
         do("search", "--sync", "--onlyvisible", "--name", "Lightarc", "windowactivate", "--sync")
+        if not paths and not self.has_seen_hints:
+            self.until(lambda seen: "First hints" in seen["places"], "the first hints", 60.0)
         time.sleep(4 * PAUSE_S)
         while "First hints" in self.seen["places"]:
             do("key", "Escape")
             time.sleep(2 * PAUSE_S)
+
+    @property
+    def has_seen_hints(self) -> bool:
+        """True where the program remembers that the first hints were shown."""
+        try:
+            return bool(json.loads((self.folder / "config/lightarc/settings.json").read_bytes())["has_seen_hints"])
+        except (OSError, ValueError, KeyError):
+            return False
 
     def until(self, is_so: Callable[[Seen], bool], what: str, within_s: float = PATIENCE_S) -> Seen:
         """Wait until what is seen `is_so`."""

@@ -76,7 +76,7 @@ class Library(QWidget):
         self.search.setToolTip("Part of a name or of a model (Ctrl+F)")
         self.search.setClearButtonEnabled(True)
         self.search.textChanged.connect(self._filter)
-        self.search.returnPressed.connect(self.add_current)
+        self.search.returnPressed.connect(self._add_found)
         self.list = QListWidget()
         self.list.setAccessibleName("Library of BRDFs")
         self.list.setIconSize(QSize(THUMBNAIL, THUMBNAIL))
@@ -177,6 +177,11 @@ class Library(QWidget):
                 item.setHidden(not all(word in item.data(WORDS) for word in words))
                 any_below = any_below or not item.isHidden()
         self._wait.start()
+
+    def _add_found(self) -> None:
+        """Add what the search has found; the next word that is typed replaces this one."""
+        self.add_current()
+        self.search.selectAll()
 
     def add_current(self) -> None:
         """Compare the row on which the person is, or the only one that the search leaves."""

@@ -75,6 +75,7 @@ class AccuracyDock(QDockWidget):
         self.job: Job | None = None
         self.live: Accuracy | None = None
         self.choice: Choice | None = None
+        self._is_to_apply = False
         self.legend = Legend()
         scroll = QScrollArea()  # rather than squeezes its rows where the dock is low
         scroll.setWidgetResizable(True)
@@ -141,7 +142,8 @@ class AccuracyDock(QDockWidget):
         rows.row(
             "Budget",
             self.budget,
-            "Largest error, time or memory: the best setting within it is named, Enter applies it",
+            "Largest error, time or memory: the best setting within it is named. Enter applies it, and measures before "
+            "where nothing is measured yet",
         )
         self.modes = ComboBox()
         self.time = ComboBox()
@@ -215,7 +217,7 @@ class AccuracyDock(QDockWidget):
         self.choice = None
         accuracy, words = self.accuracy, self.budget.text().strip()
         mark(self.budget, why_no_budget(words))
-        if words and accuracy is not None:
+        if words and accuracy is not None and not (self.is_stale or self._is_to_apply):
             try:
                 self.choice = choose(accuracy.points, budget_from_text(words), self.axis.currentData())
             except UsageError:
@@ -234,9 +236,12 @@ class AccuracyDock(QDockWidget):
         accuracy = self.accuracy
         if self.job is not None:
             done = len(accuracy.points) if accuracy is not None and self.live is not None else 0
-            return f"{done} settings measured so far."
+            then = " The best within the budget is applied then." if self._is_to_apply else ""
+            return f"{done} settings measured so far.{then}"
+        if accuracy is None and self.budget.text().strip():
+            return "Nothing measured yet. Enter measures and uses the best."
         if accuracy is None:
-            return "Nothing measured yet: see what each setting costs on this scene."
+            return "Nothing measured yet on this scene."
         if self.is_stale:
             return "Measured on another scene: measure again."
         left = len(accuracy.unmeasured)
@@ -246,8 +251,16 @@ class AccuracyDock(QDockWidget):
         return f"{words}. Click a point to use it."
 
     def _apply_choice(self) -> None:
-        if self.choice is not None and self.choice.point is not None:
-            self.applied.emit(self.choice.point.setting)
+        """Apply what the budget chooses; where nothing of this scene was measured, measure first."""
+        words = self.budget.text().strip()
+        if self.choice is not None:
+            if self.choice.point is not None:
+                self.applied.emit(self.choice.point.setting)
+        elif words and not why_no_budget(words):
+            self._is_to_apply = True
+            if self.job is None:
+                self._start_or_stop()
+            self._show()
 
     def measure(self) -> None:
         """Measure all modes, unless something is being measured."""
@@ -262,6 +275,7 @@ class AccuracyDock(QDockWidget):
         project = self.bench.document.project
         scene = self.view.scene(project)
         if scene is None:
+            self._is_to_apply = False
             return
         chosen = self.modes.currentData()
         offered = [mode for mode in modes() if not why_not(mode, project)]
@@ -276,8 +290,8 @@ class AccuracyDock(QDockWidget):
         self.job = job
         job.progressed.connect(lambda step: self._progressed(step, of))
         job.succeeded.connect(lambda found: self._keep(accuracy_of(found, of)))
-        job.cancelled.connect(lambda: self._keep(self.live))
-        job.failed.connect(lambda _error: self._keep(self.live))
+        job.cancelled.connect(self._stopped)
+        job.failed.connect(lambda _error: self._stopped())
         self._show()
 
     def _progressed(self, step: Step, of: tuple[Any, ...]) -> None:
@@ -286,14 +300,22 @@ class AccuracyDock(QDockWidget):
             self.live = accuracy_of(step.partial, of).with_before(before)
             self._show()
 
+    def _stopped(self) -> None:
+        """Keep what was measured, and apply nothing."""
+        self._is_to_apply = False
+        self._keep(self.live)
+
     def _keep(self, found: Accuracy | None) -> None:
         """Keep the measured points in the project, also those of a stopped sweep."""
         self.job = self.live = None
+        is_to_apply, self._is_to_apply = self._is_to_apply, False
         if found is not None and found.points:
             before = self.bench.document.project.accuracy
             self.bench.document.change("Measure accuracy", accuracy=found.with_before(before))
             self.bench.said.emit(f"{len(found.points)} settings measured")
         self._show()
+        if is_to_apply and self.choice is not None and self.choice.point is not None:
+            self.applied.emit(self.choice.point.setting)
 
     def apply_theme(self) -> None:
         """Draw in the colours of the current theme."""

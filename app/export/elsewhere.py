@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import Qt, QUrl
+from PySide6.QtCore import Qt, QUrl, Signal
 from PySide6.QtGui import QDesktopServices, QShowEvent
 from PySide6.QtWidgets import (
     QFileDialog,
@@ -73,7 +73,9 @@ NORMALS = (("", "As the program"), ("opengl", "y up (OpenGL)"), ("directx", "y d
 
 
 class Elsewhere(QWidget):
-    """The page of the Export workspace that writes a material for other programs."""
+    """The page of the Export workspace that writes a material for other programs; `folder_chosen` by a person."""
+
+    folder_chosen = Signal(object)
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
@@ -316,6 +318,7 @@ class Elsewhere(QWidget):
         chosen = QFileDialog.getExistingDirectory(self, "Folder for the exports", str(proposed))
         if chosen:
             self.set_folder(Path(chosen))
+            self.folder_chosen.emit(self.folder)
         return bool(chosen)
 
     def _show_folder(self) -> None:
@@ -332,7 +335,7 @@ class Elsewhere(QWidget):
         self.remarks.setText("\n".join(self._remarks()))
         self.remarks.setVisible(bool(self.remarks.text()))
         self.export.setText(f"Export {len(names)} target{'s' * (len(names) != 1)}" if names else "Export")
-        enable(self.export, self._why_not(), "Write a folder with one folder for each target")
+        enable(self.export, self._why_not(), "Write a folder with one folder for each target (Ctrl+Enter)")
 
     def _remarks(self) -> list[str]:
         """Warnings of the chosen targets, each sentence once with those that it holds for."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import Qt, QUrl, Signal
-from PySide6.QtGui import QDesktopServices, QShowEvent
+from PySide6.QtGui import QDesktopServices, QKeySequence, QShortcut, QShowEvent
 from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QLineEdit, QWidget
 
 from app.commands.export_bundle import Exported, drawn
@@ -52,10 +52,11 @@ STALE = "Settings were changed after this material was built. Rebuild it in Mate
 
 
 class ExportTab(QWidget):
-    """Writes the project's material as a bundle, or for other programs."""
+    """Writes the project's material as a bundle, or for other programs; `folder_chosen` by a person for both."""
 
     capture_wanted = Signal()
     sample_wanted = Signal()
+    folder_chosen = Signal(object)
 
     def __init__(self, bench: Workbench, view: ViewTab) -> None:
         super().__init__()
@@ -67,8 +68,11 @@ class ExportTab(QWidget):
         self.latest = Latest(bench.jobs, "Drawing the preview")
         self.image = ImageView()
         self.elsewhere = Elsewhere(bench)
+        self.elsewhere.folder_chosen.connect(self._take_folder)
         self.empty = self._make_empty()
         self.pages = with_empty_state(self, self.empty, self._make_work())
+        begin = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WindowShortcut)
+        begin.activated.connect(lambda: (self.elsewhere.export if self.is_elsewhere else self.export).click())
         view.model_ready.connect(self._draw_preview)
         bench.document.changed.connect(self._changed)
         bench.jobs.changed.connect(lambda _job: self._update_buttons())
@@ -103,6 +107,11 @@ class ExportTab(QWidget):
         self.form_pages.addWidget(side_by_side(self.image, self._make_right(), stretch=0))
         self.form_pages.addWidget(self.elsewhere)
         return under(bar, self.form_pages)
+
+    @property
+    def is_elsewhere(self) -> bool:
+        """True while the page for other programs is shown."""
+        return self.form_pages.currentIndex() == 1
 
     def show_form(self, form: str) -> None:
         """Show the page of the bundle, or that of other programs ('elsewhere')."""
@@ -204,7 +213,7 @@ class ExportTab(QWidget):
         chosen, _ = QFileDialog.getSaveFileName(self, "Export bundle", str(place), BUNDLES)
         if chosen:
             self.name.setText(Path(chosen).name)
-            self.set_folder(Path(chosen).parent)
+            self._take_folder(Path(chosen).parent)
             self.export.click()
 
     def fit(self) -> None:
@@ -237,7 +246,11 @@ class ExportTab(QWidget):
     def _choose_folder(self) -> None:
         chosen = QFileDialog.getExistingDirectory(self, "Folder for the bundle", str(self.folder))
         if chosen:
-            self.set_folder(Path(chosen))
+            self._take_folder(Path(chosen))
+
+    def _take_folder(self, folder: Path) -> None:
+        self.set_folder(folder)
+        self.folder_chosen.emit(folder)
 
     def offer(self, name: str) -> None:
         """Propose the name of what is open for the bundle."""
@@ -288,7 +301,7 @@ class ExportTab(QWidget):
         self.total.setText(size_text(sum(sizes[value] for value in self._chosen())))
         there = os.path.exists(self.target)  # noqa: PTH110 - Path.exists raises for names that are too long
         self.export.setText("Replace bundle" if there else "Export bundle")
-        enable(self.export, self._why_not(), "Write the bundle and check it")
+        enable(self.export, self._why_not(), "Write the bundle and check it (Ctrl+Enter)")
 
     def _why_not(self) -> str:
         """The reason why nothing can be exported as things are."""

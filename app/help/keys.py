@@ -15,6 +15,7 @@ Wheel\tzoom
 Ctrl+left-drag\tmove the light, rotate the environment
 F\tframe the model, fit the picture
 H, W, G\tbaked light: SH, wavelet, Gaussian
+Ctrl+Enter\tbake, or stop baking
 M, D, R\tshading map, direct light, reference
 Tab\tswap the two modes while both are shown
 Ctrl+P\tsave a picture (Ctrl+Shift+P: a turntable)
@@ -43,6 +44,9 @@ Ctrl+Enter\tbegin a run
 Click a point\tpreview and export that number of terms
 Space, Del\tpause or go on with, remove a run of the list
 Left, Right\tfewer, more terms while on the textures
+
+Export
+Ctrl+Enter\twrite the bundle, or the chosen targets
 
 Numbers
 Drag a field\tchange it

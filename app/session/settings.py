@@ -44,7 +44,8 @@ class Settings:
     """Remembered choices; `geometry` and `layout` are Qt's own description in hexadecimal.
 
     `closed_docks` are those of a workspace that the person has closed: Qt's description has them as they were last.
-    `workspace` is the one that was in front, for the start after a crash.
+    `workspace` is the one that was in front, for the start after a crash. `output_folder` is where a picture, a
+    bundle or exports were written last.
     `measure_error` says whether the picture in the View workspace is compared with a reference in the background.
     `numbers` is the decimal mark, one of `NUMBERS`; `tone_map` is that of new projects. `threads` and `memory_gb` are
     the processors that the program uses and the memory that a plan may choose; 0 is no limit. `has_seen_hints` is
@@ -55,6 +56,7 @@ class Settings:
     geometry: str = ""
     layout: str = ""
     last_folder: str = ""
+    output_folder: str = ""
     recent: tuple[str, ...] = ()
     closed_docks: tuple[str, ...] = ()
     measure_error: bool = True
@@ -142,7 +144,7 @@ def _from_json(values: Any) -> Settings:
     """Known keys of the right type; ValueError for anything that is not an object."""
     if not isinstance(values, dict):
         raise ValueError("not an object")
-    names = ("theme", "geometry", "layout", "last_folder", "workspace", "numbers", "tone_map")
+    names = ("theme", "geometry", "layout", "last_folder", "output_folder", "workspace", "numbers", "tone_map")
     texts = {key: values[key] for key in names if key in values}
     for key, value in texts.items():
         if not isinstance(value, str):

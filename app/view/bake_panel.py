@@ -37,7 +37,9 @@ class BakePanel(Rows):
             self._choice(parameter)
         self.words = text("", "secondary", wrap=True)
         self.wide(self.words)
-        self.go = button("Bake", "primary", hint="Compute the light transport at each vertex, in the background")
+        self.go = button(
+            "Bake", "primary", hint="Compute the light transport at each vertex, in the background (Ctrl+Enter)"
+        )
         self.go.clicked.connect(self.baking.begin_or_stop)
         self.wide(self.go)
         self.grid.setRowMinimumHeight(self.grid.rowCount(), 2 * STEP)

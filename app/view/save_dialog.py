@@ -34,16 +34,25 @@ ENDINGS = {
 }
 
 
+#: Letters of a name that is proposed, at most: file systems take 255 bytes.
+LONGEST_NAME = 60
+
+
 class SaveDialog(QDialog):
     """Asks for the size and kind of a picture; `chosen(saving)` follows when a place has been named as well."""
 
     chosen = Signal(object)
 
-    def __init__(self, parent: QWidget, kind: str, screen_px: tuple[int, int], mode: Mode, why_no_sky: str) -> None:
-        """`kind` is 'picture' or 'turntable'; `why_no_sky` says why no environment can be behind the model."""
+    def __init__(
+        self, parent: QWidget, kind: str, screen_px: tuple[int, int], mode: Mode, why_no_sky: str, place: Path
+    ) -> None:
+        """`kind` is 'picture' or 'turntable'; `why_no_sky` says why no environment can be behind the model.
+
+        `place` is the folder and the name, without its ending, that are proposed.
+        """
         super().__init__(parent)
         assert set(BACKGROUNDS) == set(get_args(Background))
-        self.screen_px, self.mode = screen_px, mode
+        self.screen_px, self.mode, self.place = screen_px, mode, place
         self.setWindowTitle("Save a picture" if kind == "picture" else "Save a turntable")
         column = QVBoxLayout(self)
         column.setContentsMargins(2 * PADDING, PADDING, 2 * PADDING, PADDING)
@@ -164,8 +173,8 @@ class SaveDialog(QDialog):
     def _ask(self) -> None:
         """Ask for a place; an ending that is left out is that of the chosen kind."""
         endings = ENDINGS[self.kind.value]
-        name = "turntable.mp4" if self.is_film else "picture.png"
-        chosen, kind = QFileDialog.getSaveFileName(self, self.windowTitle(), name, endings)
+        proposed = free(self.place, ".mp4" if self.is_film else ".png")
+        chosen, kind = QFileDialog.getSaveFileName(self, self.windowTitle(), str(proposed), endings)
         if not chosen:
             return
         path = Path(chosen)
@@ -177,6 +186,18 @@ class SaveDialog(QDialog):
             return
         self.accept()
         self.chosen.emit(saving)
+
+
+def proposed(folder: Path, name: str) -> Path:
+    """A path without ending for a picture of what is called `name`, in letters that every system takes."""
+    kept = "".join(letter if letter.isalnum() or letter in " -_." else " " for letter in name)
+    return folder / (" ".join(kept.split()).strip(".")[:LONGEST_NAME] or "picture")
+
+
+def free(place: Path, ending: str) -> Path:
+    """`place` with its ending, and with a number where such a file is there: nothing has to be replaced."""
+    paths = (place.with_name(f"{place.name}{number}{ending}") for number in ("", *(f" {n}" for n in range(2, 1000))))
+    return next((path for path in paths if not path.exists()), place.with_name(place.name + ending))
 
 
 def ask(parent: QWidget, kind: str, take: Callable[[Any], None], **about: Any) -> SaveDialog:

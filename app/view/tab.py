@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from math import radians
+from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
@@ -36,7 +37,7 @@ from app.view.light_panel import BEHIND, LIGHT_FIELDS, LightPanel
 from app.view.picture_error import PictureError
 from app.view.pictures import ViewPictures
 from app.view.planning import Planning
-from app.view.save_dialog import SaveDialog
+from app.view.save_dialog import SaveDialog, proposed
 from app.view.save_dialog import ask as ask_to_save
 from app.view.scene_panel import ScenePanel
 from app.view.views_menu import ViewsMenu
@@ -84,13 +85,15 @@ AT_ONCE_S = 60.0
 class ViewTab(QWidget):
     """Shows the project's material and changes how it looks. `error_found`: the error of A against B, or None.
 
-    `setting_changed` follows when the mode on screen or a knob of it is another one.
+    `setting_changed` follows when the mode on screen or a knob of it is another one, `saved_to` when a person has
+    chosen the path of a picture. `folder` and `name` are proposed for the next.
     """
 
     drawn = Signal(float)
     model_ready = Signal()
     error_found = Signal(object)
     setting_changed = Signal()
+    saved_to = Signal(object)
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
@@ -113,6 +116,7 @@ class ViewTab(QWidget):
         self._setting: Setting | None = None
         self._to_bake = ""
         self.dialog: SaveDialog | None = None
+        self.folder, self.name = Path.home() if Path.home().is_dir() else Path.cwd(), ""
         self.viewport = Viewport(bench.jobs)
         self.pictures = ViewPictures(self.viewport, bench.jobs)
         self.bakings: dict[str, Baking] = {method.name: Baking(bench, method) for method in transport.METHODS}
@@ -134,6 +138,7 @@ class ViewTab(QWidget):
         self._action("Difference", "E", lambda: self.compare.toggle("difference"))
         self._action("Save a picture", "Ctrl+P", lambda: self.save_picture("picture"))
         self._action("Save a turntable", "Ctrl+Shift+P", lambda: self.save_picture("turntable"))
+        self._action("Bake", "Ctrl+Return", self._bake_or_stop)
         self.flip_action = self._action("Swap the two modes", "Tab", self._flip_or_move_on)
 
     def _action(self, words: str, keys: str, run: object, icon: str = "") -> QAction:
@@ -438,6 +443,13 @@ class ViewTab(QWidget):
             self.bench.document.change(f"Use {setting}", **parts)
         self._setting_may_have_changed()
 
+    def _bake_or_stop(self) -> None:
+        """Press the button of the baked mode on screen."""
+        project = self.bench.document.project
+        panels = [self.bake_panels[mode.value] for mode in _on_screen(project) if mode.baked]
+        if panels and not panels[0].go.isHidden():
+            panels[0].go.click()
+
     def bake_again(self, method: str) -> None:
         """Show a method, and bake it unless that is done; a bake that was interrupted goes on."""
         if method in self.bakings:
@@ -506,7 +518,8 @@ class ViewTab(QWidget):
         project = self.bench.document.project
         mode = mode_of(project.look.mode, project)
         why_no_sky = "" if project.environment is not None else "There is no environment: choose one under Light"
-        about = {"screen_px": self.viewport.screen_px(), "mode": mode, "why_no_sky": why_no_sky}
+        place = proposed(self.folder, self.name)
+        about = {"screen_px": self.viewport.screen_px(), "mode": mode, "why_no_sky": why_no_sky, "place": place}
         self.dialog = ask_to_save(self, kind, self.save, **about)
 
     def save(self, saving: Saving) -> None:
@@ -515,6 +528,8 @@ class ViewTab(QWidget):
         scene, mode = self.scene(project), mode_of(project.look.mode, project)
         if scene is None:
             return
+        self.folder = saving.path.parent
+        self.saved_to.emit(self.folder)
         if mode.value == "direct":
             scene = dataclasses.replace(scene, material=None)
         baking = self.bakings.get(mode.value)

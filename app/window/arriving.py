@@ -76,7 +76,7 @@ def ask_for_consent(window: QWidget, bench: Workbench, doubt: Doubtful) -> QMess
     agreed.clicked.connect(lambda: bench.import_all_the_same(doubt.consent))
     cancel = box.addButton(QMessageBox.StandardButton.Cancel)
     cancel.setIcon(QIcon())  # the style's own is of another style
-    box.setDefaultButton(cancel)
+    box.setDefaultButton(agreed if doubt.consent == "leave_out" else cancel)  # nothing is lost, and the report says it
     box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     box.open()
     return box

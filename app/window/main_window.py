@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from importlib import import_module
@@ -153,6 +154,8 @@ class MainWindow(QMainWindow):
         from app.export.tab import ExportTab
 
         tab = ExportTab(self.bench, self.view)
+        tab.set_folder(self.view.folder)
+        tab.folder_chosen.connect(self._written_to)
         tab.offer(self.projects.shown_name)
         self.projects.switched.connect(lambda: tab.offer(self.projects.shown_name))
         return self._placed("export", tab)
@@ -253,6 +256,7 @@ class MainWindow(QMainWindow):
         self.status.health_clicked.connect(self.docks.show_health)
         self.docks.health.reported.connect(self.status.show_health)
         self.view.viewport.broken.connect(lambda error: self.failures.report("The model cannot be drawn", error))
+        self.view.saved_to.connect(self._written_to)
         for name, tab in self.tabs.items():
             self._connect_workspace(name, tab)
         self.capture.files_wanted.connect(self.files.choose_folder)
@@ -280,6 +284,13 @@ class MainWindow(QMainWindow):
     def _save_picture(self, kind: str) -> None:
         self.show_workspace("view")
         self.view.save_picture(kind)
+
+    def _written_to(self, folder: Path) -> None:
+        """Propose `folder` for what is written next, also after the next start."""
+        self.view.folder = folder
+        self.settings.keep(output_folder=str(folder))
+        if "export" in self.tabs and self.export.folder != folder:
+            self.export.set_folder(folder)
 
     def _is_lighting(self) -> bool:
         """True if the View workspace is in front."""
@@ -430,6 +441,7 @@ class MainWindow(QMainWindow):
         self.bar.title.setText(" – ".join(filter(None, [name if self._has_title else "", state])))
         self.bar.title.setToolTip(projects.details if projects.problem else str(projects.path))
         self.setWindowTitle(f"{name} – Lightarc" if self._has_title else "Lightarc")
+        self.view.name = name
         place, elsewhere = short_path(projects.path), ("Save elsewhere…", self.files.save_as)
         words = f"{place} is not saved: {projects.problem}. All changes stay in memory until they can be written."
         self.banners.say("saving", words if projects.problem else "", elsewhere, details=projects.details)
@@ -455,6 +467,9 @@ class MainWindow(QMainWindow):
 
     def _restore_layout(self) -> None:
         now = self.settings.now
+        folder = Path(now.output_folder)
+        if folder.is_absolute() and os.path.isdir(folder):  # noqa: PTH112 - Path.is_dir raises for names too long
+            self.view.folder = folder
         if now.geometry:
             self.restoreGeometry(QByteArray(bytes.fromhex(now.geometry)))
         else:

@@ -120,6 +120,7 @@ def test_the_search_leaves_what_has_all_its_words(tab: BrdfTab) -> None:
     assert shown == ["Published"]
     tab.library.search.setText("oren")
     QTest.keyClick(tab.library.search, Qt.Key.Key_Return)
+    assert tab.library.search.selectedText() == "oren"  # the next word replaces it
     assert names(tab) == ["Oren–Nayar"]
 
 

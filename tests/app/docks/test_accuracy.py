@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from typing import Any
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
 
+from app.docks import accuracy
 from app.document.bake_request import choices_for
 from app.document.document import Look
 from app.document.measured import (
@@ -23,6 +25,7 @@ from app.document.measured import (
 from app.view.baking import Baking
 from app.window.main_window import MainWindow
 from engine.core.figure_text import time_text
+from engine.core.steps import Step, Steps
 from engine.light.environment_file import open_environment
 from engine.planning.costs.setting import Setting
 from engine.tradeoff.point import COSTS, Point
@@ -155,6 +158,44 @@ def test_measuring_fills_the_plot(view: MainWindow, qtbot: Any) -> None:
     assert dock.accuracy is view.bench.document.project.accuracy
     assert dock.accuracy is not None
     assert {point.mode for point in dock.accuracy.points} == {"direct"}
+
+
+def waiting(*_about: Any) -> Steps[Any]:
+    """A sweep that measures nothing until it is stopped."""
+    while True:
+        yield Step(0.0, "waiting")
+        time.sleep(0.01)
+
+
+def test_enter_in_the_budget_measures_first_and_then_applies(
+    view: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dock, found = view.docks.accuracy, Accuracy(POINTS, (), (64, 48), 16, "test")
+    monkeypatch.setattr(accuracy, "measured", waiting)
+    dock.budget.setText("3 %")
+    assert "Enter measures" in dock.words.text()
+    qtbot.keyClick(dock.budget, Qt.Key.Key_Return)
+    assert "applied then" in dock.words.text()
+    assert dock.job is not None
+    dock.job.cancelled.disconnect()  # which would come after the end
+    scene = view.view.scene(view.bench.document.project)
+    assert scene is not None
+    dock.applied.disconnect(view.view.apply_setting)
+    with qtbot.waitSignal(dock.applied) as applied:
+        dock._keep(dataclasses.replace(found, of=scene_key(scene, 0)))
+    assert applied.args == [POINTS[3].setting]
+    assert dock.job is None
+
+
+def test_a_sweep_that_is_stopped_applies_nothing(view: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    dock = view.docks.accuracy
+    monkeypatch.setattr(accuracy, "measured", waiting)
+    dock.budget.setText("3 %")
+    qtbot.keyClick(dock.budget, Qt.Key.Key_Return)
+    assert dock.job is not None
+    dock.go.click()
+    qtbot.waitUntil(lambda: dock.job is None, timeout=LONG)
+    assert not dock._is_to_apply
 
 
 def test_docks_of_the_view_come_and_go_with_it(window: MainWindow, qtbot: Any) -> None:

@@ -35,6 +35,18 @@ def tab(window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     return window.export
 
 
+def test_ctrl_enter_writes_the_bundle_beside_what_was_written_last(
+    window: MainWindow, tab: Any, qtbot: Any, tmp_path: Path
+) -> None:
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow, timeout=30_000)
+    qtbot.keyClick(window, Qt.Key.Key_Return, Qt.KeyboardModifier.ControlModifier)
+    qtbot.waitUntil((tmp_path / "felt.lightarc").exists, timeout=60_000)
+    rest(window, qtbot)
+    tab.elsewhere.folder_chosen.emit(tmp_path)
+    assert (window.settings.now.output_folder, window.view.folder) == (str(tmp_path), tmp_path)
+
+
 def roughen(window: MainWindow) -> None:
     """Make the right half of the filled stack too restless for a power law."""
     stack = window.bench.document.project.stack

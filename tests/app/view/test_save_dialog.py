@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QFileDialog
 
 from app.commands.pictures import Saving, saved
 from app.document.modes import mode_named
-from app.view.save_dialog import SaveDialog
+from app.view.save_dialog import SaveDialog, free, proposed
 from app.window.main_window import MainWindow
 from engine.brdf.analysis import albedo
 from engine.brdf.brdf import brdf_from_text
@@ -113,8 +113,28 @@ def test_a_person_saves_a_picture_from_the_view_workspace(
         field.selectAll()
         QTest.keyClicks(field, words)
         QTest.keyClick(field, Qt.Key.Key_Return)
-    place = str(tmp_path / "mine")
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_about: (place, "PNG (*.png)"))
+    place, proposals = str(tmp_path / "mine"), list[str]()
+
+    def answered(_dialog: Any, _title: str, proposal: str, _endings: str) -> tuple[str, str]:
+        proposals.append(proposal)
+        return place, "PNG (*.png)"
+
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", answered)
     qtbot.mouseClick(dialog.go, Qt.MouseButton.LeftButton)
     qtbot.waitUntil((tmp_path / "mine.png").exists, timeout=60_000)
     assert read_image(tmp_path / "mine.png").pixels.shape[:2] == (30, 40)
+    assert Path(proposals[0]).parent != tmp_path
+    window.view.save_picture("turntable")
+    assert isinstance(window.view.dialog, SaveDialog)
+    window.view.dialog.go.click()
+    assert Path(proposals[1]) == tmp_path / f"{window.projects.shown_name}.mp4"
+    assert (window.settings.now.output_folder, window.export.folder) == (str(tmp_path), tmp_path)
+
+
+def test_a_name_is_proposed_that_is_free_and_that_every_system_takes(tmp_path: Path) -> None:
+    place = proposed(tmp_path, "Felt: 3/4 ")
+    assert free(place, ".png") == tmp_path / "Felt 3 4.png"
+    (tmp_path / "Felt 3 4.png").touch()
+    assert free(place, ".png") == tmp_path / "Felt 3 4 2.png"
+    assert proposed(tmp_path, "…") == tmp_path / "picture"
+    assert not free(proposed(tmp_path, "ü" * 300), ".webp").exists()

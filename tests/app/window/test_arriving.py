@@ -146,6 +146,7 @@ def test_a_photograph_that_cannot_be_read_is_left_out_where_a_person_says_so(
     drop(window, [folder])
     asked = question(window, qtbot)
     assert asked.text().startswith("felt_50deg.png: ")
+    assert asked.defaultButton().text() == "Leave it out"
     answer(asked, qtbot, "Leave it out")
     qtbot.waitUntil(lambda: at_rest(window), timeout=60_000)
     stack = window.bench.document.project.stack
