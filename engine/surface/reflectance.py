@@ -279,7 +279,8 @@ def _of_metallic(
 
     Without the base colour, the squares of a channel are κ (metallic ρ − d (F − (1 − metallic) f0))², with κ the
     determinant of the precision over that of the base colour. Channels err alike, by their shared lobe and slopes, and
-    count as one for f0; where they are `ambiguous`, f0 has the prior `F0_SPREAD`.
+    count as one for f0; where they are `ambiguous`, f0 has the prior `F0_SPREAD`. The variance of the base colour is
+    that for a known f0 and that of what it follows f0 by: little tells a broad lobe from a diffuse part.
     """
     p, q, r = (each[:, None] for each in precision)
     m, rest = metallic[:, None], 1.0 - metallic[:, None]
@@ -292,10 +293,13 @@ def _of_metallic(
     f0 = np.where(known > 0.0, np.clip(f0, 0.0, BRIGHTEST_F0), DIELECTRIC_F0)
     base = ((p * d + q * m) * diffuse + (q * d + r * m) * (specular - rest * f0[:, None])) / within
     base = np.clip(base, 0.0, 1.0)
+    f0_variance = 1.0 / np.maximum(known, 1.0 / 0.5**2)
+    by_f0 = rest * (rest * base * (p * d + q * m) - q * d - r * m) / within
+    base_variance = 1.0 / within + by_f0**2 * f0_variance[:, None]
     off_d, off_s = diffuse - d * base, specular - m * base - rest * f0[:, None]
     cost = (p * off_d**2 + 2.0 * q * off_d * off_s + r * off_s**2).sum(axis=1)
     prior = ((f0 - DIELECTRIC_F0) / F0_SPREAD) ** 2
-    return base, f0, cost + prior, 1.0 / within, 1.0 / np.maximum(known, 1.0 / 0.5**2)
+    return base, f0, cost + prior, base_variance, f0_variance
 
 
 def fitted_rows(

@@ -21,7 +21,10 @@ def test_texels_err_as_they_say() -> None:
         maps = drain(recover(made.stack, used, white=made.white, left_out=False)).maps
         ratio = errors_over_sigma(made, maps)
         within.append(
-            [[np.mean(ratio[name] < limit) for limit in (1.0, 2.0)] for name in ("roughness", "f0", "height")]
+            [
+                [np.mean(ratio[name] < limit) for limit in (1.0, 2.0)]
+                for name in ("roughness", "f0", "height", "base_colour")
+            ]
         )
     print(np.round(within, 2).tolist())
     for one, two in np.mean(within, axis=0):
@@ -39,6 +42,9 @@ def test_a_dielectric_that_is_told_well_keeps_its_reflectance_and_deviation(f0: 
     assert found.f0[0] == pytest.approx(f0, rel=1e-6)
     assert found.f0_sigma[0] == pytest.approx(sigma[1], rel=0.01)
     np.testing.assert_allclose(found.base_colour, base, rtol=1e-6)
+    # base = ρ / (1 − F), to first order in both
+    moved = sigma[0] ** 2 - 2.0 * 0.97 * base * sigma[0] * sigma[1] + (base * sigma[1]) ** 2
+    np.testing.assert_allclose(found.base_colour_sigma, np.sqrt(moved) / (1.0 - f0), rtol=0.02)
 
 
 def test_a_metal_is_told_from_a_dielectric() -> None:
