@@ -97,7 +97,7 @@ class AccuracyDock(QDockWidget):
 
         plot = TradeoffPlot()
         plot.picked.connect(self.applied)
-        self.left.insertWidget(self.left.indexOf(self.words), plot, 1)
+        self.left.addWidget(plot, 1)
         return plot
 
     @property
@@ -120,8 +120,6 @@ class AccuracyDock(QDockWidget):
         self.left = QVBoxLayout()
         self.left.setSpacing(0)
         self.left.addWidget(self.legend)
-        self.words = text("", "secondary", wrap=True)
-        self.left.addWidget(self.words)
         self.layout_.addLayout(self.left, 1)
         self.controls = Rows()
         self._fill(self.controls)
@@ -161,6 +159,8 @@ class AccuracyDock(QDockWidget):
         )
         self.go.clicked.connect(self._start_or_stop)
         rows.wide(self.go)
+        self.words = text("", "secondary", wrap=True)
+        rows.wide(self.words)
 
     def _fill_modes(self, project: Project) -> None:
         chosen = self.modes.currentData()
@@ -225,7 +225,10 @@ class AccuracyDock(QDockWidget):
                 return
             point = self.choice.point
             if point is None:
-                self.words.setText(f"{self.choice.reason}.")
+                left = len(accuracy.unmeasured)
+                self.words.setText(
+                    f"{self.choice.reason}." + (f" {left} were left out: measure for longer." if left else "")
+                )
             else:
                 error = f"{percent(point.error_rmse_rel)} in {time_text(point.frame_s)}"
                 self.words.setText(f"{setting_text(point.setting)}: {error}. Enter applies it.")

@@ -30,7 +30,7 @@ from app.jobs.newest import Latest
 from app.project.interrupted import proposed_parts, proposed_place
 from app.widgets.controls import ComboBox
 from app.widgets.number_field import NumberField
-from app.widgets.panels import Panel, button, enable, text, with_buttons
+from app.widgets.panels import Panel, button, enable, scroll_to, text, with_buttons
 from app.widgets.theme import role
 from app.widgets.workspace import side_by_side
 from engine.core.errors import OutputError
@@ -147,7 +147,7 @@ class Elsewhere(QWidget):
         change = button("Change…")
         change.clicked.connect(lambda: self._choose_folder(self.folder))
         place.row("Within", with_buttons(self.place, change))
-        result = panel.section("Result")
+        result = self.result = panel.section("Result")
         self.verdict = text("Nothing written yet.", "secondary", wrap=True)
         self.files = text("", "secondary", wrap=True)
         self.show_folder = button("Show the folder", "link")
@@ -309,6 +309,8 @@ class Elsewhere(QWidget):
         self.files.setText("\n".join(f"{_breakable(name)}, {size_text(size)}" for name, size in files.items()))
         for widget in (self.files, self.show_folder):
             widget.setVisible(bool(files))
+        if look in ("good", "bad"):
+            scroll_to(self.result)
 
     def _open_folder(self) -> None:
         QDesktopServices.openUrl(QUrl.fromLocalFile(str(self.written)))

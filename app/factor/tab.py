@@ -233,11 +233,12 @@ class FactorTab(QWidget):
         job.succeeded.connect(self.bench.said.emit)
 
     def _use(self, run: Run) -> None:
-        """The material reflects as the chosen factors do."""
+        """The material reflects as the chosen factors do, and is seen in View."""
         factors = self.runs.of(run).factors(self.factoring.terms)
         if factors is not None:
             name = f"{run.name}, {factors.terms} term{'s'[: factors.terms != 1]}"
             commands_brdf.use(self.bench, Entry(name, dataclasses.replace(factors, name=name), run.identity))
+            self.bench.wanted.emit("view")
 
     def _set_exposure(self, value: float) -> None:
         self.exposure_ev = value

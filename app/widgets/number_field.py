@@ -126,9 +126,10 @@ class NumberField(ClickFirst, QLineEdit):
             self._from = self.value
             self._set(self._moved(10 if event.key() == Qt.Key.Key_Up else -10), final=True)
             return
+        is_typed = self.isModified()
         super().keyPressEvent(event)
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            event.accept()  # or else the main button of a dialog is pressed by it
+        if is_typed and event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            event.accept()  # what was typed is taken; without it, Enter presses the main button of a dialog
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """A notch is a press of an arrow key, but only after a click: or else the panel scrolls."""
@@ -188,7 +189,9 @@ def mark(field: QWidget, why: str) -> None:
     field.setAccessibleDescription(why)
     field.style().unpolish(field)
     field.style().polish(field)
-    if why and field.isVisible():
+    if not why:
+        QToolTip.hideText()
+    elif field.isVisible():
         QToolTip.showText(field.mapToGlobal(field.rect().bottomLeft()), why, field)
 
 

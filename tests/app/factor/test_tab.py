@@ -266,7 +266,7 @@ def test_factors_are_drawn_in_the_view_as_they_are(
     wi, wo = np.array([[0.6, 0.0, 0.8]]), np.array([[0.0, 0.28, 0.96]])
     assert used is not None
     np.testing.assert_array_equal(used.f(wi, wo), factor.runs.of(run).factors(None).f(wi, wo))
-    window.show_workspace("view")
+    assert window.stack.currentWidget() is window.view
     assert window.view.brdf is used
     assert window.view.brdf_panel.choice.currentText().endswith("(factors)")
     assert "RMS off" not in window.view.hint.text()

@@ -8,7 +8,7 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLabel, QScrollArea, QWidget
+from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
 from app.widgets.controls import ComboBox, Slider
 from app.widgets.number_field import NumberField, number_from_text, plain
@@ -192,6 +192,26 @@ def _with_comma() -> Iterator[None]:
     write_with(",")
     yield
     write_with(".")
+
+
+def test_enter_takes_what_was_typed_and_then_presses_the_main_button_of_a_dialog(qtbot: Any) -> None:
+    dialog = QDialog()
+    qtbot.addWidget(dialog)
+    field, main = NumberField(4.0, 0.1, 300.0, unit="s"), QPushButton("Save…")
+    main.setDefault(True)
+    pressed: list[str] = []
+    main.clicked.connect(lambda _checked=False: pressed.append(main.text()))
+    column = QVBoxLayout(dialog)
+    for widget in (field, main):
+        column.addWidget(widget)
+    dialog.show()
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "0.5")
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    assert (field.value, pressed) == (0.5, [])
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    assert pressed == ["Save…"]
 
 
 @pytest.mark.usefixtures("_with_comma")
