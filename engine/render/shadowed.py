@@ -45,12 +45,16 @@ def with_and_without(scene: Scene) -> tuple[Scene, Scene]:
 
 
 def shadowed(texels: Picture, plain: Picture, baked: Picture) -> Picture:
-    """L from T, T_0 and B: pictures (H, W, 4) of radiance times coverage, and coverage."""
+    """L from T, T_0 and B: pictures (H, W, 4) of radiance times coverage, and coverage.
+
+    At outlines, where rounding lets one picture cover a sub-pixel more than another, L covers what both do.
+    """
+    coverage = np.minimum(baked[..., 3:], texels[..., 3:])
+    kept = coverage / np.where(baked[..., 3:] > 0.0, baked[..., 3:], 1.0)
     below = np.maximum(plain[..., :3], LEAST * luminance(plain[..., :3])[..., None])
     share = np.where(below > 0.0, texels[..., :3] / np.where(below > 0.0, below, 1.0), 1.0)
-    found = baked.copy()
-    found[..., :3] = np.minimum(baked[..., :3] * share, np.finfo(np.float32).max)
-    return found
+    found = np.minimum(baked[..., :3] * share * kept, np.finfo(np.float32).max)
+    return np.concatenate([found, coverage], axis=-1)
 
 
 def drawn(scene: Scene, size: tuple[int, int], samples: int = 2) -> Steps[Picture]:

@@ -19,5 +19,6 @@ void main()
     bvec3 known = greaterThan(below, vec3(0.0));
     vec3 share = mix(vec3(1.0), texelFetch(texels, at, 0).rgb / mix(vec3(1.0), below, known), known);
     vec4 light = texelFetch(baked, at, 0);
-    radiance = vec4(min(light.rgb * share, 3.402823e38), light.a);
+    float coverage = min(light.a, texelFetch(texels, at, 0).a);
+    radiance = light.a > 0.0 ? vec4(min(light.rgb * share * (coverage / light.a), 3.402823e38), coverage) : vec4(0.0);
 }

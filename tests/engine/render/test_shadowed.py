@@ -168,8 +168,8 @@ def test_pbr_maps_vary_in_a_bake_of_their_mean(tmp_path: Path) -> None:
 
 def test_by_hand() -> None:
     """Texels without a shadow stay as they are; under half the light they are half; without any, the bake stays."""
-    texels = np.array([[[0.2, 0.4, 0.2, 1.0], [0.2, 0.4, 0.2, 1.0], [0.0, 0.0, 0.0, 0.0]]], np.float32)
-    plain = np.array([[[4.0, 4.0, 4.0, 1.0], [4.0, 4.0, 4.0, 1.0], [0.0, 0.0, 0.0, 0.0]]], np.float32)
+    texels = np.array([[[0.2, 0.4, 0.2, 1.0], [0.2, 0.4, 0.2, 1.0], [0.0, 0.0, 0.0, 1.0]]], np.float32)
+    plain = np.array([[[4.0, 4.0, 4.0, 1.0], [4.0, 4.0, 4.0, 1.0], [0.0, 0.0, 0.0, 1.0]]], np.float32)
     share = np.array([1.0, 0.5, 0.3])[:, None] * np.array([1.0, 1.0, 1.0])
     bake = np.concatenate([plain[..., :3] * share, plain[..., 3:]], axis=-1).astype(np.float32)
     bake[0, 2] = (0.1, 0.2, 0.3, 1.0)
@@ -177,6 +177,13 @@ def test_by_hand() -> None:
     assert found[0, 0] == pytest.approx(texels[0, 0])
     assert found[0, 1, :3] == pytest.approx(0.5 * texels[0, 1, :3])
     assert found[0, 2] == pytest.approx(bake[0, 2])
+
+
+def test_an_outline_covers_what_both_pictures_cover() -> None:
+    bake = np.array([[[1.0, 1.0, 1.0, 1.0], [0.75, 0.75, 0.75, 0.75]]], np.float32)
+    plain = np.array([[[0.0, 0.0, 0.0, 0.0], [1.0, 1.0, 1.0, 0.5]]], np.float32)
+    texels = np.array([[[0.0, 0.0, 0.0, 0.0], [0.5, 0.5, 0.5, 0.5]]], np.float32)
+    assert shadowed(texels, plain, bake) == pytest.approx(np.array([[[0.0] * 4, [0.25, 0.25, 0.25, 0.5]]]))
 
 
 def test_faint_light_comes_evenly_from_all_sides() -> None:
