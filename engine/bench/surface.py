@@ -183,7 +183,7 @@ def deviations(folder: Path, scenes: int = SCENES, seed: int = 0) -> Steps[list[
 
 
 def errors_over_sigma(made: Generated, maps: PbrMaps) -> dict[str, NDArray[np.float64]]:
-    """Errors of maps over their stated deviations: f0 and base colour of dielectrics, and the others of all."""
+    """Errors of maps over their stated deviations: f0 of dielectrics, base colour of either, and the others of all."""
     sigma, truth = maps.uncertainty, made.truth
     assert sigma is not None
     assert sigma.height is not None
@@ -194,7 +194,9 @@ def errors_over_sigma(made: Generated, maps: PbrMaps) -> dict[str, NDArray[np.fl
         "height": np.abs(maps.height - height) / sigma.height,
         "roughness": np.abs(maps.roughness - truth["roughness"]) / sigma.roughness,
     }
-    if not made.is_metal:
+    if made.is_metal:
+        found["metal_colour"] = np.abs(maps.base_colour - truth["specular"]) / sigma.base_colour
+    else:
         found["f0"] = np.abs(maps.f0 - truth["specular"].mean(axis=-1)) / sigma.f0
         base = truth["albedo"] / (1.0 - truth["specular"])
         found["base_colour"] = np.abs(maps.base_colour - base) / sigma.base_colour

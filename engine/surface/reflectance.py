@@ -37,6 +37,9 @@ BLOCK_VALUES = 1 << 24
 #: Mean and deviation of roughness, and of the reflectance F: where photographs are enough to tell them, and where not.
 WIDE, NARROW = (0.5, 0.25, 0.05, 0.3), (0.5, 0.25, DIELECTRIC_F0, 0.02)
 
+#: The same of kinds that are found to be metals.
+GLOSSY = (0.5, 0.25, 0.6, 0.5)
+
 #: Photographs that are enough for the one, and for either; from fewer, surfaces are taken to be diffuse.
 ENOUGH, FEWEST_FOR_GLOSS = 8, 6
 
@@ -46,6 +49,11 @@ LEAST_SPREAD, LEAST_KNOWN = (0.02, 0.01), 16
 #: Largest reflectance F of kinds that are taken for dielectrics. Theirs is silent where there is no highlight, since a
 #: very rough one is all but diffuse; a wide prior would then find none, and no dielectric has none.
 BRIGHTEST_DIELECTRIC = 0.06
+
+#: A kind without a known F is a metal all the same where a brighter F leaves less than this part of what F near 0.04
+#: leaves unexplained: highlights that are narrow beside the steps from lamp to lamp tell no texel's F. Of 13 generated
+#: materials, dielectrics leave 0.95 and more, and kinds of such metals 0.7 and less.
+EXPLAINED_AS_WELL = 0.9
 
 #: Deviation of the roughness of all texels together: light that bounces and lobes of another shape err alike under all
 #: lamps, and so does a kind's prior of F, with which roughness moves. ρ and F move with it. Found on 24 generated
@@ -165,7 +173,7 @@ def kinds(stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, white: float
     """The kinds of a stack's texels, from a sample; `white` where it is known."""
     from scipy.cluster.vq import kmeans2
 
-    from engine.surface.texel_kernel import DIFFUSE
+    from engine.surface.texel_kernel import DIFFUSE, SPECULAR
 
     height, width = stack.radiance.shape[1:3]
     step = max(1, int(np.ceil(np.sqrt(height * width / SAMPLE))))
@@ -185,16 +193,35 @@ def kinds(stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, white: float
         found[:, DIFFUSE : DIFFUSE + 6] /= one.white
     if len(used) < ENOUGH:
         return Kinds(centres, np.repeat(start, count, axis=0), one.white, np.ones((count, 4)))
-    priors = np.array([_prior(found[label == kind], start[0], one.white) for kind in range(count)])
+    of_kind = label == np.arange(count)[:, None]
+    priors = np.array([_prior(found[texels], start[0], one.white) for texels in of_kind])
     plain = priors[:, 2] < BRIGHTEST_DIELECTRIC
     if plain.any():
-        narrow = replace(one, priors=np.array([NARROW]))
-        found = fit(values, usable, towards, lamps, narrow)
-        priors[plain, :2] = [_prior(found[label == kind], start[0], 1.0)[:2] for kind in np.flatnonzero(plain)]
-        priors[plain, 2:] = NARROW[2:]
+        trying = [replace(one, priors=np.array([prior])) for prior in (NARROW, GLOSSY)]
+        narrow, glossy = (fit(values, usable, towards, lamps, each) for each in trying)
+        left, least = (of_kind @ _unexplained(values, usable, towards, each, one.white) for each in (narrow, found))
+        upper = [np.quantile(found[texels, SPECULAR : SPECULAR + 3], 0.75) for texels in of_kind]
+        for kind in np.flatnonzero(plain):
+            if upper[kind] > BRIGHTEST_DIELECTRIC and least[kind] < EXPLAINED_AS_WELL * left[kind]:
+                priors[kind] = _prior(glossy[of_kind[kind]], np.array(GLOSSY), 1.0)
+            else:
+                priors[kind] = *_prior(narrow[of_kind[kind]], start[0], 1.0)[:2], *NARROW[2:]
     alike = Kinds(centres, priors, one.white, np.ones((count, 4)))
     growth = yield from part(_growth(values, usable, towards, lamps, alike), 0.5, 1.0)
     return replace(alike, growth=growth, deviation=ROUGHNESS_DEVIATION)
+
+
+def _unexplained(
+    values: NDArray[np.float32], usable: NDArray[np.bool_], towards: Array, found: Array, white: float
+) -> Array:
+    """(T,) sums of absolute residuals of texels `found` by the kernel, in units of white."""
+    from engine.surface.texel_kernel import DIFFUSE, ROUGHNESS, SPECULAR, show_texels
+
+    diffuse, specular = found[:, DIFFUSE : DIFFUSE + 3], found[:, SPECULAR : SPECULAR + 3]
+    shown = np.empty(values.shape, np.float32)
+    show_texels(found[:, :2], found[:, ROUGHNESS], diffuse, specular, towards, shown)
+    off = np.abs(values / np.float32(white) - shown).sum(axis=-1, where=usable[..., None], dtype=np.float64)
+    return np.asarray(off.sum(axis=0))
 
 
 def _growth(
@@ -245,7 +272,8 @@ def metallic_roughness(diffuse: Array, specular: Array, variance: Array) -> Refl
     """The metallic-roughness nearest to the coefficients ρ and F (T, 3), in the metric of their errors.
 
     `variance` (T, 3) are the variances of ρ and F and their covariance. A texel is a dielectric unless a metal explains
-    it better by `METAL_EVIDENCE`. ρ = base (1 − metallic) (1 − F) and F = f0 (1 − metallic) + base metallic.
+    it better by `METAL_EVIDENCE`, and then a pure metal unless a mixture does. ρ = base (1 − metallic) (1 − F) and
+    F = f0 (1 − metallic) + base metallic.
     """
     a, b, c = variance[:, 0], variance[:, 1], variance[:, 2]
     a, b = np.clip(np.nan_to_num(a, posinf=1.0), 1e-10, 1.0), np.clip(np.nan_to_num(b, posinf=1.0), 1e-10, 1.0)
@@ -255,9 +283,11 @@ def metallic_roughness(diffuse: Array, specular: Array, variance: Array) -> Refl
     precision = (b / determinant, -c / determinant, a / determinant)
     tried = [_of_metallic(np.full(len(a), m), diffuse, specular, precision) for m in METALLIC]
     cost = np.stack([each[2] for each in tried])
-    best = np.where(cost.min(axis=0) + METAL_EVIDENCE < cost[0], cost.argmin(axis=0), 0)
-    inside = np.clip(best, 1, len(METALLIC) - 2)
     index, step = np.arange(len(a)), METALLIC[1]
+    metal = 1 + cost[1:].argmin(axis=0)
+    metal = np.where(cost[-1] < cost[metal, index] + METAL_EVIDENCE, len(METALLIC) - 1, metal)
+    best = np.where(cost[metal, index] + METAL_EVIDENCE < cost[0], metal, 0)
+    inside = np.clip(best, 1, len(METALLIC) - 2)
     low, middle, high = cost[inside - 1, index], cost[inside, index], cost[inside + 1, index]
     bend = np.maximum(low - 2.0 * middle + high, 1e-12)
     shift = np.where(best == inside, np.clip(0.5 * (low - high) / bend, -0.5, 0.5), 0.0)
@@ -265,6 +295,11 @@ def metallic_roughness(diffuse: Array, specular: Array, variance: Array) -> Refl
     # the reflectance of a dielectric has heard a prior in the fit
     base, f0, _, base_variance, f0_variance = _of_metallic(metallic, diffuse, specular, precision, metallic > 0.0)
     sigma = np.clip(step * np.sqrt(2.0 / bend), 0.0, 0.5)
+    # colour goes from the diffuse part to the specular one as metallic moves
+    moved = [
+        _of_metallic(np.clip(metallic + side * sigma, 0.0, 1.0), diffuse, specular, precision)[0] for side in (-1, 1)
+    ]
+    base_variance += np.where(metallic > 0.0, 0.25, 0.0)[:, None] * (moved[1] - moved[0]) ** 2
     return Reflectance(base, metallic, f0, np.minimum(np.sqrt(base_variance), 1.0), sigma, np.sqrt(f0_variance))
 
 

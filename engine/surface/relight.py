@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_encode
-from engine.core.kernels import parallel, prange
 from engine.core.steps import Step, Steps
 from engine.shading.directional.left_out import Predict, Texels
 from engine.surface.lamps import Lamps, lamps
@@ -28,7 +27,7 @@ from engine.surface.texel_kernel import (
     SPECULAR,
     VAR_DIFFUSE,
     VAR_SPECULAR,
-    lobes,
+    show_texels,
 )
 
 Values = NDArray[np.floating]
@@ -60,7 +59,7 @@ def relit(maps: PbrMaps, light: tuple[float, float, float]) -> NDArray[np.float3
     picture = np.empty((1, len(slopes), 3), np.float32)
     f0, metallic = maps.f0.reshape(-1, 1), maps.metallic.reshape(-1, 1)
     diffuse, specular = _coefficients(maps.base_colour.reshape(-1, 3), metallic, f0)
-    _relight(slopes.astype(np.float64), maps.roughness.ravel(), diffuse, specular, towards, picture)
+    show_texels(slopes.astype(np.float64), maps.roughness.ravel(), diffuse, specular, towards, picture)
     return picture[0].reshape(*maps.size, 3)
 
 
@@ -135,7 +134,7 @@ def _predicted(found: Array, towards: Array, alike: Kinds, lambertian: bool) -> 
         made = metallic_roughness(diffuse, specular, variance)
         diffuse, specular = _coefficients(made.base_colour, made.metallic[:, None], made.f0[:, None])
     picture = np.empty((len(towards), len(found), 3), np.float32)
-    _relight(np.ascontiguousarray(found[:, :2]), found[:, ROUGHNESS], diffuse, specular, towards, picture)
+    show_texels(np.ascontiguousarray(found[:, :2]), found[:, ROUGHNESS], diffuse, specular, towards, picture)
     return picture * np.float32(alike.white)
 
 
@@ -147,18 +146,3 @@ def _coefficients(base: Values, metallic: Values, f0: Values) -> tuple[Array, Ar
 
 def _codes(radiance: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.asarray(255.0 * srgb_encode(np.clip(radiance, 0.0, 1.0)), np.float32)
-
-
-@parallel
-def _relight(slopes, roughness, diffuse, specular, towards, picture):  # type: ignore[no-untyped-def]
-    """Fill `picture` (N, T, 3) from texels (T, …) under the light (N, T or 1, 3)."""
-    for texel in prange(len(slopes)):
-        place = np.int64(texel) if towards.shape[1] > 1 else np.int64(0)
-        for lamp in range(len(towards)):
-            x, y, z = towards[lamp, place]
-            alpha = max(roughness[texel], 0.03) ** 2
-            received, highlight = lobes(slopes[texel, 0], slopes[texel, 1], alpha, x, y, z)
-            for channel in range(3):
-                picture[lamp, texel, channel] = (
-                    diffuse[texel, channel] * received + specular[texel, channel] * highlight
-                )

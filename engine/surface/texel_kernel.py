@@ -111,6 +111,21 @@ def lobes(a, b, alpha, x, y, z):  # type: ignore[no-untyped-def]
     return received, squared / (spread * spread) * 0.5 / (masking_l + masking_v) * received
 
 
+@parallel
+def show_texels(slopes, roughness, diffuse, specular, towards, picture):  # type: ignore[no-untyped-def]
+    """Fill `picture` (N, T, 3) from texels (T, …) under the light (N, T or 1, 3)."""
+    for texel in prange(len(slopes)):
+        place = np.int64(texel) if towards.shape[1] > 1 else np.int64(0)
+        for lamp in range(len(towards)):
+            x, y, z = towards[lamp, place]
+            alpha = max(roughness[texel], 0.03) ** 2
+            received, highlight = lobes(slopes[texel, 0], slopes[texel, 1], alpha, x, y, z)
+            for channel in range(3):
+                picture[lamp, texel, channel] = (
+                    diffuse[texel, channel] * received + specular[texel, channel] * highlight
+                )
+
+
 @scalar
 def _lambertian(grey, is_usable, lamp, across_free, weight, sorting, row):  # type: ignore[no-untyped-def]
     """Slopes of the robust Lambertian fit, into `row`; `weight` is then zero for shadows, highlights and clipping."""

@@ -54,6 +54,28 @@ def test_a_metal_is_told_from_a_dielectric() -> None:
     np.testing.assert_allclose(found.base_colour, base, rtol=1e-3)
 
 
+def test_a_little_diffuse_light_makes_no_mixture_and_much_does() -> None:
+    """ρ a deviation above that of a pure metal, and those of a half metal."""
+    base, variance = np.array([[0.8, 0.5, 0.3]]), np.array([[4e-4, 4e-4, 0.0]])
+    pure = metallic_roughness(np.full((1, 3), 0.02), base, variance)
+    assert pure.metallic[0] == 1.0
+    np.testing.assert_allclose(pure.base_colour, base, rtol=1e-6)
+    specular = 0.5 * 0.04 + 0.5 * base
+    half = metallic_roughness(0.5 * base * (1.0 - specular), specular, 0.01 * variance)
+    assert half.metallic[0] == pytest.approx(0.5, abs=0.03)
+
+
+def test_a_metal_is_found_where_no_texel_alone_tells_its_highlight() -> None:
+    """Highlights of 4° under 18 lamps: a texel sees one of them at most, and is black otherwise."""
+    made = generated(102, size=20)
+    maps = drain(recover(made.stack, np.arange(18), white=made.white, left_out=False)).maps
+    off = np.linalg.norm(np.cross(maps.normal, made.truth["normal"]), axis=-1)
+    assert made.is_metal
+    assert np.median(maps.metallic) > 0.9
+    assert np.degrees(off.mean()) < 2.5
+    assert np.abs(maps.base_colour - made.truth["specular"]).mean() < 0.2
+
+
 def test_slopes_within_a_texel_spread_as_samples_of_them_do() -> None:
     """A cylinder's slope, of gradient g across and none along, sampled as the lens and a square texel weigh it."""
     gradient, random = 0.2, np.random.default_rng(1)
