@@ -147,7 +147,7 @@ class AccuracyDock(QDockWidget):
         self.time = ComboBox()
         for seconds, words in TIMES:
             self.time.addItem(words, seconds)
-        self.time.setCurrentIndex(1)
+        self.time.setCurrentIndex(2)  # as long as `lightarc tradeoff` takes
         both = with_buttons(self.modes, self.time)
         self.modes.setAccessibleName("Modes to measure")
         self.time.setAccessibleName("Time to measure for")
@@ -240,7 +240,7 @@ class AccuracyDock(QDockWidget):
         if self.job is not None:
             done = len(accuracy.points) if accuracy is not None and self.live is not None else 0
             then = " The best within the budget is applied then." if self._is_to_apply else ""
-            return f"{done} settings measured so far.{then}"
+            return f"{done} setting{'s' * (done != 1)} measured so far.{then}"
         if accuracy is None and self.budget.text().strip():
             return "Nothing measured yet. Enter measures and uses the best."
         if accuracy is None:
@@ -315,7 +315,8 @@ class AccuracyDock(QDockWidget):
         if found is not None and found.points:
             before = self.bench.document.project.accuracy
             self.bench.document.change("Measure accuracy", accuracy=found.with_before(before))
-            self.bench.said.emit(f"{len(found.points)} settings measured")
+            count = len(found.points)
+            self.bench.said.emit(f"{count} setting{'s' * (count != 1)} measured")
         self._show()
         if is_to_apply and self.choice is not None and self.choice.point is not None:
             self.applied.emit(self.choice.point.setting)

@@ -40,6 +40,8 @@ class ParamForm(Rows):
         for parameter in parameters(instance):
             if labels is not None and parameter.name not in labels:
                 continue
+            if labels:
+                parameter = dataclasses.replace(parameter, words=labels[parameter.name])
             editor = ColourEditor(parameter) if parameter.is_colour else NumberEditor(parameter)
             editor.edited.connect(lambda value, final, name=parameter.name: self._edited(name, value, final))
             self.editors[parameter.name] = editor
@@ -144,16 +146,7 @@ class ColourEditor(QWidget):
         super().__init__()
         assert isinstance(parameter.default, tuple)
         self.colour: Colour = parameter.default
-        strength = Parameter(
-            parameter.name,
-            max(parameter.default, key=abs),
-            parameter.low,
-            parameter.high,
-            parameter.slider,
-            parameter.unit,
-            parameter.doc,
-            parameter.log,
-        )
+        strength = dataclasses.replace(parameter, default=max(parameter.default, key=abs))
         self.strength = NumberEditor(strength)
         self.swatch = QPushButton()
         self.swatch.setFixedSize(ROW, ROW)

@@ -194,6 +194,13 @@ def _with_comma() -> Iterator[None]:
     write_with(".")
 
 
+def test_controls_are_called_what_is_written_beside_them(qtbot: Any) -> None:
+    form = ParamForm(LafortuneThreeLobes(), {"kd": "Diffuse", "exponent1": "Sharpness"})
+    qtbot.addWidget(form)
+    names = [stop.accessibleName() for editor in form.editors.values() for stop in editor.stops]
+    assert names == [f"{name}{part}" for name in ("Diffuse", "Sharpness") for part in (": colour", "", "")]
+
+
 def test_enter_takes_what_was_typed_and_then_presses_the_main_button_of_a_dialog(qtbot: Any) -> None:
     dialog = QDialog()
     qtbot.addWidget(dialog)
