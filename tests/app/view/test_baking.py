@@ -193,6 +193,6 @@ def test_texels_are_shown_in_baked_light_as_the_command_line_draws_them(
     size = ("--width", "48", "--height", "36", "--json")
     said = lightarc("render", view.projects.path, "--mode", "sh", "-o", tmp_path / "said.exr", *size)
     assert said.code == 0, said.err
-    assert json.loads(said.out)["texels_s"] > 0.0
+    assert "texels_renderer" in json.loads(said.out)
     assert np.abs(window - read_image(tmp_path / "said.exr").pixels).max() < 2e-3 * window.max()
     assert np.abs(window - before).max() > 0.05 * window.max()
