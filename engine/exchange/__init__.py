@@ -1,1 +1,1 @@
-"""Materials as other programs take them, each with the error of leaving the shading map."""
+"""Materials as other programs take them, each with the error of what it leaves out."""

@@ -42,6 +42,9 @@ from engine.exchange.subject import Contents, Settings, Subject
 
 Floats = NDArray[np.float64]
 
+#: Relative error of a file whose numbers were rounded, at most.
+ROUNDING = 1e-9
+
 #: Nodes of the RGL table along theta_i, and along both the half vector's angle and its azimuth.
 INCIDENT, HALVES = 24, 64
 
@@ -109,7 +112,9 @@ def _stated(brdf: str, data: FitData, files: Mapping[str, bytes], errors: Mappin
     lines = [f"{brdf} alone: the texels of the material are not in these files."]
     for name in files:
         if name in errors:
-            lines.append(f"{name}: a relative RMSE of f cos of {percent(errors[name], 3)}.")
+            exact = errors[name] < ROUNDING
+            error = f"a relative RMSE of f cos of {percent(errors[name], 3)}"
+            lines.append(f"{name}: {'exact to the rounding of its numbers' if exact else error}.")
         else:
             lines.append(f"{name}: {_of_pairs(data)} What lies between them is the reader's.")
     return "\n".join([*lines, ""]).encode()

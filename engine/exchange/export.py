@@ -300,7 +300,7 @@ def statement(errors: dict[str, Any]) -> str:
         return "It shows no picture of the surface."
     under = ", ".join(errors["by_environment"])
     shown = f"relative RMSE {percent(errors['rmse_rel_reference'], 3)}, FLIP {number(errors['flip'])}"
-    words = f"Error of leaving the shading map, against the material under {under}: {shown}"
+    words = f"Error of what these files show, against the material under {under}: {shown}"
     if errors["rmse_rel"] is not None:
         words += f"; against the photographs: relative RMSE {percent(errors['rmse_rel'], 3)}"
     return f"{words}."

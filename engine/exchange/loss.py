@@ -1,4 +1,4 @@
-"""Error of leaving the shading map: pictures of an exported representation against those of the material itself.
+"""Error of leaving a material's own maps: pictures of an exported representation against those of the material itself.
 
 The pictures show a ball from afar, its texture projected from the front, so that one pixel shows one texel, under each
 of three environments, each in place as `LIGHTS` directional lights; a ball casts no shadow on itself. The reference
