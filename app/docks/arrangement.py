@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from PySide6.QtCore import QByteArray, QObject, Qt, QTimer
+from PySide6.QtCore import QByteArray, QObject, QSize, Qt, QTimer
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMainWindow
 
@@ -46,6 +46,7 @@ class Docks(QObject):
         self.others = (self.health, self.lobes, self.jobs, self.log)
         self._is_view_in_front = False
         self._has_drawn = False
+        self._sizes: list[QSize] = []
         for dock in (self.effects, self.accuracy, *self.others):
             window.addDockWidget(BOTTOM, dock)
             dock.hide()
@@ -62,6 +63,8 @@ class Docks(QObject):
 
     def show_of_view(self, is_view_in_front: bool) -> None:
         """Show those of the View workspace beside it, at the earliest when its picture is on screen."""
+        if self._is_view_in_front and not is_view_in_front:
+            self._note_sizes()
         self._is_view_in_front = is_view_in_front
         self._show_of_view()
 
@@ -84,13 +87,14 @@ class Docks(QObject):
         if all(self.window.dockWidgetArea(dock) == now and not dock.isFloating() for dock in docks):
             self._place(wanted)
 
-    def restore(self, layout: str, closed: Sequence[str]) -> None:
+    def restore(self, layout: str, closed: Sequence[str], sizes: Sequence[int]) -> None:
         """Let them stand as they did when the program ended, which `layout` describes in Qt's words, in hexadecimal.
 
-        `closed` are those that the person had closed.
+        `closed` are those that the person had closed, `sizes` those of the View workspace, which are hidden now.
         """
         if layout:
             self._is_sized = self.window.restoreState(QByteArray(bytes.fromhex(layout)))
+            self._sizes = [QSize(*pair) for pair in zip(sizes[::2], sizes[1::2], strict=True)]
         self.of_view.close(closed)
 
     def apply_theme(self) -> None:
@@ -122,14 +126,30 @@ class Docks(QObject):
             self._has_drawn = True
             QTimer.singleShot(0, self, self._show_of_view)
 
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """Widths and heights of those of the View workspace in turn; empty where they are not beside each other."""
+        self._note_sizes()
+        return tuple(side for size in self._sizes for side in (size.width(), size.height()))
+
+    def _note_sizes(self) -> None:
+        """Note how large a person has them: as docks hide one after the other, each leaves its room to the next."""
+        docks = self.of_view.docks
+        if not self._sizes and all(dock.isVisible() for dock in docks):  # or else they are on their way
+            is_whole = self._is_sized and not any(dock.isFloating() for dock in docks)
+            self._sizes = [dock.size() for dock in docks] if is_whole else []
+
     def _size(self) -> None:
-        """Give those of the View workspace their part of the window, once they are on screen for the first time."""
-        docks = list(self.of_view.docks)
-        if self._is_sized or not all(dock.isVisible() for dock in docks):
+        """Give those of the View workspace their part of the window, or what they had when they were seen last."""
+        docks, window = list(self.of_view.docks), self.window
+        if not all(dock.isVisible() for dock in docks) or (self._is_sized and len(self._sizes) != len(docks)):
             return
-        self._is_sized = True
-        window, is_lying = self.window, self.window.dockWidgetArea(docks[0]) == BOTTOM
+        is_lying = window.dockWidgetArea(docks[0]) == BOTTOM
         along, across = (window.width(), DOCK_HEIGHT) if is_lying else (window.height(), DOCK_WIDTH)
-        sides = (Qt.Orientation.Horizontal, Qt.Orientation.Vertical)
-        window.resizeDocks(docks, [round(share * along) for share in SHARES], sides[0 if is_lying else 1])
-        window.resizeDocks(docks, [across] * len(docks), sides[1 if is_lying else 0])
+        if not self._is_sized:
+            both = [QSize(round(share * along), across) for share in SHARES]
+            self._sizes = both if is_lying else [size.transposed() for size in both]
+        self._is_sized = True
+        window.resizeDocks(docks, [size.width() for size in self._sizes], Qt.Orientation.Horizontal)
+        window.resizeDocks(docks, [size.height() for size in self._sizes], Qt.Orientation.Vertical)
+        self._sizes = []

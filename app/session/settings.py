@@ -44,6 +44,7 @@ class Settings:
     """Remembered choices; `geometry` and `layout` are Qt's own description in hexadecimal.
 
     `closed_docks` are those of a workspace that the person has closed: Qt's description has them as they were last.
+    `dock_sizes` are their widths and heights in turn.
     `workspace` is the one that was in front, for the start after a crash. `output_folder` is where a picture, a
     bundle or exports were written last.
     `measure_error` says whether the picture in the View workspace is compared with a reference in the background.
@@ -59,6 +60,7 @@ class Settings:
     output_folder: str = ""
     recent: tuple[str, ...] = ()
     closed_docks: tuple[str, ...] = ()
+    dock_sizes: tuple[int, ...] = ()
     measure_error: bool = True
     workspace: str = ""
     numbers: str = "system"
@@ -164,7 +166,21 @@ def _from_json(values: Any) -> Settings:
     if not all(type(limit) in (int, float) and 0 <= limit < MOST for limit in limits.values()):
         raise ValueError("threads or memory_gb is no number from 0")
     limits = {name: int(limit) if name == "threads" else float(limit) for name, limit in limits.items()}
-    return Settings(**texts, recent=tuple(recent[:RECENT]), closed_docks=tuple(closed[:RECENT]), **flags, **limits)
+    sizes = values.get("dock_sizes", [])
+    if (
+        not isinstance(sizes, list)
+        or len(sizes) % 2
+        or not all(type(side) is int and 0 < side < MOST for side in sizes)
+    ):
+        raise ValueError("dock_sizes is not a list of widths and heights")
+    return Settings(
+        **texts,
+        dock_sizes=tuple(sizes[:RECENT]),
+        recent=tuple(recent[:RECENT]),
+        closed_docks=tuple(closed[:RECENT]),
+        **flags,
+        **limits,
+    )
 
 
 PREFIX = "session-"

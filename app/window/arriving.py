@@ -10,6 +10,7 @@ from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from app.commands.workbench import Workbench
+from app.window.failures import sentence
 from engine.capture.doubts import Doubtful
 
 #: Buttons in their order, and what each does.
@@ -69,8 +70,7 @@ def ask_for_consent(window: QWidget, bench: Workbench, doubt: Doubtful) -> QMess
     box.setIcon(QMessageBox.Icon.Question)
     box.setWindowTitle("Lightarc")
     box.setTextFormat(Qt.TextFormat.PlainText)
-    place = Path(doubt.path).name
-    box.setText(f"{place}: {doubt.problem}.")
+    box.setText(sentence(doubt))
     box.setInformativeText(otherwise)
     agreed = box.addButton(words, QMessageBox.ButtonRole.ActionRole)
     agreed.clicked.connect(lambda: bench.import_all_the_same(doubt.consent))

@@ -10,6 +10,7 @@ import logging
 import sys
 import threading
 import traceback
+from pathlib import Path
 from types import TracebackType
 from typing import Any
 
@@ -21,6 +22,12 @@ from app.process import crash
 from engine.core.errors import FileError, LightarcError, MissingCapability, UsageError, shortage
 
 log = logging.getLogger(__name__)
+
+#: First words of a problem of which the file is the subject.
+VERBS = (
+    *("is", "was", "has", "holds", "lacks", "cannot", "does", "needs", "would", "names", "lists", "states", "says"),
+    *("keeps", "stores", "covers", "shows", "uses", "takes", "gives", "looks", "defines", "announces", "changed"),
+)
 
 
 class Failures(QObject):
@@ -81,7 +88,7 @@ class Failures(QObject):
 def explain(error: BaseException) -> tuple[str, str]:
     """The message for the person, and the details that only a developer reads."""
     if isinstance(error, FileError):
-        return f"{error.problem[:1].upper()}{error.problem[1:]}.\n{error.remedy}.\n\n{error.path}", ""
+        return f"{sentence(error)}\n{error.remedy}.\n\n{error.path}", ""
     if isinstance(error, MissingCapability):
         return f"{error.capability}.\n{error.remedy}.", ""
     if isinstance(error, UsageError):
@@ -92,6 +99,14 @@ def explain(error: BaseException) -> tuple[str, str]:
         return f"{lack.problem}.\nYour work is still here. {lack.remedy}.", ""
     trace = "".join(traceback.format_exception(error))
     return "This is a fault in Lightarc, not in your files. Your work is still here; the log has the details.", trace
+
+
+def sentence(error: FileError) -> str:
+    """The problem as a sentence: of the file by its name, where the problem says what the file is or does."""
+    words = error.problem
+    if words.split(" ", 1)[0] in VERBS:
+        return f"{Path(error.path).name or error.path} {words}."
+    return f"{words[:1].upper()}{words[1:]}."
 
 
 def _place(error: BaseException) -> str:

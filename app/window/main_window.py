@@ -474,11 +474,12 @@ class MainWindow(QMainWindow):
             self.restoreGeometry(QByteArray(bytes.fromhex(now.geometry)))
         else:
             self.resize(first_size(self.screen().availableSize()))
-        self.docks.restore(now.layout, now.closed_docks)
+        self.docks.restore(now.layout, now.closed_docks, now.dock_sizes)
 
     def _keep_settings(self) -> None:
         self.settings.keep(
             geometry=bytes(self.saveGeometry().data()).hex(),
             layout=bytes(self.saveState().data()).hex(),
             closed_docks=self.docks.of_view.closed,
+            dock_sizes=self.docks.sizes,
         )

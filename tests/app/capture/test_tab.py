@@ -130,7 +130,7 @@ def test_a_stack_that_is_cut_short_while_it_is_open_is_named_and_the_window_stay
     bench.build_material()
     qtbot.waitUntil(lambda: len(imported.failures.open_dialogs) == 1 and not bench.jobs.active, timeout=60_000)
     (box,) = imported.failures.open_dialogs.values()
-    assert "Was cut short while it was open" in box.informativeText()
+    assert "was cut short while it was open" in box.informativeText()
     assert "radiance.npy" in box.informativeText()
     tab.image.pointed.emit(3, 4)
     assert tab.bar.readout.text() == "was cut short while it was open"

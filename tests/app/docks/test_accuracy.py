@@ -214,6 +214,19 @@ def test_docks_of_the_view_come_and_go_with_it(window: MainWindow, qtbot: Any) -
     assert window.docks.accuracy.isVisible()
 
 
+def test_docks_come_back_as_wide_as_they_were(view: MainWindow, qtbot: Any) -> None:
+    docks = list(view.docks.of_view.docks)
+    view.resizeDocks(docks, [480, 780], Qt.Orientation.Horizontal)
+    qtbot.waitUntil(lambda: abs(docks[0].width() - 480) < 20, timeout=LONG)
+    sizes = view.docks.sizes
+    view.show_workspace("capture")
+    assert view.docks.sizes == sizes
+    view._keep_settings()
+    assert view.settings.now.dock_sizes == sizes
+    view.show_workspace("view")
+    qtbot.waitUntil(lambda: view.docks.sizes == sizes, timeout=LONG)
+
+
 def test_settings_go_to_the_window_and_back() -> None:
     look, choices = Look(), {name: choices_for(name) for name in ("sh", "wavelet")}
     wanted = Setting("wavelet", {"terms": 2, "cube": 16})

@@ -118,7 +118,7 @@ def test_angles_that_the_light_contradicts_wait_for_a_person(
         (folder / f"{name}.png").write_bytes(path.read_bytes())
     drop(window, [folder])
     asked = question(window, qtbot)
-    assert "nothing says where the lamp stood" in asked.text()
+    assert "Nothing says where the lamp stood" in asked.text()
     answer(asked, qtbot, "Cancel")
     document, rows = window.bench.document, window.capture.list.photographs
     assert document.project.stack is None
@@ -145,7 +145,7 @@ def test_a_photograph_that_cannot_be_read_is_left_out_where_a_person_says_so(
         (folder / path.name).write_bytes(content[: len(content) // 2] if "50" in path.name else content)
     drop(window, [folder])
     asked = question(window, qtbot)
-    assert asked.text().startswith("felt_50deg.png: ")
+    assert asked.text().startswith("felt_50deg.png is ")
     assert asked.defaultButton().text() == "Leave it out"
     answer(asked, qtbot, "Leave it out")
     qtbot.waitUntil(lambda: at_rest(window), timeout=60_000)
