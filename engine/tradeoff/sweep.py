@@ -345,7 +345,7 @@ class _Run:
         relight_s = shortest(lambda: relit(bake, rotated), RELIGHTS, LONG_ENOUGH_S)
         scene = dataclasses.replace(self.scene, relit=relit(bake, self.scene))
         drawn = yield from self.drawer.draw(scene)
-        held = bake.memory_bytes + scene.relit.size_bytes
+        held = bake.memory_bytes + scene.relit.size_bytes + _material_bytes(scene)
         yield from self._add(bake.setting, drawn.picture, drawn.frame_s, relight_s, bake.bake_s, held, bake.size_bytes)
 
     def _add(
