@@ -231,7 +231,8 @@ class AccuracyDock(QDockWidget):
                 )
             else:
                 error = f"{percent(point.error_rmse_rel)} in {time_text(point.frame_s)}"
-                self.words.setText(f"{setting_text(point.setting)}: {error}. Enter applies it.")
+                then = "It is on screen." if point.setting == self.view.setting else "Enter applies it."
+                self.words.setText(f"{setting_text(point.setting)}: {error}. {then}")
             return
         self.words.setText(self._state())
 

@@ -42,6 +42,9 @@ if TYPE_CHECKING:
 
 WIDTH = 300
 
+#: Room for the folder beside its button.
+WITHIN_PX = 88
+
 #: Targets of `engine.exchange.export`, in its order: name, title, hint.
 TARGETS = (
     ("textures", "Textures", "Base colour, normal, roughness and the like, named and packed for a program"),
@@ -324,7 +327,7 @@ class Elsewhere(QWidget):
         return bool(chosen)
 
     def _show_folder(self) -> None:
-        words = self.place.fontMetrics().elidedText(str(self.folder), Qt.TextElideMode.ElideMiddle, 110)
+        words = self.place.fontMetrics().elidedText(str(self.folder), Qt.TextElideMode.ElideMiddle, WITHIN_PX)
         self.place.setText(words)
         self.place.setToolTip(str(self.folder))
 

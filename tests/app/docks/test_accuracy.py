@@ -102,6 +102,8 @@ def test_a_click_applies_mode_and_knobs(view: MainWindow, qtbot: Any, monkeypatc
         view.view.bakings["wavelet"].choices.value("terms"),
         view.view.bakings["wavelet"].choices.value("cube"),
     ) == (2, 16)
+    view.docks.accuracy.budget.setText("3 %")
+    assert "It is on screen" in view.docks.accuracy.words.text()
 
 
 def test_arrow_keys_reach_points_and_enter_applies_one(view: MainWindow, qtbot: Any) -> None:
