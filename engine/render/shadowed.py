@@ -23,6 +23,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.brdf.brdf import Brdf
 from engine.core.colour import luminance
 from engine.core.steps import Steps, part
 from engine.render.direct import radiance
@@ -38,10 +39,10 @@ LEAST = 1e-3
 Picture = NDArray[np.float32]
 
 
-def with_and_without(scene: Scene) -> tuple[Scene, Scene]:
-    """The scenes of T and T_0."""
+def with_and_without(scene: Scene, baked: Brdf | None = None) -> tuple[Scene, Scene]:
+    """The scenes of T and T_0, the latter of the BRDF that was `baked`, that of the scene where not given."""
     texels = replace(scene, relit=None, near_lamps=(), faint=FAINT)
-    return texels, replace(texels, material=None)
+    return texels, replace(texels, material=None, brdf=scene.brdf if baked is None else baked)
 
 
 def shadowed(texels: Picture, plain: Picture, baked: Picture) -> Picture:

@@ -15,9 +15,11 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from engine.brdf.brdf import Brdf
     from engine.geometry.camera import Camera
     from engine.gl.draw import OffScreen
     from engine.scene.scene import Scene
+    from engine.transport.baking.file import TransportFile
     from engine.transport.relit import Light, Relit
 
 #: Said where a lamp near the model shines: texels are drawn under lamps far away alone.
@@ -35,10 +37,11 @@ def with_texels(
     scene: Scene,
     arguments: argparse.Namespace,
     show: Callable[[Step], None],
+    brdf: Brdf | None = None,
 ) -> tuple[NDArray[np.float32], dict[str, Any]]:
     """The picture of the bake of `scene`, and its record, with the texels of the material where that has any.
 
-    `frame_s` is then that of all three pictures that the texels take.
+    `brdf` was baked, that of the scene where not given. `frame_s` is then that of all three pictures that texels take.
     """
     if not scene.has_texels:
         return baked
@@ -48,7 +51,7 @@ def with_texels(
 
     (picture, record), size = baked, (arguments.width, arguments.height)
     frame_s, device, warnings, drawn = record["frame_s"], ON_PROCESSOR, list(record["warnings"]), []
-    for at, each in enumerate(with_and_without(scene)):
+    for at, each in enumerate(with_and_without(scene, brdf)):
 
         def on_device(context: Any, each: Scene = each) -> OffScreen:
             return draw_off_screen(context, each, size, arguments.samples)
@@ -66,6 +69,21 @@ def with_texels(
     figures = {"frame_s": frame_s, "texels_renderer": device, "sigma": scene.sigma}
     warnings += [NEAR] if scene.near_lamps else []
     return shadowed(drawn[0], drawn[1], picture), {**record, **figures, "warnings": list(dict.fromkeys(warnings))}
+
+
+def brdf_of_bake(file: TransportFile, arguments: argparse.Namespace) -> tuple[Brdf | None, list[str]]:
+    """The BRDF that a picture of the bake is of: --brdf, or the one in the file; None where that is no model, which a
+    sentence says."""
+    from engine.brdf.brdf import brdf_from_text
+    from engine.factor.factor_file import open_reflectance
+
+    if arguments.brdf:
+        return open_reflectance(arguments.brdf), []
+    name = str(file.settings.get("brdf", ""))
+    try:
+        return brdf_from_text(name), []
+    except UsageError:
+        return None, [f"The bake is of {name or 'a BRDF without a name'}, which is taken to be that of the material"]
 
 
 def scene_of_bake(relit: Relit, light: Light, camera: Camera, arguments: argparse.Namespace) -> Scene:

@@ -75,7 +75,9 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     negative_rel = found.negative_rel(camera.eye) if negative_rel is None else negative_rel
     if arguments.material is not None:
         scene = render_textured.scene_of_bake(relit, light, camera, arguments)
-        picture, drawn = render_textured.with_texels((picture, drawn), scene, arguments, show)
+        brdf, doubts = render_textured.brdf_of_bake(file, arguments)
+        drawn["warnings"] += doubts
+        picture, drawn = render_textured.with_texels((picture, drawn), scene, arguments, show, brdf)
     shown = picture if behind is None else in_front_of(picture, camera, behind, light.rotation, light.factor)
     write_picture(arguments.output, shown, display, None, arguments.background, software("render"))
     return {

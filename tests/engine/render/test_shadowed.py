@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from engine.accuracy.compare import compare
+from engine.brdf.brdf import brdf_from_text
 from engine.core.directions import normalize
 from engine.core.steps import drain
 from engine.geometry.camera import Camera
@@ -164,6 +165,17 @@ def test_pbr_maps_vary_in_a_bake_of_their_mean(tmp_path: Path) -> None:
     inside = model & (found[..., 3] == 1.0) & (truth[..., 3] == 1.0)
     before, after = compare(bare, truth, inside).rmse_rel, compare(found, truth, inside).rmse_rel
     assert after < 0.4 * before, (before, after)
+
+
+def test_a_bake_of_another_brdf_lends_its_shadows_alone(tmp_path: Path) -> None:
+    """Nothing shadows a ball: its texels are those without a bake, whatever was baked."""
+    scene = dataclasses.replace(scene_with(sloped(np.full((1, 1, 3), 0.6), 1.4, 1.0)), ground=None)
+    matte = dataclasses.replace(scene, brdf=brdf_from_text("lambert:albedo=0.3"))
+    relit = lit(matte, "sh", transport_of(matte, "sh", tmp_path)).relit
+    with_texels, without = (drain(radiance(each, SIZE)) for each in with_and_without(scene, matte.brdf))
+    found = shadowed(with_texels, without, drain(picture_of(relit, CAMERA, SIZE)).picture)
+    inside = found[..., 3] == 1.0
+    assert compare(found, drain(radiance(scene, SIZE)), inside).rmse_rel < 0.02
 
 
 def test_by_hand() -> None:
