@@ -3,9 +3,9 @@
     python packaging/tasks.py -o FOLDER [--only TASK …]
 
 needs the programs Xvfb, openbox, xdotool and import (ImageMagick). It brings its own display and window manager, and
-files for the tasks: photographs of which one is broken, a dome, a measured BRDF and one in GLSL. `person` moves the
-mouse and presses the keys. Pictures lie in FOLDER, to be looked at; `tasks.json` has the counts. A task is done when
-what it is about is there, in the document or on disk; the exit code is 1 where one is not.
+files for the tasks: photographs of which one is broken, a dome, a measured BRDF, one in GLSL, and a vase of few
+vertices. `person` moves the mouse and presses the keys. Pictures lie in FOLDER, to be looked at; `tasks.json` has the
+counts. A task is done when what it is about is there, in the document or on disk; the exit code is 1 where one is not.
 """
 
 from __future__ import annotations
