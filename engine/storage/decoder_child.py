@@ -143,7 +143,13 @@ def _answer(request: dict[str, Any], contents: list[bytes], results: Any) -> dic
         limit = request["memory_bytes"] / 2**30
         return {"problem": f"needs more than {limit:.1f} GiB to decode", "remedy": "Make it smaller"}
     except _DAMAGE as error:
-        return {"problem": f"is damaged or of an unknown kind ({_one_line(error)})", "remedy": AGAIN}
+        return {"problem": f"is damaged or of an unknown kind{_said_by(error)}", "remedy": AGAIN}
+
+
+def _said_by(error: Exception) -> str:
+    """The words of a reader in brackets; nothing where they are Python's own, of its lists and types."""
+    words = " ".join(str(error).split())[:200]
+    return f" ({words})" if words and not isinstance(error, (LookupError, TypeError, AttributeError)) else ""
 
 
 def _one_line(error: BaseException) -> str:

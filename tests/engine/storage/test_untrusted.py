@@ -56,6 +56,9 @@ def surprise(content, name):
 def damaged(content, name):
     raise KeyError("width")
 
+def unread(content, name):
+    raise ValueError("7 bytes are missing")
+
 def nonsense(content, name):
     for descriptor in range(3, 16):
         with contextlib.suppress(OSError):
@@ -207,7 +210,8 @@ def test_a_child_serves_many_files(file: Path, decoders: str) -> None:
         ("quit", "exit code 7"),
         ("refuse", "is not liked"),
         ("surprise", "Odd: never seen"),
-        ("damaged", "KeyError"),
+        ("damaged", r"is damaged or of an unknown kind\."),
+        ("unread", r"is damaged or of an unknown kind \(7 bytes are missing\)\."),
     ],
 )
 def test_what_goes_wrong_in_a_decoder_costs_one_file(file: Path, decoders: str, decoder: str, words: str) -> None:
