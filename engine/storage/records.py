@@ -216,6 +216,18 @@ class Manifest(_Strict):
         return self
 
 
+def manifest_schema() -> dict[str, Any]:
+    """The JSON schema of manifest.json as it is written: of a `Manifest` and the fingerprint that seals it."""
+    schema = Manifest.model_json_schema()
+    schema["properties"]["manifest_sha256"] = {
+        "description": "SHA-256 of all other values, as JSON with sorted keys, separators , and : and ASCII only.",
+        "pattern": "^[0-9a-f]{64}$",
+        "type": "string",
+    }
+    schema["required"].append("manifest_sha256")
+    return schema
+
+
 def write_manifest(manifest: Manifest) -> bytes:
     """The manifest, sealed with its own fingerprint, as indented JSON in UTF-8."""
     absent = {name for name in ("directional", "pbr") if getattr(manifest, name) is None}

@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,8 @@ import pytest
 from engine.bundle.bundle import MEMBERS, describe_bundle, extract_bundle, open_bundle, save_bundle, verify_bundle
 from engine.core.errors import InputError, OutputError
 from engine.core.steps import drain
-from engine.storage.records import Manifest
+from engine.storage.records import manifest_schema
+from tests.engine.domes import dome_material
 from tests.engine.exchange.materials import woven_law, woven_material
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
@@ -25,9 +27,17 @@ def bundle(tmp_path: Path) -> Path:
     return drain(save_bundle(tmp_path / "woven.lightarc", woven_material()))
 
 
+def reader(number: int) -> str:
+    """A program of the documentation: the first reads power laws, the second directional maps."""
+    programs: list[str] = re.findall(
+        r"```python\n(.*?)```", (DOCS / "format.md").read_text(encoding="utf-8"), re.DOTALL
+    )
+    return programs[number]
+
+
 def test_the_reader_of_the_documentation_reads_a_bundle(bundle: Path, tmp_path: Path) -> None:
     """In an interpreter that knows no module of ours, about twenty lines give the radiance bit for bit but rounding."""
-    (source,) = re.findall(r"```python\n(.*?)```", (DOCS / "format.md").read_text(encoding="utf-8"), re.DOTALL)
+    source = reader(0)
     assert len([line for line in source.splitlines() if line.strip()]) <= 20
     assert "engine" not in source
     assert "lightarc" not in source
@@ -39,7 +49,7 @@ def test_the_reader_of_the_documentation_reads_a_bundle(bundle: Path, tmp_path: 
 
 
 def test_the_reader_notices_damage(bundle: Path, tmp_path: Path) -> None:
-    (source,) = re.findall(r"```python\n(.*?)```", (DOCS / "format.md").read_text(encoding="utf-8"), re.DOTALL)
+    source = reader(0)
     (tmp_path / "reader.py").write_text(source)
     content = bytearray(bundle.read_bytes())
     content[len(content) // 3] ^= 1
@@ -48,9 +58,36 @@ def test_the_reader_notices_damage(bundle: Path, tmp_path: Path) -> None:
     assert subprocess.run(words, cwd=tmp_path, capture_output=True, timeout=120).returncode != 0
 
 
+def test_the_readers_read_a_directional_map(tmp_path: Path) -> None:
+    """The first finds it sound and says that it has no power law; the second draws what we draw, lit from overhead."""
+    material = dome_material()
+    assert material.directional is not None
+    bundle = drain(save_bundle(tmp_path / "dome.lightarc", material))
+    for number, values in ((0, ["0.1"]), (1, ["0", "0"])):
+        (tmp_path / "reader.py").write_text(reader(number))
+        words = [sys.executable, "-I", "reader.py", str(bundle), *values, "radiance.npy"]
+        done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+        if number == 0:
+            assert done.stderr.strip() == f"{bundle} is sound; it has no power law"
+        else:
+            assert done.returncode == 0, done.stderr
+    wanted = material.directional.picture(np.array([0.0, 0.0, 1.0]))
+    np.testing.assert_allclose(np.load(tmp_path / "radiance.npy"), wanted, rtol=1e-3, atol=1e-6)
+
+
 def test_the_schema_is_that_of_the_manifest() -> None:
     stated = json.loads((DOCS / "manifest.schema.json").read_text(encoding="utf-8"))
-    assert stated == Manifest.model_json_schema()
+    assert stated == manifest_schema()
+
+
+def test_the_schema_allows_every_value_of_a_written_manifest(bundle: Path) -> None:
+    """Whoever validates manifest.json as it lies in the bundle is not told that a value of ours is foreign."""
+    stated = json.loads((DOCS / "manifest.schema.json").read_text(encoding="utf-8"))
+    with zipfile.ZipFile(bundle) as archive:
+        written = json.loads(archive.read("manifest.json"))
+    assert stated["additionalProperties"] is False
+    assert set(stated["required"]) <= set(written) <= set(stated["properties"])
+    assert re.fullmatch(stated["properties"]["manifest_sha256"]["pattern"], written["manifest_sha256"])
 
 
 def test_the_schema_names_every_value_of_a_manifest(bundle: Path) -> None:
