@@ -234,7 +234,8 @@ class AccuracyDock(QDockWidget):
                 then = "It is on screen." if point.setting == self.view.setting else "Enter applies it."
                 self.words.setText(f"{setting_text(point.setting)}: {error}. {then}")
             return
-        self.words.setText(self._state())
+        varied = " What varies over the model is left out." if self.bench.document.project.variations else ""
+        self.words.setText(f"{self._state()}{varied}")
 
     def _state(self) -> str:
         accuracy = self.accuracy

@@ -49,6 +49,7 @@ ALWAYS = (
 )
 BUNDLES = "Bundles (*.lightarc);;Folders (*)"
 STALE = "Settings were changed after this material was built. Rebuild it in Material before you export it."
+VARIED = "What varies over the model (View › Over the model) is kept in the project and not in bundles."
 
 
 class ExportTab(QWidget):
@@ -147,7 +148,9 @@ class ExportTab(QWidget):
         self.total = _figure()
         _add(contents, text("Maps, before packing", "title"), self.total)
         self.stale = text(STALE, "warning", wrap=True)
+        self.varied = text(VARIED, "secondary", wrap=True)
         contents.wide(self.stale)
+        contents.wide(self.varied)
         panel.column.addSpacing(3 * STEP)
         self.export = button("Export bundle", "primary")
         self.export.clicked.connect(self.start)
@@ -283,6 +286,7 @@ class ExportTab(QWidget):
         if old is not new:
             self._draw_preview()
         self.stale.setVisible(new.stack is not None and new.built_from != new.recipe)
+        self.varied.setVisible(bool(new.variations))
         self._update_buttons()
 
     def _show_sizes(self, project: Project) -> None:

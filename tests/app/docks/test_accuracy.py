@@ -22,6 +22,7 @@ from app.document.measured import (
     setting_of,
     setting_text,
 )
+from app.document.variation import VariedParameter
 from app.view.baking import Baking
 from app.window.main_window import MainWindow
 from engine.core.figure_text import time_text
@@ -147,6 +148,9 @@ def test_another_light_makes_points_stale(view: MainWindow) -> None:
     view.bench.document.change("Light", environment=open_environment("sky"))
     assert dock.is_stale
     assert "another scene" in dock.words.text()
+    assert "varies" not in dock.words.text()
+    view.bench.document.change("Vary", variations=(VariedParameter("alpha", 0.2, 0.6),))
+    assert "What varies over the model is left out." in dock.words.text()
 
 
 def test_measuring_fills_the_plot(view: MainWindow, qtbot: Any) -> None:

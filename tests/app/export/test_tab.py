@@ -13,6 +13,7 @@ import pytest
 from PySide6.QtCore import Qt
 
 from app.document.document import Look
+from app.document.variation import VariedParameter
 from app.project.report import identity
 from app.window.main_window import MainWindow
 from engine.bundle.bundle import describe_bundle, open_bundle
@@ -208,6 +209,9 @@ def test_the_preview_is_the_scene_even_where_view_was_never_opened(
 def test_an_outdated_material_says_so_before_it_is_exported(tab: Any, window: MainWindow, qtbot: Any) -> None:
     build(window, qtbot)
     assert not tab.stale.isVisible()
+    assert not tab.varied.isVisible()
+    window.bench.document.change("Vary", variations=(VariedParameter("alpha", 0.2, 0.6),))
+    assert tab.varied.isVisible()
     window.bench.document.change("Mixed", mixed=True)
     assert tab.stale.isVisible()
     window.undo.trigger()
