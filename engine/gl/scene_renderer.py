@@ -134,6 +134,8 @@ class SceneRenderer:
         yield from self._plain.bands(without, plain, size, samples=samples)
         yield from self._baked_bands(scene, baked, size, samples)
         for unit, picture in enumerate(pictures):
+            if unit < 2:
+                picture.texture.build_mipmaps()  # whose last is the mean of all
             picture.texture.use(unit)
         framebuffer.use()
         framebuffer.viewport = (0, 0, *size)

@@ -12,6 +12,10 @@ the texels as those do that are not: S is nonlinear, and with several lights its
 the unshadowed ones. PBR maps are drawn in the same way: T is of the BRDF of each texel, T_0 of the one at their mean,
 which is the one that is baked.
 
+Light beyond T_0 is interreflection, or an error of the bake: harmonics that ring about a narrow highlight. A texel
+that is far brighter than the mean of all would paint with the latter, so that what is beyond T_0 is multiplied by at
+most `MOST` times the T / T_0 of the whole picture.
+
 T and T_0 tend to 0 where the surface turns away from all lights, and what other parts of the model reflect still
 arrives there. A share `FAINT` of the light is therefore taken to come from all sides in T and in T_0.
 """
@@ -36,6 +40,9 @@ FAINT = 0.01
 #: Of a channel of T_0, over its luminance: the least that T is divided by.
 LEAST = 1e-3
 
+#: Of T / T_0 for light beyond T_0, over that of the whole picture.
+MOST = 2.0
+
 Picture = NDArray[np.float32]
 
 
@@ -54,7 +61,10 @@ def shadowed(texels: Picture, plain: Picture, baked: Picture) -> Picture:
     kept = coverage / np.where(baked[..., 3:] > 0.0, baked[..., 3:], 1.0)
     below = np.maximum(plain[..., :3], LEAST * luminance(plain[..., :3])[..., None])
     share = np.where(below > 0.0, texels[..., :3] / np.where(below > 0.0, below, 1.0), 1.0)
-    found = np.minimum(baked[..., :3] * share * kept, np.finfo(np.float32).max)
+    sums = [np.maximum(each[..., :3].sum(axis=(0, 1), dtype=np.float64), 1e-30) for each in (texels, plain)]
+    direct = np.minimum(baked[..., :3], below)
+    beyond = np.minimum(share, MOST * (sums[0] / sums[1]).astype(np.float32)) * (baked[..., :3] - direct)
+    found = np.minimum((direct * share + beyond) * kept, np.finfo(np.float32).max)
     return np.concatenate([found, coverage], axis=-1)
 
 

@@ -179,7 +179,7 @@ def test_a_bake_of_another_brdf_lends_its_shadows_alone(tmp_path: Path) -> None:
 
 
 def test_by_hand() -> None:
-    """Texels without a shadow stay as they are; under half the light they are half; without any, the bake stays."""
+    """Texels without a shadow stay as they are; under half the light they are half; without any, all count alike."""
     texels = np.array([[[0.2, 0.4, 0.2, 1.0], [0.2, 0.4, 0.2, 1.0], [0.0, 0.0, 0.0, 1.0]]], np.float32)
     plain = np.array([[[4.0, 4.0, 4.0, 1.0], [4.0, 4.0, 4.0, 1.0], [0.0, 0.0, 0.0, 1.0]]], np.float32)
     share = np.array([1.0, 0.5, 0.3])[:, None] * np.array([1.0, 1.0, 1.0])
@@ -188,7 +188,19 @@ def test_by_hand() -> None:
     found = shadowed(texels, plain, bake)
     assert found[0, 0] == pytest.approx(texels[0, 0])
     assert found[0, 1, :3] == pytest.approx(0.5 * texels[0, 1, :3])
-    assert found[0, 2] == pytest.approx(bake[0, 2])
+    assert found[0, 2, :3] == pytest.approx(bake[0, 2, :3] * 2.0 * np.array([0.05, 0.1, 0.05]))
+
+
+def test_light_beyond_the_direct_meets_no_texel_that_is_far_brighter_than_all() -> None:
+    """A bake is 0.3 where 0.1 is direct; one texel has a hundred times the share of the others."""
+    plain = np.full((1, 4, 4), 0.1, np.float32)
+    texels = np.array([[[10.0] * 4] + [[0.1] * 4] * 3], np.float32)
+    bake = np.full((1, 4, 4), 0.3, np.float32)
+    for picture in (plain, texels, bake):
+        picture[..., 3] = 1.0
+    found = shadowed(texels, plain, bake)
+    assert found[0, 0, :3] == pytest.approx(10.0 + 0.2 * 2.0 * (10.3 / 0.4), rel=1e-5)
+    assert found[0, 1:, :3] == pytest.approx(0.3)
 
 
 def test_an_outline_covers_what_both_pictures_cover() -> None:
