@@ -34,13 +34,13 @@ def doubts_of_scene(scene: Scene) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def mean_in_place_of_maps(material: Material, show: Callable[[Step], None]) -> dict[str, Any]:
+def mean_in_place_of_maps(material: Material, show: Callable[[Step], None], done: str = "shown") -> dict[str, Any]:
     """`material`, the BRDF at the mean of PBR maps with its error in their place, and `warnings`, the same in words."""
     from engine.exchange.loss import mean_brdf_loss
 
     error = drain(mean_brdf_loss(material), show)
     words = (
-        f"the maps of {material.name} are shown as the BRDF at their mean, {material.brdf}: on a ball under "
+        f"the maps of {material.name} are {done} as the BRDF at their mean, {material.brdf}: on a ball under "
         f"{', '.join(error.rmse_rel)} an error of {percent(error.mean_rmse_rel)}, FLIP {number(error.mean_flip)}"
     )
     mean = {"brdf": material.brdf, "rmse_rel": error.mean_rmse_rel, "flip": error.mean_flip}

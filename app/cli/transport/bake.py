@@ -126,7 +126,7 @@ def _take_brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> d
     if material.pbr is None:
         words = f"the texels of {material.name} are left out: what is baked is its BRDF, {material.brdf}"
         return {"warnings": [f"{words}; lightarc render BAKE --material shows them in its light"]}
-    return mean_in_place_of_maps(material, show)
+    return mean_in_place_of_maps(material, show, "baked")
 
 
 def _choose_mode(arguments: argparse.Namespace) -> None:
