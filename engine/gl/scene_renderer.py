@@ -19,7 +19,7 @@ from engine.gl.screen import Picture
 from engine.gl.tiles import ToneMapper
 from engine.gl.transported import TransportRenderer
 from engine.render.display import Display
-from engine.render.shadowed import shadowed, with_and_without
+from engine.render.shadowed import LEAST, MOST, shadowed, with_and_without
 from engine.scene.scene import Scene
 
 #: Pieces of a picture of a bake, at most: each evaluates all vertices anew, which is most of its cost.
@@ -141,7 +141,7 @@ class SceneRenderer:
         framebuffer.viewport = (0, 0, *size)
         self.context.disable(self.context.DEPTH_TEST | self.context.BLEND | self.context.CULL_FACE)
         program, array = self._product
-        set_uniforms(program, {"texels": 0, "plain": 1, "baked": 2})
+        set_uniforms(program, {"texels": 0, "plain": 1, "baked": 2, "least": LEAST, "most": MOST})
         array.render(vertices=3)
 
     def _forget_pictures(self) -> None:
