@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QPushButton
 
 from app.capture.import_panel import ImportPanel
 from app.document.document import Project
@@ -82,10 +83,16 @@ class CapturePanel(Panel):
         self.options.disable(why_not, measured=measured)
         return why_not
 
+    @property
+    def main_button(self) -> QPushButton:
+        """The button of what comes next: to read the photographs again where settings changed, else to build."""
+        return self.again if self.again.isEnabled() else self.build
+
     def update_buttons(self, project: Project) -> None:
         """Disable what cannot be done now, and say why."""
-        enable(self.again, self._why_not_again(project), "Read the photographs with these settings")
-        enable(self.build, self._why_not_build(project), "Linearise the photographs into slices and compress them")
+        enable(self.again, self._why_not_again(project), "Read the photographs with these settings (Ctrl+Enter)")
+        words = "Linearise the photographs into slices and compress them (Ctrl+Enter)"
+        enable(self.build, self._why_not_build(project), words)
         self.build.setText("Rebuild material" if project.has_map else "Build material")
 
     def _why_not_again(self, project: Project) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QPoint, Qt, Signal
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtGui import QAction, QKeySequence, QShortcut
 from PySide6.QtWidgets import QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
 from app.capture.framing import Corners, FramingView, begun, framed
@@ -71,6 +71,8 @@ class CaptureTab(QWidget):
         self._make_tools()
         self.empty = self._make_empty()
         self.pages = with_empty_state(self, self.empty, self._make_work())
+        begin = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WindowShortcut)
+        begin.activated.connect(lambda: self.panel.main_button.click())
         bench.document.changed.connect(self._changed)
         bench.partial.connect(self._show_thumbnail)
         bench.jobs.changed.connect(lambda _job: self._update_buttons())

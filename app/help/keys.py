@@ -21,6 +21,9 @@ Tab\tswap the two modes while both are shown
 Ctrl+P\tsave a picture (Ctrl+Shift+P: a turntable)
 B, E\tboth modes separated by a line, their difference
 
+Photographs and materials
+Ctrl+Enter\timport again with changed settings, build the material, make surface maps
+
 Pictures
 Wheel\tzoom under the pointer
 1\t100 %

@@ -210,7 +210,7 @@ class SurfacePage(QWidget):
             why_not = "The maps are being made"
         elif project.surface is not None and project.surface_from == commands.recipe(project):
             why_not = "The maps are up to date"
-        enable(self.make, why_not, "Find the surface behind the photographs that are in use")
+        enable(self.make, why_not, "Find the surface behind the photographs that are in use (Ctrl+Enter)")
         no_stack = "Needs the photographs of the capture" if project.stack is None else ""
         enable(self.whites, no_stack)
         known = "" if project.white is not None else "The white card is found in the photographs"

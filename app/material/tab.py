@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QSplitter, QWidget
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import QPushButton, QSplitter, QWidget
 
 from app.commands.workbench import Workbench
 from app.document.document import Project
@@ -89,6 +90,8 @@ class MaterialTab(QWidget):
         self.switches = (self.switch, self.directional.switch, self.surface.switch)
         for switch in self.switches:
             switch.chosen.connect(self.show_page)
+        begin = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WindowShortcut)
+        begin.activated.connect(lambda: self.main_button.click())
         bench.document.changed.connect(self._changed)
         bench.jobs.changed.connect(lambda _job: self._update_buttons())
         self._changed(Project(), bench.document.project)
@@ -212,6 +215,14 @@ class MaterialTab(QWidget):
         """Show the whole picture."""
         shown = self.pages.currentWidget()
         (shown.image if isinstance(shown, DirectionalPage | MapsPage | SurfacePage) else self.image).fit()
+
+    @property
+    def main_button(self) -> QPushButton:
+        """The button of the page in front: it builds the material, or finds its surface."""
+        shown = self.pages.currentWidget()
+        return (
+            shown.make if isinstance(shown, SurfacePage) else shown.build if shown is self.directional else self.build
+        )
 
     def show_page(self, page: str) -> None:
         """Show the 'material' or the maps of its 'surface'."""
@@ -400,7 +411,7 @@ class MaterialTab(QWidget):
             why_not = "The material is up to date"
         self.surface.update_buttons(project)
         for each in (self.build, self.directional.build):
-            enable(each, why_not, "Make the material again with these settings")
+            enable(each, why_not, "Make the material again with these settings (Ctrl+Enter)")
         no_stack = "Needs the photographs of the capture" if project.stack is None else ""
         boxes = (self.representation, self.directional.representation)
         for box in (*boxes, self.slices, self.scale, self.bits, self.mode):

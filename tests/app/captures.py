@@ -38,14 +38,16 @@ def opened(window: MainWindow, qtbot: Any, folder: Path, **choices: Any) -> Main
 
 
 def imported_again(window: MainWindow, qtbot: Any) -> Any:
-    """The stack after "Import again" was clicked."""
+    """The stack after "Import again" was clicked, which is what Ctrl+Enter does until the next change."""
     old = window.bench.document.project.stack
     assert window.capture.again.isEnabled(), window.capture.again.toolTip()
+    assert window.capture.panel.main_button is window.capture.again
     qtbot.mouseClick(window.capture.again, Qt.MouseButton.LeftButton)
     qtbot.waitUntil(
         lambda: window.bench.document.project.stack is not old and quiet(window),
         timeout=PATIENCE_MS,
     )
+    assert window.capture.panel.main_button is window.capture.build
     return window.bench.document.project.stack
 
 

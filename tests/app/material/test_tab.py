@@ -24,8 +24,11 @@ def filled(window: MainWindow) -> MainWindow:
 
 
 def rebuild(window: MainWindow, qtbot: Any) -> None:
+    """Press Ctrl+Enter and wait for the material."""
     built = window.bench.document.project.material
-    qtbot.mouseClick(window.material.build, Qt.MouseButton.LeftButton)
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow, timeout=30_000)
+    qtbot.keyClick(window, Qt.Key.Key_Return, Qt.KeyboardModifier.ControlModifier)
     qtbot.waitUntil(lambda: window.bench.document.project.material is not built, timeout=240_000)
     qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=60_000)
 
