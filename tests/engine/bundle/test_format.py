@@ -15,9 +15,10 @@ import pytest
 from engine.bundle.bundle import MEMBERS, describe_bundle, extract_bundle, open_bundle, save_bundle, verify_bundle
 from engine.core.errors import InputError, OutputError
 from engine.core.steps import drain
+from engine.scene.material import Material
 from engine.storage.records import manifest_schema
 from tests.engine.domes import dome_material
-from tests.engine.exchange.materials import woven_law, woven_material
+from tests.engine.exchange.materials import measured_maps, woven_law, woven_material
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 
@@ -45,7 +46,17 @@ def test_the_reader_of_the_documentation_reads_a_bundle(bundle: Path, tmp_path: 
     words = [sys.executable, "-I", "reader.py", str(bundle), "0.1", "radiance.npy"]
     done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == f"{bundle} is sound; A cloth, woven is in it as power_law"
     np.testing.assert_allclose(np.load(tmp_path / "radiance.npy"), woven_law().slice_image(0.1), rtol=1e-5)
+
+
+def test_the_reader_says_that_pbr_maps_are_in_a_bundle(tmp_path: Path) -> None:
+    bundle = drain(save_bundle(tmp_path / "rock.lightarc", Material(None, None, name="rock", pbr=measured_maps())))
+    (tmp_path / "reader.py").write_text(reader(0))
+    words = [sys.executable, "-I", "reader.py", str(bundle), "0.1", "radiance.npy"]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stdout.strip()) == (0, f"{bundle} is sound; rock is in it as pbr"), done.stderr
+    assert not (tmp_path / "radiance.npy").exists()
 
 
 def test_the_reader_notices_damage(bundle: Path, tmp_path: Path) -> None:
@@ -59,7 +70,7 @@ def test_the_reader_notices_damage(bundle: Path, tmp_path: Path) -> None:
 
 
 def test_the_readers_read_a_directional_map(tmp_path: Path) -> None:
-    """The first finds it sound and says that it has no power law; the second draws what we draw, lit from overhead."""
+    """The first finds it sound and says what it is; the second draws what we draw, lit from overhead."""
     material = dome_material()
     assert material.directional is not None
     bundle = drain(save_bundle(tmp_path / "dome.lightarc", material))
@@ -67,10 +78,9 @@ def test_the_readers_read_a_directional_map(tmp_path: Path) -> None:
         (tmp_path / "reader.py").write_text(reader(number))
         words = [sys.executable, "-I", "reader.py", str(bundle), *values, "radiance.npy"]
         done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, done.stderr
         if number == 0:
-            assert done.stderr.strip() == f"{bundle} is sound; it has no power law"
-        else:
-            assert done.returncode == 0, done.stderr
+            assert done.stdout.strip() == f"{bundle} is sound; {material.name} is in it as directional"
     wanted = material.directional.picture(np.array([0.0, 0.0, 1.0]))
     np.testing.assert_allclose(np.load(tmp_path / "radiance.npy"), wanted, rtol=1e-3, atol=1e-6)
 
