@@ -104,9 +104,18 @@ def _reported(material: Material, record: dict[str, Any]) -> dict[str, Any]:
         **{name: record[name] for name in names if name in record},
         "warnings": [
             *(material.health.warnings if material.pbr is not None else ()),
-            *(f"{made['target']}: {each}" for made in record["targets"] for each in made["warnings"]),
+            *_grouped(record["targets"]),
         ],
     }
+
+
+def _grouped(targets: list[dict[str, Any]]) -> list[str]:
+    """Warnings of targets, each once behind the names of those that it holds for."""
+    said: dict[str, list[str]] = {}
+    for made in targets:
+        for words in made["warnings"]:
+            said.setdefault(words, []).append(made["target"])
+    return [f"{', '.join(names)}: {words}" for words, names in said.items()]
 
 
 def _opened(arguments: argparse.Namespace) -> tuple[Material, ImageStack | None]:
@@ -137,6 +146,10 @@ def report(result: dict[str, Any]) -> str:
                 error = percent(other["rmse_rel_reference"], 3)
                 lines.append(f"not chosen: {other['target']}, {size_text(other['bytes'])}, {error}")
     lines.append("Errors are relative: against the photographs, and against the material under three environments.")
+    if any(made["target"] == "brdf" for made in result["targets"]):
+        lines.append(
+            "Of brdf they compare a ball of the BRDF alone, as its .mtlx shows it, with that of the BRDF itself."
+        )
     own = result["material"]
     if own["rmse_rel"] is not None:
         lines.append(f"The material itself shows the photographs to {percent(own['rmse_rel'], 3)}.")

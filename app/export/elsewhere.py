@@ -266,10 +266,10 @@ class Elsewhere(QWidget):
         for name, card in self.cards.items():
             assert card.box is not None
             card.box.setChecked(name == best["chosen"])
-        entry = self.found[best["chosen"]].entry
+        row = next(row for row in best["candidates"] if row["target"] == best["chosen"])
         kept = "keeps it at" if best["within"] else "is nearest, and no representation keeps it:"
-        error = percent(entry["rmse_rel_reference"], 3)
-        self.chosen.setText(f"{self.cards[best['chosen']].title} {kept} {error}, {size_text(entry['bytes'])}.")
+        error = percent(row["rmse_rel_reference"], 3)
+        self.chosen.setText(f"{self.cards[best['chosen']].title} {kept} {error}, {size_text(row['bytes'])}.")
 
     def start(self) -> None:
         """Write the chosen targets; a folder that exists is replaced only if it is an export."""

@@ -24,12 +24,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.models.diffuse import Lambert
+from engine.core.colour import luminance
 from engine.core.steps import Step, Steps
 from engine.exchange.coding import encoded
-from engine.exchange.loss import Shown
+from engine.exchange.loss import Shown, View, lit_points
 from engine.exchange.subject import Contents, Settings, Subject
-from engine.exchange.textures import common_warnings, ior_of, packed
+from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, packed
 from engine.images.encode import encode_exr, rgb_channels
+from engine.light.environment import DistantLights
 from engine.scene.material import Material, auto_sigma
 from engine.storage.atomic import make_folder, write_bytes
 
@@ -49,6 +51,24 @@ def shown(subject: Subject, _settings: Settings) -> Shown:
     return subject.shown_as("png8", subject.mean_f0)
 
 
+def power_law_shown(subject: Subject, _settings: Settings) -> Shown | None:
+    """The power law behind Shader to RGB, which looks up the sum of the light on a white surface; None without one."""
+    law, sigma = subject.material.power_law, lambertian_sigma(subject.material)
+    if law is None or sigma is None:
+        return None
+
+    def shown(view: View, lights: DistantLights) -> NDArray[np.float64]:
+        gathered = np.zeros((len(view.row), 3))
+        for lit, wi, irradiance in lit_points(view, lights):
+            gathered[lit] += wi[:, 2:] / np.pi * irradiance
+        whole = np.asarray(luminance(gathered), np.float64)[:, None]
+        share = np.clip(whole * sigma / law.r_max, 0.0, 1.0)
+        value = law.scale[view.row, view.column] * share ** law.exponent[view.row, view.column]
+        return np.where(share > 0.0, value * gathered / np.maximum(whole, 1e-12), 0.0)
+
+    return subject.kept("behind Shader to RGB", lambda: shown)
+
+
 def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
     """`NAME.py`, the folder `textures`, and `NAME.blend` where `bpy` is installed."""
     files: dict[str, bytes] = {}
@@ -61,7 +81,7 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
         files["textures/scale.exr"] = _exr(law.scale)
         files["textures/exponent.exr"] = _exr(law.exponent)
     files[f"{subject.name}.py"] = script(subject, loss).encode()
-    warnings = list(common_warnings(subject.maps))
+    warnings = [*common_warnings(subject, ()), *mean_f0_warnings(subject, "the script")]
     if law is None:
         warnings.append("the material has no power law, so there is no material behind Shader to RGB")
     elif law.kept is not None:

@@ -37,7 +37,7 @@ from engine.brdf.table import HalfDifferenceTable
 from engine.core.directions import normalize, surface_direction
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
-from engine.exchange.loss import Shown
+from engine.exchange.loss import Shown, brdf_loss
 from engine.exchange.subject import Contents, Settings, Subject
 
 Floats = NDArray[np.float64]
@@ -77,13 +77,22 @@ def contents(subject: Subject, _settings: Settings, _loss: str) -> Steps[Content
         files[f"{name}.bsdf"] = tensor
     else:
         warnings.append("the BRDF is anisotropic: MERL's table is its average over azimuth, and no .bsdf is written")
-    found = yield from part(fit(data, MetallicRoughness()), 0.55, 1.0)
+    found = yield from part(fit(data, MetallicRoughness()), 0.55, 0.95)
     nearest, error = found.brdf, found.after.rmse_rel
     files[f"{name}.mtlx"] = materialx(name, nearest, error)
     errors[f"{name}.mtlx"] = error
     warnings.append(f"{name}.mtlx is the nearest metallic-roughness, {percent(error, 3)} away (relative RMSE of f cos)")
     files["loss.txt"] = _stated(subject.material.brdf, data, files, errors)
-    record = {"brdf": subject.material.brdf, "fitted": brdf_to_text(nearest), "rmse_rel_by_file": errors}
+    measured = yield from part(brdf_loss(nearest, brdf), 0.95, 1.0)
+    record = {
+        "brdf": subject.material.brdf,
+        "fitted": brdf_to_text(nearest),
+        "rmse_rel_by_file": {**dict.fromkeys((f"{name}.csv", f"{name}_alta.dat"), 0.0), **errors},
+        **measured.figures,
+        "errors_are": f"rmse_rel_reference and flip: a ball of the BRDF alone under {', '.join(measured.flip)}, as "
+        f"{name}.mtlx shows it; rmse_rel_by_file: f cos at pairs of directions, of which lists hold the very values; "
+        "rmse_rel: null, as a BRDF alone has no texels to compare with photographs",
+    }
     return Contents(files, None, tuple(warnings), record)
 
 

@@ -19,18 +19,21 @@ from numpy.typing import NDArray
 
 import engine
 from engine.core.errors import UsageError
-from engine.core.figure_text import number, percent
+from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part, without_partials
 from engine.exchange import blender, brdf, gltf, materialx, rti, shaders, textures, usd, web
 from engine.exchange.loss import (
     ENVIRONMENTS,
     Floats,
     Shown,
+    away,
     displayed_ball,
     loss,
     material_shown,
+    meaning,
     photograph_error,
     references,
+    statement,
 )
 from engine.exchange.pbr_from_material import cavity, nearest_maps
 from engine.exchange.subject import Contents, Settings, Subject, shows_slopes
@@ -54,12 +57,15 @@ class Target:
     words : a sentence for people.
     shown : the representation as its files hold it, rounding included; None where it shows no picture of the surface.
     contents : the files, from subject, settings and the sentence that states the errors.
+    second : another look-up that the same files hold, by the name under which the record states its errors; it is None
+        where a material has no other.
     """
 
     name: str
     words: str
     shown: Callable[[Subject, Settings], Shown | None]
     contents: Callable[[Subject, Settings, str], Steps[Contents]]
+    second: tuple[str, Callable[[Subject, Settings], Shown | None]] | None = None
 
 
 def in_8_bits(subject: Subject, _settings: Settings) -> Shown:
@@ -77,8 +83,20 @@ TARGETS: tuple[Target, ...] = (
     Target("materialx", "MaterialX: OpenPBR and glTF PBR surfaces", with_one_f0, materialx.contents),
     Target("gltf", "glTF: a ball with the material, as .glb", in_8_bits, gltf.contents),
     Target("usd", "USD: a ball with UsdPreviewSurface, as .usdz", with_one_f0, usd.contents),
-    Target("blender", "Blender: a script and, where Blender is at hand, a .blend", blender.shown, blender.contents),
-    Target("shaders", "GLSL, HLSL and OSL that evaluate the material itself", shaders.shown, shaders.contents),
+    Target(
+        "blender",
+        "Blender: a script and, where Blender is at hand, a .blend",
+        blender.shown,
+        blender.contents,
+        ("power_law", blender.power_law_shown),
+    ),
+    Target(
+        "shaders",
+        "GLSL, HLSL and OSL that evaluate the material itself",
+        shaders.shown,
+        shaders.contents,
+        ("slices", shaders.slices_shown),
+    ),
     Target("web", "A page for any browser, and one for strict sites", web.shown, web.contents),
     Target("rti", "RTI: .ptm, .rti and a tree for web viewers", rti.shown, rti.contents),
     Target("brdf", "BRDF tables (CSV, ALTA, MERL, RGL) and the nearest model", brdf.shown, brdf.contents),
@@ -86,8 +104,8 @@ TARGETS: tuple[Target, ...] = (
 
 NAMES = tuple(target.name for target in TARGETS)
 
-#: The name that stands for a choice, and the targets among which it chooses: one for each representation.
-AUTO, CANDIDATES = "auto", ("textures", "shaders", "rti")
+#: The name that stands for a choice, and the targets among which it chooses: all that show the surface.
+AUTO, CANDIDATES = "auto", tuple(name for name in NAMES if name != "brdf")
 
 #: Targets that hold a shading map or planes, which PBR maps are not.
 OF_A_LOOK_UP = ("shaders", "web", "rti")
@@ -191,8 +209,8 @@ def export(
 ) -> Steps[dict[str, Any]]:
     """Write `material` to the targets `names` in `folder`, and return the record, the content of `RECORD`.
 
-    `AUTO` alone writes the smallest of `CANDIDATES` whose `rmse_rel_reference` is at most `error`; `auto` of the
-    record then holds all of them.
+    `AUTO` alone writes the one of fewest bytes among `CANDIDATES` whose `rmse_rel_reference` is at most `error`; `auto`
+    of the record then holds all of them.
 
     `targets` of the record lists for each target its `files`, `bytes`, errors and warnings: `rmse_rel` against the
     photographs (None without a stack of the same size), `rmse_rel_reference` and `flip` over three environments, and
@@ -260,9 +278,10 @@ def _made(leaving: Departure, target: Target, settings: Settings) -> Steps[tuple
     if subject.material.pbr is not None and target.name in OF_A_LOOK_UP:
         raise UsageError(f"{target.name} holds a material from photographs; PBR maps leave as the other targets")
     shown = target.shown(subject, settings)
-    if shown not in leaving.measured:
-        leaving.measured[shown] = yield from part(_errors(shown, leaving), 0.0, 0.5)
-    errors, values = leaving.measured[shown]
+    errors, values = yield from part(_measured(shown, leaving), 0.0, 0.4)
+    second: dict[str, Any] = {}
+    if target.second is not None and (other := target.second[1](subject, settings)) is not None:
+        second[target.second[0]] = (yield from part(_measured(other, leaving), 0.4, 0.5))[0]
     contents = yield from part(target.contents(subject, settings, statement(errors)), 0.5, 1.0)
     entry = {
         "target": target.name,
@@ -271,39 +290,40 @@ def _made(leaving: Departure, target: Target, settings: Settings) -> Steps[tuple
         "white_radiance": subject.white,
         "bytes_per_texel": contents.bytes_per_texel,
         **errors,
-        "warnings": [*contents.warnings, *leaving.remark],
+        "errors_are": meaning(errors),
+        **second,
+        "warnings": [*away(errors, second), *contents.warnings, *leaving.remark],
         **contents.record,
     }
     return contents, entry, values
 
 
+def _measured(shown: Shown | None, leaving: Departure) -> Steps[Measured]:
+    if shown not in leaving.measured:
+        leaving.measured[shown] = yield from _errors(shown, leaving)
+    return leaving.measured[shown]
+
+
 def smallest(leaving: Departure, settings: Settings, error: float) -> Steps[dict[str, Any]]:
     """The candidate of fewest bytes whose error is at most `error`, or that of least error; `auto` of the record."""
-    names = [name for name in CANDIDATES if name != "rti" or rti.has_sides(leaving.subject)]
-    found = yield from offers(leaving, settings, names)
+    found = yield from offers(leaving, settings, CANDIDATES)
     return choice([offer for offer in found if not offer.why_not], error)
 
 
 def choice(found: Sequence[Offer], error: float) -> dict[str, Any]:
-    """`chosen` of `found`, the smallest whose error is at most `error` (`within`) or the one of least error."""
-    keys = ("target", "bytes", "rmse_rel_reference", "flip")
-    rows = [{key: each.entry[key] for key in keys} for each in found]
+    """`chosen` of `found`, the smallest whose error is at most `error` (`within`) or the one of least error.
+
+    Slices in the files of a target count as what they show: shaders look either up.
+    """
+    keys = ("rmse_rel_reference", "flip")
+    rows = []
+    for each in found:
+        errors = each.entry.get("slices", each.entry)
+        rows.append({**{key: each.entry[key] for key in ("target", "bytes")}, **{key: errors[key] for key in keys}})
     within = [row for row in rows if row["rmse_rel_reference"] <= error]
     nearest = min(rows, key=lambda row: float(row["rmse_rel_reference"]))
     best = min(within or [nearest], key=lambda row: int(row["bytes"]))
     return {"error": error, "chosen": best["target"], "within": bool(within), "candidates": rows}
-
-
-def statement(errors: dict[str, Any]) -> str:
-    """The errors of a representation as a sentence in plain ASCII, for files and pages."""
-    if errors["rmse_rel_reference"] is None:
-        return "It shows no picture of the surface."
-    under = ", ".join(errors["by_environment"])
-    shown = f"relative RMSE {percent(errors['rmse_rel_reference'], 3)}, FLIP {number(errors['flip'])}"
-    words = f"Error of what these files show, against the material under {under}: {shown}"
-    if errors["rmse_rel"] is not None:
-        words += f"; against the photographs: relative RMSE {percent(errors['rmse_rel'], 3)}"
-    return f"{words}."
 
 
 def _usable_stack(subject: Subject) -> tuple[ImageStack | None, tuple[str, ...]]:
@@ -339,11 +359,4 @@ def _errors(shown: Shown | None, leaving: Departure) -> Steps[Measured]:
     if leaving.stack is not None:
         figures["rmse_rel"] = yield from part(photograph_error(shown, leaving.stack), 0.0, 0.4)
     measured = yield from part(loss(shown, leaving.wanted, leaving.subject.maps.size), 0.4, 1.0)
-    return {
-        **figures,
-        "rmse_rel_reference": measured.mean_rmse_rel,
-        "flip": measured.mean_flip,
-        "by_environment": {
-            name: {"rmse_rel": measured.rmse_rel[name], "flip": measured.flip[name]} for name in measured.rmse_rel
-        },
-    }, measured.first
+    return {**figures, **measured.figures}, measured.first

@@ -58,7 +58,7 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
         material["extensions"] = extensions
     yield Step(0.7, "writing the ball")
     file = glb(shape("sphere"), material, pictures, REPEATS, loss)
-    return Contents({f"{subject.name}.glb": file}, 9.0, common_warnings(subject.maps))
+    return Contents({f"{subject.name}.glb": file}, 9.0, common_warnings(subject, ("occlusion",)))
 
 
 def _extensions(subject: Subject, pictures: dict[str, bytes]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from engine.brdf.brdf import Brdf
 from engine.capture.report import grid_step
 from engine.core.colour import to_display8
 from engine.core.directions import normalize
+from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps, part
 from engine.geometry.camera import frame
 from engine.geometry.shapes import shape
@@ -45,6 +46,9 @@ ENVIRONMENTS = ("studio", "noon", "overcast")
 
 #: Directional lights that stand for an environment, and the ball's diameter in pixels.
 LIGHTS, DIAMETER = 48, 160
+
+#: Error below which files show the material itself: that of rounded numbers of 32 bits.
+EXACT = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +94,17 @@ class Loss:
     @property
     def mean_flip(self) -> float:
         return float(np.mean(list(self.flip.values())))
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """The errors as the record of an export names them."""
+        return {
+            "rmse_rel_reference": self.mean_rmse_rel,
+            "flip": self.mean_flip,
+            "by_environment": {
+                name: {"rmse_rel": self.rmse_rel[name], "flip": self.flip[name]} for name in self.rmse_rel
+            },
+        }
 
 
 def ball(height: int, width: int, diameter: int = DIAMETER) -> View:
@@ -183,25 +198,34 @@ def mean_brdf_loss(material: Material) -> Steps[Loss]:
 
 def references(material: Material) -> Steps[dict[str, Floats]]:
     """Radiance (N, 3) of the ball of the material under each environment."""
-    shown, view = material_shown(material), ball(*material.size)
-    pictures = {}
-    for number, name in enumerate(ENVIRONMENTS):
-        yield Step(number / len(ENVIRONMENTS), f"Reference, {name}")
+    return (yield from _pictures(material_shown(material), material.size))
+
+
+def _pictures(shown: Shown, size: tuple[int, int]) -> Steps[dict[str, Floats]]:
+    pictures, view = {}, ball(*size)
+    for index, name in enumerate(ENVIRONMENTS):
+        yield Step(index / len(ENVIRONMENTS), f"Reference, {name}")
         pictures[name] = shown(view, environment_lights(name))
     return pictures
+
+
+def brdf_loss(found: Brdf, wanted: Brdf) -> Steps[Loss]:
+    """The error of a ball of one BRDF against that of another under each environment."""
+    pictures = yield from part(_pictures(brdf_shown(wanted), (1, 1)), 0.0, 0.5)
+    return (yield from part(loss(brdf_shown(found), pictures, (1, 1)), 0.5, 1.0))
 
 
 def loss(shown: Shown, wanted: dict[str, Floats], size: tuple[int, int]) -> Steps[Loss]:
     """The error of a representation of maps of `size` (H, W) against the pictures that `references` made."""
     view = ball(*size)
     rmse_rel, flip, first = {}, {}, np.zeros((0, 3))
-    for number, (name, values) in enumerate(wanted.items()):
-        yield Step(number / len(wanted), f"Comparing under {name}")
+    for index, (name, values) in enumerate(wanted.items()):
+        yield Step(index / len(wanted), f"Comparing under {name}")
         found = shown(view, environment_lights(name))
         comparing = comparison(view.picture(found), view.picture(values), view.mask)
-        error = yield from part(comparing, (number + 0.5) / len(wanted), (number + 1.0) / len(wanted))
+        error = yield from part(comparing, (index + 0.5) / len(wanted), (index + 1.0) / len(wanted))
         rmse_rel[name], flip[name] = error.rmse_rel, error.flip
-        first = first if number else found
+        first = first if index else found
     return Loss(rmse_rel, flip, first)
 
 
@@ -231,12 +255,12 @@ def photograph_error(shown: Shown, stack: ImageStack) -> Steps[float]:
     view = View(row, column, frames, above, np.ones((len(rows), len(columns)), np.bool_))
     azimuth = np.zeros(len(stack.elevation)) if stack.azimuth is None else stack.azimuth
     apart = whole = 0.0
-    for number, (elevation, around) in enumerate(zip(stack.elevation, azimuth, strict=True)):
-        yield Step(number / len(azimuth), "comparing with the photographs")
+    for index, (elevation, around) in enumerate(zip(stack.elevation, azimuth, strict=True)):
+        yield Step(index / len(azimuth), "comparing with the photographs")
         across = np.cos(elevation)
         lamp = np.array([[across * np.cos(around), across * np.sin(around), np.sin(elevation)]])
         found = shown(view, DistantLights(lamp, np.ones((1, 3))))
-        photograph = [stack.radiance[number, line : line + 1, step // 2 : width : step][0] for line in rows]
+        photograph = [stack.radiance[index, line : line + 1, step // 2 : width : step][0] for line in rows]
         wanted = np.concatenate(photograph).astype(np.float64)
         apart += float(np.sum((found - wanted) ** 2))
         whole += float(np.sum(wanted**2))
@@ -263,3 +287,43 @@ def _bent(frames: Floats, normal: Floats) -> Floats:
     up = np.einsum("nij,nj->ni", frames, normal)
     tangent = normalize(frames[..., 0] - up * np.sum(frames[..., 0] * up, axis=1, keepdims=True))
     return np.stack([tangent, np.cross(up, tangent), up], axis=2)
+
+
+def statement(errors: dict[str, Any]) -> str:
+    """The errors of a representation as a sentence in plain ASCII, for files and pages."""
+    if errors["rmse_rel_reference"] is None:
+        return "It shows no picture of the surface."
+    under = ", ".join(errors["by_environment"])
+    shown = f"relative RMSE {percent(errors['rmse_rel_reference'], 3)}, FLIP {number(errors['flip'])}"
+    words = f"Error of what these files show, against the material under {under}: {shown}"
+    if errors["rmse_rel"] is not None:
+        words += f"; against the photographs: relative RMSE {percent(errors['rmse_rel'], 3)}"
+    return f"{words}."
+
+
+def meaning(errors: dict[str, Any]) -> str:
+    """The meaning of the figures of an entry, in words: of those that are null, the reason."""
+    if errors["rmse_rel_reference"] is None:
+        return "these files show no picture of the surface, so that there is nothing to compare"
+    words = f"rmse_rel_reference and flip: a ball of the material under {', '.join(errors['by_environment'])}"
+    photographs = "null without photographs of these texels" if errors["rmse_rel"] is None else "the photographs"
+    return f"{words}; rmse_rel: {photographs}"
+
+
+def away(errors: dict[str, Any], second: dict[str, Any]) -> list[str]:
+    """Sentences on what files show in place of the material; none where they show the material itself."""
+    error, said = errors["rmse_rel_reference"], list[str]()
+    if error is not None and error >= EXACT:
+        under = ", ".join(errors["by_environment"])
+        said.append(
+            f"what these files show is {percent(error, 3)} away from the material (relative RMSE under {under})"
+        )
+    for name, others in second.items():
+        of_it = percent(others["rmse_rel_reference"], 3)
+        if name == "slices":
+            said.append(
+                f"these are the errors of the power law; the slices beside it are {of_it} away in GLSL and HLSL"
+            )
+        elif others["rmse_rel_reference"] >= EXACT:
+            said.append(f"the power law behind Shader to RGB is {of_it} away from the material")
+    return said

@@ -12,13 +12,11 @@ from collections.abc import Iterator
 from functools import partial
 from xml.sax.saxutils import quoteattr
 
-import numpy as np
-
 import engine
 from engine.core.steps import Step, Steps
 from engine.exchange.coding import encoded
 from engine.exchange.subject import Contents, Files, Settings, Subject
-from engine.exchange.textures import common_warnings, ior_of, packed
+from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, packed
 
 #: Node name, type, source, and the colour space of its file.
 _MAPS = (
@@ -35,12 +33,11 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     known = [entry for entry in _MAPS if entry[2] != "occlusion" or subject.maps.occlusion is not None]
     yield Step(0.0, "writing the document")
     files = {_file(subject, node): partial(texture_file, subject, source, loss) for node, _, source, _ in known}
-    f0 = subject.maps.f0
-    mean = subject.mean_f0
-    warnings = common_warnings(subject.maps)
-    if not np.allclose(f0, mean, atol=1e-3):
-        warnings = (*warnings, f"f0 varies, and the document states its mean, {mean:.3f}")
-    lines = _document(subject, [(node, kind, space) for node, kind, _, space in known], ior_of(mean), loss)
+    warnings = (*common_warnings(subject, ("occlusion",)), *mean_f0_warnings(subject, "the document"))
+    if subject.maps.occlusion is not None:
+        warnings = (*warnings, "the OpenPBR surface has no ambient occlusion; the glTF PBR surface has it")
+    nodes = [(node, kind, space) for node, kind, _, space in known]
+    lines = _document(subject, nodes, ior_of(subject.mean_f0), loss)
     document = {f"{subject.name}.mtlx": "\n".join([*lines, ""]).encode()}
     return Contents(Files({**document, **files}), 8.0, warnings)
 

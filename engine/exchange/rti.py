@@ -24,9 +24,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.report import grid_step
 from engine.core.colour import srgb_decode, srgb_encode
 from engine.core.directions import Vectors, surface_direction
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, drain
 from engine.exchange.loss import Shown, View, lit_points
 from engine.exchange.subject import Contents, Settings, Subject, shows_slopes
@@ -35,6 +37,9 @@ from engine.light.environment import DistantLights
 from engine.shading.directional.interpolation import polynomial
 
 Floats = NDArray[np.float64]
+
+#: Rows and columns of texels.
+Grid = tuple[slice, slice]
 
 #: Directions of the pictures of a directional map: angles from the normal in degrees, and turns of each.
 TILTS_DEG, TURNS = (5.0, 20.0, 35.0, 50.0, 65.0, 78.0), 12
@@ -58,6 +63,33 @@ class Terms:
         low = self.coefficients.min(axis=(0, 1, 2)).astype(np.float64)
         span = np.maximum(self.coefficients.max(axis=(0, 1, 2)) - low, 1e-6)
         return np.rint((self.coefficients - low) / span * TOP).astype(np.uint8), low, span
+
+    def restored(self, place: Grid) -> Floats:
+        """(h, w, C, K) the coefficients of the texels of a grid as a reader gets them back."""
+        codes, low, span = self.rounded()
+        return np.asarray(codes[place] / TOP * span + low)
+
+
+@dataclass(frozen=True, eq=False)
+class PtmCodes:
+    """Codes (H, W, C, 6) of coefficients scale (code - bias), bias a whole number in 0 … 255."""
+
+    codes: NDArray[np.uint8]
+    scale: Floats
+    bias: Floats
+
+    def restored(self, place: Grid) -> Floats:
+        """(h, w, C, 6) the coefficients of the texels of a grid as a reader gets them back."""
+        return np.asarray(self.scale * (self.codes[place] - self.bias))
+
+    def head(self, form: str) -> bytes:
+        """The header of a PTM of a format."""
+        height, width = self.codes.shape[:2]
+        scales, biases = (
+            " ".join(f"{value:.6g}" for value in self.scale),
+            " ".join(str(int(value)) for value in self.bias),
+        )
+        return f"PTM_1.2\n{form}\n{width}\n{height}\n{scales}\n{biases}\n".encode()
 
 
 def shown(subject: Subject, _settings: Settings) -> Shown | None:
@@ -89,12 +121,42 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     quadratic = yield from fitted(subject, polynomial)
     files = {f"{name}.ptm": ptm_rgb(quadratic), f"{name}_lrgb.ptm": ptm_lrgb(quadratic)}
     files |= relight(quadratic, loss)
-    yield Step(0.6, "fitting harmonics")
+    yield Step(0.5, "fitting harmonics")
     spherical = yield from fitted(subject, hsh_functions)
     files[f"{name}.rti"] = hsh(spherical, loss)
-    files["loss.txt"] = f"{loss}\nThe header of a PTM has no place for this; that of {name}.rti has it.\n".encode()
-    warnings = ("RTI files show one viewer, straight above",)
-    return Contents(files, 27.0, warnings)
+    yield Step(0.9, "relighting each file")
+    errors = _errors_by_file(subject, quadratic, spherical)
+    said = ", ".join(f"{file} {percent(error, 3)}" for file, error in errors.items())
+    away = f"relative RMSE of the files against the pictures that they were fitted to: {said}"
+    loss_of_it = f"{loss} (These errors are those of {name}.rti.)"
+    files["loss.txt"] = (
+        f"{loss_of_it}\n{away[:1].upper()}{away[1:]}.\nThe header of a PTM has no place for this.\n".encode()
+    )
+    warnings = ("RTI files show one viewer, straight above", f"the errors above are those of {name}.rti; {away}")
+    return Contents(files, 27.0, warnings, {"rmse_rel_by_file": errors})
+
+
+def _errors_by_file(subject: Subject, quadratic: Terms, spherical: Terms) -> dict[str, float]:
+    """Relative RMSE in linear light of each file, relit as its pictures were, on at most 65,536 texels of a grid."""
+    lights, picture = _pictures(subject)
+    step = grid_step(*quadratic.coefficients.shape[:2])
+    grid = (slice(step // 2, None, step), slice(step // 2, None, step))
+    colour, brightness = _colour_and_brightness(quadratic)
+    forms = {
+        f"{subject.name}.rti": spherical.restored(grid),
+        f"{subject.name}.ptm": _ptm_codes(quadratic.coefficients).restored(grid),
+        f"{subject.name}_lrgb.ptm": _ptm_codes(brightness).restored(grid) * (colour[grid] / TOP)[..., None],
+        "relight/info.json": quadratic.restored(grid),
+    }
+    apart, whole = dict.fromkeys(forms, 0.0), 0.0
+    for number, light in enumerate(lights):
+        wanted = np.clip(picture(number)[grid], 0.0, 1.0).astype(np.float64)
+        whole += float(np.sum(wanted**2))
+        for name, terms in forms.items():
+            basis = hsh_functions if name.endswith(".rti") else polynomial
+            found = srgb_decode(np.clip(terms @ basis(light[None])[0], 0.0, TOP) / TOP)
+            apart[name] += float(np.sum((found - wanted) ** 2))
+    return {name: float(np.sqrt(error / whole)) if whole > 0.0 else 0.0 for name, error in apart.items()}
 
 
 def hsh_functions(light: Vectors) -> Floats:
@@ -135,8 +197,9 @@ def fitted(subject: Subject, basis: Callable[[Vectors], Floats]) -> Steps[Terms]
 
 def ptm_rgb(terms: Terms) -> bytes:
     """PTM 1.2 with the terms of each channel, one channel after the other."""
-    codes, head = _ptm_codes(terms.coefficients, "PTM_FORMAT_RGB")
-    return head + b"".join(np.ascontiguousarray(codes[::-1, :, channel]).tobytes() for channel in range(3))
+    rounded = _ptm_codes(terms.coefficients)
+    planes = (np.ascontiguousarray(rounded.codes[::-1, :, channel]).tobytes() for channel in range(3))
+    return rounded.head("PTM_FORMAT_RGB") + b"".join(planes)
 
 
 def ptm_lrgb(terms: Terms) -> bytes:
@@ -144,26 +207,29 @@ def ptm_lrgb(terms: Terms) -> bytes:
 
     The colour is that under light from straight above, brightened so that its luminance there is 255.
     """
+    colour, brightness = _colour_and_brightness(terms)
+    rounded = _ptm_codes(brightness)
+    return rounded.head("PTM_FORMAT_LRGB") + rounded.codes[::-1, :, 0].tobytes() + colour[::-1].tobytes()
+
+
+def _colour_and_brightness(terms: Terms) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    """(H, W, 3) codes of the one colour of each texel, and (H, W, 1, 6) the terms of its luminance."""
     above = np.clip(terms.coefficients @ terms.basis(np.array([[0.0, 0.0, 1.0]]))[0], 0.0, None)
     bright = np.maximum(above.max(axis=2, keepdims=True), 1.0)
     colour = np.rint(above / bright * TOP)
     weight = np.maximum(np.sum(colour**2, axis=2), 1.0)
     along = np.einsum("hwc,hwck->hwk", colour, terms.coefficients) * (TOP / weight[..., None])
-    codes, head = _ptm_codes(along[:, :, None, :].astype(np.float32), "PTM_FORMAT_LRGB")
-    return head + codes[::-1, :, 0].tobytes() + colour[::-1].astype(np.uint8).tobytes()
+    return colour.astype(np.uint8), along[:, :, None, :].astype(np.float32)
 
 
-def _ptm_codes(coefficients: NDArray[np.float32], form: str) -> tuple[NDArray[np.uint8], bytes]:
-    """Codes (H, W, C, 6) with value = scale (code − bias), bias a whole number in 0 … 255, and the header."""
+def _ptm_codes(coefficients: NDArray[np.float32]) -> PtmCodes:
+    """The codes of coefficients (H, W, C, 6)."""
     low = np.minimum(coefficients.min(axis=(0, 1, 2)), 0.0).astype(np.float64)
     high = np.maximum(coefficients.max(axis=(0, 1, 2)), 0.0).astype(np.float64)
     scale = np.maximum((high - low) / (TOP - 1.0), 1e-6)
     scale = np.array([float(f"{value:.6g}") for value in scale * (1.0 + 1e-5)])
     bias = np.ceil(-low / scale)
-    codes = np.clip(np.rint(coefficients / scale + bias), 0.0, TOP).astype(np.uint8)
-    height, width = coefficients.shape[:2]
-    scales, biases = " ".join(f"{value:.6g}" for value in scale), " ".join(str(int(value)) for value in bias)
-    return codes, f"PTM_1.2\n{form}\n{width}\n{height}\n{scales}\n{biases}\n".encode()
+    return PtmCodes(np.clip(np.rint(coefficients / scale + bias), 0.0, TOP).astype(np.uint8), scale, bias)
 
 
 def hsh(terms: Terms, loss: str = "") -> bytes:

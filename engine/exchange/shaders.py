@@ -30,6 +30,13 @@ def shown(subject: Subject, _settings: Settings) -> Shown | None:
     return subject.kept("power-law", lambda: material_shown(subject.portable, "power-law"))
 
 
+def slices_shown(subject: Subject, _settings: Settings) -> Shown | None:
+    """The slices, which GLSL and HLSL look up as well; None where there are none beside a power law."""
+    if subject.material.power_law is None or subject.material.shading_map is None:
+        return None
+    return subject.kept("slices", lambda: material_shown(subject.portable))
+
+
 def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
     """`NAME.glsl`, `NAME.hlsl`, `NAME.osl` and the maps as in a bundle."""
     material = subject.material

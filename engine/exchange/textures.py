@@ -1,14 +1,14 @@
 """PBR maps as pictures: one folder of textures, named and packed as an importer expects them.
 
-A texture of which nothing is known (no height without slopes, no occlusion without relief) is left out and named; in a
-packed texture unknown occlusion is 1. The record states the range of heights in widths of a texel. An f0 other than
-0.04, which importers take, is a specular level where the program has one; else the error is measured with 0.04. See
-`engine.exchange.coding` for the codes.
+A texture of which nothing is known (no height without slopes, no occlusion without relief) is left out and named, as is
+a map for which a program has no place; in a packed texture unknown occlusion is 1. The record states the range of
+heights in widths of a texel. An f0 other than 0.04, which importers take, is a specular level where the program has
+one; else the error is measured with 0.04. See `engine.exchange.coding` for the codes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -21,7 +21,7 @@ from engine.core.steps import Step, Steps
 from engine.exchange.coding import Coding, Handedness, Map, coded, encoded
 from engine.exchange.loss import Shown
 from engine.exchange.subject import Contents, Files, Settings, Subject
-from engine.surface.pbr_maps import DIELECTRIC_F0, PbrMaps
+from engine.surface.pbr_maps import DIELECTRIC_F0
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,8 @@ PRESETS: dict[str, Preset] = {
     ),
 }
 
-#: Words for what is left out of a material that was photographed, and of one that came as PBR maps.
+#: Words for what is not known of a material that was photographed, of one that came as PBR maps, and of one from a dome
+#: whose photographs are not at hand.
 _WORDS = {
     "height": "no height: the slopes of the surface were not observed",
     "occlusion": "no ambient occlusion: the relief of the surface was not observed",
@@ -128,6 +129,14 @@ _WORDS_OF_MAPS = {
     "occlusion": "no ambient occlusion: the material came without it",
     "cavity": _WORDS["cavity"],
 }
+_WORDS_OF_A_DOME = {
+    "height": "no height: it is measured on photographs of these texels, and none were given",
+    "occlusion": "no ambient occlusion: it is measured on photographs of these texels, and none were given",
+    "cavity": _WORDS["cavity"],
+}
+
+#: Maps that a target may have no place for, and what people call them.
+_NAMES = {"height": "height", "occlusion": "ambient occlusion", "cavity": "cavity", "uncertainty": "uncertainty"}
 
 
 def shown(subject: Subject, settings: Settings) -> Shown:
@@ -140,18 +149,16 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     preset = _preset(settings)
     handedness = settings.normal or preset.normal
     files: dict[str, Callable[[], bytes]] = {}
-    left_out: list[str] = []
     read = 0
     yield Step(0.0, "choosing textures")
     for texture in preset.textures:
         if len(texture.sources) == 1 and source(subject, texture.sources[0]) is None:
-            words = _WORDS if subject.material.pbr is None else _WORDS_OF_MAPS
-            left_out += filter(None, [words.get(texture.sources[0])])
             continue
         name = f"{preset.prefix}{subject.name}{texture.suffix}.{'exr' if settings.coding == 'exr' else 'png'}"
         files[name] = partial(_file, subject, texture, settings.coding, handedness, loss)
         read += _channels(texture) * (1 if settings.coding == "png8" else 2)
-    warnings = (*common_warnings(subject.maps), *left_out)
+    places = [name for texture in preset.textures for name in texture.sources]
+    warnings = (*common_warnings(subject, places), *_unknown(subject, places))
     if source(subject, "specular") is not None and not _has_specular(preset):
         warnings = (*warnings, "these textures hold no f0, and importers take 0.04")
     height = subject.maps.height
@@ -187,16 +194,35 @@ def ior_of(f0: float) -> float:
     return (1.0 + root) / (1.0 - root)
 
 
-def common_warnings(maps: PbrMaps) -> tuple[str, ...]:
-    """Sentences about maps that every target of them has to say."""
-    said: tuple[str, ...] = ()
+def common_warnings(subject: Subject, places: Collection[str]) -> tuple[str, ...]:
+    """Sentences about maps that every target of them has to say; `places` names those that it holds."""
+    maps, said = subject.maps, tuple[str, ...]()
     if maps.observed.kind == "none":
         said = ("normals are flat: lamps on one arc do not show the side that a slope faces",)
+        if subject.material.directional is not None:
+            said = ("normals are flat: they are measured on photographs of these texels, and none were given",)
     if maps.observed.kind == "along the arc":
         said = ("normals tilt along the arc of the lamps alone",)
     if float(np.mean(maps.metallic * maps.roughness, dtype=np.float64)) > ROUGH_METAL:
         said = (*said, "rough metal looks up to half brighter where light between facets is added, as three.js does")
-    return said
+    left_out = [words for name, words in _NAMES.items() if name not in places and source(subject, name) is not None]
+    return (*said, f"left out: {', '.join(left_out)}") if left_out else said
+
+
+def mean_f0_warnings(subject: Subject, holder: str) -> tuple[str, ...]:
+    """A sentence on the one f0 that `holder` states; none where that is all there is."""
+    mean = subject.mean_f0
+    if np.allclose(subject.maps.f0, mean, atol=1e-3):
+        return ()
+    return (f"f0 varies, and {holder} states its mean, {mean:.3f}",)
+
+
+def _unknown(subject: Subject, places: Collection[str]) -> list[str]:
+    """Sentences on the `places` of a preset for which the material has nothing."""
+    words = _WORDS if subject.material.pbr is None else _WORDS_OF_MAPS
+    if subject.material.directional is not None and subject.maps.observed.kind == "none":
+        words = _WORDS_OF_A_DOME
+    return [sentence for name, sentence in words.items() if name in places and source(subject, name) is None]
 
 
 def source(subject: Subject, name: str) -> Map | None:

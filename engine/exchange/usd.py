@@ -22,7 +22,7 @@ from engine.core.steps import Step, Steps
 from engine.exchange.coding import encoded
 from engine.exchange.gltf import REPEATS
 from engine.exchange.subject import Contents, Settings, Subject
-from engine.exchange.textures import common_warnings, ior_of, packed
+from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, packed
 from engine.geometry.shapes import shape
 
 #: Multiple of bytes at which members of a usdz begin.
@@ -54,11 +54,8 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     for number, (source, file, *_) in enumerate(known):
         yield Step(number / len(known), f"writing {file}")
         pictures[f"textures/{file}.png"] = encoded(packed(subject, (source,), "png8"), loss)
-    f0 = subject.maps.f0
     mean = subject.mean_f0
-    warnings = common_warnings(subject.maps)
-    if not np.allclose(f0, mean, atol=1e-3):
-        warnings = (*warnings, f"f0 varies, and the layer states its mean, {mean:.3f}")
+    warnings = (*common_warnings(subject, ("occlusion",)), *mean_f0_warnings(subject, "the layer"))
     yield Step(0.9, "writing the ball")
     layer = "\n".join([*_layer(subject, [entry[1:] for entry in known], ior_of(mean), loss), ""])
     over = "\n".join([*_materialx_layer(subject, [entry[1] for entry in known], ior_of(mean)), ""])

@@ -66,7 +66,7 @@ def prove(folder: str | os.PathLike[str], material: Material, stack: ImageStack 
     record = yield from part(written(folder, leaving, names, Settings()), 0.3, 0.6)
     compared = yield from part(_asked(Path(folder), subject), 0.6, 0.95)
     yield Step(0.95, "drawing the sheet")
-    errors = {entry["target"]: entry["rmse_rel_reference"] for entry in record["targets"]}
+    errors = {entry["target"]: entry["rmse_rel_reference"] for entry in record["targets"] if entry["target"] != "brdf"}
     sheet = draw_sheet(material.name, _subtitle(compared), [_row(each, errors) for each in compared])
     write_bytes(Path(folder) / SHEET, encode_png(sheet, software="Lightarc"))
     rows = [_entry(each) for each in compared]

@@ -52,6 +52,13 @@ def test_each_target_states_files_and_errors(bundle: Path, tmp_path: Path, capsy
     assert record["targets"] == result["targets"]
 
 
+def test_a_warning_of_several_targets_is_said_once(bundle: Path, tmp_path: Path, capsys: Any) -> None:
+    assert main(["export", str(bundle), "--to", "gltf", "brdf", "materialx", "-o", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert "materialx, gltf: what these files show is" in said
+    assert "Of brdf they compare a ball of the BRDF alone" in said
+
+
 def test_an_export_replaces_an_export_and_nothing_else(
     bundle: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

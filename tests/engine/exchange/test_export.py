@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 
 import pytest
 
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent
 from engine.core.steps import drain
-from engine.exchange.export import NAMES, RECORD, export, statement
+from engine.exchange.export import NAMES, RECORD, export
+from engine.exchange.loss import statement
 
-from .materials import dome_material, dome_stack, woven_material
+from .materials import R_MAX, dome_material, dome_stack, linear_material, woven_law, woven_material
 
 
 def test_photographs_from_all_sides_give_normals_and_height(tmp_path: Path) -> None:
@@ -54,17 +57,47 @@ def test_unknown_targets_are_refused_before_anything_is_written(tmp_path: Path) 
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(("error", "chosen"), [(0.02, "shaders"), (0.9, None)])
-def test_auto_takes_the_smallest_within_the_budget(tmp_path: Path, error: float, chosen: str | None) -> None:
-    """The power law is exact here; the budget of 90 % is kept by all, and the fewest bytes count."""
+@pytest.mark.parametrize("error", [0.02, 0.9])
+def test_auto_takes_the_smallest_within_the_budget(tmp_path: Path, error: float) -> None:
+    """The power law is exact here; the budget of 90 % is kept by all, and the fewest bytes of any target count."""
     record = drain(export(tmp_path / "out", woven_material(), ["auto"], error=error))
     (made,) = record["targets"]
     rows = {row["target"]: row for row in record["auto"]["candidates"]}
-    assert set(rows) == {"textures", "shaders"}
-    chosen = chosen or min(rows, key=lambda name: int(rows[name]["bytes"]))
+    assert set(rows) == set(NAMES) - {"brdf", "rti"}
+    kept = [name for name, row in rows.items() if row["rmse_rel_reference"] <= error]
+    chosen = min(kept, key=lambda name: int(rows[name]["bytes"]))
     assert made["target"] == record["auto"]["chosen"] == chosen
+    assert made["bytes"] == rows[chosen]["bytes"]
     assert made["rmse_rel_reference"] <= error
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted([RECORD, chosen])
+
+
+def test_slices_count_where_shaders_hold_them(tmp_path: Path) -> None:
+    """The power law here says nothing of the slices beside it, which GLSL and HLSL look up without any error."""
+    slices = linear_material((0.5, 0.4, 0.3), "lambert")
+    law = dataclasses.replace(woven_law(6, 5), r_max=R_MAX)
+    record = drain(export(tmp_path / "out", dataclasses.replace(slices, power_law=law), ["auto"], error=0.0))
+    (made,) = record["targets"]
+    assert (made["target"], record["auto"]["within"]) == ("shaders", True)
+    assert made["slices"]["rmse_rel_reference"] == 0.0
+    assert made["rmse_rel_reference"] > 0.3
+    assert any("the slices beside it are 0 % away in GLSL and HLSL" in words for words in made["warnings"])
+
+
+def test_what_files_show_in_place_of_the_material_is_said(tmp_path: Path) -> None:
+    """PBR maps are another model; a power law is the material itself, but not where its light is summed up first."""
+    record = drain(export(tmp_path / "out", woven_material(), ["gltf", "blender", "shaders", "brdf"]))
+    gltf, blender, shaders, brdf = record["targets"]
+    for made in (gltf, blender):
+        error = percent(made["rmse_rel_reference"], 3)
+        assert any(words.startswith(f"what these files show is {error} away") for words in made["warnings"])
+    error = percent(blender["power_law"]["rmse_rel_reference"], 3)
+    assert blender["power_law"]["rmse_rel_reference"] > 0.01
+    assert f"the power law behind Shader to RGB is {error} away from the material" in blender["warnings"]
+    assert shaders["warnings"] == []
+    assert "rmse_rel: null without photographs" in shaders["errors_are"]
+    assert brdf["rmse_rel"] is None
+    assert "no texels to compare" in brdf["errors_are"]
 
 
 def test_auto_says_where_nothing_keeps_the_budget(tmp_path: Path) -> None:

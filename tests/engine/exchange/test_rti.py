@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from engine.capture.stack import ImageStack
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent
 from engine.core.steps import drain
 from engine.exchange import rti
 from engine.exchange.loss import material_shown, photograph_error
@@ -115,6 +116,32 @@ def read_hsh(content: bytes) -> Viewer:
         return 255.0 * (terms @ np.array(weights))
 
     return view
+
+
+def test_each_file_states_its_own_error(stack: ImageStack) -> None:
+    """One colour for all light is the coarsest; quadratic codes are kept by quadratic terms to their rounding."""
+    made = drain(rti.contents(Subject(dome_material(), woven_subject().maps, stack=stack), Settings(), ""))
+    stated = made.record["rmse_rel_by_file"]
+    name = "dome"
+    viewers = {
+        f"{name}.ptm": read_ptm(made.files[f"{name}.ptm"]),
+        f"{name}_lrgb.ptm": read_ptm(made.files[f"{name}_lrgb.ptm"]),
+        f"{name}.rti": read_hsh(made.files[f"{name}.rti"]),
+    }
+    assert stack.azimuth is not None
+    for file, view in viewers.items():
+        apart = 0.0
+        for number, (elevation, azimuth) in enumerate(zip(stack.elevation, stack.azimuth, strict=True)):
+            x, y, z = np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)
+            share = np.clip(view(x, y, z), 0.0, 255.0) / 255.0
+            linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+            apart += float(np.sum((linear - stack.radiance[number]) ** 2))
+        assert stated[file] == pytest.approx(
+            np.sqrt(apart / np.sum(np.asarray(stack.radiance, np.float64) ** 2)), rel=1e-3
+        )
+        assert f"{file} {percent(stated[file], 3)}" in made.files["loss.txt"].decode()
+        assert any(f"{file} {percent(stated[file], 3)}" in words for words in made.warnings)
+    assert stated["relight/info.json"] == pytest.approx(stated[f"{name}.ptm"], abs=0.01)
 
 
 def read_relight(files: dict[str, bytes]) -> Viewer:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import io
 import re
+from typing import Any
 
 import cv2
 import numpy as np
@@ -13,13 +14,14 @@ import pytest
 
 from engine.core.errors import UsageError
 from engine.core.steps import drain
-from engine.exchange import textures
+from engine.exchange import blender, gltf, materialx, textures, usd
 from engine.exchange.coding import CODINGS, Coding, rounded
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.exchange.textures import PRESETS
 from engine.scene.material import Material
+from engine.surface.pbr_maps import ObservedSlopes
 
-from .materials import measured_maps, measured_subject, woven_subject
+from .materials import dome_material, measured_maps, measured_subject, woven_subject
 
 
 def contents(subject: Subject, settings: Settings) -> Contents:
@@ -126,6 +128,37 @@ def test_what_is_not_known_is_left_out_and_said() -> None:
     assert any(warning.startswith("no height") for warning in made.warnings)
     orm = decoded((contents(woven_subject(), Settings("gltf"))).files["A_cloth_woven_occlusionRoughnessMetallic.png"])
     assert (orm[..., 0] == 1.0).all()
+
+
+@pytest.mark.parametrize(
+    ("preset", "left_out"),
+    [("blender", ""), ("unity", "cavity"), ("godot", "cavity"), ("gltf", "height, cavity")],
+)
+def test_maps_without_a_place_in_a_preset_are_said_to_be_left_out(preset: str, left_out: str) -> None:
+    said = [words for words in contents(measured_subject(), Settings(preset)).warnings if "left out" in words]
+    assert said == ([f"left out: {left_out}"] if left_out else [])
+
+
+@pytest.mark.parametrize("target", [gltf, usd, materialx, blender])
+def test_targets_of_one_surface_say_what_they_leave_out(target: Any) -> None:
+    warnings = drain(target.contents(measured_subject(), Settings(), "")).warnings
+    assert f"left out: height, {'ambient occlusion, ' if target is blender else ''}cavity" in warnings
+    assert any("OpenPBR surface has no ambient occlusion" in words for words in warnings) == (target is materialx)
+
+
+@pytest.mark.parametrize("target", [usd, materialx, blender])
+def test_one_f0_in_place_of_many_is_said(target: Any) -> None:
+    f0 = np.linspace(0.02, 0.08, 120, dtype=np.float32).reshape(12, 10)
+    subject = dataclasses.replace(measured_subject(), maps=dataclasses.replace(measured_maps(), f0=f0))
+    assert any(words.startswith("f0 varies") for words in drain(target.contents(subject, Settings(), "")).warnings)
+
+
+def test_a_dome_without_its_photographs_is_not_called_an_arc() -> None:
+    """Planes of many lamps show slopes, but they are measured on photographs."""
+    maps = dataclasses.replace(measured_maps(), height=None, occlusion=None, observed=ObservedSlopes("none"))
+    warnings = contents(Subject(dome_material(12, 10), maps), Settings()).warnings
+    assert sum("measured on photographs of these texels, and none were given" in words for words in warnings) == 3
+    assert not any("arc" in words or "not observed" in words for words in warnings)
 
 
 def test_maps_of_others_are_said_to_lack_what_they_came_without() -> None:
