@@ -129,9 +129,8 @@ def _texels(stack: ImageStack, used: NDArray[np.int64], rows: slice, columns: sl
     radiance = np.empty((len(used), len(lines), len(across), 3), np.float32)
     usable = np.empty(radiance.shape[:3], np.bool_)
     for place, photograph in enumerate(used):
-        for line, row in enumerate(lines):
-            radiance[place, line] = stack.radiance[int(photograph), row : row + 1][0, columns]
-            usable[place, line] = ~np.asarray(stack.saturated[int(photograph), row : row + 1][0, columns])
+        radiance[place] = stack.radiance[int(photograph), rows, columns]
+        usable[place] = ~np.asarray(stack.saturated[int(photograph), rows, columns])
     row, column = np.meshgrid(np.array(lines), across, indexing="ij")
     count = len(used)
     return Texels(radiance.reshape(count, -1, 3), usable.reshape(count, -1), row.ravel(), column.ravel())

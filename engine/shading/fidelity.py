@@ -63,16 +63,15 @@ def fidelity(stack: ImageStack, used: NDArray[np.int64], shading_map: ShadingMap
     used, means = used[means > 0.0], means[means > 0.0]
     height, width = stack.radiance.shape[1:3]
     step = grid_step(height, width)
-    rows, columns = range(step // 2, height, step), slice(step // 2, width, step)
-    radiance = np.empty((len(used), len(rows), len(range(width)[columns]), 3), np.float32)
+    rows, columns = slice(step // 2, height, step), slice(step // 2, width, step)
+    radiance = np.empty((len(used), len(range(height)[rows]), len(range(width)[columns]), 3), np.float32)
     for place, photograph in enumerate(used):
-        for line, row in enumerate(rows):
-            radiance[place, line] = stack.radiance[int(photograph), row : row + 1, columns][0]
+        radiance[place] = stack.radiance[int(photograph), rows, columns]
         yield Step(place / len(used), "comparing with the photographs")
     wanted = np.empty_like(radiance)
     for place in range(len(used)):  # one by one, since encoding takes several copies
         wanted[place] = _codes(radiance[place])
-    slices = np.stack([shading_map.slices[:, row, columns] for row in rows], axis=1)
+    slices = np.ascontiguousarray(shading_map.slices[:, rows, columns])
     release(shading_map.slices)
     sampled = replace(shading_map, slices=slices, clipped=None)
     order = np.argsort(means, kind="stable")

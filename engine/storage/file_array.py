@@ -53,8 +53,8 @@ class FileArray:
     def __getitem__(self, key: Any) -> NDArray[Any]:
         """A copy of what numpy gives for `key`, of which no more than the planes and rows asked for are read.
 
-        Planes are chosen by a number, a slice or a list of numbers, rows by a number or a slice of step 1, further
-        axes as in numpy, without an ellipsis or new axes.
+        Planes are chosen by a number, a slice or a list of numbers, rows by a number or a slice that does not run
+        backwards, further axes as in numpy, without an ellipsis or new axes.
         Raises InputError where the file cannot be read, is shorter than it was, or is another one.
         """
         key = key if isinstance(key, tuple) else (key,)
@@ -62,14 +62,19 @@ class FileArray:
             raise IndexError("planes and rows are chosen without an ellipsis or new axes")
         of_planes, of_rows, *rest = (*key, slice(None), slice(None))[: max(2, len(key))]
         planes, rows = np.arange(self.shape[0])[of_planes], range(self.shape[1])[of_rows]
-        first, count = (rows.start, len(rows)) if isinstance(rows, range) else (rows, 1)
-        if isinstance(rows, range) and rows.step != 1:
-            raise IndexError("rows are read in steps of 1")
-        whole = np.empty((planes.size, count, *self.shape[2:]), self.dtype)
+        lines = rows if isinstance(rows, range) else range(rows, rows + 1)
+        if lines.step < 1:
+            raise IndexError("rows are read downwards")
+        whole = np.empty((planes.size, len(lines), *self.shape[2:]), self.dtype)
         with self._opened() as file:
             for plane, into in zip(planes.flat, whole, strict=True):
-                self._fill(file, into, int(plane) * self.shape[1] + first)
-        kept = (count,) if isinstance(rows, range) else ()
+                first = int(plane) * self.shape[1]
+                if lines.step == 1:
+                    self._fill(file, into, first + lines.start)
+                    continue
+                for line, into_line in zip(lines, into, strict=True):
+                    self._fill(file, into_line, first + line)
+        kept = (len(lines),) if isinstance(rows, range) else ()
         part: NDArray[Any] = whole.reshape(*planes.shape, *kept, *self.shape[2:])
         return part[(*(slice(None),) * (planes.ndim + len(kept)), *rest)] if rest else part
 

@@ -354,14 +354,14 @@ def _elevation_deg(arguments: argparse.Namespace, stack: ImageStack) -> tuple[fl
 
 def _brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """The fields of a material that say how it reflects: a model, or a measured table and the GGX nearest to it."""
+    if not arguments.brdf:
+        return {}
     from engine.brdf.brdf import MODELS, brdf_to_text
     from engine.brdf.fit import fit, fit_data
     from engine.brdf.models.microfacet import Ggx
     from engine.brdf.readers.read import open_brdf
     from engine.brdf.readers.table_file import kept_table
 
-    if not arguments.brdf:
-        return {}
     brdf = open_brdf(arguments.brdf)
     if type(brdf) in MODELS.values():
         return {"brdf": brdf_to_text(brdf)}

@@ -10,6 +10,8 @@ Bound by one product of matrices, (3 N)² multiplications for each texel.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,12 +19,13 @@ from numpy.typing import NDArray
 
 from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_encode
+from engine.core.side_by_side import side_by_side
 from engine.core.steps import Step, Steps
 
 Array = NDArray[np.float64]
 
-#: Values of all photographs in a block of rows, about 50 MB in single precision.
-BLOCK_VALUES = 1 << 23
+#: Values of all photographs in a block of rows, 4 MB in single precision, about what the cache of a core holds.
+BLOCK_VALUES = 1 << 20
 
 #: Texels that are enough: half of 800 × 800 would give errors to two thousandths.
 TEXELS = 1 << 19
@@ -59,37 +62,47 @@ class Moments:
 def moments(stack: ImageStack, used: NDArray[np.int64]) -> Steps[Moments]:
     """Moments of the photographs `used` of a stack, over evenly spaced rows of at least `TEXELS` texels if there are.
 
-    Every `step`-th row alone is read.
+    Every `step`-th row alone is read. Sums are taken about the mean of the first block, which single precision suffices
+    for.
     """
     _, height, width = stack.radiance.shape[:3]
     step = max(1, height * width // TEXELS)
     size = 3 * len(used)
-    total, second, pivot = np.zeros(size), np.zeros((size, size)), None
-    wanted = np.arange((step - 1) // 2, height, step)
-    rows = max(1, BLOCK_VALUES // (size * width)) if step == 1 else 1
-    for place in range(0, len(wanted), rows):
-        first = int(wanted[place])
-        block = texels(stack, used, first, min(first + rows, height))
-        if pivot is None:
-            pivot = block.mean(axis=1, dtype=np.float64)
-        block -= pivot.astype(np.float32)[:, None]
-        total += block.sum(axis=1, dtype=np.float64)
-        second += block @ block.T
-        yield Step(min(first + rows, height) / height, "comparing photographs")
-    count = len(wanted) * width
-    assert pivot is not None
-    pivot = pivot.astype(np.float32).astype(np.float64)
+    blocks = list(row_blocks(height, width, len(used), step))
+    pivot = texels(stack, used, *blocks[0]).mean(axis=1, dtype=np.float64).astype(np.float32)
+
+    def sums(rows: tuple[int, int]) -> tuple[int, NDArray[np.float32], NDArray[np.float32]]:
+        block = texels(stack, used, *rows, pivot)
+        return rows[1], block @ np.ones(block.shape[1], np.float32), block @ block.T
+
+    total, second = np.zeros(size), np.zeros((size, size))
+    with closing(side_by_side(sums, blocks)) as found:
+        for last, of_values, of_products in found:
+            total += of_values
+            second += of_products
+            yield Step(last / height, "comparing photographs")
+    count = width * sum(last - first for first, last in blocks)
     apart, about = total / count, second / count
-    mean = pivot + apart
-    across = np.outer(pivot, apart)
-    return Moments(mean, about + across + across.T + np.outer(pivot, pivot))
+    middle = pivot.astype(np.float64)
+    across = np.outer(middle, apart)
+    return Moments(middle + apart, about + across + across.T + np.outer(middle, middle))
 
 
-def texels(stack: ImageStack, used: NDArray[np.int64], first: int, last: int) -> NDArray[np.float32]:
-    """(3 N, texels) codes of the rows from `first` to before `last`, to 0.002."""
+def row_blocks(height: int, width: int, photographs: int, step: int = 1) -> Iterator[tuple[int, int]]:
+    """The first row of each block and the row after its last; with a `step`, blocks of one row, that far apart."""
+    rows = max(1, BLOCK_VALUES // (3 * photographs * width)) if step == 1 else 1
+    for first in range((step - 1) // 2, height, max(step, rows)):
+        yield first, min(first + rows, height)
+
+
+def texels(
+    stack: ImageStack, used: NDArray[np.int64], first: int, last: int, pivot: NDArray[np.float32] | None = None
+) -> NDArray[np.float32]:
+    """(3 N, texels) codes of the rows from `first` to before `last`, to 0.002, less `pivot` (3 N,)."""
     from engine.shading.directional.codes_kernel import write_codes  # compiled code: loaded when first needed
 
-    radiance = np.ascontiguousarray(stack.radiance[used, first:last])
-    found = np.empty((3 * len(used), radiance.shape[1] * radiance.shape[2]), np.float32)
-    write_codes(radiance, _TABLE, np.float32(BRIGHTEST), found)
+    radiance = np.ascontiguousarray(stack.radiance[used, first:last]).reshape(len(used), -1, 3)
+    found = np.empty((3 * len(used), radiance.shape[1]), np.float32)
+    pivot = np.zeros(len(found), np.float32) if pivot is None else pivot
+    write_codes(radiance, _TABLE, np.float32(BRIGHTEST), pivot, found)
     return found

@@ -9,7 +9,8 @@ each photograph left out in turn, is nearly the least of all.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -20,10 +21,11 @@ from numpy.typing import NDArray
 from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_decode
 from engine.core.directions import Vectors, surface_direction
+from engine.core.side_by_side import side_by_side
 from engine.core.steps import Step, Steps, part
 from engine.shading.directional.effective_light import TILTS, TURNS, table_directions, weights_at
 from engine.shading.directional.interpolation import Kernel, best_kernel, weights
-from engine.shading.directional.moments import BLOCK_VALUES, Moments, moments, texels
+from engine.shading.directional.moments import Moments, moments, row_blocks, texels
 
 Array = NDArray[np.float64]
 
@@ -203,21 +205,29 @@ def errors_by_planes(
     folds = np.unique(np.linspace(0, total - 1, min(total, FOLDS)).round().astype(np.int64))
     squares = {kernel: dict.fromkeys(counts, 0.0) for kernel in kernels}
     covariance, mean = found.covariance, found.mean.reshape(total, 3)
-    for at, out in enumerate(folds):
-        yield Step(at / len(folds), "leaving photographs out")
+
+    def by_kernel(out: np.int64) -> list[Array]:
+        """For each kernel the mean square over channels of predicting photograph `out` from 1, 2 … planes."""
         others = np.flatnonzero(np.arange(total) != out)
         values, own = (3 * others[:, None] + np.arange(3)).ravel(), 3 * out + np.arange(3)
         within, across = covariance[np.ix_(values, values)], covariance[np.ix_(values, own)]
         vectors = components(within, max(counts))
         spread, shared = np.einsum("vk,vk->k", vectors, within @ vectors), vectors.T @ across
+        left = []
         for kernel in kernels:
             of_others = weights(lights[others], lights[out][None], kernel)[0]
             functions = np.einsum("n,nck->kc", of_others, vectors.reshape(len(others), 3, -1))
             gained = np.cumsum(functions**2 * spread[:, None] - 2.0 * functions * shared, axis=0)
             offset = of_others @ mean[others] - mean[out]
-            left = np.mean(np.maximum(np.diag(covariance)[own] + gained, 0.0) + offset**2, axis=1)
-            for count in counts:
-                squares[kernel][count] += float(left[count - 1])
+            left.append(np.mean(np.maximum(np.diag(covariance)[own] + gained, 0.0) + offset**2, axis=1))
+        return left
+
+    with closing(side_by_side(by_kernel, folds)) as all_left:
+        for at, lefts in enumerate(all_left):
+            yield Step((at + 1) / len(folds), "leaving photographs out")
+            for kernel, left in zip(kernels, lefts, strict=True):
+                for count in counts:
+                    squares[kernel][count] += float(left[count - 1])
     return {
         kernel: {count: float(np.sqrt(square / len(folds))) for count, square in by_count.items()}
         for kernel, by_count in squares.items()
@@ -261,10 +271,11 @@ def _projected(
     count = vectors.shape[1]
     keeps, kept = 4 * count * height * width <= KEPT_BYTES, list[_Block]()
     low, high = np.full(count, np.inf), np.full(count, -np.inf)
-    for block in _blocks(stack, used, mean, vectors):
-        low, high = np.minimum(low, block.values.min(axis=1)), np.maximum(high, block.values.max(axis=1))
-        kept += [block] if keeps else []
-        yield Step(block.last / height * (0.9 if keeps else 0.5), "writing planes")
+    with closing(_blocks(stack, used, mean, vectors)) as blocks:
+        for block in blocks:
+            low, high = np.minimum(low, block.values.min(axis=1)), np.maximum(high, block.values.max(axis=1))
+            kept += [block] if keeps else []
+            yield Step(block.last / height * (0.9 if keeps else 0.5), "writing planes")
     step = (high - low) / STEPS
     step[step <= 0.0] = 1.0
     planes, noise = np.empty((count, height, width), np.uint8), np.zeros(count)
@@ -287,10 +298,11 @@ class _Block:
     values: NDArray[np.float32]
 
 
-def _blocks(stack: ImageStack, used: NDArray[np.int64], mean: Array, vectors: Array) -> Iterator[_Block]:
+def _blocks(stack: ImageStack, used: NDArray[np.int64], mean: Array, vectors: Array) -> Generator[_Block]:
     height, width = stack.radiance.shape[1:3]
-    rows = max(1, BLOCK_VALUES // (len(mean) * width))
-    turned, offset = vectors.T.astype(np.float32), (vectors.T @ mean).astype(np.float32)
-    for first in range(0, height, rows):
-        last = min(first + rows, height)
-        yield _Block(first, last, turned @ texels(stack, used, first, last) - offset[:, None])
+    turned, middle = vectors.T.astype(np.float32), mean.astype(np.float32)
+
+    def block(rows: tuple[int, int]) -> _Block:
+        return _Block(*rows, turned @ texels(stack, used, *rows, middle))
+
+    return side_by_side(block, row_blocks(height, width, len(used)))

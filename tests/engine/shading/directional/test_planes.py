@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import Any
 
@@ -14,7 +15,7 @@ from engine.core.colour import srgb_encode
 from engine.core.steps import drain
 from engine.shading.directional import interpolation
 from engine.shading.directional.interpolation import Kernel, left_out, left_out_of_fit, polynomial, rms, weights
-from engine.shading.directional.moments import Moments, moments
+from engine.shading.directional.moments import Moments, moments, row_blocks, texels
 from engine.shading.directional.planes import chosen, components, directions, errors_by_planes, fit, ladder
 from tests.engine.domes import dome
 
@@ -45,6 +46,31 @@ def test_moments_are_those_of_the_codes(codes: Array, known: Moments) -> None:
     flat = codes.transpose(1, 0, 2).reshape(codes.shape[1], -1)
     assert known.mean == pytest.approx(flat.mean(axis=0), abs=2e-3)
     assert known.second == pytest.approx(flat.T @ flat / len(flat), rel=2e-5)
+
+
+def test_codes_of_any_radiance(stack: ImageStack) -> None:
+    """White is 255, more than the table holds is its end, what is not a number is black; less a value of each line."""
+    odd = np.array([0.0, 1.0, 0.2, 1e9, np.inf, -3.0, np.nan, -np.inf, 64.0], np.float32).reshape(1, 1, 3, 3)
+    found = texels(dataclasses.replace(stack, radiance=odd), np.array([0]), 0, 1)
+    end = 255.0 * srgb_encode(np.array(64.0))
+    expected = [[0.0, end, 0.0], [255.0, end, 0.0], [255.0 * srgb_encode(np.array(0.2)), 0.0, end]]
+    assert found == pytest.approx(np.array(expected), abs=2e-3)
+    pivot = np.array([1.0, 20.0, -300.0], np.float32)
+    less = texels(dataclasses.replace(stack, radiance=odd), np.array([0]), 0, 1, pivot)
+    assert less == pytest.approx(found - pivot[:, None], abs=1e-4)
+
+
+def test_moments_of_every_third_row_and_of_small_blocks(stack: ImageStack, monkeypatch: pytest.MonkeyPatch) -> None:
+    used = np.arange(12)
+    whole = drain(moments(stack, used))
+    monkeypatch.setattr("engine.shading.directional.moments.BLOCK_VALUES", 3 * 12 * 9 * 2)
+    assert list(row_blocks(7, 9, 12)) == [(0, 2), (2, 4), (4, 6), (6, 7)]
+    parts = drain(moments(stack, used))
+    assert parts.second == pytest.approx(whole.second, rel=1e-6)
+    monkeypatch.setattr("engine.shading.directional.moments.TEXELS", 7 * 9 // 3)
+    sparse = drain(moments(stack, used))
+    third = dataclasses.replace(stack, radiance=stack.radiance[:, 1::3])
+    assert sparse.mean == pytest.approx(drain(moments(third, used)).mean, rel=1e-6)
 
 
 def test_weights_give_a_photograph_back_where_there_is_no_noise(stack: ImageStack) -> None:
@@ -129,7 +155,7 @@ def test_a_map_shows_its_photographs_with_the_error_that_it_tells(stack: ImageSt
 
 def test_large_maps_are_projected_twice_to_the_same_planes(stack: ImageStack, monkeypatch: pytest.MonkeyPatch) -> None:
     used = np.arange(len(stack.sources))
-    monkeypatch.setattr("engine.shading.directional.planes.BLOCK_VALUES", 3 * len(used) * stack.radiance.shape[2])
+    monkeypatch.setattr("engine.shading.directional.moments.BLOCK_VALUES", 3 * len(used) * stack.radiance.shape[2])
     once = drain(fit(stack, used))
     monkeypatch.setattr("engine.shading.directional.planes.KEPT_BYTES", 0)
     twice = drain(fit(stack, used))

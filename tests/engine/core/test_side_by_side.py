@@ -1,0 +1,55 @@
+"""Pieces of work on all cores: in order, a few ahead, and ended where nobody asks for more."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+import threadpoolctl
+
+from engine.core.side_by_side import side_by_side
+
+
+def blas_threads() -> set[int]:
+    return {pool["num_threads"] for pool in threadpoolctl.threadpool_info() if pool["user_api"] == "blas"}
+
+
+def test_results_come_in_the_order_of_the_pieces_also_where_the_first_ends_last() -> None:
+    second_has_ended = threading.Event()
+
+    def work(piece: int) -> int:
+        if piece == 0:
+            assert second_has_ended.wait(60.0)
+        if piece == 1:
+            second_has_ended.set()
+        return piece * piece
+
+    assert list(side_by_side(work, range(9), threads=2)) == [piece * piece for piece in range(9)]
+
+
+def test_no_more_than_twice_as_many_pieces_as_threads_are_begun_ahead() -> None:
+    begun: list[int] = []
+
+    def pieces() -> Iterator[int]:
+        for piece in range(50):
+            begun.append(piece)
+            yield piece
+
+    for result in side_by_side(lambda piece: piece, pieces(), threads=2):
+        assert len(begun) <= result + 4
+
+
+def test_an_error_is_raised_in_the_place_of_its_piece() -> None:
+    results = side_by_side(lambda piece: 1 // (piece - 2), range(5), threads=2)
+    assert [next(results), next(results)] == [-1, -1]
+    with pytest.raises(ZeroDivisionError):
+        next(results)
+
+
+def test_linear_algebra_has_one_thread_until_the_work_is_closed() -> None:
+    with threadpoolctl.threadpool_limits(2, user_api="blas"):
+        results = side_by_side(lambda _: blas_threads(), range(50), threads=1)
+        assert next(results) == {1}
+        results.close()
+        assert blas_threads() == {2}
