@@ -92,6 +92,7 @@ SHORT, LONG = 60, 400
 
 #: Files with fewer lines, and why.
 SHORT_FILES = {
+    "engine/core/side_by_side.py": "one loop, which several rooms share",
     "app/material/tiling.py": "three rows, which two pages share",
     "engine/render/layers.py": "two layers of one loop over the pixels",
     "engine/capture/stack_record.py": "the record of a file, apart so that pydantic is loaded with the first one",
