@@ -34,19 +34,22 @@ def relocate(parent: QWidget, bench: Workbench, lost: Path) -> None:
 
 def save(parent: QWidget, bench: Workbench, entry: Entry) -> None:
     """Write `entry` as a table where the person says."""
-    name = "".join(letter if letter.isalnum() or letter in " -_" else "-" for letter in entry.name)
-    chosen, kind = QFileDialog.getSaveFileName(parent, "Save a table", f"{name}.binary", TABLES)
+    proposed = f"{bench.proposed(entry.name, 'brdf')}.binary"
+    chosen, kind = QFileDialog.getSaveFileName(parent, "Save a table", proposed, TABLES)
     if chosen:
         path = Path(chosen)
         if path.suffix.lower() not in (".binary", ".exr"):
             path = path.with_name(path.name + (".exr" if "exr" in kind else ".binary"))
+        bench.write_into(path.parent)
         commands_brdf.save_table(bench, entry.brdf, path)
 
 
-def save_plots(parent: QWidget, save: Callable[[Path], object]) -> None:
+def save_plots(parent: QWidget, bench: Workbench, save: Callable[[Path], object]) -> None:
     """Ask for a folder, new or old, for the files of the plots."""
-    chosen, _ = QFileDialog.getSaveFileName(parent, "Save the plots to a folder", "brdf-plots")
+    proposed = bench.proposed("brdf-plots")
+    chosen, _ = QFileDialog.getSaveFileName(parent, "Save the plots to a folder", str(proposed))
     if chosen:
+        bench.write_into(Path(chosen).parent)
         save(Path(chosen))
 
 

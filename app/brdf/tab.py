@@ -121,7 +121,7 @@ class BrdfTab(QWidget):
         row.addWidget(self.scale)
         row.addWidget(tool(self.view_action))
         self.save_action = QAction(theme.icon("export"), "Save the plots as SVG and CSV…", self)
-        self.save_action.triggered.connect(lambda _on=False: dialogs.save_plots(self, self.save_plots))
+        self.save_action.triggered.connect(lambda _on=False: dialogs.save_plots(self, self.bench, self.save_plots))
         row.addWidget(tool(self.save_action))
         row.addStretch(1)
         self.polar, self.slice, self.albedo = PolarPlot(), HalfDifferencePlot(), AlbedoPlot()

@@ -190,10 +190,11 @@ class TextEditor(QDialog):
             self.edit.setTextCursor(cursor)
 
     def _save(self) -> None:
-        name = "".join(letter if letter.isalnum() or letter in " -_" else "-" for letter in self.name)
-        chosen, _ = QFileDialog.getSaveFileName(self, "Save the text", f"{name}.brdf", "BRDF Explorer (*.brdf)")
+        proposed = f"{self.bench.proposed(self.name, 'brdf')}.brdf"
+        chosen, _ = QFileDialog.getSaveFileName(self, "Save the text", proposed, "BRDF Explorer (*.brdf)")
         if chosen:
             path = Path(chosen)
+            self.bench.write_into(path.parent)
             save_text(self.bench, self.written, path if path.suffix else path.with_suffix(".brdf"))
 
     def done(self, result: int) -> None:

@@ -37,6 +37,7 @@ from app.document.document import Document, ImportChoices, Project
 from app.jobs.jobs import Job, Jobs
 from app.process.packages import load_shared
 from app.project.photographs import INSIDE, photographs
+from app.project.places import file_name
 from app.project.project_file import path_of, state_name
 from app.project.report import chain_of
 from engine.capture.lights.joined import joined
@@ -62,6 +63,7 @@ class Workbench(QObject):
     ----------
     folder : data of the project.
     own : the folder of new stacks, and of what archives held; another one where the project is read-only.
+    output_folder : where a person wrote something last, proposed for what is written next.
 
     Signals
     -------
@@ -70,6 +72,7 @@ class Workbench(QObject):
     partial : a partial result of the running import.
     factors : the folder of factors that is to be opened.
     arrived : paths of photographs that were opened where a capture or a material is: a person says where they belong.
+    output_moved : the new `output_folder`.
     """
 
     said = Signal(str)
@@ -77,10 +80,12 @@ class Workbench(QObject):
     partial = Signal(object)
     factors = Signal(object)
     arrived = Signal(object)
+    output_moved = Signal(object)
 
     def __init__(self, folder: Path, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.folder = self.own = folder
+        self.output_folder = Path.home() if Path.home().is_dir() else Path.cwd()
         self.document = Document(self)
         self.jobs = Jobs(self)
         self.jobs.before = load_shared
@@ -88,6 +93,16 @@ class Workbench(QObject):
         self._last_import: tuple[Sources, ImportChoices, str] | None = None
         self.building: Job | None = None
         self.loading: Job | None = None
+
+    def proposed(self, name: str, instead: str = "untitled") -> Path:
+        """A path without ending for what is called `name`, where something was written last."""
+        return self.output_folder / file_name(name, instead)
+
+    def write_into(self, folder: Path) -> None:
+        """Propose `folder` for what is written next."""
+        if folder != self.output_folder:
+            self.output_folder = folder
+            self.output_moved.emit(folder)
 
     def open(self, paths: Sequence[Path], *, lighting: bool = False) -> None:
         """Open `paths` by their content: photographs, a stack, a mesh, a material, a BRDF, factors, or an environment.

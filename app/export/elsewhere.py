@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import Qt, QUrl, Signal
+from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QDesktopServices, QShowEvent
 from PySide6.QtWidgets import (
     QFileDialog,
@@ -76,18 +76,15 @@ NORMALS = (("", "As the program"), ("opengl", "y up (OpenGL)"), ("directx", "y d
 
 
 class Elsewhere(QWidget):
-    """The page of the Export workspace that writes a material for other programs; `folder_chosen` by a person."""
-
-    folder_chosen = Signal(object)
+    """The page of the Export workspace that writes a material for other programs."""
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
         self.bench = bench
-        self.folder = Path.home() if Path.home().is_dir() else Path.cwd()
         self.leaving: Departure | None = None
         self.found: dict[str, Offer] = {}
         self.exporting: Job | None = None
-        self.written = self.folder
+        self.written = bench.output_folder
         self.asked = 0
         self.latest = Latest(bench.jobs, "Measuring what leaving costs", self._progressed, self._stopped)
         self.own = Card(
@@ -102,8 +99,8 @@ class Elsewhere(QWidget):
         row = QVBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.addWidget(side_by_side(self.board, self._make_panel(), stretch=0))
+        bench.output_moved.connect(lambda _folder: self._show_folder())
         self._show_folder()
-        self._update()
 
     def _make_panel(self) -> QWidget:
         panel = Panel(WIDTH)
@@ -148,7 +145,7 @@ class Elsewhere(QWidget):
         self.place = text("")
         self.place.setMinimumWidth(10)
         change = button("Change…")
-        change.clicked.connect(lambda: self._choose_folder(self.folder))
+        change.clicked.connect(lambda: self._choose_folder(self.bench.output_folder))
         place.row("Within", with_buttons(self.place, change))
         result = self.result = panel.section("Result")
         self.verdict = text("Nothing written yet.", "secondary", wrap=True)
@@ -166,7 +163,7 @@ class Elsewhere(QWidget):
     @property
     def target(self) -> Path:
         """The folder to write."""
-        return self.folder / self.name.text().strip()
+        return self.bench.output_folder / self.name.text().strip()
 
     @property
     def choices(self) -> Choices:
@@ -181,12 +178,6 @@ class Elsewhere(QWidget):
     def offer(self, name: str) -> None:
         """Propose the name of what is open for the folder."""
         self.name.setText(f"{name} exports")
-
-    def set_folder(self, folder: Path) -> None:
-        """Export into `folder` from now on."""
-        self.folder = folder
-        self._show_folder()
-        self._update()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -290,7 +281,7 @@ class Elsewhere(QWidget):
 
         A material that has gone since leaves nothing to ask for.
         """
-        place = proposed_place(again, self.folder, self.name.text())
+        place = proposed_place(again, self.bench.output_folder, self.name.text())
         self.name.setText(place.name)
         targets = proposed_parts(again)
         for name, card in self.cards.items():
@@ -322,14 +313,14 @@ class Elsewhere(QWidget):
         """Ask for the folder; True if one was chosen."""
         chosen = QFileDialog.getExistingDirectory(self, "Folder for the exports", str(proposed))
         if chosen:
-            self.set_folder(Path(chosen))
-            self.folder_chosen.emit(self.folder)
+            self.bench.write_into(Path(chosen))
         return bool(chosen)
 
     def _show_folder(self) -> None:
-        words = self.place.fontMetrics().elidedText(str(self.folder), Qt.TextElideMode.ElideMiddle, WITHIN_PX)
-        self.place.setText(words)
-        self.place.setToolTip(str(self.folder))
+        folder = str(self.bench.output_folder)
+        self.place.setText(self.place.fontMetrics().elidedText(folder, Qt.TextElideMode.ElideMiddle, WITHIN_PX))
+        self.place.setToolTip(folder)
+        self._update()
 
     def _update(self) -> None:
         busy, names = self.latest.busy, self.names
@@ -359,8 +350,8 @@ class Elsewhere(QWidget):
             return "Choose at least one target"
         if not name or name in (".", "..") or Path(name).name != name:
             return "Give the folder a name without slashes"
-        if not os.access(self.folder, os.W_OK | os.X_OK):
-            return f"{self.folder} cannot be written to; choose another folder"
+        if not os.access(self.bench.output_folder, os.W_OK | os.X_OK):
+            return f"{self.bench.output_folder} cannot be written to; choose another folder"
         return ""
 
 

@@ -53,29 +53,27 @@ VARIED = "What varies over the model (View › Over the model) is kept in the pr
 
 
 class ExportTab(QWidget):
-    """Writes the project's material as a bundle, or for other programs; `folder_chosen` by a person for both."""
+    """Writes the project's material as a bundle, or for other programs."""
 
     capture_wanted = Signal()
     sample_wanted = Signal()
-    folder_chosen = Signal(object)
 
     def __init__(self, bench: Workbench, view: ViewTab) -> None:
         super().__init__()
         self.bench = bench
         self.view = view
-        self.folder = Path.home() if Path.home().is_dir() else Path.cwd()
         self.exporting: Job | None = None
-        self.written = self.folder
+        self.written = bench.output_folder
         self.latest = Latest(bench.jobs, "Drawing the preview")
         self.image = ImageView()
         self.elsewhere = Elsewhere(bench)
-        self.elsewhere.folder_chosen.connect(self._take_folder)
         self.empty = self._make_empty()
         self.pages = with_empty_state(self, self.empty, self._make_work())
         begin = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WindowShortcut)
         begin.activated.connect(lambda: (self.elsewhere.export if self.is_elsewhere else self.export).click())
         view.model_ready.connect(self._draw_preview)
         bench.document.changed.connect(self._changed)
+        bench.output_moved.connect(lambda _folder: self._show_folder())
         bench.jobs.changed.connect(lambda _job: self._update_buttons())
         self._changed(Project(), bench.document.project)
 
@@ -188,7 +186,7 @@ class ExportTab(QWidget):
     @property
     def target(self) -> Path:
         """The path of the bundle to write."""
-        return self.folder / self.name.text().strip()
+        return self.bench.output_folder / self.name.text().strip()
 
     def start(self) -> None:
         """Write the bundle; what exists is replaced only if it is a bundle."""
@@ -206,7 +204,7 @@ class ExportTab(QWidget):
         A material that has gone since leaves nothing to ask for.
         """
         self.show_form("bundle")
-        place = proposed_place(again, self.folder, self.name.text())
+        place = proposed_place(again, self.bench.output_folder, self.name.text())
         self.name.setText(place.name)
         parts = proposed_parts(again)
         for value, (box, _) in self.parts.items():
@@ -216,7 +214,7 @@ class ExportTab(QWidget):
         chosen, _ = QFileDialog.getSaveFileName(self, "Export bundle", str(place), BUNDLES)
         if chosen:
             self.name.setText(Path(chosen).name)
-            self._take_folder(Path(chosen).parent)
+            self.bench.write_into(Path(chosen).parent)
             self.export.click()
 
     def fit(self) -> None:
@@ -247,30 +245,20 @@ class ExportTab(QWidget):
         QDesktopServices.openUrl(QUrl.fromLocalFile(str(self.written)))
 
     def _choose_folder(self) -> None:
-        chosen = QFileDialog.getExistingDirectory(self, "Folder for the bundle", str(self.folder))
+        chosen = QFileDialog.getExistingDirectory(self, "Folder for the bundle", str(self.bench.output_folder))
         if chosen:
-            self._take_folder(Path(chosen))
-
-    def _take_folder(self, folder: Path) -> None:
-        self.set_folder(folder)
-        self.folder_chosen.emit(folder)
+            self.bench.write_into(Path(chosen))
 
     def offer(self, name: str) -> None:
         """Propose the name of what is open for the bundle."""
         self.name.setText(f"{name}.lightarc")
         self.elsewhere.offer(name)
 
-    def set_folder(self, folder: Path) -> None:
-        """Export into `folder` from now on."""
-        self.folder = folder
-        self.elsewhere.set_folder(folder)
-        self._show_folder()
-        self._update_buttons()
-
     def _show_folder(self) -> None:
-        words = self.place.fontMetrics().elidedText(str(self.folder), Qt.TextElideMode.ElideMiddle, 150)
-        self.place.setText(words)
-        self.place.setToolTip(str(self.folder))
+        folder = str(self.bench.output_folder)
+        self.place.setText(self.place.fontMetrics().elidedText(folder, Qt.TextElideMode.ElideMiddle, 150))
+        self.place.setToolTip(folder)
+        self._update_buttons()
 
     def _changed(self, old: Project, new: Project) -> None:
         self.pages.setCurrentIndex(1 if new.has_map else 0)
@@ -316,8 +304,8 @@ class ExportTab(QWidget):
             return "Choose at least one form of the material"
         if not name or name in (".", "..") or Path(name).name != name:
             return "Give the bundle a name without slashes"
-        if not os.access(self.folder, os.W_OK | os.X_OK):
-            return f"{self.folder} cannot be written to; choose another folder"
+        if not os.access(self.bench.output_folder, os.W_OK | os.X_OK):
+            return f"{self.bench.output_folder} cannot be written to; choose another folder"
         return ""
 
     def apply_theme(self) -> None:

@@ -217,9 +217,10 @@ class FactorTab(QWidget):
             self.runs.open(Path(chosen))
 
     def _export(self, run: Run) -> None:
-        name = "".join(letter if letter.isalnum() or letter in "-_" else "-" for letter in run.name.lower())
-        chosen, _ = QFileDialog.getSaveFileName(self, "Export factors to a new folder", f"{name}-factors")
+        proposed = self.bench.proposed(f"{run.name} factors")
+        chosen, _ = QFileDialog.getSaveFileName(self, "Export factors to a new folder", str(proposed))
         if chosen:
+            self.bench.write_into(Path(chosen).parent)
             self.export(Path(chosen))
 
     def export(self, folder: Path) -> None:

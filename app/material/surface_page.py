@@ -196,9 +196,10 @@ class SurfacePage(QWidget):
         self.update_buttons(self.bench.document.project)
 
     def _choose_folder(self) -> None:
-        name = f"{self.bench.document.project.name} maps"
-        chosen, _ = QFileDialog.getSaveFileName(self, "Save maps in a new folder", name)
+        proposed = self.bench.proposed(f"{self.bench.document.project.name} maps")
+        chosen, _ = QFileDialog.getSaveFileName(self, "Save maps in a new folder", str(proposed))
         if chosen:
+            self.bench.write_into(Path(chosen).parent)
             self.saving = commands.save_maps(self.bench, Path(chosen))
 
     def update_buttons(self, project: Project) -> None:

@@ -20,12 +20,21 @@ from engine.storage.writer import is_gone, is_own, writer
 
 UNTITLED = "Untitled"
 
+#: Letters of a name that is proposed, at most: file systems take 255 bytes.
+LONGEST_NAME = 60
+
 _OPEN = "open-"
 
 
 def projects_folder() -> Path:
     """The folder of projects that have no place of their own yet; it may not exist."""
     return Path(platformdirs.user_data_dir("lightarc", appauthor=False)) / "projects"
+
+
+def file_name(words: str, instead: str) -> str:
+    """A name without ending for a file of what is called `words`, in letters that every system takes, or `instead`."""
+    kept = "".join(letter if letter.isalnum() or letter in " -_." else " " for letter in words)
+    return " ".join(kept.split()).strip(".")[:LONGEST_NAME] or instead
 
 
 def new_path(folder: Path) -> Path:

@@ -34,10 +34,6 @@ ENDINGS = {
 }
 
 
-#: Letters of a name that is proposed, at most: file systems take 255 bytes.
-LONGEST_NAME = 60
-
-
 class SaveDialog(QDialog):
     """Asks for the size and kind of a picture; `chosen(saving)` follows when a place has been named as well."""
 
@@ -186,12 +182,6 @@ class SaveDialog(QDialog):
             return
         self.accept()
         self.chosen.emit(saving)
-
-
-def proposed(folder: Path, name: str) -> Path:
-    """A path without ending for a picture of what is called `name`, in letters that every system takes."""
-    kept = "".join(letter if letter.isalnum() or letter in " -_." else " " for letter in name)
-    return folder / (" ".join(kept.split()).strip(".")[:LONGEST_NAME] or "picture")
 
 
 def free(place: Path, ending: str) -> Path:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from math import radians
-from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
@@ -37,7 +36,7 @@ from app.view.light_panel import BEHIND, LIGHT_FIELDS, LightPanel
 from app.view.picture_error import PictureError
 from app.view.pictures import ViewPictures
 from app.view.planning import Planning
-from app.view.save_dialog import SaveDialog, proposed
+from app.view.save_dialog import SaveDialog
 from app.view.save_dialog import ask as ask_to_save
 from app.view.scene_panel import ScenePanel
 from app.view.views_menu import ViewsMenu
@@ -85,15 +84,13 @@ AT_ONCE_S = 60.0
 class ViewTab(QWidget):
     """Shows the project's material and changes how it looks. `error_found`: the error of A against B, or None.
 
-    `setting_changed` follows when the mode on screen or a knob of it is another one, `saved_to` when a person has
-    chosen the path of a picture. `folder` and `name` are proposed for the next.
+    `setting_changed` follows when the mode on screen or a knob of it is another one. `name` is proposed for pictures.
     """
 
     drawn = Signal(float)
     model_ready = Signal()
     error_found = Signal(object)
     setting_changed = Signal()
-    saved_to = Signal(object)
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
@@ -116,7 +113,7 @@ class ViewTab(QWidget):
         self._setting: Setting | None = None
         self._to_bake = ""
         self.dialog: SaveDialog | None = None
-        self.folder, self.name = Path.home() if Path.home().is_dir() else Path.cwd(), ""
+        self.name = ""
         self.viewport = Viewport(bench.jobs)
         self.pictures = ViewPictures(self.viewport, bench.jobs)
         self.bakings: dict[str, Baking] = {method.name: Baking(bench, method) for method in transport.METHODS}
@@ -518,7 +515,7 @@ class ViewTab(QWidget):
         project = self.bench.document.project
         mode = mode_of(project.look.mode, project)
         why_no_sky = "" if project.environment is not None else "There is no environment: choose one under Light"
-        place = proposed(self.folder, self.name)
+        place = self.bench.proposed(self.name, "picture")
         about = {"screen_px": self.viewport.screen_px(), "mode": mode, "why_no_sky": why_no_sky, "place": place}
         self.dialog = ask_to_save(self, kind, self.save, **about)
 
@@ -528,8 +525,7 @@ class ViewTab(QWidget):
         scene, mode = self.scene(project), mode_of(project.look.mode, project)
         if scene is None:
             return
-        self.folder = saving.path.parent
-        self.saved_to.emit(self.folder)
+        self.bench.write_into(saving.path.parent)
         if mode.value == "direct":
             scene = dataclasses.replace(scene, material=None)
         baking = self.bakings.get(mode.value)

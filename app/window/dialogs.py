@@ -111,5 +111,4 @@ def show_notes(window: QWidget, bench: Workbench) -> QDialog:
 
 def proposed_name(project: Project) -> str:
     """A name for a project file, after what it holds."""
-    kept = "".join(letter if letter.isalnum() or letter in " -_." else " " for letter in project.name)
-    return " ".join(kept.split()).strip(".") or places.UNTITLED
+    return places.file_name(project.name, places.UNTITLED)

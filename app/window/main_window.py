@@ -154,8 +154,6 @@ class MainWindow(QMainWindow):
         from app.export.tab import ExportTab
 
         tab = ExportTab(self.bench, self.view)
-        tab.set_folder(self.view.folder)
-        tab.folder_chosen.connect(self._written_to)
         tab.offer(self.projects.shown_name)
         self.projects.switched.connect(lambda: tab.offer(self.projects.shown_name))
         return self._placed("export", tab)
@@ -239,6 +237,7 @@ class MainWindow(QMainWindow):
         self.projects.leaving.connect(self.view.come_to_rest)
         bench.jobs.failed.connect(self._job_failed)
         bench.said.connect(self.status.say)
+        bench.output_moved.connect(lambda folder: self.settings.keep(output_folder=str(folder)))
         for wanted in (bench.wanted, self.bar.wanted, menus.workspace_wanted):
             wanted.connect(self.show_workspace)
         menus.theme_wanted.connect(self.set_theme)
@@ -256,7 +255,6 @@ class MainWindow(QMainWindow):
         self.status.health_clicked.connect(self.docks.show_health)
         self.docks.health.reported.connect(self.status.show_health)
         self.view.viewport.broken.connect(lambda error: self.failures.report("The model cannot be drawn", error))
-        self.view.saved_to.connect(self._written_to)
         for name, tab in self.tabs.items():
             self._connect_workspace(name, tab)
         self.capture.files_wanted.connect(self.files.choose_folder)
@@ -284,13 +282,6 @@ class MainWindow(QMainWindow):
     def _save_picture(self, kind: str) -> None:
         self.show_workspace("view")
         self.view.save_picture(kind)
-
-    def _written_to(self, folder: Path) -> None:
-        """Propose `folder` for what is written next, also after the next start."""
-        self.view.folder = folder
-        self.settings.keep(output_folder=str(folder))
-        if "export" in self.tabs and self.export.folder != folder:
-            self.export.set_folder(folder)
 
     def _is_lighting(self) -> bool:
         """True if the View workspace is in front."""
@@ -469,7 +460,7 @@ class MainWindow(QMainWindow):
         now = self.settings.now
         folder = Path(now.output_folder)
         if folder.is_absolute() and os.path.isdir(folder):  # noqa: PTH112 - Path.is_dir raises for names too long
-            self.view.folder = folder
+            self.bench.output_folder = folder
         if now.geometry:
             self.restoreGeometry(QByteArray(bytes.fromhex(now.geometry)))
         else:

@@ -433,12 +433,19 @@ def test_a_table_is_saved_and_reads_back_the_same(
     rest(tab, qtbot)
     said: list[str] = []
     tab.bench.said.connect(said.append)
-    monkeypatch.setattr(
-        QFileDialog, "getSaveFileName", lambda *_: (str(tmp_path / "again"), "Table of Lightarc (*.exr)")
-    )
+    proposals: list[Path] = []
+
+    def answered(_parent: Any, _title: str, proposal: str, _endings: str) -> tuple[str, str]:
+        proposals.append(Path(proposal))
+        return str(tmp_path / "again"), "Table of Lightarc (*.exr)"
+
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", answered)
+    before = tab.bench.output_folder
     tab.inspector.save.click()
     qtbot.waitUntil(lambda: (tmp_path / "again.exr").exists() and bool(said), timeout=60_000)
     assert said == ["again.exr written"]
+    assert [place.parent for place in proposals] == [before]
+    assert tab.bench.output_folder == tmp_path
     assert tab.entry is not None
     assert np.array_equal(cast(Any, read_brdf(tmp_path / "again.exr")).values, tab.entry.brdf.values)
 

@@ -50,7 +50,7 @@ def page(window: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr(export, "TARGETS", targets)
     monkeypatch.setattr(loss, "environment_lights", two_lamps)
     fill(window)
-    window.export.set_folder(tmp_path)
+    window.bench.write_into(tmp_path)
     window.show_workspace("export")
     click(qtbot, window.export.forms.buttons["elsewhere"])
     page = window.export.elsewhere

@@ -30,7 +30,7 @@ def tab(window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr("app.commands.export_bundle.SIZE", (160, 120))
     fill(window)
     roughen(window)
-    window.export.set_folder(tmp_path)
+    window.bench.write_into(tmp_path)
     window.export.name.setText("felt.lightarc")
     window.show_workspace("export")
     return window.export
@@ -44,8 +44,7 @@ def test_ctrl_enter_writes_the_bundle_beside_what_was_written_last(
     qtbot.keyClick(window, Qt.Key.Key_Return, Qt.KeyboardModifier.ControlModifier)
     qtbot.waitUntil((tmp_path / "felt.lightarc").exists, timeout=60_000)
     rest(window, qtbot)
-    tab.elsewhere.folder_chosen.emit(tmp_path)
-    assert (window.settings.now.output_folder, window.view.folder) == (str(tmp_path), tmp_path)
+    assert window.settings.now.output_folder == str(tmp_path)
 
 
 def roughen(window: MainWindow) -> None:
@@ -140,7 +139,7 @@ def test_what_the_material_workspace_makes_is_exported_verified_and_reopened(
         assert made.power_law is not None
         assert made.power_law.kept is not None
         assert 0 < (made.power_law.kept.place >= 0).mean() < 1
-    window.export.set_folder(tmp_path)
+    window.bench.write_into(tmp_path)
     window.export.name.setText("again.lightarc")
     window.show_workspace("export")
     assert "verified" in export(window, qtbot)
@@ -265,7 +264,7 @@ def test_a_failing_disk_is_named_and_leaves_the_earlier_bundle(
 
 def test_a_folder_that_may_not_be_written_to_is_named_before(tab: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.export.tab.os.access", lambda _path, _mode: False)
-    tab.set_folder(tab.folder)
+    tab.bench.output_moved.emit(tab.bench.output_folder)
     assert not tab.export.isEnabled()
     assert "another folder" in tab.export.toolTip()
 

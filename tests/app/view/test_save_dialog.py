@@ -16,7 +16,8 @@ from PySide6.QtWidgets import QFileDialog
 
 from app.commands.pictures import Saving, saved
 from app.document.modes import mode_named
-from app.view.save_dialog import SaveDialog, free, proposed
+from app.project.places import file_name
+from app.view.save_dialog import SaveDialog, free
 from app.window.main_window import MainWindow
 from engine.brdf.analysis import albedo
 from engine.brdf.brdf import brdf_from_text
@@ -128,13 +129,13 @@ def test_a_person_saves_a_picture_from_the_view_workspace(
     assert isinstance(window.view.dialog, SaveDialog)
     window.view.dialog.go.click()
     assert Path(proposals[1]) == tmp_path / f"{window.projects.shown_name}.mp4"
-    assert (window.settings.now.output_folder, window.export.folder) == (str(tmp_path), tmp_path)
+    assert (window.settings.now.output_folder, window.bench.output_folder) == (str(tmp_path), tmp_path)
 
 
 def test_a_name_is_proposed_that_is_free_and_that_every_system_takes(tmp_path: Path) -> None:
-    place = proposed(tmp_path, "Felt: 3/4 ")
+    place = tmp_path / file_name("Felt: 3/4 ", "picture")
     assert free(place, ".png") == tmp_path / "Felt 3 4.png"
     (tmp_path / "Felt 3 4.png").touch()
     assert free(place, ".png") == tmp_path / "Felt 3 4 2.png"
-    assert proposed(tmp_path, "…") == tmp_path / "picture"
-    assert not free(proposed(tmp_path, "ü" * 300), ".webp").exists()
+    assert file_name("…", "picture") == "picture"
+    assert not free(tmp_path / file_name("ü" * 300, "picture"), ".webp").exists()

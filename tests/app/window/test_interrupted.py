@@ -211,12 +211,12 @@ def test_an_interrupted_bundle_is_written_where_the_person_says(
     tab.parts["power-law"][0].setChecked(True)
     tab.name.setText("another.lightarc")
     banner = opened_after(window, qtbot, [("Writing the bundle", dict(exporting.again or {}))])
-    tab.set_folder(Path.home())
+    tab.bench.write_into(Path.home())
     proposed = answered(monkeypatch, "getSaveFileName", None)
     banner.buttons[0].click()
     assert window.stack.currentWidget() is tab
     assert proposed == [written]
-    assert (tab.name.text(), tab.folder, tab.exporting) == ("felt.lightarc", Path.home(), exporting)
+    assert (tab.name.text(), tab.bench.output_folder, tab.exporting) == ("felt.lightarc", Path.home(), exporting)
     assert not written.exists()
     again = tmp_path / "elsewhere"
     again.mkdir()
@@ -233,7 +233,7 @@ def test_interrupted_exports_are_written_where_the_person_says(
 ) -> None:
     again = {"kind": "exports", "folder": str(tmp_path), "name": "felt exports", "parts": ["brdf"]}
     banner = opened_after(window, qtbot, [("Exporting", again)])
-    tab.set_folder(Path.home())
+    tab.bench.write_into(Path.home())
     begun: list[tuple[Path, list[str]]] = []
     monkeypatch.setattr(tab.elsewhere, "start", lambda: begun.append((tab.elsewhere.target, tab.elsewhere.names)))
     tab.elsewhere.export.clicked.disconnect()

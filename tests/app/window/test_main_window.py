@@ -88,7 +88,7 @@ def test_drop_a_folder_look_build_view_and_export(
     wait(qtbot, lambda: window.view.default_mesh is not None and window.view.viewport.scene is not None)
 
     window.show_workspace("export")
-    window.export.set_folder(tmp_path)
+    window.bench.write_into(tmp_path)
     window.export.name.setText("felt.lightarc")
     qtbot.mouseClick(window.export.export, Qt.MouseButton.LeftButton)
     wait(qtbot, lambda: "verified" in window.export.verdict.text())
