@@ -57,6 +57,7 @@ EXCEPTIONS = {
     "engine/capture/lights/sources.py tempfile.TemporaryDirectory": "unpacked photographs, removed with their sources",
     "engine/storage/scratch.py np.memmap": "an unnamed file that vanishes with the process",
     "engine/exchange/blender.py tempfile.TemporaryDirectory": "what Blender makes a file of, removed with it",
+    "engine/exchange/readers/archive.py tempfile.TemporaryDirectory": "unpacked textures, removed with it",
     "app/session/settings.py base.mkdir": WORKING,
     "app/session/settings.py tempfile.mkdtemp": WORKING,
     "app/commands/sample.py tempfile.TemporaryDirectory": "a stack that set-up copies for nobody, removed with it",

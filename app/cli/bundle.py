@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Input(),
         metavar="BUNDLE",
         help="a .lightarc file or a bundle folder; for make a project (.lap), a "
-        "folder of PBR textures, a MaterialX document or a glTF file",
+        "folder or zip of PBR textures, a MaterialX document or a glTF file",
     )
     parser.add_argument(
         "-o",
@@ -143,7 +143,7 @@ def report(result: dict[str, Any]) -> str:
     if "files" in result:
         return "\n".join([f"Written to {result['folder']}:", *(f"  {name}" for name in result["files"])])
     if "page" in result:
-        return f"{'Opened' if result['opened'] else 'No browser opens'} {result['page']}"
+        return f"Opened {result['page']}" if result["opened"] else f"No browser was found. The page: {result['page']}"
     if "ok" not in result:
         return "\n".join(_summary(result))
     if result["ok"]:

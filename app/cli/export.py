@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "source",
         type=Input(),
         metavar="MATERIAL|PROJECT",
-        help="a bundle, a project (.lap), a folder of PBR textures, a MaterialX document (.mtlx) or a glTF file",
+        help="a bundle, a project (.lap), a folder or zip of PBR textures, a MaterialX document (.mtlx) or a glTF file",
     )
     parser.add_argument("--to", nargs="+", action="extend", choices=TARGETS, help="targets, one or more")
     parser.add_argument(
@@ -135,11 +135,11 @@ def _opened(arguments: argparse.Namespace) -> tuple[Material, ImageStack | None]
 
 
 def report(result: dict[str, Any]) -> str:
-    lines = [f"{'target':<11}{'size':>10}{'photographs':>13}{'reference':>11}{'FLIP':>8}"]
+    lines = [f"{'target':<11}{'size':>10}{'photographs':>13}{'reference':>11}{'FLIP':>10}"]
     for made in result["targets"]:
         errors = [_percent(made[name]) for name in ("rmse_rel", "rmse_rel_reference")]
         flip = "–" if made["flip"] is None else number(made["flip"], 3)
-        lines.append(f"{made['target']:<11}{size_text(made['bytes']):>10}{errors[0]:>13}{errors[1]:>11}{flip:>8}")
+        lines.append(f"{made['target']:<11}{size_text(made['bytes']):>10}{errors[0]:>13}{errors[1]:>11}{flip:>10}")
     if "auto" in result:
         for other in result["auto"]["candidates"]:
             if other["target"] != result["auto"]["chosen"]:

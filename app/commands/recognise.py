@@ -50,6 +50,7 @@ def recognise(paths: Sequence[Path], *, lighting: bool = False) -> Recognised:
     """
     if not paths:
         raise InputError("(nothing)", "no file was dropped", "Drop files or a folder from this computer")
+    paths = [_document(path) or path for path in paths]
     kinds = {path: _kind(path) for path in paths}
     for kind in ("bundle", "material", "stack", "mesh", "factors"):
         chosen = tuple(path for path, found in kinds.items() if found == kind)
@@ -73,7 +74,8 @@ def recognise(paths: Sequence[Path], *, lighting: bool = False) -> Recognised:
         paths[0],
         "is nothing that Lightarc can open",
         "Drop a folder or an archive of photographs, a mesh (OBJ, PLY, STL, glTF), measured BRDFs "
-        "(MERL, RGL, …), a folder of factors, a .lightarc bundle, a folder of PBR textures or a MaterialX document",
+        "(MERL, RGL, …), a folder of factors, a .lightarc bundle, PBR textures in a folder or a zip, or a MaterialX "
+        "document",
     )
 
 
@@ -84,7 +86,7 @@ def _kind(path: Path) -> Kind | None:
         return None
     start = _start(path)
     if start.startswith(b"PK"):
-        return "bundle" if path.suffix.lower() == ".lightarc" or "manifest.json" in zip_names(path) else "photographs"
+        return _kind_of_zip(path)
     if is_archive(path):
         return "photographs"
     if start.startswith(_PICTURE_STARTS):
@@ -115,6 +117,28 @@ def _start(path: Path) -> bytes:
             return file.read(1 << 16)  # as many as `brdf_file` looks at
     except OSError as error:
         raise InputError(path, f"cannot be read ({error.strerror})", "Check the permissions of the file") from None
+
+
+def _kind_of_zip(path: Path) -> Kind:
+    if path.suffix.lower() == ".lightarc" or "manifest.json" in zip_names(path):
+        return "bundle"
+    from engine.exchange.readers.archive import holds_zipped_textures  # loads the readers of textures
+
+    if holds_zipped_textures(path):
+        return "material"
+    if path.suffix.lower() == ".usdz":
+        remedy = "Drop a folder of its textures, a MaterialX document or a glTF file"
+        raise InputError(path, "is a USD package whose textures are not named for what they hold", remedy)
+    return "photographs"
+
+
+def _document(path: Path) -> Path | None:
+    """The document that a folder without textures stands for; None for other folders and for files."""
+    if not path.is_dir() or any((path / name).exists() for name in ("stack.json", "factors.json", "manifest.json")):
+        return None
+    from engine.exchange.readers.folder import document_in, holds_textures  # loads the readers of textures
+
+    return None if holds_textures(path) else document_in(path)
 
 
 def _kind_of_folder(path: Path) -> Kind:

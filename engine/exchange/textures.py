@@ -127,7 +127,7 @@ _WORDS = {
 _WORDS_OF_MAPS = {
     "height": "no height: the material came without one",
     "occlusion": "no ambient occlusion: the material came without it",
-    "cavity": _WORDS["cavity"],
+    "cavity": "no cavity: the material came without one",
 }
 _WORDS_OF_A_DOME = {
     "height": "no height: it is measured on photographs of these texels, and none were given",

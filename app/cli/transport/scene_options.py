@@ -19,7 +19,7 @@ MESH_HELP = (
     "a file, a built-in (sphere, plane, torus-knot, cloth, blob), a project (.lap), which brings its scene, or a "
     "material of another program, which is shown on a sphere, a .glb on its own model"
 )
-MATERIAL_HELP = "a bundle, a folder of PBR textures, a MaterialX document (.mtlx) or a glTF file (.glb, .gltf)"
+MATERIAL_HELP = "a bundle, a folder or zip of PBR textures, a MaterialX document (.mtlx) or a glTF file (.glb, .gltf)"
 
 #: Model that a material without one is shown on.
 SHOWN_ON = "sphere"

@@ -127,17 +127,20 @@ def holds_textures(folder: Path) -> bool:
 
     Nothing is decoded.
     """
-    return _is_material(textures_in(folder))
+    return _are_of_a_material(textures_in(folder))
+
+
+def is_material(files: Sequence[Path]) -> bool:
+    """True where pictures, of which some may be named for no map, hold what `holds_textures` asks of a folder."""
+    return _are_of_a_material(by_map(files[:MOST_FILES]))
 
 
 def are_textures(files: Sequence[Path]) -> bool:
     """True for pictures that are each named for a map, and are together what `holds_textures` asks of a folder."""
-    return all(each.suffix.lower() in SUFFIXES and kind_of(each.name)[0] for each in files) and _is_material(
-        by_map(files[:MOST_FILES])
-    )
+    return all(each.suffix.lower() in SUFFIXES and kind_of(each.name)[0] for each in files) and is_material(files)
 
 
-def _is_material(found: dict[str, list[Path]]) -> bool:
+def _are_of_a_material(found: dict[str, list[Path]]) -> bool:
     words = {kind_of(path.name)[1] for paths in found.values() for path in paths}
     return "base_colour" in found and len(found) > 1 and any(len(word) > 1 for word in words)
 
@@ -146,6 +149,25 @@ def describe_folder(folder: Path) -> Described:
     """The material in a folder of textures; InputError where it holds none, or several."""
     own = (folder / "surface.json").is_file()
     return _described(folder, folder.absolute().name or "material", textures_in(folder), own)
+
+
+def describe_unpacked(archive: Path, folder: Path) -> Described:
+    """The material of an archive whose textures are in `folder`; errors as above, of the archive."""
+    return _described(archive, archive.stem or "material", textures_in(folder), False)
+
+
+def document_in(folder: Path) -> Path | None:
+    """The one MaterialX document of a folder, or its one glTF file where no pictures lie beside it; else None."""
+    try:
+        files = sorted(folder.iterdir())[:MOST_FILES]
+    except OSError:
+        return None
+    has_pictures = any(each.suffix.lower() in SUFFIXES for each in files)
+    for endings in ((".mtlx",), () if has_pictures else (".gltf", ".glb")):
+        found = [each for each in files if each.suffix.lower() in endings and each.is_file()]
+        if len(found) == 1:
+            return found[0]
+    return None
 
 
 def describe_textures(files: Sequence[Path]) -> Described:

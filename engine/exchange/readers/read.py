@@ -1,7 +1,9 @@
-"""A material from whatever holds one: a bundle, a folder of PBR textures, a MaterialX document or a glTF file.
+"""A material from whatever holds one: a bundle, PBR textures in a folder or a zip, a MaterialX document, a glTF file.
 
-The content says which it is: a folder with a manifest and a zip are bundles, a text that begins as XML is MaterialX,
-and glTF has its mark or is JSON. What is none of these is read as a bundle, whose reader says what is wrong with it.
+The content says which it is: a folder with a manifest and a zip with one are bundles, a zip of pictures that are named
+for maps holds textures, as a folder of them does; a text that begins as XML is MaterialX, and glTF has its mark or is
+JSON. A folder without textures that holds one such document stands for it. What is none of these is read as a bundle,
+whose reader says what is wrong with it.
 """
 
 from __future__ import annotations
@@ -13,7 +15,8 @@ from pathlib import Path
 from engine.bundle.bundle import open_bundle
 from engine.core.errors import InputError
 from engine.core.steps import Steps, drain
-from engine.exchange.readers.folder import describe_folder, describe_textures, holds_textures
+from engine.exchange.readers.archive import holds_zipped_textures, read_zip
+from engine.exchange.readers.folder import describe_folder, describe_textures, document_in, holds_textures
 from engine.exchange.readers.gltf import describe_gltf
 from engine.exchange.readers.materialx import describe_materialx
 from engine.exchange.readers.textures import Described, maps_of
@@ -25,12 +28,16 @@ _HEAD_BYTES = 4096
 
 
 def holds_pbr_maps(path: str | os.PathLike[str]) -> bool:
-    """True if `path` is a folder of textures, a MaterialX document or a glTF file; no picture is decoded."""
+    """True if `path` is textures in a folder or a zip, a MaterialX document, a glTF file, or a folder of one of these.
+
+    No picture is decoded.
+    """
     place = Path(path)
     try:
         if place.is_dir():
-            return not (place / "manifest.json").is_file() and holds_textures(place)
-        return place.is_file() and _kind(place) != ""
+            is_bundle = (place / "manifest.json").is_file()
+            return not is_bundle and (holds_textures(place) or document_in(place) is not None)
+        return place.is_file() and (_kind(place) != "" or holds_zipped_textures(place))
     except (OSError, ValueError, InputError):
         return False
 
@@ -44,7 +51,10 @@ def read_material(path: str | os.PathLike[str]) -> Steps[Material]:
     """As `open_material`, in steps: decoding large textures takes seconds."""
     if not holds_pbr_maps(path):
         return open_bundle(path)
-    return (yield from _read(describe(Path(path))))
+    place = Path(path)
+    if place.is_file() and not _kind(place):
+        return (yield from read_zip(place))
+    return (yield from _read(describe(place)))
 
 
 def read_textures(files: Sequence[Path]) -> Steps[Material]:
@@ -60,7 +70,10 @@ def _read(described: Described) -> Steps[Material]:
 def describe(path: Path) -> Described:
     """The maps of a folder, a MaterialX document or a glTF file, as its reader describes them."""
     if path.is_dir():
-        return describe_folder(path)
+        document = None if holds_textures(path) else document_in(path)
+        if document is None:
+            return describe_folder(path)
+        path = document
     return describe_materialx(path) if _kind(path) == "materialx" else describe_gltf(path)
 
 

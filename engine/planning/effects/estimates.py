@@ -319,7 +319,9 @@ def spatially_varying_gloss(scene: Scenery) -> Estimate:
     """Of parameters that stand at their mean everywhere."""
     found = scene.radiances.even
     if found is None or scene.varied is None:
-        return Estimate("spatially-varying-gloss", 0.0, "The surface has one BRDF.")
+        has_maps = scene.material is not None and scene.material.pbr is not None
+        text = "Texels of the maps differ: see mesostructure." if has_maps else "The surface has one BRDF."
+        return Estimate("spatially-varying-gloss", 0.0, text)
     error = relative_error(found, scene.radiances.full, scene.sample.shares)
     means = " and ".join(f"{name} at its mean, {number(value, 3)}," for name, value in scene.mean.items())
     text = f"The BRDF varies over the surface; with {means} everywhere the error is {percent(error)}."

@@ -37,12 +37,29 @@ def tar_of(path: Path, *names: str) -> Path:
         (zip_of, "weave.lightarc", ["manifest.json"], "bundle"),
         (zip_of, "sent by mail.zip", ["manifest.json", "slices/0.exr"], "bundle"),
         (zip_of, "suede.zip", ["suede/1.png"], "photographs"),
+        (zip_of, "bricks.zip", ["b/Bricks_1K_Color.jpg", "b/Bricks_1K_NormalGL.jpg", "b/Bricks.usdc"], "material"),
+        (zip_of, "rock.usdz", ["rock.usda", "textures/baseColor.png", "textures/roughness.png"], "material"),
         (zip_of, "no ending", ["suede/1.png", "suede/manifest.json"], "photographs"),
         (tar_of, "suede.tar.xz", ["suede/1.png"], "photographs"),
     ],
 )
 def test_archives(tmp_path: Path, make: Any, name: str, members: Any, kind: str) -> None:
     assert recognise([make(tmp_path / name, *members)]).kind == kind
+
+
+def test_a_package_of_usd_without_textures_that_are_known_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="USD package"):
+        recognise([zip_of(tmp_path / "rock.usdz", "rock.usda", "0/texture.png")])
+
+
+@pytest.mark.parametrize(("name", "kind"), [("rock.mtlx", "material"), ("rock.gltf", "mesh")])
+def test_a_folder_with_one_document_is_that_document(tmp_path: Path, name: str, kind: str) -> None:
+    (tmp_path / "rock" / "textures").mkdir(parents=True)
+    (tmp_path / "rock" / name).write_text("{}")
+    found = recognise([tmp_path / "rock"])
+    assert (found.kind, found.paths) == (kind, (tmp_path / "rock" / name,))
+    (tmp_path / "rock" / "photograph.png").write_bytes(b"\x89PNG")
+    assert recognise([tmp_path / "rock"]).kind == ("material" if kind == "material" else "photographs")
 
 
 def test_an_archive_that_is_cut_says_so(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -17,6 +18,7 @@ from engine.planning.effects.estimates import (
     Scenery,
     estimates,
     scenery,
+    spatially_varying_gloss,
     sun_split,
 )
 from engine.planning.effects.radiance import radiances
@@ -143,3 +145,10 @@ def test_a_second_look_finds_the_same() -> None:
     one, other = (estimates(looked_at(bowl(), lamp_sky(), "lambert:albedo=0.5")) for _ in range(2))
     assert one == other
     assert all(isinstance(each, Estimate) for each in one.values())
+
+
+def test_maps_of_others_are_not_said_to_be_one_brdf() -> None:
+    even = SimpleNamespace(even=None)
+    for pbr, words in ((object(), "Texels of the maps differ"), (None, "one BRDF")):
+        scene = SimpleNamespace(radiances=even, varied=None, material=SimpleNamespace(pbr=pbr))
+        assert words in spatially_varying_gloss(cast("Scenery", scene)).text

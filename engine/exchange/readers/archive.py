@@ -1,0 +1,62 @@
+"""PBR textures in a zip, as libraries of materials send them, and in a USD package, which is one.
+
+Textures are known by their names as in a folder (`engine.exchange.readers.folder`), in whatever folder of the zip they
+lie. Documents beside them (MaterialX, glTF, USD) are not read, because the files that they name are not unpacked to
+their places; that is said. The textures are unpacked into a folder that lasts until they are decoded.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path, PurePosixPath
+
+from engine.core.steps import Steps
+from engine.exchange.readers.folder import SUFFIXES, describe_unpacked, is_material, kind_of
+from engine.exchange.readers.textures import Described, maps_of
+from engine.scene.material import Material, material_of_maps
+from engine.storage.unpack import unpack, zip_names
+from engine.storage.untrusted import read_head
+
+#: Endings of documents that describe a material.
+DOCUMENTS = (".mtlx", ".gltf", ".glb", ".usd", ".usda", ".usdc")
+
+#: Beginning of the files that macOS packs beside others, which hold no picture.
+SHADOW = "._"
+
+
+def holds_zipped_textures(path: Path) -> bool:
+    """True for a zip with textures of a material; InputError where it is damaged. Nothing is unpacked."""
+    if path.suffix.lower() == ".lightarc" or not read_head(path, 2)[0].startswith(b"PK"):
+        return False
+    names = zip_names(path)
+    return "manifest.json" not in names and is_material([Path(name) for name in _textures(names)])
+
+
+def read_zip(path: Path) -> Steps[Material]:
+    """The material of a zip; InputError where it is damaged, or holds several."""
+    noted = _notes(zip_names(path))
+    with tempfile.TemporaryDirectory(prefix="lightarc-textures-", ignore_cleanup_errors=True) as folder:
+        yield from unpack(path, Path(folder), _textures)
+        described: Described = describe_unpacked(path, Path(folder))
+        maps, health = yield from maps_of(dataclasses.replace(described, notes=(*described.notes, *noted)))
+    return material_of_maps(maps, described.name, health)
+
+
+def _textures(names: Sequence[str]) -> list[str]:
+    """Names of pictures that are named for a map, without the shadows that macOS packs beside files."""
+    paths = [PurePosixPath(name) for name in names]
+    return [
+        str(path)
+        for path in paths
+        if path.suffix.lower() in SUFFIXES and kind_of(path.name)[0] and not path.name.startswith(SHADOW)
+    ]
+
+
+def _notes(names: Sequence[str]) -> list[str]:
+    """A sentence on the documents of an archive; none where there are only textures."""
+    documents = [PurePosixPath(name).name for name in names if name.lower().endswith(DOCUMENTS)]
+    if not documents:
+        return []
+    return [f"{documents[0]} in the archive is not read: its textures are taken by their names; unpack it to read it"]
