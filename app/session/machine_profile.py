@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.session.settings import cache_folder
 from engine.core.figure_text import percent
-from engine.core.steps import Step, Steps
+from engine.core.steps import Steps
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -51,7 +51,6 @@ def cost_model(*, anew: bool = False) -> Steps[CostModel]:
     path = cost_path()
     kept = load_model(path) if path is not None and not anew else None
     if kept is not None and not kept.expired(time.time()):
-        yield Step(1.0, "the machine profile is known")
         return kept
     model = yield from calibrate()
     if model.background_load > BUSY:

@@ -16,7 +16,7 @@ from app.document.document import Project
 from app.document.variation import VariedParameter, as_baked, varied_in
 from app.jobs.newest import Latest
 from engine.core.errors import FileError, UsageError
-from engine.core.steps import Step, Steps
+from engine.core.steps import Step, Steps, part
 from engine.planning.costs.setting import Setting
 from engine.scene.scene import Scene
 from engine.tradeoff.front import Budget, budget_from_text
@@ -188,7 +188,7 @@ def planned(asked: Asked, pixels: int, most_memory: float | None = None) -> Step
     from engine.planning.plan import plan
 
     scene, budget = asked.scene, asked.budget
-    model = yield from cost_model()
+    model = yield from part(cost_model(), 0.0, 0.9)
     yield Step(0.9, "looking at the scene")
     assert scene.environment is not None
     try:
