@@ -22,6 +22,9 @@ _TRISTIMULUS = ("X", "Y", "Z")
 _ENVIRONMENTS = {OpenEXR.ENVMAP_LATLONG: "latlong", OpenEXR.ENVMAP_CUBE: "cube"}
 _MULTIPART = 0x10
 _LARGEST_CHUNK_ROWS = 256
+
+#: Bytes of a chunk before its pixels: row and length, or column and row of a tile with its levels, and length.
+_ROWS_LEAD_BYTES, _TILE_LEAD_BYTES = 8, 20
 _REMEDY = "Save it as an EXR image with channels R, G, B"
 
 
@@ -107,16 +110,21 @@ def _check_chunks(content: bytes, header: dict[str, Any], name: str) -> None:
     OpenEXR believes the header and leaves out, or fills with zeros, what does not agree with it. A chunk starts with
     its row, or with the column and row of its tile and its level (OpenEXR file layout, "Chunk layout").
     """
+    is_tiled = header.get("type") == OpenEXR.tiledimage
+    lead_bytes = _TILE_LEAD_BYTES if is_tiled else _ROWS_LEAD_BYTES
     start = end_of_header(content)
     first = int.from_bytes(content[start : start + 8], "little")
-    if not start < first <= len(content) - 20:
+    if not start < first < len(content) - lead_bytes:
         raise InputError(name, "is an incomplete EXR image: its table of chunks is empty", AGAIN)
     offsets = np.frombuffer(content, "<u8", (first - start) // 8, start)
-    if offsets.max() > len(content) - 20 or offsets.min() < first:
+    if offsets.max() >= len(content) - lead_bytes or offsets.min() < first:
         raise InputError(name, "is an incomplete EXR image: some of its chunks are missing", AGAIN)
-    leads = np.frombuffer(content, np.uint8)[offsets.astype(np.int64)[:, None] + np.arange(16)].view("<i4")
+    places = offsets.astype(np.int64)[:, None] + np.arange(lead_bytes)
+    leads = np.frombuffer(content, np.uint8)[places].view("<i4")
+    if (offsets + lead_bytes + leads[:, -1].astype(np.uint64)).max() > len(content):
+        raise InputError(name, "is an incomplete EXR image: some of its chunks are missing", AGAIN)
     (left, top), (right, bottom) = (tuple(int(v) for v in corner) for corner in header["dataWindow"])
-    if header.get("type") == OpenEXR.tiledimage:
+    if is_tiled:
         tiles = leads[(leads[:, 2] == 0) & (leads[:, 3] == 0)]
         size = header["tiles"]
         covered = len(tiles) > 0 and tiles[:, 0].max() == (right - left) // size.xSize

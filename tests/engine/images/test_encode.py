@@ -8,9 +8,10 @@ import OpenEXR
 import pytest
 
 from engine.core import colour
-from engine.core.errors import OutputError
+from engine.core.errors import InputError, OutputError
 from engine.images import encode
 from engine.images.decode import read_image
+from engine.images.exr import read_exr_channels
 
 RNG = np.random.default_rng(7)
 
@@ -72,6 +73,17 @@ def test_CO9_parameter_maps_with_names_and_attributes(tmp_path: Path) -> None:
     for name, value in attributes.items():
         assert header[name] == (pytest.approx(value) if isinstance(value, float) else value)
     assert header["chromaticities"] == pytest.approx(colour.CHROMATICITIES, abs=1e-6)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 2), (5, 1), (17, 1), (33, 1)])
+def test_exr_of_few_texels_comes_back(size: tuple[int, int]) -> None:
+    """The chunk of the last rows is then a few bytes long."""
+    values = np.full(size, 0.25, np.float16)
+    for channels in ({"Y": values}, dict.fromkeys("RGB", values)):
+        content = encode.encode_exr(channels)
+        np.testing.assert_array_equal(read_exr_channels(content, "few.exr")[f"channel:{next(iter(channels))}"], values)
+        with pytest.raises(InputError, match="incomplete"):
+            read_exr_channels(content[:-9], "cut.exr")
 
 
 def test_half_never_becomes_infinite_by_writing() -> None:
