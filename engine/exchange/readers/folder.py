@@ -82,7 +82,8 @@ def kind_of(name: str) -> tuple[str, str]:
     for pieces in (_words(stem), _pieces(stem)):
         for count in (3, 2, 1):
             word = "".join(pieces[-count:])
-            if len(pieces) >= count and word in _KINDS and (len(word) > 1 or len(pieces) > 1):
+            is_one = count == 1 or all(len(piece) > 1 for piece in pieces[-count:])  # `felt_n_orm` is no `norm`
+            if len(pieces) >= count and is_one and word in _KINDS and (len(word) > 1 or len(pieces) > 1):
                 return _KINDS[word], word
     return "", ""
 

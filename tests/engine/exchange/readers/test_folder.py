@@ -57,6 +57,9 @@ def written(folder: Path, maps: PbrMaps, preset: str, coding: Coding = "png8") -
         ("base_colour_sigma.exr", ""),
         ("preview.png", ""),
         ("n.png", ""),
+        ("felt_n_orm.png", "orm"),
+        ("felt_n_normal.png", "normal"),
+        ("Rock_NormalD3D.png", "normal"),
     ],
 )
 def test_names_of_programs(name: str, kind: str) -> None:
