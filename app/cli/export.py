@@ -143,7 +143,7 @@ def report(result: dict[str, Any]) -> str:
     if "auto" in result:
         for other in result["auto"]["candidates"]:
             if other["target"] != result["auto"]["chosen"]:
-                error = percent(other["rmse_rel_reference"], 3)
+                error = _percent(other["rmse_rel_reference"])
                 lines.append(f"not chosen: {other['target']}, {size_text(other['bytes'])}, {error}")
     lines.append("Errors are relative: against the photographs, and against the material under three environments.")
     if any(made["target"] == "brdf" for made in result["targets"]):

@@ -259,7 +259,7 @@ class Elsewhere(QWidget):
             card.box.setChecked(name == best["chosen"])
         row = next(row for row in best["candidates"] if row["target"] == best["chosen"])
         kept = "keeps it at" if best["within"] else "is nearest, and no representation keeps it:"
-        error = percent(row["rmse_rel_reference"], 3)
+        error = "–" if row["rmse_rel_reference"] is None else percent(row["rmse_rel_reference"], 3)
         self.chosen.setText(f"{self.cards[best['chosen']].title} {kept} {error}, {size_text(row['bytes'])}.")
 
     def start(self) -> None:

@@ -11,6 +11,7 @@ import json
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -320,8 +321,12 @@ def choice(found: Sequence[Offer], error: float) -> dict[str, Any]:
     for each in found:
         errors = each.entry.get("slices", each.entry)
         rows.append({**{key: each.entry[key] for key in ("target", "bytes")}, **{key: errors[key] for key in keys}})
-    within = [row for row in rows if row["rmse_rel_reference"] <= error]
-    nearest = min(rows, key=lambda row: float(row["rmse_rel_reference"]))
+
+    def error_of(row: dict[str, Any]) -> float:
+        return inf if row["rmse_rel_reference"] is None else float(row["rmse_rel_reference"])
+
+    within = [row for row in rows if error_of(row) <= error]
+    nearest = min(rows, key=error_of)
     best = min(within or [nearest], key=lambda row: int(row["bytes"]))
     return {"error": error, "chosen": best["target"], "within": bool(within), "candidates": rows}
 
@@ -346,7 +351,7 @@ def _own_errors(subject: Subject, wanted: dict[str, Floats], stack: ImageStack |
         figures["rmse_rel"] = yield from part(photograph_error(material_shown(material), stack), 0.0, 0.5)
     if material.power_law is not None and material.shading_map is not None:
         measured = yield from part(loss(material_shown(material, "power-law"), wanted, subject.maps.size), 0.5, 1.0)
-        figures["rmse_rel_power_law"] = measured.mean_rmse_rel
+        figures["rmse_rel_power_law"] = measured.figures["rmse_rel_reference"]
     return {**found, **figures}
 
 

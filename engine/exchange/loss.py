@@ -97,13 +97,13 @@ class Loss:
 
     @property
     def figures(self) -> dict[str, Any]:
-        """The errors as the record of an export names them."""
+        """The errors as the record of an export names them; relative ones are None beside a black material."""
+        defined = {name: error if np.isfinite(error) else None for name, error in self.rmse_rel.items()}
+        whole = self.mean_rmse_rel
         return {
-            "rmse_rel_reference": self.mean_rmse_rel,
+            "rmse_rel_reference": whole if np.isfinite(whole) else None,
             "flip": self.mean_flip,
-            "by_environment": {
-                name: {"rmse_rel": self.rmse_rel[name], "flip": self.flip[name]} for name in self.rmse_rel
-            },
+            "by_environment": {name: {"rmse_rel": defined[name], "flip": self.flip[name]} for name in defined},
         }
 
 
@@ -291,10 +291,13 @@ def _bent(frames: Floats, normal: Floats) -> Floats:
 
 def statement(errors: dict[str, Any]) -> str:
     """The errors of a representation as a sentence in plain ASCII, for files and pages."""
-    if errors["rmse_rel_reference"] is None:
+    if errors["flip"] is None:
         return "It shows no picture of the surface."
-    under = ", ".join(errors["by_environment"])
-    shown = f"relative RMSE {percent(errors['rmse_rel_reference'], 3)}, FLIP {number(errors['flip'])}"
+    under, error = ", ".join(errors["by_environment"]), errors["rmse_rel_reference"]
+    relative = (
+        "relative RMSE undefined, as the material is black" if error is None else f"relative RMSE {percent(error, 3)}"
+    )
+    shown = f"{relative}, FLIP {number(errors['flip'])}"
     words = f"Error of what these files show, against the material under {under}: {shown}"
     if errors["rmse_rel"] is not None:
         words += f"; against the photographs: relative RMSE {percent(errors['rmse_rel'], 3)}"
@@ -303,9 +306,11 @@ def statement(errors: dict[str, Any]) -> str:
 
 def meaning(errors: dict[str, Any]) -> str:
     """The meaning of the figures of an entry, in words: of those that are null, the reason."""
-    if errors["rmse_rel_reference"] is None:
+    if errors["flip"] is None:
         return "these files show no picture of the surface, so that there is nothing to compare"
     words = f"rmse_rel_reference and flip: a ball of the material under {', '.join(errors['by_environment'])}"
+    if errors["rmse_rel_reference"] is None:
+        words += ", which is black, so that rmse_rel_reference is null"
     photographs = "null without photographs of these texels" if errors["rmse_rel"] is None else "the photographs"
     return f"{words}; rmse_rel: {photographs}"
 
@@ -313,12 +318,16 @@ def meaning(errors: dict[str, Any]) -> str:
 def away(errors: dict[str, Any], second: dict[str, Any]) -> list[str]:
     """Sentences on what files show in place of the material; none where they show the material itself."""
     error, said = errors["rmse_rel_reference"], list[str]()
+    under = ", ".join(errors["by_environment"])
+    if errors["flip"] is not None and error is None:
+        said.append(f"these files show light where the material is black (FLIP {number(errors['flip'])} under {under})")
     if error is not None and error >= EXACT:
-        under = ", ".join(errors["by_environment"])
         said.append(
             f"what these files show is {percent(error, 3)} away from the material (relative RMSE under {under})"
         )
     for name, others in second.items():
+        if others["rmse_rel_reference"] is None:
+            continue
         of_it = percent(others["rmse_rel_reference"], 3)
         if name == "slices":
             said.append(

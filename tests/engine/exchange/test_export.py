@@ -6,15 +6,18 @@ import dataclasses
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent
 from engine.core.steps import drain
-from engine.exchange.export import NAMES, RECORD, export
+from engine.exchange.export import NAMES, RECORD, Offer, choice, export
 from engine.exchange.loss import statement
 
 from .materials import R_MAX, dome_material, dome_stack, linear_material, woven_law, woven_material
+
+BLACK = np.zeros((6, 5, 3), np.float32)
 
 
 def test_photographs_from_all_sides_give_normals_and_height(tmp_path: Path) -> None:
@@ -98,6 +101,21 @@ def test_what_files_show_in_place_of_the_material_is_said(tmp_path: Path) -> Non
     assert "rmse_rel: null without photographs" in shaders["errors_are"]
     assert brdf["rmse_rel"] is None
     assert "no texels to compare" in brdf["errors_are"]
+
+
+def test_light_in_place_of_a_black_material_has_no_relative_error(tmp_path: Path) -> None:
+    """PBR maps of black still reflect four hundredths; shaders are as black as it is, and the choice."""
+    black = dataclasses.replace(woven_material(6, 5), power_law=dataclasses.replace(woven_law(6, 5), scale=BLACK))
+    record = drain(export(tmp_path / "out", black, ["gltf", "shaders"]))
+    gltf, shaders = record["targets"]
+    assert (gltf["rmse_rel_reference"], shaders["rmse_rel_reference"]) == (None, 0.0)
+    assert gltf["flip"] > 0.0
+    assert any("these files show light where the material is black" in words for words in gltf["warnings"])
+    assert "which is black" in gltf["errors_are"]
+    entries = [Offer(entry["target"], entry, None) for entry in record["targets"]]
+    assert choice(entries, 0.5)["chosen"] == "shaders"
+    assert choice(entries[:1], 0.5)["within"] is False
+    assert "undefined" in statement(gltf)
 
 
 def test_auto_says_where_nothing_keeps_the_budget(tmp_path: Path) -> None:
