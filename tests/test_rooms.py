@@ -100,7 +100,6 @@ SHORT_FILES = {
     "engine/exchange/web.py": "one target, whose page is that of a bundle",
     "app/arguments/options.py": "options made of declared settings, for several verbs",
     "app/arguments/usage.py": "exit codes and wrong usage, which every verb needs and nothing else",
-    "app/brdf/dialogs.py": "questions that the tab asks before it writes",
     "app/capture/picture_bar.py": "one widget",
     "app/cli/demo.py": "one verb of the command line",
     "app/cli/transport/method_options.py": "options of all methods, for verbs that bake",
