@@ -5,9 +5,9 @@ factor. Here the pictures are decoded, each once and in the decoder child, broug
 
 What is taken for granted, because no picture says it: base colour is sRGB-coded where its samples are integers and
 linear where they are floating point; everything else holds numbers, not colours. Normals are (n + 1) / 2, or n itself
-where floating-point values go below zero, with y up (OpenGL) or down (DirectX). Where nothing says which, the maps do:
-slopes are the gradient of a height, so ∂²h/∂x∂y is the same by both of them, and with y the wrong way round it is the
-negative. Maps larger than `MOST_SIDE` are made smaller, which is said. Decoding bounds the time.
+where values go below zero or have the length 1, with y up (OpenGL) or down (DirectX). Where nothing says which, the
+maps do: slopes are the gradient of a height, so ∂²h/∂x∂y is the same by both of them, and with y the wrong way round it
+is the negative. Maps larger than `MOST_SIDE` are made smaller, which is said. Decoding bounds the time.
 """
 
 from __future__ import annotations
@@ -238,7 +238,7 @@ def _normals(described: Described, values: Map | None, size: tuple[int, int], no
     if values is None or values.ndim != 3:
         return flat
     values = np.nan_to_num(values)
-    vectors = values if values.min() < -0.01 else 2.0 * values - 1.0
+    vectors = values if _are_plain(values) else 2.0 * values - 1.0
     if float(vectors[..., 2].max()) < 0.01:  # two channels alone are stored: the third follows
         squared = np.clip(1.0 - vectors[..., 0] ** 2 - vectors[..., 1] ** 2, 0.0, None)
         vectors = np.dstack([vectors[..., :2], np.sqrt(squared)])
@@ -259,6 +259,14 @@ def _normals(described: Described, values: Map | None, size: tuple[int, int], no
         normal = normal * np.array([1.0, -1.0, 1.0], np.float32)
     length = np.sqrt(np.einsum("ijk,ijk->ij", normal, normal))[..., None]
     return np.ascontiguousarray(normal / length, np.float32)
+
+
+def _are_plain(values: Map) -> bool:
+    """True for normals n themselves, False for codes (n + 1) / 2: the former go below zero, or have the length 1."""
+    if values.min() < -0.01:
+        return True
+    plain, coded = (float(np.abs(np.linalg.norm(each, axis=2) - 1.0).mean()) for each in (values, 2.0 * values - 1.0))
+    return plain < min(0.01, coded)
 
 
 def _agreement(normal: Map) -> float:

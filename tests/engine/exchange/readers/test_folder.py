@@ -82,6 +82,18 @@ def test_own_textures_come_back_within_their_rounding(tmp_path: Path, preset: st
     assert np.abs(found.normal - maps.normal).max() <= 4.0 * step
 
 
+@pytest.mark.parametrize("coding", CODINGS)
+@pytest.mark.parametrize("slope", [0.0, 0.4])
+def test_normals_that_nowhere_go_below_zero_come_back(tmp_path: Path, coding: Coding, slope: float) -> None:
+    """Flat ones, or those of one slope: in OpenEXR they are n itself, which looks like codes but for its length."""
+    normal = np.full((4, 4, 3), (slope, slope, 1.0)) / np.sqrt(1.0 + 2.0 * slope**2)
+    grey_map = np.full((4, 4), 0.5, np.float32)
+    base = np.full((4, 4, 3), 0.5, np.float32)
+    maps = PbrMaps(base, normal.astype(np.float32), grey_map, grey_map, np.full((4, 4), 0.04, np.float32))
+    found, _ = opened(written(tmp_path / "rock", maps, "blender", coding))
+    np.testing.assert_allclose(found.normal, maps.normal, atol=0.01)
+
+
 def test_slopes_tell_the_direction_of_y(tmp_path: Path) -> None:
     """The same relief with y up and y down, under a name that says neither: the gradient of a height has no curl."""
     up = np.rint(255.0 * (0.5 + 0.5 * relief())).astype(np.uint8)
