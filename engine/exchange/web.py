@@ -9,7 +9,7 @@ and a scale bar where the width of the sample is known (`engine.bundle.page`).
 
 from __future__ import annotations
 
-from engine.bundle.page import Extras, viewer_and_parts
+from engine.bundle.page import VIEWER_SIDE, Extras, viewer_and_parts
 from engine.core.steps import Step, Steps
 from engine.exchange.loss import Shown, material_shown
 from engine.exchange.subject import Contents, Settings, Subject, fit_warnings
@@ -33,4 +33,13 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     page, parts = viewer_and_parts(subject.material, extras)
     files = {f"{subject.name}.html": page.encode(), **{f"strict/{path}": content for path, content in parts.items()}}
     files["embed.html"] = _EMBED.format(name=subject.name).encode()
-    return Contents(files, 24.0, fit_warnings(subject))
+    return Contents(files, 24.0, (*fit_warnings(subject), *_rounded(subject)))
+
+
+def _rounded(subject: Subject) -> list[str]:
+    """Sentences on the coding of the maps of a page, which its errors do not count."""
+    of_planes = subject.material.directional is not None
+    said = [f"the page holds {'the weights of its planes' if of_planes else 'its maps'} in 16 bits"]
+    if max(subject.maps.size) > VIEWER_SIDE:
+        said.append(f"beyond {VIEWER_SIDE} texels a side the page shows averages, and finer texels in tiles of 8 bits")
+    return said

@@ -40,6 +40,9 @@ if TYPE_CHECKING:
 
 SHEET, RECORD = "proof.png", "proof.json"
 
+#: The material of Blender that EEVEE draws, whose error is its own.
+SHADER_TO_RGB = "blender, Shader to RGB"
+
 #: Times by which differences are enlarged.
 ENLARGED = 4.0
 
@@ -67,6 +70,9 @@ def prove(folder: str | os.PathLike[str], material: Material, stack: ImageStack 
     compared = yield from part(_asked(Path(folder), subject), 0.6, 0.95)
     yield Step(0.95, "drawing the sheet")
     errors = {entry["target"]: entry["rmse_rel_reference"] for entry in record["targets"] if entry["target"] != "brdf"}
+    for entry in record["targets"]:
+        if "power_law" in entry:
+            errors[SHADER_TO_RGB] = entry["power_law"]["rmse_rel_reference"]
     sheet = draw_sheet(material.name, _subtitle(compared), [_row(each, errors) for each in compared])
     write_bytes(Path(folder) / SHEET, encode_png(sheet, software="Lightarc"))
     rows = [_entry(each) for each in compared]
@@ -161,8 +167,11 @@ def _subtitle(compared: list[Compared]) -> str:
 
 def _row(each: Compared, errors: dict[str, float | None]) -> Row:
     """Ours, theirs and the difference; exposed by ours."""
-    lost = errors.get(each.drawn.target)
-    heading = each.drawn.target if lost is None else f"{each.drawn.target}, {percent(lost, 3)} away from the material"
+    is_power_law = each.drawn.name.endswith("EEVEE") and SHADER_TO_RGB in errors
+    which = "rti, the .rti" if each.drawn.target == "rti" else each.drawn.target  # a .ptm is further away
+    which = SHADER_TO_RGB if is_power_law else which
+    lost = errors.get(SHADER_TO_RGB if is_power_law else each.drawn.target)
+    heading = each.drawn.target if lost is None else f"{which} {percent(lost, 3)} away from the material"
     picture, ours, error = each.drawn.picture, each.ours, each.rmse_rel
     if picture is None or ours is None or error is None:
         return Row(f"{heading}: {each.drawn.name}", (Panel(None, each.drawn.words),), aspect=12.0)

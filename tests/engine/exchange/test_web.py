@@ -14,11 +14,12 @@ import pytest
 
 from engine.core.errors import UsageError
 from engine.core.steps import drain
+from engine.exchange.pbr_from_material import nearest_maps
 from engine.exchange.subject import Settings, Subject
 from engine.exchange.web import contents
 from tests.chromium import Page, chromium
 
-from .materials import linear_material, woven_subject
+from .materials import linear_material, woven_material, woven_subject
 
 
 class Strict(http.server.SimpleHTTPRequestHandler):
@@ -99,3 +100,13 @@ def test_slices_alone_make_no_page() -> None:
     subject = Subject(linear_material((0.5, 0.5, 0.5), "lambert"), woven_subject().maps)
     with pytest.raises(UsageError, match="the page shows"):
         drain(contents(subject, Settings(), ""))
+
+
+@pytest.mark.parametrize(("width", "said"), [(20, 1), (1025, 2)])
+def test_what_the_coding_of_a_page_leaves_out_is_said(width: int, said: int) -> None:
+    material = woven_material(2, width)
+    maps, white = drain(nearest_maps(material))
+    warnings = drain(contents(Subject(material, maps, white), Settings(), "")).warnings
+    assert len(warnings) == said
+    assert "16 bits" in warnings[0]
+    assert said == 1 or "1024 texels a side" in warnings[1]

@@ -190,3 +190,15 @@ def test_the_sheet_has_all_that_drew_and_names_what_is_absent(tmp_path: Path, mo
     sheet = read_png((tmp_path / "out" / "proof.png").read_bytes(), "proof.png").samples
     assert sheet.shape[1] == 2000
     assert sheet.shape[0] > 1500
+
+
+def test_rows_say_the_error_of_what_they_show() -> None:
+    """EEVEE draws the power law, whose error is its own; that of RTI is of the .rti."""
+    errors = {"blender": 0.1, "rti": 0.2, proof.SHADER_TO_RGB: 0.3}
+    headings = {
+        name: proof._row(proof.Compared(Drawn(target, name, None, "", True), None), errors).heading
+        for target, name in (("blender", "Blender 5, Cycles"), ("blender", "Blender 5, EEVEE"), ("rti", "PTM 1.2"))
+    }
+    assert headings["Blender 5, Cycles"].startswith("blender 10 % away")
+    assert headings["Blender 5, EEVEE"].startswith("blender, Shader to RGB 30 % away")
+    assert headings["PTM 1.2"].startswith("rti, the .rti 20 % away")
