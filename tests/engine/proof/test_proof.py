@@ -194,7 +194,7 @@ def test_the_sheet_has_all_that_drew_and_names_what_is_absent(tmp_path: Path, mo
 
 def test_rows_say_the_error_of_what_they_show() -> None:
     """EEVEE draws the power law, whose error is its own; that of RTI is of the .rti."""
-    errors = {"blender": 0.1, "rti": 0.2, proof.SHADER_TO_RGB: 0.3}
+    errors: dict[str, float | None] = {"blender": 0.1, "rti": 0.2, proof.SHADER_TO_RGB: 0.3}
     headings = {
         name: proof._row(proof.Compared(Drawn(target, name, None, "", True), None), errors).heading
         for target, name in (("blender", "Blender 5, Cycles"), ("blender", "Blender 5, EEVEE"), ("rti", "PTM 1.2"))
