@@ -227,7 +227,9 @@ def export(
 def check_names(names: Sequence[str]) -> None:
     """Raise UsageError unless `names` are of targets, or `AUTO` alone."""
     unknown = [name for name in names if name not in (*NAMES, AUTO)]
-    if unknown or not names or (AUTO in names and len(names) > 1):
+    if AUTO in names and len(names) > 1 and not unknown:
+        raise UsageError(f"{AUTO} chooses the target: give {AUTO} alone, or targets by name")
+    if unknown or not names:
         raise UsageError(f"unknown target {' '.join(unknown)!r}; known are {', '.join(NAMES)}, or {AUTO} alone")
 
 

@@ -121,7 +121,7 @@ def test_light_in_place_of_a_black_material_has_no_relative_error(tmp_path: Path
 def test_auto_says_where_nothing_keeps_the_budget(tmp_path: Path) -> None:
     record = drain(export(tmp_path / "out", dome_material(), ["auto"], error=0.0))
     assert record["auto"]["chosen"] == "shaders"
-    with pytest.raises(UsageError, match="auto alone"):
+    with pytest.raises(UsageError, match="auto chooses the target: give auto alone"):
         drain(export(tmp_path / "other", dome_material(), ["auto", "gltf"]))
     with pytest.raises(UsageError, match="not a number"):
         drain(export(tmp_path / "other", dome_material(), ["auto"], error=float("nan")))
