@@ -155,12 +155,16 @@ def decode(content: bytes, name: str, transfer: TransferChoice = "auto", half_si
 
 
 def decode_alpha(content: bytes, name: str) -> dict[str, Any]:
-    """A decoder like `decode`: `alpha` (H, W) float32 in [0, 1] of a PNG, which is a map and no coverage."""
-    if not content.startswith(png.SIGNATURE):
+    """A decoder like `decode`: `alpha` (H, W) float32 of a PNG or an EXR, which is a map and no coverage."""
+    if content.startswith(png.SIGNATURE):
+        codes = png.read_alpha(content, name)
+        values: NDArray[np.floating[Any]] = codes / np.float32(np.iinfo(codes.dtype).max)
+    elif content.startswith(exr.SIGNATURE):
+        values = exr.read_exr_alpha(content, name)
+    else:
         raise InputError(name, "has no alpha channel that is read", "Save it as a PNG")
-    codes = png.read_alpha(content, name)
-    alpha = result_array(codes.shape, np.float32)
-    alpha[...] = codes / np.float32(np.iinfo(codes.dtype).max)
+    alpha = result_array(values.shape, np.float32)
+    alpha[...] = values
     return {"alpha": alpha}
 
 

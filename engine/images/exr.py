@@ -70,6 +70,14 @@ def read_exr_channels(content: bytes, name: str) -> dict[str, Any]:
     return {**{f"channel:{key}": plane for key, plane in channels.items()}, "attributes": attributes}
 
 
+def read_exr_alpha(content: bytes, name: str) -> NDArray[np.float32]:
+    """The channel A (H, W) of the first part; InputError where there is none."""
+    alpha = _with_capitals(_read(content, name)[0]).get("A")
+    if alpha is None:
+        raise InputError(name, "has no alpha channel", "Save it with its fourth channel")
+    return alpha.astype(np.float32)
+
+
 def _plain(value: Any) -> bool:
     return isinstance(value, (str, int, float)) or (isinstance(value, tuple) and all(map(_plain, value)))
 

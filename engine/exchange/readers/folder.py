@@ -192,7 +192,7 @@ def _described(folder: Path, title: str, found: dict[str, list[Path]], own: bool
         for name, channel in channels.items():
             packed = Picture(files[kind], files[kind].name, channel=(0, 1, 2)[channel])
             inputs.setdefault(name, Input(picture=packed))
-        if kind in ("mask", "metallic_smoothness") and files[kind].suffix.lower() == ".png":
+        if kind in ("mask", "metallic_smoothness") and files[kind].suffix.lower() in (".png", ".exr"):
             smoothness = Picture(files[kind], files[kind].name, channel="alpha")
             inputs.setdefault("roughness", Input(picture=smoothness, inverted=True))
     for name in ("roughness", "metallic", "occlusion", "height"):
