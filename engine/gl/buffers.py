@@ -54,7 +54,8 @@ class MeshBuffers:
 #: Texture unit, above those of maps.
 UNIT = 7
 
-#: Colours beside each other in a line.
+#: Colours beside each other in a line, a power of two: shaders find a place by shifts, as divisions of whole numbers
+#: cost as much as the fetch.
 WIDTH = 4096
 
 #: Bytes that are brought to the device at a time: some milliseconds of work.
@@ -69,7 +70,8 @@ class VertexRows:
 
     def __init__(self, context: Any, texture_limits: Limits) -> None:
         self.context = context
-        self._width = min(WIDTH, texture_limits.texture_size)
+        self._bits = min(WIDTH, texture_limits.texture_size).bit_length() - 1
+        self._width = 1 << self._bits
         self._most = self._width * texture_limits.texture_size
         self._texture: Any = None
 
@@ -97,7 +99,7 @@ class VertexRows:
     def bind(self, program: Any) -> None:
         self._texture.use(UNIT)
         program["rows"].value = UNIT
-        program["row_width"].value = self._width
+        program["row_bits"].value = self._bits
 
     def release(self) -> None:
         if self._texture is not None:

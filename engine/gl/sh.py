@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.factor.hemisphere_map import KINDS
-from engine.gl.brdf_textures import layers
+from engine.gl.brdf_textures import layers, plain
 from engine.gl.context import Limits
 from engine.gl.program import set_uniforms
 from engine.transport.relit import RelitSh
@@ -41,7 +41,9 @@ class Textures:
         self._values: dict[str, Any] = {"flat_row": relit.flat_vertex * count}
         if first.isotropic:
             self._name = "table_rows"
-            self._texture = layers(context, np.stack([table.values for table in tables]))
+            values = np.stack([table.values for table in tables])
+            is_varied = isinstance(relit.table, VariedTable)
+            self._texture = layers(context, values) if is_varied else plain(context, values[0])
         else:
             self._name = "table_map"
             self._texture = layers(context, np.concatenate([_beside_each_other(table.values) for table in tables]))

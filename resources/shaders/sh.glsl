@@ -76,7 +76,21 @@ vec3 radiance_of(int vertex, vec3 wo)
 }
 
 #else
+#if defined(VARIED)
 uniform sampler2DArray table_rows;
+
+vec3 entry(int column, int line, int t)
+{
+    return texelFetch(table_rows, ivec3(column, line, table_at[t]), 0).rgb;
+}
+#else
+uniform sampler2D table_rows;
+
+vec3 entry(int column, int line, int t)
+{
+    return texelFetch(table_rows, ivec2(column, line), 0).rgb;
+}
+#endif
 
 vec3 radiance_of(int vertex, vec3 wo)
 {
@@ -95,9 +109,8 @@ vec3 radiance_of(int vertex, vec3 wo)
             int at = degree * (degree + 1);
             vec3 coefficient = vec3(0.0);
             for (int t = 0; t < TABLES; ++t) {
-                vec3 below = texelFetch(table_rows, ivec3(at + m, low, table_at[t]), 0).rgb;
-                vec3 above = texelFetch(table_rows, ivec3(at + m, low + 1, table_at[t]), 0).rgb;
-                coefficient += table_share[t] * mix(below, above, share);
+                vec3 between = mix(entry(at + m, low, t), entry(at + m, low + 1, t), share);
+                coefficient += table_share[t] * between;
             }
             vec3 light = wave.x * row(first + at + m);
             if (m > 0)
