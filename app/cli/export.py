@@ -142,9 +142,12 @@ def report(result: dict[str, Any]) -> str:
         lines.append(f"{made['target']:<11}{size_text(made['bytes']):>10}{errors[0]:>13}{errors[1]:>11}{flip:>10}")
     if "auto" in result:
         for other in result["auto"]["candidates"]:
-            if other["target"] != result["auto"]["chosen"]:
-                error = _percent(other["rmse_rel_reference"])
-                lines.append(f"not chosen: {other['target']}, {size_text(other['bytes'])}, {error}")
+            is_chosen, by = (
+                other["target"] == result["auto"]["chosen"],
+                f" by its {other['by']}" if "by" in other else "",
+            )
+            size, error = size_text(other["bytes"]), _percent(other["rmse_rel_reference"])
+            lines.append(f"{'chosen' if is_chosen else 'not chosen'}: {other['target']}{by}, {size}, {error}")
     lines.append("Errors are relative: against the photographs, and against the material under three environments.")
     if any(made["target"] == "brdf" for made in result["targets"]):
         lines.append(

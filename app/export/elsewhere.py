@@ -260,7 +260,8 @@ class Elsewhere(QWidget):
         row = next(row for row in best["candidates"] if row["target"] == best["chosen"])
         kept = "keeps it at" if best["within"] else "is nearest, and no representation keeps it:"
         error = "–" if row["rmse_rel_reference"] is None else percent(row["rmse_rel_reference"], 3)
-        self.chosen.setText(f"{self.cards[best['chosen']].title} {kept} {error}, {size_text(row['bytes'])}.")
+        by = f" by its {row['by']}" if "by" in row else ""
+        self.chosen.setText(f"{self.cards[best['chosen']].title}{by} {kept} {error}, {size_text(row['bytes'])}.")
 
     def start(self) -> None:
         """Write the chosen targets; a folder that exists is replaced only if it is an export."""

@@ -322,7 +322,8 @@ def choice(found: Sequence[Offer], error: float) -> dict[str, Any]:
     rows = []
     for each in found:
         errors = each.entry.get("slices", each.entry)
-        rows.append({**{key: each.entry[key] for key in ("target", "bytes")}, **{key: errors[key] for key in keys}})
+        row = {**{key: each.entry[key] for key in ("target", "bytes")}, **{key: errors[key] for key in keys}}
+        rows.append(row | ({"by": "slices"} if errors is not each.entry else {}))
 
     def error_of(row: dict[str, Any]) -> float:
         return inf if row["rmse_rel_reference"] is None else float(row["rmse_rel_reference"])

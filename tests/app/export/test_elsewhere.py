@@ -142,7 +142,7 @@ def test_the_smallest_within_an_error_is_the_choice_of_the_command_line(page: An
     page.budget.show_value(0.0)
     click(qtbot, page.choose)
     assert page.names == ["shaders"]
-    assert page.chosen.text().startswith("Shaders keeps it at 0 %, ")
+    assert page.chosen.text().startswith("Shaders by its slices keeps it at 0 %, ")
     del page.found["shaders"].entry["slices"]
     click(qtbot, page.choose)
     assert "no representation keeps it" in page.chosen.text()

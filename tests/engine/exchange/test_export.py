@@ -82,6 +82,7 @@ def test_slices_count_where_shaders_hold_them(tmp_path: Path) -> None:
     record = drain(export(tmp_path / "out", dataclasses.replace(slices, power_law=law), ["auto"], error=0.0))
     (made,) = record["targets"]
     assert (made["target"], record["auto"]["within"]) == ("shaders", True)
+    assert [row["target"] for row in record["auto"]["candidates"] if row.get("by") == "slices"] == ["shaders"]
     assert made["slices"]["rmse_rel_reference"] == 0.0
     assert made["rmse_rel_reference"] > 0.3
     assert any("the slices beside it are 0 % away in GLSL and HLSL" in words for words in made["warnings"])
