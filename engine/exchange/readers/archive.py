@@ -12,6 +12,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 
+from engine.core.errors import InputError
 from engine.core.steps import Steps
 from engine.exchange.readers.folder import SUFFIXES, describe_unpacked, is_material, kind_of
 from engine.exchange.readers.textures import Described, maps_of
@@ -40,7 +41,10 @@ def read_zip(path: Path) -> Steps[Material]:
     with tempfile.TemporaryDirectory(prefix="lightarc-textures-", ignore_cleanup_errors=True) as folder:
         yield from unpack(path, Path(folder), _textures)
         described: Described = describe_unpacked(path, Path(folder))
-        maps, health = yield from maps_of(dataclasses.replace(described, notes=(*described.notes, *noted)))
+        try:
+            maps, health = yield from maps_of(dataclasses.replace(described, notes=(*described.notes, *noted)))
+        except InputError as error:
+            raise InputError(path / Path(error.path).name, error.problem, error.remedy) from None
     return material_of_maps(maps, described.name, health)
 
 

@@ -77,6 +77,14 @@ def test_a_folder_with_one_document_stands_for_it(tmp_path: Path) -> None:
     assert not holds_pbr_maps(tmp_path / "out")
 
 
+def test_a_broken_texture_is_named_within_its_zip(folder: Path, tmp_path: Path) -> None:
+    (folder / "Bricks076_1K-PNG_Color.png").write_bytes(b"hello")
+    path = zipped(tmp_path / "b.zip", folder)
+    with pytest.raises(InputError) as caught:
+        open_material(path)
+    assert caught.value.path == str(path / "Bricks076_1K-PNG_Color.png")
+
+
 def test_zips_of_anything_else_are_no_material(folder: Path, tmp_path: Path) -> None:
     for name in ("Roughness", "Displacement"):
         (folder / f"Bricks076_1K-PNG_{name}.png").unlink()
