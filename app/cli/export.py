@@ -77,7 +77,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """`targets`, a list of objects with `target`, `files`, `bytes`, `rmse_rel`, `rmse_rel_reference`, `flip`,
-    `by_environment` and `warnings`; `material`, the errors before leaving; `proof`, the sheet and its consumers."""
+    `by_environment`, `errors_are` (the meaning of these, and why one is null) and `warnings`; the same errors of the
+    `slices` beside a power law in shaders and of the `power_law` of Blender; of RTI and BRDFs `rmse_rel_by_file`.
+    `material`, the errors before leaving; `proof`, the sheet and its consumers."""
     if arguments.proof == bool(arguments.to):
         raise UsageError("give either --to with one or more targets, or --proof, which writes all of them")
     show(Step(0.0, "reading the material"))
