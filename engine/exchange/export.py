@@ -215,7 +215,8 @@ def export(
 
     `targets` of the record lists for each target its `files`, `bytes`, errors and warnings: `rmse_rel` against the
     photographs (None without a stack of the same size), `rmse_rel_reference` and `flip` over three environments, and
-    the same by environment; `errors_are` says so in words, and why one is None. An earlier export is replaced. UsageError for unknown targets, OutputError for the folder.
+    the same by environment; `errors_are` says so in words, and why one is None. An earlier export is replaced.
+    UsageError for unknown targets, OutputError for the folder.
     """
     check_names(names)
     if not (error >= 0.0 and np.isfinite(error)):
