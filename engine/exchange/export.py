@@ -58,15 +58,15 @@ class Target:
     words : a sentence for people.
     shown : the representation as its files hold it, rounding included; None where it shows no picture of the surface.
     contents : the files, from subject, settings and the sentence that states the errors.
-    second : another look-up that the same files hold, by the name under which the record states its errors; it is None
-        where a material has no other.
+    others : further look-ups that the same files hold, by the names under which the record states their errors; each
+        is None where a material has none.
     """
 
     name: str
     words: str
     shown: Callable[[Subject, Settings], Shown | None]
     contents: Callable[[Subject, Settings, str], Steps[Contents]]
-    second: tuple[str, Callable[[Subject, Settings], Shown | None]] | None = None
+    others: tuple[tuple[str, Callable[[Subject, Settings], Shown | None]], ...] = ()
 
 
 def in_8_bits(subject: Subject, _settings: Settings) -> Shown:
@@ -89,14 +89,14 @@ TARGETS: tuple[Target, ...] = (
         "Blender: a script and, where Blender is at hand, a .blend",
         blender.shown,
         blender.contents,
-        ("power_law", blender.power_law_shown),
+        (("power_law", blender.power_law_shown),),
     ),
     Target(
         "shaders",
         "GLSL, HLSL and OSL that evaluate the material itself",
         shaders.shown,
         shaders.contents,
-        ("slices", shaders.slices_shown),
+        (("slices", shaders.slices_shown), ("power_law_alone", shaders.law_alone_shown)),
     ),
     Target("web", "A page for any browser, and one for strict sites", web.shown, web.contents),
     Target("rti", "RTI: .ptm, .rti and a tree for web viewers", rti.shown, rti.contents),
@@ -283,9 +283,10 @@ def _made(leaving: Departure, target: Target, settings: Settings) -> Steps[tuple
         raise UsageError(f"{target.name} holds a material from photographs; PBR maps leave as the other targets")
     shown = target.shown(subject, settings)
     errors, values = yield from part(_measured(shown, leaving), 0.0, 0.4)
-    second: dict[str, Any] = {}
-    if target.second is not None and (other := target.second[1](subject, settings)) is not None:
-        second[target.second[0]] = (yield from part(_measured(other, leaving), 0.4, 0.5))[0]
+    others: dict[str, Any] = {}
+    for name, shown_else in target.others:
+        if (other := shown_else(subject, settings)) is not None:
+            others[name] = (yield from part(_measured(other, leaving), 0.4, 0.5))[0]
     contents = yield from part(target.contents(subject, settings, statement(errors)), 0.5, 1.0)
     entry = {
         "target": target.name,
@@ -295,8 +296,8 @@ def _made(leaving: Departure, target: Target, settings: Settings) -> Steps[tuple
         "bytes_per_texel": contents.bytes_per_texel,
         **errors,
         "errors_are": meaning(errors),
-        **second,
-        "warnings": [*away(errors, second), *contents.warnings, *leaving.remark],
+        **others,
+        "warnings": [*away(errors, others), *contents.warnings, *leaving.remark],
         **contents.record,
     }
     return contents, entry, values

@@ -315,7 +315,7 @@ def meaning(errors: dict[str, Any]) -> str:
     return f"{words}; rmse_rel: {photographs}"
 
 
-def away(errors: dict[str, Any], second: dict[str, Any]) -> list[str]:
+def away(errors: dict[str, Any], others: dict[str, Any]) -> list[str]:
     """Sentences on what files show in place of the material; none where they show the material itself."""
     error, said = errors["rmse_rel_reference"], list[str]()
     under = ", ".join(errors["by_environment"])
@@ -325,14 +325,16 @@ def away(errors: dict[str, Any], second: dict[str, Any]) -> list[str]:
         said.append(
             f"what these files show is {percent(error, 3)} away from the material (relative RMSE under {under})"
         )
-    for name, others in second.items():
-        if others["rmse_rel_reference"] is None:
+    for name, figures in others.items():
+        if figures["rmse_rel_reference"] is None:
             continue
-        of_it = percent(others["rmse_rel_reference"], 3)
+        of_it = percent(figures["rmse_rel_reference"], 3)
         if name == "slices":
             said.append(
                 f"these are the errors of the power law; the slices beside it are {of_it} away in GLSL and HLSL"
             )
-        elif others["rmse_rel_reference"] >= EXACT:
+        elif name == "power_law_alone":
+            said.append(f"the power law without the tiles that keep their slices is {of_it} away in HLSL and OSL")
+        elif figures["rmse_rel_reference"] >= EXACT:
             said.append(f"the power law behind Shader to RGB is {of_it} away from the material")
     return said

@@ -9,6 +9,7 @@ PBR maps, which need no such look-up, the generator of MaterialX makes OSL.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 from engine.bundle.directional import directional_members
@@ -35,6 +36,15 @@ def slices_shown(subject: Subject, _settings: Settings) -> Shown | None:
     if subject.material.power_law is None or subject.material.shading_map is None:
         return None
     return subject.kept("slices", lambda: material_shown(subject.portable))
+
+
+def law_alone_shown(subject: Subject, _settings: Settings) -> Shown | None:
+    """The power law in all tiles, as HLSL, OSL and pages show it; None where no tile keeps its slices."""
+    law = subject.material.power_law
+    if law is None or law.kept is None:
+        return None
+    alone = replace(subject.portable, power_law=replace(law, kept=None))
+    return subject.kept("power law alone", lambda: material_shown(alone, "power-law"))
 
 
 def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:

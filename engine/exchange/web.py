@@ -12,6 +12,7 @@ from __future__ import annotations
 from engine.bundle.page import VIEWER_SIDE, Extras, viewer_and_parts
 from engine.core.steps import Step, Steps
 from engine.exchange.loss import Shown, material_shown
+from engine.exchange.shaders import law_alone_shown
 from engine.exchange.subject import Contents, Settings, Subject, fit_warnings
 
 _EMBED = """<iframe src="strict/index.html" title="{name}" width="900" height="600" loading="lazy"
@@ -19,10 +20,12 @@ _EMBED = """<iframe src="strict/index.html" title="{name}" width="900" height="6
 """
 
 
-def shown(subject: Subject, _settings: Settings) -> Shown | None:
-    """The power law or the planes."""
+def shown(subject: Subject, settings: Settings) -> Shown | None:
+    """The power law in all tiles, or the planes."""
     if subject.material.power_law is None and subject.material.directional is None:
         return None
+    if (alone := law_alone_shown(subject, settings)) is not None:
+        return alone
     return subject.kept("power-law", lambda: material_shown(subject.portable, "power-law"))
 
 

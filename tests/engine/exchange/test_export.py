@@ -14,6 +14,7 @@ from engine.core.figure_text import percent
 from engine.core.steps import drain
 from engine.exchange.export import NAMES, RECORD, Offer, choice, export
 from engine.exchange.loss import statement
+from engine.shading.mixed import keep_tiles
 
 from .materials import R_MAX, dome_material, dome_stack, linear_material, woven_law, woven_material
 
@@ -102,6 +103,21 @@ def test_what_files_show_in_place_of_the_material_is_said(tmp_path: Path) -> Non
     assert "rmse_rel: null without photographs" in shaders["errors_are"]
     assert brdf["rmse_rel"] is None
     assert "no texels to compare" in brdf["errors_are"]
+
+
+def test_kept_tiles_are_not_counted_where_they_are_not_shown(tmp_path: Path) -> None:
+    """GLSL looks the slices of tiles up; pages, HLSL and OSL show the power law there, which is far off here."""
+    slices = linear_material((0.5, 0.4, 0.3), "lambert", height=8, width=8)
+    assert slices.shading_map is not None
+    law = dataclasses.replace(woven_law(8, 8), r_max=R_MAX)
+    mixed = dataclasses.replace(slices, power_law=drain(keep_tiles(law, slices.shading_map, 0.0, size=8)))
+    record = drain(export(tmp_path / "out", mixed, ["shaders", "web"]))
+    shaders, web = record["targets"]
+    assert shaders["rmse_rel_reference"] < 1e-6
+    assert shaders["power_law_alone"]["rmse_rel_reference"] == web["rmse_rel_reference"] > 0.3
+    error = percent(web["rmse_rel_reference"], 3)
+    assert f"what these files show is {error} away" in web["warnings"][0]
+    assert any(f"without the tiles that keep their slices is {error} away" in words for words in shaders["warnings"])
 
 
 def test_light_in_place_of_a_black_material_has_no_relative_error(tmp_path: Path) -> None:
