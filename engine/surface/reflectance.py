@@ -121,8 +121,8 @@ def texels(
         radiance, clipped = np.asarray(stack.radiance[used, first:last]), np.asarray(stack.saturated[used, first:last])
     else:
         for place, photograph in enumerate(used):
-            radiance[place] = stack.radiance[int(photograph), first:last:step, columns]
-            clipped[place] = stack.saturated[int(photograph), first:last:step, columns]
+            radiance[place] = stack.radiance[int(photograph), first:last:step][:, columns]
+            clipped[place] = stack.saturated[int(photograph), first:last:step][:, columns]
     rows, across = np.meshgrid(np.array(lines), columns, indexing="ij")
     count = len(used)
     return radiance.reshape(count, -1, 3), ~clipped.reshape(count, -1), rows.ravel(), across.ravel()

@@ -10,6 +10,8 @@ from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.surface.lamps import lamps, observed_slopes
 from engine.surface.recover import recover
+from engine.surface.reflectance import texels
+from tests.engine.domes import dome
 from tests.engine.surface.photographs import angle_deg, bump, directions, lambertian, lights, normals, stack
 
 AROUND = (0.0, 60.0, 120.0, 180.0, 240.0, 300.0)
@@ -154,3 +156,12 @@ def test_normals_err_as_they_say_where_lamps_of_one_side_err_alike(dimmed: float
     within = np.mean(angle < maps.uncertainty.normal)
     print(within, np.median(angle), np.median(maps.uncertainty.normal))
     assert 0.5 < within < 0.85
+
+
+def test_a_sample_of_texels_holds_those_of_its_rows_and_columns() -> None:
+    """In a stack that is taller than wide."""
+    photographs = dome(4, height=23, width=11)
+    radiance, usable, rows, columns = texels(photographs, np.array([0, 2]), 1, 23, 3)
+    assert (rows.max(), columns.max(), len(rows)) == (22, 10, 8 * 4)
+    np.testing.assert_array_equal(radiance, photographs.radiance[[0, 2]][:, rows, columns])
+    assert usable.all()
