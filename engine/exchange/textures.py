@@ -9,7 +9,7 @@ one; else the error is measured with 0.04. See `engine.exchange.coding` for the 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
-from engine.exchange.coding import Coding, Handedness, Map, coded, encoded
-from engine.exchange.loss import Shown
+from engine.exchange.coding import Coding, Handedness, Map, coded, encoded, rounded
+from engine.exchange.loss import Shown, maps_shown
 from engine.exchange.subject import Contents, Files, Settings, Subject
 from engine.surface.pbr_maps import DIELECTRIC_F0
 
@@ -140,8 +140,26 @@ _NAMES = {"height": "height", "occlusion": "ambient occlusion", "cavity": "cavit
 
 
 def shown(subject: Subject, settings: Settings) -> Shown:
-    """The maps as they come back, with the f0 of importers where the preset has no place for another."""
-    return subject.shown_as(settings.coding, None if _has_specular(_preset(settings)) else DIELECTRIC_F0)
+    """The maps as they come back, with the f0 of importers where the preset has no place for another.
+
+    A specular level says no more than `FULL_SPECULAR`.
+    """
+    if not _has_specular(_preset(settings)):
+        return subject.shown_as(settings.coding, DIELECTRIC_F0)
+    if not _is_beyond_full(subject):
+        return subject.shown_as(settings.coding)
+
+    def limited() -> Shown:
+        f0 = np.minimum(subject.maps.f0, np.float32(FULL_SPECULAR))
+        return maps_shown(replace(rounded(subject.maps, settings.coding), f0=f0), np.pi * subject.white)
+
+    found = subject.kept((settings.coding, "f0 of a full specular level"), limited)
+    assert found is not None
+    return found
+
+
+def _is_beyond_full(subject: Subject) -> bool:
+    return bool(subject.maps.f0.max() > FULL_SPECULAR + 1e-3)
 
 
 def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]:
@@ -161,6 +179,8 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     warnings = (*common_warnings(subject, places), *_unknown(subject, places))
     if source(subject, "specular") is not None and not _has_specular(preset):
         warnings = (*warnings, "these textures hold no f0, and importers take 0.04")
+    elif _has_specular(preset) and _is_beyond_full(subject):
+        warnings = (*warnings, f"f0 is up to {float(subject.maps.f0.max()):.3f}, of which a specular level says 0.08")
     height = subject.maps.height
     record: dict[str, Any] = {"preset": settings.preset, "coding": settings.coding, "normal": handedness}
     if height is not None:

@@ -16,6 +16,7 @@ from engine.core.errors import UsageError
 from engine.core.steps import drain
 from engine.exchange import blender, gltf, materialx, textures, usd
 from engine.exchange.coding import CODINGS, Coding, rounded
+from engine.exchange.loss import ball, environment_lights
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.exchange.textures import PRESETS
 from engine.scene.material import Material
@@ -151,6 +152,21 @@ def test_one_f0_in_place_of_many_is_said(target: Any) -> None:
     f0 = np.linspace(0.02, 0.08, 120, dtype=np.float32).reshape(12, 10)
     subject = dataclasses.replace(measured_subject(), maps=dataclasses.replace(measured_maps(), f0=f0))
     assert any(words.startswith("f0 varies") for words in drain(target.contents(subject, Settings(), "")).warnings)
+
+
+def test_an_f0_beyond_the_specular_level_is_said_and_counted() -> None:
+    """A gem reflects 0.17; a specular level of 1 is 0.08, and that is what is shown."""
+    material = woven_subject().material
+    gem, glass = (
+        Subject(material, dataclasses.replace(measured_maps(), f0=np.full((12, 10), f0, np.float32)))
+        for f0 in (0.17, 0.08)
+    )
+    assert any("f0 is up to 0.170" in words for words in contents(gem, Settings("blender")).warnings)
+    assert not any("f0 is up to" in words for words in contents(glass, Settings("blender")).warnings)
+    view, lights = ball(12, 10, 24), environment_lights("studio")
+    shown = textures.shown(gem, Settings("blender"))(view, lights)
+    np.testing.assert_allclose(shown, glass.shown_as("png8")(view, lights), rtol=1e-5)
+    assert not np.allclose(shown, gem.shown_as("png8")(view, lights), rtol=1e-2)
 
 
 def test_a_dome_without_its_photographs_is_not_called_an_arc() -> None:
