@@ -32,8 +32,8 @@ from itertools import pairwise  # noqa: E402
 from pathlib import Path  # noqa: E402
 from typing import Any  # noqa: E402
 
-TICK_MS = 5
-LIMIT_MS = 50.0
+from app.bench.gaps import LIMIT_MS, Drawing, Gaps  # noqa: E402
+
 PATIENCE_S = 300.0
 TURNING_S = 3.0
 REFERENCE_S = 5.0
@@ -48,25 +48,24 @@ def main() -> int:
 
     from app.window.application import start
     from app.window.main_window import MainWindow
-    from app.window.top_bar import WORKSPACES
 
     application = start()
     with tempfile.TemporaryDirectory() as folder:
         window = MainWindow(Path(folder))
-        _Drawing.watch(window.view.viewport.surface)
+        Drawing.watch(window.view.viewport.surface)
         window.show()
         handle = window.windowHandle()
         while handle is None or not handle.isExposed():
             application.processEvents()
         application.processEvents()
         start_s = time.perf_counter() - STARTED_S
-        making = _Gaps(lambda: True)
-        while len(window.tabs) < len(WORKSPACES):
+        making = Gaps(lambda: True)
+        while not window.is_whole:
             application.processEvents()
         making.stop()
         behind_s = time.perf_counter() - STARTED_S
         bench = window.bench
-        gaps = _Gaps(lambda: any(job.heavy for job in bench.jobs.active))
+        gaps = Gaps(lambda: any(job.heavy for job in bench.jobs.active))
         begun = time.perf_counter()
         if len(sys.argv) > 1:
             window.open([Path(sys.argv[1])])
@@ -134,7 +133,7 @@ def _look(window: Any) -> dict[str, float]:
     until(lambda: viewport.scene is not None and viewport.scene.environment is not None)
     view.at_rest.blockSignals(True)  # the error of the directions is another job, measured apart
     until(lambda: viewport.surface.is_finished)
-    turning, pictures = _Gaps(lambda: True), [time.perf_counter()]
+    turning, pictures = Gaps(lambda: True), [time.perf_counter()]
     viewport.drawn.connect(lambda _seconds: pictures.append(time.perf_counter()))
     hand = QTimer()
     hand.timeout.connect(lambda: viewport.turn(0.02, 0.0))
@@ -143,7 +142,7 @@ def _look(window: Any) -> dict[str, float]:
     hand.stop()
     between = sorted(after - before for before, after in pairwise(pictures[1:]))
     turning.stop()
-    refining = _Gaps(lambda: True)
+    refining = Gaps(lambda: True)
     refined_s = until(lambda: viewport.surface.is_finished)
     refining.stop()
     relit = {key: value for method in view.bakings for key, value in _relight(window, method, until).items()}
@@ -166,7 +165,7 @@ def _measure(view: Any, until: Callable[..., float]) -> dict[str, float]:
     until(lambda: view.pictures.error is not None)
     view.viewport.turn(0.02, 0.0)
     until(lambda: view.viewport.surface.is_finished)
-    gaps = _Gaps(lambda: True)
+    gaps = Gaps(lambda: True)
     until(lambda: True, MEASURING_S)
     gaps.stop()
     return gaps.figures("measuring")
@@ -188,7 +187,7 @@ def _relight(window: Any, method: str, until: Callable[..., float]) -> dict[str,
     baking.bake()
     until(lambda: baking.made is not None and view.viewport.scene is not None and view.viewport.scene.relit is not None)
     until(lambda: view.viewport.surface.is_finished)
-    gaps, angle = _Gaps(lambda: True), [0.0]
+    gaps, angle = Gaps(lambda: True), [0.0]
 
     def turn() -> None:
         angle[0] = (angle[0] + 2.0) % 180.0
@@ -221,7 +220,7 @@ def _refer(view: Any, until: Callable[..., float]) -> dict[str, float]:
     view.compare.toggle("wipe")
     found = view.pictures.reference
     until(lambda: found.found is not None and found.found.samples > 0)  # kernels are prepared once
-    gaps = _Gaps(lambda: True)
+    gaps = Gaps(lambda: True)
     for _ in range(2):
         view.viewport.turn(0.02, 0.0)
         until(lambda: True, REFERENCE_S)
@@ -235,79 +234,6 @@ def _give_up(words: str) -> None:
 
     print(words, file=sys.stderr)
     QApplication.exit(1)
-
-
-class _Drawing:
-    """Seconds that the window's thread has spent so far on drawing pictures and composing the window with them."""
-
-    seconds = 0.0
-    _since = 0.0
-
-    @classmethod
-    def watch(cls, surface: Any) -> None:
-        from app.viewport.gl_surface import GlSurface
-        from app.viewport.refining import Refining
-
-        if not isinstance(surface, GlSurface):
-            return
-        Refining._advance = cls._timed(Refining._advance)  # type: ignore[method-assign]
-        GlSurface._show = cls._timed(GlSurface._show)  # type: ignore[method-assign]
-        surface.aboutToCompose.connect(lambda: setattr(cls, "_since", time.perf_counter()))
-        surface.frameSwapped.connect(lambda: cls._add(cls._since))
-
-    @classmethod
-    def _add(cls, since: float) -> None:
-        cls.seconds += time.perf_counter() - since
-
-    @classmethod
-    def _timed(cls, work: Callable[..., Any]) -> Callable[..., Any]:
-        def timed(*arguments: Any) -> Any:
-            since = time.perf_counter()
-            try:
-                return work(*arguments)
-            finally:
-                cls._add(since)
-
-        return timed
-
-
-class _Gaps:
-    """Delays of a timer of the window's thread behind its plan, in milliseconds, counted while `counts` says so.
-
-    `own_ms` are the same without what went into drawing.
-    """
-
-    def __init__(self, counts: Callable[[], bool]) -> None:
-        from PySide6.QtCore import Qt, QTimer
-
-        self.counts = counts
-        self.gaps_ms: list[float] = [0.0]
-        self.own_ms: list[float] = [0.0]
-        self._last_s, self._drawn_s = time.perf_counter(), _Drawing.seconds
-        self._timer = QTimer()
-        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
-        self._timer.timeout.connect(self._tick)
-        self._timer.start(TICK_MS)
-
-    def stop(self) -> None:
-        self._timer.stop()
-
-    def _tick(self) -> None:
-        now = time.perf_counter()
-        drawn_s = _Drawing.seconds - self._drawn_s
-        if self.counts():
-            self.gaps_ms.append(1000 * (now - self._last_s) - TICK_MS)
-            self.own_ms.append(1000 * (now - self._last_s - drawn_s) - TICK_MS)
-        self._last_s, self._drawn_s = now, _Drawing.seconds
-
-    def figures(self, name: str) -> dict[str, float]:
-        """The longest, the longest without drawing, and how many were over the limit."""
-        return {
-            f"{name}_block_ms": round(max(self.gaps_ms), 1),
-            f"{name}_own_block_ms": round(max(self.own_ms), 1),
-            f"{name}_blocks_over_50_ms": sum(gap > LIMIT_MS for gap in self.gaps_ms),
-            f"{name}_own_blocks_over_50_ms": sum(gap > LIMIT_MS for gap in self.own_ms),
-        }
 
 
 if __name__ == "__main__":

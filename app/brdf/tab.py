@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from math import radians
 from pathlib import Path
 from typing import Any
@@ -35,7 +35,7 @@ from app.widgets.panels import Segments, text, tool
 from app.widgets.param_form import NumberEditor
 from app.widgets.theme import PADDING
 from app.widgets.tiles import Tile, Tiles
-from app.widgets.workspace import bar_of_choices, side_by_side, under
+from app.widgets.workspace import bar_of_choices, put_beside, side_by_side, under
 from engine.brdf.written import WrittenBrdf
 from engine.core.errors import MissingCapability
 from engine.core.figure_text import number
@@ -63,7 +63,10 @@ class Shown:
 
 
 class BrdfTab(QWidget):
-    """Compares the project's BRDFs. The current entry and the direction of the light are the tab's own."""
+    """Compares the project's BRDFs, once `fill` has been through.
+
+    The current entry and the direction of the light are the tab's own.
+    """
 
     drawn = Signal(float)
     broken = Signal(object)
@@ -88,14 +91,31 @@ class BrdfTab(QWidget):
         self._state: Any = None
         self._on_screen: Any = None
         self._albedos_shown: Any = None
-        self.library = Library(bench)
-        self.inspector = Inspector(bench)
-        work = side_by_side(self.library, self._make_centre(), self.inspector, stretch=1)
+
+    def fill(self) -> Iterator[None]:
+        """Make what is in it, a part with each step, and each at once where it stays: moving widgets costs time."""
+        work = side_by_side()
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(work)
+        self.library = Library(self.bench)
+        put_beside(work, self.library)
+        yield
+        self.polar = PolarPlot()
+        yield
+        self.slice = HalfDifferencePlot()
+        yield
+        self.albedo = AlbedoPlot()
+        yield
+        self.sphere = SpherePreview(self.bench.jobs)
+        yield
+        put_beside(work, self._make_centre(), takes_room=True)
+        yield
+        self.inspector = Inspector(self.bench)
+        put_beside(work, self.inspector)
+        yield
         self._connect()
-        self._changed(Project(), bench.document.project)
+        self._changed(Project(), self.bench.document.project)
 
     def _make_centre(self) -> QWidget:
         self.light = NumberEditor(LIGHT)
@@ -124,8 +144,6 @@ class BrdfTab(QWidget):
         self.save_action.triggered.connect(lambda _on=False: dialogs.save_plots(self, self.bench, self.save_plots))
         row.addWidget(tool(self.save_action))
         row.addStretch(1)
-        self.polar, self.slice, self.albedo = PolarPlot(), HalfDifferencePlot(), AlbedoPlot()
-        self.sphere = SpherePreview(self.bench.jobs)
         self.space = QStackedWidget()
         self.lobes: LobeView | None = None
         self._make_lobes(why_no_gl())

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QFrame,
     QLabel,
     QLineEdit,
-    QScrollArea,
     QVBoxLayout,
     QWidget,
 )
@@ -36,7 +35,7 @@ from app.view.tab import ViewTab
 from app.widgets import theme
 from app.widgets.controls import ComboBox
 from app.widgets.number_field import mark
-from app.widgets.panels import SCROLL_BAR, Rows, button, enable, text, with_buttons
+from app.widgets.panels import SCROLL_BAR, Rows, Scrolled, button, enable, text, with_buttons
 from app.widgets.theme import PADDING, STEP, role
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, time_text
@@ -77,7 +76,7 @@ class AccuracyDock(QDockWidget):
         self.choice: Choice | None = None
         self._is_to_apply = False
         self.legend = Legend()
-        scroll = QScrollArea()  # rather than squeezes its rows where the dock is low
+        scroll = Scrolled()  # rather than squeezes its rows where the dock is low
         scroll.setWidgetResizable(True)
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         scroll.setFrameShape(QFrame.Shape.NoFrame)

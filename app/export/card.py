@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
-from PySide6.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QVBoxLayout, QWidget
 
 from app.widgets import theme
-from app.widgets.panels import enable, keep_hint, text
+from app.widgets.panels import Scrolled, enable, keep_hint, text
 from app.widgets.theme import PADDING, ROW, STEP, role
 from engine.core.figure_text import number, percent, size_text
 
@@ -167,7 +167,7 @@ class Card(QWidget):
             enable(self.box, why_not, self.hint)
 
 
-class Board(QScrollArea):
+class Board(Scrolled):
     """Cards in as many columns as there is room for; it scrolls where the window is low."""
 
     def __init__(self, cards: Sequence[Card]) -> None:

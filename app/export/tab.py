@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +53,7 @@ VARIED = "What varies over the model (View › Over the model) is kept in the pr
 
 
 class ExportTab(QWidget):
-    """Writes the project's material as a bundle, or for other programs."""
+    """Writes the project's material as a bundle, or for other programs, once `fill` has been through."""
 
     capture_wanted = Signal()
     sample_wanted = Signal()
@@ -65,10 +65,17 @@ class ExportTab(QWidget):
         self.exporting: Job | None = None
         self.written = bench.output_folder
         self.latest = Latest(bench.jobs, "Drawing the preview")
+
+    def fill(self) -> Iterator[None]:
+        """Make what is in it, a part with each step, and each at once where it stays: moving widgets costs time."""
+        bench, view = self.bench, self.view
         self.image = ImageView()
-        self.elsewhere = Elsewhere(bench)
         self.empty = self._make_empty()
         self.pages = with_empty_state(self, self.empty, self._make_work())
+        yield
+        self.elsewhere = Elsewhere(bench)
+        self.form_pages.addWidget(self.elsewhere)
+        yield
         begin = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WindowShortcut)
         begin.activated.connect(lambda: (self.elsewhere.export if self.is_elsewhere else self.export).click())
         view.model_ready.connect(self._draw_preview)
@@ -103,8 +110,7 @@ class ExportTab(QWidget):
         row.addWidget(self.forms)
         row.addStretch(1)
         self.form_pages = Pages()
-        self.form_pages.addWidget(side_by_side(self.image, self._make_right(), stretch=0))
-        self.form_pages.addWidget(self.elsewhere)
+        self.form_pages.addWidget(side_by_side(self.image, self._make_right()))
         return under(bar, self.form_pages)
 
     @property

@@ -21,11 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QImage, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
-from PySide6.QtWidgets import QScrollArea, QSizePolicy, QWidget
+from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.widgets import theme
 from app.widgets.labels import DISKS, projection_name, shares
 from app.widgets.number_field import plain
+from app.widgets.panels import Scrolled
 from app.widgets.theme import PADDING, STEP, role
 from engine.core.colour import luminance, srgb_encode
 from engine.core.figure_text import percent
@@ -96,7 +97,7 @@ def _picture(
     return TexturePicture(term, name, image, words)
 
 
-class TexturesView(QScrollArea):
+class TexturesView(Scrolled):
     """Pictures from left to right, as high as there is room. `picked(terms)`: a click on one, or the arrow keys."""
 
     picked = Signal(int)
@@ -107,7 +108,7 @@ class TexturesView(QScrollArea):
         self.strip = _Strip(self)
         self.setWidget(self.strip)
         self.setWidgetResizable(True)
-        self.setFrameShape(QScrollArea.Shape.NoFrame)
+        self.setFrameShape(Scrolled.Shape.NoFrame)
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Textures of the factors")
@@ -231,7 +232,7 @@ ANGLES = {
 SHORT = 0.06
 
 
-class ProjectionsView(QScrollArea):
+class ProjectionsView(Scrolled):
     """Shows the projections of homomorphic factors, or the two maps of separable ones."""
 
     def __init__(self) -> None:
@@ -240,7 +241,7 @@ class ProjectionsView(QScrollArea):
         self.inside = _Diagram()
         self.setWidget(self.inside)
         self.setWidgetResizable(True)
-        self.setFrameShape(QScrollArea.Shape.NoFrame)
+        self.setFrameShape(Scrolled.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setAccessibleName("Projections of the textures")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, Signal
@@ -28,7 +28,7 @@ from app.widgets.empty_state import EmptyState
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Segments
 from app.widgets.tiles import Tile, Tiles
-from app.widgets.workspace import bar_of_choices, side_by_side, under
+from app.widgets.workspace import bar_of_choices, put_beside, side_by_side, under
 from engine.factor.settings import FactorSettings
 
 #: Least time between two updates of the results of a run, and of its preview on the model while the run goes on.
@@ -36,7 +36,10 @@ SHOW_EVERY_MS, PREVIEW_EVERY_MS = 120, 700
 
 
 class FactorTab(QWidget):
-    """Shows the project's runs. What is plotted, the exposure and the model of the preview are this tab's own."""
+    """Shows the project's runs, once `fill` has been through.
+
+    What is plotted, the exposure and the model of the preview are this tab's own.
+    """
 
     drawn = Signal(float)
     broken = Signal(object)
@@ -54,14 +57,28 @@ class FactorTab(QWidget):
             timer.timeout.connect(shows)
         self._pictured: tuple[object, float] = (None, 0.0)
         self._judged: tuple[object, int] = (None, 0)
-        self.settings = FactorSettingsPanel()
-        self.inspector = FactorInspector()
-        work = side_by_side(self.settings, self._make_centre(), self.inspector, stretch=1)
+
+    def fill(self) -> Iterator[None]:
+        """Make what is in it, a part with each step, and each at once where it stays: moving widgets costs time."""
+        work = side_by_side()
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(work)
+        self.settings = FactorSettingsPanel()
+        put_beside(work, self.settings)
+        yield
+        self.plot = ErrorPlot()
+        yield
+        self.preview = FactorPreview(self.bench.jobs)
+        yield
+        put_beside(work, self._make_centre(), takes_room=True)
+        yield
+        self.inspector = FactorInspector()
+        put_beside(work, self.inspector)
+        yield
         self._connect()
-        self._changed(Project(), bench.document.project)
+        yield
+        self._changed(Project(), self.bench.document.project)
 
     def _make_centre(self) -> QWidget:
         self.measure = ComboBox()
@@ -100,10 +117,8 @@ class FactorTab(QWidget):
         row.addWidget(self.measure)
         row.addWidget(self.against)
         row.addStretch(1)
-        self.plot = ErrorPlot()
         self.textures = TexturesView()
         self.projections = ProjectionsView()
-        self.preview = FactorPreview(self.bench.jobs)
         self.tile_of = {
             "plot": Tile("Error", self.plot),
             "projections": Tile("Projections", self.projections),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import reduce
 from typing import Any
 
@@ -54,7 +55,7 @@ SHOWS = (
 
 
 class MaterialTab(QWidget):
-    """Shows the material of the project."""
+    """Shows the material of the project, once `fill` has been through."""
 
     capture_wanted = Signal()
     sample_wanted = Signal()
@@ -66,35 +67,44 @@ class MaterialTab(QWidget):
         self.share = 1.0
         self.place: tuple[int, int] | None = None
         self.page = "material"
+
+    def fill(self) -> Iterator[None]:
+        """Make what is in it, a part with each step, and each at once where it stays: moving widgets costs time."""
         self.image = ImageView()
         self.image.picked.connect(self._picked)
         self.bar = ColourBar(colour_table())
         self.radiance = RadiancePlot()
+        yield
         self.texel = TexelPlot()
+        yield
         self.texel_figures = TexelFigures()
         self.worst_texels = WorstTexels()
         self.worst_texels.chosen.connect(self._go_to)
-        self.finding = Latest(bench.jobs, "Finding the worst texels")
+        self.finding = Latest(self.bench.jobs, "Finding the worst texels")
         self.report = Report()
         self.empty = self._make_empty()
         self.pages = with_empty_state(self, self.empty, self._make_work())
-        self.directional = DirectionalPage(bench.jobs)
+        yield
+        self.directional = DirectionalPage(self.bench.jobs)
         self.directional.tiling.chosen.connect(lambda words, name, value: self._set(words, **{name: value}))
         self.directional.chosen.connect(self._represent)
-        self.directional.build.clicked.connect(bench.build_material)
+        self.directional.build.clicked.connect(self.bench.build_material)
         self.pages.addWidget(self.directional)
-        self.maps = MapsPage(bench.jobs)
+        yield
+        self.maps = MapsPage(self.bench.jobs)
         self.pages.addWidget(self.maps)
-        self.surface = SurfacePage(bench)
+        yield
+        self.surface = SurfacePage(self.bench)
         self.pages.addWidget(self.surface)
+        yield
         self.switches = (self.switch, self.directional.switch, self.surface.switch)
         for switch in self.switches:
             switch.chosen.connect(self.show_page)
         begin = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WindowShortcut)
         begin.activated.connect(lambda: self.main_button.click())
-        bench.document.changed.connect(self._changed)
-        bench.jobs.changed.connect(lambda _job: self._update_buttons())
-        self._changed(Project(), bench.document.project)
+        self.bench.document.changed.connect(self._changed)
+        self.bench.jobs.changed.connect(lambda _job: self._update_buttons())
+        self._changed(Project(), self.bench.document.project)
 
     def _make_empty(self) -> EmptyState:
         return EmptyState(

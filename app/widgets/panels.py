@@ -53,7 +53,7 @@ class Panel(QWidget):
         self.column = QVBoxLayout(self.inside)
         self.column.setContentsMargins(PADDING, PADDING, PADDING, PADDING)
         self.column.setSpacing(STEP)
-        scroll = QScrollArea()
+        scroll = Scrolled()
         scroll.setWidgetResizable(True)
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         scroll.setFrameShape(QFrame.Shape.NoFrame)
@@ -95,6 +95,21 @@ class Panel(QWidget):
             holder.setContentsMargins(PADDING, 2 * STEP, PADDING, PADDING)
             holder.addWidget(foot)
             self.whole.addLayout(holder)
+
+
+class Scrolled(QScrollArea):
+    """An area that scrolls, and measures its content from its first showing on.
+
+    Qt's own also measures it each time that a widget around it gets a parent, and dresses all of it anew for that.
+    """
+
+    _was_shown = False
+
+    def event(self, event: QEvent) -> bool:
+        self._was_shown |= event.type() == QEvent.Type.Show
+        if not self._was_shown and event.type() in (QEvent.Type.StyleChange, QEvent.Type.LayoutRequest):
+            return True
+        return super().event(event)
 
 
 class _Inside(QWidget):

@@ -147,8 +147,9 @@ def font(size_px: int = TEXT, *, strong: bool = False) -> QFont:
 def role(widget: QWidget, name: str) -> QWidget:
     """Give `widget` the look called `name` and return it; may be called again when the look changes."""
     widget.setProperty("role", name)
-    widget.style().unpolish(widget)
-    widget.style().polish(widget)
+    if widget.testAttribute(Qt.WidgetAttribute.WA_WState_Polished):  # or else Qt dresses it when it is first needed
+        widget.style().unpolish(widget)
+        widget.style().polish(widget)
     return widget
 
 

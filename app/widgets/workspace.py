@@ -10,7 +10,7 @@ from app.widgets.theme import PADDING, STEP, role
 HEIGHT = 36
 
 
-def side_by_side(*parts: QWidget, stretch: int) -> QWidget:
+def side_by_side(*parts: QWidget, stretch: int = 0) -> QWidget:
     """Panels and picture beside each other with a thin line between them; part number `stretch` takes the room."""
     holder = role(QWidget(), "gap")
     holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -18,8 +18,15 @@ def side_by_side(*parts: QWidget, stretch: int) -> QWidget:
     row.setContentsMargins(0, 0, 0, 0)
     row.setSpacing(1)
     for place, part in enumerate(parts):
-        row.addWidget(_Rest(part) if place == stretch else part, 1 if place == stretch else 0)
+        put_beside(holder, part, takes_room=place == stretch)
     return holder
+
+
+def put_beside(holder: QWidget, part: QWidget, *, takes_room: bool = False) -> None:
+    """Put one more part at the right of those that stand `side_by_side` in `holder`."""
+    row = holder.layout()
+    assert isinstance(row, QHBoxLayout)
+    row.addWidget(_Rest(part) if takes_room else part, int(takes_room))
 
 
 def bar_of_choices(gap: int = 2 * STEP) -> tuple[QWidget, QHBoxLayout]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property, partial
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from PySide6.QtCore import QByteArray, QLocale, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QCursor, QDragEnterEvent, QDropEvent, QResizeEvent, QShowEvent
@@ -22,6 +22,7 @@ from app.help.manual import show_for_pointer
 from app.help.mode_chooser import ModeChooser
 from app.help.tour import Tour, first_hints
 from app.jobs.jobs import Job
+from app.process.packages import load_shared
 from app.project.places import projects_folder
 from app.session.settings import NUMBERS, Remembered, close_session, open_session
 from app.view.error_line import ErrorLine
@@ -55,12 +56,10 @@ if TYPE_CHECKING:
     from app.factor.tab import FactorTab
     from app.material.tab import MaterialTab
 
-Tab = TypeVar("Tab", bound=Any)
-
 #: From the window on screen to the first of the workspaces behind it, and from one to the next.
-AFTER_MS, BETWEEN_MS = 100, 20
+AFTER_MS, BETWEEN_MS = 100, 5
 
-#: Libraries and modules of the workspaces behind it; all but the first load in some tens of milliseconds.
+#: Libraries and modules of the workspaces behind it, which load in 0.3 s.
 LIBRARIES = (
     "pyqtgraph",
     "engine.figures.contact_sheet",
@@ -69,6 +68,9 @@ LIBRARIES = (
     "app.factor.tab",
     "app.export.tab",
 )
+
+#: The renderer of the View workspace, which loads a compiler of kernels: 0.7 s.
+RENDERER = "engine.gl.scene_renderer"
 
 #: Drawings of workspaces beside the model.
 DRAWN = {"brdf": "The sphere", "factor": "The preview"}
@@ -85,11 +87,24 @@ def first_size(screen: QSize) -> QSize:
     return fitting if fitting == fitting.expandedTo(SMALLEST) else FIRST
 
 
+def load_libraries() -> None:
+    """Load what the workspaces behind the one in front need."""
+    for name in LIBRARIES:
+        import_module(name)
+
+
+def load_renderer() -> None:
+    """Load what the View workspace and nearly every job need."""
+    load_shared()
+    import_module(RENDERER)
+
+
 class MainWindow(QMainWindow):
     """Owns the workbench and everything on screen. `closes`: it has kept its settings and ends its jobs now.
 
     Workspaces that are not in front at the start, and the libraries that they need, come one after the other once the
-    window is on screen, or when they are first asked for. `tabs` are those that are there.
+    window is on screen, in steps that nobody notices; one that is asked for before is made at once. `tabs` are those
+    that are there.
     """
 
     closes = Signal()
@@ -105,7 +120,9 @@ class MainWindow(QMainWindow):
         self.setAcceptDrops(True)
         self.setAnimated(False)
         self._has_title = self._is_closed = False
-        self._parts = self._parts_behind()
+        self._loading: threading.Thread | None = None
+        self._making: dict[str, Iterator[None]] = {}
+        self._behind = self._make_behind()
         self.failures = Failures(self)
         self._session = open_session() if config is None else None
         self.bench = Workbench(self._session or projects_folder(), self)
@@ -131,44 +148,83 @@ class MainWindow(QMainWindow):
             self.stack.addWidget(self.tabs.get(name) or QWidget())
         self.view.pictures.measure(self.settings.now.measure_error)
 
-    @cached_property
+    @property
     def material(self) -> MaterialTab:
+        return cast("MaterialTab", self._whole("material"))
+
+    @property
+    def brdf(self) -> BrdfTab:
+        return cast("BrdfTab", self._whole("brdf"))
+
+    @property
+    def factor(self) -> FactorTab:
+        return cast("FactorTab", self._whole("factor"))
+
+    @property
+    def export(self) -> ExportTab:
+        return cast("ExportTab", self._whole("export"))
+
+    @property
+    def is_whole(self) -> bool:
+        """True once all workspaces are there."""
+        return len(self.tabs) == len(WORKSPACES)
+
+    def _whole(self, name: str) -> Any:
+        """The workspace `name`; what of it is not there yet is made now."""
+        if name not in self.tabs and self._loading is not None:
+            self._loading.join()  # two threads that load parts of one package fail (app.process.packages)
+        for _ in self._steps(name):
+            pass
+        return self.tabs[name]
+
+    def _steps(self, name: str) -> Iterator[None]:
+        """The steps that are left until the workspace `name` is there."""
+        makers = {
+            "material": self._make_material,
+            "brdf": self._make_brdf,
+            "factor": self._make_factor,
+            "export": self._make_export,
+        }
+        if name not in self._making:
+            self._making[name] = makers[name]()
+        return self._making[name]
+
+    def _make_material(self) -> Iterator[None]:
         from app.material.tab import MaterialTab
 
-        return self._placed("material", MaterialTab(self.bench))
+        yield from self._filled("material", MaterialTab(self.bench))
 
-    @cached_property
-    def brdf(self) -> BrdfTab:
+    def _make_brdf(self) -> Iterator[None]:
         from app.brdf.tab import BrdfTab
 
-        return self._placed("brdf", BrdfTab(self.bench))
+        yield from self._filled("brdf", BrdfTab(self.bench))
 
-    @cached_property
-    def factor(self) -> FactorTab:
+    def _make_factor(self) -> Iterator[None]:
         from app.factor.tab import FactorTab
 
-        return self._placed("factor", FactorTab(self.bench))
+        yield from self._filled("factor", FactorTab(self.bench))
 
-    @cached_property
-    def export(self) -> ExportTab:
+    def _make_export(self) -> Iterator[None]:
         from app.export.tab import ExportTab
 
         tab = ExportTab(self.bench, self.view)
+        yield from self._filled("export", tab)
         tab.offer(self.projects.shown_name)
         self.projects.switched.connect(lambda: tab.offer(self.projects.shown_name))
-        return self._placed("export", tab)
 
-    def _placed(self, name: str, tab: Tab) -> Tab:
-        """A workspace that was just made, in its place in the stack."""
+    def _filled(self, name: str, tab: Any) -> Iterator[None]:
+        """Put a workspace in its place in the stack and fill it."""
         at = list(WORKSPACES).index(name)
         empty = cast(QWidget, self.stack.widget(at))
         self.stack.removeWidget(empty)
         empty.deleteLater()
         self.stack.insertWidget(at, tab)
-        self.tabs[name] = tab
+        yield
+        yield from tab.fill()
+        yield
         self._connect_workspace(name, tab)
         tab.apply_theme()
-        return tab
+        self.tabs[name] = tab
 
     def _connect_workspace(self, name: str, tab: Any) -> None:
         """Connect the signals that a workspace has."""
@@ -184,19 +240,25 @@ class MainWindow(QMainWindow):
 
     def make_next(self) -> None:
         """Make a part of the workspaces behind the one in front, and the others once events have been served."""
-        part = next(self._parts, None)
-        if part is not None and not self._is_closed:
-            part()
+        if not self._is_closed and next(self._behind, self) is None:
             QTimer.singleShot(BETWEEN_MS, self, self.make_next)
 
-    def _parts_behind(self) -> Iterator[Callable[[], Any]]:
-        """Parts that are made after the window is on screen: libraries one at a time, then what is built with them."""
-        for library in LIBRARIES:
-            yield partial(import_module, library)
-        yield lambda: self.capture.plot.inside
+    def _make_behind(self) -> Iterator[None]:
+        """Make what comes after the window is on screen: libraries on a thread of their own, then what needs them."""
+        yield from self._loaded(load_libraries)
+        self.capture.plot.inside  # noqa: B018 - made when it is first asked for
         for name in WORKSPACES:
             if name not in self.tabs:
-                yield partial(getattr, self, name)
+                yield
+                yield from self._steps(name)
+        yield from self._loaded(load_renderer)
+
+    def _loaded(self, load: Callable[[], None]) -> Iterator[None]:
+        """Call `load` on a thread, in steps that wait for it."""
+        self._loading = threading.Thread(target=load)
+        self._loading.start()
+        while self._loading.is_alive():
+            yield
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

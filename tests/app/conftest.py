@@ -178,8 +178,8 @@ def window(qapp: QApplication, qtbot: object, coarse: None, monkeypatch: pytest.
     # Each workspace that is made by itself would dress the whole window anew.
     with theme.dressing_at_once():
         made = MainWindow(None)
-        while len(made.tabs) < len(WORKSPACES):
-            made.make_next()
+        for name in WORKSPACES:
+            getattr(made, name)
     made.view.pictures.measure(False)
     made.show()
     qtbot.waitExposed(made)  # type: ignore[attr-defined]

@@ -63,10 +63,14 @@ def measured(window: MainWindow) -> Accuracy:
 
 
 def click(window: MainWindow, qtbot: Any, setting: Setting) -> None:
-    plot = window.docks.accuracy.plot
-    qtbot.wait(50)
-    place = plot.place_of(setting)
-    assert place is not None
+    plot, places = window.docks.accuracy.plot, list[Any]()
+
+    def stays() -> bool:
+        places.append(plot.place_of(setting))
+        return places[-1] is not None and places[-5:] == [places[-1]] * 5
+
+    qtbot.waitUntil(stays, timeout=LONG)
+    place = places[-1]
     qtbot.mouseMove(plot.viewport(), QPoint(2, 2))
     qtbot.mouseClick(plot.viewport(), Qt.MouseButton.LeftButton, pos=place.toPoint())
 
