@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtCore import QModelIndex, QPoint, QRect, Qt
 from PySide6.QtGui import QAccessible, QAccessibleInterface, QImage
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -29,6 +29,8 @@ from PySide6.QtWidgets import (
     QScrollBar,
     QStyle,
     QStyleOptionComboBox,
+    QTableView,
+    QTreeView,
     QWidget,
 )
 
@@ -37,6 +39,9 @@ from app.widgets.number_field import NumberField
 
 #: Contrast of text with what is behind it that WCAG 2.1 asks for (level AA).
 LEAST_CONTRAST = 4.5
+
+#: Pixels beside the words of a cell, those of an icon in it, and the sides of the smallest cell.
+BESIDE_WORDS, MARK, SMALLEST_CELL = 16, 20, 12
 
 #: Kinds of controls that a person has to tell apart by their names.
 NAMED = (
@@ -88,6 +93,7 @@ def cut(window: QWidget) -> list[str]:
         if needed > room + 1:
             found.append(f"{described(widget)} needs {needed} px and has {room}")
         found += _cut_headings(widget) if isinstance(widget, QHeaderView) else ()
+        found += _cut_cells(widget) if isinstance(widget, (QTableView, QTreeView)) else ()
         if isinstance(widget, QScrollArea) and _is_cut_by(widget):
             widths = f"{_width_in(widget)} px and has {widget.viewport().width()}"
             found.append(f"{described(widget)} does not scroll sideways; what it shows needs {widths}")
@@ -124,6 +130,32 @@ def _cut_headings(header: QHeaderView) -> list[str]:
         if words and not header.isSectionHidden(place) and needed > room:
             found.append(f"The heading {words!r} of {described(header)} needs {needed} px and has {room}")
     return found
+
+
+def _cut_cells(view: QTableView | QTreeView) -> Iterator[str]:
+    """Words of a table or a tree that have no room in their cell, on one line or on several."""
+    metrics, model = view.fontMetrics(), view.model()
+    beside = BESIDE_WORDS if isinstance(view, QTableView) else BESIDE_WORDS // 2
+    for index in _in_sight(view):
+        words = str(model.data(index) or "")
+        cell, mark = view.visualRect(index), model.data(index, Qt.ItemDataRole.DecorationRole)
+        room = QRect(0, 0, cell.width() - beside - (MARK if mark is not None else 0), 1 << 20)
+        needed = metrics.boundingRect(room, Qt.TextFlag.TextWordWrap, words)
+        is_whole = metrics.horizontalAdvance(words) <= room.width()
+        if words and not is_whole and (needed.width() > room.width() or needed.height() > cell.height()):
+            yield f"{words!r} in {described(view)} needs {needed.width()} × {needed.height()} px and has {room.width()}"
+
+
+def _in_sight(view: QTableView | QTreeView) -> Iterator[QModelIndex]:
+    """The cells of which any part is on screen, each once."""
+    seen, inside = set(), view.viewport().rect()
+    for top in range(inside.top(), inside.bottom(), SMALLEST_CELL):
+        for left in range(inside.left(), inside.right(), SMALLEST_CELL):
+            index = view.indexAt(QPoint(left, top))
+            place = (index.internalId(), index.row(), index.column())
+            if index.isValid() and place not in seen:
+                seen.add(place)
+                yield index
 
 
 def _scrolls(widget: QWidget) -> bool:

@@ -13,6 +13,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDockWidget
 
 from app.commands import brdf as commands_brdf
+from app.document.variation import VariedParameter
 from app.window.main_window import MainWindow
 from engine.factor.settings import FactorSettings
 from engine.light.lamps import LampSettings
@@ -64,12 +65,17 @@ def states(window: MainWindow) -> Iterator[str]:
     """Lead a filled window from state to state, and name each; what it shows may take a moment to come to rest."""
     yield from _capture(window)
     yield from _material(window)
-    for name in ("brdf", "factor"):
-        window.show_workspace(name)
-        yield name
+    yield from _brdf(window)
+    window.show_workspace("factor")
+    for name, button in window.factor.against.buttons.items():
+        button.click()
+        yield f"factor-{name}"
+    window.factor.against.buttons["terms"].click()
     yield from _view(window)
     window.show_workspace("export")
-    yield "export"
+    for form in ("elsewhere", "bundle"):
+        window.export.show_form(form)
+        yield f"export-{form}"
     yield from _docks(window)
 
 
@@ -84,6 +90,9 @@ def _capture(window: MainWindow) -> Iterator[str]:
         window.capture.open_tool(tool)
         yield f"capture-{tool}"
         window.capture.close_tool()
+    window.capture.magnify.trigger()
+    yield "capture-loupe"
+    window.capture.magnify.trigger()
 
 
 def _material(window: MainWindow) -> Iterator[str]:
@@ -92,6 +101,22 @@ def _material(window: MainWindow) -> Iterator[str]:
         if button.isEnabled():
             button.click()
             yield f"material-{name}"
+    window.material.show_page("surface")
+    yield "material-surface"
+    window.material.show_page("material")
+
+
+def _brdf(window: MainWindow) -> Iterator[str]:
+    window.show_workspace("brdf")
+    tab = window.brdf
+    for value, button in tab.scale.buttons.items():
+        button.click()
+        yield f"brdf-{value}"
+    for name, tile in tab.tile_of.items():
+        tab.tiles.enlarge(tile)
+        yield f"brdf-{name}"
+    tab.tiles.enlarge(None)
+    tab.scale.buttons["log"].click()
 
 
 def _view(window: MainWindow) -> Iterator[str]:
@@ -102,6 +127,9 @@ def _view(window: MainWindow) -> Iterator[str]:
         document.change("Compare", look=look)
         yield f"view-{comparing or 'baked'}"
     document.change("Compare", look=before)
+    document.change("Vary", variations=(VariedParameter("alpha", 0.1, 0.5),))
+    yield "view-varied"
+    document.change("Vary no longer", variations=())
 
 
 def _docks(window: MainWindow) -> Iterator[str]:

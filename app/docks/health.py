@@ -11,13 +11,15 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QDockWidget,
     QHBoxLayout,
     QHeaderView,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
     QTreeWidget,
     QTreeWidgetItem,
     QWidget,
@@ -61,7 +63,7 @@ class Part:
     @property
     def summary(self) -> str:
         """The worst finding; empty where there is none, which the verdict beside it says."""
-        worst = [each.text for each in self.health.findings if each.verdict == self.health.verdict]
+        worst = [each.sentence for each in self.health.findings if each.verdict == self.health.verdict]
         if worst and self.health.verdict > Verdict.GOOD:
             return worst[0] + (f" (and {len(worst) - 1} more)" if len(worst) > 1 else "")
         return ""
@@ -127,10 +129,26 @@ def _named(name: str) -> tuple[str, str]:
     return f"{words[:1].upper()}{words[1:]}", unit
 
 
+#: Width of a verdict's icon with its gap, and pixels beside and around words of a row.
+MARK, BESIDE, AROUND = 20, 8, 8
+
 #: Height of a line, and width of the dock below which its words would be cut, in pixels.
 LINE, NARROWEST = 24, 380
 
 WORDS = {Verdict.GOOD: "good", Verdict.NOTE: "note", Verdict.WARNING: "check", Verdict.BAD: "problem"}
+
+
+class _Wrapped(QStyledItemDelegate):
+    """Sentences in the column that stretches, on as many lines as its width takes."""
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex) -> QSize:
+        tree = self.parent()
+        assert isinstance(tree, QTreeWidget)
+        mark = MARK if index.data(Qt.ItemDataRole.DecorationRole) is not None else 0
+        room = QRect(0, 0, max(1, tree.columnWidth(index.column()) - mark - BESIDE), 1 << 20)
+        words = str(index.data(Qt.ItemDataRole.DisplayRole) or "")
+        high = tree.fontMetrics().boundingRect(room, Qt.TextFlag.TextWordWrap, words).height()
+        return QSize(0, max(LINE, high + AROUND))
 
 
 class HealthDock(QDockWidget):
@@ -163,8 +181,10 @@ class HealthDock(QDockWidget):
         self.tree.setHeaderHidden(True)
         self.tree.setAccessibleName("Health of every result")
         self.tree.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
-        self.tree.setUniformRowHeights(True)
+        self.tree.setWordWrap(True)
+        self.tree.setItemDelegateForColumn(1, _Wrapped(self.tree))
         header = self.tree.header()
+        header.sectionResized.connect(lambda *_sizes: self.tree.scheduleDelayedItemsLayout())
         header.setStretchLastSection(False)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
@@ -215,8 +235,7 @@ class HealthDock(QDockWidget):
     def _add(self, part: Part, is_open: bool | None) -> None:
         top = self._line(None, part.name, part.summary, WORDS[part.health.verdict], part.health.verdict)
         for finding in part.health.findings:
-            words = f"{finding.source}: {finding.text}" if finding.source else finding.text
-            self._line(top, "", words, WORDS[finding.verdict], finding.verdict)
+            self._line(top, "", finding.sentence, WORDS[finding.verdict], finding.verdict)
         for name, value, is_doubtful in figures_of(part.health):
             self._line(top, "", name, value, Verdict.NOTE if is_doubtful else None)
         top.setExpanded(part.health.verdict >= Verdict.WARNING if is_open is None else is_open)
@@ -225,7 +244,6 @@ class HealthDock(QDockWidget):
         """Three columns, and the verdict as an icon."""
         name, middle, value, verdict = words
         item = QTreeWidgetItem(above or self.tree, [name, middle, value])
-        item.setSizeHint(1, QSize(0, LINE))  # of the column that stretches: its width is not the text's
         item.setTextAlignment(2, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         item.setToolTip(1, middle)
         colours = theme.current()

@@ -41,7 +41,7 @@ UNBAKED = (
         "Material",
         "Mat.",
         "M",
-        "The photographs of the material, by its shading map or directional map, under every light",
+        "The photographs of the material under every light, without shadows",
         ("d", "◆"),
         3,
     ),

@@ -14,7 +14,7 @@ from PySide6.QtGui import QTextBlock, QTextCursor
 from PySide6.QtWidgets import QApplication, QDialog, QDockWidget, QHBoxLayout, QTextBrowser, QVBoxLayout, QWidget
 
 from app.widgets.panels import Rows, button
-from app.widgets.theme import RESOURCES
+from app.widgets.theme import RESOURCES, STEP
 
 PAGES = RESOURCES / "manual"
 START = "start"
@@ -60,6 +60,7 @@ class Manual(QDialog):
         self.pages = QTextBrowser()
         self.pages.setAccessibleName("Manual")
         self.pages.setSearchPaths([str(PAGES)])
+        self.pages.sourceChanged.connect(lambda _page: self._space())
         self.back = button("Back")
         self.back.setEnabled(False)
         self.back.clicked.connect(self.pages.backward)
@@ -83,6 +84,17 @@ class Manual(QDialog):
         self.show()
         self.raise_()
         QTimer.singleShot(0, self, lambda: self._scroll_to(heading))
+
+    def _space(self) -> None:
+        """Set headings apart from what is above them; Markdown knows no distances."""
+        block = self.pages.document().begin()
+        while block.isValid():
+            spaced = block.blockFormat()
+            level = spaced.headingLevel()
+            spaced.setTopMargin(4 * STEP if level > 1 else 0 if level or block.textList() else STEP)
+            spaced.setBottomMargin(STEP)
+            QTextCursor(block).setBlockFormat(spaced)
+            block = block.next()
 
     def _scroll_to(self, heading: str) -> None:
         """Once the page has its width: `heading` on top, as far as the page is long enough."""

@@ -69,6 +69,7 @@ class SaveDialog(QDialog):
         column.addLayout(self._make_foot())
         self.setMinimumWidth(380)
         self._refresh()
+        self.kind.buttons[kind].setFocus()
 
     def _make_size(self) -> Rows:
         rows = Rows()

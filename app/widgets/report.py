@@ -75,8 +75,8 @@ class Report(QWidget):
         source = finding.source
         words.setTextFormat(Qt.TextFormat.RichText)
         words.setText(
-            f'<a style="color:{theme.current().accent};text-decoration:none" href="source">{escape(source)}</a> '
-            f"{escape(finding.text)}"
+            f'<a style="color:{theme.current().accent};text-decoration:none" href="source">{escape(source)}</a>'
+            f"{finding.between}{escape(finding.text)}"
         )
         words.setTextInteractionFlags(
             Qt.TextInteractionFlag.LinksAccessibleByMouse | Qt.TextInteractionFlag.LinksAccessibleByKeyboard

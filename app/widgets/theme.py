@@ -189,6 +189,8 @@ def _sheet(theme: Theme) -> str:
 QWidget {{ color: {theme.text}; }}
 QWidget:disabled {{ color: {theme.disabled}; }}
 QMainWindow, QDialog {{ background: {theme.window}; }}
+QFileDialog {{ backward-icon: url({icons}/dialog-back.svg); forward-icon: url({icons}/dialog-forward.svg);
+  filedialog-parent-directory-icon: url({icons}/dialog-parent.svg); }}
 QDialogButtonBox, QMessageBox {{ dialogbuttonbox-buttons-have-icons: 0; }}
 QMainWindow::separator {{ background: {theme.line}; width: 1px; height: 1px; }}
 QToolTip {{ background: {theme.field}; color: {theme.text}; border: 1px solid {theme.line}; padding: 4px 6px; }}
@@ -292,6 +294,8 @@ QTableView QComboBox:focus {{ border-color: {theme.accent}; }}
 QHeaderView {{ background: {theme.panel}; }}
 QHeaderView::section {{ background: {theme.panel}; color: {theme.secondary}; border: none;
   border-bottom: 1px solid {theme.line}; padding: 4px 12px; }}
+QListView#history::item {{ padding: 5px 8px; }}
+QListView#history::item:selected {{ background: {theme.accent}; color: {theme.on_accent}; }}
 QPlainTextEdit {{ background: {theme.canvas}; border: none; padding: 4px; }}
 
 QScrollArea {{ background: transparent; border: none; }}

@@ -67,7 +67,7 @@ def run(paths: Sequence[Path], *, sample: bool = False) -> int:
         window = MainWindow(settings.config_folder())
         if crashed:
             log.warning(crashed)
-            window.status.say(crashed)
+            window.tell_of_crash(crashed)
         window.closes.connect(lambda: ending.end_within(ending.WINDOW_S, 0))
         window.failures.install()
         window.show()

@@ -50,7 +50,9 @@ def ask_what_to_collect(window: QWidget, path: Path, collect: Callable[[bool], o
     box.setIcon(QMessageBox.Icon.Question)
     box.setWindowTitle("Lightarc")
     box.setText("A collected project holds its photographs and opens on any machine.")
-    box.setInformativeText(f"What was made of them, {size_text(size)}, can be made again there, which takes its time.")
+    box.setInformativeText(
+        f"Is it to hold the results as well, {size_text(size)}? They can be made again there, which takes its time."
+    )
     for words, with_derived in (("With results", True), ("Without", False)):
         made = box.addButton(words, QMessageBox.ButtonRole.ActionRole)
         made.clicked.connect(lambda _checked=False, with_derived=with_derived: collect(with_derived))
@@ -70,6 +72,7 @@ def show_history(window: QWidget, bench: Workbench) -> QDialog:
     dialog.resize(360, 480)
     view = QUndoView(bench.document.undo_stack)
     view.setEmptyLabel("The beginning")
+    view.setObjectName("history")
     view.setAccessibleName("Steps of the history")
     buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
     buttons.button(QDialogButtonBox.StandardButton.Close).setIcon(QIcon())  # the style's own is black, also on dark

@@ -19,15 +19,9 @@ from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from app.process import crash
-from engine.core.errors import FileError, LightarcError, MissingCapability, UsageError, shortage
+from engine.core.errors import VERBS, FileError, LightarcError, MissingCapability, UsageError, shortage
 
 log = logging.getLogger(__name__)
-
-#: First words of a problem of which the file is the subject.
-VERBS = (
-    *("is", "was", "has", "holds", "lacks", "cannot", "does", "needs", "would", "names", "lists", "states", "says"),
-    *("keeps", "stores", "covers", "shows", "uses", "takes", "gives", "looks", "defines", "announces", "changed"),
-)
 
 
 class Failures(QObject):
@@ -79,6 +73,7 @@ class Failures(QObject):
         box.setInformativeText(message)
         if detail:
             box.setDetailedText(detail)
+            box.setDefaultButton(QMessageBox.StandardButton.Close)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.finished.connect(lambda: self.open_dialogs.pop(key, None))
         self.open_dialogs[key] = box

@@ -75,6 +75,9 @@ RENDERER = "engine.gl.scene_renderer"
 #: Drawings of workspaces beside the model.
 DRAWN = {"brdf": "The sphere", "factor": "The preview"}
 
+#: Said at the start after a crash.
+CRASHED = "Lightarc crashed the last time. A report says where; sending it to its makers helps to mend that."
+
 FIRST, SMALLEST = QSize(1280, 800), QSize(1024, 700)
 
 #: Pixels that the frame around a window takes off the height of a screen, at most.
@@ -446,6 +449,11 @@ class MainWindow(QMainWindow):
         self.docks.show_health()
         if self.docks.health.job is None:
             self.docks.health.test_or_stop()
+
+    def tell_of_crash(self, details: str) -> None:
+        """Say that the program crashed before, until a person has seen it; `details` name the report."""
+        offers = ("Show the report", self._show_reports), ("Hide", lambda: self.banners.say("crashed", ""))
+        self.banners.say("crashed", CRASHED, *offers, details=details)
 
     def _show_reports(self) -> None:
         try:

@@ -9,6 +9,12 @@ from __future__ import annotations
 import errno
 import os
 
+#: First words of what is said of a file that is its subject.
+VERBS = (
+    *("is", "was", "has", "holds", "lacks", "cannot", "does", "needs", "would", "names", "lists", "states", "says"),
+    *("keeps", "stores", "covers", "shows", "uses", "takes", "gives", "looks", "defines", "announces", "changed"),
+)
+
 
 class LightarcError(Exception):
     """Base of the failures that are reported to a person in one sentence, never as a traceback."""

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from types import MappingProxyType
 
+from engine.core.errors import VERBS
+
 
 class Verdict(IntEnum):
     """Severity of a finding, in rising order."""
@@ -25,6 +27,16 @@ class Finding:
     text: str
     source: str | None = None
 
+    @property
+    def sentence(self) -> str:
+        """The observation with its subject: 'a.tif is noisy', 'b.tif: 10 % of the pixels are black'."""
+        return f"{self.source}{self.between}{self.text}" if self.source else self.text
+
+    @property
+    def between(self) -> str:
+        """What stands between the source and a text that says what it is or has, or something else of it."""
+        return " " if self.text.split(" ", 1)[0] in VERBS else ": "
+
 
 @dataclass(frozen=True)
 class Health:
@@ -40,11 +52,7 @@ class Health:
     @property
     def warnings(self) -> list[str]:
         """The findings that need attention, as sentences."""
-        return [
-            f"{finding.source}: {finding.text}" if finding.source else finding.text
-            for finding in self.findings
-            if finding.verdict >= Verdict.WARNING
-        ]
+        return [finding.sentence for finding in self.findings if finding.verdict >= Verdict.WARNING]
 
     def without(self, sources: Collection[str]) -> Health:
         """The same, less what is found in `sources`: photographs that a person left out worry nobody any more."""

@@ -248,7 +248,7 @@ def read_manifest(content: bytes, path: Any) -> Manifest:
         raise InputError(path, "manifest.json is not the manifest of a Lightarc bundle", "Choose a bundle")
     version = value.get("schema_version")
     if isinstance(version, int) and version > SCHEMA_VERSION:
-        problem = f"it was written by a newer Lightarc (schema {version}, this one reads {SCHEMA_VERSION})"
+        problem = f"was written by a newer Lightarc (schema {version}, this one reads {SCHEMA_VERSION})"
         raise InputError(path, problem, "Update Lightarc")
     try:
         sealed = value.pop("manifest_sha256", None) == _seal(value)

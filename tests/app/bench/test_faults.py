@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 from PySide6.QtCore import QSize
-from PySide6.QtWidgets import QDialog, QGridLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QDialog,
+    QGridLayout,
+    QLabel,
+    QPushButton,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
 
 from app.bench.faults import cut, faint, faults, nameless, out_of_order, overlapping
 from app.help.keys import show_about, show_keys
+from app.help.mode_chooser import ModeChooser
 from app.widgets.panels import Panel, text
 from app.widgets.param_form import ParamForm
-from app.window.dialogs import show_history
+from app.window.arriving import ask_for_photographs
+from app.window.dialogs import ask_what_to_collect, show_history, show_notes
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
 from engine.brdf.models.phong import Phong
@@ -47,6 +59,19 @@ def test_text_without_room_is_found(sheet: QWidget, qtbot: Any) -> None:
     add(sheet, QLabel("Enough"))
     (found,) = cut(shown(sheet, qtbot))
     assert "Much more" in found
+
+
+def test_a_cell_without_room_is_found(sheet: QWidget, qtbot: Any) -> None:
+    table = QTableWidget(2, 1)
+    table.setAccessibleName("Uses")
+    table.setColumnWidth(0, 120)
+    table.setItem(0, 0, QTableWidgetItem("Sharp shadows under any light, and highlights"))
+    table.setItem(1, 0, QTableWidgetItem("Enough"))
+    add(sheet, table)
+    shown(sheet, qtbot)
+    assert [found for found in cut(sheet) if "Sharp shadows" in found]
+    table.setColumnWidth(0, 600)
+    assert not [found for found in cut(sheet) if "Sharp shadows" in found]
 
 
 def test_widgets_over_each_other_are_found(qtbot: Any) -> None:
@@ -129,6 +154,10 @@ def test_no_dialog_has_a_fault_or_is_higher_than_the_smallest_window(window: Mai
         lambda: show_history(window, window.bench),
         lambda: window.view.save_picture("picture"),
         lambda: window.view.save_picture("turntable"),
+        lambda: ModeChooser(window, window.bench.document.project).open(),
+        lambda: show_notes(window, window.bench),
+        lambda: ask_what_to_collect(window, window.projects.path, print),
+        lambda: ask_for_photographs(window, window.bench, print, [Path("Linen under the arc")]),
     )
     for show in openers:
         show()

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from PySide6.QtWidgets import QApplication
 
+from app.bench.faults import cut
 from app.docks import health
 from app.docks import health as healths
 from app.docks.health import figures_of, parts_of, report_text, worst_of
@@ -50,6 +51,21 @@ def test_every_result_is_reported_with_its_figures_and_a_verdict(window: MainWin
     assert shown["Light"][1] == "good"
     window.bench.document.undo_stack.undo()
     assert "Model" not in rows(window)
+
+
+def test_a_finding_names_what_it_is_about_and_is_read_in_whole(window: MainWindow, qtbot: Any) -> None:
+    about = Finding(Verdict.WARNING, "is predicted from the others with an error of 77 % of its mean radiance", "a.tif")
+    window.bench.document.change("Ball", mesh=dataclasses.replace(ball(), health=Health({}, (about, *[about] * 2))))
+    assert rows(window)["Model"][0].startswith("a.tif is predicted from the others")
+    assert window.status.health.toolTip().startswith("a.tif is predicted")
+    assert (
+        Finding(Verdict.NOTE, "10 % of the pixels are black", "a.tif").sentence == "a.tif: 10 % of the pixels are black"
+    )
+    window.resize(1024, 700)
+    window.show_workspace("view")
+    window.docks.show_health()
+    qtbot.waitUntil(lambda: window.docks.health.tree.isVisible())
+    qtbot.waitUntil(lambda: cut(window.docks.health) == [])
 
 
 def test_the_status_bar_opens_it(window: MainWindow) -> None:

@@ -40,6 +40,15 @@ def scene() -> Scene:
     return Scene(mesh=ball, camera=frame(ball.positions, 4 / 3), brdf=brdf, environment=open_environment("sky"))
 
 
+def test_the_focus_is_on_the_kind_that_was_asked_for(window: MainWindow, qtbot: Any) -> None:
+    window.show_workspace("view")
+    qtbot.waitUntil(lambda: window.view.default_mesh is not None, timeout=60_000)
+    window.view.save_picture("turntable")
+    (dialog,) = [each for each in window.findChildren(SaveDialog) if each.isVisible()]
+    assert dialog.focusWidget() is dialog.kind.buttons["turntable"]
+    dialog.close()
+
+
 def test_a_picture_is_that_of_the_renderer_in_front_of_the_environment(tmp_path: Path) -> None:
     saving = Saving(tmp_path / "a.png", SIZE, "environment", samples=1)
     said = drain(saved(scene(), saving, Display(), mode_named("direct")))

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QMessageBox, QPlainText
 from app.document.document import Look
 from app.project.project_file import read
 from app.project.report import described
-from app.window.main_window import MainWindow
+from app.window.main_window import CRASHED, MainWindow
 from tests.app.window.test_arriving import answer, at_rest, question
 
 
@@ -114,6 +114,15 @@ def test_the_help_menu_opens_the_folder_of_crash_reports(
     command(window, "Crash reports…")
     assert opened == [str(tmp_path / "reports")]
     assert (tmp_path / "reports").is_dir()
+
+
+def test_a_crash_before_is_told_in_whole_until_a_person_has_seen_it(window: MainWindow) -> None:
+    window.tell_of_crash("crash-7.txt says where")
+    assert window.banners.words["crashed"] == CRASHED
+    banner = window.banners.of["crashed"]
+    assert banner.words.toolTip() == "crash-7.txt says where"
+    banner.buttons[-1].click()
+    assert "crashed" not in window.banners.words
 
 
 @pytest.mark.parametrize("words", ["New project", "Close project"])
