@@ -1,4 +1,4 @@
-"""What the window can show, a part at a time: functions that lead a window there and let a `Gallery` take pictures.
+"""Parts of all that the window can show: functions that lead a window there and let a `Gallery` take pictures.
 
 `PARTS` has them in their order. Each can run alone; those that need work in the window make it where there is none.
 """
@@ -240,7 +240,6 @@ def menu_openers(window: MainWindow) -> dict[str, tuple[str, Callable[[], object
         openers[action.text().replace("&", "").lower()] = "capture", lambda menu=menu: menu.popup(at)
     return {
         **openers,
-        "recent": ("capture", lambda: window.menus.recent.popup(at)),
         "photograph": ("capture", lambda: menu_of(capture, window.bench, capture.list, (capture.magnify,)).popup(at)),
         "varying": ("view", lambda: (view.varying.fill_menu(), view.varying.menu.popup(at))),
         "views": ("view", lambda: (view.views.fill(), view.views.popup(at))),
@@ -269,10 +268,10 @@ def dialogs(gallery: Gallery, window: MainWindow) -> None:
         "history": lambda: show_history(window, bench),
         "notes": lambda: show_notes(window, bench),
         "collect": lambda: ask_what_to_collect(window, path, print),
-        "photographs": lambda: ask_for_photographs(window, bench, print, [Path("/home/ada/Linen under the arc")]),
+        "photographs": lambda: ask_for_photographs(window, bench, print, [Path("/media/ada/Linen under the arc")]),
         **{
             f"consent-{consent}": lambda consent=consent: ask_for_consent(
-                window, bench, Doubtful("/home/ada/linen_50deg.CR3", doubts[consent], "Bring it again", consent)
+                window, bench, Doubtful("/media/ada/linen_50deg.CR3", doubts[consent], "Bring it again", consent)
             )
             for consent in CONSENTS
         },
@@ -318,7 +317,7 @@ def _of_brdfs(gallery: Gallery, window: MainWindow) -> None:
 
 
 def failures(gallery: Gallery, window: MainWindow) -> None:
-    """What is said where something fails: faults of the program and of files, newer versions, an earlier crash."""
+    """Sentences where something fails: faults of the program and of files, newer versions, an earlier crash."""
     place = Path(tempfile.mkdtemp(prefix="lightarc-failures-"))
     newer = newer_project(window, place / "Woven sample.lap")
     bundle = InputError(

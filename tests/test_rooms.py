@@ -127,7 +127,6 @@ SHORT_FILES = {
     "engine/capture/lights/azimuth_spread.py": "one assumption of the method, checked in one place",
     "engine/capture/photograph/demosaic.py": "the choice between two kernels",
     "engine/render/pbr.py": "PBR maps at points, which the two renderers of the processor share",
-    "engine/core/health.py": "a type that everything speaks in",
     "engine/core/kernels.py": "the compiler's settings; whoever does not compile must not load it",
     "engine/core/interrupts.py": "apart from what it guards: OpenGL and pictures that are compared",
     "engine/core/one_thread.py": "apart from kernels, so that it is there without the compiler",

@@ -40,8 +40,8 @@ from app.widgets.number_field import NumberField
 #: Contrast of text with what is behind it that WCAG 2.1 asks for (level AA).
 LEAST_CONTRAST = 4.5
 
-#: Pixels beside the words of a cell, those of an icon in it, and the sides of the smallest cell.
-BESIDE_WORDS, MARK, SMALLEST_CELL = 16, 20, 12
+#: Pixels beside the words of a cell in a table and in a tree, those of an icon in it, and the sides of the smallest.
+IN_TABLE, IN_TREE, MARK, SMALLEST_CELL = 16, 6, 20, 12
 
 #: Kinds of controls that a person has to tell apart by their names.
 NAMED = (
@@ -135,7 +135,7 @@ def _cut_headings(header: QHeaderView) -> list[str]:
 def _cut_cells(view: QTableView | QTreeView) -> Iterator[str]:
     """Words of a table or a tree that have no room in their cell, on one line or on several."""
     metrics, model = view.fontMetrics(), view.model()
-    beside = BESIDE_WORDS if isinstance(view, QTableView) else BESIDE_WORDS // 2
+    beside = IN_TABLE if isinstance(view, QTableView) else IN_TREE
     for index in _in_sight(view):
         words = str(model.data(index) or "")
         cell, mark = view.visualRect(index), model.data(index, Qt.ItemDataRole.DecorationRole)

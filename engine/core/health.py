@@ -34,7 +34,7 @@ class Finding:
 
     @property
     def between(self) -> str:
-        """What stands between the source and a text that says what it is or has, or something else of it."""
+        """Letters that join the source and the text: a space before a verb, else a colon."""
         return " " if self.text.split(" ", 1)[0] in VERBS else ": "
 
 
