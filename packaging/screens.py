@@ -29,6 +29,7 @@ from app.help.keys import show_about, show_keys
 from app.help.manual import PAGES, Manual
 from app.help.mode_chooser import ModeChooser
 from app.help.tour import Tour
+from app.viewport.viewport import Viewport
 from app.window.arriving import CONSENTS, ask_for_consent, ask_for_photographs
 from app.window.dialogs import ask_what_to_collect, show_history, show_notes
 from app.window.main_window import MainWindow
@@ -138,7 +139,8 @@ def rest(window: MainWindow, refining_s: float = REFINING_S) -> None:
     while time.monotonic() - quiet < QUIET_S:
         settle(0.02)
         is_busy = any(not job.heavy and job.state != "paused" for job in window.bench.jobs.active)
-        is_drawing = window.view.isVisible() and not getattr(window.view.viewport.surface, "is_finished", True)
+        drawn = [each.surface for each in window.findChildren(Viewport) if each.isVisible()]
+        is_drawing = not all(getattr(surface, "is_finished", True) for surface in drawn)
         if is_busy or (is_drawing and time.monotonic() - begun < refining_s):
             quiet = time.monotonic()
         if time.monotonic() - begun > PATIENCE_S:
@@ -321,7 +323,7 @@ def failures(gallery: Gallery, window: MainWindow) -> None:
     place = Path(tempfile.mkdtemp(prefix="lightarc-failures-"))
     newer = newer_project(window, place / "Woven sample.lap")
     bundle = InputError(
-        place / "Woven.lightarc", "it was written by a newer Lightarc (schema 9, this one reads 4)", "Update Lightarc"
+        place / "Woven.lightarc", "was written by a newer Lightarc (schema 9, this one reads 4)", "Update Lightarc"
     )
     errors: dict[str, BaseException] = {
         "newer-bundle": bundle,

@@ -19,7 +19,7 @@ from engine.core.steps import Step, Steps
 if TYPE_CHECKING:
     from engine.brdf.ranking import Offer
 
-HEADINGS = ("Model", "Error", "Logarithmic error")
+HEADINGS = ("Model", "Error", "Log error")
 
 #: Width and height of the dialog.
 SIZE_PX = (420, 420)
@@ -45,7 +45,7 @@ class Ranking(QDialog):
         self.table.itemActivated.connect(lambda _item: self._add())
         words = text(
             "Error: RMS of BRDF × cosine relative to that of the data, which highlights outweigh. "
-            "Logarithmic error: dim values count as much.",
+            "Log error: of the logarithms, where dim values count as much.",
             "secondary",
             wrap=True,
         )

@@ -110,7 +110,7 @@ class SaveDialog(QDialog):
         self.seconds = self._number(4.0, 0.1, 300.0, "s")
         rows.row("Length", self.seconds, "Of one full turn")
         self.fps = self._number(30.0, 1.0, 120.0, "")
-        rows.row("Frames per s", self.fps)
+        rows.row("Frames/s", self.fps)
         return rows
 
     def _make_foot(self) -> QHBoxLayout:

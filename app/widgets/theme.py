@@ -294,7 +294,6 @@ QTableView QComboBox:focus {{ border-color: {theme.accent}; }}
 QHeaderView {{ background: {theme.panel}; }}
 QHeaderView::section {{ background: {theme.panel}; color: {theme.secondary}; border: none;
   border-bottom: 1px solid {theme.line}; padding: 4px 12px; }}
-QListView#history::item {{ padding: 5px 8px; }}
 QListView#history::item:selected {{ background: {theme.accent}; color: {theme.on_accent}; }}
 QPlainTextEdit {{ background: {theme.canvas}; border: none; padding: 4px; }}
 

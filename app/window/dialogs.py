@@ -24,6 +24,7 @@ from app.project import places
 from app.project.made import size_of
 from app.project.photographs import INSIDE
 from app.project.project_file import ENDING, data_folder
+from app.widgets.theme import STEP
 from engine.core.figure_text import size_text
 
 FILTER = f"Lightarc projects (*{ENDING})"
@@ -73,6 +74,7 @@ def show_history(window: QWidget, bench: Workbench) -> QDialog:
     view = QUndoView(bench.document.undo_stack)
     view.setEmptyLabel("The beginning")
     view.setObjectName("history")
+    view.setSpacing(STEP // 2)
     view.setAccessibleName("Steps of the history")
     buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
     buttons.button(QDialogButtonBox.StandardButton.Close).setIcon(QIcon())  # the style's own is black, also on dark
