@@ -220,7 +220,10 @@ def faint(window: QWidget) -> list[str]:
             continue  # its words are seen in part, or there is no room for any
         left, top = round(scale * seen.left()), round(scale * seen.top())
         right, bottom = round(scale * seen.right()), round(scale * seen.bottom())
-        contrast = _contrast(image[top:bottom, left:right])
+        patch = image[top:bottom, left:right]
+        if not patch.size:
+            continue  # it is being laid out, and lies beyond the picture
+        contrast = _contrast(patch)
         if contrast < LEAST_CONTRAST:
             found.append(f"{described(widget)} has a contrast of {contrast:.2f}")
     return found
