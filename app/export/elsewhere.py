@@ -28,6 +28,7 @@ from app.export.card import Board, Card
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.project.interrupted import proposed_parts, proposed_place
+from app.session.settings import UNITS_MM
 from app.widgets.controls import ComboBox
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Panel, button, enable, scroll_to, text, with_buttons
@@ -41,6 +42,9 @@ if TYPE_CHECKING:
     from engine.exchange.export import Departure, Offer
 
 WIDTH = 300
+
+#: Width of the widest sample.
+WIDEST_MM = 100_000.0
 
 #: Room for the folder beside its button.
 WITHIN_PX = 88
@@ -135,8 +139,8 @@ class Elsewhere(QWidget):
             box.activated.connect(lambda _index: self.ask(("textures",)))
             textures.row(label, box, hint)
         page = panel.section("Web page")
-        self.width_mm = NumberField(0.0, 0.0, 100_000.0, unit="mm")
-        page.row("Width", self.width_mm, "Width of the sample, for a scale bar; 0 where it is not known")
+        self.width_field = NumberField(0.0, 0.0, WIDEST_MM, unit="mm")
+        page.row("Width", self.width_field, "Width of the sample, for a scale bar; 0 where it is not known")
         place = panel.section("Folder")
         self.name = QLineEdit()
         self.name.setMaxLength(120)
@@ -168,7 +172,18 @@ class Elsewhere(QWidget):
     @property
     def choices(self) -> Choices:
         textures = self.preset.currentData(), self.coding.currentData(), self.normal.currentData()
-        return Choices(*textures, self.width_mm.value)
+        return Choices(*textures, self.width_mm)
+
+    @property
+    def width_mm(self) -> float:
+        """Width of the sample; 0 where it is not known."""
+        return self.width_field.value * UNITS_MM[self.width_field.unit]
+
+    def measure_in(self, unit: str) -> None:
+        """Show lengths in one of `UNITS_MM`."""
+        width_mm = self.width_mm
+        self.width_field.unit, self.width_field.high = unit, WIDEST_MM / UNITS_MM[unit]
+        self.width_field.show_value(width_mm / UNITS_MM[unit])
 
     @property
     def names(self) -> list[str]:

@@ -85,6 +85,11 @@ def state(what: str, words: str) -> None:
             _write_anew()
 
 
+def stated(what: str) -> str:
+    """The version or driver that was told of, or nothing."""
+    return _states.get(what, "")
+
+
 def did(words: str) -> None:
     """Add a line about what was done, or logged; the oldest lines go."""
     line = f"{time.strftime('%H:%M:%S')} {words}".replace("\n", " | ")[:MOST_LENGTH]

@@ -39,6 +39,13 @@ RECENT = 8
 NUMBERS = ("system", ".", ",")
 
 
+#: Millimetres of each unit in which lengths can be given.
+UNITS_MM = {"mm": 1.0, "cm": 10.0, "in": 25.4}
+
+#: Drawing: by what the system chooses, its second graphics card, or the processor alone.
+GRAPHICS = ("system", "second", "processor")
+
+
 @dataclass(frozen=True)
 class Settings:
     """Remembered choices; `geometry` and `layout` are Qt's own description in hexadecimal.
@@ -48,7 +55,8 @@ class Settings:
     `workspace` is the one that was in front, for the start after a crash. `output_folder` is where a picture, a
     bundle or exports were written last.
     `measure_error` says whether the picture in the View workspace is compared with a reference in the background.
-    `numbers` is the decimal mark, one of `NUMBERS`; `tone_map` is that of new projects. `threads` and `memory_gb` are
+    `numbers` is the decimal mark, one of `NUMBERS`; `unit` is that of lengths, one of `UNITS_MM`; `graphics` draws, one
+    of `GRAPHICS`; `tone_map` is that of new projects. `threads` and `memory_gb` are
     the processors that the program uses and the memory that a plan may choose; 0 is no limit. `has_seen_hints` is
     true once the first hints were shown.
     """
@@ -64,10 +72,16 @@ class Settings:
     measure_error: bool = True
     workspace: str = ""
     numbers: str = "system"
+    unit: str = "mm"
+    graphics: str = "system"
     tone_map: str = "neutral"
     threads: int = 0
     memory_gb: float = 0.0
     has_seen_hints: bool = False
+
+
+#: Choices of one of several words, by their names in `Settings`.
+_CHOICES = {"numbers": NUMBERS, "unit": tuple(UNITS_MM), "graphics": GRAPHICS, "tone_map": tuple(OPERATORS)}
 
 
 def config_folder() -> Path | None:
@@ -146,7 +160,7 @@ def _from_json(values: Any) -> Settings:
     """Known keys of the right type; ValueError for anything that is not an object."""
     if not isinstance(values, dict):
         raise ValueError("not an object")
-    names = ("theme", "geometry", "layout", "last_folder", "output_folder", "workspace", "numbers", "tone_map")
+    names = ("theme", "geometry", "layout", "last_folder", "output_folder", "workspace", *_CHOICES)
     texts = {key: values[key] for key in names if key in values}
     for key, value in texts.items():
         if not isinstance(value, str):
@@ -157,8 +171,9 @@ def _from_json(values: Any) -> Settings:
     for name, words in (("recent", recent), ("closed_docks", closed)):
         if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
             raise ValueError(f"{name} is not a list of texts")
-    if texts.get("numbers", "system") not in NUMBERS or texts.get("tone_map", "neutral") not in OPERATORS:
-        raise ValueError("numbers or tone_map is not one that there is")
+    for key, values_of_it in _CHOICES.items():
+        if key in texts and texts[key] not in values_of_it:
+            raise ValueError(f"{key} is not one that there is")
     flags = {name: values[name] for name in ("measure_error", "has_seen_hints") if name in values}
     if not all(isinstance(flag, bool) for flag in flags.values()):
         raise ValueError("measure_error or has_seen_hints is neither true nor false")

@@ -27,6 +27,10 @@ log = logging.getLogger(__name__)
 #: A job's thread gives the interpreter to the window's after this long; Python's own 5 ms add up to stutter.
 SWITCH_S = 0.0005
 
+#: Variables of the environment by which Mesa chooses what draws, and NVIDIA's driver where it is there.
+VARIABLES = {"second": {"DRI_PRIME": "1"}, "processor": {"LIBGL_ALWAYS_SOFTWARE": "1"}}
+OF_NVIDIA = {"__NV_PRIME_RENDER_OFFLOAD": "1", "__GLX_VENDOR_LIBRARY_NAME": "nvidia"}
+
 
 def start() -> QApplication:
     """The application, ready for windows: OpenGL asked for, threads handing over quickly, colours and type set.
@@ -36,16 +40,26 @@ def start() -> QApplication:
     load_own()
     give_back_freed_arrays()
     give_back_free_pages()
+    kept = settings.load(settings.config_folder())
+    draw_by(kept.graphics)
     request_format()
     sys.setswitchinterval(SWITCH_S)
     application = QApplication.instance() or QApplication(["lightarc"])
     assert isinstance(application, QApplication)
     application.setApplicationName("Lightarc")
-    kept = settings.load(settings.config_folder())
     _use_processors(kept.threads)
     collect_on_this_thread(application)
     theme.apply(application, kept.theme)
     return application
+
+
+def draw_by(graphics: str) -> None:
+    """Let the drivers of Linux draw by what the person chose, unless the environment says something else."""
+    variables = VARIABLES.get(graphics, {})
+    if graphics == "second" and Path("/proc/driver/nvidia").exists():
+        variables = {**variables, **OF_NVIDIA}
+    for name, value in variables.items() if sys.platform == "linux" else ():
+        os.environ.setdefault(name, value)
 
 
 def _use_processors(count: int) -> None:

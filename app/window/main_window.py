@@ -72,6 +72,12 @@ LIBRARIES = (
 #: The renderer of the View workspace, which loads a compiler of kernels: 0.7 s.
 RENDERER = "engine.gl.scene_renderer"
 
+#: Preferences that hold later, and what is said of them.
+AT_NEXT_START = {
+    "threads": "Lightarc uses so many processors from its next start on",
+    "graphics": "Lightarc draws by this from its next start on",
+}
+
 #: Drawings of workspaces beside the model.
 DRAWN = {"brdf": "The sphere", "factor": "The preview"}
 
@@ -212,6 +218,7 @@ class MainWindow(QMainWindow):
 
         tab = ExportTab(self.bench, self.view)
         yield from self._filled("export", tab)
+        tab.elsewhere.measure_in(self.settings.now.unit)
         tab.offer(self.projects.shown_name)
         self.projects.switched.connect(lambda: tab.offer(self.projects.shown_name))
 
@@ -412,8 +419,8 @@ class MainWindow(QMainWindow):
         self.settings.keep(**{name: value})
         if name == "theme":
             self.set_theme(value)
-        elif name == "threads":
-            self.status.say("Lightarc uses so many processors from its next start on")
+        elif name in AT_NEXT_START:
+            self.status.say(AT_NEXT_START[name])
         self._take_preferences()
         self._tint()
 
@@ -422,6 +429,8 @@ class MainWindow(QMainWindow):
         write_with(QLocale.system().decimalPoint() if now.numbers == NUMBERS[0] else now.numbers)
         self.projects.first = Project(look=Look(tone_map=cast(Operator, now.tone_map)))
         self.view.planning.most_memory(1e9 * now.memory_gb or None)
+        if "export" in self.tabs:
+            self.export.elsewhere.measure_in(now.unit)
 
     def _choose_mode(self) -> None:
         self.show_workspace("view")

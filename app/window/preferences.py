@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 import psutil
@@ -11,6 +12,7 @@ from PySide6.QtWidgets import QComboBox, QDialog, QHBoxLayout, QVBoxLayout, QWid
 
 from app.commands.sample import made_of_sample
 from app.jobs.jobs import Jobs
+from app.process import crash
 from app.project.made import size_of
 from app.session.settings import NUMBERS, Settings, cache_folder, empty_cache
 from app.view.tab import TONE_MAPS
@@ -25,6 +27,7 @@ from engine.storage.atomic import discard
 WIDTH_PX = 420
 
 THEMES = (("dark", "Dark"), ("light", "Light"))
+LENGTHS = (("mm", "Millimetres"), ("cm", "Centimetres"), ("in", "Inches"))
 FORMS = tuple(zip(NUMBERS, ("As the system writes them", "1,234.5", "1 234,5"), strict=True))
 
 #: Memory that a plan may choose, in GB; 0 leaves it to what is free.
@@ -57,6 +60,7 @@ class Preferences(QDialog):
             now.tone_map,
             "Of new projects; View > Picture has this one's",
         )
+        self._choice(window_rows, "unit", "Lengths", LENGTHS, now.unit, "Unit of the width of a sample")
         self._make_limits(now)
         self._make_cache()
         close = button("Close", "primary")
@@ -82,7 +86,13 @@ class Preferences(QDialog):
         rows.row(label, box, hint)
 
     def _make_limits(self, now: Settings) -> None:
-        rows = self._section("Limits")
+        rows = self._section("Machine")
+        if sys.platform == "linux":
+            second = (("second", "Second graphics card"),) if len(list(Path("/dev/dri").glob("renderD*"))) > 1 else ()
+            drawing = (("system", "As the system chooses"), *second, ("processor", "The processor alone"))
+            now_words = f"; now {crash.stated('OpenGL')}" if crash.stated("OpenGL") else ""
+            hint = f"What draws the pictures, from the next start on{now_words}"
+            self._choice(rows, "graphics", "Graphics", drawing, now.graphics, hint)
         count = os.cpu_count() or 1
         threads = tuple((each, f"{each}") for each in range(1, count))
         hint = "Processors that the program uses, from its next start on"

@@ -156,7 +156,7 @@ def test_another_preset_is_measured_alone_and_without_making_the_material_ready_
     assert page.found["textures"].entry["preset"] == "unreal"
     assert page.leaving is leaving
     assert {name for name in before if before[name] is not page.found[name]} == {"textures"}
-    page.width_mm.show_value(80.0)
+    page.width_field.show_value(80.0)
     assert page.choices.settings.width_mm == 80.0
 
 

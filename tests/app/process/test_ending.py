@@ -198,7 +198,7 @@ def slot():
 show = main_window.MainWindow.show
 def shown(window):
     show(window)
-    print(window.status.words.text())
+    print(window.banners.words)
     job = window.bench.jobs.submit("endless", endless)
     job.progressed.connect(lambda _step: begun or begun.append(QTimer.singleShot(300, slot)))
 begun = []

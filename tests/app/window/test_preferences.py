@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,7 @@ import pytest
 from app.session import settings
 from app.session.settings import Settings, cache_folder, close_session, empty_cache, open_session
 from app.widgets import theme
+from app.window.application import draw_by
 from app.window.main_window import MainWindow
 from app.window.preferences import Preferences
 from engine.core.figure_text import local, write_with
@@ -36,8 +39,12 @@ def test_choices_hold_at_once(window: MainWindow, qtbot: Any, tmp_path: Path) ->
         qtbot.waitUntil(lambda: preferences.size_words.text() != "…", timeout=20_000)
         window.new()  # drops what the window still works at
         assert window.bench.document.project.look.tone_map == "aces"
+        window.export.elsewhere.width_field.show_value(50.8)
+        choose(preferences, "unit", "in")
+        assert window.export.elsewhere.width_field.text() == "2 in"
+        assert window.export.elsewhere.width_mm == pytest.approx(50.8)
         kept = settings.load(tmp_path / "config")
-        assert (kept.theme, kept.numbers, kept.tone_map) == ("light", ",", "aces")
+        assert (kept.theme, kept.numbers, kept.tone_map, kept.unit) == ("light", ",", "aces", "in")
     finally:
         write_with(".")
         window.set_theme("dark")
@@ -45,7 +52,16 @@ def test_choices_hold_at_once(window: MainWindow, qtbot: Any, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    "content", ['{"threads": -1}', '{"numbers": "!"}', '{"tone_map": "x"}', '{"memory_gb": 1e999}', '{"threads": true}']
+    "content",
+    [
+        '{"unit": "ell"}',
+        '{"graphics": "both"}',
+        '{"threads": -1}',
+        '{"numbers": "!"}',
+        '{"tone_map": "x"}',
+        '{"memory_gb": 1e999}',
+        '{"threads": true}',
+    ],
 )
 def test_preferences_that_cannot_be_are_put_aside(tmp_path: Path, content: str) -> None:
     (tmp_path / "settings.json").write_text(content)
@@ -61,3 +77,14 @@ def test_the_cache_is_emptied_but_for_what_is_in_use() -> None:
     empty_cache()
     assert [*folder.iterdir()] == [session]
     close_session(session)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems choose by programs of their own")
+def test_what_draws_is_told_to_the_drivers_unless_the_environment_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("LIBGL_ALWAYS_SOFTWARE", raising=False)
+    monkeypatch.setenv("DRI_PRIME", "0")
+    draw_by("system")
+    assert "LIBGL_ALWAYS_SOFTWARE" not in os.environ
+    draw_by("processor")
+    draw_by("second")
+    assert (os.environ["LIBGL_ALWAYS_SOFTWARE"], os.environ["DRI_PRIME"]) == ("1", "0")
