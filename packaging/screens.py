@@ -112,9 +112,11 @@ class Gallery:
         def look() -> None:
             opened = [each for each in QApplication.topLevelWidgets() if each.isVisible() and each is not window]
             for at, each in enumerate(opened):
-                if isinstance(each, (QDialog, QMenu)):
-                    self.keep(each, name if at == 0 else f"{name}-{at}")
-                each.close()
+                try:
+                    if isinstance(each, (QDialog, QMenu)):
+                        self.keep(each, name if at == 0 else f"{name}-{at}")
+                finally:
+                    each.close()  # `show` may wait for that
             if not opened:
                 print(f"{name} opens nothing", file=sys.stderr)
 

@@ -276,7 +276,8 @@ def _walk(interface: QAccessibleInterface, found: list[str]) -> None:
 def out_of_order(window: QWidget) -> list[str]:
     """Steps of the Tab key within one panel that lead up, or left in a row."""
     found = []
-    controls = [widget for widget in _chain(window) if _takes_tab(widget)]
+    # PySide may hand out what it made of another object that was at the same place of memory.
+    controls = [widget for widget in _chain(window) if isinstance(widget, QWidget) and _takes_tab(widget)]
     for one, other in pairwise(controls):
         if _panel(one) is not _panel(other):
             continue
