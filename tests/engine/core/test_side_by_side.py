@@ -5,15 +5,25 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 import threadpoolctl
 
 from engine.core.side_by_side import side_by_side
+from tests.processes import alone
 
 
-def blas_threads() -> dict[str, int]:
-    found = threadpoolctl.threadpool_info()
-    return {pool["filepath"]: pool["num_threads"] for pool in found if pool["user_api"] == "blas"}
+def blas_threads() -> set[int]:
+    return {pool["num_threads"] for pool in threadpoolctl.threadpool_info() if pool["user_api"] == "blas"}
+
+
+def threads_while_the_work_runs_and_after() -> list[set[int]]:
+    np.linalg.inv(np.eye(3))
+    with threadpoolctl.threadpool_limits(2, user_api="blas"):
+        results = side_by_side(lambda _: blas_threads(), range(50), threads=1)
+        during = next(results)
+        results.close()
+        return [during, blas_threads()]
 
 
 def test_results_come_in_the_order_of_the_pieces_also_where_the_first_ends_last() -> None:
@@ -49,11 +59,4 @@ def test_an_error_is_raised_in_the_place_of_its_piece() -> None:
 
 
 def test_linear_algebra_has_one_thread_until_the_work_is_closed() -> None:
-    with threadpoolctl.threadpool_limits(2, user_api="blas"):
-        before = blas_threads()  # other tests' threads may load more of them meanwhile
-        results = side_by_side(lambda _: blas_threads(), range(50), threads=1)
-        during = next(results)
-        assert {during[library] for library in before} == {1}
-        results.close()
-        after = blas_threads()
-        assert {after[library] for library in before} == {2}
+    assert alone(threads_while_the_work_runs_and_after) == [{1}, {2}]
