@@ -193,9 +193,9 @@ def overlapping(window: QWidget) -> list[str]:
         layout = parent.layout()
         if layout is None:
             continue
-        items = (layout.itemAt(place) for place in range(layout.count()))
-        widgets = (item.widget() for item in items if item is not None)
-        placed = [widget for widget in widgets if widget is not None and widget.isVisible()]
+        # Items of a layout are not asked for: PySide keeps what it made of them after a closed dialog has taken them.
+        widgets = (each for each in parent.children() if isinstance(each, QWidget) and each.isVisible())
+        placed = [widget for widget in widgets if layout.indexOf(widget) >= 0]
         for place, one in enumerate(placed):
             for other in placed[place + 1 :]:
                 both = one.geometry().intersected(other.geometry())

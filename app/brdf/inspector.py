@@ -111,7 +111,7 @@ class Inspector(Panel):
             "Max. albedo", "Largest reflected share of light in any channel, and its viewing angle"
         )
         self.reciprocity = self.about.figure(
-            "Reciprocity", "RMS change if light and viewer are exchanged, relative to the RMS"
+            "Reciprocity", "RMS change if light and viewer are exchanged, relative to the RMS of all values"
         )
         self.condition = self.about.figure("Condition", "Condition number of the smoothing of scattered samples")
         self.left_out = self.about.figure("Left out", "RMS error at a sample left out of the fit, relative to the RMS")
@@ -211,10 +211,9 @@ class Inspector(Panel):
             self.reciprocity.setText("–")
             return
         largest = facts.largest
-        self.largest.setText(f"{number(max(largest.albedo), 3)} at {np.degrees(largest.theta):.0f}°")
+        self.largest.setText(f"{number(max(largest.albedo), 3)} at {number(float(np.degrees(largest.theta)), 3)}°")
         role(self.largest, "warning" if max(largest.albedo) > 1.005 else "")
-        error = facts.reciprocity.rms
-        self.reciprocity.setText("exact" if error < 1e-12 else f"{percent(error, 3)} off")
+        self.reciprocity.setText(reciprocity_text(facts.reciprocity.rms))
 
     def _row(self, figure: Any, words: str | None) -> None:
         """Show a figure and its caption, or hide both."""
@@ -254,6 +253,13 @@ class EntryList(QListWidget):
             self.remove_wanted.emit()
         else:
             super().keyPressEvent(event)
+
+
+def reciprocity_text(rms: float) -> str:
+    """How well a BRDF that changes by `rms` holds: 'exact', 'holds within 0.01 %' or 'off by 3.2 %'."""
+    if rms < 1e-12:
+        return "exact"
+    return "holds within 0.01 %" if rms < 1e-4 else f"off by {percent(rms)}"
 
 
 def _count(number: int) -> str:

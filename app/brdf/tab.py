@@ -252,6 +252,7 @@ class BrdfTab(QWidget):
         elif now.find(self.current) is None:
             self.current = now.entries[-1].identity if now.entries else None
         self.pages.setCurrentIndex(1 if now.entries else 0)
+        self.inspector.setVisible(bool(now.entries))
         if before.files != now.files:
             self._look_for_files()
         self._refresh()

@@ -22,7 +22,7 @@ from app.widgets.panels import button, enable, text
 from app.widgets.theme import PADDING, STEP, role
 from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread
 from engine.capture.stack import ImageStack
-from engine.core.figure_text import percent
+from engine.core.figure_text import fixed, percent
 
 #: Radius of a dot, distance at which a click still meets one, and distance after which a drag is a lasso, in pixels.
 DOT, REACH, DRAG = 4.5, 9.0, 4.0
@@ -144,7 +144,8 @@ class DomePicture(QWidget):
     def _words(lamp: Lamp) -> str:
         error = "" if lamp.error is None else f"\nThe other photographs predict it to {percent(lamp.error)}"
         state = "\nLeft out of the material" if lamp.excluded else ""
-        return f"{lamp.name}\nelevation {lamp.elevation_deg:.1f}°, azimuth {lamp.azimuth_deg:.1f}°{error}{state}"
+        elevation, azimuth = fixed(lamp.elevation_deg, 1), fixed(lamp.azimuth_deg, 1)
+        return f"{lamp.name}\nelevation {elevation}°, azimuth {azimuth}°{error}{state}"
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter, colours = QPainter(self), theme.current()

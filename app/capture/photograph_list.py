@@ -42,6 +42,7 @@ from app.widgets.status_bar import VERDICTS
 from app.widgets.theme import PADDING, STEP, role
 from engine.capture.stack import ImageStack
 from engine.core.errors import UsageError
+from engine.core.figure_text import fixed
 from engine.core.health import Health, Verdict
 
 LIST_WIDTH = 232
@@ -373,7 +374,9 @@ class _Delegate(QStyledItemDelegate):
         bottom = QRect(left, rect.top() + 26, width + 20, 18)
         painter.setFont(theme.font())
         painter.setPen(QColor(colours.disabled if row.excluded else colours.text))
-        angles = " / ".join(f"{angle:.1f}°" for angle in (row.elevation_deg, row.azimuth_deg) if angle is not None)
+        angles = " / ".join(
+            f"{fixed(angle, 1)}°" for angle in (row.elevation_deg, row.azimuth_deg) if angle is not None
+        )
         painter.drawText(top, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, angles)
         painter.setFont(theme.font(12))
         painter.setPen(QColor(colours.disabled if row.excluded else colours.secondary))

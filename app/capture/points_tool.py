@@ -31,6 +31,7 @@ from engine.capture.registration.control_points import (
     marked_motion,
     moved,
 )
+from engine.core.figure_text import fixed
 
 if TYPE_CHECKING:
     from app.widgets.image_view import ImageView
@@ -153,10 +154,15 @@ class PointsTool(QWidget):
         self._show_markers(pairs)
         fit = self._fit(project, pairs)
         known = fit is not None and len(pairs) > LEAST_POINTS[fit.motion]
-        missed = [f"{one:.2f} px" if known else "–" for one in self._missed(project, pairs, fit)]
+        missed = [f"{fixed(one, 2)} px" if known else "–" for one in self._missed(project, pairs, fit)]
         self.table.show_rows(
             [
-                (str(number + 1), f"{x:.2f}, {y:.2f} px", f"{u:.2f}, {v:.2f} px", missed[number])
+                (
+                    str(number + 1),
+                    f"{fixed(x, 2)} / {fixed(y, 2)} px",
+                    f"{fixed(u, 2)} / {fixed(v, 2)} px",
+                    missed[number],
+                )
                 for number, (x, y, u, v) in enumerate(pairs)
             ],
             self.current,
@@ -330,7 +336,7 @@ class PointsTool(QWidget):
         if len(pairs) == need:
             return f"{done}: {KINDS[kind]} from {len(pairs)} points, so nothing shows what they miss; add one.", ""
         missed = float(np.sqrt((self._missed(project, pairs, fit) ** 2).mean()))
-        return f"{done}: {KINDS[kind]} from {len(pairs)} points, which misses them by {missed:.2f} px.", ""
+        return f"{done}: {KINDS[kind]} from {len(pairs)} points, which misses them by {fixed(missed, 2)} px.", ""
 
     def _through(self, project: Project, side: int, place: tuple[float, float]) -> tuple[float, float]:
         """The place in the other picture that a place of one picture should match."""

@@ -29,6 +29,7 @@ from app.widgets.theme import PADDING, STEP, role
 from engine.capture.lights.mirror_sphere import Circle, light_direction
 from engine.capture.lights.sources import Sources, printable
 from engine.core.errors import InputError, UsageError
+from engine.core.figure_text import fixed
 from engine.core.steps import Step, Steps, part
 
 if TYPE_CHECKING:
@@ -209,9 +210,9 @@ class SphereTool(QWidget):
             rows.append(
                 (
                     name,
-                    f"{spot[0]:.1f}, {spot[1]:.1f} px" if spot is not None else "–",
-                    f"{light[0]:.1f}°" if light is not None else "–",
-                    f"{light[1]:.1f}°".replace("-", "−") if light is not None else "–",
+                    f"{fixed(spot[0], 1)} / {fixed(spot[1], 1)} px" if spot is not None else "–",
+                    f"{fixed(light[0], 1)}°" if light is not None else "–",
+                    f"{fixed(light[1], 1)}°" if light is not None else "–",
                     "by hand" if name in by_hand else "found" if spot is not None else "not found",
                 )
             )

@@ -29,6 +29,7 @@ from app.widgets.image_view import Picture, photograph, rgb_image
 from app.widgets.workspace import side_by_side
 from engine.capture.stack import ImageStack
 from engine.core.errors import InputError
+from engine.core.figure_text import fixed
 from engine.core.steps import Step
 
 if TYPE_CHECKING:
@@ -334,7 +335,7 @@ class CaptureTab(QWidget):
         except InputError as error:
             self.bar.readout.setText(error.problem)
             return
-        self.bar.readout.setText(f"{column}, {row}   {red:.3f}  {green:.3f}  {blue:.3f}{clipped}")
+        self.bar.readout.setText(f"{column}, {row}   {fixed(red, 3)}  {fixed(green, 3)}  {fixed(blue, 3)}{clipped}")
 
     def _show_menu(self, at: QPoint) -> None:
         menu_of(self, self.bench, self.list, (self.magnify,)).popup(self.list.viewport().mapToGlobal(at))

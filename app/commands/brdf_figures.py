@@ -27,7 +27,7 @@ COARSE = (45, 45, 60)
 #: Beyond this angle from the normal, in radians, values do not decide the scale of a picture.
 NEAR_HORIZON = float(np.radians(80.0))
 
-ALBEDO_DEG = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 77.5, 85.0, 89.0)
+ALBEDO_DEG = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 77.5, 85.0, 89.0, 89.9)
 
 
 @dataclass(frozen=True, eq=False)

@@ -112,9 +112,10 @@ class EffectsDock(QDockWidget):
         foot.addWidget(self.budget)
         foot.addStretch(1)
         foot.addWidget(self.apply)
-        column.addLayout(foot)
         self.words = text("", "secondary", wrap=True)
         column.addWidget(self.words)
+        column.addLayout(foot)
+        column.addStretch()  # without effects the sentence that says what is missing stands at the top
         return holder
 
     def _show_budget(self) -> None:
@@ -129,6 +130,7 @@ class EffectsDock(QDockWidget):
             self._make_rows(effects)
         for place, effect in enumerate(effects):
             self._show_row(place, effect)
+        self.table.setVisible(bool(effects))
         self._fit_words()
         self._show_choice()
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, Qt, Signal
+from PySide6.QtGui import QColor
 
 from app.document.measured import AXES, Accuracy, describe
 from app.document.modes import mode_named, modes
@@ -52,6 +53,8 @@ class TradeoffPlot(Plot):
         self.marks: dict[str, Any] = {}
         for each in (self.joined, self.bars, self.ring, self.reached):
             item.addItem(each, ignoreBounds=True)
+        self.nothing = pg.TextItem("Measured settings appear here", anchor=(0.5, 0.5))
+        item.addItem(self.nothing, ignoreBounds=True)
         for mode in modes():
             marks = pg.ScatterPlotItem(
                 size=MARK_PX, symbol=mode.mark[0], hoverable=True, hoverSize=MARK_PX + 4, tip=self._tip
@@ -136,9 +139,12 @@ class TradeoffPlot(Plot):
             ring.setData(x=[x for x, _ in at], y=[y for _, y in at], pen=pg.mkPen(colour, width=1.6))
 
     def _fit(self) -> None:
+        self.nothing.setVisible(not self.shown)
         if not self.shown:
             for side in ("bottom", "left"):
                 self.getPlotItem().getAxis(side).setTicks([])  # numbers would be of nothing
+            self.nothing.setColor(QColor(theme.current().secondary))
+            self.nothing.setPos(self.getPlotItem().getViewBox().viewRect().center())
             return
         places = [self._place(point) for point in self.shown]
         for at, (side, least) in enumerate((("bottom", 0.5), ("left", 0.4))):

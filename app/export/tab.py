@@ -31,11 +31,22 @@ from engine.shading.power_law import PowerLawMap
 
 WIDTH = 372
 
+#: Forms of the material in a bundle: their values, labels and files, and why a material may not have them.
 PARTS = (
-    ("slices", "Shading map, all slices", "shading_map.exr"),
-    ("power-law", "Power law", "Scale, exponent, map of errors, and the slices of kept tiles"),
-    ("planes", "Directional map, all planes", "directional_plane00.png and so on, their numbers and weights"),
-    ("pbr", "PBR maps", "pbr_maps.exr, 32-bit floats"),
+    ("slices", "Shading map, all slices", "shading_map.exr", "needs lamps on an arc"),
+    (
+        "power-law",
+        "Power law",
+        "Scale, exponent, map of errors, and the slices of kept tiles",
+        "needs a shading map",
+    ),
+    (
+        "planes",
+        "Directional map, all planes",
+        "directional_plane00.png and so on, their numbers and weights",
+        "needs lamps on every side",
+    ),
+    ("pbr", "PBR maps", "pbr_maps.exr, 32-bit floats", "none opened"),
 )
 ALWAYS = (
     ("BRDF", "brdf.json"),
@@ -137,7 +148,7 @@ class ExportTab(QWidget):
         place.row("Folder", with_buttons(self.place, choose))
         contents = panel.section("Contents")
         self.parts: dict[str, tuple[QCheckBox, QLabel]] = {}
-        for value, words, file in PARTS:
+        for value, words, file, _ in PARTS:
             box = QCheckBox(words)
             box.setChecked(True)
             box.setToolTip(file)
@@ -214,7 +225,7 @@ class ExportTab(QWidget):
         self.name.setText(place.name)
         parts = proposed_parts(again)
         for value, (box, _) in self.parts.items():
-            box.setChecked(value in parts)
+            box.setChecked(value in parts and box.isEnabled())
         if not self._chosen():
             return
         chosen, _ = QFileDialog.getSaveFileName(self, "Export bundle", str(place), BUNDLES)
@@ -285,11 +296,13 @@ class ExportTab(QWidget):
 
     def _show_sizes(self, project: Project) -> None:
         sizes = part_sizes(project)
-        for value, words, hint in PARTS:
+        for value, words, hint, why_not in PARTS:
             box, figure = self.parts[value]
-            enable(box, "" if sizes[value] else "This material has none", hint)
+            if box.isEnabled() != bool(sizes[value]):
+                box.setChecked(bool(sizes[value]))  # what is there leaves, unless a person says otherwise
+            enable(box, "" if sizes[value] else f"This material has none: {why_not}", hint)
             box.setText(_described(project.material.power_law) if value == "power-law" else words)
-            figure.setText(size_text(sizes[value]) if sizes[value] else "–")
+            figure.setText(size_text(sizes[value]) if sizes[value] else why_not)
 
     def _chosen(self) -> list[str]:
         return [value for value, (box, _) in self.parts.items() if box.isChecked() and box.isEnabled()]

@@ -267,6 +267,7 @@ class FactorTab(QWidget):
             self._show_mesh()
         if old.factoring is not new.factoring or not new.factoring.runs:
             self.pages.setCurrentIndex(1 if new.factoring.runs else 0)
+            self.inspector.setVisible(bool(new.factoring.runs))
             self._show_runs()
             self._show_found()
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, Signal
+from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPainterPath, QPaintEvent
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
@@ -84,6 +84,7 @@ class Tour(QWidget):
         self.back.setEnabled(at > 0)
         self.next.setText("Next" if at + 1 < len(self.hints) else "Begin")
         self._lay_out()
+        QTimer.singleShot(0, self, lambda: self._lay_out())  # a workspace that was not seen before has its size then
         self.raise_()
         self.next.setFocus()
 
@@ -102,7 +103,7 @@ class Tour(QWidget):
         return seen.adjusted(-AROUND_PX, -AROUND_PX, AROUND_PX, AROUND_PX) & window.rect()
 
     def _lay_out(self) -> None:
-        """Cover the window, with the words below, above or beside the place, wherever there is room."""
+        """Cover the window, with the words below, above or beside the place, or low in it where there is no room."""
         window = self.parentWidget()
         assert window is not None
         self.setGeometry(window.rect())
@@ -114,11 +115,11 @@ class Tour(QWidget):
             QPoint(place.left(), place.top() - PADDING - card.height()),
             QPoint(place.right() + PADDING, place.top()),
             QPoint(place.left() - PADDING - card.width(), place.top()),
-            place.center() - card.center(),
         )
+        below_words = QPoint(place.center().x() - card.center().x(), place.bottom() - PADDING - card.height())
         shifted = (_within(QRect(corner, card.size()), room) for corner in corners)
         free = [each for each in shifted if not each.intersects(place)]
-        self.card.move((free or [_within(QRect(corners[-1], card.size()), room)])[0].topLeft())
+        self.card.move((free or [_within(QRect(below_words, card.size()), room)])[0].topLeft())
         self.update()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:

@@ -15,6 +15,7 @@ from app.widgets.panels import Panel, text
 from app.widgets.report import Report
 from app.widgets.workspace import side_by_side
 from engine.core.colour import srgb_decode
+from engine.core.figure_text import fixed
 from engine.core.steps import Step, Steps
 from engine.surface.pbr_maps import PbrMaps
 
@@ -81,7 +82,7 @@ class MapsPage(QWidget):
         name: str = self.which.currentData()
         values = getattr(self.maps, name)
         mean = np.atleast_1d(values.mean(axis=(0, 1), dtype=np.float64))
-        self.mean.setText(", ".join(f"{each:.3f}" for each in mean))
+        self.mean.setText(", ".join(fixed(each, 3) for each in mean))
         self.latest.ask(lambda: _picture(name, values), self.image.show_picture)
 
     def apply_theme(self) -> None:

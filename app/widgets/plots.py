@@ -14,11 +14,19 @@ from PySide6.QtWidgets import QWidget
 
 from app.widgets import theme
 from app.widgets.number_field import plain
+from engine.core.figure_text import local
 
 pg.setConfigOptions(antialias=True)
 
 #: Pixels along an axis of a plot that are not its own: those of the other axis and the margins.
 BESIDE_AXIS = 56
+
+
+class Axis(pg.AxisItem):
+    """An axis with its figures in the form of the chosen language."""
+
+    def tickStrings(self, values: Any, scale: Any, spacing: Any) -> list[str]:
+        return [local(str(each)) for each in super().tickStrings(values, scale, spacing)]
 
 
 class Plot(pg.PlotWidget):
@@ -27,7 +35,8 @@ class Plot(pg.PlotWidget):
     x_label = y_label = ""
 
     def __init__(self, x_label: str, y_label: str) -> None:
-        super().__init__(enableMenu=False)
+        axes = {side: Axis(side) for side in ("bottom", "left")}
+        super().__init__(enableMenu=False, axisItems=axes)
         self.x_label, self.y_label = x_label, y_label
         item = self.getPlotItem()
         item.hideButtons()

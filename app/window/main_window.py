@@ -426,7 +426,7 @@ class MainWindow(QMainWindow):
 
     def _take_preferences(self) -> None:
         now = self.settings.now
-        write_with(QLocale.system().decimalPoint() if now.numbers == NUMBERS[0] else now.numbers)
+        write_with(QLocale.system().decimalPoint() if now.numbers == NUMBERS[0] else now.numbers, minus="−")
         self.projects.first = Project(look=Look(tone_map=cast(Operator, now.tone_map)))
         self.view.planning.most_memory(1e9 * now.memory_gb or None)
         if "export" in self.tabs:

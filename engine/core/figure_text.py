@@ -3,7 +3,8 @@
 A figure has a few significant digits, never loses one before the point, has no zeros at its end that say nothing, and
 commas between thousands from 1,000 on. Below 1e-4 and from 1e9 on it has an exponent.
 
-The window writes figures as its person's language does (`write_with`); the command line always with a point.
+The window writes figures as its person's language does, with a true minus sign (`write_with`); the command line always
+with a point, and with a minus sign that can be typed.
 """
 
 from __future__ import annotations
@@ -18,18 +19,30 @@ _TIMES = (("µs", 1e-6), ("ms", 1e-3), ("s", 1.0), ("min", 60.0), ("h", 3600.0))
 #: Minutes and hours are taken from this many of them on: 90 s are read more easily than 1.5 min.
 _ENOUGH = 2.0
 
-#: The letters for the decimal point and for the comma between thousands.
-_marks = {".": ".", ",": ","}
+#: The letters for the decimal point, the comma between thousands, and the sign of a negative figure.
+_marks = {".": ".", ",": ",", "-": "-"}
 
 
-def write_with(point: str) -> None:
-    """Write figures with `point` before their decimals from now on: '.' or ','; a comma parts thousands by a space."""
+def write_with(point: str, minus: str = "-") -> None:
+    """Write figures with `point` before their decimals from now on: '.' or ','; a comma parts thousands by a space.
+
+    `minus` begins negative figures.
+    """
     _marks.update({".": ".", ",": ","} if point == "." else {".": ",", ",": "\u202f"})
+    _marks["-"] = minus
 
 
 def local(figure: str) -> str:
     """`figure`, which has a decimal point and commas between thousands, in the form of the chosen language."""
-    return "".join(_marks.get(letter, letter) for letter in figure)
+    size = figure.removeprefix("-")
+    sign = _marks["-"] if size != figure else ""
+    return sign + "".join(_marks[letter] if letter in ".," else letter for letter in size)
+
+
+def fixed(value: float, places: int) -> str:
+    """`value` with so many decimals, which columns and readings that change keep: '12.0', and 0 without a sign."""
+    figure = f"{value:.{places}f}"
+    return local(figure if any(digit in figure for digit in "123456789") else figure.removeprefix("-"))
 
 
 def number(value: float, digits: int = 2) -> str:

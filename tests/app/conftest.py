@@ -33,6 +33,7 @@ from PySide6.QtWidgets import QApplication, QMenu, QWidget
 from app import command_line
 from app.viewport.gl_surface import request_format
 from app.widgets import theme
+from engine.core.figure_text import write_with
 from engine.core.steps import Step, Steps
 from engine.images.encode import encode_png
 from engine.transport import method
@@ -115,6 +116,13 @@ def _no_garbage_on_threads_of_jobs() -> Iterator[None]:
     gc.disable()
     yield
     gc.enable()
+
+
+@pytest.fixture(autouse=True)
+def _figures_of_the_command_line() -> Iterator[None]:
+    """A window writes figures in its own form from when it is made; what follows is not to notice."""
+    yield
+    write_with(".")
 
 
 @pytest.fixture(autouse=True)

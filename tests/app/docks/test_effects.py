@@ -82,6 +82,7 @@ def test_without_an_environment_it_says_what_is_needed(planned: MainWindow) -> N
     planned.bench.document.change("One light", environment=None)
     assert "needs an environment" in planned.docks.effects.words.text()
     assert planned.docks.effects.plan is None
+    assert planned.docks.effects.table.isHidden()  # an empty one would put the words far below
 
 
 @pytest.mark.parametrize(

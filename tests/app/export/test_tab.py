@@ -47,6 +47,20 @@ def test_ctrl_enter_writes_the_bundle_beside_what_was_written_last(
     assert window.settings.now.output_folder == str(tmp_path)
 
 
+def test_parts_that_the_material_lacks_are_unchecked_and_say_why(window: MainWindow, tab: Any) -> None:
+    box, figure = tab.parts["planes"]
+    assert (box.isChecked(), box.isEnabled(), figure.text()) == (False, False, "needs lamps on every side")
+    assert box.toolTip() == "This material has none: needs lamps on every side"
+    material, box = window.bench.document.project.material, tab.parts["power-law"][0]
+    assert box.isChecked()
+    for found, checked in ((None, False), (material.power_law, True)):
+        window.bench.document.change("Power law", material=dataclasses.replace(material, power_law=found))
+        assert (box.isChecked(), box.isEnabled()) == (checked, checked)
+    box.setChecked(False)
+    window.bench.document.change("Name", name="Felt")
+    assert not box.isChecked()
+
+
 def roughen(window: MainWindow) -> None:
     """Make the right half of the filled stack too restless for a power law."""
     stack = window.bench.document.project.stack

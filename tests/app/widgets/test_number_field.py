@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any, cast
 
 import pytest
@@ -16,7 +16,7 @@ from app.widgets.panels import Panel
 from app.widgets.param_form import ParamForm
 from engine.brdf.models.lafortune import LafortuneThreeLobes
 from engine.brdf.models.phong import Phong
-from engine.core.figure_text import number, percent, size_text, write_with
+from engine.core.figure_text import fixed, number, percent, size_text, write_with
 
 
 @pytest.mark.parametrize(
@@ -188,10 +188,8 @@ def test_what_is_invalid_stays_marked_until_it_is_mended_or_left_with_escape(qtb
 
 
 @pytest.fixture
-def _with_comma() -> Iterator[None]:
+def _with_comma() -> None:
     write_with(",")
-    yield
-    write_with(".")
 
 
 def test_controls_are_called_what_is_written_beside_them(qtbot: Any) -> None:
@@ -233,3 +231,16 @@ def test_numbers_are_shown_in_the_form_of_the_language_and_read_in_both(qtbot: A
         assert field.value == value
     assert (percent(0.0123), size_text(1.5e6), number(12345.0, 5)) == ("1,2 %", "1,5 MB", "12\u202f345")
     assert number_from_text(number(12345.0, 5)) == 12345.0
+
+
+def test_negative_numbers_have_a_true_minus_sign_and_are_read_with_both(qtbot: Any) -> None:
+    write_with(".", minus="−")
+    field = NumberField(-30.0, -180.0, 180.0, unit="°")
+    qtbot.addWidget(field)
+    assert (field.text(), number(-0.25), fixed(-12.04, 1), fixed(-0.01, 1)) == ("−30°", "−0.25", "−12.0", "0.0")
+    assert number(3e-7) == "3e-7"
+    for typed, value in (("−45°", -45.0), ("-60", -60.0)):
+        field.setText(typed)
+        field.setModified(True)
+        QTest.keyClick(field, Qt.Key.Key_Return)
+        assert field.value == value
