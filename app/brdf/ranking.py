@@ -45,7 +45,7 @@ class Ranking(QDialog):
         self.table.itemActivated.connect(lambda _item: self._add())
         words = text(
             "Error: RMS of BRDF × cosine relative to that of the data, which highlights outweigh. "
-            "Log error: of the logarithms, where dim values count as much.",
+            "Log error: of the logarithms, where dim values count as much; the least is on top.",
             "secondary",
             wrap=True,
         )

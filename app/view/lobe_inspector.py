@@ -38,11 +38,14 @@ if TYPE_CHECKING:
 #: Views that can be chosen beside the camera's.
 VIEWS = 92
 
-#: Messages shown where there is nothing to inspect, and their short forms.
+#: Messages shown where there is nothing to inspect, and their shorter forms.
 SHORT = {
-    "Click the model to choose a vertex.": "Click the model",
-    "This BRDF has no glossy part.": "Not glossy",
-    "This vertex faces away from this view.": "Faces away",
+    "Click the model to choose a vertex. Its lobes are those of a bake in Gaussians, or else fitted to one view.": (
+        "Click the model to choose a vertex.",
+        "Click the model",
+    ),
+    "This BRDF has no glossy part.": ("Not glossy",),
+    "This vertex faces away from this view.": ("Faces away",),
 }
 ASK, DIFFUSE, AWAY = SHORT
 
@@ -87,7 +90,7 @@ class LobeInspector(QDockWidget):
         self._asking = Latest(bench.jobs, "Inspecting a vertex")
         self.words = Fitting()
         self.words.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        self.words.say(ASK, SHORT[ASK])
+        self.words.say(ASK, *SHORT[ASK])
         self.towards = ComboBox()
         self.towards.addItem("The camera", None)
         for direction in range(VIEWS):
@@ -177,7 +180,7 @@ class LobeInspector(QDockWidget):
         self.answer = answer
         found = answer.found if answer is not None else None
         if answer is None or found is None:
-            self.words.say(words, SHORT.get(words, ""))
+            self.words.say(words, *SHORT.get(words, ()))
             for picture in self.pictures:
                 picture.show_nothing()
             return

@@ -14,7 +14,7 @@ from app.widgets import theme
 from app.widgets import theme as icons
 from app.widgets.panels import text
 from app.widgets.theme import PADDING, STEP, role
-from engine.core.figure_text import local, percent, size_text
+from engine.core.figure_text import local, percent, size_text, time_text
 from engine.core.health import Health, Verdict
 from engine.core.steps import time_left
 
@@ -135,7 +135,7 @@ class StatusBar(QWidget):
         """Time of the last frame; None where no viewport is on screen."""
         self.frame.setVisible(seconds is not None)
         if seconds is not None:
-            self.frame.setText(local(f"{1000 * seconds:.1f} ms"))
+            self.frame.setText(local(f"{1000 * seconds:.1f} ms") if seconds < 1.0 else time_text(seconds))
 
     def _current(self) -> Job | None:
         """The job to show: the heavy one that runs, or a light one that a person waits for by now."""
