@@ -19,6 +19,6 @@ def gone(number: int | None = None) -> str:
 
 
 def alone(function: Callable[[], Result]) -> Result:
-    """What `function`, of a module's own level, returns in a new process, where no thread of another test runs."""
+    """The result of `function`, of a module's own level, in a new process, where no thread of another test runs."""
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as process:
         return process.submit(function).result()

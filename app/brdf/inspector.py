@@ -256,7 +256,7 @@ class EntryList(QListWidget):
 
 
 def reciprocity_text(rms: float) -> str:
-    """How well a BRDF that changes by `rms` holds: 'exact', 'holds within 0.01 %' or 'off by 3.2 %'."""
+    """The reciprocity of a BRDF that changes by `rms`: 'exact', 'holds within 0.01 %' or 'off by 3.2 %'."""
     if rms < 1e-12:
         return "exact"
     return "holds within 0.01 %" if rms < 1e-4 else f"off by {percent(rms)}"
