@@ -374,9 +374,7 @@ class _Delegate(QStyledItemDelegate):
         bottom = QRect(left, rect.top() + 26, width + 20, 18)
         painter.setFont(theme.font())
         painter.setPen(QColor(colours.disabled if row.excluded else colours.text))
-        angles = " / ".join(
-            f"{fixed(angle, 1)}°" for angle in (row.elevation_deg, row.azimuth_deg) if angle is not None
-        )
+        angles = " / ".join(f"{fixed(each, 1)}°" for each in (row.elevation_deg, row.azimuth_deg) if each is not None)
         painter.drawText(top, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, angles)
         painter.setFont(theme.font(12))
         painter.setPen(QColor(colours.disabled if row.excluded else colours.secondary))

@@ -157,13 +157,8 @@ class PointsTool(QWidget):
         missed = [f"{fixed(one, 2)} px" if known else "–" for one in self._missed(project, pairs, fit)]
         self.table.show_rows(
             [
-                (
-                    str(number + 1),
-                    f"{fixed(x, 2)} / {fixed(y, 2)} px",
-                    f"{fixed(u, 2)} / {fixed(v, 2)} px",
-                    missed[number],
-                )
-                for number, (x, y, u, v) in enumerate(pairs)
+                (f"{at + 1}", *(f"{fixed(x, 2)} / {fixed(y, 2)} px" for x, y in (pair[:2], pair[2:])), missed[at])
+                for at, pair in enumerate(pairs)
             ],
             self.current,
         )
