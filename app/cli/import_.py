@@ -129,7 +129,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--strict",
         action="store_true",
-        help="refuse a capture of which a photograph cannot be read, in place of leaving that one out",
+        help="refuse a capture of which a photograph cannot be read or shows nothing, in place of leaving that one out",
+    )
+    parser.add_argument(
+        "--use-all",
+        action="store_true",
+        help="use photographs that show nothing too: black ones, and ones that are clipped all over",
     )
     parser.epilog = f"{parser.epilog}\n\n{JSON_HELP}"
 
@@ -178,6 +183,7 @@ def _imported(arguments: argparse.Namespace, show: Callable[[Step], None], scrat
         equalise=_balance(arguments.equalise),
         trust_angles=arguments.trust_angles,
         strict=arguments.strict,
+        use_all=arguments.use_all,
     )
     stack = drain(import_stack(sources, settings, arguments.output), memory)
     return {

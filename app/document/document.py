@@ -77,7 +77,8 @@ class ImportChoices:
     patch : (left, top, width, height) in pixels of a grey patch, which then decides the white balance.
     framing : the part of the photographs that becomes the picture, and its size; None for all.
     trust_angles : take angles that nobody stated also where the photographs do not grow brighter with them.
-    leave_out : leave photographs out that cannot be read, where enough remain.
+    leave_out : leave photographs out that cannot be read or show nothing, where enough remain.
+    use_all : use photographs that show nothing too: black ones, and ones that are clipped all over.
     """
 
     motion: str = "auto"
@@ -97,6 +98,7 @@ class ImportChoices:
     framing: Framing | None = None
     trust_angles: bool = False
     leave_out: bool = False
+    use_all: bool = False
 
     @property
     def for_another_capture(self) -> ImportChoices:

@@ -50,6 +50,7 @@ def settings_of(choices: ImportChoices) -> ImportSettings:
         control_points=choices.control_points,
         trust_angles=choices.trust_angles,
         strict=not choices.leave_out,
+        use_all=choices.use_all,
     )
 
 

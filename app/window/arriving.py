@@ -60,20 +60,29 @@ CONSENTS = {
         "file or capture.toml beside the photographs. If the angles in the list are right, they can be used.",
     ),
     "leave_out": ("Leave it out", "Enough photographs remain without it. Or bring a whole copy of it."),
+    "use_all": (
+        "Use it all the same",
+        "Enough photographs remain without it. If it is as it should be, it can be used all the same.",
+    ),
 }
 
 
 def ask_for_consent(window: QWidget, bench: Workbench, doubt: Doubtful) -> QMessageBox:
     """Say what is doubtful about photographs, and import them all the same where a person says so."""
-    words, otherwise = CONSENTS[doubt.consent]
+    words, about = CONSENTS[doubt.consent]
+    if doubt.otherwise:
+        _, about = CONSENTS[doubt.otherwise]
     box = QMessageBox(window)
     box.setIcon(QMessageBox.Icon.Question)
     box.setWindowTitle("Lightarc")
     box.setTextFormat(Qt.TextFormat.PlainText)
     box.setText(sentence(doubt))
-    box.setInformativeText(otherwise)
+    box.setInformativeText(about)
     agreed = box.addButton(words, QMessageBox.ButtonRole.ActionRole)
     agreed.clicked.connect(lambda: bench.import_all_the_same(doubt.consent))
+    if doubt.otherwise:
+        other = box.addButton(CONSENTS[doubt.otherwise][0], QMessageBox.ButtonRole.ActionRole)
+        other.clicked.connect(lambda: bench.import_all_the_same(doubt.otherwise))
     cancel = box.addButton(QMessageBox.StandardButton.Cancel)
     cancel.setIcon(QIcon())  # the style's own is of another style
     box.setDefaultButton(agreed if doubt.consent == "leave_out" else cancel)  # nothing is lost, and the report says it

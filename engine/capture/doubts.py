@@ -1,4 +1,6 @@
-"""Doubts about a capture that only a person can settle: angles that nobody stated, and photographs that cannot be read.
+"""Doubts about a capture that only a person can settle: angles that nobody stated, and photographs of no use.
+
+Those are photographs that cannot be read, and ones that show nothing (`engine.capture.empty`).
 
 Numbers in file names are angles where a word says so (`10deg`). Bare numbers may count frames, and angles that are
 assumed follow the order of names; both hold only where the light agrees: on an arc the sample receives
@@ -10,7 +12,7 @@ pass (`test_a_random_order_rarely_passes`).
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -32,11 +34,17 @@ FEWEST, MOST_OF_THEM = 3, 0.75
 
 
 class Doubtful(InputError):
-    """A capture that a person may use all the same; `consent` names the setting of the import that says so."""
+    """A capture that a person may use all the same; `consent` names the setting of the import that says so.
 
-    def __init__(self, path: str | os.PathLike[str], problem: str, remedy: str, consent: str) -> None:
+    `otherwise` names another setting that would settle it too, if there is one.
+    """
+
+    def __init__(
+        self, path: str | os.PathLike[str], problem: str, remedy: str, consent: str, otherwise: str = ""
+    ) -> None:
         super().__init__(path, problem, remedy)
         self.consent = consent
+        self.otherwise = otherwise
 
 
 def checked_angles(sources: Sources, pictures: Sequence[NDArray[np.float32]], trusted: bool) -> list[Finding]:
@@ -87,3 +95,28 @@ def without_unreadable(sources: Sources, error: InputError, of_first: int, stric
     found = Finding(Verdict.WARNING, f"was left out: it {error.problem}. {error.remedy}", printable(path))
     kept = without(sources, np.flatnonzero(lit))
     return replace(kept, findings=(*kept.findings, found))
+
+
+def without_empty(sources: Sources, found: Mapping[int, tuple[str, str]], of_first: int, strict: bool) -> Sources:
+    """`sources` without the lights `found` that show nothing, by place what is wrong and what to do; or themselves.
+
+    That is where none is found, or where fewer remain of the `of_first` lights than a material needs: then all are
+    used, and the report of the import tells of each. Raises Doubtful where `strict` refuses them.
+    """
+    left = len(sources.photographs) - len(found)
+    if not found or left < max(FEWEST, MOST_OF_THEM * of_first):
+        return sources
+    if strict:
+        place = min(found)
+        problem, remedy = found[place]
+        more = f", and so are {len(found) - 1} more of no use" if len(found) > 1 else ""
+        remedy = f"{remedy}, import the other {left} photographs without {'it' if len(found) == 1 else 'them'}"
+        raise Doubtful(
+            sources.photographs[place], f"{problem}{more}", f"{remedy}, or use all of them", "leave_out", "use_all"
+        )
+    said = [
+        Finding(Verdict.WARNING, f"was left out: it {problem}. {remedy}", printable(sources.photographs[place]))
+        for place, (problem, remedy) in sorted(found.items())
+    ]
+    kept = without(sources, np.array(sorted(found), np.intp))
+    return replace(kept, findings=(*kept.findings, *said))

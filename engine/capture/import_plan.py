@@ -57,7 +57,8 @@ class ImportSettings:
     second_sphere : outline of a second mirror sphere, or 'auto'; with it the lamps are near, and their positions known.
     equalise : divide out that lamps differ in intensity, by a white patch or by the 'object' itself; None for not.
     trust_angles : take angles that nobody stated also where the photographs do not grow brighter with them.
-    strict : refuse photographs that cannot be read, also where enough remain without them.
+    strict : refuse photographs that cannot be read or show nothing, also where enough remain without them.
+    use_all : use photographs that show nothing too: black ones, and ones that are clipped all over.
     """
 
     motion: str = "auto"
@@ -75,6 +76,7 @@ class ImportSettings:
     equalise: GreyPatch | Literal["object"] | None = None
     trust_angles: bool = False
     strict: bool = False
+    use_all: bool = False
 
     def __post_init__(self) -> None:
         if self.motion not in ("auto", "none", *MOTIONS):
@@ -137,6 +139,17 @@ class Plan:
         """The lamp's reflections that a person corrected, where they counted."""
         spots = self.sources.highlights_px if self.sources.sphere is not None else ()
         return {name: list(spot) for name, spot in zip(self.names, spots, strict=False) if spot is not None}
+
+    def reduced(self, sources: Sources) -> Plan:
+        """The same for `sources`, some of the lights; what was chosen for the others goes with them."""
+        names = [printable(path) for path in sources.photographs]
+        settings = replace(
+            self.settings,
+            reference=self.settings.reference if self.settings.reference in names else None,
+            control_points={name: pairs for name, pairs in self.settings.control_points.items() if name in names},
+        )
+        kept = np.array([name in names for name in self.names])
+        return replace(self, sources=sources, settings=settings, gains=self.gains[kept])
 
     @property
     def reference(self) -> int | None:

@@ -29,7 +29,8 @@ from numpy.typing import NDArray
 
 import engine
 from engine.capture.assumptions import compare_azimuths
-from engine.capture.doubts import checked_angles, without_unreadable
+from engine.capture.doubts import checked_angles, without_empty, without_unreadable
+from engine.capture.empty import empty
 from engine.capture.import_plan import ImportSettings, Plan, planned
 from engine.capture.import_record import (
     about_lights,
@@ -88,6 +89,7 @@ class _Read:
     photographs: list[tuple[Photograph, ...]] = field(default_factory=list)
     noise_and_sharpness: list[tuple[float, float]] = field(default_factory=list)
     thumbnails: list[NDArray[np.float32]] = field(default_factory=list)
+    clipped: list[NDArray[np.float32]] = field(default_factory=list)
     greys: list[Grey] = field(default_factory=list)
     waiting: deque[tuple[NDArray[np.float32], NDArray[np.bool_]]] = field(default_factory=deque)
     scratch: Path | None = None
@@ -146,8 +148,8 @@ class _Output:
 def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.PathLike[str]) -> Steps[ImageStack]:
     """Import `sources` into the stack folder `folder`, which is complete or absent, and open it.
 
-    Steps carry a `ThumbnailReady` when the photographs of a light have been read. A photograph that cannot be read is
-    left out, and the import begins anew without it, where the settings allow that and enough remain.
+    Steps carry a `ThumbnailReady` when the photographs of a light have been read. A photograph that cannot be read or
+    shows nothing is left out, and the import begins anew without it, where the settings allow that and enough remain.
     Raises InputError for photographs that cannot be read or do not fit together, Doubtful where a person may say that
     they are to be used all the same, OutputError where the folder cannot be written.
     """
@@ -166,14 +168,39 @@ def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.Pa
 def _imported(sources: Sources, settings: ImportSettings, place: Path) -> Steps[StackRecord]:
     """Write the pixels of `sources` into the folder `place`."""
     plan = yield from part(planned(sources, settings), 0.0, 0.1)
-    with ExitStack() as files:
+    first, record = len(plan.names), None
+    while record is None:
         last = 1.0 if plan.still else 0.55
-        read = yield from part(_read_all(plan, place, files), 0.1, last)
-        about_angles = checked_angles(plan.sources, read.thumbnails, settings.trust_angles)
-        alignment = _unmoved(len(plan.names))
-        if not plan.still:
-            alignment = yield from part(_aligned(plan, read), last, 0.75)
-            yield from part(_write_aligned(plan, read, alignment, place, files), 0.75, 1.0)
+        with ExitStack() as files:
+            read = yield from part(_read_all(plan, place, files), 0.1, last)
+            left = _without_empty(plan, read, first)
+            if left is plan:
+                record = yield from _aligned_record(plan, read, place, files, last)
+        plan = left
+        del read
+    return record
+
+
+def _without_empty(plan: Plan, read: _Read, of_first: int) -> Plan:
+    """`plan` without the photographs that show nothing; itself where all show something or are to be used.
+
+    `of_first` is the number of lights before any was left out.
+    """
+    if plan.settings.use_all:
+        return plan
+    noise = [each for each, _ in read.noise_and_sharpness]
+    found = empty(read.thumbnails, read.clipped, noise, plan.sources.elevation)
+    sources = without_empty(plan.sources, found, of_first, plan.settings.strict)
+    return plan if sources is plan.sources else plan.reduced(sources)
+
+
+def _aligned_record(plan: Plan, read: _Read, place: Path, files: ExitStack, started: float) -> Steps[StackRecord]:
+    """Align and write what has been read, unless that was done while it was, and describe it."""
+    about_angles = checked_angles(plan.sources, read.thumbnails, plan.settings.trust_angles)
+    alignment = _unmoved(len(plan.names))
+    if not plan.still:
+        alignment = yield from part(_aligned(plan, read), started, 0.75)
+        yield from part(_write_aligned(plan, read, alignment, place, files), 0.75, 1.0)
     assert read.output is not None
     plan = replace(plan, sources=replace(plan.sources, findings=(*plan.sources.findings, *about_angles)))
     return _record(plan, read, alignment, read.output)
@@ -284,6 +311,7 @@ def _note(read: _Read, photograph: Photograph, still: bool) -> None:
     """Keep the small things."""
     read.noise_and_sharpness.append(noise_and_sharpness(_luminance(middle(photograph.radiance))))
     read.thumbnails.append(_small(photograph.radiance))
+    read.clipped.append(_small(photograph.saturated))
     if not still:
         luminance = _luminance(photograph.radiance)
         read.greys.append(reduced(luminance, reduction(*luminance.shape)).copy())
@@ -356,11 +384,11 @@ def _luminance(radiance: NDArray[np.float32]) -> Grey:
     return luminance
 
 
-def _small(radiance: NDArray[np.float32]) -> NDArray[np.float32]:
-    """A picture of at most `_THUMBNAIL_SIDE`, from some four samples to a pixel along each side."""
+def _small(radiance: NDArray[np.float32] | NDArray[np.bool_]) -> NDArray[np.float32]:
+    """A picture of at most `_THUMBNAIL_SIDE`, from some four samples to a pixel along each side; shares of a mask."""
     height, width = radiance.shape[:2]
     scale = min(1.0, _THUMBNAIL_SIDE / max(height, width))
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
     step = max(1, math.floor(0.25 / scale))
-    some = np.ascontiguousarray(radiance[::step, ::step])
+    some = np.ascontiguousarray(radiance[::step, ::step], np.float32)
     return cv2.resize(some, size, interpolation=cv2.INTER_AREA)

@@ -216,9 +216,13 @@ def export(
     `targets` of the record lists for each target its `files`, `bytes`, errors and warnings: `rmse_rel` against the
     photographs (None without a stack of the same size), `rmse_rel_reference` and `flip` over three environments, and
     the same by environment; `errors_are` says so in words, and why one is None. An earlier export is replaced.
-    UsageError for unknown targets, OutputError for the folder.
+    UsageError for unknown targets and, before any work, for one that `cannot_hold` the material; OutputError for the
+    folder.
     """
     check_names(names)
+    for name in names:
+        if why_not := cannot_hold(name, material, stack):
+            raise UsageError(why_not)  # before the work of making the material ready
     if not (error >= 0.0 and np.isfinite(error)):
         raise UsageError(f"an error of {error} is not a number from 0 upwards")
     leaving = yield from part(departure(material, stack), 0.0, 0.4)
@@ -232,6 +236,15 @@ def check_names(names: Sequence[str]) -> None:
         raise UsageError(f"{AUTO} chooses the target: give {AUTO} alone, or targets by name")
     if unknown or not names:
         raise UsageError(f"unknown target {' '.join(unknown)!r}; known are {', '.join(NAMES)}, or {AUTO} alone")
+
+
+def cannot_hold(name: str, material: Material, stack: ImageStack | None) -> str:
+    """Why the target `name` cannot hold the material with these photographs, and what to do; "" where it can."""
+    if material.pbr is not None and name in OF_A_LOOK_UP:
+        return f"{name} holds a material from photographs; PBR maps leave as the other targets"
+    if name == "rti" and not rti.has_sides(material, stack):
+        return "an RTI file needs light from several sides: give the stack of a dome"
+    return ""
 
 
 def written(
@@ -279,8 +292,8 @@ def _made(leaving: Departure, target: Target, settings: Settings) -> Steps[tuple
     Equal representations are measured once. UsageError where the target cannot hold the material.
     """
     subject = leaving.subject
-    if subject.material.pbr is not None and target.name in OF_A_LOOK_UP:
-        raise UsageError(f"{target.name} holds a material from photographs; PBR maps leave as the other targets")
+    if why_not := cannot_hold(target.name, subject.material, subject.stack):
+        raise UsageError(why_not)
     shown = target.shown(subject, settings)
     errors, values = yield from part(_measured(shown, leaving), 0.0, 0.4)
     others: dict[str, Any] = {}

@@ -20,6 +20,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,6 @@ from numpy.typing import NDArray
 from engine.capture.report import grid_step
 from engine.core.colour import srgb_decode, srgb_encode
 from engine.core.directions import Vectors, surface_direction
-from engine.core.errors import UsageError
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, drain
 from engine.exchange.loss import Shown, View, lit_points
@@ -35,6 +35,10 @@ from engine.exchange.subject import Contents, Settings, Subject, shows_slopes
 from engine.images.encode import encode_png
 from engine.light.environment import DistantLights
 from engine.shading.directional.interpolation import polynomial
+
+if TYPE_CHECKING:
+    from engine.capture.stack import ImageStack
+    from engine.scene.material import Material
 
 Floats = NDArray[np.float64]
 
@@ -94,7 +98,7 @@ class PtmCodes:
 
 def shown(subject: Subject, _settings: Settings) -> Shown | None:
     """The harmonics, the most exact of the forms, as a viewer shows them; the viewer's direction does not count."""
-    return subject.kept("rti", lambda: _hsh_shown(subject)) if has_sides(subject) else None
+    return subject.kept("rti", lambda: _hsh_shown(subject)) if has_sides(subject.material, subject.stack) else None
 
 
 def _hsh_shown(subject: Subject) -> Shown:
@@ -113,9 +117,7 @@ def _hsh_shown(subject: Subject) -> Shown:
 
 
 def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
-    """The four forms, and the loss in words; UsageError for a material whose lamps stood on one arc."""
-    if not has_sides(subject):
-        raise UsageError("an RTI file needs light from several sides: give the stack of a dome")
+    """The four forms, and the loss in words, of a material that `has_sides`."""
     name = subject.name
     yield Step(0.0, "fitting polynomials")
     quadratic = yield from fitted(subject, polynomial)
@@ -276,10 +278,9 @@ def relight(terms: Terms, loss: str = "") -> dict[str, bytes]:
     return files
 
 
-def has_sides(subject: Subject) -> bool:
+def has_sides(material: Material, stack: ImageStack | None) -> bool:
     """True where pictures under light from several sides are at hand; those of one arc leave the rest to chance."""
-    stack = subject.stack
-    return subject.material.directional is not None or (stack is not None and shows_slopes(stack))
+    return material.directional is not None or (stack is not None and shows_slopes(stack))
 
 
 def _pictures(subject: Subject) -> tuple[Vectors, Callable[[int], NDArray[np.float32]]]:

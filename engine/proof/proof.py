@@ -84,7 +84,7 @@ def _is_possible(name: str, subject: Subject) -> bool:
     """True where the material can be written to the target: pages hold a power law or planes, shaders any map."""
     material = subject.material
     if name == "rti":
-        return has_sides(subject)
+        return has_sides(subject.material, subject.stack)
     if name == "web":
         return material.power_law is not None or material.directional is not None
     return name != "shaders" or (material.has_map and material.pbr is None)
@@ -139,14 +139,14 @@ def _our_hsh(subject: Subject) -> Floats | None:
 
 def _our_ptm(subject: Subject) -> Floats | None:
     """The polynomials before they are rounded."""
-    if not has_sides(subject):
+    if not has_sides(subject.material, subject.stack):
         return None
     terms = drain(fitted(subject, polynomial))
     return linear(terms.coefficients @ terms.basis(lamp()[None])[0])
 
 
 def _relit(folder: Path, subject: Subject, read: Callable[[Path], Drawn]) -> Drawn:
-    if not has_sides(subject):
+    if not has_sides(subject.material, subject.stack):
         return absent("rti", "RTI", "the lamps stood on one arc")
     return read(folder / "rti")
 

@@ -19,9 +19,11 @@ from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread
 from engine.capture.stack import ImageStack
 from engine.core.errors import InputError
 from engine.core.figure_text import number
-from engine.core.health import Health
+from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Steps, part
-from engine.shading.directional.planes import DirectionalMap, fit
+from engine.shading.directional.moments import moments
+from engine.shading.directional.outliers import outliers
+from engine.shading.directional.planes import DirectionalMap, fitted
 from engine.shading.fidelity import FEWEST, Fidelity, fidelity
 from engine.shading.shading_map import ShadingMap, build, included
 
@@ -44,6 +46,7 @@ class Chosen:
     shown : its errors; `others` those of the candidates that were not chosen, by name.
     fit_s : seconds that its fit took.
     bytes_per_texel : of all candidates by name, before compression.
+    outliers : findings about photographs that the others contradict.
     """
 
     map: ShadingMap | DirectionalMap
@@ -51,6 +54,7 @@ class Chosen:
     others: dict[str, Fidelity]
     fit_s: float
     bytes_per_texel: dict[str, int]
+    outliers: tuple[Finding, ...] = ()
 
     @property
     def name(self) -> str:
@@ -66,7 +70,7 @@ class Chosen:
             figures[f"{stem}_leave_one_out_rmse_srgb8"] = shown.leave_one_out
             figures[f"{stem}_in_sample_rmse_srgb8"] = shown.in_sample
             figures[f"{stem}_bytes_per_texel"] = self.bytes_per_texel[name]
-        return Health(MappingProxyType(figures), (self.shown.finding(knows),))
+        return Health(MappingProxyType(figures), (self.shown.finding(knows), *self.outliers))
 
 
 def choose(
@@ -92,7 +96,7 @@ def choose(
     planes = yield from part(_directional(stack, used), share, 1.0)
     best, other = (planes, plain) if planes.shown.leave_one_out < shown.leave_one_out else (plain, planes)
     byte_counts = {**best.bytes_per_texel, **other.bytes_per_texel}
-    return Chosen(best.map, best.shown, {other.name: other.shown}, best.fit_s, byte_counts)
+    return Chosen(best.map, best.shown, {other.name: other.shown}, best.fit_s, byte_counts, planes.outliers)
 
 
 def has_sides(stack: ImageStack, used: NDArray[np.int64]) -> bool:
@@ -127,7 +131,18 @@ def _check_directions(stack: ImageStack, used: NDArray[np.int64]) -> None:
 
 def _directional(stack: ImageStack, used: NDArray[np.int64]) -> Steps[Chosen]:
     started = time.perf_counter()
-    planes = yield from fit(stack, used)
+    found = yield from part(moments(stack, used), 0.0, 0.5)
+    planes = yield from part(fitted(stack, used, found), 0.5, 1.0)
     fit_s = time.perf_counter() - started
     shown = Fidelity(planes.leave_one_out, planes.in_sample, planes.mean_picture, len(used))
-    return Chosen(planes, shown, {}, fit_s, {"directional": planes.bytes_per_texel})
+    apart = outliers(planes.lights, found.of_channels(), planes.kernel)
+    about = tuple(_about_outlier(stack.sources[used[place]], ratio) for place, ratio in apart.items())
+    return Chosen(planes, shown, {}, fit_s, {"directional": planes.bytes_per_texel}, about)
+
+
+def _about_outlier(name: str, ratio: float) -> Finding:
+    text = (
+        f"is predicted from the others {number(ratio, 2)} times worse than is usual for a lamp there: it may have "
+        "moved, or have another lamp or exposure than is stated. Look at it, and leave it out if that is so"
+    )
+    return Finding(Verdict.WARNING, text, name)

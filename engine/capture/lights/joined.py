@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.lights.file_names import listed
+from engine.capture.lights.light_angles import direction_text
 from engine.capture.lights.sources import Sources, Unpacked, find
 from engine.core.directions import surface_direction
 from engine.core.errors import InputError
@@ -105,4 +106,7 @@ def _refuse_one_light(
     first, second = np.unravel_index(int(np.argmin(apart)), apart.shape)
     if apart[first, second] < SAME:
         names = f"{photographs[first].name} and {photographs[second].name}"
-        raise InputError(photographs[second], f"has the light of another photograph ({names})", "Leave one of them out")
+        known = None if azimuth is None else float(np.degrees(azimuth[second]))
+        where = direction_text(float(np.degrees(elevation[second])), known)
+        problem = f"has the light of another photograph ({names}, {where})"
+        raise InputError(photographs[second], problem, "Leave one of them out, or correct its light")

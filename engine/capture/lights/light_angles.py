@@ -238,11 +238,20 @@ def by_light(lit: list[Lit], measured: bool) -> list[list[Lit]]:
     return lights
 
 
+def direction_text(elevation_deg: float, azimuth_deg: float | None) -> str:
+    """A direction of light as people say it: 'elevation 30°, azimuth 120°', of an arc its elevation alone."""
+    azimuth = "" if azimuth_deg is None else f", azimuth {azimuth_deg % 360.0:.4g}°"
+    return f"elevation {elevation_deg:.4g}°{azimuth}"
+
+
 def _by_exposure(group: list[Lit]) -> list[Lit]:
     """Photographs of one light, whose exposures must be known and different."""
     known = [one._replace(exposure_s=one.exposure_s or noted_exposure(one.path).exposure_s) for one in group]
     if len({one.exposure_s for one in known} - {None}) < len(group):
-        problem = f"{' and '.join(one.path.name for one in group)} are said to be lit from the same "
-        remedy = "Keep one of them, correct the angles, or state different exposure_s in capture.toml"
-        raise InputError(group[0].path.parent, f"{problem}{group[0].elevation_deg:g}°", remedy)
+        names, light = " and ".join(one.path.name for one in group), direction_text(*group[0].direction)
+        remedy = (
+            "Take one of them out of the folder, correct the light that is stated for it, or state different "
+            "exposure_s in capture.toml, by which they are merged"
+        )
+        raise InputError(group[0].path.parent, f"{names} are said to be lit from the same direction: {light}", remedy)
     return sorted(known, key=lambda one: one.exposure_s or 0.0)

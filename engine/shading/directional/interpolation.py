@@ -56,11 +56,20 @@ def weights(lights: Vectors, wanted: Vectors, kernel: Kernel) -> Array:
 
 def left_out(lights: Vectors, kernel: Kernel) -> Array:
     """(N, N) each photograph as the others predict it, minus itself: rows of −1 at their own place."""
+    precision = precision_of(lights, kernel)
+    return np.asarray(-precision / np.maximum(np.diag(precision), LEAST_LEFT)[:, None])
+
+
+def precision_of(lights: Vectors, kernel: Kernel) -> Array:
+    """(N, N) the inverse covariance of the photographs where the trend is unknown.
+
+    Its diagonal holds one over the variance that the process leaves to a photograph when all others are known.
+    """
     inverse = np.linalg.inv(kernel(lights, lights) + kernel.noise * np.eye(len(lights)))
     trend = _trend(lights)
     towards = inverse @ trend
     inverse -= towards @ np.linalg.solve(trend.T @ towards, towards.T)
-    return np.asarray(-inverse / np.maximum(np.diag(inverse), LEAST_LEFT)[:, None])
+    return np.asarray(inverse)
 
 
 def best_kernel(lights: Vectors, second: Array) -> Kernel:

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QMessageBox, QPushButton
+from PySide6.QtWidgets import QMessageBox, QPushButton, QWidget
 
 from app.project.project_file import read
+from app.window.arriving import ask_for_consent
 from app.window.main_window import MainWindow
+from engine.capture.doubts import Doubtful
+
+if TYPE_CHECKING:
+    from app.commands.workbench import Workbench
 
 
 def at_rest(window: MainWindow) -> bool:
@@ -152,3 +158,15 @@ def test_a_photograph_that_cannot_be_read_is_left_out_where_a_person_says_so(
     stack = window.bench.document.project.stack
     assert stack is not None
     assert [round(float(each)) for each in stack.elevation_deg] == [10, 30, 70, 90]
+
+
+@pytest.mark.parametrize(("words", "consent"), [("Leave it out", "leave_out"), ("Use it all the same", "use_all")])
+def test_a_person_says_what_becomes_of_a_photograph_that_shows_nothing(qtbot: Any, words: str, consent: str) -> None:
+    parent, agreed = QWidget(), list[str]()
+    qtbot.addWidget(parent)
+    doubt = Doubtful("/a/felt.png", "is black", "Check that its lamp lit", "leave_out", "use_all")
+    box = ask_for_consent(parent, cast("Workbench", SimpleNamespace(import_all_the_same=agreed.append)), doubt)
+    assert box.text().startswith("felt.png is black")
+    assert box.defaultButton().text() == "Leave it out"
+    answer(box, qtbot, words)
+    assert agreed == [consent]

@@ -1,4 +1,4 @@
-"""Angles that nobody stated, held against the light; photographs that cannot be read, left out or refused."""
+"""Angles that nobody stated, held against the light; photographs of no use, left out or refused."""
 
 import itertools
 from collections.abc import Callable
@@ -11,6 +11,7 @@ import pytest
 
 from engine.capture.doubts import RISING, Doubtful, rising_share
 from engine.capture.import_stack import ImportSettings, import_stack
+from engine.capture.lights.selection import Listed
 from engine.capture.lights.sources import find
 from engine.capture.photograph.decode import Unreadable
 from engine.capture.stack import ImageStack
@@ -102,3 +103,47 @@ def test_only_reading_leaves_a_photograph_out(folder: Callable[..., Path]) -> No
     (place / "p_50deg.png").write_bytes(cv2.imencode(".png", np.zeros((10, 10), np.uint8))[1].tobytes())
     with pytest.raises(InputError, match="60 px"):
         imported(place)
+
+
+ANGLES = (3, 10, 30, 50, 70, 90)
+SINES = 200 * np.sin(np.radians(ANGLES))
+
+
+@pytest.mark.parametrize(("place", "level", "says"), [(4, 0, "it is black"), (2, 9000, "it is overexposed")])
+def test_a_photograph_that_shows_nothing_is_left_out(
+    folder: Callable[..., Path], place: int, level: float, says: str
+) -> None:
+    light = [level if at == place else each for at, each in enumerate(SINES)]
+    photographs = folder(levels("p_{}deg.png", ANGLES, light))
+    name = f"p_{ANGLES[place]}deg.png"
+    stack = imported(photographs)
+    assert stack.elevation_deg.tolist() == [float(angle) for angle in ANGLES if angle != ANGLES[place]]
+    (said,) = [finding for finding in stack.health.findings if finding.source == name]
+    assert says in said.text
+    assert said.sentence in stack.health.warnings
+    with pytest.raises(Doubtful, match="the other 5 photographs") as refused:
+        imported(photographs, strict=True)
+    assert (refused.value.consent, refused.value.otherwise) == ("leave_out", "use_all")
+    assert Path(refused.value.path).name == name
+    assert len(imported(photographs, use_all=True).sources) == 6
+
+
+@pytest.mark.parametrize("brightness", [1.0, 0.02])
+def test_dark_photographs_of_grazing_lamps_and_dark_captures_are_kept(
+    folder: Callable[..., Path], brightness: float
+) -> None:
+    assert len(imported(folder(levels("p_{}deg.png", ANGLES, brightness * SINES))).sources) == 6
+
+
+def test_what_was_chosen_for_a_photograph_goes_with_it(folder: Callable[..., Path]) -> None:
+    light = [0 if at == 3 else each for at, each in enumerate(SINES)]
+    place = folder(levels("p_{}deg.png", ANGLES, light))
+    stack = imported(place, lights=Listed(("2-6",)), reference="p_50deg.png")
+    assert stack.elevation_deg.tolist() == [10.0, 30.0, 70.0, 90.0]
+
+
+def test_all_are_used_where_many_show_nothing(folder: Callable[..., Path]) -> None:
+    light = [0 if at in (1, 4) else each for at, each in enumerate(SINES)]
+    stack = imported(folder(levels("p_{}deg.png", ANGLES, light)), trust_angles=True)
+    assert len(stack.sources) == 6
+    assert sum("are black" in warning for warning in stack.health.warnings) == 2

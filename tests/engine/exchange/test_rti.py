@@ -6,6 +6,7 @@ import dataclasses
 import json
 import struct
 from collections.abc import Callable
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -17,6 +18,7 @@ from engine.core.errors import UsageError
 from engine.core.figure_text import percent
 from engine.core.steps import drain
 from engine.exchange import rti
+from engine.exchange.export import export
 from engine.exchange.loss import material_shown, photograph_error
 from engine.exchange.subject import Settings, Subject
 
@@ -219,7 +221,8 @@ def test_the_error_is_that_of_the_files() -> None:
     assert drain(photograph_error(material_shown(subject.material), dome_stack(9, 7))) < 0.06
 
 
-def test_an_arc_is_refused() -> None:
+def test_an_arc_is_refused_before_any_work(tmp_path: Path) -> None:
+    refused = export(tmp_path / "out", woven_subject().material, ["textures", "rti"])
     with pytest.raises(UsageError, match="several sides"):
-        drain(rti.contents(woven_subject(), Settings(), ""))
+        next(refused)
     assert rti.shown(woven_subject(), Settings()) is None

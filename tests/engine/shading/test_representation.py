@@ -51,3 +51,14 @@ def test_a_map_that_is_worse_than_the_mean_picture_is_refused(wanted: str) -> No
     with pytest.raises(InputError, match=r"9 codes of 255, their mean to 8.*--force"):
         check_worth(dome(), worse)
     check_worth(dataclasses.replace(dome(), azimuth=None), worse)
+
+
+def test_a_photograph_that_the_others_contradict_is_named() -> None:
+    """Another exposure than its neighbours have, which neither blackness nor clipping gives away."""
+    sound = dome(24)
+    radiance = np.array(sound.radiance)
+    radiance[9] *= 0.4
+    assert not drain(choose(sound, 4)).outliers
+    (finding,) = drain(choose(dataclasses.replace(sound, radiance=radiance), 4)).outliers
+    assert (finding.source, finding.verdict) == ("9", Verdict.WARNING)
+    assert finding.sentence.startswith("9 is predicted from the others ")

@@ -64,7 +64,7 @@ def test_what_capture_toml_names_is_taken(tmp_path: Path) -> None:
 
 def test_copies_go_only_where_every_byte_is_equal(tmp_path: Path) -> None:
     place = made(tmp_path, "a_10deg.png", "b_20deg.png", "b_20deg (1).png", "c_30deg.png")
-    with pytest.raises(InputError, match=r"are said to be lit from the same 20°"):
+    with pytest.raises(InputError, match=r"are said to be lit from the same direction: elevation 20°"):
         find([place])
     (place / "b_20deg (1).png").write_bytes((place / "b_20deg.png").read_bytes())
     sources = find([place])

@@ -112,7 +112,11 @@ def test_fault_11_angles_from_names_are_shown_for_confirmation(folder: Callable[
         (["a_10deg.png"], None, "one photograph only (a_10deg.png)"),
         ([], None, "no photographs"),
         (["a_10deg.png", "b_20deg.png", "c.png"], None, "c.png has no angle"),
-        (["a_10deg.png", "b_10deg.tif"], None, "a_10deg.png and b_10deg.tif are said to be lit from the same 10°"),
+        (
+            ["a_10deg.png", "b_10deg.tif"],
+            None,
+            "a_10deg.png and b_10deg.tif are said to be lit from the same direction: elevation 10°",
+        ),
         (["a_10deg.png", "b_120deg.png"], None, "120° is outside"),
         (["a.png", "b.png"], [10.0], "2 photographs, but 1 angles"),
         (["a.png", "b.png"], [10.0, float("nan")], "nan° is outside"),
@@ -290,7 +294,9 @@ def test_exposures_of_one_light_are_distinguished_by_what_the_camera_noted(tmp_p
     sources = find([tmp_path])
     assert [[one.exposure_s for one in light] for light in sources.exposures] == [[0.025, 0.1], [None]]
     (tmp_path / "d_60deg.dng").write_bytes(dng(mosaic, exposure=(1, 10)))
-    with pytest.raises(InputError, match=r"c_60deg.dng and d_60deg.dng are said to be lit from the same 60°"):
+    with pytest.raises(
+        InputError, match=r"c_60deg.dng and d_60deg.dng are said to be lit from the same direction: elevation 60°"
+    ):
         find([tmp_path])
 
 
