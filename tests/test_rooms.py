@@ -108,7 +108,6 @@ SHORT_FILES = {
     "app/commands/drawable.py": "one idea that three workspaces share",
     "app/commands/opening.py": "models and lights by name or file, for the window and for bundles",
     "app/widgets/fitting.py": "one widget",
-    "app/widgets/elevation_plot.py": "one widget",
     "app/document/history.py": "arithmetic of what undo keeps, without Qt",
     "app/document/scene.py": "the scene of a project, which window and command line share",
     "app/process/garbage.py": "one setting of Python",

@@ -26,6 +26,7 @@ from app.commands.brdf_figures import ALBEDO_DEG, LIGHT_PHI, Curves, Facts, albe
 from app.commands.workbench import Workbench
 from app.document.comparison import Comparison, Entry
 from app.document.document import Project
+from app.document.following import Following
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.viewport.gl_surface import why_no_gl
@@ -222,7 +223,7 @@ class BrdfTab(QWidget):
         for keys, work in (("L", self._next_scale), ("Ctrl+F", self.library.search.setFocus)):
             shortcut = QShortcut(QKeySequence(keys), self, context=Qt.ShortcutContext.WindowShortcut)
             shortcut.activated.connect(work)
-        bench.document.changed.connect(self._changed)
+        self.following = Following(bench.document, self, self._changed)
 
     @property
     def comparison(self) -> Comparison:

@@ -21,6 +21,7 @@ from app.capture.points_tool import PointsTool
 from app.capture.sphere_tool import SphereTool
 from app.commands.workbench import Workbench
 from app.document.document import Project
+from app.document.following import Following
 from app.document.import_choices import choose, path_of, reference_of, transfer_of, with_angle
 from app.widgets import theme
 from app.widgets.elevation_plot import ElevationPlot
@@ -74,7 +75,7 @@ class CaptureTab(QWidget):
         self.pages = with_empty_state(self, self.empty, self._make_work())
         begin = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WindowShortcut)
         begin.activated.connect(lambda: self.panel.main_button.click())
-        bench.document.changed.connect(self._changed)
+        self.following = Following(bench.document, self, self._changed)
         bench.partial.connect(self._show_thumbnail)
         bench.jobs.changed.connect(lambda _job: self._update_buttons())
         self._changed(Project(), bench.document.project)

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QLine
 from app.commands.export_bundle import Exported, drawn
 from app.commands.workbench import Workbench
 from app.document.document import Project
+from app.document.following import Following
 from app.export.elsewhere import Elsewhere
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
@@ -90,7 +91,7 @@ class ExportTab(QWidget):
         begin = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WindowShortcut)
         begin.activated.connect(lambda: (self.elsewhere.export if self.is_elsewhere else self.export).click())
         view.model_ready.connect(self._draw_preview)
-        bench.document.changed.connect(self._changed)
+        self.following = Following(bench.document, self, self._changed)
         bench.output_moved.connect(lambda _folder: self._show_folder())
         bench.jobs.changed.connect(lambda _job: self._update_buttons())
         self._changed(Project(), bench.document.project)

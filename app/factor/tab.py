@@ -16,6 +16,7 @@ from app.commands.workbench import Workbench
 from app.document.comparison import Entry
 from app.document.document import Project
 from app.document.factoring import METRICS, Factoring, Run
+from app.document.following import Following
 from app.factor.inspector import FactorInspector
 from app.factor.pictures import ProjectionsView, TexturePicture, TexturesView, texture_pictures
 from app.factor.plot import AGAINST, ErrorPlot
@@ -168,7 +169,7 @@ class FactorTab(QWidget):
         start = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WindowShortcut)
         start.activated.connect(self.start)
         self.bench.factors.connect(runs.open)
-        self.bench.document.changed.connect(self._changed)
+        self.following = Following(self.bench.document, self, self._changed)
 
     @property
     def factoring(self) -> Factoring:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from functools import reduce
 from typing import Any
 
@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QPushButton, QSplitter, QWidget
 
 from app.commands.workbench import Workbench
 from app.document.document import Project
+from app.document.following import Following
 from app.jobs.newest import Latest
 from app.material.candidates import Candidates
 from app.material.directional_page import DirectionalPage, representation_box
@@ -102,9 +103,9 @@ class MaterialTab(QWidget):
             switch.chosen.connect(self.show_page)
         begin = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WindowShortcut)
         begin.activated.connect(lambda: self.main_button.click())
-        self.bench.document.changed.connect(self._changed)
+        self.following = Following(self.bench.document, self, self._follow)
         self.bench.jobs.changed.connect(lambda _job: self._update_buttons())
-        self._changed(Project(), self.bench.document.project)
+        yield from self._follow(Project(), self.bench.document.project)
 
     def _make_empty(self) -> EmptyState:
         return EmptyState(
@@ -249,7 +250,7 @@ class MaterialTab(QWidget):
         for switch in self.switches:
             switch.choose(self.page)
 
-    def _changed(self, old: Project, new: Project) -> None:
+    def _follow(self, old: Project, new: Project) -> Generator[None]:
         is_directional = new.material.directional is not None
         is_pbr = new.material.pbr is not None
         self._turn_to_page(new)
@@ -270,7 +271,9 @@ class MaterialTab(QWidget):
         elif old.material.maps != new.material.maps:
             self._show_figures(new)
             self.candidates.show_material(new.material)
+            yield
             self._show_plots(new)
+            yield
             self._load_picture()
             self.finding.ask(lambda: worst(new.material.power_law), self.worst_texels.show_texels)
         self._update_buttons()

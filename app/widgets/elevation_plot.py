@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
-from PySide6.QtCore import QSize, Signal
+from PySide6.QtCore import QSize, QTimer, Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 if TYPE_CHECKING:
@@ -28,10 +28,18 @@ class ElevationPlot(QWidget):
         self.column = QVBoxLayout(self)
         self.column.setContentsMargins(0, 0, 0, 0)
         self.setMinimumHeight(120)
+        self._wanted: tuple[ArrayLike, ArrayLike, Sequence[bool], int | None] | None = None
+        self._soon = QTimer(self, singleShot=True, interval=0)
+        self._soon.timeout.connect(self._draw_wanted)
+
+    @property
+    def inside(self) -> Elevations:
+        """The plot itself, with the means of now."""
+        self._draw_wanted()
+        return self._plot
 
     @cached_property
-    def inside(self) -> Elevations:
-        """The plot itself."""
+    def _plot(self) -> Elevations:
         from app.widgets.plots import Elevations
 
         plot = Elevations()
@@ -46,11 +54,17 @@ class ElevationPlot(QWidget):
     def show_means(
         self, elevation_deg: ArrayLike, mean: ArrayLike, excluded: Sequence[bool], current: int | None
     ) -> None:
-        """As `Elevations.show_means`."""
-        if len(excluded) or "inside" in vars(self):
-            self.inside.show_means(elevation_deg, mean, excluded, current)
+        """As `Elevations.show_means`, once for all that is asked in one turn of the event loop."""
+        if len(excluded) or "_plot" in vars(self):
+            self._wanted = (elevation_deg, mean, excluded, current)
+            self._soon.start()
+
+    def _draw_wanted(self) -> None:
+        wanted, self._wanted = self._wanted, None
+        if wanted is not None:
+            self._plot.show_means(*wanted)
 
     def apply_theme(self) -> None:
         """Take the colours of the current theme."""
-        if "inside" in vars(self):
-            self.inside.apply_theme()
+        if "_plot" in vars(self):
+            self._plot.apply_theme()

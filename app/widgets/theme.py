@@ -16,8 +16,8 @@ from functools import cache
 from pathlib import Path
 
 import shiboken6
-from PySide6.QtCore import QByteArray, QRectF, Qt
-from PySide6.QtGui import QAction, QColor, QFont, QFontDatabase, QIcon, QPainter, QPalette, QPixmap
+from PySide6.QtCore import QByteArray, QRect, QRectF, QSize, Qt
+from PySide6.QtGui import QAction, QColor, QFont, QFontDatabase, QIcon, QIconEngine, QPainter, QPalette, QPixmap
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 
@@ -332,7 +332,7 @@ _drawn: dict[int, tuple[str, str]] = {}
 
 
 def icon(name: str, colour: str | None = None) -> QIcon:
-    """The icon `name` at all three sizes, in `colour` (the theme's text by default) and greyed where disabled."""
+    """The icon `name` in `colour` (the theme's text by default), greyed where disabled."""
     found = _icon(name, colour or current().text, current().disabled)
     _drawn[found.cacheKey()] = (name, colour or current().text)
     return found
@@ -359,11 +359,26 @@ def pixmap(name: str, size: int, colour: str | None = None, scale: float = 1.0) 
 
 @cache
 def _icon(name: str, colour: str, disabled: str) -> QIcon:
-    drawn = QIcon()
-    for size in (SMALL, MEDIUM, LARGE, 2 * SMALL, 2 * MEDIUM, 2 * LARGE):
-        drawn.addPixmap(_pixmap(name, size, colour), QIcon.Mode.Normal)
-        drawn.addPixmap(_pixmap(name, size, disabled), QIcon.Mode.Disabled)
-    return drawn
+    return QIcon(_IconEngine(name, colour, disabled))
+
+
+class _IconEngine(QIconEngine):
+    """Draws an icon at the sizes that are asked for, when they are."""
+
+    def __init__(self, name: str, colour: str, disabled: str) -> None:
+        super().__init__()
+        self._name, self._colours = name, {QIcon.Mode.Disabled: disabled}
+        self._colour = colour
+
+    def pixmap(self, size: QSize, mode: QIcon.Mode, _state: QIcon.State) -> QPixmap:
+        return _pixmap(self._name, min(size.width(), size.height()), self._colours.get(mode, self._colour))
+
+    def paint(self, painter: QPainter, place: QRect, mode: QIcon.Mode, state: QIcon.State) -> None:
+        pixels = place.size() * painter.device().devicePixelRatioF()
+        painter.drawPixmap(place, self.pixmap(pixels, mode, state))
+
+    def clone(self) -> QIconEngine:
+        return _IconEngine(self._name, self._colour, self._colours[QIcon.Mode.Disabled])
 
 
 @cache

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from engine.brdf.models.diffuse import Lambert
 from engine.core.directions import Vectors, normalize
 from engine.transport.relit import RelitSh
+from engine.transport.sh import kernel
 from engine.transport.sh.brdf_table import lambert_table
 from engine.transport.sh.transfer import Floats, ShTransport, local_views, transferred, view_vectors
 from engine.transport.wavelet.transfer import GRAZING
@@ -83,4 +84,9 @@ def _drawn_views(transport: ShTransport, eye: ArrayLike) -> Vectors:
 
 def fixed_view(vectors: NDArray[np.float32], light: NDArray[np.float32]) -> NDArray[np.float32]:
     """Radiance (V, 3) of `vectors` (V, 3, n), which are for one view, under `light` (n, 3) or (V, n, 3)."""
-    return np.asarray(np.einsum("vci,vic->vc" if light.ndim == 3 else "vci,ic->vc", vectors, light))
+    radiance = np.empty(vectors.shape[:2], np.float32)
+    if light.ndim == 3:
+        kernel.transfer_each(vectors, light, 1, radiance)
+    else:
+        kernel.transfer(vectors, light, radiance)
+    return radiance

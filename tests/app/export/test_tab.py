@@ -31,8 +31,8 @@ def tab(window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     fill(window)
     roughen(window)
     window.bench.write_into(tmp_path)
-    window.export.name.setText("felt.lightarc")
     window.show_workspace("export")
+    window.export.name.setText("felt.lightarc")
     return window.export
 
 
@@ -154,8 +154,8 @@ def test_what_the_material_workspace_makes_is_exported_verified_and_reopened(
         assert made.power_law.kept is not None
         assert 0 < (made.power_law.kept.place >= 0).mean() < 1
     window.bench.write_into(tmp_path)
-    window.export.name.setText("again.lightarc")
     window.show_workspace("export")
+    window.export.name.setText("again.lightarc")
     assert "verified" in export(window, qtbot)
     again = describe_bundle(tmp_path / "again.lightarc")["provenance"]
     assert again.pop("project")["state"] != manifest["provenance"].pop("project")["state"]
@@ -194,10 +194,10 @@ def test_the_name_of_what_is_open_is_offered_and_not_that_of_the_material(
     window.new()
     window.open([tmp_path / "felt, second try.lightarc"])
     qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=30_000)
-    assert tab.name.text() == "felt, second try.lightarc"
+    qtbot.waitUntil(lambda: tab.name.text() == "felt, second try.lightarc")
     window.projects.copy_to(tmp_path / "Kimono.lap")
     qtbot.waitUntil(lambda: window.projects.path == tmp_path / "Kimono.lap", timeout=30_000)
-    assert tab.name.text() == "Kimono.lightarc"
+    qtbot.waitUntil(lambda: tab.name.text() == "Kimono.lightarc")
 
 
 def test_the_preview_is_the_scene_even_where_view_was_never_opened(

@@ -113,7 +113,7 @@ def test_undo_goes_back_before_the_material_and_redo_brings_it_again(
     built = window.bench.document.project.material
     window.undo.trigger()
     assert not window.bench.document.project.has_map
-    assert window.material.pages.currentWidget() is window.material.empty
+    wait(qtbot, lambda: window.material.pages.currentWidget() is window.material.empty)
     window.redo.trigger()
     assert window.bench.document.project.material is built
 
