@@ -216,7 +216,7 @@ class BrdfTab(QWidget):
         inspector.fit.changed.connect(self._refresh)
         self.light.edited.connect(lambda angle, _final: self.set_light(angle))
         self.scale.chosen.connect(lambda _value: self._show_curves())
-        self.slice.read.connect(lambda words: self.tile_of["slice"].say(words))
+        self.slice.read.connect(lambda words: self.tile_of["slice"].say(words, words.removesuffix(" sr⁻¹")))
         self.sphere.said.connect(self.tile_of["sphere"].say)
         self.sphere.viewport.drawn.connect(self.drawn)
         self.sphere.viewport.broken.connect(self.broken)

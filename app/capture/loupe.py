@@ -43,13 +43,18 @@ class Loupe(QWidget):
         view.zoomed.connect(lambda _zoom: self._follow())
 
     def open(self) -> None:
-        """Show it under the pointer, or where the pointer is beside the picture, in its middle; there must be one."""
+        """Show it under the pointer, or where the pointer is beside the picture, in its middle; there must be one.
+
+        A picture that is itself magnified is magnified further: the loupe never shows it smaller.
+        """
         assert self.view.picture is not None
         self._size = self.view.picture.size
         pointer = QPointF(self.view.mapFromGlobal(self.view.cursor().pos()))
         is_over = self.view.underMouse() and self.view.texel_at(pointer) is not None
         width, height = self._size
         self.place = self.view.place_at(pointer) if is_over else QPointF(width / 2, height / 2)
+        while self._scale <= self.view.zoom and self.magnification < MAGNIFICATIONS[-1]:
+            self.magnify(1)
         self.show()
         self.raise_()
         self._follow()

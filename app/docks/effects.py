@@ -113,6 +113,7 @@ class EffectsDock(QDockWidget):
         foot.addStretch(1)
         foot.addWidget(self.apply)
         self.words = text("", "secondary", wrap=True)
+        column.addSpacing(STEP)
         column.addWidget(self.words)
         column.addLayout(foot)
         column.addStretch()  # without effects the sentence that says what is missing stands at the top

@@ -283,6 +283,10 @@ def rows_of(factors: Any) -> list[tuple[Any, str, str]]:
     return found
 
 
+def _has_two_disks(what: Any) -> bool:
+    return not isinstance(what, str) and (what.name == "linear" or bool(ANGLES.get(what.angles or what.name)))
+
+
 class _Diagram(QWidget):
     def __init__(self) -> None:
         super().__init__()
@@ -298,6 +302,10 @@ class _Diagram(QWidget):
             middle = STEP + ROW_PX * (index + 0.5)
             left = QPointF(PADDING + RADIUS, middle)
             right = left + QPointF(2 * RADIUS + 3 * STEP, 0.0)
+            painter.setFont(theme.font(12))
+            needed = right.x() + RADIUS + 4 * STEP + painter.fontMetrics().horizontalAdvance(name)
+            if needed > self.width() and not _has_two_disks(what):
+                right = left  # one disk needs no room for two
             self._draw(painter, what, left, right)
             x = right.x() + RADIUS + 3 * STEP
             words = QRectF(x, middle - 18, max(0.0, self.width() - x - STEP), 18)

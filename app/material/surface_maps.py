@@ -92,7 +92,7 @@ def error_words(name: str, sigma: Values) -> str:
     half, most = (float(each) for each in np.quantile(np.minimum(sample, 1e9), (0.5, 0.95)))
     if half >= 1e9:
         return f"The {what} not known."
-    further = f"95 % to {number(most)}{unit}" if most < 1e9 else "more than 5 % are not known"
+    further = f"95\u00a0% to {number(most)}{unit}" if most < 1e9 else "more than 5 % are not known"
     return f"Half of the {what} known to {number(half)}{unit}, {further} (one standard deviation)."
 
 

@@ -93,3 +93,11 @@ def test_the_read_out_follows_the_pixel_below_the_pointer(loupe: Loupe, qtbot: A
     assert abs(column - 500) <= 1
     assert abs(row - 300) <= 1
     assert half > 0
+
+
+def test_a_picture_that_is_magnified_is_magnified_further(loupe: Loupe) -> None:
+    loupe.hide()
+    loupe.view.resize(2500, 1600)  # all of it at more than 200 %
+    loupe.open()
+    assert loupe.view.zoom * loupe.devicePixelRatioF() > 2.0
+    assert loupe.magnification == 4
