@@ -28,6 +28,10 @@ AGAINST = {"terms": "Terms", "time": "Time / s", "bytes": "Size / kB"}
 #: Errors below this are drawn on it: they are rounding, and a logarithm needs an end. So do times and sizes.
 LEAST, SHORTEST = 1e-12, 1e-3
 
+#: Steps of ticks within a decade, from coarse to fine, and the fewest ticks that an axis can be read by.
+STEPS = ((1,), (1, 2, 5), (1, 2, 3, 5, 7), (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 9), (*np.arange(1.0, 9.9, 0.2),))
+FEWEST = 3
+
 
 @dataclass(frozen=True, eq=False)
 class ErrorLine:
@@ -153,11 +157,15 @@ class ErrorPlot(Plot):
 
 def log_ticks(low: float, high: float) -> list[list[tuple[float, str]]]:
     """Ticks for an axis from 10^`low` to 10^`high`: the fewer steps in a decade, the more decades there are."""
-    steps = (1, 2, 3, 5, 7) if high - low < 1.0 else (1, 2, 5) if high - low < 2.5 else (1,)
     decades = range(int(np.floor(low)), int(np.ceil(high)) + 1)
     apart = -(-len(decades) // 8)
-    found = [(decade + float(np.log10(step)), step * 10.0**decade) for decade in decades[::apart] for step in steps]
-    return [[(place, plain(float(f"{value:.6g}"))) for place, value in found if low <= place <= high]]
+    seen: list[tuple[float, float]] = []
+    for steps in STEPS[0 if high - low >= 2.5 else 1 if high - low >= 1.0 else 2 :]:
+        found = [(decade + float(np.log10(step)), step * 10.0**decade) for decade in decades[::apart] for step in steps]
+        seen = [(place, value) for place, value in found if low <= place <= high]
+        if len(seen) >= FEWEST:
+            break
+    return [[(place, plain(float(f"{value:.6g}"))) for place, value in seen]]
 
 
 def line_of(run: Run, live: Live, against: str, metric: str) -> ErrorLine | None:
