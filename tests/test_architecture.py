@@ -113,9 +113,14 @@ def tree_of(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
 
 
+@cache
+def nodes_of(path: Path) -> tuple[ast.AST, ...]:
+    return tuple(ast.walk(tree_of(path)))
+
+
 def imports_of(path: Path) -> Iterator[str]:
     """Dotted names that a file imports anywhere, a name taken from a package counted as its module."""
-    for node in ast.walk(tree_of(path)):
+    for node in nodes_of(path):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -123,13 +128,13 @@ def imports_of(path: Path) -> Iterator[str]:
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
+@cache
 def packages_of(path: Path) -> set[str]:
     return {name.split(".")[0] for name in imports_of(path)}
 
 
-@pytest.mark.parametrize("path", sources("engine"), ids=name_of)
-def test_engine_knows_neither_qt_nor_app(path: Path) -> None:
-    assert not packages_of(path) & (QT | {"app", "lightarc"})
+def test_engine_knows_neither_qt_nor_app() -> None:
+    assert [name_of(path) for path in sources("engine") if packages_of(path) & (QT | {"app", "lightarc"})] == []
 
 
 def test_only_the_drawing_side_imports_moderngl() -> None:
@@ -152,7 +157,7 @@ def test_the_package_starts_without_libraries() -> None:
 
 
 def writing_calls(path: Path) -> Iterator[str]:
-    for node in ast.walk(tree_of(path)):
+    for node in nodes_of(path):
         if isinstance(node, ast.Call):
             called = ast.unparse(node.func)
             if WRITING.search(called) and not called.startswith("atomic.") and not reads_only(node, called):
@@ -180,23 +185,27 @@ def test_files_are_written_in_one_place() -> None:
     assert sorted(set(EXCEPTIONS) - calls) == [], "exceptions that nobody needs any more"
 
 
-@pytest.mark.parametrize("path", sources("engine", "app", "lightarc", "packaging"), ids=name_of)
-def test_nothing_is_pickled(path: Path) -> None:
-    assert not packages_of(path) & {"pickle", "dill", "cloudpickle", "joblib", "shelve", "marshal"}
-    keywords = (node for node in ast.walk(tree_of(path)) if isinstance(node, ast.keyword))
-    assert not [node.lineno for node in keywords if node.arg == "allow_pickle" and ast.unparse(node.value) != "False"]
+def test_nothing_is_pickled() -> None:
+    everywhere = sources("engine", "app", "lightarc", "packaging")
+    pickling = {"pickle", "dill", "cloudpickle", "joblib", "shelve", "marshal"}
+    assert [name_of(path) for path in everywhere if packages_of(path) & pickling] == []
+    keywords = ((path, node) for path in everywhere for node in nodes_of(path) if isinstance(node, ast.keyword))
+    allowing = [(path, node) for path, node in keywords if node.arg == "allow_pickle"]
+    assert [(name_of(path), node.lineno) for path, node in allowing if ast.unparse(node.value) != "False"] == []
 
 
-@pytest.mark.parametrize("path", sources("engine", "app", "lightarc", "packaging"), ids=name_of)
-def test_failures_are_caught_by_name(path: Path) -> None:
+def test_failures_are_caught_by_name() -> None:
     """`except:` and `except Exception` hide mistakes; `except BaseException` may tidy up if it raises again."""
-    for node in ast.walk(tree_of(path)):
-        if not isinstance(node, ast.ExceptHandler):
-            continue
-        caught = ast.unparse(node.type) if node.type else "everything"
-        raised_again = caught == "BaseException" and isinstance(node.body[-1], ast.Raise)
-        if caught in {"everything", "Exception", "BaseException"} and not raised_again:
-            assert f"{name_of(path)} {caught}" in CATCHERS, f"line {node.lineno}"
+    found = []
+    for path in sources("engine", "app", "lightarc", "packaging"):
+        for node in nodes_of(path):
+            if not isinstance(node, ast.ExceptHandler):
+                continue
+            caught = ast.unparse(node.type) if node.type else "everything"
+            raised_again = caught == "BaseException" and isinstance(node.body[-1], ast.Raise)
+            if caught in {"everything", "Exception", "BaseException"} and not raised_again:
+                found.append((f"{name_of(path)} {caught}", node.lineno))
+    assert [(name, line) for name, line in found if name not in CATCHERS] == []
 
 
 def text_files() -> Iterator[Path]:

@@ -202,7 +202,7 @@ def references(material: Material) -> Steps[dict[str, Floats]]:
 
 
 def _pictures(shown: Shown, size: tuple[int, int]) -> Steps[dict[str, Floats]]:
-    pictures, view = {}, ball(*size)
+    pictures, view = {}, ball(*size, DIAMETER)
     for index, name in enumerate(ENVIRONMENTS):
         yield Step(index / len(ENVIRONMENTS), f"Reference, {name}")
         pictures[name] = shown(view, environment_lights(name))
@@ -217,7 +217,7 @@ def brdf_loss(found: Brdf, wanted: Brdf) -> Steps[Loss]:
 
 def loss(shown: Shown, wanted: dict[str, Floats], size: tuple[int, int]) -> Steps[Loss]:
     """The error of a representation of maps of `size` (H, W) against the pictures that `references` made."""
-    view = ball(*size)
+    view = ball(*size, DIAMETER)
     rmse_rel, flip, first = {}, {}, np.zeros((0, 3))
     for index, (name, values) in enumerate(wanted.items()):
         yield Step(index / len(wanted), f"Comparing under {name}")
@@ -234,7 +234,7 @@ def displayed_ball(values: Floats, wanted: Floats, size: tuple[int, int]) -> NDA
 
     All pictures of a material have the exposure of its own, or else their differences in brightness were hidden.
     """
-    view = ball(*size)
+    view = ball(*size, DIAMETER)
     bright = float(np.quantile(wanted, 0.995)) if wanted.size else 0.0
     gain = 1.0 / bright if bright > 0.0 else 1.0
     cover = np.where(view.mask, 255, 0).astype(np.uint8)
