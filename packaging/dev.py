@@ -268,7 +268,9 @@ def install_packages(purpose: str) -> None:
     lock = LOCKS[purpose]
     names = {line.split("==")[0] for line in lock.read_text(encoding="utf-8").splitlines() if line[:1].isalnum()}
     say(f"Installing {len(names)} packages into .venv (the first time this takes a minute or more)")
-    pip(["--only-binary", ":all:", "--require-hashes", "-r", str(lock)], expected=len(names))
+    # Compiling all modules takes most of a minute: well spent before the first start, but tests import few of them.
+    compiled = ["--no-compile"] if purpose == "test" else []
+    pip(["--only-binary", ":all:", "--require-hashes", *compiled, "-r", str(lock)], expected=len(names))
     pip(["--no-deps", "--no-build-isolation", "-e", str(PROJECT)])
 
 
