@@ -113,12 +113,17 @@ def assert_same(one: Material, other: Material) -> None:
 @pytest.mark.parametrize(
     ("settings", "suffix"),
     [
-        ({"mixed": True, "error_bound_percent": 10.0}, ".lightarc"),
-        ({"exponent_bits": 8, "scale": "least-squares"}, ""),
-        ({"mixed": True, "error_bound_percent": 4.0, "exponent_bits": 16, "tileable": True}, ".lightarc"),
-        ({"excluded": frozenset({"a rather long name of a photograph 90.tif"}), "slices": 6}, ""),
+        pytest.param({"mixed": True, "error_bound_percent": 10.0}, ".lightarc", id="mixed", marks=pytest.mark.long),
+        pytest.param({"exponent_bits": 8, "scale": "least-squares"}, "", id="8 bits", marks=pytest.mark.long),
+        pytest.param(
+            {"mixed": True, "error_bound_percent": 4.0, "exponent_bits": 16, "tileable": True},
+            ".lightarc",
+            id="mixed 16-bit tile",
+        ),
+        pytest.param(
+            {"excluded": frozenset({"a rather long name of a photograph 90.tif"}), "slices": 6}, "", id="excluded"
+        ),
     ],
-    ids=["mixed", "8 bits", "mixed 16-bit tile", "excluded"],
 )
 def test_what_the_material_workspace_makes_is_exported_verified_and_reopened(
     tab: Any, window: MainWindow, qtbot: Any, lightarc: Any, tmp_path: Path, settings: dict[str, Any], suffix: str
@@ -246,7 +251,11 @@ def test_a_bundle_of_the_same_name_is_announced_and_other_files_are_left_alone(
 
 @pytest.mark.parametrize(
     ("operation", "code", "said"),
-    [("write", errno.ENOSPC, "disk is full"), ("create", errno.EROFS, "read-only"), ("fsync", errno.EIO, "error")],
+    [
+        ("write", errno.ENOSPC, "disk is full"),
+        pytest.param("create", errno.EROFS, "read-only", marks=pytest.mark.long),
+        pytest.param("fsync", errno.EIO, "error", marks=pytest.mark.long),
+    ],
 )
 def test_a_failing_disk_is_named_and_leaves_the_earlier_bundle(
     tab: Any,

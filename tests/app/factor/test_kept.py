@@ -73,7 +73,7 @@ def test_a_sum_whose_errors_are_not_all_known_yet_is_not_kept(tmp_path: Path) ->
     assert kept.ladder == whole.ladder
 
 
-@pytest.mark.parametrize("method", ["svd", "search"])
+@pytest.mark.parametrize("method", ["svd", pytest.param("search", marks=pytest.mark.long)])
 def test_a_run_is_there_again_without_factoring(
     window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch, method: str
 ) -> None:

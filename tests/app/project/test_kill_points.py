@@ -24,7 +24,7 @@ from tests.app.conftest import NO_DISPLAY
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs fork and /proc")
 
 #: Operations at which the suite kills; under --long every operation of six sessions more, 20,000 together.
-POINTS = 300
+POINTS = 150
 
 #: Seconds until a kill in the window, at most, from the first gesture that was saved.
 MOST_S = 2.0

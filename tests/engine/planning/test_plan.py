@@ -54,7 +54,7 @@ def price(found: EffectsPlan) -> float:
     return cost.frame_s + cost.relight_s / LIGHTS + cost.bake_s / FRAMES + BYTE_S * cost.memory_bytes
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(st.floats(1e-3, 1.0), st.floats(1.0, 10.0))
 def test_T7_a_larger_budget_of_error_never_costs_more(error: float, factor: float) -> None:
     scene = looked_at()
@@ -89,7 +89,7 @@ def test_a_plan_tells_the_interval_of_its_error() -> None:
     assert errors.between(Setting("direct", {"directions": 16})) == 0.0
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(st.floats(0.1, 1e4), st.floats(1.0, 10.0))
 def test_T7_more_time_never_ends_in_a_larger_error(time_ms: float, factor: float) -> None:
     scene = looked_at()

@@ -194,7 +194,7 @@ def test_T7_terms_do_not_raise_the_error(glossy: Wavelets) -> None:
     assert errors[-1] < 0.5 * errors[0]
 
 
-@pytest.mark.parametrize("edge", [16, 64])
+@pytest.mark.parametrize("edge", [pytest.param(16, marks=pytest.mark.long), 64])
 def test_T7_coefficients_do_not_raise_the_error(diffuse: Wavelets, edge: int) -> None:
     factors = diffuse.factors(1)
     errors = [diffuse.error(factors, coefficients, edge) for coefficients in (24, 48, 96, 192, 384)]

@@ -39,7 +39,9 @@ def test_a_model_thinner_than_a_pixel_keeps_what_shows_it() -> None:
     assert len(pixels_of(EYE, receivers(wire), 2, 1000, np.random.default_rng(0)).face) > 10
 
 
-@pytest.mark.parametrize("text", ["phong:kd=0.2,ks=0.4,exponent=200", "lambert:albedo=0.5"])
+@pytest.mark.parametrize(
+    "text", ["phong:kd=0.2,ks=0.4,exponent=200", pytest.param("lambert:albedo=0.5", marks=pytest.mark.long)]
+)
 def test_few_pixels_that_know_the_lamp_tell_the_energy_of_many(text: str) -> None:
     """Energy of the light of one lamp: 64 guided pixels against thousands, within three standard errors."""
     mesh, brdf = ball(96), brdf_from_text(text)

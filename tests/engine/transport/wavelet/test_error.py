@@ -34,7 +34,7 @@ def spot(path: Any) -> Mesh:
 @pytest.mark.parametrize(
     ("text", "terms", "coefficients", "vertices", "views", "expected"),
     [
-        ("lambert:albedo=0.5", 1, 32, 400, 20, 0.082),
+        pytest.param("lambert:albedo=0.5", 1, 32, 400, 20, 0.082, marks=pytest.mark.long),
         pytest.param("lambert:albedo=0.5", 1, 96, 400, 20, 0.028, marks=pytest.mark.long),
         pytest.param("ashikhmin-shirley:kd=0.5,ks=0.05,nu=10,nv=10", 4, 96, 120, 20, 0.110, marks=pytest.mark.long),
         ("ggx:kd=0.5,alpha=0.3,f0=0.04", 4, 96, 120, 20, 0.088),
