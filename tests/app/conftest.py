@@ -57,6 +57,7 @@ COARSE = {
 
 #: Few pixels of the window's references, and pauses that nobody has to wait for.
 AT_ONCE = {
+    "engine.exchange.loss.DIAMETER": 40,
     "app.document.measured.MOST_PIXELS": 6_000,
     "app.view.pictures.MOST_PIXELS": 20_000,
     "app.view.tab.MEASURED_PX": (96, 72),
@@ -70,6 +71,13 @@ AT_ONCE = {
     "app.factor.tab.PREVIEW_EVERY_MS": 20,
     "app.brdf.tab.AT_REST_MS": 20,
     "app.brdf.lobe_view.STILL_AFTER_MS": 20,
+}
+
+#: Workspaces behind Capture and View that the tests of a room have from the beginning; other rooms have all of them.
+IN_FRONT: dict[str, tuple[str, ...]] = {
+    "capture": (),
+    "docks": (),
+    "material": ("material",),
 }
 
 BUILD_PARSER = command_line.build_parser
@@ -168,9 +176,17 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def window(qapp: QApplication, qtbot: object, coarse: None, monkeypatch: pytest.MonkeyPatch) -> Iterator[object]:
+def window(
+    qapp: QApplication,
+    qtbot: object,
+    coarse: None,
+    monkeypatch: pytest.MonkeyPatch,
+    request: pytest.FixtureRequest,
+) -> Iterator[object]:
     """The main window without remembered settings, closed at the end; an error that nobody expected fails the test, and
     so does a project that cannot be written.
+
+    To make all workspaces takes half of its time; those that `IN_FRONT` leaves out are made when they are asked for.
 
     What this machine costs is made up, since measuring it takes longer than most tests. The error of the picture is
     measured only where a test asks for it (`window.view.pictures.measure`): it takes a reference.
@@ -183,10 +199,13 @@ def window(qapp: QApplication, qtbot: object, coarse: None, monkeypatch: pytest.
     monkeypatch.setattr("app.session.machine_profile.cost_model", _costs)
     for name, value in AT_ONCE.items():
         monkeypatch.setattr(name, value)
+    names = IN_FRONT.get(request.path.parent.name, WORKSPACES)
+    if names is not WORKSPACES:
+        monkeypatch.setattr(MainWindow, "make_next", lambda _window: None)
     # Each workspace that is made by itself would dress the whole window anew.
     with theme.dressing_at_once():
         made = MainWindow(None)
-        for name in WORKSPACES:
+        for name in names:
             getattr(made, name)
     made.view.pictures.measure(False)
     made.show()
