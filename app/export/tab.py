@@ -45,7 +45,7 @@ PARTS = (
         "planes",
         "Directional map, all planes",
         "directional_plane00.png and so on, their numbers and weights",
-        "needs lamps on every side",
+        "needs lamps all round",
     ),
     ("pbr", "PBR maps", "pbr_maps.exr, 32-bit floats", "none opened"),
 )

@@ -49,8 +49,8 @@ def test_ctrl_enter_writes_the_bundle_beside_what_was_written_last(
 
 def test_parts_that_the_material_lacks_are_unchecked_and_say_why(window: MainWindow, tab: Any) -> None:
     box, figure = tab.parts["planes"]
-    assert (box.isChecked(), box.isEnabled(), figure.text()) == (False, False, "needs lamps on every side")
-    assert box.toolTip() == "This material has none: needs lamps on every side"
+    assert (box.isChecked(), box.isEnabled(), figure.text()) == (False, False, "needs lamps all round")
+    assert box.toolTip() == "This material has none: needs lamps all round"
     material, box = window.bench.document.project.material, tab.parts["power-law"][0]
     assert box.isChecked()
     for found, checked in ((None, False), (material.power_law, True)):
