@@ -95,3 +95,10 @@ def test_every_choice_of_a_bake_is_a_setting() -> None:
         for parameter in choices_of(method):
             for value, _words in parameter.offered:
                 setting_for(choices_for(method.name, **{parameter.name: value}))
+
+
+def test_long_names_of_jobs_wrap(view: MainWindow, qtbot: Any) -> None:
+    dock = view.docks.jobs
+    dock.show()
+    view.bench.jobs.submit("Factoring the blue paint of the material: singular values", _waiting)
+    qtbot.waitUntil(lambda: dock.table.rowHeight(0) > dock.table.rowHeight(1), timeout=LONG)
