@@ -107,6 +107,8 @@ class FactorRuns(QObject):
         self._folder = bench.folder
         bench.document.changed.connect(self._follow)
         bench.jobs.changed.connect(self._job_changed)
+        for run in bench.document.project.factoring.runs:  # of a project that was open before this workspace was made
+            self._read(run)
 
     def of(self, run: Run) -> Live:
         """The state of `run`."""

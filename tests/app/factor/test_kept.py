@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from app.document.factoring import Run
-from app.factor.runs import LOST
+from app.factor.runs import LOST, FactorRuns
 from app.project.factors import Keeping, place_of, read_kept
 from app.project.made import noted
 from app.project.project_file import data_folder
@@ -95,6 +95,8 @@ def test_a_run_is_there_again_without_factoring(
     qtbot.waitUntil(lambda: window.factor.preview.factors is not None, timeout=60_000)
     qtbot.waitUntil(lambda: len(window.factor.plot.shown) == 1, timeout=60_000)
     assert {each["kind"]: each["present"] for each in described(first)["derived"]} == {"factors": True}
+    later = FactorRuns(window.bench)  # as of a workspace that is made when the project is open already
+    qtbot.waitUntil(lambda: later.of(runs[0]).state == "done", timeout=60_000)
 
 
 def test_a_lost_result_is_said_with_its_cost_and_factored_again(window: MainWindow, qtbot: Any) -> None:
