@@ -10,6 +10,7 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -107,8 +108,7 @@ class FactorRuns(QObject):
         self._folder = bench.folder
         bench.document.changed.connect(self._follow)
         bench.jobs.changed.connect(self._job_changed)
-        for run in bench.document.project.factoring.runs:  # of a project that was open before this workspace was made
-            self._read(run)
+        self._read(*bench.document.project.factoring.runs)  # of a project that was open before
 
     def of(self, run: Run) -> Live:
         """The state of `run`."""
@@ -226,12 +226,13 @@ class FactorRuns(QObject):
         job.failed.connect(lambda error: self._failed(run.number, live, error))
         self.changed.emit(run.number)
 
-    def _read(self, run: Run) -> None:
-        """Read the result that a run found before this start."""
-        live, folder = self.of(run), self.bench.folder
-        live.state = READING
-        job = self.bench.jobs.submit("Reading factors", lambda: _kept(run, folder), heavy=False)
-        job.succeeded.connect(lambda found: self._was_read(run.number, live, found))
+    def _read(self, *runs: Run) -> None:
+        """Read the results that runs found before this start."""
+        for run in runs:
+            live, reading = self.of(run), partial(_kept, run, self.bench.folder)
+            live.state = READING
+            job = self.bench.jobs.submit("Reading factors", reading, heavy=False)
+            job.succeeded.connect(partial(self._was_read, run.number, live))
 
     def _was_read(self, number: int, live: Live, found: Found) -> None:
         if live.job is None and live.factorisation is None:
@@ -283,9 +284,7 @@ class FactorRuns(QObject):
         for run in old.factoring.runs:
             if run.number not in kept:
                 self.cancel(run)
-        for run in new.factoring.runs:
-            if run.number not in self.live:
-                self._read(run)
+        self._read(*(run for run in new.factoring.runs if run.number not in self.live))
         if not kept and not self.bench.document.undo_stack.count():
             self.live = {number: live for number, live in self.live.items() if live.job is not None}
 
