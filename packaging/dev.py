@@ -268,10 +268,20 @@ def install_packages(purpose: str) -> None:
     lock = LOCKS[purpose]
     names = {line.split("==")[0] for line in lock.read_text(encoding="utf-8").splitlines() if line[:1].isalnum()}
     say(f"Installing {len(names)} packages into .venv (the first time this takes a minute or more)")
-    # Compiling all modules takes most of a minute: well spent before the first start, but tests import few of them.
-    compiled = ["--no-compile"] if purpose == "test" else []
-    pip(["--only-binary", ":all:", "--require-hashes", *compiled, "-r", str(lock)], expected=len(names))
+    pip(["--only-binary", ":all:", "--require-hashes", "--no-compile", "-r", str(lock)], expected=len(names))
     pip(["--no-deps", "--no-build-isolation", "-e", str(PROJECT)])
+    compile_packages()
+
+
+def compile_packages() -> None:
+    """Compile what the packages will import, with all processors, where pip takes one and their own tests as well.
+
+    A module that cannot be compiled says so when it is imported.
+    """
+    command = [str(PYTHON), "-m", "compileall", "-q", "-j", "0", "-x", r"[/\\]tests?[/\\]", str(ENVIRONMENT)]
+    streams = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    with child(command, **streams) as process:
+        process.wait()
 
 
 def pip(arguments: Sequence[str], expected: int = 0) -> None:
