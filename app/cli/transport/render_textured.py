@@ -26,12 +26,6 @@ if TYPE_CHECKING:
 NEAR = "Under lamps near the model the texels are shown as in the other light, or as in even light where there is none"
 
 
-def check(arguments: argparse.Namespace) -> None:
-    """UsageError for what a picture with texels cannot be of."""
-    if arguments.turntable:
-        raise UsageError("--turntable of a bake shows its BRDF alone: leave --material out")
-
-
 def with_texels(
     baked: tuple[NDArray[np.float32], dict[str, Any]],
     scene: Scene,

@@ -59,23 +59,26 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     _check_brdf(arguments, method)
     asked = settings_from(arguments, method.light)
     light = light_of(arguments)
-    if arguments.material is not None:
-        render_textured.check(arguments)
     behind = check_background(arguments, light.environment)
     steps = method.baking.illuminated(file, light, asked, arguments.brdf)
     found: Illuminated = drain(part(steps, 0.0, 0.3), show)
     relit: Relit = found.relit
     model = relit.mesh.positions[: relit.transport.ground_vertex]
     camera = parse(arguments.camera or "", render_turntable.framed(model, arguments))
-    if arguments.turntable:
-        axis = middle(model)
-        return render_turntable.run_baked(file, method, light, asked, camera, axis, arguments, display, show, behind)
-    picture, drawn = _draw(relit, camera, arguments, show)
-    negative_rel = drawn.pop("negative_rel", None)
-    negative_rel = found.negative_rel(camera.eye) if negative_rel is None else negative_rel
+    scene, brdf, doubts = None, None, list[str]()
     if arguments.material is not None:
         scene = render_textured.scene_of_bake(relit, light, camera, arguments)
         brdf, doubts = render_textured.brdf_of_bake(file, arguments)
+    if arguments.turntable:
+        textured = None if scene is None else (scene, brdf)
+        made = render_turntable.run_baked(
+            file, method, light, asked, camera, middle(model), arguments, display, show, behind, textured
+        )
+        return {**made, "warnings": [*made["warnings"], *doubts]}
+    picture, drawn = _draw(relit, camera, arguments, show)
+    negative_rel = drawn.pop("negative_rel", None)
+    negative_rel = found.negative_rel(camera.eye) if negative_rel is None else negative_rel
+    if scene is not None:
         drawn["warnings"] += doubts
         picture, drawn = render_textured.with_texels((picture, drawn), scene, arguments, show, brdf)
     shown = picture if behind is None else in_front_of(picture, camera, behind, light.rotation, light.factor)

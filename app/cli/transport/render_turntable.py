@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from app.arguments.results import FILM, FRAMES, picture_by, software
 from app.cli.doubts import doubts_of_light, doubts_of_scene
 from app.cli.transport.render_output import ON_PROCESSOR, teach
+from app.cli.transport.render_textured import NEAR
 from app.commands.pictures import coded
 from engine.core.errors import MissingCapability, UsageError
 from engine.core.steps import Step, drain
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from engine.brdf.brdf import Brdf
     from engine.geometry.camera import Camera, Vector
     from engine.light.environment import EnvironmentMap
     from engine.render.display import Display
@@ -152,9 +154,14 @@ def run_baked(
     display: Display,
     show: Callable[[Step], None],
     behind: EnvironmentMap | None,
+    textured: tuple[Scene, Brdf | None] | None = None,
 ) -> dict[str, Any]:
-    """The film of baked transport: relit for each frame where the light turns, and once where the camera alone does."""
+    """The film of baked transport: relit for each frame where the light turns, and once where the camera alone does.
+
+    `textured` are a scene whose material gives its texels, and the BRDF that was baked, that of the scene where None.
+    """
     from engine.render.background import in_front_of
+    from engine.render.shadowed import shadowed, with_and_without
     from engine.render.turntable import about_y, camera_about
 
     if light.near_lamps and arguments.turns != "both":
@@ -173,6 +180,12 @@ def run_baked(
     ]
 
     warnings = doubts_of_light(light.environment)
+    pairs: list[tuple[Scene, Scene]] = []
+    if textured is not None and textured[0].has_texels:
+        warnings += [NEAR] if light.near_lamps else []
+        for each, seen_from in zip(lights, cameras, strict=True):
+            lit = replace(textured[0], camera=seen_from, environment_rotation=each.rotation, lamps=each.lamps)
+            pairs.append(with_and_without(lit, textured[1]))
 
     def relit() -> Iterator[tuple[Relit, Camera]]:
         found: Any = None
@@ -182,15 +195,28 @@ def run_baked(
             yield found.relit, seen_from
 
     def on_processor() -> Iterator[NDArray[np.float32]]:
+        from engine.render.direct import radiance
         from engine.render.transported import picture_of
 
-        for each, seen_from in relit():
-            yield drain(picture_of(each, seen_from, size, arguments.samples)).picture
+        for number, (each, seen_from) in enumerate(relit()):
+            picture = drain(picture_of(each, seen_from, size, arguments.samples)).picture
+            if pairs:
+                one, other = (drain(radiance(scene, size, samples=arguments.samples)) for scene in pairs[number])
+                picture = shadowed(one, other, picture)
+            yield picture
 
     def on_device(context: Any) -> Iterator[NDArray[np.float32]]:
-        from engine.gl.draw import relit_frames_off_screen
+        from engine.gl.draw import frames_off_screen, relit_frames_off_screen
 
-        return relit_frames_off_screen(context, relit(), size, arguments.samples)
+        baked = relit_frames_off_screen(context, relit(), size, arguments.samples)
+        if not pairs:
+            yield from baked
+            return
+        with_texels, without = zip(*pairs, strict=True)
+        texels = frames_off_screen(context, with_texels, size, arguments.samples)
+        plain = frames_off_screen(context, without, size, arguments.samples)
+        for one, other, picture in zip(texels, plain, baked, strict=True):
+            yield shadowed(one, other, picture)
 
     def finished(pictures: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
         for picture, each, seen_from in zip(pictures, lights, cameras, strict=True):

@@ -11,6 +11,7 @@ import pytest
 from engine.bundle.bundle import save_bundle
 from engine.core.figure_text import percent, size_text
 from engine.core.steps import drain
+from engine.images.decode import read_image
 from tests.app.command import Command, result
 from tests.engine.domes import dome_material
 
@@ -70,6 +71,12 @@ def test_the_texels_of_a_material_are_drawn_in_the_light_of_a_bake(
     assert drawn["cpu"]["mean_radiance"] == pytest.approx(drawn["gl"]["mean_radiance"], rel=0.02)
     contrast = {name: np.std(each["picture"]) / np.mean(each["picture"]) for name, each in drawn.items()}
     assert contrast["gl"] > 1.1 * contrast["plain"]
+    shown, turn = tmp_path / "a.png", tmp_path / "turn"
+    textured = ("render", output, "--material", material, "--env", "sky", "--directions", "16", *SMALL)
+    assert result(lightarc(*textured, "--turntable", "2", "--turns", "light", "-o", turn))["frames"] == 2
+    for at, rotation in enumerate(("0", "180")):
+        result(lightarc(*textured, "--env-rotation-deg", rotation, "-o", shown))
+        assert np.array_equal(read_image(turn / f"frame-{at:05}.png").pixels, read_image(shown).pixels)
     near = ("--near-lamp", "x=3,y=3,z=3,radius=0.1,power=40")
     nearby = result(lightarc("render", output, "--material", material, *near, "-o", image, *SMALL))
     assert "Under lamps near the model" in nearby["warnings"][-1]
