@@ -96,19 +96,19 @@ class Gallery:
                 self.look = f"{size.name}-{theme}"
                 yield
 
-    def take(self, window: MainWindow, name: str) -> None:
-        """Let the window come to rest, and keep what it shows."""
+    def take(self, window: MainWindow, name: str, in_front: QWidget | None = None) -> None:
+        """Let the window come to rest, and keep what it shows; `in_front` covers and dims all else."""
         rest(window)
-        self.keep(window, name)
+        self.keep(window, name, in_front)
 
-    def keep(self, shown: QWidget, name: str) -> None:
-        """Save the picture of a window, a dialog or a menu as it is now, and note its faults."""
+    def keep(self, shown: QWidget, name: str, in_front: QWidget | None = None) -> None:
+        """Save the picture of a window, a dialog or a menu as it is now; note its faults, or those of `in_front`."""
         path = self.folder / f"{name}-{self.look}.png"
         if not shown.grab().save(str(path)):
             raise SystemExit(f"{path} cannot be written")
         self.taken += 1
         if not isinstance(shown, OF_QT):
-            self.faults += [f"{path.name}: {fault}" for fault in faults(shown)]
+            self.faults += [f"{path.name}: {fault}" for fault in faults(in_front or shown)]
 
     def open(self, window: MainWindow, name: str, show: Callable[[], object]) -> None:
         """Keep the dialogs and menus that `show` opens, and close them; `show` may wait until they are closed."""
@@ -204,7 +204,7 @@ def hints(gallery: Gallery, window: MainWindow) -> None:
         tour = next(each for each in window.findChildren(Tour) if each.isVisible())
         for at in range(len(tour.hints)):
             tour.show_hint(at)
-            gallery.take(window, f"2-hint-{at + 1}")
+            gallery.take(window, f"2-hint-{at + 1}", tour.card)
         tour.end()
         settle(0.1)
 

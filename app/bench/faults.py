@@ -277,7 +277,8 @@ def out_of_order(window: QWidget) -> list[str]:
     """Steps of the Tab key within one panel that lead up, or left in a row."""
     found = []
     # PySide may hand out what it made of another object that was at the same place of memory.
-    controls = [widget for widget in _chain(window) if isinstance(widget, QWidget) and _takes_tab(widget)]
+    found_widgets = (widget for widget in _chain(window) if isinstance(widget, QWidget))
+    controls = [widget for widget in found_widgets if window.isAncestorOf(widget) and _takes_tab(widget)]
     for one, other in pairwise(controls):
         if _panel(one) is not _panel(other):
             continue

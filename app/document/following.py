@@ -26,7 +26,7 @@ Follow = Callable[[Project, Project], Generator[None] | None]
 
 
 class Following(QObject):
-    """Calls `follow` with the project before and after each change of `document`, for `workspace`.
+    """The link of `workspace` to `document`: calls `follow` with the project before and after each change.
 
     While another workspace hides it, changes are told in turns of the event loop of their own, several as one, and all
     that is left when it is shown. In a window that is not on screen all are told at once.

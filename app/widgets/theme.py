@@ -324,7 +324,7 @@ QStatusBar::item {{ border: none; }}
 """
 
 
-SMALL, MEDIUM, LARGE = 16, 20, 24
+SMALL, LARGE = 16, 24
 
 
 #: Name and colour of every icon that was drawn, by Qt's number of it.

@@ -42,8 +42,9 @@ def empty(
 
     Parameters
     ----------
-    pictures, clipped : small pictures of all photographs (h, w, 3), linear, and the share of clipped pixels (h, w) in
-        each of their pixels. noise : its standard deviation in each photograph. elevation : of its lamp.
+    pictures, clipped : small pictures of all N photographs (h, w, 3), linear, and the share of clipped pixels (h, w)
+        in each of their pixels. noise : (N,) its standard deviation in each photograph, in the units of `pictures`.
+    elevation : (N,) of their lamps above the sample, in radians.
     """
     luminance = np.stack([picture @ np.asarray(LUMINANCE, np.float32) for picture in pictures])
     brightest = np.percentile(luminance.reshape(len(pictures), -1), BRIGHTEST, axis=1)
