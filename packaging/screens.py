@@ -30,7 +30,7 @@ from app.help.manual import PAGES, Manual
 from app.help.mode_chooser import ModeChooser
 from app.help.tour import Tour
 from app.viewport.viewport import Viewport
-from app.window.arriving import CONSENTS, ask_for_consent, ask_for_photographs
+from app.window.arriving import ask_for_consent, ask_for_photographs
 from app.window.dialogs import ask_what_to_collect, show_history, show_notes
 from app.window.main_window import MainWindow
 from app.window.preferences import Preferences
@@ -261,11 +261,23 @@ def dialogs(gallery: Gallery, window: MainWindow) -> None:
     bench, path = window.bench, window.projects.path
     if not bench.document.project.comparison.entries:
         commands_brdf.add_model(bench, COMPARED[1])
-    doubts = {
-        "trust_angles": "nothing says where the lamp stood, and the photographs do not grow brighter with the "
-        "elevations that were assumed in the order of the file names, as they would on an arc",
-        "leave_out": "is cut off in the middle",
-    }
+    doubts = (
+        Doubtful(
+            "/media/ada/Linen under the arc",
+            "nothing says where the lamp stood, and the photographs do not grow brighter with the elevations that "
+            "were assumed in the order of the file names, as they would on an arc",
+            "Enter the angles",
+            "trust_angles",
+        ),
+        Doubtful("/media/ada/linen_50deg.CR3", "is cut off in the middle", "Bring it again", "leave_out"),
+        Doubtful(
+            "/media/ada/linen_60deg.CR3",
+            "is black, as if its lamp had not fired",
+            "Take it again, or import the other nine photographs without it, or use all of them",
+            "leave_out",
+            "use_all",
+        ),
+    )
     openers: dict[str, Callable[[], object]] = {
         "picture": lambda: window.view.save_picture("picture"),
         "turntable": lambda: window.view.save_picture("turntable"),
@@ -278,10 +290,8 @@ def dialogs(gallery: Gallery, window: MainWindow) -> None:
         "collect": lambda: ask_what_to_collect(window, path, print),
         "photographs": lambda: ask_for_photographs(window, bench, print, [Path("/media/ada/Linen under the arc")]),
         **{
-            f"consent-{consent}": lambda consent=consent: ask_for_consent(
-                window, bench, Doubtful("/media/ada/linen_50deg.CR3", doubts[consent], "Bring it again", consent)
-            )
-            for consent in CONSENTS
+            f"consent-{doubt.otherwise or doubt.consent}": lambda doubt=doubt: ask_for_consent(window, bench, doubt)
+            for doubt in doubts
         },
         "files": lambda: window.files.choose_files(),
         "save-as": lambda: window.files.save_as(),
