@@ -76,6 +76,22 @@ MEASURES = {
     "gl-sh-frame": "engine.bench.transport.transported:gl_sh_frame",
     "gl-sh-frame-brushed": "engine.bench.transport.transported:gl_sh_frame_brushed",
     "gl-gaussian-frame": "engine.bench.transport.transported:gl_gaussian_frame",
+    **{
+        f"gl-4k-{mode}": f"engine.bench.transport.frame_4k:{mode.replace('-', '_')}"
+        for mode in (
+            "brdf",
+            "power-law",
+            "shading-map",
+            "directional-map",
+            "pbr-maps",
+            "sh",
+            "wavelet",
+            "gaussian",
+            "sh-texels",
+            "wavelet-texels",
+            "gaussian-texels",
+        )
+    },
     "gaussian-fit-speed": "engine.bench.transport.gaussian_fit:gaussian_fit_speed",
     "gaussian-bake": "engine.bench.transport.gaussian_bake:gaussian_bake",
     "gaussian-bake-large": "engine.bench.transport.gaussian_bake:gaussian_bake_large",
@@ -107,7 +123,11 @@ MEASURES = {
     "hostile-text": "engine.bench.hostile_text:hostile_text",
 }
 LARGE = (
-    *(name for name in MEASURES if name.endswith(("-large", "-24mp")) or name.startswith("transport-paid-off")),
+    *(
+        name
+        for name in MEASURES
+        if name.endswith(("-large", "-24mp")) or name.startswith(("transport-paid-off", "gl-4k-"))
+    ),
     "hostile-text",
     "surface",
     "surface-sigma",
@@ -166,7 +186,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--large",
         action="store_true",
-        help="also the measurements that take minutes: 24 megapixels, moving arcs, searches",
+        help="also the measurements that take minutes: 24 megapixels, 4K frames, moving arcs, searches",
     )
     parser.add_argument(
         "--runs", type=int, metavar="N", help="runs of window-soak, or signals for each verb of cancel (8)"

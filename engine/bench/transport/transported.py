@@ -41,6 +41,11 @@ TERMS, ORDER = 4, 5
 
 def gl_wavelet_frame() -> Measure:
     """A frame of four terms, looked up at each fragment, under a light that stays."""
+    return _frame("gl-wavelet-frame", wavelets())
+
+
+def wavelets() -> RelitWavelets:
+    """A mesh with random light in four terms of each vertex."""
     mesh = shape("torus-knot")
     factors = drain(factors_for(brdf_from_text(BRUSHED), TERMS))
     rows = len(mesh.positions) * TERMS
@@ -51,35 +56,41 @@ def gl_wavelet_frame() -> Measure:
         np.zeros(rows, np.uint16),
     )
     transport = WaveletTransport(mesh, len(mesh.positions), factors, 0.0, 64, nothing)
-    return _frame("gl-wavelet-frame", RelitWavelets(transport, np.random.default_rng(0).random((rows, 3))))
+    return RelitWavelets(transport, np.random.default_rng(0).random((rows, 3)))
 
 
 def gl_sh_frame() -> Measure:
     """A frame of spherical harmonics of order 5, evaluated at each vertex, under a light that stays."""
-    return _sh_frame("gl-sh-frame", BRDF)
+    return _frame("gl-sh-frame", spherical_harmonics())
 
 
 def gl_sh_frame_brushed() -> Measure:
     """The same of a BRDF that is not isotropic, whose table is a map of the hemisphere."""
-    return _sh_frame("gl-sh-frame-brushed", BRUSHED)
+    return _frame("gl-sh-frame-brushed", spherical_harmonics(BRUSHED))
 
 
-def _sh_frame(name: str, brdf: str) -> Measure:
+def spherical_harmonics(brdf: str = BRDF) -> RelitSh:
+    """A mesh with random light in the harmonics of each vertex."""
     mesh = shape("torus-knot")
     table = drain(tabulate(brdf_from_text(brdf), ORDER))
     rows = np.random.default_rng(0).random((len(mesh.positions) * ORDER**2, 3))
     matrices = np.broadcast_to(np.float32(0.0), (len(rows), 1, ORDER**2))
     transport = ShTransport(mesh, len(mesh.positions), False, 0.0, table, False, matrices)
-    return _frame(name, RelitSh(transport, rows))
+    return RelitSh(transport, rows)
 
 
 def gl_gaussian_frame() -> Measure:
     """A frame of one lobe and a diffuse part, under an environment and a light that stays."""
+    return _frame("gl-gaussian-frame", gaussians())
+
+
+def gaussians() -> RelitGaussians:
+    """A mesh with one lobe and diffuse light of each vertex, under random light."""
     mesh = shape("torus-knot")
     transport = GaussianTransport(mesh, len(mesh.positions), 0.0, (mirror_lobes(mesh),), None)
     environment = EnvironmentMap(np.random.default_rng(0).random((128, 256, 3)).astype(np.float32))
     light = GaussianLight(filtered_for(environment, levels_for(transport.components)))
-    return _frame("gl-gaussian-frame", RelitGaussians(transport, light, np.ones((len(mesh.positions), 3))))
+    return RelitGaussians(transport, light, np.ones((len(mesh.positions), 3)))
 
 
 def mirror_lobes(mesh: Mesh, sigma: float = 0.1) -> Lobes:
