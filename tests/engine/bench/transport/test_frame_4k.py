@@ -14,9 +14,10 @@ def test_a_mode_stands_beside_the_plain_model(gl: Any, mode: str, monkeypatch: p
     monkeypatch.setattr(frame_4k, "SIZE", (32, 18))
     monkeypatch.setattr(frame_4k, "EDGE", 16)
     monkeypatch.setattr(frame_4k, "best_of", lambda work: work() or 0.5)
+    device = gl.info["GL_RENDERER"]
     found = getattr(frame_4k, mode)()
     assert found.name == f"gl-4k-{mode.replace('_', '-')}"
     assert found.time_s == found.limit_s == 0.5
     assert ("sky_s" in found.more) == (mode != "sh")
     assert found.more["device_mb"] > 0.1
-    assert found.more["device"] == gl.info["GL_RENDERER"]
+    assert found.more["device"] == device
