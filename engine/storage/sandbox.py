@@ -228,11 +228,16 @@ def _allow_reading(libc: ctypes.CDLL, ruleset: int, path: Path) -> None:
 def _readable() -> set[Path]:
     """The folders of Python's modules, of libraries and of this program."""
     modules = {sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")}
-    modules |= {path for path in sys.path if Path(path).name in ("site-packages", "dist-packages")}
+    modules |= {path for path in sys.path if path and _has_packages(Path(path))}
     libraries = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
     libraries += [f"{sys.base_prefix}/lib", "/usr/lib", "/usr/lib64", "/usr/local/lib", "/lib", "/lib64"]
     own = (_PROJECT / "engine", _PROJECT / "resources")
     return {Path(path) for path in (*modules, *libraries, "/etc/ld.so.cache") if path} | set(own)
+
+
+def _has_packages(folder: Path) -> bool:
+    """True if packages are installed in a folder: it is called so, or holds a record of an installation."""
+    return folder.name in ("site-packages", "dist-packages") or next(folder.glob("*.dist-info"), None) is not None
 
 
 def _filtered(libc: ctypes.CDLL) -> bool:

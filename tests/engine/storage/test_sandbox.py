@@ -17,6 +17,7 @@ import numpy as np
 import psutil
 import pytest
 
+from engine.core.errors import InputError
 from engine.storage import sandbox, untrusted
 from engine.storage.untrusted import decode_in_child
 
@@ -149,6 +150,36 @@ def test_a_decoder_reaches_nothing_but_its_file(burglar: str, file: Path) -> Non
     assert len(found["descriptors"]) <= 6, "three streams, the pipe of replies, the socket and the results"
     assert file.read_bytes() == b"content"
     assert sorted(path.name for path in file.parent.iterdir() if path.suffix) == ["burglar_for_tests.py", "file.bin"]
+
+
+@confined
+@pytest.mark.parametrize("is_installed", [True, False])
+def test_modules_are_found_where_packages_are_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_installed: bool
+) -> None:
+    """Studios keep each package in a folder of its own on PYTHONPATH, whatever that is called."""
+    folder = tmp_path / "packages"
+    folder.mkdir()
+    (folder / "decoder_of_a_studio.py").write_text(
+        "def nothing(content, name):\n    return {}\n\ndef late(content, name):\n    import late_one\n    return {}\n"
+    )
+    (folder / "late_one.py").write_text("")
+    if is_installed:
+        (folder / "late_one-1.0.dist-info").mkdir()
+    (tmp_path / "file.bin").write_bytes(b"content")
+    monkeypatch.syspath_prepend(folder)
+    untrusted.stop_children()
+    try:
+        decode_in_child("decoder_of_a_studio:nothing", tmp_path / "file.bin")
+        protection = untrusted.protection()
+        assert protection is not None
+        if is_installed:
+            decode_in_child("decoder_of_a_studio:late", tmp_path / "file.bin")
+        elif protection.landlock:
+            with pytest.raises(InputError):
+                decode_in_child("decoder_of_a_studio:late", tmp_path / "file.bin")
+    finally:
+        untrusted.stop_children()
 
 
 @confined
