@@ -30,14 +30,14 @@ DIRECTIONS = 16
 
 
 def drawn(scene: Scene, look: Look) -> Steps[NDArray[np.uint8]]:
-    """(480, 640, 3) uint8, sRGB-coded: `scene` with the exposure and tone mapping of `look`, over dark grey."""
+    """(480, 640, 4) uint8: `scene` with the exposure and tone mapping of `look`, sRGB-coded, and its opacity."""
     yield Step(0.0, "preparing kernels")
     from engine.render.direct import radiance
-    from engine.render.display import Display, displayed
+    from engine.render.display import Display, displayed_apart
 
     scene = dataclasses.replace(scene, directions=min(scene.directions, DIRECTIONS))
     picture = yield from radiance(scene, SIZE, samples=1)
-    return displayed(picture, Display(look.exposure_ev, look.tone_map))
+    return displayed_apart(picture, Display(look.exposure_ev, look.tone_map))
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QDockWidget,
     QHeaderView,
     QPlainTextEdit,
+    QStackedWidget,
     QTableWidget,
     QTableWidgetItem,
     QToolButton,
@@ -20,8 +21,9 @@ from PySide6.QtWidgets import (
 
 from app.jobs.jobs import Job, Jobs
 from app.widgets import theme
+from app.widgets.panels import text
 from app.widgets.status_bar import describe
-from app.widgets.theme import ROW
+from app.widgets.theme import PADDING, ROW
 from engine.core.figure_text import time_text
 
 JOBS_KEPT = 200
@@ -62,7 +64,13 @@ class JobsDock(QDockWidget):
         header.resizeSection(0, 220)
         header.resizeSection(2, 80)
         header.resizeSection(3, 36)
-        self.setWidget(self.table)
+        nothing = text("What takes long stands here while it runs, and how long it took.", "secondary", wrap=True)
+        nothing.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
+        nothing.setMargin(PADDING)
+        self.pages = QStackedWidget()
+        for page in (nothing, self.table):
+            self.pages.addWidget(page)
+        self.setWidget(self.pages)
         jobs.changed.connect(self._show)
         jobs.progressed.connect(lambda job: self._show(job) if self.isVisible() else None)
 
@@ -88,6 +96,7 @@ class JobsDock(QDockWidget):
 
     def _insert(self, job: Job) -> None:
         self.rows.insert(0, job)
+        self.pages.setCurrentWidget(self.table)
         self.table.insertRow(0)
         for column, words in enumerate((job.title, "", "")):
             item = QTableWidgetItem(words)

@@ -19,8 +19,11 @@ from app.widgets.panels import Scrolled, enable, keep_hint, text
 from app.widgets.theme import PADDING, ROW, STEP, role
 from engine.core.figure_text import number, percent, size_text
 
-#: Pixels of a ball, of a card's least width, and of its height.
-BALL, NARROWEST, HEIGHT = 96, 296, 148
+#: Pixels across a ball, from small to large, and what a card has beside it and above it, its margins included.
+BALLS, BESIDE, ABOVE = (96, 128, 160, 224), 200, 52
+
+#: Pixels of the gap between cards, and of the bar that scrolls them.
+GAP, BAR = 1, 14
 
 #: Figures on a card: label, hint.
 FIGURES = (
@@ -38,7 +41,6 @@ class Ball(QWidget):
     def __init__(self, name: str) -> None:
         super().__init__()
         self.setAccessibleName(name)
-        self.setFixedSize(BALL, BALL)
         self.image: QImage | None = None
 
     def show_codes(self, codes: NDArray[np.uint8] | None) -> None:
@@ -69,8 +71,6 @@ class Card(QWidget):
         super().__init__()
         role(self, "panel")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setMinimumWidth(NARROWEST)
-        self.setFixedHeight(HEIGHT)
         self.name, self.title, self.hint = name, title, hint
         self.box: QCheckBox | None = QCheckBox(title) if is_choice else None
         head: QWidget = self.box or text(title, "title")
@@ -108,9 +108,16 @@ class Card(QWidget):
         whole.addWidget(self.ball, 1, 0, Qt.AlignmentFlag.AlignTop)
         whole.addLayout(beside, 1, 1, Qt.AlignmentFlag.AlignTop)
         whole.setColumnStretch(1, 1)
+        self.enlarge(BALLS[0])
+
+    def enlarge(self, ball: int) -> None:
+        """Show the ball with so many pixels across, and be as large as that takes."""
+        self.ball.setFixedSize(ball, ball)
+        self.setMinimumWidth(ball + BESIDE)
+        self.setFixedHeight(ball + ABOVE)
 
     def sizeHint(self) -> QSize:
-        return QSize(NARROWEST, HEIGHT)
+        return self.minimumSize()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """A click anywhere on the card is one on its box."""
@@ -168,31 +175,44 @@ class Card(QWidget):
 
 
 class Board(Scrolled):
-    """Cards in as many columns as there is room for; it scrolls where the window is low."""
+    """Cards in as many columns as there is room for, as large as all fit; it scrolls where the window is low."""
 
     def __init__(self, cards: Sequence[Card]) -> None:
         super().__init__()
         self.cards = list(cards)
-        self.columns = 0
+        self.columns = self.ball = 0
         role(self, "canvas")
         inside = role(QWidget(), "canvas")
         self.grid = QGridLayout(inside)
         self.grid.setContentsMargins(0, 0, 0, 0)
-        self.grid.setSpacing(1)
+        self.grid.setSpacing(GAP)
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setWidget(inside)
-        self._lay_out(2)
+        self._lay_out(2, BALLS[0])
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(NARROWEST + 20, 160)
+        return QSize(BALLS[0] + BESIDE + 20, 160)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._lay_out(max(1, (self.width() - 14) // (NARROWEST + 1)))
+        fitting = [ball for ball in BALLS if self._height(ball) <= self.height()]
+        ball = max(fitting, default=BALLS[0])
+        self._lay_out(self._columns(ball), ball)
 
-    def _lay_out(self, columns: int) -> None:
+    def _columns(self, ball: int) -> int:
+        return max(1, min(len(self.cards), (self.width() - BAR) // (ball + BESIDE + GAP)))
+
+    def _height(self, ball: int) -> int:
+        """Pixels of all rows of cards with such balls."""
+        return -(-len(self.cards) // self._columns(ball)) * (ball + ABOVE + GAP)
+
+    def _lay_out(self, columns: int, ball: int) -> None:
+        if ball != self.ball:
+            self.ball = ball
+            for card in self.cards:
+                card.enlarge(ball)
         if columns == self.columns:
             return
         for column in range(self.columns):

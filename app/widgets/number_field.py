@@ -60,15 +60,27 @@ def _evaluate(node: ast.expr) -> float:
 
 
 class NumberField(ClickFirst, QLineEdit):
-    """Shows `value` with its unit. `edited(value, final)`: `final` is False while a drag goes on."""
+    """Shows `value` with its unit. `edited(value, final)`: `final` is False while a drag goes on.
+
+    With a word for `nothing`, 0 is shown as that, and an emptied field is 0.
+    """
 
     edited = Signal(float, bool)
 
     def __init__(
-        self, value: float, low: float, high: float, *, unit: str = "", default: float | None = None, log: bool = False
+        self,
+        value: float,
+        low: float,
+        high: float,
+        *,
+        unit: str = "",
+        default: float | None = None,
+        log: bool = False,
+        nothing: str = "",
     ) -> None:
         super().__init__()
         self.value, self.low, self.high, self.unit, self.log = value, low, high, unit, log
+        self.nothing = nothing
         self.default = value if default is None else default
         self._pressed_at: float | None = None
         self._from = value
@@ -89,6 +101,8 @@ class NumberField(ClickFirst, QLineEdit):
             self.setText(self._with_unit(value))
 
     def _with_unit(self, value: float) -> str:
+        if self.nothing and value == 0.0:
+            return self.nothing
         return f"{plain(value)}{' ' * bool(self.unit and self.unit != '°')}{self.unit}"
 
     @property
@@ -100,7 +114,8 @@ class NumberField(ClickFirst, QLineEdit):
         if not self.isModified():
             return
         try:
-            value = number_from_text(self.text(), self.unit)
+            is_nothing = self.nothing and self.text().strip() in ("", self.nothing)
+            value = 0.0 if is_nothing else number_from_text(self.text(), self.unit)
         except UsageError:
             value = math.nan
         if self.low <= value <= self.high:

@@ -11,6 +11,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QDockWidget, QWidget
 
+from app.docks.jobs_and_log import JobsDock
 from app.document.bake_request import choices_for, setting_for
 from app.view.bake_panel import choices_of
 from app.widgets.theme import ROW
@@ -102,3 +103,12 @@ def test_long_names_of_jobs_wrap(view: MainWindow, qtbot: Any) -> None:
     dock.show()
     view.bench.jobs.submit("Factoring the blue paint of the material: singular values", _waiting)
     qtbot.waitUntil(lambda: dock.table.rowHeight(0) > dock.table.rowHeight(1), timeout=LONG)
+
+
+def test_jobs_say_what_will_stand_there(window: MainWindow, qtbot: Any) -> None:
+    dock = JobsDock(window.bench.jobs, window)
+    nothing, table = (dock.pages.widget(at) for at in range(2))
+    assert dock.pages.currentWidget() is nothing
+    job = window.bench.jobs.submit("Waiting", _waiting)
+    qtbot.waitUntil(lambda: dock.pages.currentWidget() is table, timeout=LONG)
+    window.bench.jobs.cancel(job)

@@ -1,12 +1,13 @@
-"""The card of a target: a click anywhere on it chooses it."""
+"""The card of a target: a click anywhere on it chooses it, and it is as large as all cards fit."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from PySide6.QtCore import QPoint, Qt
 
-from app.export.card import Card
+from app.export.card import BALLS, Board, Card
 
 
 def test_a_click_anywhere_on_a_card_is_one_on_its_box(qtbot: Any) -> None:
@@ -23,3 +24,15 @@ def test_a_click_anywhere_on_a_card_is_one_on_its_box(qtbot: Any) -> None:
     card.refuse("It has no maps")
     qtbot.mouseClick(card, Qt.MouseButton.LeftButton, pos=QPoint(3, 3))
     assert card.box.isChecked() == was
+
+
+@pytest.mark.parametrize(("size", "ball"), [((640, 480), BALLS[0]), ((1010, 820), BALLS[1]), ((2200, 1300), BALLS[-1])])
+def test_cards_are_as_large_as_all_of_them_fit(qtbot: Any, size: tuple[int, int], ball: int) -> None:
+    board = Board([Card(f"card {place}", "glTF", "A hint") for place in range(10)])
+    qtbot.addWidget(board)
+    board.resize(*size)
+    board.show()
+    qtbot.waitUntil(lambda: board.cards[0].ball.width() == ball)
+    bar = board.verticalScrollBar()
+    qtbot.waitUntil(lambda: (bar.maximum() > 0) == (ball == BALLS[0]))
+    assert all(card.width() >= card.minimumWidth() for card in board.cards)

@@ -213,15 +213,18 @@ def test_the_preview_is_the_scene_even_where_view_was_never_opened(
     assert "verified" in export(window, qtbot)
     import zipfile
 
-    from engine.images.png import read_png
+    from engine.images.png import read_alpha, read_png
 
     with zipfile.ZipFile(tmp_path / "felt.lightarc") as packed:
-        stored = read_png(packed.read("preview.png"), "preview.png").samples
+        content = packed.read("preview.png")
+    stored, opacity = read_png(content, "preview.png").samples, read_alpha(content, "preview.png")
     shown = tab.image.picture.levels[0]
     assert stored.shape == (120, 160, 3)
     colour = shown.pixelColor(80, 60)
     assert stored[60, 80].tolist() == [colour.red(), colour.green(), colour.blue()]
     assert stored[60, 80].max() > 40
+    assert (opacity[60, 80], opacity[0, 0]) == (255, 0), "what lies behind the model is seen"
+    assert shown.pixelColor(0, 0).alpha() == 0
 
 
 def test_an_outdated_material_says_so_before_it_is_exported(tab: Any, window: MainWindow, qtbot: Any) -> None:

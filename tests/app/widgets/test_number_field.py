@@ -244,3 +244,17 @@ def test_negative_numbers_have_a_true_minus_sign_and_are_read_with_both(qtbot: A
         field.setModified(True)
         QTest.keyClick(field, Qt.Key.Key_Return)
         assert field.value == value
+
+
+@pytest.mark.parametrize(
+    ("typed", "value", "shown"), [("", 0.0, "not known"), ("0", 0.0, "not known"), ("3", 3.0, "3 mm")]
+)
+def test_nothing_has_a_word_and_is_typed_by_emptying_the_field(
+    qtbot: Any, typed: str, value: float, shown: str
+) -> None:
+    field = NumberField(5.0, 0.0, 9.0, unit="mm", nothing="not known")
+    qtbot.addWidget(field)
+    field.setText(typed)
+    field.setModified(True)
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    assert (field.value, field.text()) == (value, shown)
