@@ -133,7 +133,6 @@ SHORT_FILES = {
     "engine/figures/papers/catalogue.py": "one figure",
     "engine/figures/papers/green_6.py": "one figure",
     "engine/figures/papers/green_7.py": "one figure",
-    "engine/gl/context.py": "the one place that makes a context",
     "engine/gl/light_texture.py": "two small textures",
     "engine/images/codes.py": "a kernel that the decoder child alone compiles",
     "engine/planning/bake.py": "the bake that a plan calls for, whatever the method",

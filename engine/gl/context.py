@@ -1,7 +1,8 @@
-"""OpenGL contexts without a window (EGL), and what a context can do."""
+"""OpenGL contexts without a window (EGL), what a context can do, and the memory that it holds."""
 
 from __future__ import annotations
 
+import gc
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,24 @@ REMEDY = (
     "Install a driver with OpenGL 3.3 (on Debian and Ubuntu: apt install libegl1 libgl1-mesa-dri), "
     "or render on the processor with --renderer cpu"
 )
+
+#: Objects with memory of their own; framebuffers and vertex arrays only name these.
+HOLDERS = (
+    moderngl.Buffer,
+    moderngl.Renderbuffer,
+    moderngl.Texture,
+    moderngl.TextureArray,
+    moderngl.TextureCube,
+    moderngl.Texture3D,
+)
+
+#: Filters that read smaller copies of a texture, a third more in all.
+WITH_COPIES = {
+    moderngl.NEAREST_MIPMAP_NEAREST,
+    moderngl.NEAREST_MIPMAP_LINEAR,
+    moderngl.LINEAR_MIPMAP_NEAREST,
+    moderngl.LINEAR_MIPMAP_LINEAR,
+}
 
 
 @dataclass(frozen=True)
@@ -56,3 +75,26 @@ def renderer_name(context: Any) -> str:
 def driver_name(context: Any) -> str:
     """Renderer, maker and version, as the driver calls itself."""
     return ", ".join(str(context.info[name]) for name in ("GL_RENDERER", "GL_VENDOR", "GL_VERSION"))
+
+
+def device_bytes(context: Any) -> int:
+    """Bytes of all buffers, textures and renderbuffers of `context`; what the driver adds to them is not known."""
+    living = [
+        each
+        for each in gc.get_objects()
+        if isinstance(each, HOLDERS) and each.ctx is context and not isinstance(each.mglo, moderngl.InvalidObject)
+    ]
+    return sum(_bytes(each) for each in living)
+
+
+def _bytes(holder: Any) -> int:
+    if isinstance(holder, moderngl.Buffer):
+        return int(holder.size)
+    texels = 1
+    for edge in holder.size:
+        texels *= edge
+    # a depth is 24 bits, which devices store in 32
+    each = 4 if getattr(holder, "depth", False) else holder.components * int(holder.dtype[-1])
+    faces = 6 if isinstance(holder, moderngl.TextureCube) else 1
+    copies = 4 / 3 if getattr(holder, "filter", (0, 0))[0] in WITH_COPIES else 1
+    return round(texels * each * faces * copies)

@@ -19,8 +19,7 @@ from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import drain
 from engine.geometry.camera import frame
 from engine.geometry.shapes import shape
-from engine.gl.context import create_context, renderer_name
-from engine.gl.memory import device_bytes
+from engine.gl.context import create_context, device_bytes, renderer_name
 from engine.gl.scene_renderer import SceneRenderer
 from engine.light.environment_file import open_environment
 from engine.scene.material import Material

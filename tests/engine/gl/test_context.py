@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from engine.gl.memory import device_bytes
+from engine.gl.context import device_bytes
 
 
 def test_every_holder_counts(gl: Any) -> None:
