@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 
-from PySide6.QtCore import QEvent, QObject, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QModelIndex, QObject, QPersistentModelIndex, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QFontDatabase
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -13,6 +13,8 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QPlainTextEdit,
     QStackedWidget,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
     QTableWidget,
     QTableWidgetItem,
     QToolButton,
@@ -23,7 +25,7 @@ from app.jobs.jobs import Job, Jobs
 from app.widgets import theme
 from app.widgets.panels import text
 from app.widgets.status_bar import describe
-from app.widgets.theme import PADDING, ROW
+from app.widgets.theme import PADDING, ROW, STEP
 from engine.core.figure_text import time_text
 
 JOBS_KEPT = 200
@@ -37,6 +39,13 @@ STATES = {
     "failed": "failed",
     "cancelled": "cancelled",
 }
+
+
+class _Apart(QStyledItemDelegate):
+    """Rows with room between them, so that a name of two lines is seen as one."""
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex) -> QSize:
+        return super().sizeHint(option, index) + QSize(0, 2 * STEP)
 
 
 class JobsDock(QDockWidget):
@@ -53,6 +62,7 @@ class JobsDock(QDockWidget):
         self.table.verticalHeader().hide()
         self.table.verticalHeader().setMinimumSectionSize(ROW)
         self.table.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)  # long names wrap
+        self.table.setItemDelegate(_Apart(self.table))
         self.table.setShowGrid(False)
         self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
