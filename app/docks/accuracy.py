@@ -225,8 +225,9 @@ class AccuracyDock(QDockWidget):
             point = self.choice.point
             if point is None:
                 left = len(accuracy.unmeasured)
+                were = "1 was" if left == 1 else f"{left} were"
                 self.words.setText(
-                    f"{self.choice.reason}." + (f" {left} were left out: measure for longer." if left else "")
+                    f"{self.choice.reason}." + (f" {were} left out: measure for longer." if left else "")
                 )
             else:
                 error = f"{percent(point.error_rmse_rel)} in {time_text(point.frame_s)}"
@@ -248,8 +249,8 @@ class AccuracyDock(QDockWidget):
             return "Nothing measured yet on this scene."
         if self.is_stale:
             return "Measured on another scene: measure again."
-        left = len(accuracy.unmeasured)
-        words = f"{len(accuracy.points)} settings at {accuracy.size[0]} × {accuracy.size[1]}"
+        left, count = len(accuracy.unmeasured), len(accuracy.points)
+        words = f"{count} setting{'s' * (count != 1)} at {accuracy.size[0]} × {accuracy.size[1]}"
         words += f", {left} left out" if left else ""
         words += f", {self.plot.free} take none" if self.plot.free else ""
         return f"{words}. Click a point to use it."
