@@ -383,8 +383,9 @@ def jobs(gallery: Gallery, window: MainWindow) -> None:
     """The Jobs dock below the View workspace, with the power law in use."""
     with_sample(window)
     for _ in gallery.looks(window):
-        window.docks.jobs.show()
         window.show_workspace("view")
+        window.docks.jobs.show()
+        window.docks.jobs.raise_()
         window.view.lookup.source.buttons["power-law"].click()
         gallery.take(window, "8-view-jobs")
         window.docks.jobs.hide()

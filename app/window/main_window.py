@@ -508,7 +508,7 @@ class MainWindow(QMainWindow):
         """Name of the project, and whether it is on disk; what keeps it from there is said until it is mended."""
         projects, name = self.projects, self.projects.shown_name
         state = "read-only" if projects.is_read_only else "not saved" if projects.problem else ""
-        self.bar.title.setText(" – ".join(filter(None, [name if self._has_title else "", state])))
+        self.bar.show_title(name if self._has_title else "", state)
         self.bar.title.setToolTip(projects.details if projects.problem else str(projects.path))
         self.setWindowTitle(f"{name} – Lightarc" if self._has_title else "Lightarc")
         self.view.name = name

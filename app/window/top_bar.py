@@ -6,6 +6,7 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import QButtonGroup, QGridLayout, QHBoxLayout, QLabel, QMenuBar, QToolButton, QWidget
 
 from app.widgets import theme
+from app.widgets.fitting import Fitting
 from app.widgets.panels import text
 from app.widgets.theme import PADDING, STEP, role
 
@@ -35,8 +36,7 @@ class TopBar(QWidget):
         self.setFixedHeight(HEIGHT)
         self.mark = QLabel()
         self.buttons = QButtonGroup(self)
-        self.title = text("", "secondary")
-        self.title.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        self.title = Fitting()
         grid = QGridLayout(self)
         grid.setContentsMargins(PADDING, 0, PADDING, 0)
         grid.setHorizontalSpacing(0)
@@ -49,6 +49,12 @@ class TopBar(QWidget):
     def show_workspace(self, name: str) -> None:
         """Mark the workspace `name` as the one in front."""
         self.buttons.button(list(WORKSPACES).index(name)).setChecked(True)
+
+    def show_title(self, name: str, state: str) -> None:
+        """Show the name of the project and, after it, what is not as usual; the name is cut where room is short."""
+        shorter = (f"{name[:length].rstrip()}…" for length in range(len(name) - 1, 2, -1))
+        names = (name, *shorter, "") if name else ("",)
+        self.title.say(*(" – ".join(filter(None, [each, state])) for each in names))
 
     def apply_theme(self) -> None:
         """Take the colours of the theme."""

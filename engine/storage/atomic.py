@@ -27,6 +27,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, TypeVar, cast
 
 from engine.core.errors import OutputError
+from engine.core.figure_text import size_text
 from engine.storage.partial_names import aside_name, is_abandoned, is_aside, is_partial, partial_name
 
 Value = TypeVar("Value")
@@ -403,9 +404,14 @@ def _explained(path: Path, error: OSError, needed_bytes: int | None = None) -> O
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         with suppress(OSError):
             free = free_bytes(path.parent)
-            needed = f"{needed_bytes:,} bytes needed, " if needed_bytes is not None else ""
-            problem = f"{problem} ({needed}{free:,} bytes free)"
+            needed = f"{_room(needed_bytes)} needed, " if needed_bytes is not None else ""
+            problem = f"{problem} ({needed}{_room(free)} free)"
     return OutputError(as_named(path), problem, remedy)
+
+
+def _room(size_bytes: int) -> str:
+    """Exact where bytes decide, or else short."""
+    return f"{size_bytes:,} bytes" if size_bytes < 1_000_000 else size_text(size_bytes)
 
 
 def as_named(path: Path) -> Path:

@@ -484,3 +484,19 @@ def test_a_mesh_is_recognised_and_shown(window: MainWindow, qtbot: Any, drop: Dr
     assert window.stack.currentWidget() is window.view
     assert window.view.viewport.scene is not None
     assert len(window.view.viewport.scene.mesh.faces) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "state"), [("Woven sample", "read-only"), ("Linen " * 12, "not saved"), ("A" * 60, "")]
+)
+def test_a_long_title_yields_to_the_workspaces(window: MainWindow, qtbot: Any, name: str, state: str) -> None:
+    window.resize(1024, 700)
+    bar = window.bar
+    qtbot.waitUntil(lambda: bar.width() == 1024)
+    wide = [button.sizeHint().width() for button in bar.buttons.buttons()]
+    bar.show_title(name, state)
+    buttons = bar.buttons.buttons()
+    assert all(button.width() >= room for button, room in zip(buttons, wide, strict=True))
+    assert bar.title.text().startswith(name[:3])
+    assert bar.title.text().endswith(state or "…")
+    assert bar.title.fontMetrics().horizontalAdvance(bar.title.text()) <= bar.title.width()

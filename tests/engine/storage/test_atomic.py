@@ -139,7 +139,7 @@ def test_fault_1_full_disk_names_needed_and_free_bytes(tmp_path: Path) -> None:
             raise OSError(errno.ENOSPC, "")
 
     atomic.fault = full
-    with pytest.raises(OutputError, match=r"result.exr: the disk is full \(70,000 bytes needed, [\d,]+ bytes free\)"):
+    with pytest.raises(OutputError, match=r"result.exr: the disk is full \(70,000 bytes needed, [\d.]+ [MGT]B free\)"):
         write_file(tmp_path)
     assert (names(tmp_path), content(tmp_path)) == (["result.exr"], OLD)
 
