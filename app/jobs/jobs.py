@@ -8,6 +8,7 @@ A paused job is not asked for its next step, and lets the next heavy one run mea
 
 from __future__ import annotations
 
+import ctypes
 import os
 import sys
 import threading
@@ -33,7 +34,17 @@ SHOW_EVERY_S = 0.04
 
 
 def nothing() -> None:
-    """Nothing is to be done before a job."""
+    """Nothing is to be done before or after a job."""
+
+
+def return_freed_memory() -> None:
+    """Return what was freed to the system, where the C library keeps it for later (glibc); some 20 ms.
+
+    Of a window with bakes and factors in it, that was a tenth to a seventh of its memory.
+    """
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None
+    if trim is not None:
+        trim(0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +151,7 @@ class Jobs(QObject):
         job.refines = refines
         job._thread.before = self.before
         if heavy:
-            job._thread.around = self.around(job)
+            job._thread.around, job._thread.after = self.around(job), return_freed_memory
         job._thread.stepped.connect(lambda step: self._progress(job, step))
         job._thread.finished.connect(lambda: self._end(job, job._thread.outcome))
         if self.accepting:
@@ -252,6 +263,7 @@ class _Thread(QThread):
         self.setStackSize(16 * 2**20)
         self.work: Work | None = work
         self.before: Callable[[], object] = nothing
+        self.after: Callable[[], object] = nothing
         self.around: AbstractContextManager[object] = nullcontext()
         self.stop = threading.Event()
         self.go = threading.Event()
@@ -269,6 +281,7 @@ class _Thread(QThread):
             self.before()
             with self.around:
                 self.outcome = self._drive()
+            self.after()
         except BaseException as error:  # the border of the thread: whatever was raised is the job's outcome
             self.outcome = Outcome("failed", error=error)
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import functools
+import platform
 import random
 import subprocess
 import sys
@@ -10,6 +11,7 @@ import weakref
 from collections.abc import Callable
 from typing import Any
 
+import psutil
 import pytest
 
 from app.jobs.jobs import Job, Jobs
@@ -176,6 +178,29 @@ def test_heavy_jobs_run_one_after_the_other_and_light_ones_at_once(qtbot: Any) -
     assert (first.state, second.state) == ("running", "queued")
     qtbot.waitUntil(lambda: second.over)
     assert first.state == "succeeded"
+
+
+@pytest.mark.skipif(
+    sys.platform != "linux" or platform.libc_ver()[0] != "glibc", reason="glibc alone keeps what is freed"
+)
+def test_what_a_heavy_job_freed_goes_back_to_the_system(qtbot: Any) -> None:
+    """Pieces that stay lie between those that go, as arrays of a scene do."""
+    jobs, kept, process = Jobs(), list[bytearray](), psutil.Process()
+    before = process.memory_info().rss
+
+    def hoarding() -> Steps[int]:
+        hoard = [bytearray(16_000) for _ in range(12_000)]
+        kept.extend(hoard[::50])
+        yield Step(0.5, "hoarding")
+        return process.memory_info().rss
+
+    job, reported = watched(jobs, hoarding)
+    most: list[int] = []
+    job.succeeded.connect(most.append)
+    qtbot.waitUntil(lambda: reported == ["succeeded"])
+    assert most[0] - before > 150e6
+    assert process.memory_info().rss - before < 60e6
+    assert len(kept) == 240
 
 
 def test_partial_results_are_never_left_out(qtbot: Any) -> None:
