@@ -39,8 +39,8 @@ from engine.capture.doubts import Doubtful
 from engine.capture.lights.sources import find
 from engine.core.errors import InputError, MissingCapability, OutOfMemory
 from engine.core.steps import drain
-from engine.figures.demo import built_in_sample
 from engine.light.lamps import LampSettings
+from engine.simulate.built_in import built_in_sample
 from engine.storage import atomic
 
 ROOT = Path(__file__).resolve().parents[1]

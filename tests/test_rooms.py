@@ -144,6 +144,7 @@ SHORT_FILES = {
     "engine/selftest/case.py": "what every case of the self-test is",
     "engine/selftest/confinement.py": "one hard case",
     "engine/selftest/generated/law.py": "the type of every law, and the draws that they share",
+    "engine/simulate/built_in.py": "apart from what simulates it, which is loaded where it must be made",
     "engine/shading/compile.py": "kernels compiled before they are needed",
     "engine/shading/directional/codes_kernel.py": "a kernel, apart so that it is compiled when it is first needed",
     "engine/shading/directional/minified.py": "its kernel apart, which loads the compiler",

@@ -75,8 +75,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.simulate.arc import LightArc, dome_azimuths_deg, dome_elevations_deg
-    from engine.simulate.simulate import MARKER, simulate
+    from engine.simulate.arc import MARKER, LightArc, dome_azimuths_deg, dome_elevations_deg
+    from engine.simulate.simulate import simulate
 
     start = time.perf_counter()
     rising, around = arguments.elevations_deg, arguments.azimuths_deg

@@ -72,7 +72,7 @@ def made_of_sample() -> list[Path]:
 
 def capture_of_sample(folder: Path) -> Steps[Sources]:
     """The photographs of the built-in capture, made where they are not there."""
-    from engine.figures.demo import built_in_sample
+    from engine.simulate.built_in import built_in_sample
 
     place = yield from built_in_sample(folder)
     return find([place])

@@ -31,9 +31,9 @@ from engine.core.steps import Steps, part
 from engine.images.decode import read_image
 from engine.shading.power_law import fit
 from engine.shading.shading_map import ShadingMap, build
-from engine.simulate.arc import EXPOSURE_S, LightArc, calibration_file, sphere
+from engine.simulate.arc import EXPOSURE_S, MARKER, LightArc, calibration_file, sphere
 from engine.simulate.height_fields import SAMPLES
-from engine.simulate.simulate import MARKER, renderings, simulate
+from engine.simulate.simulate import renderings, simulate
 
 SIZE, SPHERE_SIZE, SLICES = 256, 512, 8
 SNR = 100.0

@@ -2,15 +2,12 @@
 
 `demo` goes the way that a person goes, with the same functions. A stage that fails in a way that is reported to
 people (no OpenGL, a full disk) is noted with its sentence; what depends on it is left out and everything else is
-made. `built_in_sample` keeps the simulated capture, which the window opens where there is no data, from one start to
-the next.
+made.
 Cost: 18 s of processor time, of which the simulation takes 7 s, and 25 s more where kernels must be compiled first.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
@@ -21,14 +18,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-import engine
 from engine.brdf.brdf import brdf_from_text
 from engine.bundle.bundle import save_bundle
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.lights.sources import find
 from engine.capture.stack import ImageStack
 from engine.core.colour import to_display8, tone_map
-from engine.core.errors import InputError, LightarcError, MissingCapability
+from engine.core.errors import LightarcError, MissingCapability
 from engine.core.steps import Step, Steps, part
 from engine.figures.contact_sheet import Picture
 from engine.figures.demo_sheet import Shown, sheet
@@ -41,10 +37,8 @@ from engine.scene.scene import SOURCES, Scene, Source
 from engine.shading.power_law import PowerLawMap, fit
 from engine.shading.shading_map import ShadingMap, build
 from engine.simulate.arc import LightArc
-from engine.simulate.simulate import MARKER as CAPTURE_MARKER
-from engine.simulate.simulate import Capture, capture_toml, simulate
-from engine.storage.atomic import atomic_folder, make_folder, write_bytes, write_json
-from engine.storage.untrusted import read_bytes
+from engine.simulate.simulate import Capture, simulate
+from engine.storage.atomic import atomic_folder, write_bytes, write_json
 
 Result = TypeVar("Result")
 
@@ -54,7 +48,6 @@ MARKER = "demo.json"
 BRDF, MODEL, SLICES, REPEATS = "ggx:alpha=0.5", "cloth", 8, 3.0
 PICTURE_SIZE = (1280, 800)
 LIGHT, IRRADIANCE, GROUND = (-0.45, 0.6, 0.75), 2.2, 0.0123
-LIMIT_BYTES = 64 << 20
 
 
 @dataclass(frozen=True)
@@ -77,18 +70,6 @@ class Demo:
     images: tuple[Path, ...]
     stages: tuple[Stage, ...]
     warnings: tuple[str, ...] = ()
-
-
-def built_in_sample(folder: Path) -> Steps[Path]:
-    """The folder of the built-in capture inside `folder`: made at the first call, and again where it is damaged."""
-    arc = LightArc()
-    capture = folder / f"{arc.sample}-{engine.__version__}"
-    yield Step(0.0, "Looking for the built-in sample")
-    if not _is_whole(capture, arc):
-        make_folder((capture / CAPTURE_MARKER).parent)
-        write_json(capture / CAPTURE_MARKER, {"state": "to be made"})
-        yield from simulate(arc, capture)
-    return capture
 
 
 def demo(folder: Path, arc: LightArc | None = None) -> Steps[Demo]:
@@ -223,16 +204,3 @@ def _drawn(folder: Path, shown: Shown, stages: tuple[Stage, ...]) -> Steps[Path]
 def _final(error: str | None, making: Path, folder: Path) -> str | None:
     """The sentence with the folder's final name in place of the hidden one that it had while it was made."""
     return error and error.replace(str(making), str(folder))
-
-
-def _is_whole(capture: Path, arc: LightArc) -> bool:
-    """True if every photograph has the content that was written, under the angles of `arc`."""
-    try:
-        truth = json.loads(read_bytes(capture / CAPTURE_MARKER, LIMIT_BYTES))
-        table = read_bytes(capture / "capture.toml", LIMIT_BYTES).decode()
-        return table == capture_toml(arc) and all(
-            hashlib.sha256(read_bytes(capture / record["file"], LIMIT_BYTES)).hexdigest() == record["sha256"]
-            for record in truth["photographs"]
-        )
-    except (InputError, ValueError, KeyError, TypeError):
-        return False

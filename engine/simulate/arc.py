@@ -7,6 +7,7 @@ it has wandered; the exposures of one light follow so closely that it stands sti
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +26,9 @@ RAW_BITS = (12, 14)
 
 #: Lowest and highest elevation of the lamps of a dome.
 DOME_DEG = (15.0, 75.0)
+
+#: By this file a folder is known to be a simulated capture, which a later one may replace.
+MARKER = "truth/truth.json"
 
 #: Exposure time of the relative exposure 1; radiance is in units of what it brings to the white level.
 EXPOSURE_S = 1 / 60
@@ -172,3 +176,29 @@ def _number(angle: float, digits: int) -> str:
     text = f"{degrees(angle):g}"
     whole, point, fraction = text.partition(".")
     return whole.zfill(digits) + point + fraction
+
+
+def capture_toml(arc: LightArc) -> str:
+    """A photographer's notes: angles and exposures, and the calibration files."""
+    lines = [f"notes = {json.dumps(f'{arc.sample} sample on the virtual light arc')}"]
+    if arc.format == "tiff":
+        lines += ['transfer = "srgb"']
+    if arc.calibration:
+        lines += [f"{name} = {json.dumps(calibration_file(arc, name))}" for name in ("dark", "flat")]
+    if arc.lamp_distance is not None:
+        lines += [f"lamp_distance = {arc.lamp_distance}"]
+    for shot in shots(arc):
+        lines += [
+            "",
+            "[[photographs]]",
+            f"file = {json.dumps(shot.file)}",
+            f"elevation_deg = {degrees(shot.elevation)}",
+            f"azimuth_deg = {degrees(shot.azimuth)}",
+            f"exposure_s = {shot.exposure_s}",
+        ]
+    if arc.sphere:
+        ball = sphere(arc)
+        lines += ["", "[sphere]"]
+        lines += [f"column_px = {ball.column}", f"row_px = {ball.row}", f"radius_px = {ball.radius}"]
+    lines += ["", "[simulation]", f"sample = {json.dumps(arc.sample)}", f"seed = {arc.seed}", f'truth = "{MARKER}"']
+    return "\n".join(lines) + "\n"

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from engine.core.steps import Step, Steps, drain
 
@@ -248,6 +247,8 @@ def _grid_points(size: int) -> Grid:
 
 def _nearest(size: int, centres: Grid, count: int, bend: Grid | float = 0.0) -> tuple[Grid, NDArray[np.int_]]:
     """Distances (H, W, count) of each texel, displaced by `bend`, to its nearest centres on the torus, and which."""
+    from scipy.spatial import cKDTree
+
     tree = cKDTree(centres % size, boxsize=size)
     distance, which = tree.query((_grid_points(size) + bend) % size, k=count, workers=-1)
     return distance, which

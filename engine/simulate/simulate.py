@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -26,7 +25,17 @@ from engine.core.colour import LUMINANCE
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
 from engine.images.encode import rgb_channels, write_exr
-from engine.simulate.arc import EXPOSURE_S, LightArc, Shot, calibration_file, degrees, radiance_file, shots, sphere
+from engine.simulate.arc import (
+    EXPOSURE_S,
+    MARKER,
+    LightArc,
+    Shot,
+    calibration_file,
+    capture_toml,
+    degrees,
+    radiance_file,
+    shots,
+)
 from engine.simulate.camera import LEVELS, dimmed, write_photograph
 from engine.simulate.rig import (
     LAMP_RADIUS,
@@ -43,35 +52,6 @@ from engine.storage.atomic import atomic_folder, make_folder, write_bytes, write
 
 #: Maps of the surface beside the height.
 MAPS = ("normal", "albedo", "specular", "roughness")
-
-#: By this file a folder is known to be a simulated capture, which a later one may replace.
-MARKER = "truth/truth.json"
-
-
-def capture_toml(arc: LightArc) -> str:
-    """A photographer's notes: angles and exposures, and the calibration files."""
-    lines = [f"notes = {json.dumps(f'{arc.sample} sample on the virtual light arc')}"]
-    if arc.format == "tiff":
-        lines += ['transfer = "srgb"']
-    if arc.calibration:
-        lines += [f"{name} = {json.dumps(calibration_file(arc, name))}" for name in ("dark", "flat")]
-    if arc.lamp_distance is not None:
-        lines += [f"lamp_distance = {arc.lamp_distance}"]
-    for shot in shots(arc):
-        lines += [
-            "",
-            "[[photographs]]",
-            f"file = {json.dumps(shot.file)}",
-            f"elevation_deg = {degrees(shot.elevation)}",
-            f"azimuth_deg = {degrees(shot.azimuth)}",
-            f"exposure_s = {shot.exposure_s}",
-        ]
-    if arc.sphere:
-        ball = sphere(arc)
-        lines += ["", "[sphere]"]
-        lines += [f"column_px = {ball.column}", f"row_px = {ball.row}", f"radius_px = {ball.radius}"]
-    lines += ["", "[simulation]", f"sample = {json.dumps(arc.sample)}", f"seed = {arc.seed}", f'truth = "{MARKER}"']
-    return "\n".join(lines) + "\n"
 
 
 def truth(arc: LightArc, records: list[dict[str, Any]], gain: np.float32) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from engine.bundle.bundle import open_bundle, verify_bundle
 from engine.core.errors import InputError, MissingCapability, OutputError
 from engine.core.steps import drain
 from engine.figures import demo as demos
-from engine.figures.demo import Demo, built_in_sample, demo
+from engine.figures.demo import Demo, demo
 from engine.simulate.arc import LightArc
 from tests.present import present
 
@@ -127,35 +127,3 @@ def test_folder_of_somebody_else_is_left_alone(tmp_path: Path, small: LightArc) 
     with pytest.raises(OutputError, match="not ours"):
         drain(demo(tmp_path, small))
     assert [path.name for path in tmp_path.iterdir()] == ["letter.txt"]
-
-
-@pytest.fixture
-def sample_arc(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(demos, "LightArc", lambda: LightArc(size=32, elevation=(0.5, 1.5)))
-
-
-def test_built_in_sample_is_made_once(tmp_path: Path, sample_arc: None) -> None:
-    folder = drain(built_in_sample(tmp_path / "cache"))
-    photograph = next(folder.glob("*.tif"))
-    written = photograph.stat().st_mtime_ns
-    assert drain(built_in_sample(tmp_path / "cache")) == folder
-    assert photograph.stat().st_mtime_ns == written
-
-
-@pytest.mark.parametrize(
-    "damage",
-    [
-        lambda folder: next(folder.glob("*.tif")).write_bytes(b"II*"),
-        lambda folder: next(folder.glob("*.tif")).unlink(),
-        lambda folder: (folder / "capture.toml").write_text("notes = ''"),
-        lambda folder: (folder / "truth" / "truth.json").write_text("[1, 2"),
-        lambda folder: (folder / "truth" / "truth.json").write_text("[1, 2]"),
-        lambda folder: (folder / "truth" / "truth.json").unlink(),
-    ],
-)
-def test_fault_26_damaged_built_in_sample_is_made_again(tmp_path: Path, sample_arc: None, damage: Any) -> None:
-    folder = drain(built_in_sample(tmp_path))
-    good = {path.name: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    damage(folder)
-    assert drain(built_in_sample(tmp_path)) == folder
-    assert {path.name: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == good
