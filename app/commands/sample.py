@@ -27,10 +27,14 @@ from engine.core.errors import InputError, LightarcError
 from engine.core.steps import Step, Steps, drain, part
 from engine.scene.material import Material
 from engine.storage.atomic import atomic_folder, discard, perform
+from engine.storage.untrusted import expect
 
 log = logging.getLogger(__name__)
 
 NAME = "Woven sample"
+
+#: Decoders of the notes of a capture and of the maps of a bundle.
+DECODERS = ("engine.capture.photograph.decode", "engine.bundle.member_maps")
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +63,8 @@ def samples_folder() -> Path:
 
 def marked_sample(target: Path) -> Steps[Sample]:
     """The sample, its stack in `target`; the project keeps the marks of its photographs."""
+    for decoder in DECODERS:
+        expect(decoder)
     sample = yield from part(ready_sample(samples_folder(), target), 0.0, 0.9)
     marks = yield from part(taken(sample.sources.photographs), 0.9, 1.0)
     keep_marks(target.parent, marks)

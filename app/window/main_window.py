@@ -21,7 +21,7 @@ from app.help.keys import show_about, show_keys
 from app.help.manual import show_for_pointer
 from app.help.mode_chooser import ModeChooser
 from app.help.tour import Tour, first_hints
-from app.jobs.jobs import Job
+from app.jobs.jobs import NICENESS, Job
 from app.process.packages import load_shared
 from app.project.places import projects_folder
 from app.session.settings import NUMBERS, Remembered, close_session, open_session
@@ -49,6 +49,7 @@ from engine.capture.doubts import Doubtful
 from engine.core.colour import Operator
 from engine.core.errors import FileError
 from engine.core.figure_text import write_with
+from engine.storage.untrusted import expect
 
 if TYPE_CHECKING:
     from app.brdf.tab import BrdfTab
@@ -71,6 +72,9 @@ LIBRARIES = (
 
 #: The renderer of the View workspace, which loads a compiler of kernels: 0.7 s.
 RENDERER = "engine.gl.scene_renderer"
+
+#: The decoder of photographs and of notes beside them, whose process starts in 0.7 s.
+PHOTOGRAPHS = "engine.capture.photograph.decode"
 
 #: Preferences that hold later, and what is said of them.
 AT_NEXT_START = {
@@ -97,7 +101,8 @@ def first_size(screen: QSize) -> QSize:
 
 
 def load_libraries() -> None:
-    """Load what the workspaces behind the one in front need."""
+    """Load what the workspaces behind the one in front need; the process for photographs loads beside it."""
+    expect(PHOTOGRAPHS, NICENESS)
     for name in LIBRARIES:
         import_module(name)
 

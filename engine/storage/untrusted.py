@@ -492,11 +492,30 @@ def _child(module: str) -> Iterator[_Child]:
             child.kill()
             raise
         if child.alive:
-            with _idle_lock:
-                _idle.append(child)
-                oldest = _idle.pop(0) if len(_idle) > CHILDREN else None
-            if oldest is not None:
-                oldest.kill()
+            _keep(child)
+
+
+def expect(decoder: str, niceness: int = 0) -> None:
+    """Start the process of a `decoder` that will soon be asked, where there is none: it loads what it needs meanwhile.
+
+    It yields to others by so much more `niceness` (Linux). Where none can be started now, whoever asks it is told why.
+    """
+    module = decoder.partition(":")[0]
+    if not any(child.module == module and child.alive for child in tuple(_running)):
+        with contextlib.suppress(OSError):
+            child = _Child(module)
+            _keep(child)
+            if niceness and sys.platform == "linux":
+                os.setpriority(os.PRIO_PROCESS, child.process.pid, niceness)
+
+
+def _keep(child: _Child) -> None:
+    """Count a child among the idle ones, of which the oldest goes where they are too many."""
+    with _idle_lock:
+        _idle.append(child)
+        oldest = _idle.pop(0) if len(_idle) > CHILDREN else None
+    if oldest is not None:
+        oldest.kill()
 
 
 def _taken(module: str) -> _Child | None:

@@ -267,6 +267,24 @@ def test_two_files_are_decoded_at_once_and_no_process_stays(file: Path, decoders
     assert not [pid for pid in pids if psutil.pid_exists(pid)]
 
 
+def test_an_expected_process_serves_the_first_file(file: Path, decoders: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    untrusted.stop_children()
+    untrusted.expect(f"{decoders}:echo")
+    untrusted.expect(decoders)
+    (child,) = untrusted._idle
+    assert decode_in_child(f"{decoders}:echo", file)["pid"] == child.process.pid
+    untrusted.stop_children()
+
+    def none_left(*_arguments: Any, **_options: Any) -> None:
+        raise BlockingIOError
+
+    with monkeypatch.context() as short:
+        short.setattr(subprocess, "Popen", none_left)
+        untrusted.expect(decoders)
+    assert untrusted._idle == []
+    assert decode_in_child(f"{decoders}:echo", file)
+
+
 def test_a_killed_idle_child_is_replaced(file: Path, decoders: str) -> None:
     pid = decode_in_child(f"{decoders}:echo", file)["pid"]
     idle = psutil.Process(pid)
