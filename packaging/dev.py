@@ -392,7 +392,7 @@ def virtual_display() -> Iterator[Mapping[str, str]]:
 def software_gl() -> dict[str, str]:
     """Variables that choose Mesa's software GL, also where another driver stands before Mesa's.
 
-    Graphics cards mix texels with weights of 8 bits, and tests allow less than what their pictures are off by.
+    Pictures of a graphics card are up to two codes of 255 off the exact ones, where tests allow one.
     """
     chosen = {"LIBGL_ALWAYS_SOFTWARE": "1", "__GLX_VENDOR_LIBRARY_NAME": "mesa"}
     for folder in ("/etc/glvnd/egl_vendor.d", "/usr/share/glvnd/egl_vendor.d"):

@@ -33,8 +33,8 @@ log = logging.getLogger(__name__)
 
 NAME = "Woven sample"
 
-#: Decoders of the notes of a capture and of the maps of a bundle.
-DECODERS = ("engine.capture.photograph.decode", "engine.bundle.member_maps")
+#: The decoder of the maps of a bundle; that of the notes of a capture is there from the start of the window on.
+MAPS = "engine.bundle.member_maps"
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +63,7 @@ def samples_folder() -> Path:
 
 def marked_sample(target: Path) -> Steps[Sample]:
     """The sample, its stack in `target`; the project keeps the marks of its photographs."""
-    for decoder in DECODERS:
-        expect(decoder)
+    expect(MAPS)
     sample = yield from part(ready_sample(samples_folder(), target), 0.0, 0.9)
     marks = yield from part(taken(sample.sources.photographs), 0.9, 1.0)
     keep_marks(target.parent, marks)

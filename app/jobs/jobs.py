@@ -34,7 +34,7 @@ SHOW_EVERY_S = 0.04
 
 
 def nothing() -> None:
-    """Nothing is to be done before or after a job."""
+    """Nothing is to be done before a job."""
 
 
 def return_freed_memory() -> None:
@@ -82,7 +82,7 @@ class Job(QObject):
         self.started_s = 0.0
         self.paused_s = 0.0
         self.time_s = 0.0
-        self._thread = _Thread(work)
+        self._thread = _Thread(work, heavy)
 
     @property
     def over(self) -> bool:
@@ -151,7 +151,7 @@ class Jobs(QObject):
         job.refines = refines
         job._thread.before = self.before
         if heavy:
-            job._thread.around, job._thread.after = self.around(job), return_freed_memory
+            job._thread.around = self.around(job)
         job._thread.stepped.connect(lambda step: self._progress(job, step))
         job._thread.finished.connect(lambda: self._end(job, job._thread.outcome))
         if self.accepting:
@@ -258,12 +258,12 @@ class Jobs(QObject):
 class _Thread(QThread):
     stepped = Signal(object)
 
-    def __init__(self, work: Work) -> None:
+    def __init__(self, work: Work, heavy: bool) -> None:
         super().__init__()
         self.setStackSize(16 * 2**20)
         self.work: Work | None = work
+        self.heavy = heavy
         self.before: Callable[[], object] = nothing
-        self.after: Callable[[], object] = nothing
         self.around: AbstractContextManager[object] = nullcontext()
         self.stop = threading.Event()
         self.go = threading.Event()
@@ -281,9 +281,10 @@ class _Thread(QThread):
             self.before()
             with self.around:
                 self.outcome = self._drive()
-            self.after()
         except BaseException as error:  # the border of the thread: whatever was raised is the job's outcome
             self.outcome = Outcome("failed", error=error)
+        if self.heavy:
+            return_freed_memory()
 
     def _drive(self) -> Outcome:
         assert self.work is not None

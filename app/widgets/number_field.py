@@ -98,11 +98,9 @@ class NumberField(ClickFirst, QLineEdit):
         if is_other or not self.isModified():
             self.setModified(False)
             mark(self, "")
-            self.setText(self._with_unit(value))
+            self.setText(self.nothing if self.nothing and value == 0.0 else self._with_unit(value))
 
     def _with_unit(self, value: float) -> str:
-        if self.nothing and value == 0.0:
-            return self.nothing
         return f"{plain(value)}{' ' * bool(self.unit and self.unit != '°')}{self.unit}"
 
     @property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -90,9 +91,7 @@ def device_bytes(context: Any) -> int:
 def _bytes(holder: Any) -> int:
     if isinstance(holder, moderngl.Buffer):
         return int(holder.size)
-    texels = 1
-    for edge in holder.size:
-        texels *= edge
+    texels = math.prod(holder.size)
     # a depth is 24 bits, which devices store in 32
     each = 4 if getattr(holder, "depth", False) else holder.components * int(holder.dtype[-1])
     faces = 6 if isinstance(holder, moderngl.TextureCube) else 1

@@ -410,7 +410,7 @@ def _explained(path: Path, error: OSError, needed_bytes: int | None = None) -> O
 
 
 def _room(size_bytes: int) -> str:
-    """Exact where bytes decide, or else short."""
+    """Bytes as people read them: to the byte below a megabyte, where they may decide."""
     return f"{size_bytes:,} bytes" if size_bytes < 1_000_000 else size_text(size_bytes)
 
 

@@ -34,7 +34,7 @@ def gl_frame_slices() -> Measure:
 def _frame(name: str, source: Source) -> Measure:
     mesh = shape("sphere")
     plain = Scene(mesh, frame(mesh.positions, SIZE[0] / SIZE[1]), brdf_from_text("phong:exponent=20"))
-    scene = replace(plain, material=_material(), source=source)
+    scene = replace(plain, material=woven(), source=source)
     with create_context() as context:
         renderer = DirectRenderer(context)
         target = context.framebuffer([context.renderbuffer(SIZE)])
@@ -50,8 +50,9 @@ def _frame(name: str, source: Source) -> Measure:
     return Measure(name, time_s, limit_s, "the same frame of the BRDF alone")
 
 
-def _material() -> Material:
-    slices = np.random.default_rng(0).random((8, 512, 512, 3), np.float32)
+def woven(edge: int = 512) -> Material:
+    """A material of noise that brightens from slice to slice, as slices (8, edge, edge, 3) and as a power law."""
+    slices = np.random.default_rng(0).random((8, edge, edge, 3), np.float32)
     slices *= np.linspace(0.0, 1.0, 8, dtype=np.float32)[:, None, None, None]
     shading_map = ShadingMap(slices, 0.5, np.linspace(0.0, 0.5, 8))
     return Material(shading_map, drain(fit(shading_map)), elevation_deg=(10.0, 45.0, 80.0))

@@ -14,43 +14,26 @@ from typing import Any
 import numpy as np
 
 from engine.bench.measure import Measure, best_of
-from engine.bench.transport.transported import gaussians, spherical_harmonics, wavelets
+from engine.bench.transport.frame import woven
+from engine.bench.transport.transported import BRDF, gaussians, spherical_harmonics, wavelets
 from engine.brdf.brdf import brdf_from_text
-from engine.core.steps import drain
+from engine.core.directions import normalize
 from engine.geometry.camera import frame
 from engine.geometry.shapes import shape
 from engine.gl.context import create_context, device_bytes, renderer_name
 from engine.gl.scene_renderer import SceneRenderer
 from engine.light.environment_file import open_environment
 from engine.scene.material import Material
-from engine.scene.scene import Scene
+from engine.scene.scene import Scene, Source
 from engine.shading.directional.interpolation import Kernel
 from engine.shading.directional.planes import DirectionalMap
-from engine.shading.power_law import fit
-from engine.shading.shading_map import ShadingMap
 from engine.surface.pbr_maps import PbrMaps
 from engine.transport.relit import Relit
 
 SIZE, SAMPLES = (3840, 2160), 2
 
-#: Edge of all maps in texels; slices of a shading map; lamps and planes of a directional map.
-EDGE, SLICES, LAMPS, PLANES = 512, 8, 64, 15
-
-BRDF = "ggx:kd=0.5,alpha=0.3,f0=0.04"
-
-
-def _slices() -> ShadingMap:
-    slices = np.random.default_rng(0).random((SLICES, EDGE, EDGE, 3), np.float32)
-    slices *= np.linspace(0.0, 1.0, SLICES, dtype=np.float32)[:, None, None, None]
-    return ShadingMap(slices, 0.5, np.linspace(0.0, 0.5, SLICES))
-
-
-def _shading_map() -> Material:
-    return Material(_slices(), None, elevation_deg=(10.0, 45.0, 80.0))
-
-
-def _power_law() -> Material:
-    return Material(None, drain(fit(_slices())), elevation_deg=(10.0, 45.0, 80.0))
+#: Edge of all maps in texels; lamps and planes of a directional map.
+EDGE, LAMPS, PLANES = 512, 64, 15
 
 
 def _directional_map() -> Material:
@@ -58,8 +41,7 @@ def _directional_map() -> Material:
     planes = draw.integers(0, 256, (PLANES, EDGE, EDGE), np.uint8)
     vectors = np.linalg.qr(draw.standard_normal((3 * LAMPS, PLANES)))[0]
     lights = draw.standard_normal((LAMPS, 3))
-    lights[:, 2] = np.abs(lights[:, 2]) + 0.2
-    lights /= np.linalg.norm(lights, axis=1, keepdims=True)
+    lights = normalize(np.column_stack([lights[:, :2], np.abs(lights[:, 2]) + 0.2]))
     low, step, mean = np.full(PLANES, -50.0), np.full(PLANES, 0.4), np.full(3 * LAMPS, 100.0)
     found = DirectionalMap(planes, low, step, mean, vectors, lights, Kernel(0.6, 0.03), 0.5, 0.0, 0.0, 0.0)
     return Material(None, None, directional=found)
@@ -67,17 +49,22 @@ def _directional_map() -> Material:
 
 def _pbr_maps() -> Material:
     draw = np.random.default_rng(0)
-    normal = np.concatenate([0.3 * draw.standard_normal((EDGE, EDGE, 2)), np.ones((EDGE, EDGE, 1))], axis=-1)
-    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    colour, (roughness, metallic, f0) = (
-        draw.random((EDGE, EDGE, 3), np.float32),
-        draw.random((3, EDGE, EDGE), np.float32),
-    )
+    slopes = 0.3 * draw.standard_normal((EDGE, EDGE, 2))
+    normal = normalize(np.concatenate([slopes, np.ones((EDGE, EDGE, 1))], axis=-1))
+    colour = draw.random((EDGE, EDGE, 3), np.float32)
+    roughness, metallic, f0 = draw.random((3, EDGE, EDGE), np.float32)
     return Material(None, None, pbr=PbrMaps(colour, normal.astype(np.float32), roughness, metallic, f0))
 
 
+def _woven() -> Material:
+    return woven(EDGE)
+
+
 def _frame(
-    name: str, material: Callable[[], Material] | None = None, relit: Callable[[], Relit] | None = None
+    name: str,
+    material: Callable[[], Material] | None = None,
+    source: Source = "slices",
+    relit: Callable[[], Relit] | None = None,
 ) -> Measure:
     """Seconds under one lamp, beside the plain Phong model; `sky_s` are those under 64 directions, where they cost."""
     mesh = shape("torus-knot")
@@ -86,7 +73,7 @@ def _frame(
     baked = relit() if relit is not None else None
     scene = Scene(baked.mesh if baked else mesh, camera, brdf_from_text(BRDF), relit=baked)
     if material is not None:
-        scene = replace(scene, material=material(), source="power-law" if "power-law" in name else "slices")
+        scene = replace(scene, material=material(), source=source)
     limit_s, _, _ = _drawn(plain)
     time_s, memory, device = _drawn(scene)
     more: dict[str, Any] = {"device_mb": round(memory / 1e6, 1), "device": device}
@@ -113,13 +100,13 @@ def _drawn(scene: Scene) -> tuple[float, int, str]:
 
 
 brdf = partial(_frame, "gl-4k-brdf")
-power_law = partial(_frame, "gl-4k-power-law", _power_law)
-shading_map = partial(_frame, "gl-4k-shading-map", _shading_map)
+power_law = partial(_frame, "gl-4k-power-law", _woven, "power-law")
+shading_map = partial(_frame, "gl-4k-shading-map", _woven)
 directional_map = partial(_frame, "gl-4k-directional-map", _directional_map)
 pbr_maps = partial(_frame, "gl-4k-pbr-maps", _pbr_maps)
 sh = partial(_frame, "gl-4k-sh", relit=spherical_harmonics)
 wavelet = partial(_frame, "gl-4k-wavelet", relit=wavelets)
 gaussian = partial(_frame, "gl-4k-gaussian", relit=gaussians)
-sh_texels = partial(_frame, "gl-4k-sh-texels", _shading_map, spherical_harmonics)
-wavelet_texels = partial(_frame, "gl-4k-wavelet-texels", _shading_map, wavelets)
-gaussian_texels = partial(_frame, "gl-4k-gaussian-texels", _shading_map, gaussians)
+sh_texels = partial(_frame, "gl-4k-sh-texels", _woven, relit=spherical_harmonics)
+wavelet_texels = partial(_frame, "gl-4k-wavelet-texels", _woven, relit=wavelets)
+gaussian_texels = partial(_frame, "gl-4k-gaussian-texels", _woven, relit=gaussians)

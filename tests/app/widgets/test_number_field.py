@@ -258,3 +258,4 @@ def test_nothing_has_a_word_and_is_typed_by_emptying_the_field(
     field.setModified(True)
     QTest.keyClick(field, Qt.Key.Key_Return)
     assert (field.value, field.text()) == (value, shown)
+    assert field.takes.startswith("Enter a number from 0 mm to 9 mm")
