@@ -1,6 +1,7 @@
 """A small picture of a project, beside its file: the material as its photographs show it under the highest light.
 
 It stands for the project in lists of recent ones and after a crash, and is written anew when the material changes.
+So is its title, the name of the material: lists show both without opening the project, which may be damaged or large.
 """
 
 from __future__ import annotations
@@ -13,8 +14,10 @@ from numpy.typing import NDArray
 from app.document.document import Project
 from app.project.project_file import data_folder
 from engine.core.colour import srgb_encode
+from engine.core.errors import FileError
 from engine.core.steps import Step, Steps
 from engine.storage.atomic import write_bytes
+from engine.storage.untrusted import read_bytes
 
 #: Width and height in pixels.
 SIZE = (96, 72)
@@ -24,6 +27,24 @@ WHITE = 0.98
 
 #: Direction of the light of a directional map: from the upper left, at 45°.
 UPPER_LEFT = np.array([-0.5, 0.5, np.sqrt(0.5)])
+
+
+#: Letters of a title, and bytes of the file that has it, at most.
+MAX_TITLE, MAX_TITLE_BYTES = 80, 4096
+
+
+def title_of(path: Path) -> str:
+    """The title of the project at `path`, on one line; empty where none is kept, or none that can be shown."""
+    try:
+        content = read_bytes(_title_file(path), MAX_TITLE_BYTES)
+    except (FileError, OSError):
+        return ""
+    title = "".join(letter if letter.isprintable() else " " for letter in content.decode("utf-8", "replace"))
+    return " ".join(title.split())[:MAX_TITLE]
+
+
+def _title_file(path: Path) -> Path:
+    return data_folder(path) / "title.txt"
 
 
 def thumbnail_of(path: Path) -> Path:
@@ -70,9 +91,11 @@ def picture_of(project: Project) -> NDArray[np.uint8] | None:
 
 
 def keep_thumbnail(path: Path, project: Project) -> Steps[None]:
-    """Write the picture of `project` beside its file. Raises OutputError where that cannot be done."""
+    """Write picture and title of `project` beside its file. Raises OutputError where that cannot be done."""
     yield Step(0.0, "making a small picture")
     from engine.images.encode import encode_png
+
+    write_bytes(_title_file(path), project.name[:MAX_TITLE].encode())
 
     picture = picture_of(project)
     if picture is not None:

@@ -33,7 +33,15 @@ FILE_LIMIT_BYTES = 2**20
 
 #: No limit is larger: processors, and gigabytes of memory.
 MOST = 2**20
-RECENT = 8
+
+#: Files, projects, and names of docks that are remembered.
+RECENT, MAX_PROJECTS, MAX_DOCKS = 8, 500, 8
+
+#: Letters of a path that is remembered; SQLite opens no project whose path is longer.
+MAX_PATH = 512
+
+#: The ending by which a remembered path is a project.
+PROJECT_ENDING = ".lap"
 
 #: Decimal marks: that of the system, a point or a comma.
 NUMBERS = ("system", ".", ",")
@@ -54,6 +62,8 @@ class Settings:
     `dock_sizes` are their widths and heights in turn.
     `workspace` is the one that was in front, for the start after a crash. `output_folder` is where a picture, a
     bundle or exports were written last.
+    `recent_projects` are all projects that were ever opened, the latest first, and `recent_files` what was opened last
+    of everything else.
     `measure_error` says whether the picture in the View workspace is compared with a reference in the background.
     `numbers` is the decimal mark, one of `NUMBERS`; `unit` is that of lengths, one of `UNITS_MM`; `graphics` draws, one
     of `GRAPHICS`; `tone_map` is that of new projects. `threads` and `memory_gb` are
@@ -66,7 +76,8 @@ class Settings:
     layout: str = ""
     last_folder: str = ""
     output_folder: str = ""
-    recent: tuple[str, ...] = ()
+    recent_projects: tuple[str, ...] = ()
+    recent_files: tuple[str, ...] = ()
     closed_docks: tuple[str, ...] = ()
     dock_sizes: tuple[int, ...] = ()
     measure_error: bool = True
@@ -120,9 +131,9 @@ def save(settings: Settings, folder: Path | None) -> None:
         log.warning("settings are not kept: %s", error)
 
 
-def with_recent(recent: tuple[str, ...], path: str) -> tuple[str, ...]:
-    """`path` first, each once, at most `RECENT` of them."""
-    return (path, *(other for other in recent if other != path))[:RECENT]
+def with_latest(paths: tuple[str, ...], path: str, count: int) -> tuple[str, ...]:
+    """`path` first, each once, at most `count` of them."""
+    return (path, *(other for other in paths if other != path))[:count]
 
 
 class Remembered:
@@ -139,21 +150,42 @@ class Remembered:
     def in_front(self, workspace: str) -> None:
         """Remember the workspace in front, on disk at once: a crash asks for it."""
         if workspace != self.now.workspace:
-            self.change(workspace=workspace, recent=self._recent())
-            save(self.now, self.folder)
+            self.keep(workspace=workspace)
 
     def opened(self, path: Path, folder: Path) -> None:
         """Remember `path` as what was opened last, from `folder`: on disk at once, with what other windows opened."""
-        self.change(recent=with_recent(self._recent(), str(path)), last_folder=str(folder))
-        save(self.now, self.folder)
+        paths = self._paths()
+        name, count = ("recent_projects", MAX_PROJECTS) if is_project(path) else ("recent_files", RECENT)
+        if len(str(path)) <= MAX_PATH:
+            paths[name] = with_latest(paths[name], str(path), count)
+        self.keep(**paths, last_folder=str(folder))
+
+    def forget(self, path: Path, instead: Path | None = None) -> None:
+        """Remember `path` no longer, or `instead` of it; on disk at once."""
+        paths = self._paths()
+        if any(str(path) in each for each in paths.values()):
+            new = [] if instead is None else [str(instead)]
+            self.keep(
+                **{
+                    name: tuple(other for each in given for other in (new if each == str(path) else [each]))
+                    for name, given in paths.items()
+                }
+            )
 
     def keep(self, **values: Any) -> None:
-        """Write them, because the window closes."""
-        self.change(recent=self._recent(), **values)
+        """Take other values and write them, with the paths that other windows opened meanwhile."""
+        self.change(**{**self._paths(), **values})
         save(self.now, self.folder)
 
-    def _recent(self) -> tuple[str, ...]:
-        return load(self.folder).recent if self.folder is not None else self.now.recent
+    def _paths(self) -> dict[str, tuple[str, ...]]:
+        """What is remembered on disk, where other windows write as well."""
+        there = load(self.folder) if self.folder is not None else self.now
+        return {"recent_projects": there.recent_projects, "recent_files": there.recent_files}
+
+
+def is_project(path: Path) -> bool:
+    """True for the path of a project, by its ending."""
+    return path.suffix.lower() == PROJECT_ENDING
 
 
 def _from_json(values: Any) -> Settings:
@@ -167,10 +199,13 @@ def _from_json(values: Any) -> Settings:
             raise ValueError(f"{key} is not a text")
     for key in ("geometry", "layout"):
         bytes.fromhex(texts.get(key, ""))
-    recent, closed = values.get("recent", []), values.get("closed_docks", [])
-    for name, words in (("recent", recent), ("closed_docks", closed)):
+    lists = {name: values.get(name, []) for name in ("recent", "recent_projects", "recent_files", "closed_docks")}
+    for name, words in lists.items():
         if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
             raise ValueError(f"{name} is not a list of texts")
+    known = [path for path in lists["recent"] if len(path) <= MAX_PATH]  # one list of both, until version 0.1
+    projects = [*lists["recent_projects"], *(path for path in known if is_project(Path(path)))]
+    files = [*lists["recent_files"], *(path for path in known if not is_project(Path(path)))]
     for key, values_of_it in _CHOICES.items():
         if key in texts and texts[key] not in values_of_it:
             raise ValueError(f"{key} is not one that there is")
@@ -190,9 +225,10 @@ def _from_json(values: Any) -> Settings:
         raise ValueError("dock_sizes is not a list of widths and heights")
     return Settings(
         **texts,
-        dock_sizes=tuple(sizes[:RECENT]),
-        recent=tuple(recent[:RECENT]),
-        closed_docks=tuple(closed[:RECENT]),
+        dock_sizes=tuple(sizes[:MAX_DOCKS]),
+        recent_projects=tuple(projects[:MAX_PROJECTS]),
+        recent_files=tuple(files[:RECENT]),
+        closed_docks=tuple(lists["closed_docks"][:MAX_DOCKS]),
         **flags,
         **limits,
     )

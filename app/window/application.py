@@ -85,7 +85,7 @@ def run(paths: Sequence[Path], *, sample: bool = False) -> int:
         window.closes.connect(lambda: ending.end_within(ending.WINDOW_S, 0))
         window.failures.install()
         window.show()
-        left = interrupted(projects_folder(), map(Path, remembered.recent))
+        left = interrupted(projects_folder(), map(Path, remembered.recent_projects))
         if not (window.settings.now.has_seen_hints or paths or left):
             QTimer.singleShot(0, window.show_hints)
         if sample:

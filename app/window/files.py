@@ -22,7 +22,8 @@ from app.window.dialogs import (
 )
 from app.window.failures import Failures
 from app.window.projects import Projects
-from engine.core.errors import FileError
+from engine.capture.doubts import Doubtful
+from engine.core.errors import FileError, InputError
 
 
 class Files(QObject):
@@ -44,6 +45,7 @@ class Files(QObject):
         projects.changed.connect(self._remember_work)
         projects.opened.connect(self._remember)
         bench.arrived.connect(self._photographs_arrived)
+        bench.jobs.failed.connect(lambda _job, error: self._forget_failed(error))
 
     def new(self) -> None:
         """Begin a new project; the one that was open stays on disk."""
@@ -116,8 +118,17 @@ class Files(QObject):
     def _remember(self, path: Path, folder: Path | None = None) -> None:
         self.settings.opened(path, folder or path.parent)
 
+    def _forget_failed(self, error: BaseException) -> None:
+        """Forget a file that could not be opened, and a folder where that is so of a file in it."""
+        if not isinstance(error, InputError) or isinstance(error, Doubtful):
+            return
+        failed = Path(error.path)
+        for text in self.settings.now.recent_files:
+            if Path(text) in (failed, *failed.parents):
+                self.settings.forget(Path(text))
+
     def _remember_work(self) -> None:
         """Remember the open project as soon as there is work in it."""
         path, now = self.projects.path, self.settings.now
-        if now.recent[:1] != (str(path),) and self.projects.is_saved and self.projects.is_worth_keeping():
+        if now.recent_projects[:1] != (str(path),) and self.projects.is_saved and self.projects.is_worth_keeping():
             self._remember(path, Path(now.last_folder or path.parent))

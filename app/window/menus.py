@@ -76,7 +76,8 @@ class Menus(QMenuBar):
         add(menu, "Quit", "Ctrl+Q", files.window.close)
 
     def _fill_recent(self) -> None:
-        fill_recent(self.recent, self.settings.now.recent, lambda path: self.files.open([path]))
+        now = self.settings.now
+        fill_recent(self.recent, now.recent_projects, now.recent_files, lambda path: self.files.open([path]))
 
     def _fill_edit(self, menu: QMenu, undo_stack: QUndoStack) -> None:
         self.undo = undo_stack.createUndoAction(self, "Undo")

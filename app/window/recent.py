@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject
-from PySide6.QtGui import QIcon, QImageReader, QPixmap
+from PySide6.QtCore import QByteArray, QObject
+from PySide6.QtGui import QIcon, QImage, QImageReader, QPixmap
 from PySide6.QtWidgets import QMenu
 
 from app.commands.workbench import Workbench
 from app.project.places import is_untitled
 from app.project.project_file import ENDING
-from app.project.report import identity
-from app.project.thumbnail import SIZE, keep_thumbnail, pictured, thumbnail_of
+from app.project.thumbnail import SIZE, keep_thumbnail, pictured, thumbnail_of, title_of
 from app.widgets import theme
 from app.window.projects import Projects
 from engine.core.errors import FileError
@@ -27,46 +25,62 @@ log = logging.getLogger(__name__)
 #: Height of the pictures in the menu, in pixels.
 HEIGHT = 36
 
+#: Entries of the menu for projects, and for files.
+MAX_ENTRIES = 8
+
 #: Largest file of a picture that is read, in bytes.
-MOST_BYTES = 1 << 20
+MAX_BYTES = 1 << 20
 
 
-def fill(menu: QMenu, recent: tuple[str, ...], open_path: Callable[[Path], None]) -> None:
-    """An entry for each path: picture, name, and folder; one that is gone says so and cannot be chosen."""
+def fill(menu: QMenu, projects: Sequence[str], files: Sequence[str], open_path: Callable[[Path], None]) -> None:
+    """Entries for the latest projects, then for files: image, name, and folder; one that is gone cannot be chosen."""
     menu.clear()
     menu.setStyleSheet(f"QMenu {{ icon-size: {HEIGHT * SIZE[0] // SIZE[1]}px; }}")
-    for text in recent:
-        path = Path(text)
-        is_there = path.exists()
-        name = (_name(path) if is_there else f"{path.name} (missing)").replace("&", "&&")
-        entry = menu.addAction(f"{name}\t{path.parent if not is_untitled(path) else path.stem}")
-        entry.setIcon(QIcon(picture_of_file(path)))
-        entry.setEnabled(is_there)
-        entry.setToolTip(text)
-        entry.triggered.connect(lambda _checked=False, path=path: open_path(path))
-    if not recent:
+    for paths in (projects[:MAX_ENTRIES], files[:MAX_ENTRIES]):
+        for text in paths:
+            path = Path(text)
+            is_there = path.exists()
+            name = (name_of_file(path) if is_there else f"{path.name} (missing)").replace("&", "&&")
+            entry = menu.addAction(f"{name}\t{path.parent if not is_untitled(path) else path.stem}")
+            entry.setIcon(QIcon(picture_of_file(path)))
+            entry.setEnabled(is_there)
+            entry.setToolTip(text)
+            entry.triggered.connect(lambda _checked=False, path=path: open_path(path))
+        if paths is not files and projects and files:
+            menu.addSeparator()
+    if not projects and not files:
         menu.addAction("Nothing yet").setEnabled(False)
 
 
-def _name(path: Path) -> str:
+def name_of_file(path: Path) -> str:
     """The name of a file; of a project without a name of its own that of its material."""
-    if is_untitled(path):
-        with contextlib.suppress(FileError, KeyError):
-            return str(identity(path)["name"])
-    return path.name.removesuffix(ENDING)
+    return (title_of(path) if is_untitled(path) else "") or path.name.removesuffix(ENDING)
 
 
 def picture_of_file(path: Path) -> QPixmap:
     """The picture of a project, or an icon for what a path leads to."""
-    beside = thumbnail_of(path)
-    if path.name.endswith(ENDING) and beside.is_file() and beside.stat().st_size < MOST_BYTES:
-        reader = QImageReader(str(beside))
-        if reader.size().width() <= SIZE[0] and reader.size().height() <= SIZE[1]:
-            found = QPixmap.fromImage(reader.read())
-            if not found.isNull():
-                return found
+    found = thumbnail(path)
+    if not found.isNull():
+        return QPixmap.fromImage(found)
     name = "capture" if path.is_dir() else "material" if path.name.endswith(ENDING) else "bundle"
     return theme.pixmap(name, HEIGHT // 2, theme.current().secondary)
+
+
+def thumbnail(path: Path) -> QImage:
+    """The small image of the project at `path`, on any thread; a null image where it has none that can be read.
+
+    The file is not trusted: it is read as PNG alone, and its size is looked at before its pixels are decoded.
+    """
+    beside = thumbnail_of(path)
+    try:
+        is_read = path.name.endswith(ENDING) and beside.is_file() and beside.stat().st_size < MAX_BYTES
+    except OSError:
+        is_read = False
+    if is_read:
+        reader = QImageReader(str(beside), QByteArray(b"png"))
+        if reader.size().isValid() and reader.size().width() <= SIZE[0] and reader.size().height() <= SIZE[1]:
+            return reader.read()
+    return QImage()
 
 
 class Picturing(QObject):

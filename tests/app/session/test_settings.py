@@ -15,7 +15,7 @@ from tests.processes import gone
 
 
 def test_what_is_saved_comes_back(tmp_path: Path) -> None:
-    kept = Settings(theme="light", geometry="0a0b", recent=("/a", "/b"))
+    kept = Settings(theme="light", geometry="0a0b", recent_projects=("/a.lap",), recent_files=("/b",))
     settings.save(kept, tmp_path / "config")
     assert settings.load(tmp_path / "config") == kept
 
@@ -59,9 +59,31 @@ def test_fault_14_without_a_home_the_defaults_are_used() -> None:
     assert done.stdout.split() == ["True", "True", "False"], done.stderr
 
 
-def test_recent_keeps_each_once_newest_first() -> None:
-    assert settings.with_recent(("a", "b"), "b") == ("b", "a")
-    assert len(settings.with_recent(tuple("abcdefghij"), "z")) == settings.RECENT
+def test_latest_keeps_each_once_newest_first() -> None:
+    assert settings.with_latest(("a", "b"), "b", 8) == ("b", "a")
+    assert len(settings.with_latest(tuple("abcdefghij"), "z", 8)) == 8
+
+
+def test_the_single_list_of_older_versions_is_divided_into_projects_and_files(tmp_path: Path) -> None:
+    (tmp_path / "settings.json").write_text('{"theme": "light", "recent": ["/a.obj", "/b.lap", "/c.hdr", "/D.LAP"]}')
+    found = settings.load(tmp_path)
+    assert found.recent_projects == ("/b.lap", "/D.LAP")
+    assert found.recent_files == ("/a.obj", "/c.hdr")
+    assert found.theme == "light"
+
+
+def test_files_do_not_push_projects_out_and_500_projects_load_again(tmp_path: Path) -> None:
+    remembered = settings.Remembered(tmp_path)
+    remembered.opened(tmp_path / "first.lap", tmp_path)
+    for at in range(3 * settings.RECENT):
+        remembered.opened(tmp_path / f"{at}.obj", tmp_path)
+    assert remembered.now.recent_projects == (str(tmp_path / "first.lap"),)
+    assert len(remembered.now.recent_files) == settings.RECENT
+    longest = "/" + "ü" * (settings.MAX_PATH - 10)
+    remembered.keep(recent_projects=tuple(f"{longest}{at}.lap" for at in range(settings.MAX_PROJECTS)))
+    assert settings.load(tmp_path) == remembered.now
+    remembered.forget(Path(f"{longest}1.lap"), Path("/renamed.lap"))
+    assert settings.load(tmp_path).recent_projects[1] == "/renamed.lap"
 
 
 def test_folders_of_dead_runs_are_removed_and_those_of_the_living_stay(tmp_path: Path) -> None:

@@ -437,7 +437,7 @@ def test_recent_files_and_theme_are_remembered(
     window.set_theme("light")
     window.close()
     again = MainWindow(tmp_path)
-    assert again.settings.now.recent == (str(photographs),)
+    assert again.settings.now.recent_files == (str(photographs),)
     assert again.settings.now.theme == "light"
     again.close()
     remove(window, again)

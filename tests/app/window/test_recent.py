@@ -44,17 +44,17 @@ def test_what_is_opened_is_remembered_at_once_and_survives_a_kill(tmp_path: Path
         assert window.stdout is not None
         assert window.stdout.readline().strip() == "open"
         os.kill(window.pid, signal.SIGKILL)
-    assert settings.load(tmp_path / "config").recent == (str(path),)
+    assert settings.load(tmp_path / "config").recent_projects == (str(path),)
 
 
 def test_two_windows_remember_both_of_what_they_open(tmp_path: Path) -> None:
     one, other = settings.Remembered(tmp_path), settings.Remembered(tmp_path)
     one.opened(tmp_path / "one.lap", tmp_path)
     other.opened(tmp_path / "other.lap", tmp_path)
-    assert [Path(text).stem for text in settings.load(tmp_path).recent] == ["other", "one"]
-    assert one.now.recent == (str(tmp_path / "one.lap"),)
+    assert [Path(text).stem for text in settings.load(tmp_path).recent_projects] == ["other", "one"]
+    assert one.now.recent_projects == (str(tmp_path / "one.lap"),)
     one.keep(theme="light")
-    assert [Path(text).stem for text in settings.load(tmp_path).recent] == ["other", "one"]
+    assert [Path(text).stem for text in settings.load(tmp_path).recent_projects] == ["other", "one"]
 
 
 def test_projects_have_a_picture_and_what_is_gone_is_marked(
@@ -70,13 +70,15 @@ def test_projects_have_a_picture_and_what_is_gone_is_marked(
     pixels = read_image(thumbnail_of(path)).pixels
     assert pixels.shape == (SIZE[1], SIZE[0], 3)
     assert np.asarray(pixels).std() > 0.02
-    assert settings.load(tmp_path / "config").recent[0] == str(path)
+    assert settings.load(tmp_path / "config").recent_projects[0] == str(path)
     saved(tmp_path / "A & B.lap", "A")
     opened: list[Path] = []
     menu = QMenu()
-    recent = (str(tmp_path / "gone" / "Old.lap"), str(tmp_path / "A & B.lap"), *window.settings.now.recent)
-    fill(menu, recent, opened.append)
-    entries = menu.actions()
+    now = window.settings.now
+    projects = (str(tmp_path / "gone" / "Old.lap"), str(tmp_path / "A & B.lap"), *now.recent_projects)
+    fill(menu, projects, now.recent_files, opened.append)
+    assert [entry.isSeparator() for entry in menu.actions()] == [False, False, False, True, False]
+    entries = [entry for entry in menu.actions() if not entry.isSeparator()]
     assert [entry.isEnabled() for entry in entries] == [False, True, True, True]
     assert "(missing)" in entries[0].text()
     assert entries[1].text().startswith("A && B\t")
@@ -86,6 +88,16 @@ def test_projects_have_a_picture_and_what_is_gone_is_marked(
     entries[1].trigger()
     assert opened == [tmp_path / "A & B.lap"]
     window.close()
+
+
+def test_a_file_that_fails_to_open_is_not_remembered(window: MainWindow, qtbot: Any, tmp_path: Path) -> None:
+    whole, damaged = tmp_path / "whole.obj", tmp_path / "damaged.obj"
+    whole.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    damaged.write_text("v 0 0 nonsense\n")
+    for path in (whole, damaged):
+        window.open([path])
+        qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=60_000)
+    assert window.settings.now.recent_files == (str(whole),)
 
 
 def test_the_picture_is_of_the_brightest_slice_whatever_its_size() -> None:
@@ -107,5 +119,5 @@ def test_a_damaged_picture_is_replaced_by_an_icon(qapp: QApplication, tmp_path: 
     path = saved(tmp_path / "Felt.lap", "Felt")
     thumbnail_of(path).write_bytes(content)
     menu = QMenu()
-    fill(menu, (str(path),), print)
+    fill(menu, (str(path),), (), print)
     assert not menu.actions()[0].icon().isNull()
