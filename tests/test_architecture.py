@@ -210,7 +210,7 @@ def test_failures_are_caught_by_name() -> None:
 
 def text_files() -> Iterator[Path]:
     folders = ("app", "engine", "lightarc", "resources", "tests", "packaging", ".ci")
-    yield from (path for path in PROJECT.iterdir() if path.is_file())
+    yield from (path for path in PROJECT.iterdir() if path.is_file() and path.name != ".git")  # a file in a worktree
     for folder in folders:
         yield from (
             path for path in (PROJECT / folder).rglob("*") if path.is_file() and "__pycache__" not in path.parts
