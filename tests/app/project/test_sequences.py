@@ -1,0 +1,122 @@
+"""Random sequences of open, edit, save as, undo, cancel, quit and kill while jobs run: no confirmed work is lost."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from engine.images.encode import encode_png
+from tests.app.conftest import NO_DISPLAY
+from tests.app.project.sequences import Action, Play, Promises, draw, server, smallest, text_of
+
+pytestmark = [
+    pytest.mark.skipif(sys.platform != "linux", reason="needs fork"),
+    pytest.mark.skipif(NO_DISPLAY, reason="DISPLAY is not set: window tests need an X display (Xvfb)"),
+]
+
+#: Sequences of one seed; 250 seeds make the 500 of a long test.
+SEQUENCES = 2
+
+#: Sequences that are tried to shrink one that fails.
+TRIES = 40
+
+
+@pytest.fixture(scope="session")
+def windows() -> Iterator[Path]:
+    """The socket of a program that starts windows."""
+    folder = Path(tempfile.mkdtemp(prefix="lightarc-", dir=_memory()))
+    with server(folder) as place:
+        yield place
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def _memory() -> Path | None:
+    """A folder in memory where there is one: SQLite synchronises, and that is none of the matter here."""
+    return Path("/dev/shm") if Path("/dev/shm").is_dir() else None
+
+
+@pytest.fixture(scope="session")
+def small_capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of three photographs of 24 × 16 pixels."""
+    folder = tmp_path_factory.mktemp("capture") / "cloth"
+    folder.mkdir()
+    surface = np.random.default_rng(0).uniform(0.7, 1.3, (16, 24, 3))
+    for angle in (20, 50, 80):
+        levels = np.clip(2 * angle * surface, 0, 255).astype(np.uint8)
+        (folder / f"cloth_{angle}deg.png").write_bytes(encode_png(levels))
+    return folder
+
+
+def broken_by(windows: Path, photographs: Path, actions: Sequence[Action]) -> list[str]:
+    """The promises that the program breaks in a sequence, in a home of its own."""
+    folder = Path(tempfile.mkdtemp(prefix="lightarc-", dir=_memory()))
+    try:
+        return Play(windows, folder, photographs).run(actions)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.mark.campaign(rounds=250)
+def test_no_confirmed_work_is_lost_in_any_sequence(windows: Path, small_capture: Path, seed: int) -> None:
+    for number in range(SEQUENCES * seed, SEQUENCES * (seed + 1)):
+        actions = draw(number)
+        broken = broken_by(windows, small_capture, actions)
+        if broken:
+            small = smallest(actions, lambda fewer: bool(broken_by(windows, small_capture, fewer)), TRIES)
+            pytest.fail(f"sequence {number} of seed {seed}: {broken}\nsmallest:\n{text_of(small)}")
+
+
+def test_a_lost_save_and_a_lost_gesture_are_found(tmp_path: Path) -> None:
+    """Without a window: the model says what is missing, and says nothing where all is there."""
+    held: dict[str, list] = {}
+    here, there = str(tmp_path / "here.lap"), str(tmp_path / "there.lap")
+
+    def read(path: Path) -> dict:
+        return {"marks": held[str(path)], "problems": []}
+
+    def played(how: str) -> Promises:
+        promises = Promises()
+        promises.shown(here, EMPTY)
+        promises.shown(here, _marks(1))
+        promises.settled(here)
+        promises.shown(here, _marks(2))
+        promises.accepted(here, there)
+        promises.shown(here, _marks(3))
+        promises.ended(how)
+        return promises
+
+    Path(here).touch()
+    held[here] = _marks(3)
+    assert played("quit").broken(read) == [f"there.lap is lost; the last of it was {_marks(3)}"]
+    assert played("kill").broken(read) == []
+    Path(there).touch()
+    for kept, is_whole in ((1, False), (2, True), (3, True)):
+        held[there] = _marks(kept)
+        assert (played("quit").broken(read) == []) is is_whole
+    held[here] = _marks(2)
+    assert [words.partition(" ")[0] for words in played("quit").broken(read)] == ["here.lap"]
+    assert played("kill").broken(read) == []
+    held[here] = EMPTY
+    assert [words.partition(" ")[0] for words in played("kill").broken(read)] == ["here.lap"]
+
+
+def test_a_sequence_that_fails_is_shrunk_to_what_it_takes() -> None:
+    actions = draw(1) + draw(2)
+
+    def fails(fewer: Sequence[Action]) -> bool:
+        return actions[2] in fewer and actions[-2] in fewer
+
+    assert smallest(actions, fails, 200) == [actions[2], actions[-2]]
+
+
+EMPTY = [0, 0, 1.0, "shading-map", 8, "", "", "", "", 0, [], False]
+
+
+def _marks(at: int) -> list:
+    return [at, at, 1.0, "shading-map", 8, f"note {at}", "", "", "", 0, [], False]
