@@ -78,7 +78,7 @@ def tell(seen: Path) -> None:
             if isinstance(each, QDialog) and each.isVisible()
         ],
         "banners": window.banners.words,
-        "jobs": [job.title for job in window.bench.jobs.active if job.heavy],
+        "jobs": [job.title for job in window.bench.jobs.active if job.is_asked_for],
         "path": str(projects.path),
         "is_saved": projects.is_saved,
         "is_drawn": window.view.viewport.camera is not None,

@@ -144,7 +144,7 @@ def rest(window: MainWindow, refining_s: float = REFINING_S) -> None:
     begun = quiet = time.monotonic()
     while time.monotonic() - quiet < QUIET_S:
         settle(0.02)
-        is_busy = any(not job.heavy and job.state != "paused" for job in window.bench.jobs.active)
+        is_busy = any(job.lane == "screen" and job.state != "paused" for job in window.bench.jobs.active)
         drawn = [each.surface for each in window.findChildren(Viewport) if each.isVisible()]
         is_drawing = not all(getattr(surface, "is_finished", True) for surface in drawn)
         if is_busy or (is_drawing and time.monotonic() - begun < refining_s):

@@ -3,7 +3,7 @@
     python -m app.bench.window [FOLDER]
 
 A timer that should fire every 5 ms runs while the capture in FOLDER (the built-in sample without it) is imported,
-shaded and fitted; the longest delay of a tick while a heavy job runs is the longest block. Then the material is looked
+shaded and fitted; the longest delay of a tick while a job runs is the longest block. Then the material is looked
 at under the built-in studio with 64 directions, rotated for 3 s, and left alone until its picture is the finest. One
 JSON object on standard output: `window_start_s`, `workspaces_s` and `workspaces_block_ms` (until those that are not in
 front are there as well, and the longest block of that), `longest_block_ms`, `blocks_over_50_ms`, `jobs_s`, `complete`,
@@ -65,7 +65,7 @@ def main() -> int:
         making.stop()
         behind_s = time.perf_counter() - STARTED_S
         bench = window.bench
-        gaps = Gaps(lambda: any(job.heavy for job in bench.jobs.active))
+        gaps = Gaps(lambda: any(job.is_asked_for for job in bench.jobs.active))
         begun = time.perf_counter()
         if len(sys.argv) > 1:
             window.open([Path(sys.argv[1])])

@@ -100,7 +100,7 @@ class FitSection(Rows):
         entry, model, weighting = self.entry, str(self.model.currentData()), self.weighting.value
         self._of, self._asked, self.so_far = entry, (model, weighting), None
         title = f"Fitting {BRDF_NAMES.get(model, model)} to {entry.name}"
-        job = self.bench.jobs.submit(title, lambda: fitted(entry.brdf, model, weighting))
+        job = self.bench.jobs.submit(title, lambda: fitted(entry.brdf, model, weighting), lane="compute")
         self.job = job
         self.stop.show()
         job.progressed.connect(self._progressed)
@@ -115,7 +115,7 @@ class FitSection(Rows):
             return
         entry, weighting = self.entry, self.weighting.value
         self.job = self.bench.jobs.submit(
-            f"Fitting all models to {entry.name}", lambda: all_models(entry.brdf, weighting)
+            f"Fitting all models to {entry.name}", lambda: all_models(entry.brdf, weighting), lane="compute"
         )
         self.job.succeeded.connect(lambda offers: self._show_ranking(entry, weighting, offers))
         for ended in (self.job.succeeded, self.job.failed, self.job.cancelled):

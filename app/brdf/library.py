@@ -249,7 +249,7 @@ class Library(QWidget):
             return
         wanted = [(key, self.sources.get(key, key)) for key in keys]
         size = round(THUMBNAIL * self.devicePixelRatioF())
-        self._drawing = self.bench.jobs.submit("Drawing thumbnails", lambda: thumbnails(wanted, size), heavy=False)
+        self._drawing = self.bench.jobs.submit("Drawing thumbnails", lambda: thumbnails(wanted, size), lane="screen")
         self._drawing.progressed.connect(self._drawn)
         self._drawing.succeeded.connect(lambda _result: self._over(()))
         self._drawing.failed.connect(lambda _error: self._over(keys))

@@ -51,7 +51,7 @@ class SpherePreview(QWidget):
             return
         self.brdf = brdf
         if self.mesh is None:
-            job = self.jobs.submit("Loading the sphere", lambda: load_shape("sphere"), heavy=False)
+            job = self.jobs.submit("Loading the sphere", lambda: load_shape("sphere"), lane="screen")
             job.succeeded.connect(self._loaded)
             return
         self._prepare()

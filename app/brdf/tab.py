@@ -476,7 +476,7 @@ class BrdfTab(QWidget):
         found = {name: self.albedos[entry.identity][1] for name, entry in pairs if entry.identity in self.albedos}
         if found:
             files["albedo.csv"] = table("theta_o / °", np.array(ALBEDO_DEG, np.float64), found)
-        job = self.bench.jobs.submit(f"Saving plots to {folder.name}", lambda: saved(folder, files), heavy=False)
+        job = self.bench.jobs.submit(f"Saving plots to {folder.name}", lambda: saved(folder, files), lane="save")
         job.succeeded.connect(self.bench.said.emit)
         return job
 

@@ -98,7 +98,7 @@ def replace_file(bench: Workbench, name: str, path: Path) -> None:
     sources, choices, place = _found(bench, name)
     if sources is not None and place is not None:
         words, kept = f"Replace {name}", choices_without(choices, {name})
-        job = bench.jobs.submit(words, lambda: _changed(partial(with_file, sources, place, path)), heavy=False)
+        job = bench.jobs.submit(words, lambda: _changed(partial(with_file, sources, place, path)), lane="open")
         job.succeeded.connect(lambda changed: _import(bench, changed, kept, words))
 
 
@@ -109,7 +109,7 @@ def use_as_frame(bench: Workbench, frame: str, name: str | None) -> None:
         words, path = f"{FRAMES[frame]}: {name}", sources.photographs[place]
         kept = choices_without(choices, {name})
         kept = dataclasses.replace(kept, dark=path) if frame == "dark" else dataclasses.replace(kept, flat=path)
-        job = bench.jobs.submit(words, lambda: _changed(partial(without, sources, {place})), heavy=False)
+        job = bench.jobs.submit(words, lambda: _changed(partial(without, sources, {place})), lane="open")
         job.succeeded.connect(lambda changed: _import(bench, changed, kept, words))
 
 

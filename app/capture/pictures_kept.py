@@ -27,7 +27,7 @@ Key = tuple[Hashable, ...]
 
 
 class Shelf:
-    """Brings pictures to views: at once where they are kept, else by a light job."""
+    """Brings pictures to views: at once where they are kept, else by a job."""
 
     def __init__(self, jobs: Jobs) -> None:
         self.jobs = jobs
@@ -41,7 +41,7 @@ class Shelf:
             self.kept[key] = self.kept.pop(key)
             self._shown(view, self.kept[key], then)
             return
-        job = self.jobs.submit(title, make, heavy=False)
+        job = self.jobs.submit(title, make, lane="screen")
         self._making[view] = job
         job.succeeded.connect(lambda picture: self._made(view, job, key, picture, then))
 

@@ -310,7 +310,7 @@ class CaptureTab(QWidget):
                 name, image = step.partial
                 self.list.photographs.show_thumbnail(name, rgb_image(image))
 
-        job = self.bench.jobs.submit("Reading thumbnails", lambda: thumbnails(stack), heavy=False)
+        job = self.bench.jobs.submit("Reading thumbnails", lambda: thumbnails(stack), lane="screen")
         job.progressed.connect(show)
 
     def _show_source(self, name: str) -> None:
@@ -415,7 +415,7 @@ class CaptureTab(QWidget):
         if path is None:
             return
         job = self.bench.jobs.submit(
-            "Looking at the photograph", lambda: begun(path, framing, how, width_px), heavy=False
+            "Looking at the photograph", lambda: begun(path, framing, how, width_px), lane="open"
         )
         job.succeeded.connect(lambda made: choose(self.bench.document, "Frame the picture", framing=made))
 

@@ -77,7 +77,7 @@ def add(bench: Workbench, name: str, brdf: Any, path: Path | None = None, fitted
 
 def open_file(bench: Workbench, path: Path, *, instead_of: Path | None = None) -> Job:
     """Read a measured BRDF and compare it; in the library it takes the place of `instead_of`."""
-    job = bench.jobs.submit(f"Opening {path.name}", lambda: _read(path))
+    job = bench.jobs.submit(f"Opening {path.name}", lambda: _read(path), lane="open")
     job.succeeded.connect(lambda brdf: _opened(bench, path, brdf, instead_of))
     return job
 
@@ -102,7 +102,7 @@ def _read(path: Path) -> Steps[Any]:
 def add_written(bench: Workbench, template: str) -> Job:
     """Compare a BRDF written in GLSL that begins as `template`, one of `TEMPLATES`."""
     name = f"My {TEMPLATES[template]}"
-    job = bench.jobs.submit(f"Compiling {name}", lambda: _from_template(template, name))
+    job = bench.jobs.submit(f"Compiling {name}", lambda: _from_template(template, name), lane="open")
     job.succeeded.connect(lambda brdf: add(bench, name, brdf))
     return job
 
@@ -114,7 +114,7 @@ def _from_template(template: str, name: str) -> Steps[WrittenBrdf]:
 
 def save_text(bench: Workbench, text: str, path: Path) -> Job:
     """Write the text of a BRDF to a file. A person was asked before a file is replaced."""
-    job = bench.jobs.submit(f"Writing {path.name}", lambda: _write_text(text, path), heavy=False)
+    job = bench.jobs.submit(f"Writing {path.name}", lambda: _write_text(text, path), lane="save", resource=str(path))
     job.succeeded.connect(bench.said.emit)
     return job
 
@@ -130,7 +130,7 @@ def use(bench: Workbench, entry: Entry) -> Job | None:
     if is_model(entry.brdf):
         _used(bench, entry.name, {"brdf": brdf_to_text(entry.brdf), "measured": None})
         return None
-    job = bench.jobs.submit(f"Preparing {entry.name}", lambda: _as_material(entry.brdf))
+    job = bench.jobs.submit(f"Preparing {entry.name}", lambda: _as_material(entry.brdf), lane="compute")
     job.succeeded.connect(lambda parts: _used(bench, entry.name, parts))
     return job
 
@@ -156,7 +156,7 @@ def _as_material(brdf: Any) -> Steps[dict[str, Any]]:
 def save_table(bench: Workbench, brdf: Any, path: Path) -> Job:
     """Write `brdf` as a table: .binary as MERL, .exr as ours; never over a file of the library."""
     files = [str(file) for file in bench.document.project.comparison.files]
-    job = bench.jobs.submit(f"Writing {path.name}", lambda: _write(brdf, path, files))
+    job = bench.jobs.submit(f"Writing {path.name}", lambda: _write(brdf, path, files), lane="save", resource=str(path))
     job.succeeded.connect(bench.said.emit)
     return job
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def make_maps(bench: Workbench) -> Job:
     """Find the maps of the photographs in use; one undo step when they are found."""
     project = bench.document.project
-    job = bench.jobs.submit("Making surface maps", lambda: surface_of(project))
+    job = bench.jobs.submit("Making surface maps", lambda: surface_of(project), lane="compute")
     job.succeeded.connect(lambda surface: _made(bench, project, surface))
     return job
 
@@ -58,7 +58,7 @@ def _made(bench: Workbench, project: Project, surface: Surface) -> None:
 def save_maps(bench: Workbench, folder: Path) -> Job:
     """Write the maps of the document into `folder`, which is new or holds maps already."""
     project = bench.document.project
-    job = bench.jobs.submit("Writing surface maps", lambda: saved(project, folder))
+    job = bench.jobs.submit("Writing surface maps", lambda: saved(project, folder), lane="save", resource=str(folder))
     job.succeeded.connect(lambda files: bench.said.emit(f"{len(files)} files written to {folder}"))
     return job
 

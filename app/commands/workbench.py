@@ -93,6 +93,7 @@ class Workbench(QObject):
         self._last_import: tuple[Sources, ImportChoices, str] | None = None
         self.building: Job | None = None
         self.loading: Job | None = None
+        self._taken: set[Path] = set()
 
     def proposed(self, name: str, instead: str = "untitled") -> Path:
         """A path without ending for what is called `name`, where something was written last."""
@@ -109,19 +110,24 @@ class Workbench(QObject):
 
         An environment is recognised only while somebody is `lighting` a model.
         """
-        job = self.jobs.submit("Opening", lambda: _recognised(tuple(paths), lighting), heavy=False)
+        job = self.jobs.submit("Opening", lambda: _recognised(tuple(paths), lighting), lane="open")
         job.succeeded.connect(self._open_recognised)
 
     def open_sample(self) -> None:
         """The capture that the program brings along, with its material ready made."""
         target = self._free("stack")
-        job = self.jobs.submit("Opening the sample", lambda: marked_sample(target))
+        job = self.jobs.submit("Opening the sample", lambda: marked_sample(target), lane="open", resource="samples")
         job.succeeded.connect(self._sample_opened)
 
     def make_sample_anew(self) -> None:
         """The same capture, imported and built as any other, so that the whole way can be seen."""
         self.wanted.emit("capture")
-        job = self.jobs.submit("Preparing the sample capture", lambda: capture_of_sample(samples_folder()))
+        job = self.jobs.submit(
+            "Preparing the sample capture",
+            lambda: capture_of_sample(samples_folder()),
+            lane="compute",
+            resource="samples",
+        )
         job.succeeded.connect(lambda sources: self._import_others(sources, SAMPLE))
 
     def _sample_opened(self, sample: Sample) -> None:
@@ -138,10 +144,12 @@ class Workbench(QObject):
             self.load_model(str(found.paths[0]))
             self.wanted.emit("view")
             if found.paths[0].suffix.lower() in GLTF_SUFFIXES:
-                job = self.jobs.submit("Looking for its material", lambda: load_model_material(found.paths[0]))
+                job = self.jobs.submit(
+                    "Looking for its material", lambda: load_model_material(found.paths[0]), lane="open"
+                )
                 job.succeeded.connect(self._material_of_model_opened)
         elif found.kind == "material":
-            job = self.jobs.submit("Opening the material", lambda: load_pbr_maps(*found.paths))
+            job = self.jobs.submit("Opening the material", lambda: load_pbr_maps(*found.paths), lane="open")
             job.succeeded.connect(self._bundle_opened)
         elif found.kind == "environment":
             self.load_environment(str(found.paths[0]))
@@ -153,10 +161,10 @@ class Workbench(QObject):
             self.wanted.emit("factor")
             self.factors.emit(found.paths[0])
         elif found.kind == "bundle":
-            job = self.jobs.submit("Opening the bundle", lambda: load_bundle(found.paths[0]))
+            job = self.jobs.submit("Opening the bundle", lambda: load_bundle(found.paths[0]), lane="open")
             job.succeeded.connect(self._bundle_opened)
         elif found.kind == "stack":
-            job = self.jobs.submit("Opening the stack", lambda: _stack(found.paths[0]))
+            job = self.jobs.submit("Opening the stack", lambda: _stack(found.paths[0]), lane="open")
             job.succeeded.connect(lambda stack: self._imported(stack, found.paths[0].stem, parts={"sources": None}))
         elif self._has_capture:
             self.arrived.emit(found.paths)
@@ -190,10 +198,10 @@ class Workbench(QObject):
     def _look_for(self, paths: Sequence[Path]) -> Job:
         self.wanted.emit("capture")
         place, own = self._free(f"{INSIDE}/archive"), tuple(paths)
-        return self.jobs.submit("Looking for photographs", lambda: find_packed(own, keep=place))
+        return self.jobs.submit("Looking for photographs", lambda: find_packed(own, keep=place), lane="open")
 
     def _import_joined(self, before: Sources, found: Sources) -> None:
-        job = self.jobs.submit("Joining the photographs", lambda: _joined(before, found), heavy=False)
+        job = self.jobs.submit("Joining the photographs", lambda: _joined(before, found), lane="open")
         name = self.document.project.name
         job.succeeded.connect(lambda sources: self.import_photographs(sources, name=name))
 
@@ -222,7 +230,11 @@ class Workbench(QObject):
         again = {"kind": "import", "name": name} if sources is self.document.project.sources else None
         folders, now = (self.folder, self.own), self.document.project.stack
         job = self.jobs.submit(
-            "Importing photographs", lambda: marked_stack(sources, choices, folders, files, now), again=again
+            "Importing photographs",
+            lambda: marked_stack(sources, choices, folders, files, now),
+            lane="compute",
+            again=again,
+            resource=f"stacks of {self.own}",
         )
         job.progressed.connect(self._show_partial)
         parts = {"sources": sources, "import_choices": choices}
@@ -237,10 +249,13 @@ class Workbench(QObject):
             self.import_photographs(sources, dataclasses.replace(choices, **agreed), name)
 
     def _free(self, name: str) -> Path:
-        """A path for something new, which nothing in the folder of the project has either."""
-        numbers = (f"{name}-{at}" for at in itertools.count(1))
-        free = next(each for each in numbers if not (self.folder / each).exists() and not (self.own / each).exists())
-        return self.own / (free if self.own == self.folder else f"{name}-{secrets.token_hex(4)}")
+        """A path for something new, which nothing in the folder of the project has either, nor any job that runs."""
+        if self.own != self.folder:
+            return self.own / f"{name}-{secrets.token_hex(4)}"
+        paths = (self.own / f"{name}-{at}" for at in itertools.count(1))
+        free = next(path for path in paths if not path.exists() and path not in self._taken)
+        self._taken.add(free)
+        return free
 
     def _show_partial(self, step: Step) -> None:
         if step.partial is not None:
@@ -288,7 +303,11 @@ class Workbench(QObject):
         again = {"kind": "build"}
         folder, own = self.folder, self.own
         self.building = self.jobs.submit(
-            "Building the material", lambda: kept_material_of(project, folder, own), again=again
+            "Building the material",
+            lambda: kept_material_of(project, folder, own),
+            lane="compute",
+            again=again,
+            resource="material",
         )
         self.building.succeeded.connect(lambda material: self._built(project, material))
 
@@ -310,7 +329,7 @@ class Workbench(QObject):
         """Show the material on a built-in model or on a mesh from a file, and cancel a model that is still loading."""
         if self.loading is not None:
             self.jobs.drop(self.loading)
-        job = self.jobs.submit("Loading the model", lambda: load_shape(name_or_path), heavy=name_or_path not in SHAPES)
+        job = self.jobs.submit("Loading the model", lambda: load_shape(name_or_path), lane="open")
         job.succeeded.connect(lambda mesh: self._model_loaded(mesh, name_or_path))
         self.loading = job
 
@@ -325,7 +344,7 @@ class Workbench(QObject):
 
     def load_environment(self, name_or_path: str) -> None:
         """Light the model by a built-in environment or by one from a file."""
-        job = self.jobs.submit("Opening the environment", lambda: load_environment(name_or_path), heavy=False)
+        job = self.jobs.submit("Opening the environment", lambda: load_environment(name_or_path), lane="open")
         job.succeeded.connect(lambda environment: self._environment_opened(environment, name_or_path))
 
     def _environment_opened(self, environment: EnvironmentMap, name_or_path: str) -> None:
@@ -350,7 +369,7 @@ class Workbench(QObject):
             return (yield from exported(project, path, scene, include, {"project": origin, **chain}))
 
         again = {"kind": "bundle", "folder": str(path.parent), "name": path.name, "parts": sorted(include)}
-        return self.jobs.submit("Writing the bundle", work, again=again)
+        return self.jobs.submit("Writing the bundle", work, lane="compute", again=again, resource=str(path))
 
     def _material_of_model_opened(self, found: OpenedBundle | None) -> None:
         if found is not None:

@@ -290,7 +290,10 @@ class AccuracyDock(QDockWidget):
         size, bounces = size_of(self.view.viewport.screen_px()), project.look.bounces
         seconds, of = float(self.time.currentData()), scene_key(scene, bounces)
         job = self.bench.jobs.submit(
-            "Measuring accuracy", lambda: measured(scene, wanted, bases, size, seconds, bounces)
+            "Measuring accuracy",
+            lambda: measured(scene, wanted, bases, size, seconds, bounces),
+            lane="compute",
+            alone=True,
         )
         self.job = job
         job.progressed.connect(lambda step: self._progressed(step, of))

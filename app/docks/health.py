@@ -259,7 +259,7 @@ class HealthDock(QDockWidget):
         if self.job is not None:
             self.bench.jobs.cancel(self.job)
             return
-        self.job = self.bench.jobs.submit("Self-test", _tested)
+        self.job = self.bench.jobs.submit("Self-test", _tested, lane="compute")
         self.job.progressed.connect(lambda step: self.words.setText(f"{step.note[:1].upper()}{step.note[1:]}"))
         self.job.succeeded.connect(self._tested)
         for ended in (self.job.failed, self.job.cancelled):

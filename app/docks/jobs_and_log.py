@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 from app.jobs.jobs import Job, Jobs
 from app.widgets import theme
 from app.widgets.panels import text
-from app.widgets.status_bar import describe
+from app.widgets.status_bar import describe, is_long
 from app.widgets.theme import PADDING, ROW, STEP
 from engine.core.figure_text import time_text
 
@@ -49,7 +49,7 @@ class _Apart(QStyledItemDelegate):
 
 
 class JobsDock(QDockWidget):
-    """Every heavy job of this run, newest first, with its state and time."""
+    """Every job of this run that the user asked for or that took long, newest first, with its state and time."""
 
     def __init__(self, jobs: Jobs, parent: QWidget) -> None:
         super().__init__("Jobs", parent)
@@ -82,15 +82,15 @@ class JobsDock(QDockWidget):
             self.pages.addWidget(page)
         self.setWidget(self.pages)
         jobs.changed.connect(self._show)
-        jobs.progressed.connect(lambda job: self._show(job) if self.isVisible() else None)
+        jobs.progressed.connect(lambda job: self._show(job) if self.isVisible() or job not in self.rows else None)
 
     def sizeHint(self) -> QSize:
         return QSize(480, 180)
 
     def _show(self, job: Job) -> None:
-        if not job.heavy:
-            return
         if job not in self.rows:
+            if not (job.is_asked_for or is_long(job)):
+                return
             self._insert(job)
         place = self.rows.index(job)
         now = describe(job) if not job.over else STATES[job.state]

@@ -90,7 +90,9 @@ class Elsewhere(QWidget):
         self.exporting: Job | None = None
         self.written = bench.output_folder
         self.asked = 0
-        self.latest = Latest(bench.jobs, "Measuring what leaving costs", self._progressed, self._stopped)
+        self.latest = Latest(
+            bench.jobs, "Measuring what leaving costs", self._progressed, self._stopped, lane="background"
+        )
         self.own = Card(
             "", "The material itself", "What a bundle holds; all others are compared with it", is_choice=False
         )
@@ -285,7 +287,11 @@ class Elsewhere(QWidget):
         self._say("Writing…", "secondary")
         again = {"kind": "exports", "folder": str(folder.parent), "name": folder.name, "parts": names}
         self.exporting = self.bench.jobs.submit(
-            "Exporting", lambda: sent(project, leaving, choices, names, folder), again=again
+            "Exporting",
+            lambda: sent(project, leaving, choices, names, folder),
+            lane="compute",
+            again=again,
+            resource=str(folder),
         )
         self.exporting.succeeded.connect(self._exported)
         self.exporting.failed.connect(lambda error: self._say(f"Not written: {_problem(error)}", "bad"))

@@ -105,7 +105,7 @@ class FactorPreview(QWidget):
         if self.mesh is None and self.sphere is None:
             if not self._loading:
                 self._loading = True
-                job = self.jobs.submit("Loading the sphere", lambda: load_shape("sphere"), heavy=False)
+                job = self.jobs.submit("Loading the sphere", lambda: load_shape("sphere"), lane="screen")
                 job.succeeded.connect(self._loaded)
             return
         self._draw()

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from engine.factor.errors import Factorisation, TermError
 
 SAME = "This has been factored with these settings already: the list has it"
-QUEUED = "{} waits for {}: one at a time, because each uses all processors"
+QUEUED = "{} waits for {}"
 FULL = f"{len(MARKERS)} runs are listed at most; remove one first"
 GONE = "The BRDF is no longer in the list of the BRDF workspace"
 READING = "reading"
@@ -177,7 +177,7 @@ class FactorRuns(QObject):
         """Read factors that were exported; they are compared with the BRDF chosen then."""
         project = self.bench.document.project
         given = source_of(project, project.factoring.source)
-        job = self.bench.jobs.submit(f"Opening {path.name}", lambda: _opened(path, given))
+        job = self.bench.jobs.submit(f"Opening {path.name}", lambda: _opened(path, given), lane="open")
         job.succeeded.connect(lambda found: self._add_opened(path, found))
         return job
 
@@ -218,7 +218,13 @@ class FactorRuns(QObject):
         assert choices is not None
         title = f"Factoring {run.name}: {METHODS[choices.method]}"
         again = {"kind": "factor", "number": run.number}
-        job = self.bench.jobs.submit(title, lambda: _factored(run, given, choices, resume, folder), again=again)
+        job = self.bench.jobs.submit(
+            title,
+            lambda: _factored(run, given, choices, resume, folder),
+            lane="compute",
+            again=again,
+            resource=f"factors {run.number}",
+        )
         live.job, live.state, live.why = job, "", ""
         job.progressed.connect(lambda step: self._progressed(run.number, live, step))
         job.succeeded.connect(lambda found: self._ended(run.number, live, "done", found))
@@ -231,7 +237,7 @@ class FactorRuns(QObject):
         for run in runs:
             live, reading = self.of(run), partial(_kept, run, self.bench.folder)
             live.state = READING
-            job = self.bench.jobs.submit("Reading factors", reading, heavy=False)
+            job = self.bench.jobs.submit("Reading factors", reading, lane="open")
             job.succeeded.connect(partial(self._was_read, run.number, live))
 
     def _was_read(self, number: int, live: Live, found: Found) -> None:

@@ -246,7 +246,9 @@ class FactorTab(QWidget):
         if live is None or rung is None or live.factorisation is None:
             return
         factorisation = live.factorisation
-        job = self.bench.jobs.submit(f"Writing {folder.name}", lambda: exported(factorisation, rung.terms, folder))
+        job = self.bench.jobs.submit(
+            f"Writing {folder.name}", lambda: exported(factorisation, rung.terms, folder), lane="save"
+        )
         job.succeeded.connect(self.bench.said.emit)
 
     def _use(self, run: Run) -> None:

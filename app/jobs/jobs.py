@@ -1,9 +1,12 @@
 """Long work: one QThread drives one generator of steps and reports exactly one outcome.
 
 A job is queued, runs, and then succeeds, fails or is cancelled; which of the three is decided once, when its thread
-has ended, on the thread of the window. Heavy jobs run one after the other; light ones (a picture for the screen)
-start at once. Cancelling asks between two steps and closes the generator, whose `finally` removes what is half-made.
-A paused job is not asked for its next step, and lets the next heavy one run meanwhile.
+has ended, on the thread of the window. Its lane decides when it runs (`LANES`). Cancelling asks between two steps and
+closes the generator, whose `finally` removes what is half-made. A paused job is not asked for its next step, and lets
+others run meanwhile; a background job is paused and resumed in the same way when others need the CPUs.
+
+No job waits for the result of another: a successor is submitted when its predecessor succeeds. A job that waits
+therefore waits only for jobs that run, and the queue cannot deadlock.
 """
 
 from __future__ import annotations
@@ -18,16 +21,50 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import psutil
 from PySide6.QtCore import QObject, QThread, QTimer, Signal
 
 from engine.core.errors import OutOfMemory
+from engine.core.figure_text import size_text
 from engine.core.steps import Step, Steps
+from engine.core.stopwatch import notice_company
 
 Work = Callable[[], Steps[Any]]
 State = Literal["queued", "running", "paused", "succeeded", "failed", "cancelled"]
+Lane = Literal["save", "open", "compute", "background", "screen"]
 
-#: The window's thread goes first where processors are short (Linux; a thread's children inherit it).
+
+@dataclass(frozen=True)
+class LaneRule:
+    """When jobs of a lane run, in words, and the niceness of their threads (Linux; their children inherit it)."""
+
+    when: str
+    niceness: int
+
+
+#: The window's thread, of niceness 0, goes first where CPUs are short; processes that decode files have this one.
 NICENESS = 5
+
+LANES: Mapping[Lane, LaneRule] = {
+    "save": LaneRule("Writes what the user confirmed: starts at once, and closing the window waits for it.", NICENESS),
+    "open": LaneRule("Brings a file into the program: starts at once, `MAX_OPEN` side by side.", NICENESS),
+    "compute": LaneRule(
+        "A computation that the user asked for: `max_compute` side by side, first come first.", NICENESS
+    ),
+    "background": LaneRule(
+        "Nobody waits for it: runs, step by step, while no job of the lanes above does.", 2 * NICENESS
+    ),
+    "screen": LaneRule("An image or a figure for the screen: starts at once, and is not listed.", NICENESS),
+}
+
+#: Files that are opened side by side.
+MAX_OPEN = 4
+
+#: Share of the memory that is free where a computation begins beside another.
+MIN_FREE = 0.25
+
+#: Milliseconds until a job that waits for memory is looked at again.
+AGAIN_MS = 1000
 
 #: Steps without a partial result are shown at most this often.
 SHOW_EVERY_S = 0.04
@@ -47,6 +84,15 @@ def return_freed_memory() -> None:
         trim(0)
 
 
+def max_compute() -> int:
+    """Number of computations side by side: half the number of CPUs, from 2 to 4.
+
+    Each takes all CPUs as far as it can. Side by side they share them, so that a short one never waits for a long one.
+    """
+    cpus = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(4, max(2, cpus // 2))
+
+
 @dataclass(frozen=True, eq=False)
 class Outcome:
     """The end of a job: its result, or the exception that it raised."""
@@ -59,9 +105,13 @@ class Outcome:
 class Job(QObject):
     """One piece of long work. Emits `progressed` any number of times, then one of the other three.
 
-    `again` says, as JSON can, how to go on with the work if the program is killed meanwhile; None where nothing can.
-    `refines`: nobody waits for it, because it makes better what is there already. `waits_for`: title of the heavy job
-    that keeps this one waiting.
+    Attributes
+    ----------
+    again : how to go on with the work if the program is killed meanwhile, as JSON can say it; None where nothing can.
+    refines : it only improves what is there already, and is shown nowhere.
+    resource : jobs with the same resource, such as a file that they write, run one after the other; '' for none.
+    alone : it measures times, so that no other computation runs beside it.
+    waits_for : the reason why it does not run, in words; empty while it runs.
     """
 
     progressed = Signal(object)
@@ -69,11 +119,12 @@ class Job(QObject):
     failed = Signal(object)
     cancelled = Signal()
 
-    def __init__(self, title: str, work: Work, *, heavy: bool, again: Mapping[str, Any] | None = None) -> None:
+    def __init__(self, title: str, work: Work, *, lane: Lane, again: Mapping[str, Any] | None = None) -> None:
         super().__init__()
         self.title, self.again = title, again
-        self.heavy = heavy
-        self.refines = False
+        self.lane: Lane = lane
+        self.refines = self.alone = False
+        self.resource = ""
         self.is_dropped = False
         self.waits_for = ""
         self.state: State = "queued"
@@ -82,7 +133,12 @@ class Job(QObject):
         self.started_s = 0.0
         self.paused_s = 0.0
         self.time_s = 0.0
-        self._thread = _Thread(work, heavy)
+        self._thread = _Thread(work, lane)
+
+    @property
+    def is_asked_for(self) -> bool:
+        """True if the user asked for it and sees it in the list of jobs."""
+        return self.lane in ("save", "open", "compute")
 
     @property
     def over(self) -> bool:
@@ -115,8 +171,8 @@ class Job(QObject):
 class Jobs(QObject):
     """The queue. `changed`: a job was added, began, paused, is to stop, or ended; `progressed`: it moved on.
 
-    Each heavy job runs within the context that `around` makes of it, which is entered and left on the job's thread.
-    `before` is called there first, of every job.
+    Each job that the user asked for runs within the context that `around` makes of it, which is entered and left on the
+    job's thread. `before` is called there first, of every job.
     """
 
     changed = Signal(object)
@@ -129,8 +185,13 @@ class Jobs(QObject):
         self._running: list[Job] = []
         self._paused: list[Job] = []
         self.accepting = True
+        self.max_compute = max_compute()
         self.around: Callable[[Job], AbstractContextManager[object]] = nullcontext
         self.before: Callable[[], object] = nothing
+        self._again = QTimer(self)
+        self._again.setSingleShot(True)
+        self._again.setInterval(AGAIN_MS)
+        self._again.timeout.connect(self._start_next)
 
     @property
     def active(self) -> tuple[Job, ...]:
@@ -142,15 +203,20 @@ class Jobs(QObject):
         title: str,
         work: Work,
         *,
-        heavy: bool = True,
+        lane: Lane,
         again: Mapping[str, Any] | None = None,
         refines: bool = False,
+        resource: str = "",
+        alone: bool = False,
     ) -> Job:
-        """Queue `work`; it is called on the job's own thread, so it may import slow modules there."""
-        job = Job(title, work, heavy=heavy, again=again)
-        job.refines = refines
+        """Queue `work` in its `lane`; the other parameters are attributes of `Job`.
+
+        `work` is called on the job's own thread, so it may import slow modules there.
+        """
+        job = Job(title, work, lane=lane, again=again)
+        job.refines, job.resource, job.alone = refines, resource, alone
         job._thread.before = self.before
-        if heavy:
+        if job.is_asked_for:
             job._thread.around = self.around(job)
         job._thread.stepped.connect(lambda step: self._progress(job, step))
         job._thread.finished.connect(lambda: self._end(job, job._thread.outcome))
@@ -181,14 +247,16 @@ class Jobs(QObject):
         if job.state not in ("queued", "running") or job.stopping:
             return
         job._thread.go.clear()
+        if job.state == "running":
+            job.paused_s = time.monotonic()
         (self._waiting if job.state == "queued" else self._running).remove(job)
         self._paused.append(job)
-        job.state, job.paused_s = "paused", time.monotonic()
+        job.state, job.waits_for = "paused", ""
         self.changed.emit(job)
         self._start_next()
 
     def resume(self, job: Job) -> None:
-        """Let a paused `job` go on: at once, or after the heavy one that runs now."""
+        """Let a paused `job` go on: at once, or when its lane lets it."""
         if job.state != "paused" or job.stopping:
             return
         self._paused.remove(job)
@@ -196,6 +264,14 @@ class Jobs(QObject):
         job.state = "queued"
         self.changed.emit(job)
         self._start_next()
+
+    def hurry(self, job: Job) -> None:
+        """The user waits for a background `job` now: it is a computation from here on."""
+        if job.lane == "background" and not job.over:
+            job.lane = "compute"
+            self._note_company()
+            self.changed.emit(job)
+            self._start_next()
 
     def close(self) -> None:
         """Cancel everything and wait for the threads; no job starts afterwards."""
@@ -207,23 +283,90 @@ class Jobs(QObject):
             self._end(job, job._thread.outcome)
 
     def _start_next(self) -> None:
+        """Start what may run now, and pause background jobs where something else is to run."""
         for job in tuple(self._waiting):
-            job.waits_for = next((running.title for running in self._running if running.heavy), "") if job.heavy else ""
-            if job.waits_for:
-                continue
-            self._waiting.remove(job)
-            self._running.append(job)
-            job.state = "running"
-            job._thread.go.set()
-            if job.begun:
-                job.started_s += time.monotonic() - job.paused_s
-            else:
-                job.begun, job.started_s = True, time.monotonic()
-                job._thread.start()
+            if job.lane != "background":
+                self._start_or_say(job)
+        for job in tuple(self._running):
+            reason = self._why_not_in_background() if job.lane == "background" and not job.stopping else ""
+            if reason and job in self._running:
+                job._thread.go.clear()
+                self._running.remove(job)
+                self._waiting.append(job)
+                job.state, job.paused_s, job.waits_for = "queued", time.monotonic(), reason
+                self.changed.emit(job)
+        for job in tuple(self._waiting):
+            if job.lane == "background":
+                self._start_or_say(job)
+
+    def _start_or_say(self, job: Job) -> None:
+        """Start a waiting job, or note why it waits."""
+        if job not in self._waiting or job.stopping:
+            return  # a listener of the one before has changed that
+        reason = self._why_not(job)
+        if not reason:
+            self._start(job)
+        elif reason != job.waits_for:
+            job.waits_for = reason
             self.changed.emit(job)
-            if not job._thread.isRunning() and not job._thread.isFinished():  # Qt says so only in its log
-                lack = Outcome("failed", error=OutOfMemory("No further thread can be started"))
-                QTimer.singleShot(0, self, lambda job=job, lack=lack: self._end(job, lack))
+
+    def _why_not(self, job: Job) -> str:
+        """The reason why a waiting job does not run now, in words that follow 'waiting for'; empty where it may."""
+        begun = (*self._running, *(other for other in (*self._waiting, *self._paused) if other.begun))
+        for other in begun:
+            if job.resource and other is not job and other.resource == job.resource:
+                return f"{other.title} to end"
+        if job.lane == "open":
+            others = [other for other in self._running if other.lane == "open"]
+            return f"{others[0].title} and {len(others) - 1} others to end" if len(others) >= MAX_OPEN else ""
+        if job.lane == "compute":
+            return self._why_not_compute(job)
+        return self._why_not_in_background() if job.lane == "background" else ""
+
+    def _why_not_compute(self, job: Job) -> str:
+        others = [other for other in self._running if other.lane == "compute"]
+        alone = next((other for other in others if other.alone), None)
+        if not others:
+            return ""
+        if alone is not None:
+            return f"{alone.title}, which measures times and runs alone"
+        if job.alone:
+            return f"{others[0].title} to end, because it measures times"
+        if len(others) >= self.max_compute:
+            rest = len(others) - 1
+            return f"{others[0].title} or {'another' if rest == 1 else f'one of {rest} others'} to end"
+        memory = psutil.virtual_memory()
+        if memory.available < MIN_FREE * memory.total:
+            self._again.start()
+            return f"memory: {size_text(memory.available)} of {size_text(memory.total)} are free"
+        return ""
+
+    def _why_not_in_background(self) -> str:
+        wanted = (job for job in (*self._running, *self._waiting) if job.is_asked_for and not job.stopping)
+        first = next(wanted, None)
+        return f"{first.title} to end" if first is not None else ""
+
+    def _start(self, job: Job) -> None:
+        self._waiting.remove(job)
+        self._running.append(job)
+        job.state, job.waits_for = "running", ""
+        self._note_company()
+        job._thread.go.set()
+        if job.begun:
+            job.started_s += time.monotonic() - job.paused_s
+        else:
+            job.begun, job.started_s = True, time.monotonic()
+            job._thread.start()
+        self.changed.emit(job)
+        if not job._thread.isRunning() and not job._thread.isFinished():  # Qt says so only in its log
+            lack = Outcome("failed", error=OutOfMemory("No further thread can be started"))
+            QTimer.singleShot(0, self, lambda: self._end(job, lack))
+
+    def _note_company(self) -> None:
+        """Tell computations that run now that they did not run alone."""
+        running = [job for job in self._running if job.lane == "compute"]
+        for job in running if len(running) > 1 else ():
+            job._thread.company.set()
 
     def _progress(self, job: Job, step: Step) -> None:
         if not job.over:
@@ -241,7 +384,7 @@ class Jobs(QObject):
                 jobs.remove(job)
         if job.begun:
             job.time_s = time.monotonic() - job.started_s
-        job.state = outcome.state
+        job.state, job.waits_for = outcome.state, ""
         self.changed.emit(job)
         if outcome.state == "succeeded":
             job.succeeded.emit(outcome.result)
@@ -255,14 +398,28 @@ class Jobs(QObject):
         self._start_next()
 
 
+_turns = threading.Lock()
+
+
+def _turn(lane: Lane) -> AbstractContextManager[object]:
+    """Steps take turns where kernels on two threads must not run at once; a save runs none, and never waits.
+
+    Until a job has loaded the kernels, none runs.
+    """
+    kernels: Any = sys.modules.get("engine.core.kernels")
+    shared = getattr(kernels, "threads_are_shared", None)
+    return _turns if lane != "save" and shared is not None and not shared() else nullcontext()
+
+
 class _Thread(QThread):
     stepped = Signal(object)
 
-    def __init__(self, work: Work, heavy: bool) -> None:
+    def __init__(self, work: Work, lane: Lane) -> None:
         super().__init__()
         self.setStackSize(16 * 2**20)
         self.work: Work | None = work
-        self.heavy = heavy
+        self.lane: Lane = lane
+        self.company = threading.Event()
         self.before: Callable[[], object] = nothing
         self.around: AbstractContextManager[object] = nullcontext()
         self.stop = threading.Event()
@@ -276,14 +433,15 @@ class _Thread(QThread):
 
     def run(self) -> None:
         if sys.platform == "linux":
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), LANES[self.lane].niceness)
+        notice_company(self.company)
         try:
             self.before()
             with self.around:
                 self.outcome = self._drive()
         except BaseException as error:  # the border of the thread: whatever was raised is the job's outcome
             self.outcome = Outcome("failed", error=error)
-        if self.heavy:
+        if self.lane in ("open", "compute"):
             return_freed_memory()
 
     def _drive(self) -> Outcome:
@@ -295,7 +453,8 @@ class _Thread(QThread):
                 if self.stop.is_set():
                     break
                 try:
-                    step = next(steps)
+                    with _turn(self.lane):
+                        step = next(steps)
                 except StopIteration as finished:
                     return Outcome("succeeded", result=finished.value)
                 self._show(step)

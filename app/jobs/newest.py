@@ -1,4 +1,4 @@
-"""Light jobs of which only the newest matters, as when a slider is dragged: at most one runs and one waits."""
+"""Jobs of which only the newest matters, as when a slider is dragged: at most one runs and one waits."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from app.jobs.jobs import Job, Jobs, Work
+from app.jobs.jobs import Job, Jobs, Lane, Work
 from engine.core.steps import Step
 
 
@@ -20,13 +20,15 @@ class Latest:
         progressed: Callable[[Step], None] | None = None,
         stopped: Callable[[], None] | None = None,
         *,
+        lane: Lane = "screen",
         refines: bool = False,
     ) -> None:
-        """`progressed` receives the steps of the running work; `stopped` follows where a person cancels it.
+        """`progressed` receives the steps of the running work; `stopped` follows where the user cancels it.
 
-        `refines`: the work makes better what is there, and nobody waits for it.
+        `lane` and `refines` are those of the jobs (`app.jobs.jobs.Job`).
         """
         self.jobs, self.title, self.progressed, self.stopped = jobs, title, progressed, stopped
+        self.lane: Lane = lane
         self.refines = refines
         self._is_dropped = False
         self._running: Job | None = None
@@ -36,6 +38,16 @@ class Latest:
     def busy(self) -> bool:
         """True if a request has not ended yet."""
         return self._running is not None
+
+    @property
+    def waits_for(self) -> str:
+        """The reason why the request does not run, in words that follow 'waiting for'; empty while it does."""
+        return self._running.waits_for if self._running is not None else ""
+
+    def hurry(self) -> None:
+        """The user waits for the request now: it is no longer work in the background."""
+        if self._running is not None:
+            self.jobs.hurry(self._running)
 
     def ask(
         self, work: Work, done: Callable[[Any], None], failed: Callable[[BaseException], None] | None = None
@@ -56,7 +68,7 @@ class Latest:
         if self._next is None:
             return
         (work, done, failed), self._next = self._next, None
-        job = self.jobs.submit(self.title, work, heavy=False, refines=self.refines)
+        job = self.jobs.submit(self.title, work, lane=self.lane, refines=self.refines)
         self._running, self._is_dropped = job, False
         if self.progressed is not None:
             job.progressed.connect(self.progressed)

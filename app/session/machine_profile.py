@@ -103,9 +103,12 @@ def learn_bake(subject: Subject, method: Method, settings: Any, bake_s: float, s
 
 
 def _was_disturbed(since: Spent) -> bool:
-    """True if other programs took the processors from then on, so that times teach nothing of an idle machine."""
-    from engine.core.stopwatch import DISTURBED, background_load, spent
+    """True if other programs or jobs took the CPUs from then on, so that times teach nothing of an idle machine."""
+    from engine.core.stopwatch import DISTURBED, background_load, had_company, spent
 
+    if had_company():
+        log.info("The machine profile learns nothing: another computation ran at the same time.")
+        return True
     load = background_load(since, spent())
     if load > DISTURBED:
         log.info("The machine profile learns nothing: other programs used %s of the processors.", percent(load))

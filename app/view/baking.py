@@ -240,7 +240,9 @@ class Baking(QObject):
             return
         folder = self.bench.own
         title, again = f"Baking {self.method.noun}", {"kind": "bake", "method": self.method.name}
-        job = self.bench.jobs.submit(title, lambda: bake_and_keep(estimate, folder), again=again)
+        job = self.bench.jobs.submit(
+            title, lambda: bake_and_keep(estimate, folder), lane="compute", again=again, resource="bakes"
+        )
         self.job = job
         job.succeeded.connect(self._keep)
         job.failed.connect(lambda _error: self._ended())

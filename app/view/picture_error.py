@@ -73,7 +73,7 @@ class Comparing(QObject):
     def __init__(self, jobs: Jobs) -> None:
         super().__init__()
         self._figures = Latest(jobs, "Comparing pictures")
-        self._eye = Latest(jobs, "Comparing pictures as an eye does")
+        self._eye = Latest(jobs, "Comparing pictures as an eye does", lane="background")
         self._timer = QTimer(self)
         self._timer.setInterval(0)
         self._timer.timeout.connect(self._read)

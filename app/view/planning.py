@@ -84,7 +84,7 @@ class Planning(QObject):
         self._watchers: set[str] = set()
         self._asked: Asked | None = None
         self._most_memory: float | None = None
-        self._latest = Latest(bench.jobs, "Planning effects", self._progressed, self._stopped)
+        self._latest = Latest(bench.jobs, "Planning effects", self._progressed, self._stopped, lane="background")
         self.at_rest = QTimer(self)
         self.at_rest.setSingleShot(True)
         self.at_rest.setInterval(AT_REST_MS)

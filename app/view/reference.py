@@ -1,7 +1,7 @@
 """The reference of the picture on screen: it starts when the picture rests, and stops at once on any change.
 
-It is a light job, so that photographs can be imported meanwhile, and it pauses while a heavy one runs, or where who
-asked for it knows enough (`hold`). It ends where its noise is below `FINE_ENOUGH` or it has `MOST_SAMPLES`.
+It is a job in the background, which pauses while others run, and also where who asked for it knows enough (`hold`). It
+ends where its noise is below `FINE_ENOUGH` or it has `MOST_SAMPLES`.
 """
 
 from __future__ import annotations
@@ -50,7 +50,6 @@ class Progressive(QObject):
         self.stopped = self.held = False
         self._wanted: _Wanted | None = None
         self._job: Job | None = None
-        jobs.changed.connect(self._make_way)
 
     @property
     def running(self) -> bool:
@@ -86,7 +85,8 @@ class Progressive(QObject):
         """Pause while the result is good enough; it can continue from there."""
         if held != self.held:
             self.held = held
-            self._make_way()
+            if self._job is not None:
+                (self.jobs.pause if held else self.jobs.resume)(self._job)
 
     def stop(self) -> None:
         """Stop, and keep the result."""
@@ -106,13 +106,14 @@ class Progressive(QObject):
     def _start(self) -> None:
         wanted = self._wanted
         assert wanted is not None
-        job = self.jobs.submit("Rendering the reference", lambda: _reference(wanted), heavy=False, refines=True)
+        job = self.jobs.submit("Rendering the reference", lambda: _reference(wanted), lane="background", refines=True)
         self._job = job
         job.progressed.connect(lambda step: self._take(job, step.partial))
         job.succeeded.connect(lambda found: self._end(job, found))
         job.failed.connect(lambda _error: self._end(job, None))
         job.cancelled.connect(lambda: self._end(job, None))
-        self._make_way()
+        if self.held:
+            self.jobs.pause(job)
 
     def _take(self, job: Job, found: Any) -> None:
         if job is self._job and found is not None:
@@ -124,16 +125,6 @@ class Progressive(QObject):
             self._job = None
             self.found = found or self.found
             self.improved.emit()
-
-    def _make_way(self, _job: Job | None = None) -> None:
-        """Pause while a heavy job runs or waits, or nobody needs more, and go on afterwards."""
-        if self._job is None:
-            return
-        busy = self.held or any(job.heavy and job.state != "paused" for job in self.jobs.active)
-        if busy and self._job.state == "running":
-            self.jobs.pause(self._job)
-        elif not busy and self._job.state == "paused":
-            self.jobs.resume(self._job)
 
 
 def _reference(wanted: _Wanted) -> Steps[Any]:

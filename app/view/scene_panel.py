@@ -104,7 +104,7 @@ class ScenePanel(Rows):
     def _flip(self) -> None:
         mesh = self.mesh
         if mesh is not None:
-            job = self.bench.jobs.submit("Flipping the model", lambda: _flipped(mesh), heavy=False)
+            job = self.bench.jobs.submit("Flipping the model", lambda: _flipped(mesh), lane="screen")
             job.succeeded.connect(lambda flipped: self._flipped(mesh, flipped))
 
     def _flipped(self, mesh: Mesh, flipped: Mesh) -> None:

@@ -96,7 +96,7 @@ class ViewTab(QWidget):
         super().__init__()
         self.bench = bench
         self.default_mesh: Mesh | None = None
-        self.latest = Latest(bench.jobs, "Measuring the light's error")
+        self.latest = Latest(bench.jobs, "Measuring the light's error", lane="background")
         self.blurring = Latest(bench.jobs, "Blurring the environment")
         self._behind: tuple[EnvironmentMap | None, str] = (None, "")
         self.at_rest = QTimer(self)
@@ -248,7 +248,8 @@ class ViewTab(QWidget):
     def want_model(self) -> None:
         """Load the model that a new project is shown on, the first time that somebody asks; `model_ready` follows."""
         if self.default_mesh is None and (self._loading is None or self._loading.over):
-            self._loading = self.bench.jobs.submit("Loading the model", lambda: load_shape(DEFAULT_MODEL), heavy=False)
+            title = "Loading the model"
+            self._loading = self.bench.jobs.submit(title, lambda: load_shape(DEFAULT_MODEL), lane="screen")
             self._loading.succeeded.connect(self._default_ready)
             self._loading.cancelled.connect(lambda: self.want_model() if self.isVisible() else None)
 
@@ -534,6 +535,8 @@ class ViewTab(QWidget):
         job = self.bench.jobs.submit(
             f"Saving {saving.path.name}",
             lambda: saved(scene, saving, display, mode, relighting, project.look.bounces),
+            lane="compute",
+            resource=str(saving.path),
         )
         job.succeeded.connect(self.bench.said.emit)
 

@@ -25,7 +25,7 @@ from engine.scene.scene import Scene
 #: Longest time that a frame may hold up the window's thread, and that one piece of a finer picture may.
 MOVING_S, PIECE_S = 0.03, 0.03
 
-#: Longest time of a whole finer picture, in pieces: while a heavy job runs, and when none does.
+#: Longest time of a whole finer picture, in pieces: while a job that the user asked for runs, and when none does.
 STILL_S, IDLE_S = 0.3, 60.0
 
 #: A frame has at most so many times the evaluations of one whose cost is known.

@@ -90,7 +90,7 @@ class Viewport(QWidget):
         self.setMouseTracking(True)
         self.setAccessibleName("Viewport")
         self.banner = _Banner(self)
-        jobs.changed.connect(lambda job: self._still.start() if job.over and job.heavy else None)
+        jobs.changed.connect(lambda job: self._still.start() if job.over and job.is_asked_for else None)
         self.surface: GlSurface | ProcessorSurface
         self._choose_surface(why_no_gl())
         self.overlay = Overlay(self)
@@ -188,7 +188,7 @@ class Viewport(QWidget):
     def _draw(self, *, moving: bool) -> None:
         if self.scene is None or self.camera is None:
             return
-        still_s = STILL_S if any(job.heavy for job in self.jobs.active) else IDLE_S
+        still_s = STILL_S if any(job.is_asked_for for job in self.jobs.active) else IDLE_S
         display, budget_s = display_of(*self._exposure), MOVING_S if moving else still_s
         self.surface.behind = self._behind(self.scene, self.camera)
         self.surface.show_scenes(self.on_screen(), self.split, display, budget_s)

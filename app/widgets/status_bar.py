@@ -25,7 +25,7 @@ OF_MATERIAL = "Error of the compressed material against its slices"
 #: The workspaces that are about the material.
 ABOUT_MATERIAL = ("material", "view", "export")
 
-#: Light jobs that take longer than this are shown as heavy ones are, with their progress and a button that cancels.
+#: Jobs for the screen, and those in the background, are shown with progress and a cancel button after this time.
 SHOWN_AFTER_S = 1.0
 
 #: Icon, colour of the theme and word of each verdict.
@@ -138,10 +138,11 @@ class StatusBar(QWidget):
             self.frame.setText(local(f"{1000 * seconds:.1f} ms") if seconds < 1.0 else time_text(seconds))
 
     def _current(self) -> Job | None:
-        """The job to show: the heavy one that runs, or a light one that a person waits for by now."""
+        """The job to show: a save, what else the user asked for, or another one that takes long by now."""
         active = self.jobs.active
-        running = [job for job in active if job.heavy] + [job for job in active if is_long(job)]
-        return next(iter(running), None)
+        saves = [job for job in active if job.lane == "save"]
+        asked = [job for job in active if job.is_asked_for]
+        return next(iter([*saves, *asked, *(job for job in active if is_long(job))]), None)
 
     def _cancel(self) -> None:
         job = self._current()
@@ -192,9 +193,9 @@ class ProgressLine(QWidget):
 
 
 def is_long(job: Job) -> bool:
-    """True for a light job that has run for a while; what refines a picture that is there already does not count."""
+    """True for a job that nobody sees at its start and that has run for a while; what only refines does not count."""
     is_new = time.monotonic() - job.started_s <= SHOWN_AFTER_S
-    return job.state == "running" and not (job.heavy or job.refines or is_new)
+    return job.state == "running" and not (job.is_asked_for or job.refines or is_new)
 
 
 def describe(job: Job) -> str:
@@ -210,8 +211,8 @@ def describe(job: Job) -> str:
 
 
 def waiting_text(job: Job) -> str:
-    """The reason why a job has not begun: one heavy job runs at a time, because it uses all processors."""
-    return f"waiting for {job.waits_for}, which uses all processors" if job.waits_for else "waiting"
+    """The reason why a job does not run now."""
+    return f"waiting for {job.waits_for}" if job.waits_for else "waiting"
 
 
 def figure(hint: str, widest: str) -> QLabel:

@@ -52,7 +52,7 @@ class Doings(QObject):
         crash.did(f"{'undone to' if self._stack.canRedo() else 'did'} {position}: {words}")
 
     def _job_changed(self, job: Job) -> None:
-        if job.heavy and self._last.get(id(job)) != job.state:
+        if job.is_asked_for and self._last.get(id(job)) != job.state:
             self._last[id(job)] = job.state
             crash.did(f"{job.title}: {job.state}")
             if job.over:

@@ -123,7 +123,7 @@ class Preferences(QDialog):
         self._measure()
 
     def _measure(self) -> None:
-        job = self.jobs.submit("Measuring the cache", _cached_bytes, heavy=False)
+        job = self.jobs.submit("Measuring the cache", _cached_bytes, lane="screen")
         job.succeeded.connect(self._show_size)
 
     def _show_size(self, size: int) -> None:
@@ -132,7 +132,7 @@ class Preferences(QDialog):
 
     def _empty(self) -> None:
         enable(self.empty, "It is being emptied")
-        self.jobs.submit("Emptying the cache", _emptied, heavy=False).succeeded.connect(self._show_size)
+        self.jobs.submit("Emptying the cache", _emptied, lane="screen").succeeded.connect(self._show_size)
 
 
 def _places() -> list[Path]:

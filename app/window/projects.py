@@ -126,7 +126,7 @@ class Projects(QObject):
     def _copy(self, target: Path, now: History | None) -> None:
         source, own, copied = self.path, self.bench.own, self.bench.document.project
         title = f"Saving as {target.name}"
-        job = self.bench.jobs.submit(title, lambda: copy(source, target, now=now, own=own))
+        job = self.bench.jobs.submit(title, lambda: copy(source, target, now=now, own=own), lane="save")
         job.succeeded.connect(lambda _: self._copied(source, target, copied))
 
     def _copied(self, source: Path, target: Path, copied: Project) -> None:
@@ -156,7 +156,8 @@ class Projects(QObject):
             raise InputError(self.path, "does not hold the latest changes", "Save the project elsewhere first")
         self._on_disk()
         source, target = self.path, path.absolute()
-        job = self.bench.jobs.submit(f"Collecting {path.name}", lambda: collect(source, target, with_derived))
+        title = f"Collecting {path.name}"
+        job = self.bench.jobs.submit(title, lambda: collect(source, target, with_derived), lane="save")
         job.succeeded.connect(lambda _: self.bench.said.emit(f"{path.name} holds the project and all that it needs"))
 
     def write(self) -> None:

@@ -106,7 +106,7 @@ class Picturing(QObject):
             return
         self._last = parts
         work: Callable[[], Steps[None]] = partial(keep_thumbnail, path, project)
-        self.bench.jobs.submit("Making a small picture", lambda: _quietly(work()), heavy=False)
+        self.bench.jobs.submit("Making a small picture", lambda: _quietly(work()), lane="background", refines=True)
 
 
 def _quietly(work: Steps[None]) -> Steps[None]:

@@ -41,7 +41,7 @@ class Whereabouts(QObject):
         if not files_of(project):
             return
         job = self.bench.jobs.submit(
-            "Looking for the photographs", lambda: looked_for(path, project, read_only), heavy=False
+            "Looking for the photographs", lambda: looked_for(path, project, read_only), lane="open"
         )
         job.succeeded.connect(lambda about: self._looked(path, about))
 
@@ -94,7 +94,7 @@ class Whereabouts(QObject):
         """Find the missing photographs within `folder`, all at once, for every step of the history."""
         path, missing, read_only = self.projects.path, self.missing, self.projects.is_read_only
         job = self.bench.jobs.submit(
-            "Finding the photographs", lambda: found(path, missing, folder, read_only), heavy=False
+            "Finding the photographs", lambda: found(path, missing, folder, read_only), lane="open"
         )
         job.succeeded.connect(lambda places: self._found(path, places))
 

@@ -6,6 +6,7 @@ the processor's whims. `threads_are_shared` says whether two Python threads may 
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numba
@@ -31,7 +32,12 @@ def only(kernel: Any, *signatures: str) -> None:
     kernel.disable_compile()
 
 
+@lru_cache(maxsize=1)
 def threads_are_shared() -> bool:
-    """False where numba's thread pool must not be entered by two threads at once (its 'workqueue' layer)."""
+    """False where numba's thread pool must not be entered by two threads at once (its 'workqueue' layer).
+
+    OpenMP and TBB give each thread a team of its own. The pool is started if it has not been yet.
+    """
+    numba.get_num_threads()
     layer: Any = numba.threading_layer()
     return layer != "workqueue"

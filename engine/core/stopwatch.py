@@ -1,12 +1,14 @@
 """Duration of a piece of work.
 
-Background load: the share of the processors that other programs had while times were measured.
+Background load: the share of the processors that other programs had while times were measured. Company: other
+computations of this program that ran at the same time.
 """
 
 from __future__ import annotations
 
 import math
 import os
+import threading
 import time
 from collections.abc import Callable
 
@@ -59,6 +61,23 @@ def background_load(before: Spent, after: Spent) -> float:
     """The share of the processors, 0 … 1, that other programs had in between; meaningless for less than 0.1 s."""
     used, own, passed = (late - early for early, late in zip(before, after, strict=True))
     return min(max(0.0, used - own) / max(passed, 1e-9), 1.0)
+
+
+_on_this_thread = threading.local()
+
+
+def notice_company(company: threading.Event) -> None:
+    """Let `had_company` on this thread tell whether `company` is set, by whoever starts other computations."""
+    _on_this_thread.company = company
+
+
+def had_company() -> bool:
+    """True if the work on this thread shared the CPUs with another computation of this program.
+
+    Times that were measured meanwhile teach nothing about the machine.
+    """
+    company: threading.Event | None = getattr(_on_this_thread, "company", None)
+    return company is not None and company.is_set()
 
 
 #: Seconds in which the load of others can be told, and for which runs go on beside them: of the frames that two threads

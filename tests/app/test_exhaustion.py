@@ -106,13 +106,13 @@ def test_a_job_whose_thread_cannot_be_started_fails_and_the_next_one_runs(
 
     jobs = Jobs()
     monkeypatch.setattr(_Thread, "start", lambda _thread: None)
-    failed = jobs.submit("Work", work)
+    failed = jobs.submit("Work", work, lane="compute")
     reasons: list[BaseException] = []
     failed.failed.connect(reasons.append)
     qtbot.waitUntil(lambda: failed.over)
     assert [str(reason) for reason in reasons] == [str(OutOfMemory("No further thread can be started"))]
     monkeypatch.undo()
-    second = jobs.submit("Work", work)
+    second = jobs.submit("Work", work, lane="compute")
     qtbot.waitUntil(lambda: second.over)
     assert second.state == "succeeded"
 

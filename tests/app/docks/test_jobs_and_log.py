@@ -30,7 +30,7 @@ def view(window: MainWindow, qtbot: Any) -> MainWindow:
     document.change("Ball", mesh=ball(), environment=open_environment("studio"), material=material)
     window.show_workspace("view")
     qtbot.waitUntil(lambda: window.docks.effects.plan is not None, timeout=LONG)
-    window.bench.jobs.submit("Waiting", _waiting)
+    window.bench.jobs.submit("Waiting", _waiting, lane="compute")
     return window
 
 
@@ -101,7 +101,7 @@ def test_every_choice_of_a_bake_is_a_setting() -> None:
 def test_long_names_of_jobs_wrap(view: MainWindow, qtbot: Any) -> None:
     dock = view.docks.jobs
     dock.show()
-    view.bench.jobs.submit("Factoring the blue paint of the material: singular values", _waiting)
+    view.bench.jobs.submit("Factoring the blue paint of the material: singular values", _waiting, lane="compute")
     qtbot.waitUntil(lambda: dock.table.rowHeight(0) > dock.table.rowHeight(1), timeout=LONG)
 
 
@@ -109,6 +109,6 @@ def test_jobs_say_what_will_stand_there(window: MainWindow, qtbot: Any) -> None:
     dock = JobsDock(window.bench.jobs, window)
     nothing, table = (dock.pages.widget(at) for at in range(2))
     assert dock.pages.currentWidget() is nothing
-    job = window.bench.jobs.submit("Waiting", _waiting)
+    job = window.bench.jobs.submit("Waiting", _waiting, lane="compute")
     qtbot.waitUntil(lambda: dock.pages.currentWidget() is table, timeout=LONG)
     window.bench.jobs.cancel(job)

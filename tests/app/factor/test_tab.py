@@ -40,7 +40,7 @@ def factor(window: MainWindow) -> Any:
 def settle(factor: Any, qtbot: Any) -> None:
     """Let all work end but what is paused."""
     jobs = factor.bench.jobs
-    qtbot.waitUntil(lambda: not any(job.heavy and job.state != "paused" for job in jobs.active), timeout=60_000)
+    qtbot.waitUntil(lambda: not any(job.is_asked_for and job.state != "paused" for job in jobs.active), timeout=60_000)
     qtbot.waitUntil(lambda: not factor.showing.isActive(), timeout=5_000)
 
 

@@ -8,21 +8,22 @@ import sys
 import threading
 import time
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import psutil
 import pytest
 
-from app.jobs.jobs import Job, Jobs
+from app.jobs.jobs import Job, Jobs, Lane
 from engine.core.steps import Step, Steps
+from engine.core.stopwatch import had_company
 
 OUTCOMES = ("succeeded", "failed", "cancelled")
 
 
 def watched(jobs: Jobs, work: Callable[[], Steps[Any]], **options: Any) -> tuple[Job, list[str]]:
     """A submitted job and the outcomes it reports."""
-    job = jobs.submit("Work", work, **options)
+    job = jobs.submit("Work", work, **{"lane": "compute", **options})
     reported: list[str] = []
     for name in OUTCOMES:
         getattr(job, name).connect(lambda *_args, name=name: reported.append(name))
@@ -130,7 +131,7 @@ def test_a_job_that_is_over_keeps_nothing_of_its_work_its_result_and_its_listene
             raise RuntimeError
         return made["result"]
 
-    job = jobs.submit("Work", work)
+    job = jobs.submit("Work", work, lane="compute")
     for name in OUTCOMES:
         getattr(job, name).connect(lambda *_args, _job=job, _listener=made["listener"]: None)
     job.progressed.connect(lambda _step: jobs.cancel(job) if outcome == "cancelled" else None)
@@ -151,6 +152,7 @@ class _Kept:
 
 def test_a_waiting_job_is_cancelled_without_running(qtbot: Any) -> None:
     jobs, ran = Jobs(), []
+    jobs.max_compute = 1
     first, _ = watched(jobs, lambda: counting(50))
     second, reported = watched(jobs, lambda: ran.append(1) or counting(1))  # type: ignore[func-returns-value]
     jobs.cancel(second)
@@ -169,21 +171,189 @@ def test_a_dropped_job_keeps_its_result_to_itself_also_where_it_has_one() -> Non
     assert reported == ["cancelled"]
 
 
-def test_heavy_jobs_run_one_after_the_other_and_light_ones_at_once(qtbot: Any) -> None:
+def waiting_for(go: threading.Event, life: list[str] | None = None, name: str = "") -> Steps[str]:
+    """Steps until `go` is set; each is noted in `life`."""
+    while not go.is_set():
+        if life is not None:
+            life.append(name)
+        time.sleep(0.002)
+        yield Step(0.5, "working")
+    return name
+
+
+@pytest.fixture
+def go() -> Iterator[threading.Event]:
+    """Set where a job of `waiting_for` shall end; set at the end of the test as well."""
+    event = threading.Event()
+    yield event
+    event.set()
+
+
+@pytest.mark.parametrize("lane", ["save", "open", "screen"])
+def test_saves_opens_and_images_start_at_once_whatever_runs(qtbot: Any, go: threading.Event, lane: Lane) -> None:
     jobs = Jobs()
-    first, _ = watched(jobs, lambda: counting(60))
-    second, _ = watched(jobs, lambda: counting(2))
-    light, _ = watched(jobs, lambda: counting(2), heavy=False)
-    qtbot.waitUntil(lambda: light.over)
+    computing = [watched(jobs, lambda: waiting_for(go))[0] for _ in range(5)]
+    computing.append(watched(jobs, lambda: waiting_for(go), alone=True)[0])
+    others = [watched(jobs, lambda: waiting_for(go), lane=lane)[0] for _ in range(3)]
+    assert [job.state for job in others] == ["running"] * 3
+    ends, _ = watched(jobs, lambda: counting(2), lane=lane)
+    qtbot.waitUntil(lambda: ends.state == "succeeded")
+    assert not any(job.over for job in computing)
+    go.set()
+    qtbot.waitUntil(lambda: all(job.over for job in (*computing, *others)))
+
+
+def test_computations_run_side_by_side_up_to_the_number_that_fits_and_the_others_say_why_they_wait(
+    qtbot: Any, go: threading.Event
+) -> None:
+    jobs = Jobs()
+    jobs.max_compute = 2
+    first, second, third = (watched(jobs, lambda: waiting_for(go))[0] for _ in range(3))
+    short, _ = watched(jobs, lambda: counting(1), lane="open")
+    assert [job.state for job in (first, second, third)] == ["running", "running", "queued"]
+    assert third.waits_for == "Work or another to end"
+    qtbot.waitUntil(lambda: short.over)
+    jobs.cancel(second)
+    qtbot.waitUntil(lambda: third.state == "running")
+    assert third.waits_for == ""
+
+
+def test_a_computation_waits_for_memory_beside_another_and_never_alone(
+    qtbot: Any, go: threading.Event, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jobs, memory = Jobs(), psutil.virtual_memory()
+    few = memory._replace(total=16_000_000_000, available=1_200_000_000)
+    monkeypatch.setattr("app.jobs.jobs.psutil.virtual_memory", lambda: few)
+    jobs._again.setInterval(1)
+    first, _ = watched(jobs, lambda: waiting_for(go))
+    second, _ = watched(jobs, lambda: waiting_for(go))
     assert (first.state, second.state) == ("running", "queued")
-    qtbot.waitUntil(lambda: second.over)
-    assert first.state == "succeeded"
+    assert second.waits_for == "memory: 1.2 GB of 16 GB are free"
+    monkeypatch.setattr("app.jobs.jobs.psutil.virtual_memory", lambda: few._replace(available=8_000_000_000))
+    qtbot.waitUntil(lambda: second.state == "running")
+
+
+def test_a_measurement_of_times_runs_alone_and_what_ran_beside_another_knows(qtbot: Any, go: threading.Event) -> None:
+    jobs, alone = Jobs(), list[bool]()
+
+    def telling() -> Steps[None]:
+        yield from waiting_for(go)
+        alone.append(not had_company())
+
+    first, _ = watched(jobs, telling)
+    measuring, _ = watched(jobs, telling, alone=True)
+    later, _ = watched(jobs, telling)
+    assert [job.state for job in (first, measuring, later)] == ["running", "queued", "running"]
+    assert measuring.waits_for == "Work to end, because it measures times"
+    go.set()
+    qtbot.waitUntil(lambda: len(alone) == 3)
+    assert alone == [False, False, True]
+    assert not had_company(), "a thread of no job has none"
+
+
+def test_jobs_of_one_resource_run_one_after_the_other_also_while_one_is_being_cancelled(
+    qtbot: Any, go: threading.Event
+) -> None:
+    jobs, held = Jobs(), threading.Event()
+
+    def stubborn() -> Steps[None]:
+        try:
+            yield from waiting_for(go)
+        finally:
+            held.wait(30)
+
+    first, _ = watched(jobs, stubborn, resource="a file")
+    second, _ = watched(jobs, lambda: counting(1), resource="a file")
+    qtbot.waitUntil(lambda: first.step.note != "")
+    jobs.cancel(first)
+    other, _ = watched(jobs, lambda: counting(1), lane="save", resource="another file")
+    qtbot.waitUntil(lambda: other.over)
+    assert (first.stopping, second.state) == (True, "queued")
+    held.set()
+    qtbot.waitUntil(lambda: second.state == "succeeded")
+
+
+@pytest.mark.parametrize("lane", ["save", "open", "compute"])
+def test_background_work_stops_at_its_next_step_and_goes_on_where_it_was(
+    qtbot: Any, go: threading.Event, lane: Lane
+) -> None:
+    jobs, life = Jobs(), list[str]()
+    background, reported = watched(jobs, lambda: counting_up(life), lane="background")
+    qtbot.waitUntil(lambda: len(life) > 3)
+    asked, _ = watched(jobs, lambda: waiting_for(go), lane=lane)
+    assert (asked.state, background.state, background.waits_for) == ("running", "queued", "Work to end")
+    later, _ = watched(jobs, lambda: counting(1), lane="background")
+    on_screen, _ = watched(jobs, lambda: counting(3), lane="screen")
+    qtbot.waitUntil(lambda: on_screen.over)
+    so_far = len(life)
+    qtbot.waitUntil(lambda: asked.step.note != "")
+    assert (len(life), later.state) == (so_far, "queued")
+    jobs.cancel(asked)
+    qtbot.waitUntil(lambda: background.over and later.over)
+    assert (reported, life) == (["succeeded"], [f"{at}" for at in range(200)])
+
+
+def counting_up(life: list[str]) -> Steps[None]:
+    for at in range(200):
+        life.append(f"{at}")
+        time.sleep(0.001)
+        yield Step(at / 200, "counting")
+
+
+def test_background_work_that_waits_can_be_cancelled_paused_and_hurried(qtbot: Any, go: threading.Event) -> None:
+    jobs = Jobs()
+    computing, _ = watched(jobs, lambda: waiting_for(go))
+    jobs.max_compute = 2
+    begun: list[list[str]] = [[], []]
+    cancelled, hurried = (watched(jobs, functools.partial(counting, 30, life), lane="background")[0] for life in begun)
+    jobs.pause(hurried)
+    assert (hurried.state, hurried.waits_for) == ("paused", "")
+    jobs.resume(hurried)
+    jobs.cancel(cancelled)
+    assert (cancelled.state, hurried.state) == ("cancelled", "queued")
+    jobs.hurry(hurried)
+    qtbot.waitUntil(lambda: hurried.over)
+    assert (hurried.state, computing.state) == ("succeeded", "running")
+    jobs.close()
+    assert not jobs.active
+
+
+def test_background_work_that_was_preempted_can_be_cancelled(qtbot: Any, go: threading.Event) -> None:
+    jobs, life = Jobs(), list[str]()
+    background, reported = watched(jobs, functools.partial(counting, 10_000, life), lane="background")
+    qtbot.waitUntil(lambda: background.step.note != "")
+    watched(jobs, lambda: waiting_for(go))
+    jobs.cancel(background)
+    qtbot.waitUntil(lambda: background.over)
+    assert (reported, life) == (["cancelled"], ["begun", "closed"])
+
+
+def test_steps_take_turns_where_kernels_of_two_threads_must_not_run_at_once(
+    qtbot: Any, go: threading.Event, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from engine.core import kernels
+
+    monkeypatch.setattr(kernels, "threads_are_shared", lambda: False)
+    jobs, inside, most = Jobs(), list[int](), list[int]()
+
+    def work() -> Steps[None]:
+        for _ in range(40):
+            inside.append(1)
+            most.append(len(inside))
+            time.sleep(0.001)
+            inside.pop()
+            yield Step(0.5, "")
+
+    made = [watched(jobs, work, lane=lane)[0] for lane in ("compute", "compute", "open", "screen")]
+    qtbot.waitUntil(lambda: all(job.over for job in made), timeout=30_000)
+    assert max(most) == 1
+    assert len(most) == 160
 
 
 @pytest.mark.skipif(
     sys.platform != "linux" or platform.libc_ver()[0] != "glibc", reason="glibc alone keeps what is freed"
 )
-def test_what_a_heavy_job_freed_goes_back_to_the_system(qtbot: Any) -> None:
+def test_what_a_job_freed_goes_back_to_the_system(qtbot: Any) -> None:
     """Pieces that stay lie between those that go, as arrays of a scene do."""
     jobs, kept, process = Jobs(), list[bytearray](), psutil.Process()
     before = process.memory_info().rss
@@ -231,6 +401,7 @@ def test_ten_thousand_emits_do_not_end_the_program() -> None:
 
 def test_a_paused_job_takes_no_step_lets_the_next_one_run_and_goes_on_where_it_was(qtbot: Any) -> None:
     jobs, taken = Jobs(), []
+    jobs.max_compute = 1
 
     def work() -> Steps[int]:
         for index in range(200):
@@ -255,6 +426,7 @@ def test_a_paused_job_takes_no_step_lets_the_next_one_run_and_goes_on_where_it_w
 @pytest.mark.parametrize("begun", [True, False])
 def test_a_paused_job_can_be_cancelled(qtbot: Any, begun: bool) -> None:
     jobs = Jobs()
+    jobs.max_compute = 1
     life: list[Any] = []
     first, _ = watched(jobs, lambda: counting(400))
     job, reported = (first, _) if begun else watched(jobs, lambda: counting(400, life))

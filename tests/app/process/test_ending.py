@@ -199,7 +199,7 @@ show = main_window.MainWindow.show
 def shown(window):
     show(window)
     print(window.banners.words)
-    job = window.bench.jobs.submit("endless", endless)
+    job = window.bench.jobs.submit("endless", endless, lane="compute")
     job.progressed.connect(lambda _step: begun or begun.append(QTimer.singleShot(300, slot)))
 begun = []
 def endless():

@@ -97,7 +97,7 @@ def work():
     return set(SHARED) <= set(sys.modules)
     yield
 bench = Workbench(Path(sys.argv[1]))
-job = bench.jobs.submit("Trying", work)
+job = bench.jobs.submit("Trying", work, lane="compute")
 job.succeeded.connect(print)
 for end in (job.succeeded, job.failed):
     end.connect(lambda _: application.quit())

@@ -180,19 +180,19 @@ def test_a_change_of_light_restarts_the_reference_and_one_of_exposure_does_not(v
     wait(qtbot, lambda: reference.running)
 
 
-def test_a_heavy_job_makes_the_reference_wait(view: MainWindow, qtbot: Any) -> None:
+def test_a_computation_makes_the_reference_wait(view: MainWindow, qtbot: Any) -> None:
     from engine.core.steps import Step
 
     go: list[Any] = []
 
-    def heavy() -> Any:
+    def computing() -> Any:
         while not go:
             yield Step(0.0, "working")
 
     press(view, "R")
     wait(qtbot, lambda: view.view.pictures.reference.running)
-    job = view.bench.jobs.submit("Working", heavy)
-    wait(qtbot, lambda: present(view.view.pictures.reference._job).state == "paused")
+    job = view.bench.jobs.submit("Working", computing, lane="compute")
+    wait(qtbot, lambda: present(view.view.pictures.reference._job).state == "queued")
     go.append(True)
     wait(qtbot, lambda: job.over)
     wait(

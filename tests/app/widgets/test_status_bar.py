@@ -18,7 +18,7 @@ def nothing() -> Steps[None]:
 
 @pytest.mark.parametrize(("elapsed_s", "words"), [(10.0, "10 s left"), (1047.0, "17 min left")])
 def test_a_job_says_its_time_to_go(qapp: Any, elapsed_s: float, words: str) -> None:
-    job = Job("Making surface maps", nothing, heavy=True)
+    job = Job("Making surface maps", nothing, lane="compute")
     job.state, job.begun, job.step = "running", True, Step(0.5, "finding slopes")
     job.started_s = time.monotonic() - elapsed_s
     assert describe(job) == f"Finding slopes · {words}"

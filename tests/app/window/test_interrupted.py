@@ -65,7 +65,7 @@ def test_jobs_of_a_killed_process_are_listed_and_damaged_files_are_not(tmp_path:
         assert not second.path.exists()
 
 
-def test_every_heavy_job_of_the_window_leaves_its_file(window: MainWindow, qtbot: Any) -> None:
+def test_every_job_that_the_user_asked_for_leaves_its_file(window: MainWindow, qtbot: Any) -> None:
     jobs: Jobs = window.bench.jobs
     seen: dict[str, int] = {}
 
@@ -73,11 +73,11 @@ def test_every_heavy_job_of_the_window_leaves_its_file(window: MainWindow, qtbot
         seen[name] = len(list(window.bench.folder.glob("job-*")))
         yield Step(0.5, "half")
 
-    heavy = jobs.submit("Heavy", lambda: work("heavy"), again={"kind": "none"})
-    qtbot.waitUntil(lambda: heavy.over, timeout=LONG)
-    light = jobs.submit("Light", lambda: work("light"), heavy=False)
-    qtbot.waitUntil(lambda: light.over, timeout=LONG)
-    assert seen == {"heavy": 1, "light": 0}
+    asked = jobs.submit("Asked", lambda: work("asked"), lane="compute", again={"kind": "none"})
+    qtbot.waitUntil(lambda: asked.over, timeout=LONG)
+    image = jobs.submit("Image", lambda: work("image"), lane="screen")
+    qtbot.waitUntil(lambda: image.over, timeout=LONG)
+    assert seen == {"asked": 1, "image": 0}
     assert not list(window.bench.folder.glob("job-*"))
 
 
