@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence, QShortcut
@@ -183,6 +183,11 @@ class CaptureTab(QWidget):
     def _tool(self) -> PointsTool | SphereTool | None:
         """The tool in use, None for the picture."""
         return (None, self.points, self.sphere)[self.tools.currentIndex()]
+
+    @property
+    def work(self) -> QWidget:
+        """The widget that gets the keys once a field is left."""
+        return cast(QWidget, self._view())
 
     def _view(self) -> Any:
         """The picture that the bar is about."""

@@ -34,7 +34,7 @@ from app.jobs.jobs import Job
 from app.view.tab import ViewTab
 from app.widgets import theme
 from app.widgets.controls import ComboBox
-from app.widgets.number_field import mark
+from app.widgets.number_field import NUMERIC, mark
 from app.widgets.panels import SCROLL_BAR, Rows, Scrolled, button, enable, text, with_buttons
 from app.widgets.theme import PADDING, STEP, role
 from engine.core.errors import UsageError
@@ -132,6 +132,7 @@ class AccuracyDock(QDockWidget):
         self.axis.activated.connect(lambda _index: self._show())
         rows.row("Against", self.axis, "Cost on the horizontal axis")
         self.budget = QLineEdit()
+        self.budget.setProperty(NUMERIC, True)
         self.budget.setPlaceholderText("1 % or 8 ms, 100 MB")
         self.budget.setClearButtonEnabled(True)
         self.budget.textChanged.connect(lambda _words: self._show_choice())

@@ -27,6 +27,7 @@ from app.view.tab import ViewTab
 from app.widgets import theme
 from app.widgets.controls import ComboBox
 from app.widgets.labels import LEAST_ERROR, NAMES
+from app.widgets.number_field import NUMERIC
 from app.widgets.panels import button, enable, sheet, text
 from app.widgets.theme import ROW, STEP
 from engine.core.figure_text import percent, percent_range, size_text, time_text
@@ -96,6 +97,7 @@ class EffectsDock(QDockWidget):
         self.table.resized.connect(self._fit_words)
         column.addWidget(self.table, 1)
         self.budget = QLineEdit()
+        self.budget.setProperty(NUMERIC, True)
         self.budget.setText(self.bench.document.project.look.plan_budget)
         self.budget.editingFinished.connect(self._budget_edited)
         self.budget.setFixedWidth(88)

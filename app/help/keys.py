@@ -54,6 +54,7 @@ Ctrl+Enter\twrite the bundle, or the chosen targets
 Numbers
 Drag a field\tchange it
 Type\ta number, a unit, or 2*3.5
+Enter, Esc\ttake what is typed, or the value from before, and return to the work area
 Ctrl+click\treset"""
 
 

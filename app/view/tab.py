@@ -127,6 +127,11 @@ class ViewTab(QWidget):
         self._connect()
         self._show(bench.document.project)
 
+    @property
+    def work(self) -> QWidget:
+        """The widget that gets the keys once a field is left."""
+        return self.viewport
+
     def _make_actions(self) -> None:
         self.frame_action = self._action("Frame the model", "F", self.viewport.frame, "fit")
         for mode in modes():

@@ -20,6 +20,9 @@ from app.widgets.theme import role
 from engine.core.errors import UsageError
 from engine.core.figure_text import local
 
+#: Property of text fields whose valid texts begin like a number.
+NUMERIC = "numeric"
+
 OPERATIONS: dict[type, Callable[..., float]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -86,6 +89,7 @@ class NumberField(ClickFirst, QLineEdit):
         self._from = value
         self._dragged = False
         role(self, "number")
+        self.setProperty(NUMERIC, True)
         self.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.setCursor(Qt.CursorShape.SizeHorCursor)
         self.editingFinished.connect(self._typed)

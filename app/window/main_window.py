@@ -37,6 +37,7 @@ from app.window.dialogs import show_history
 from app.window.doings import Doings, show_reports
 from app.window.failures import Failures
 from app.window.files import Files
+from app.window.focus import FieldKeys, text_field
 from app.window.interrupted import Interrupted
 from app.window.menus import Menus
 from app.window.naming import Naming
@@ -149,6 +150,7 @@ class MainWindow(QMainWindow):
             self.docks = Docks(self, self.bench, self.view)
             self._make_top_bar()
             self._make_centre()
+        self.field_keys = FieldKeys(self, self._focus_on_work)
         self._connect()
         self._take_preferences()
         self._restore_layout()
@@ -352,9 +354,12 @@ class MainWindow(QMainWindow):
         self.error_line.refresh()
 
     def _focus_on_work(self) -> None:
-        """Give the keys back to the workspace in front, whatever had them."""
+        """Give the focus to what had it in the workspace in front; in place of a text field, to the picture."""
         tab = cast(QWidget, self.stack.currentWidget())
-        (tab.focusWidget() or tab).setFocus(Qt.FocusReason.OtherFocusReason)
+        last, work = tab.focusWidget(), cast(QWidget, getattr(tab, "work", tab))
+        if last is None or text_field(last) is not None or not last.isVisible():
+            last = work if work.isVisible() else tab
+        last.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _save_picture(self, kind: str) -> None:
         self.show_workspace("view")
