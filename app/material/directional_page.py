@@ -104,7 +104,7 @@ class DirectionalPage(QWidget):
     def _relight(self) -> None:
         found, light, exposure_ev = self.directional, self.pad.direction, self.exposure.value
         elevation, azimuth = np.degrees([np.arcsin(light[2]), np.arctan2(light[1], light[0])])
-        self.angles.setText(f"{elevation:.0f}° up, {azimuth % 360.0:.0f}° round")
+        self.angles.setText(f"Elevation {elevation:.0f}°, azimuth {azimuth % 360.0:.0f}°")
         if found is not None:
             self.latest.ask(lambda: _relit(found, light, exposure_ev), self.image.show_picture)
 

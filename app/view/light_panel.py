@@ -38,6 +38,9 @@ BEHIND: dict[Behind, tuple[str, float]] = {
     "blurred": ("Blurred", 16.0),
 }
 
+#: Labels of the angles of a light, as everywhere in the window.
+ANGLES = {"theta_deg": "Elevation", "phi_deg": "Azimuth"}
+
 #: Values of the menu that are no environment.
 ONE_LIGHT, ONLY_LAMPS, OPEN = "", "only lamps", "open"
 
@@ -64,7 +67,9 @@ class LightPanel(Rows):
         self.lighting = ComboBox()
         self.lighting.activated.connect(self._lighting_chosen)
         self.row("From", self.lighting, "One light, or an environment; .hdr and .exr files can be dropped here")
-        self.light = ParamForm(look, {"light_theta_deg": "Theta", "light_phi_deg": "Phi", "irradiance": "Irradiance"})
+        self.light = ParamForm(
+            look, {"light_theta_deg": "Elevation", "light_phi_deg": "Azimuth", "irradiance": "Irradiance"}
+        )
         self.surround = ParamForm(look, {"rotation_deg": "Rotation", "gain": "Strength"})
         self.directions = ComboBox()
         for count in DIRECTIONS:
@@ -257,7 +262,8 @@ class LampRows(Rows):
         self.list.setAccessibleName(name)
         self.list.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.list.setMinimumContentsLength(4)
-        self.form = ParamForm(settings, {each.name: each.label for each in parameters(settings)})
+        labels = {each.name: ANGLES.get(each.name, each.label) for each in parameters(settings)}
+        self.form = ParamForm(settings, labels)
         self.wide(self.form)
 
     def apply_theme(self) -> None:

@@ -23,6 +23,9 @@ from app.widgets.theme import ROW, STEP
 from engine.core.colour import srgb_decode, srgb_encode
 from engine.core.params import Colour, Parameter, parameters
 
+#: The hint of an elevation.
+ABOVE_HORIZON = "Angle of the light above the horizon"
+
 #: Widths of a number field, as it is and where its panel is narrow.
 FIELD_WIDTH, NARROW_FIELD = 72, 56
 
@@ -36,16 +39,17 @@ class ParamForm(Rows):
         """`labels` names the parameters to show and their words; without it all are shown under their own names."""
         super().__init__()
         self.instance = instance
-        self.editors: dict[str, NumberEditor | ColourEditor] = {}
+        self.editors: dict[str, NumberEditor | ElevationEditor | ColourEditor] = {}
         for parameter in parameters(instance):
             if labels is not None and parameter.name not in labels:
                 continue
             if labels:
                 parameter = dataclasses.replace(parameter, words=labels[parameter.name])
-            editor = ColourEditor(parameter) if parameter.is_colour else NumberEditor(parameter)
+            editor = _editor(parameter)
             editor.edited.connect(lambda value, final, name=parameter.name: self._edited(name, value, final))
             self.editors[parameter.name] = editor
-            self.row(labels[parameter.name] if labels else parameter.label, editor, parameter.doc)
+            hint = ABOVE_HORIZON if isinstance(editor, ElevationEditor) else parameter.doc
+            self.row(labels[parameter.name] if labels else parameter.label, editor, hint)
         self.show_instance(instance)
 
     def follow(self, before: QWidget) -> None:
@@ -132,6 +136,45 @@ class NumberEditor(QWidget):
         low, high = self.parameter.slider
         value = low * (high / low) ** place if self.parameter.log and low > 0 else low + (high - low) * place
         return float(f"{value:.3g}")
+
+
+class ElevationEditor(QWidget):
+    """Slider and field of an angle from straight up (theta), shown as the elevation above the horizon, 90° − theta."""
+
+    edited = Signal(float, bool)
+
+    def __init__(self, parameter: Parameter) -> None:
+        super().__init__()
+        assert isinstance(parameter.default, int | float)
+        low, high = parameter.slider
+        as_shown = dataclasses.replace(
+            parameter,
+            default=complement_deg(parameter.default),
+            low=complement_deg(parameter.high),
+            high=complement_deg(parameter.low),
+            slider=(complement_deg(high), complement_deg(low)),
+        )
+        self.shown = NumberEditor(as_shown)
+        self.slider, self.field, self.stops = self.shown.slider, self.shown.field, self.shown.stops
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.shown)
+        self.shown.edited.connect(lambda elevation, final: self.edited.emit(complement_deg(elevation), final))
+
+    def show_value(self, theta_deg: float) -> None:
+        """Show the elevation of `theta_deg` without emitting."""
+        self.shown.show_value(complement_deg(theta_deg))
+
+
+def complement_deg(angle_deg: float) -> float:
+    """90° − `angle_deg`: theta of an elevation, and the elevation of a theta; decimals of binary fractions are left."""
+    return round(90.0 - angle_deg, 9)
+
+
+def _editor(parameter: Parameter) -> NumberEditor | ElevationEditor | ColourEditor:
+    if parameter.is_colour:
+        return ColourEditor(parameter)
+    return ElevationEditor(parameter) if parameter.name.endswith("theta_deg") else NumberEditor(parameter)
 
 
 class ColourEditor(QWidget):

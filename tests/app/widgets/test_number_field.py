@@ -10,10 +10,11 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
-from app.widgets.controls import ComboBox, Slider
+from app.document.document import Look
+from app.widgets.controls import TICKS, ComboBox, Slider
 from app.widgets.number_field import NumberField, number_from_text, plain
 from app.widgets.panels import Panel
-from app.widgets.param_form import ParamForm
+from app.widgets.param_form import ElevationEditor, ParamForm
 from engine.brdf.models.lafortune import LafortuneThreeLobes
 from engine.brdf.models.phong import Phong
 from engine.core.figure_text import fixed, number, percent, size_text, write_with
@@ -259,3 +260,17 @@ def test_nothing_has_a_word_and_is_typed_by_emptying_the_field(
     QTest.keyClick(field, Qt.Key.Key_Return)
     assert (field.value, field.text()) == (value, shown)
     assert field.takes.startswith("Enter a number from 0 mm to 9 mm")
+
+
+def test_an_angle_from_straight_up_is_shown_and_set_as_elevation(qtbot: Any) -> None:
+    form = ParamForm(Look(light_theta_deg=56.7), {"light_theta_deg": "Elevation"})
+    qtbot.addWidget(form)
+    editor, heard = form.editors["light_theta_deg"], []
+    assert isinstance(editor, ElevationEditor)
+    form.edited.connect(lambda look, final: heard.append((look.light_theta_deg, final)))
+    assert (editor.field.text(), editor.field.low, editor.field.high) == ("33.3°", -90.0, 90.0)
+    editor.field.edited.emit(80.0, True)
+    assert heard == [(10.0, True)]
+    assert editor.slider.value() > TICKS // 2, "a high light is at the right"
+    editor.slider.reset.emit()
+    assert heard[-1] == (Look().light_theta_deg, True)
