@@ -34,7 +34,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.widgets.fitting import Fitting
+from app.widgets.fitting import Elided, Fitting
 from app.widgets.number_field import NumberField
 
 #: Contrast of text with what is behind it that WCAG 2.1 asks for (level AA).
@@ -167,7 +167,7 @@ def _scrolls(widget: QWidget) -> bool:
 def _room(widget: QWidget) -> tuple[int, int]:
     """Pixels that the text of a widget needs, and pixels that it has; across, or down where it is wrapped."""
     metrics = widget.fontMetrics()
-    if isinstance(widget, Fitting):
+    if isinstance(widget, (Fitting, Elided)):
         return 0, 0
     if isinstance(widget, QLabel) and widget.text():
         if widget.wordWrap():

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QToolButton, QWidget
 from app.jobs.jobs import Job, Jobs
 from app.widgets import theme
 from app.widgets import theme as icons
+from app.widgets.fitting import Elided
 from app.widgets.panels import text
 from app.widgets.theme import PADDING, STEP, role
 from engine.core.figure_text import local, percent, size_text, time_text
@@ -49,7 +50,7 @@ class StatusBar(QWidget):
         self._health: Health | None = None
         role(self, "bar")
         self.setFixedHeight(HEIGHT)
-        self.words = text("")
+        self.words = Elided()
         self.bar = ProgressLine()
         self.cancel = QToolButton()
         self.cancel.setIconSize(QSize(icons.SMALL, icons.SMALL))
@@ -69,9 +70,9 @@ class StatusBar(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(PADDING, 0, PADDING, 0)
         row.setSpacing(2 * STEP)
-        for widget in (self.words, self.bar, self.cancel):
+        for widget in (self.cancel, self.bar):  # before the text, whose width changes: a click finds the button
             row.addWidget(widget)
-        row.addStretch(1)
+        row.addWidget(self.words, 1)
         for widget in (self.health, self.error, self.frame, self.memory):
             row.addSpacing(STEP)
             row.addWidget(widget)

@@ -236,23 +236,25 @@ QPushButton[role="link"] {{ background: transparent; border: none; color: {theme
 QPushButton[role="link"]:hover {{ text-decoration: underline; }}
 QPushButton[role="link"]:focus {{ text-decoration: underline; }}
 
-QToolButton {{ background: transparent; border: none; border-radius: 4px; padding: 4px; }}
+QToolButton {{ background: transparent; border: 1px solid transparent; border-radius: 4px; padding: 3px; }}
 QToolButton:hover {{ background: {theme.hover}; }}
 QToolButton:checked {{ background: {theme.line}; }}
 QToolButton[role="fold"] {{ color: {theme.secondary}; padding: 3px 4px 3px 0; }}
 QToolButton[role="fold"]:checked {{ background: transparent; }}
-QToolButton:focus {{ background: {theme.hover}; }}
-QToolButton[role="workspace"] {{ padding: 2px 14px 0 14px; min-height: 33px; border-radius: 0; color: {theme.secondary};
-  border-bottom: 2px solid transparent; }}
+QToolButton:focus {{ border-color: {theme.text}; }}
+QToolButton[role="workspace"] {{ padding: 2px 14px 0 14px; min-height: 33px; border: none; border-radius: 0;
+  color: {theme.secondary}; border-bottom: 2px solid transparent; }}
 QToolButton[role="workspace"]:hover {{ color: {theme.text}; background: transparent; }}
-QToolButton[role="workspace"]:focus {{ color: {theme.text}; }}
+QToolButton[role="workspace"]:focus {{ color: {theme.text}; border-bottom-color: {theme.text}; }}
 QToolButton[role="workspace"]:checked {{ color: {theme.text}; background: transparent;
   border-bottom: 2px solid {theme.accent}; font-weight: 600; }}
 QToolButton[role="segment"] {{ background: {theme.field}; border: 1px solid {theme.line}; border-radius: 0;
   padding: 0 10px; min-height: 24px; color: {theme.secondary}; }}
 QToolButton[role="segment"]:hover {{ color: {theme.text}; }}
-QToolButton[role="segment"]:focus {{ color: {theme.text}; border-color: {theme.accent}; }}
-QToolButton[role="segment"]:checked {{ background: {theme.line}; color: {theme.text}; }}
+QToolButton[role="segment"]:checked {{ background: {theme.accent}; border-color: {theme.accent};
+  color: {theme.on_accent}; }}
+QToolButton[role="segment"]:focus {{ border: 2px solid {theme.text}; padding: 0 9px; min-height: 22px; }}
+QToolButton[role="segment"]:checked:disabled {{ background: {theme.line}; border-color: {theme.line}; }}
 QToolButton[role="segment"]:disabled {{ color: {theme.disabled}; }}
 
 QToolButton[popupMode="1"] {{ padding-right: 18px; }}

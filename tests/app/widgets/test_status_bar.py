@@ -6,9 +6,10 @@ import time
 from typing import Any
 
 import pytest
+from PySide6.QtWidgets import QApplication
 
-from app.jobs.jobs import Job
-from app.widgets.status_bar import describe
+from app.jobs.jobs import Job, Jobs
+from app.widgets.status_bar import StatusBar, describe
 from engine.core.steps import Step, Steps
 
 
@@ -22,3 +23,27 @@ def test_a_job_says_its_time_to_go(qapp: Any, elapsed_s: float, words: str) -> N
     job.state, job.begun, job.step = "running", True, Step(0.5, "finding slopes")
     job.started_s = time.monotonic() - elapsed_s
     assert describe(job) == f"Finding slopes · {words}"
+
+
+def test_the_button_that_cancels_stays_where_it_is_while_texts_change(qapp: Any, qtbot: Any) -> None:
+    jobs = Jobs()
+    status = StatusBar(jobs)
+    qtbot.addWidget(status)
+    status.resize(700, 30)
+    status.show()
+    job = Job("Making surface maps", nothing, heavy=True)
+    job.state, job.begun, job.started_s = "running", True, time.monotonic()
+    status._current = lambda: job  # type: ignore[method-assign]
+    positions, lengths = set(), set()
+    for note in ("finding slopes", "solving", "integrating the height of a very long name " * 9):
+        job.step = Step(0.5, note)
+        status.show_frame_time(0.001 * len(note))
+        status.show_picture_error(f"{len(note)} %")
+        status._show_job()
+        QApplication.processEvents()
+        positions.add(status.cancel.geometry().getRect())
+        lengths.add(len(status.words.text()))
+        assert status.words.geometry().right() < status.error.geometry().left(), "a long text leaves figures readable"
+    assert (len(positions), len(lengths)) == (1, 3)
+    assert status.cancel.isVisible()
+    jobs.close()

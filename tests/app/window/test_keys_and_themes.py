@@ -9,9 +9,10 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QIcon
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QLineEdit, QMenuBar
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QMenuBar
 
 from app.widgets import theme
+from app.widgets.panels import Segments
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
 
@@ -36,9 +37,13 @@ def test_keys_act_on_the_workspace_in_front_unless_a_text_field_has_the_focus(vi
     assert (look().mode, look().against) == ("reference", "direct")
     field: Any = viewing.view.exposure.editors["exposure_ev"]
     field.field.setFocus()
-    QTest.keyClick(field.field, Qt.Key.Key_D)
+    field.field.selectAll()
+    QTest.keyClick(field.field, "1")
+    QTest.keyClick(field.field, "d")
+    assert field.field.text() == "1d", "letters go to a text that is being edited"
     QTest.keyClick(field.field, Qt.Key.Key_Tab)
     assert (look().mode, look().against) == ("reference", "direct")
+    QTest.keyClick(field.field, Qt.Key.Key_Escape)
     viewing.bench.document.change("Alone", look=dataclasses.replace(look(), comparing=""))
     viewing.view.tone_map.setFocus()
     QTest.keyClick(viewing.view.tone_map, Qt.Key.Key_Tab)
@@ -46,6 +51,36 @@ def test_keys_act_on_the_workspace_in_front_unless_a_text_field_has_the_focus(vi
     viewing.show_workspace("capture")
     QTest.keyClick(viewing, Qt.Key.Key_D)
     assert look().mode == "reference"
+
+
+@pytest.mark.parametrize("name", ["light", "dark"])
+def test_the_choice_of_segments_can_be_told_from_their_focus(qapp: QApplication, qtbot: Any, name: str) -> None:
+    theme.apply(qapp, name)
+    segments = Segments([("a", "First", ""), ("b", "Second", ""), ("c", "Third", "")])
+    qtbot.addWidget(segments)
+    segments.choose("a")
+    segments.show()
+    qtbot.waitExposed(segments)
+    segments.activateWindow()
+    qtbot.waitUntil(segments.isActiveWindow, timeout=30_000)
+
+    def seen(value: str) -> tuple[QColor, QColor]:
+        """Colours of the fill and of the edge of the segment `value`."""
+        image = segments.grab().toImage()
+        box = segments.buttons[value].geometry()
+        return image.pixelColor(box.left() + 5, box.center().y()), image.pixelColor(box.left() + 1, box.top() + 1)
+
+    segments.buttons["c"].setFocus()
+    chosen, free, focused = seen("a"), seen("b"), seen("c")
+    segments.buttons["a"].setFocus()
+    chosen_and_focused = seen("a")
+    assert contrast(chosen[0], free[0]) >= 3.0, "the choice is told by its fill"
+    assert focused[0] == free[0], "the focus does not look like a choice"
+    assert contrast(focused[1], free[1]) >= 3.0, "the focus is told by its edge"
+    assert chosen_and_focused[0] == chosen[0]
+    assert contrast(chosen_and_focused[1], chosen[0]) >= 1.5
+    assert contrast(QColor(theme.current().on_accent), chosen[0]) >= 4.5, "the label of the choice is readable"
+    theme.apply(qapp, "dark")
 
 
 @pytest.mark.parametrize("name", ["light", "dark"])
