@@ -70,8 +70,8 @@ class StatusBar(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(PADDING, 0, PADDING, 0)
         row.setSpacing(2 * STEP)
-        for widget in (self.cancel, self.bar):  # before the text, whose width changes: a click finds the button
-            row.addWidget(widget)
+        row.addWidget(self.cancel)  # before the text, whose width changes: a click finds the button
+        row.addWidget(self.bar)
         row.addWidget(self.words, 1)
         for widget in (self.health, self.error, self.frame, self.memory):
             row.addSpacing(STEP)

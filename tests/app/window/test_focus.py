@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, cast
 
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -18,15 +18,22 @@ from tests.app.window.test_main_window import fill
 CTRL = Qt.KeyboardModifier.ControlModifier
 
 
+def focus() -> QWidget:
+    """The widget that has the focus."""
+    widget = QApplication.focusWidget()
+    assert widget is not None
+    return widget
+
+
 def press(key: Qt.Key, modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> None:
     """A key press where the focus is."""
-    QTest.keyClick(QApplication.focusWidget(), key, modifier)
+    QTest.keyClick(focus(), key, modifier)
 
 
 def write(text: str) -> None:
     """Type `text` where the focus is, wherever it goes meanwhile."""
     for letter in text:
-        QTest.keyClick(QApplication.focusWidget(), letter)
+        QTest.keyClicks(focus(), letter)
 
 
 def fields(window: MainWindow) -> Iterator[tuple[str, QWidget, QLineEdit]]:
@@ -57,7 +64,7 @@ def test_keys_reach_what_they_are_meant_for_in_every_field(window: MainWindow, q
         document.change("A note", notes=f"{document.project.notes}.")
         notes, before = document.project.notes, field.text()
         widget.setFocus(Qt.FocusReason.MouseFocusReason)
-        assert QApplication.focusWidget() is widget, label
+        assert focus() is widget, label
         press(Qt.Key.Key_Z, CTRL)
         assert (document.project.notes, field.text()) == (notes[:-1], before), f"{label}: Ctrl+Z undoes the gesture"
         if field.property(NUMERIC):
@@ -80,7 +87,7 @@ def test_keys_reach_what_they_are_meant_for_in_every_field(window: MainWindow, q
             field.selectAll()
             write(f"{value:.6g}")
             press(Qt.Key.Key_Return)
-            assert text_field(QApplication.focusWidget()) is None, f"{label}: Enter gives the focus away"
+            assert text_field(focus()) is None, f"{label}: Enter gives the focus away"
             assert not field.isModified(), label
     assert set(seen) == set(WORKSPACES)
 
@@ -90,13 +97,13 @@ def test_a_typed_light_is_undone_from_where_enter_leaves_the_focus(window: MainW
     window.show_workspace("view")
     qtbot.waitUntil(lambda: window.view.default_mesh is not None and window.isActiveWindow(), timeout=60_000)
     look = lambda: window.bench.document.project.look  # noqa: E731
-    first, field = look(), window.view.lights.light.editors["light_theta_deg"].field  # type: ignore[union-attr]
+    first, field = look(), cast(Any, window.view.lights.light.editors["light_theta_deg"]).field
     QTest.mouseClick(field, Qt.MouseButton.LeftButton)
     write("60")
     press(Qt.Key.Key_Return)
     assert look().light_theta_deg == 30.0, "elevations are typed, angles from straight up are kept"
     assert field.text() == "60°"
-    assert QApplication.focusWidget() is window.view.viewport
+    assert focus() is window.view.viewport
     press(Qt.Key.Key_B)
     assert look().comparing == "wipe"
     for _ in range(5):
@@ -105,10 +112,10 @@ def test_a_typed_light_is_undone_from_where_enter_leaves_the_focus(window: MainW
     QTest.mouseClick(field, Qt.MouseButton.LeftButton)
     write("600")
     press(Qt.Key.Key_Return)
-    assert QApplication.focusWidget() is field, "what is no angle stays to be mended"
+    assert focus() is field, "what is no angle stays to be mended"
     press(Qt.Key.Key_Escape)
-    assert QApplication.focusWidget() is window.view.viewport
+    assert focus() is window.view.viewport
     QTest.mouseClick(field, Qt.MouseButton.LeftButton)
     window.show_workspace("capture")
     window.show_workspace("view")
-    assert QApplication.focusWidget() is window.view.viewport, "a field is not entered by coming back"
+    assert focus() is window.view.viewport, "a field is not entered by coming back"

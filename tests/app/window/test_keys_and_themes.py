@@ -38,8 +38,7 @@ def test_keys_act_on_the_workspace_in_front_unless_a_text_field_has_the_focus(vi
     field: Any = viewing.view.exposure.editors["exposure_ev"]
     field.field.setFocus()
     field.field.selectAll()
-    QTest.keyClick(field.field, "1")
-    QTest.keyClick(field.field, "d")
+    QTest.keyClicks(field.field, "1d")
     assert field.field.text() == "1d", "letters go to a text that is being edited"
     QTest.keyClick(field.field, Qt.Key.Key_Tab)
     assert (look().mode, look().against) == ("reference", "direct")
