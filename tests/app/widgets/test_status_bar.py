@@ -31,7 +31,7 @@ def test_the_button_that_cancels_stays_where_it_is_while_texts_change(qapp: Any,
     qtbot.addWidget(status)
     status.resize(700, 30)
     status.show()
-    job = Job("Making surface maps", nothing, heavy=True)
+    job = Job("Making surface maps", nothing, lane="compute")
     job.state, job.begun, job.started_s = "running", True, time.monotonic()
     status._current = lambda: job  # type: ignore[method-assign]
     positions, lengths = set(), set()
