@@ -20,13 +20,16 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, cast
 
+import numpy as np
+
 import engine
 from app.document.document import Project, Step
 from app.project.arrays import array_name, find_beside, keep_beside
-from app.project.database import connected, explained, reading
+from app.project.database import RECOVER, Guarded, connected, explained, reading
+from app.project.declared import problem_of
 from app.project.tidying import forget_unused
 from app.project.values import (
-    MOST_TEXT,
+    DAMAGE,
     Absent,
     Array,
     Finder,
@@ -37,11 +40,15 @@ from app.project.values import (
     encoded,
     found_path,
     in_full,
+    is_name,
     name_of,
+    parsed,
 )
 from engine.core.errors import InputError, OutputError
 from engine.storage.atomic import discard, make_folder, perform
 from engine.storage.partial_names import is_partial
+from engine.storage.scratch import scratch_array
+from engine.storage.text import whole_number
 
 ENDING = ".lap"
 _DATA = "-data"
@@ -54,6 +61,9 @@ KEPT_STEPS = 200
 
 #: Values that say nothing where they are also the default.
 NOTHING = (None, "", "auto", ())
+
+#: Largest number of steps that a file may name.
+MAX_POSITION = 10**6
 
 #: Bytes of an array that are written at once.
 PIECE_BYTES = 1 << 20
@@ -99,7 +109,7 @@ class Writer:
         self.path = path
         self._seen = (seen_from or data_folder(path), own)
         self._opened = contextlib.ExitStack()
-        self._connection: sqlite3.Connection | None = None
+        self._connection: Guarded | None = None
         self._inode = self._device = -1
         self._writes = 0
         self._known: dict[int, tuple[Any, str]] = {}
@@ -153,7 +163,7 @@ class Writer:
         """True unless the file was removed or replaced since it was written."""
         return self._connection is None or self._inode == _inode(self.path)
 
-    def _ready(self) -> sqlite3.Connection:
+    def _ready(self) -> Guarded:
         """The connection; a new file where somebody has removed or replaced the one that was there.
 
         Raises OutputError where its folder went as well: whoever makes that anew hides what comes back.
@@ -167,7 +177,7 @@ class Writer:
             self._inode, self._device = _inode(self.path), _device(self.path.parent)
         return self._connection
 
-    def _state(self, connection: sqlite3.Connection, state: Project | str) -> str:
+    def _state(self, connection: Guarded, state: Project | str) -> str:
         if isinstance(state, str):
             return state
         known = self._known.get(id(state))
@@ -230,7 +240,7 @@ def _keep_value(value: Any, keeper: Keeper) -> str:
     return keeper.text(json.dumps(encoded(value, keeper), sort_keys=True, allow_nan=False))
 
 
-def _keeper(connection: sqlite3.Connection, folder: Path, seen_from: Path, own: Path | None) -> Keeper:
+def _keeper(connection: Guarded, folder: Path, seen_from: Path, own: Path | None) -> Keeper:
     def keep_text(text: str) -> str:
         name = name_of(text.encode())
         connection.execute("INSERT OR IGNORE INTO value VALUES (?, ?)", (name, text))
@@ -248,14 +258,24 @@ def _keeper(connection: sqlite3.Connection, folder: Path, seen_from: Path, own: 
     return Keeper(keep_text, keep_array, seen_from, own)
 
 
-def _insert(connection: sqlite3.Connection, name: str, header: bytes, numbers: memoryview) -> None:
+def _insert(connection: Guarded, name: str, header: bytes, numbers: memoryview) -> None:
     """Keep an array in the file, a piece at a time: to copy it whole would hold up the thread of the window."""
     size = len(header) + len(numbers)
-    row = connection.execute("INSERT INTO array VALUES (?, zeroblob(?))", (name, size)).lastrowid or 0
+    with connection.long_values():
+        row = connection.execute("INSERT INTO array VALUES (?, zeroblob(?))", (name, size)).lastrowid or 0
     with connection.blobopen("array", "content", row) as blob:
         blob.write(header)
         for start in range(0, len(numbers), PIECE_BYTES):
             blob.write(numbers[start : start + PIECE_BYTES])
+
+
+def _blob(connection: Guarded, row: int) -> memoryview:
+    """The content of an array in the file, read piece by piece."""
+    with connection.blobopen("array", "content", row, readonly=True) as blob:
+        content = scratch_array((len(blob),), np.uint8).data
+        for start in range(0, len(blob), PIECE_BYTES):
+            content[start : start + PIECE_BYTES] = blob.read(PIECE_BYTES)
+    return content
 
 
 def settle(path: Path) -> None:
@@ -290,87 +310,129 @@ class Opened:
     missing: Mapping[str, str]
 
 
-def read(path: Path) -> Opened:
-    """Open a project file. Raises InputError where it is none, damaged, or of a newer version."""
+class DamagedState(InputError):
+    """A document with damaged parts: what is wrong with each of them, and the `sound` values of the others."""
+
+    def __init__(self, path: Path, wrong: Mapping[str, str], sound: Mapping[str, Any]) -> None:
+        super().__init__(path, f"is damaged ({'; '.join(wrong.values())})", RECOVER)
+        self.wrong, self.sound = wrong, sound
+
+
+def read(path: Path, *, thorough: bool = False) -> Opened:
+    """Open a project file; `thorough` also searches large arrays for numbers that are not finite.
+
+    Raises InputError where it is none, damaged, or of a newer version.
+    """
     settle(path)
     with reading(path):
-        return _read(path)
+        return _read(path, thorough)
 
 
-def _read(path: Path) -> Opened:
+def _read(path: Path, thorough: bool) -> Opened:
     with reading(path) as connection, explained(path):
-        meta = dict(connection.execute("SELECT name, value FROM meta"))
-        rows = connection.execute("SELECT text, gesture, old, new FROM step ORDER BY number LIMIT ?", (KEPT_STEPS,))
-        steps = tuple(Step(str(text), str(gesture), str(old), str(new)) for text, gesture, old, new in rows)
-    finder = finder_of(path)
+        meta = dict(connection.execute("SELECT name, value FROM meta WHERE name IN ('current', 'position')"))
+        steps = steps_in(connection)
+    finder = finder_of(path, thorough=thorough)
     missing: dict[str, str] = {}
     if "current" not in meta:
         return Opened(Project(), lambda name: _state(path, name, finder, {}), (), 0, {})
     current = _state(path, meta["current"], finder, missing)
-    position = int(meta.get("position", "0")) if str(meta.get("position", "0")).isdigit() else 0
+    position = whole_number(meta.get("position", "0"), MAX_POSITION)
+    if position is None:
+        raise InputError(path, "is damaged (its position in the history is no number)", RECOVER)
     missing |= dict.fromkeys(finder.gone, "data that can be made again")
     return Opened(current, lambda name: _state(path, name, finder, {}), steps, min(position, len(steps)), missing)
 
 
+def steps_in(connection: Guarded) -> tuple[Step, ...]:
+    """The history that a project file keeps, its states by their names."""
+    rows = connection.execute("SELECT text, gesture, old, new FROM step ORDER BY number LIMIT ?", (KEPT_STEPS,))
+    return tuple(Step(str(text), str(gesture), str(old), str(new)) for text, gesture, old, new in rows)
+
+
 def _state(path: Path, name: str, finder: Finder, missing: dict[str, str]) -> Project:
-    """The document of one state; parts whose data are gone are as in a new document, and listed in `missing`."""
+    """The document of one state; parts whose data are gone are as in a new document, and listed in `missing`.
+
+    Raises DamagedState where parts are damaged, and InputError where all of it is gone.
+    """
     key = f"state {name}"
     if key in finder.made:
         return cast(Project, finder.made[key])
     with reading(path) as connection, explained(path):
         row = connection.execute("SELECT parts FROM state WHERE name = ?", (name,)).fetchone()
-    if row is None:
-        raise InputError(path, "is damaged: a state of its history is gone", "Open a copy of it")
-    parts = {}
-    try:
-        with reading(path):
-            for part, value in json.loads(row[0]).items():
-                try:
-                    parts[part] = _part(value, finder)
-                except Absent as gone:
-                    missing[part] = str(gone)
-        known = {part.name for part in fields(Project)}
-        made = Project(**{part: value for part, value in parts.items() if part in known})
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise InputError(path, f"is damaged ({error})", "Open a copy of it") from error
-    finder.made[key] = made
+        if row is None:
+            raise InputError(path, "is damaged (a state of its history is gone)", RECOVER)
+        parts, wrong = dict[str, Any](), dict[str, str]()
+        for part, value in _parts_in(str(row[0]), path).items():
+            try:
+                parts[part] = _part(part, value, finder)
+            except Absent as gone:
+                missing[part] = str(gone)
+            except DAMAGE as error:
+                wrong[part] = _said_of(part, error)
+    if wrong:
+        raise DamagedState(path, wrong, parts)
+    finder.made[key] = made = Project(**parts)
     return made
 
 
-def _part(value: str, finder: Finder) -> Any:
+def _parts_in(text: str, path: Path) -> dict[str, str]:
+    """The names of the values of a state, by part; InputError where the text is no state."""
+    try:
+        parts = parsed(text)
+    except (ValueError, RecursionError):
+        parts = None
+    if not isinstance(parts, dict) or not all(isinstance(value, str) for value in parts.values()):
+        raise InputError(path, "is damaged (a state of its history is no list of parts)", RECOVER)
+    known = {part.name for part in fields(Project)}
+    return {part: value for part, value in parts.items() if part in known}
+
+
+def _said_of(part: str, error: Exception) -> str:
+    """What is wrong with a part, in a few words."""
+    said = " ".join(str(error).split())[:160] if isinstance(error, ValueError) else ""
+    return said if said.startswith(f"{part} ") else f"{part}: {said or 'no value of a project'}"
+
+
+def _part(part: str, value: str, finder: Finder) -> Any:
     """The value of one part of a document, the same object for all states that share it."""
-    key = f"part {value}"
+    key = f"part {part} {value}"
     if key not in finder.made:
-        finder.made[key] = decoded(json.loads(finder.text(value)), finder)
+        finder.work.nodes = finder.work.deepest = 0
+        with np.errstate(all="ignore"):
+            found = decoded(parsed(finder.text(value)), finder)
+            problem = problem_of(Project, {part: found})
+        if problem:
+            raise ValueError(problem)
+        finder.made[key] = found
     return finder.made[key]
 
 
-def finder_of(path: Path) -> Finder:
+def finder_of(path: Path, *, thorough: bool = False) -> Finder:
     """Read values of a project file; nothing stays open for undo."""
     folder = data_folder(path)
 
     def find_text(name: str) -> str:
         with reading(path) as connection, explained(path):
-            row = connection.execute(
-                "SELECT text FROM value WHERE name = ? AND length(text) <= ?", (name, MOST_TEXT)
-            ).fetchone()
+            row = connection.execute("SELECT text FROM value WHERE name = ?", (name,)).fetchone()
         if row is None or name_of(str(row[0]).encode()) != name:
             raise ValueError("a value is gone or damaged")
         return str(row[0])
 
     def find_array(name: str) -> Array:
-        if len(name) != 40 or not name.isalnum():
+        if not is_name(name):
             raise ValueError(f"no name of an array: {name!r:.60}")
         with reading(path) as connection, explained(path):
-            row = connection.execute("SELECT content FROM array WHERE name = ?", (name,)).fetchone()
-        if row is None:
+            row = connection.execute("SELECT rowid FROM array WHERE name = ?", (name,)).fetchone()
+            content = _blob(connection, row[0]) if row is not None else None
+        if content is None:
             return find_beside(folder, name)
-        if name_of(row[0]) != name:
+        if name_of(content) != name:
             raise Absent("data that can be made again")
-        return array_from(row[0])
+        return array_from(content)
 
     with reading(path) as connection, explained(path):
-        return Finder(find_text, find_array, folder, places_of(connection, folder))
+        return Finder(find_text, find_array, folder, places_of(connection, folder), thorough=thorough)
 
 
 def places_of(connection: sqlite3.Connection, folder: Path) -> dict[str, Path]:
@@ -378,7 +440,7 @@ def places_of(connection: sqlite3.Connection, folder: Path) -> dict[str, Path]:
     places: dict[str, Path] = {}
     if connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'photograph'").fetchone() is not None:
         rows = connection.execute("SELECT place, now FROM photograph WHERE now IS NOT NULL").fetchall()
-        with contextlib.suppress(ValueError, TypeError, KeyError):
-            for place, now in rows:
-                places[str(json.loads(place)["path"])] = found_path(json.loads(now), folder)
+        for place, now in rows:
+            with contextlib.suppress(*DAMAGE):
+                places[str(parsed(place)["path"])] = found_path(parsed(now), folder)
     return places

@@ -14,7 +14,6 @@ import json
 import math
 import os
 from collections.abc import Callable, Mapping
-from importlib import import_module
 from pathlib import Path, PurePath
 from types import MappingProxyType
 from typing import Any, cast
@@ -22,66 +21,10 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from app.project.declared import CLASSES, can_be_opened, class_named, problem_of
 from engine.capture.stack import ImageStack
 from engine.core.errors import InputError
 from engine.core.health import Verdict
-
-#: Classes of the document by their module. Their names and fields are part of the format: renaming one needs a
-#: migration (`app.project.project_file`).
-CLASSES = {
-    "app.document.document": ("ImportChoices", "Look"),
-    "app.document.comparison": ("Comparison", "Entry", "Fitted"),
-    "app.document.factoring": ("Factoring", "Run"),
-    "app.document.measured": ("Accuracy",),
-    "app.document.variation": ("Blend", "Colours", "VariedParameter"),
-    "engine.brdf.models.diffuse": ("Lambert", "OrenNayar"),
-    "engine.brdf.models.lafortune": ("Lafortune", "LafortuneThreeLobes"),
-    "engine.brdf.models.microfacet": (
-        "AshikhminShirley",
-        "CookTorrance",
-        "Ggx",
-        "GgxAnisotropic",
-        "MetallicRoughness",
-        "Ward",
-    ),
-    "engine.brdf.models.phong": ("BlinnPhong", "Phong"),
-    "engine.brdf.models.poulin_fournier": ("PoulinFournier",),
-    "engine.brdf.radial_basis": ("Patches",),
-    "engine.brdf.readers.rgl": ("RglBrdf", "Warp"),
-    "engine.brdf.samples": ("BrdfSamples",),
-    "engine.brdf.scattered": ("ScatteredBrdf", "Shape", "Symmetry"),
-    "engine.brdf.table": ("DirectionTable", "HalfDifferenceTable"),
-    "engine.brdf.written": ("WrittenBrdf",),
-    "engine.capture.lights.mirror_sphere": ("Circle",),
-    "engine.capture.lights.sources": ("Sources", "Unpacked"),
-    "engine.capture.photograph.exposures": ("Exposure",),
-    "engine.capture.registration.framing": ("Framing",),
-    "engine.capture.report": ("Quality",),
-    "engine.capture.stack": ("ImageStack",),
-    "engine.core.health": ("Finding", "Health"),
-    "engine.factor.hemisphere_map": ("HemisphereMap",),
-    "engine.factor.homomorphic": ("HomomorphicFactors", "LogSpace"),
-    "engine.factor.projections": ("FixedProjection", "LinearProjection"),
-    "engine.factor.separable_factors": ("SeparableFactors",),
-    "engine.factor.settings": ("FactorSettings",),
-    "engine.geometry.camera": ("Camera",),
-    "engine.geometry.ground": ("Ground",),
-    "engine.geometry.mesh": ("Mesh",),
-    "engine.light.environment": ("EnvironmentMap",),
-    "engine.light.lamps": ("Lamp", "LampSettings"),
-    "engine.light.near_lamps": ("NearLampSettings",),
-    "engine.planning.costs.setting": ("Setting",),
-    "engine.scene.material": ("Material",),
-    "engine.shading.directional.interpolation": ("Kernel",),
-    "engine.shading.directional.planes": ("DirectionalMap",),
-    "engine.shading.kept_tiles": ("KeptTiles",),
-    "engine.shading.power_law": ("PowerLawMap", "Storage"),
-    "engine.shading.shading_map": ("ShadingMap",),
-    "engine.surface.lamps": ("Lamps",),
-    "engine.surface.pbr_maps": ("MapErrors", "ObservedSlopes", "PbrMaps", "Uncertainty"),
-    "engine.surface.recover": ("Surface",),
-    "engine.tradeoff.point": ("Point",),
-}
 
 #: Their arrays take long or can be made again from what the document names, and lie beside the file.
 DERIVED = (
@@ -95,8 +38,11 @@ DERIVED = (
     "ShadingMap",
 )
 
-#: Deepest nesting and longest text of one value that is read.
-MOST_DEPTH, MOST_TEXT = 60, 64 * 2**20
+#: Deepest nesting of a value that is read, and most values within one, each counted as often as it is named.
+MOST_DEPTH, MAX_NODES = 60, 2_000_000
+
+#: What making a value of damaged text raises; `UsageError` is a ValueError.
+DAMAGE = (ValueError, KeyError, TypeError, AttributeError, IndexError, ArithmeticError, RecursionError)
 
 #: Longest header of an array that is read, in bytes.
 MOST_HEADER = 1 << 16
@@ -128,12 +74,22 @@ class Keeper:
     file: Callable[[Path], Any] | None = None
 
 
+@dataclasses.dataclass
+class Work:
+    """Nodes of a value that were read so far, and the deepest of them."""
+
+    nodes: int = 0
+    deepest: int = 0
+
+
 @dataclasses.dataclass(frozen=True)
 class Finder:
     """The other direction: `text` and `array` give what was kept under a name, or raise Absent.
 
     `places` are paths by which the file knows what a person has found elsewhere since; `made` are the values that were
-    read, by name, and `gone` the parts of materials whose data are not there.
+    read, by name, and `gone` the parts of materials whose data are not there. `work` bounds what one value may hold,
+    and `sizes` are nodes and height of each value in `made`: what names others twice at each level is small on disk
+    and has no end in memory. A `thorough` finder also searches large arrays for numbers that are not finite.
     """
 
     text: Callable[[str], str]
@@ -142,6 +98,32 @@ class Finder:
     places: Mapping[str, Path] = dataclasses.field(default_factory=dict)
     made: dict[str, Any] = dataclasses.field(default_factory=dict)
     gone: set[str] = dataclasses.field(default_factory=set)
+    work: Work = dataclasses.field(default_factory=Work)
+    sizes: dict[str, tuple[int, int]] = dataclasses.field(default_factory=dict)
+    thorough: bool = False
+
+
+def is_name(text: Any) -> bool:
+    """True for what `name_of` gives."""
+    return isinstance(text, str) and len(text) == 40 and not text.strip("0123456789abcdef")
+
+
+def parsed(text: str) -> Any:
+    """The JSON value of a text; ValueError or RecursionError where it is none, or holds more than `MAX_NODES`."""
+    if text.count(",") + text.count("[") + text.count("{") > MAX_NODES:
+        raise ValueError("a value holds too many others")
+    return json.loads(text, parse_constant=_refuse, parse_float=_finite)
+
+
+def _refuse(constant: str) -> float:
+    raise ValueError(f"{constant} is no number")
+
+
+def _finite(digits: str) -> float:
+    number = float(digits)
+    if not math.isfinite(number):
+        raise ValueError(f"{digits:.40} is too large")
+    return number
 
 
 def name_of(*parts: bytes | memoryview) -> str:
@@ -172,8 +154,8 @@ def array_from(content: Any) -> Array:
     if np.lib.format.read_magic(head) != (1, 0):
         raise ValueError("an array of another version")
     shape, is_fortran, dtype = np.lib.format.read_array_header_1_0(head)
-    if dtype.hasobject or is_fortran:
-        raise ValueError("an array of objects, or in another order")
+    if dtype.kind not in "biuf" or is_fortran or any(length < 0 for length in shape):
+        raise ValueError("an array of other things than numbers, or in another order")
     numbers = memory[head.tell() :]
     if len(numbers) != math.prod(shape) * dtype.itemsize:
         raise ValueError("an array of another size")
@@ -230,12 +212,14 @@ def _encoded_object(value: Any, keeper: Keeper, derived: bool) -> Any:
 def decoded(said: Any, finder: Finder, depth: int = 0) -> Any:
     """The value that `said` describes.
 
-    Raises Absent where a part is gone, and ValueError, KeyError or TypeError where this is no value of the document.
+    Raises Absent where a part is gone, and one of `DAMAGE` where this is no value of the document.
     """
+    finder.work.nodes += 1
+    if depth > MOST_DEPTH or finder.work.nodes > MAX_NODES:
+        raise ValueError("values are nested too deeply" if depth > MOST_DEPTH else "a value holds too many others")
+    finder.work.deepest = max(finder.work.deepest, depth)
     if said is None or isinstance(said, bool | str | int | float):
         return said
-    if depth > MOST_DEPTH:
-        raise ValueError("values are nested too deeply")
     if isinstance(said, list):
         return [decoded(part, finder, depth + 1) for part in said]
     if not isinstance(said, dict) or not said:
@@ -254,7 +238,7 @@ def decoded(said: Any, finder: Finder, depth: int = 0) -> Any:
     if kind == "verdict":
         return Verdict(content)
     if kind == "float":
-        return float(content)
+        return _infinite(content)
     if not isinstance(content, list):
         raise ValueError(f"no value: {said!r:.60}")
     parts = [decoded(part, finder, depth + 1) for part in content]
@@ -267,25 +251,47 @@ def decoded(said: Any, finder: Finder, depth: int = 0) -> Any:
     raise ValueError(f"no value: {said!r:.60}")
 
 
+def _infinite(text: Any) -> float:
+    if text not in ("nan", "inf", "-inf"):
+        raise ValueError(f"no number: {text!r:.60}")
+    return float(text)
+
+
 def _decoded_own(name: str, finder: Finder, depth: int) -> Any:
-    if name not in finder.made:
-        finder.made[name] = decoded(json.loads(finder.text(name)), finder, depth + 1)
-    return finder.made[name]
+    """An object that is compared by identity: the same one wherever it is named."""
+    work = finder.work
+    if name in finder.sizes:
+        nodes, height = finder.sizes[name]
+        work.nodes, work.deepest = work.nodes + nodes, max(work.deepest, depth + height)
+        if work.nodes > MAX_NODES or work.deepest > MOST_DEPTH:
+            raise ValueError("a value holds too many others, or is nested too deeply")
+        return finder.made[name]
+    nodes, deepest = work.nodes, work.deepest
+    work.deepest = depth
+    made = decoded(parsed(finder.text(name)), finder, depth + 1)
+    if not dataclasses.is_dataclass(made) or type(made).__eq__ is not object.__eq__:
+        raise ValueError("a value of its own that is no object")
+    finder.made[name], finder.sizes[name] = made, (work.nodes - nodes, work.deepest - depth)
+    work.deepest = max(work.deepest, deepest)
+    return made
 
 
 def _decoded_object(said: Mapping[str, Any], finder: Finder, depth: int) -> Any:
     name, parts = said["is"], said["of"]
-    module = next((module for module, names in CLASSES.items() if name in names), None)
-    if module is None or not isinstance(parts, dict):
+    if not isinstance(name, str) or not isinstance(parts, dict) or not any(name in names for names in CLASSES.values()):
         raise ValueError(f"no class of the document: {name!r:.60}")
-    kind = getattr(import_module(module), name)
+    kind = class_named(name)
     if name == "Sources" and "archive" in (parts.get("unpacked") or ()):  # schema 1 kept no more than its name
         parts = {**parts, "unpacked": None}
+    known = {part: each for part, each in parts.items() if part in _parts(kind)}
     if name == "Material":  # a material whose maps are gone is built again
-        values = {part: _or_none(part, each, finder, depth) for part, each in parts.items()}
+        values = {part: _or_none(part, each, finder, depth) for part, each in known.items()}
     else:
-        values = {part: decoded(each, finder, depth + 1) for part, each in parts.items()}
-    return kind(**{part: value for part, value in values.items() if part in _parts(kind)})
+        values = {part: decoded(each, finder, depth + 1) for part, each in known.items()}
+    problem = problem_of(kind, values, thorough=finder.thorough)
+    if problem:
+        raise ValueError(problem)
+    return kind(**values)
 
 
 def _or_none(part: str, said: Any, finder: Finder, depth: int) -> Any:
@@ -332,16 +338,35 @@ def said_path(path: Path, folder: Path) -> dict[str, str]:
 
 
 def found_path(said: Mapping[str, Any], folder: Path, places: Mapping[str, Path] = MappingProxyType({})) -> Path:
-    """The path that is there: where a person found it again (`places`), as seen from the project now, or in full."""
+    """The path that is there: where a person found it again (`places`), as seen from the project now, or in full.
+
+    ValueError where it is no path.
+    """
     full, *near = paths_of(said, folder)
     candidates = (places.get(str(said["path"])), *near, full)
-    return next((each for each in candidates if each is not None and each.exists()), full)
+    return next((each for each in candidates if each is not None and is_there(each)), full)
+
+
+def is_there(path: Path) -> bool:
+    """True for a file or folder that a project names and that can be looked at.
+
+    A path on another computer (`\\\\server\\share`) counts as gone unless the user works there: looking for it would
+    give the user's name and password hash to whoever made the project.
+    """
+    if os.name == "nt" and path.drive.startswith("\\\\") and path.drive != Path.cwd().drive:
+        return False
+    return os.path.exists(path)  # noqa: PTH110 - Path.exists raises where a folder on the way may not be entered
 
 
 def paths_of(said: Mapping[str, Any], folder: Path) -> list[Path]:
-    """The path in full, and where it differs, as seen from where the project lies now."""
-    near = [Path(os.path.normpath(folder.parent / str(said["near"])))] if "near" in said else []
-    return [_inside(str(said["path"]), folder), *near]
+    """The path in full, and where it differs, as seen from where the project lies now; ValueError where it is none."""
+    if not isinstance(said["path"], str) or not isinstance(said.get("near", ""), str):
+        raise ValueError("no path")
+    near = [Path(os.path.normpath(folder.parent / said["near"]))] if "near" in said else []
+    paths = [_inside(said["path"], folder), *near]
+    if not all(map(can_be_opened, paths)):
+        raise ValueError("no path that can be opened")
+    return paths
 
 
 def _inside(text: str, folder: Path) -> Path:

@@ -1,10 +1,12 @@
-"""Text of strangers in UTF-16, which Windows programs call "Unicode", as UTF-8, which all readers here take.
+"""Text of strangers: whole numbers, and text in UTF-16, which Windows programs call "Unicode", as UTF-8.
 
 UTF-16 is known by its mark, or without one by its zeros: no letter of the file formats here needs its upper byte, and
 no text in UTF-8 or Latin-1 holds a byte of 0. Cost: linear, about 10 ns for each letter.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 _MARKS = (b"\xff\xfe", b"\xfe\xff")
 
@@ -27,3 +29,15 @@ def marked(content: bytes) -> bytes:
         if upper.count(0) >= _SHARE * len(upper) and 0 not in lower:
             return mark + content
     return content
+
+
+def whole_number(text: Any, most: int) -> int | None:
+    """The number from 0 to `most` that `text` writes in decimal digits of ASCII; None where it does not.
+
+    `str.isdigit` also takes superscripts, which `int` does not, and `int` takes signs, underscores and spaces, and
+    thousands of digits at a cost that grows with their square.
+    """
+    if not isinstance(text, str) or not (text.isascii() and text.isdigit()) or len(text) > max(20, len(str(most))):
+        return None
+    number = int(text)
+    return number if number <= most else None

@@ -69,9 +69,16 @@ def full(photographs: Path) -> Project:
     entries = tuple(Entry(name, kind(), at % 12) for at, (name, kind) in enumerate(MODELS.items()))
     return Project(
         sources=find([photographs]),
-        import_choices=ImportChoices(outline=(1.0, 2.5, float("inf")), highlights={"a.png": (0.5, 1.0)}),
+        import_choices=ImportChoices(outline=(1.0, 2.5, 3.0), highlights={"a.png": (0.5, 1.0)}),
         excluded=frozenset({"felt_10deg.png"}),
-        material=Material(shading_map(), None, brdf="ggx:alpha=0.3", elevation_deg=(10.0, 90.0), name="Felt"),
+        material=Material(
+            shading_map(),
+            None,
+            brdf="ggx:alpha=0.3",
+            elevation_deg=(10.0, 90.0),
+            name="Felt",
+            health=Health({"condition": float("inf")}),
+        ),
         provenance={"software": "test", "list": [1, 2.5, None, {"deep": True}]},
         mesh=shape("sphere"),
         look=Look(lamps=(LampSettings(),), light_theta_deg=12.25, forced=("shadows",)),

@@ -1,0 +1,486 @@
+"""Values of a project compared with what their classes declare, before they are made.
+
+One checker reads the annotations of the dataclasses and named tuples of `CLASSES`: numbers are
+finite and of 64 bits, texts and paths can be shown and opened, tuples, mappings and literals hold what they declare,
+and a field of a class holds that class. `ARRAYS` adds what annotations cannot say: the axes of arrays, and which of
+them hold finite numbers; `RULES` what holds between fields, `RANGES` what bounds the work of the program, and
+`_declared` stands for annotations that are open (`Any`). Ranges of parameters are checked by the classes themselves.
+
+pydantic was weighed: it takes instances of dataclasses as they are, or makes them anew, and a value that two states
+share has to stay the same object.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import types
+import typing
+from collections.abc import Callable, Collection, Mapping, Sequence, Set
+from enum import Enum
+from functools import cache, reduce
+from importlib import import_module
+from operator import or_
+from pathlib import Path
+from typing import Any, Literal, Union
+
+import numpy as np
+
+from engine.brdf.brdf import MODELS, brdf_from_text
+from engine.storage.text import whole_number
+
+#: Classes of the document by their module. Their names and fields are part of the format: renaming one needs a
+#: migration (`app.project.project_file`).
+CLASSES = {
+    "app.document.document": ("ImportChoices", "Look"),
+    "app.document.comparison": ("Comparison", "Entry", "Fitted"),
+    "app.document.factoring": ("Factoring", "Run"),
+    "app.document.measured": ("Accuracy",),
+    "app.document.variation": ("Blend", "Colours", "VariedParameter"),
+    "engine.brdf.models.diffuse": ("Lambert", "OrenNayar"),
+    "engine.brdf.models.lafortune": ("Lafortune", "LafortuneThreeLobes"),
+    "engine.brdf.models.microfacet": (
+        "AshikhminShirley",
+        "CookTorrance",
+        "Ggx",
+        "GgxAnisotropic",
+        "MetallicRoughness",
+        "Ward",
+    ),
+    "engine.brdf.models.phong": ("BlinnPhong", "Phong"),
+    "engine.brdf.models.poulin_fournier": ("PoulinFournier",),
+    "engine.brdf.radial_basis": ("Patches",),
+    "engine.brdf.readers.rgl": ("RglBrdf", "Warp"),
+    "engine.brdf.samples": ("BrdfSamples",),
+    "engine.brdf.scattered": ("ScatteredBrdf", "Shape", "Symmetry"),
+    "engine.brdf.table": ("DirectionTable", "HalfDifferenceTable"),
+    "engine.brdf.written": ("WrittenBrdf",),
+    "engine.capture.lights.mirror_sphere": ("Circle",),
+    "engine.capture.lights.sources": ("Sources", "Unpacked"),
+    "engine.capture.photograph.exposures": ("Exposure",),
+    "engine.capture.registration.framing": ("Framing",),
+    "engine.capture.report": ("Quality",),
+    "engine.capture.stack": ("ImageStack",),
+    "engine.core.health": ("Finding", "Health"),
+    "engine.factor.hemisphere_map": ("HemisphereMap",),
+    "engine.factor.homomorphic": ("HomomorphicFactors", "LogSpace"),
+    "engine.factor.projections": ("FixedProjection", "LinearProjection"),
+    "engine.factor.separable_factors": ("SeparableFactors",),
+    "engine.factor.settings": ("FactorSettings",),
+    "engine.geometry.camera": ("Camera",),
+    "engine.geometry.ground": ("Ground",),
+    "engine.geometry.mesh": ("Mesh",),
+    "engine.light.environment": ("EnvironmentMap",),
+    "engine.light.lamps": ("Lamp", "LampSettings"),
+    "engine.light.near_lamps": ("NearLampSettings",),
+    "engine.planning.costs.setting": ("Setting",),
+    "engine.scene.material": ("Material",),
+    "engine.shading.directional.interpolation": ("Kernel",),
+    "engine.shading.directional.planes": ("DirectionalMap",),
+    "engine.shading.kept_tiles": ("KeptTiles",),
+    "engine.shading.power_law": ("PowerLawMap", "Storage"),
+    "engine.shading.shading_map": ("ShadingMap",),
+    "engine.surface.lamps": ("Lamps",),
+    "engine.surface.pbr_maps": ("MapErrors", "ObservedSlopes", "PbrMaps", "Uncertainty"),
+    "engine.surface.recover": ("Surface",),
+    "engine.tradeoff.point": ("Point",),
+}
+
+#: Largest whole number, and longest text and path, in letters and bytes.
+MAX_NUMBER, MAX_TEXT, MAX_NAME_BYTES, MAX_PATH_BYTES = 2**63 - 1, 1_000_000, 255, 4096
+
+#: Longest name of a project, in letters.
+MAX_SHOWN = 4096
+
+#: Floating-point arrays with more bytes are searched for numbers that are not finite by `lightarc project verify`
+#: alone: they are mapped, and reading them would hold up the opening of a project.
+MAX_SEARCHED_BYTES = 1 << 24
+
+#: Classes that are BRDFs.
+BRDFS = (
+    *("Lambert", "OrenNayar", "Lafortune", "LafortuneThreeLobes", "AshikhminShirley", "CookTorrance", "Ggx"),
+    *("GgxAnisotropic", "MetallicRoughness", "Ward", "BlinnPhong", "Phong", "PoulinFournier", "RglBrdf"),
+    *(
+        "ScatteredBrdf",
+        "DirectionTable",
+        "HalfDifferenceTable",
+        "WrittenBrdf",
+        "HomomorphicFactors",
+        "SeparableFactors",
+    ),
+)
+
+#: Axes of arrays: a number, or a letter that has one length in all arrays of an object; "!" where numbers are finite.
+ARRAYS: Mapping[str, Mapping[str, str]] = {
+    "BrdfSamples": {"wi": "N 3", "wo": "N 3", "value": "N 3", "wavelengths_nm": "L", "spectra": "N L"},
+    "DirectionTable": {"theta_i": "A!", "phi_i": "B!", "theta_o": "C!", "phi_o": "E!", "values": "A B C E 3"},
+    "HalfDifferenceTable": {"values": "H D P 3", "missing": "H D P", "planes": "3 X Y Z"},
+    "RglBrdf": {"phi_i": "P!", "theta_i": "T!", "ndf": "A B!", "sigma": "C D!", "colours": "P T Y X 3!"},
+    "Warp": {"density": "P T Y X!", "columns": "P T Y X!", "rows": "P T Y!"},
+    "ScatteredBrdf": {"_mean": "3!"},
+    "Patches": {
+        "low": "B 5",
+        "high": "B 5",
+        "margin": "B 5!",
+        "starts": "S",
+        "centres": "5 M!",
+        "weights": "3 M!",
+    },
+    "HomomorphicFactors": {},
+    "LogSpace": {"mean": "3!", "largest": "3"},
+    "LinearProjection": {"rows": "2 4!"},
+    "SeparableFactors": {"first": "K R C 3", "second": "K R C 3"},
+    "Sources": {"elevation": "N!", "azimuth": "N!"},
+    "ImageStack": {
+        "radiance": "N H W 3",
+        "saturated": "N H W",
+        "elevation": "N!",
+        "azimuth": "N!",
+        "mean_radiance": "N!",
+    },
+    "Mesh": {"positions": "V 3!", "normals": "V 3!", "uv": "V 2!", "faces": "F 3"},
+    "EnvironmentMap": {"radiance": "H W 3!"},
+    "DirectionalMap": {
+        "planes": "K H W",
+        "low": "K!",
+        "step": "K!",
+        "mean": "T!",
+        "vectors": "T K!",
+        "lights": "N 3!",
+    },
+    "KeptTiles": {"place": "R C", "slices": "M S A A 3!"},
+    "PowerLawMap": {"scale": "H W 3!", "exponent": "H W 3!", "rms_per_channel": "3", "error_map": "H W"},
+    "ShadingMap": {"slices": "S H W 3!", "mean_radiance": "S!", "clipped": "S H W"},
+    "Lamps": {"direction": "N 3!"},
+    "PbrMaps": {
+        "base_colour": "H W 3!",
+        "normal": "H W 3!",
+        "roughness": "H W!",
+        "metallic": "H W!",
+        "f0": "H W!",
+        "height": "H W!",
+        "occlusion": "H W!",
+    },
+    "Uncertainty": {
+        "base_colour": "H W 3",
+        "normal": "H W",
+        "roughness": "H W",
+        "metallic": "H W",
+        "f0": "H W",
+        "height": "H W",
+        "occlusion": "H W",
+    },
+}
+
+#: Classes whose figures only describe a result: infinite where a measure has no bound, NaN where it is not known.
+DESCRIBED = ("Health", "Fitted", "Quality", "MapErrors", "ScatteredBrdf")
+
+#: Least and largest values of fields whose annotation only says that they are numbers, by class.
+RANGES: Mapping[str, Mapping[str, tuple[float, float]]] = {
+    "Project": {"slices": (2, 4096), "error_bound_percent": (0.0, 1000.0), "white": (0.0, 1e12)},
+    "Factoring": {"terms": (1, 10**6), "current": (0, 10**9)},
+    "Look": {"directions": (1, 1 << 16), "bounces": (0, 64)},
+    "Accuracy": {"samples": (0, 1 << 24)},
+    "Entry": {"identity": (0, 11)},
+    "Run": {"identity": (0, 11), "number": (0, 10**9)},
+    "Kernel": {"length": (1e-9, 1e9), "noise": (0.0, 1e9)},
+    "Circle": {"column": (-1e7, 1e7), "row": (-1e7, 1e7), "radius": (0.0, 1e7)},
+    "ImportChoices": {"lamp_distance": (0.0, 1e9)},
+    "Exposure": {"exposure_s": (0.0, 1e9)},
+}
+
+
+class Json:
+    """Stands for what JSON can say: no paths, sets or objects."""
+
+
+def _is_rising(starts: np.ndarray[Any, Any], count: int) -> bool:
+    return len(starts) > 0 and starts[0] == 0 and starts[-1] == count and bool((np.diff(starts) >= 0).all())
+
+
+def _sources_fit(of: Mapping[str, Any]) -> bool:
+    count = len(of["photographs"])
+    azimuth, highlights = of.get("azimuth"), of.get("highlights_px", ())
+    return (
+        count > 0
+        and len(of["elevation"]) == len(of["exposure_s"]) == len(of["exposures"]) == count
+        and (azimuth is None or len(azimuth) == count)
+        and len(highlights) in (0, count)
+        and all(of["exposures"])
+    )
+
+
+def _stack_fits(of: Mapping[str, Any]) -> bool:
+    count = len(of["radiance"])
+    azimuth = of.get("azimuth")
+    lists = (of["saturated"], of["elevation"], of["mean_radiance"], of["sources"])
+    return count > 0 and all(len(each) == count for each in lists) and (azimuth is None or len(azimuth) == count)
+
+
+def _source_fits(of: Mapping[str, Any]) -> bool:
+    """True for a source of `app.document.factoring.names_of`."""
+    from app.document.factoring import MATERIAL, names_of
+
+    kind, rest = names_of(of.get("source", MATERIAL))
+    if kind == "model" and rest not in MODELS:
+        brdf_from_text(rest)
+    return (
+        of.get("source", MATERIAL) == MATERIAL
+        or kind in ("model", "file")
+        or (kind == "entry" and whole_number(rest, MAX_NUMBER) is not None)
+    )
+
+
+def _is_brdf(text: str) -> bool:
+    """True for the text of a model; UsageError says what is wrong with another."""
+    return brdf_from_text(text) is not None
+
+
+def _bakes_fit(of: Mapping[str, Any]) -> bool:
+    """True where each method that this version knows takes the settings of its bakes; UsageError where one does not."""
+    if not of.get("bakes"):
+        return True
+    from app.document.bake_request import choices_for
+    from engine.transport import method
+
+    return all(
+        "method" not in said and choices_for(name, **said)
+        for name, said in of["bakes"].items()
+        if name in method.names()
+    )
+
+
+#: Conditions between the fields of an object, for those that its constructor does not check.
+RULES: Mapping[str, Callable[[Mapping[str, Any]], bool]] = {
+    "Patches": lambda of: len(of["starts"]) == len(of["low"]) + 1 and _is_rising(of["starts"], of["centres"].shape[1]),
+    "DirectionalMap": lambda of: len(of["mean"]) == 3 * len(of["lights"]) and of["r_max"] > 0.0,
+    "RglBrdf": lambda of: all(
+        warp.density.shape[:2] == of["colours"].shape[:2] for warp in (of["visible"], of["luminance"])
+    ),
+    "Sources": _sources_fit,
+    "ImageStack": _stack_fits,
+    "Accuracy": lambda of: all(1 <= side <= 1 << 16 for side in of["size"]),
+    "Material": lambda of: _is_brdf(of.get("brdf", "lambert")),
+    "Factoring": _source_fits,
+    "Run": _source_fits,
+    "Project": lambda of: _bakes_fit(of) and len(of.get("name", "")) <= MAX_SHOWN,
+}
+
+
+class _Known(dict[str, Any]):
+    """Names that a module imports for type checkers alone: classes of the document, each imported when asked for."""
+
+    def __init__(self, own: Mapping[str, Any]) -> None:
+        super().__init__()
+        self._own = own
+
+    def __missing__(self, name: str) -> Any:
+        if name in self._own:
+            raise KeyError(name)
+        return class_named(name)
+
+
+@cache
+def class_named(name: str) -> type:
+    """The class of the document that is called so; KeyError where there is none."""
+    for module, names in CLASSES.items():
+        if name in names:
+            found: type = getattr(import_module(module), name)
+            return found
+    raise KeyError(name)
+
+
+@cache
+def _declared(kind: type) -> Mapping[str, Any]:
+    """The types of the fields of a class, with those that stand for open ones."""
+    instead: dict[tuple[str, str], Any] = {
+        ("Project", "provenance"): Mapping[str, Json],
+        ("ImageStack", "provenance"): Mapping[str, Json],
+        ("Project", "bakes"): Mapping[str, Mapping[str, Json]],
+    }
+    if kind.__name__ in ("Entry", "Run"):
+        brdf: Any = reduce(or_, map(class_named, BRDFS))
+        instead |= {("Entry", "brdf"): brdf, ("Run", "given"): brdf | Path | str | None}
+    own = vars(import_module(kind.__module__))
+    found = typing.get_type_hints(kind, localns=_Known(own))
+    return {name: instead.get((kind.__name__, name), hint) for name, hint in found.items()}
+
+
+def problem_of(kind: type, values: Mapping[str, Any], *, thorough: bool = False) -> str:
+    """What is wrong with the values of the fields of a class, '' where nothing is: 'mesh is no mesh'.
+
+    `thorough` also searches large arrays.
+    """
+    declared, ranges, lengths = _declared(kind), RANGES.get(kind.__name__, {}), dict[str, int]()
+    for name, value in values.items():
+        hint = declared[name]
+        found = _problem(value, hint, kind.__name__ not in DESCRIBED)
+        if not found and isinstance(value, int | float) and not isinstance(value, bool) and name in ranges:
+            low, high = ranges[name]
+            found = "" if low <= value <= high else f"is not between {low:g} and {high:g}"
+        if not found and isinstance(value, np.ndarray) and kind.__name__ in ARRAYS:
+            axes = ARRAYS[kind.__name__].get(name, "")
+            found = _array_problem(value, axes, lengths, thorough) if axes else ""
+        if found:
+            return f"{name.strip('_')} {found}"
+    rule = RULES.get(kind.__name__)
+    fits = rule is None or not _required(kind) <= set(values) or rule(values)
+    return "" if fits else f"the parts of a {words_of(kind)} do not fit together"
+
+
+@cache
+def _required(kind: type) -> frozenset[str]:
+    """Fields that a constructor needs."""
+    if not dataclasses.is_dataclass(kind):
+        return frozenset()
+    missing = dataclasses.MISSING
+    fields = (each for each in dataclasses.fields(kind) if each.init)
+    return frozenset(each.name for each in fields if each.default is missing and each.default_factory is missing)
+
+
+def words_of(kind: type) -> str:
+    """What an object of the class is called: 'shading map'."""
+    letters = "".join(f" {letter.lower()}" if letter.isupper() else letter for letter in kind.__name__)
+    return {"image stack": "stack of photographs"}.get(letters.strip(), letters.strip())
+
+
+def _problem(value: Any, hint: Any, finite: bool) -> str:
+    """What is wrong with a value of a declared type, as the end of a sentence; '' where nothing is."""
+    if hint is Any:
+        return _plain_problem(value, finite)
+    if hint is Json:
+        return _json_problem(value)
+    origin, parts = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (Union, types.UnionType):
+        problems = [_problem(value, part, finite) for part in parts]
+        return "" if "" in problems else next((each for each in problems if not each.startswith("is no ")), problems[0])
+    if origin is Literal:
+        fits = any(type(value) is type(each) and value == each for each in parts)
+        return "" if fits else f"is none of {', '.join(map(str, parts))}"
+    if origin is np.ndarray:
+        return _kind_problem(value, parts)
+    if origin is tuple:
+        return _tuple_problem(value, parts, finite)
+    if origin is not None and issubclass(origin, Mapping):
+        if not isinstance(value, Mapping):
+            return "is no mapping"
+        pairs = (pair for item in value.items() for pair in zip(item, parts, strict=True))
+        return next((found for each, part in pairs if (found := _problem(each, part, finite))), "")
+    if origin is not None and issubclass(origin, Set):
+        fits = isinstance(value, frozenset)
+        return next((p for each in value if (p := _problem(each, parts[0], finite))), "") if fits else "is no set"
+    if origin is not None and issubclass(origin, Sequence):
+        fits = isinstance(value, list | tuple)
+        return next((p for each in value if (p := _problem(each, parts[0], finite))), "") if fits else "is no list"
+    return _simple_problem(value, hint, finite)
+
+
+def _simple_problem(value: Any, kind: type, finite: bool) -> str:
+    if kind is type(None) or kind is None:
+        return "" if value is None else "is no value"
+    if kind is bool:
+        return "" if isinstance(value, bool) else "is neither true nor false"
+    if kind is int:
+        return "" if _is_whole(value) else "is no whole number"
+    if kind is float:
+        fits = _is_whole(value) or (isinstance(value, float) and (math.isfinite(value) or not finite))
+        return "" if fits else "is no finite number" if isinstance(value, float) else "is no number"
+    if kind is str:
+        return "" if isinstance(value, str) and _can_be_shown(value) else "is no text"
+    if isinstance(kind, type) and issubclass(kind, Path):
+        return "" if isinstance(value, Path) and can_be_opened(value) else "is no path"
+    if isinstance(kind, type) and kind.__name__ == "TemporaryDirectory":
+        return "" if value is None else "is no folder"
+    return "" if isinstance(value, kind) else f"is no {words_of(kind)}"
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and abs(value) <= MAX_NUMBER
+
+
+def _can_be_shown(text: str) -> bool:
+    """True for a text without halves of letters; those that stand for bytes of a file name are no halves."""
+    if len(text) > MAX_TEXT:
+        return False
+    return text.isascii() or not any(
+        "\ud800" <= letter <= "\udfff" and not "\udc80" <= letter <= "\udcff" for letter in text
+    )
+
+
+def can_be_opened(path: Path) -> bool:
+    """True for a path that a system call takes."""
+    text = str(path)
+    if "\0" in text or not _can_be_shown(text) or len(text) > MAX_PATH_BYTES:
+        return False
+    encoded = [part.encode("utf-8", "surrogateescape") for part in path.parts]
+    return sum(map(len, encoded)) <= MAX_PATH_BYTES and all(len(part) <= MAX_NAME_BYTES for part in encoded)
+
+
+def _tuple_problem(value: Any, parts: tuple[Any, ...], finite: bool) -> str:
+    if not isinstance(value, tuple):
+        return "is no list of values"
+    if len(parts) == 2 and parts[1] is Ellipsis:
+        return next((found for each in value if (found := _problem(each, parts[0], finite))), "")
+    if len(value) != len(parts):
+        return f"has {len(value)} values in place of {len(parts)}"
+    pairs = zip(value, parts, strict=True)
+    return next((found for each, part in pairs if (found := _problem(each, part, finite))), "")
+
+
+def _plain_problem(value: Any, finite: bool) -> str:
+    """As `_problem`, for what is not declared: everything but arrays, which cannot be compared as values are."""
+    for kind in (bool, int, float, str, Path):
+        if isinstance(value, kind):
+            return _simple_problem(value, kind, finite)
+    if isinstance(value, Mapping):
+        return next((p for item in value.items() for each in item if (p := _plain_problem(each, finite))), "")
+    if isinstance(value, tuple | list | frozenset):
+        return next((found for each in value if (found := _plain_problem(each, finite))), "")
+    is_known = value is None or isinstance(value, Enum) or dataclasses.is_dataclass(value)
+    return "" if is_known else "is no value"
+
+
+def _json_problem(value: Any) -> str:
+    if isinstance(value, Mapping):
+        is_named = all(isinstance(name, str) for name in value)
+        return next((p for each in value.values() if (p := _json_problem(each))), "") if is_named else "has no names"
+    if isinstance(value, tuple | list):
+        return next((found for each in value if (found := _json_problem(each))), "")
+    if value is None:
+        return ""
+    kind = next((kind for kind in (bool, int, float, str) if isinstance(value, kind)), None)
+    return "is no value" if kind is None else _simple_problem(value, kind, finite=True)
+
+
+def _kind_problem(value: Any, parts: tuple[Any, ...]) -> str:
+    """An array of the kind of numbers of its annotation, in any width that this machine computes with."""
+    if not isinstance(value, np.ndarray):
+        return "is no array"
+    (wanted,) = typing.get_args(parts[1]) or (Any,)
+    kinds: Collection[str] = "biuf"
+    if isinstance(wanted, type):
+        kinds = next(
+            ("b" if k is np.bool_ else "iu" if k is np.integer else "f")
+            for k in (np.bool_, np.integer, np.floating)
+            if issubclass(wanted, k)
+        )
+    fits = value.dtype.kind in kinds and value.dtype.isnative and value.dtype.itemsize <= 8
+    return "" if fits else f"is an array of {value.dtype}"
+
+
+def _array_problem(array: np.ndarray[Any, Any], axes: str, lengths: dict[str, int], thorough: bool) -> str:
+    wanted = axes.removesuffix("!").split()
+    expected = tuple(int(axis) if axis.isdigit() else lengths.get(axis, -1) for axis in wanted)
+    fits = array.ndim == len(wanted) and all(
+        have == want or want < 0 for have, want in zip(array.shape, expected, strict=True)
+    )
+    if not fits:
+        return f"is an array of {' × '.join(map(str, array.shape)) or 'no axes'}"
+    for axis, length in zip(wanted, array.shape, strict=True):
+        if lengths.setdefault(axis, length) != length:
+            return f"is an array of {' × '.join(map(str, array.shape))}"
+    is_searched = axes.endswith("!") and array.dtype.kind == "f" and (thorough or array.nbytes <= MAX_SEARCHED_BYTES)
+    flat = array.reshape(-1)
+    if is_searched and not all(np.isfinite(flat[at : at + (1 << 22)]).all() for at in range(0, len(flat), 1 << 22)):
+        return "holds numbers that are not finite"
+    return ""
