@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from app.document.document import Project
+from app.project.declared import CLASSES
 from app.project.project_file import History, Writer, read
-from app.project.values import CLASSES
 from engine.scene.material import Material
 from engine.shading.directional.interpolation import Kernel
 from engine.shading.directional.planes import DirectionalMap
