@@ -1,9 +1,11 @@
-"""The dialogs of the Help menu: name and version, and the effect of each gesture of the mouse and each key."""
+"""Dialogs of the Help menu: name, version and licences, and the effect of each mouse gesture and each key."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDialog, QMessageBox, QTextBrowser, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QMessageBox, QPlainTextEdit, QTextBrowser, QVBoxLayout, QWidget
 
 import engine
 from app.widgets.panels import button
@@ -58,38 +60,54 @@ Enter, Esc\ttake what is typed, or the value from before, and return to the work
 Ctrl+click\treset"""
 
 
-#: Width and height of the table of keys.
-HELP_PX = (520, 620)
+#: Third-party notices, which `packaging/notices.py` generates.
+NOTICES = Path(__file__).resolve().parents[2] / "resources" / "licences" / "third-party.txt"
+
+#: Width and height of the table of keys, and of the licences.
+HELP_PX, LICENCES_PX = (520, 620), (860, 620)
 
 
 def show_keys(window: QWidget) -> None:
-    """Keys and gestures, in a dialog that scrolls and is no higher than the smallest window."""
-    dialog = QDialog(window)
-    dialog.setWindowTitle("Mouse and keyboard")
-    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    dialog.resize(*HELP_PX)
+    """Show keys and gestures, in a dialog that is no higher than the smallest window."""
     table = QTextBrowser()
     table.setAccessibleName("Mouse and keyboard")
     table.setHtml(f"<table cellspacing='0' cellpadding='3'>{''.join(map(_row, HELP.splitlines()))}</table>")
-    close = button("Close", "primary")
-    close.clicked.connect(dialog.close)
-    column = QVBoxLayout(dialog)
-    column.addWidget(table)
-    column.addWidget(close, 0, Qt.AlignmentFlag.AlignRight)
-    dialog.open()
+    _show_text(window, "Mouse and keyboard", table, HELP_PX)
 
 
 def show_about(window: QWidget) -> None:
-    """Name and version."""
-    words = "Ten photographs of a material under a moving lamp become a material.\nMIT licence."
-    _show(window, "About Lightarc", f"Lightarc {engine.__version__}", words)
-
-
-def _show(window: QWidget, title: str, first: str, words: str) -> None:
-    box = QMessageBox(QMessageBox.Icon.NoIcon, title, first, parent=window)
-    box.setInformativeText(words)
+    """Show name and version, with a way to the licences of what Lightarc runs with."""
+    box = QMessageBox(QMessageBox.Icon.NoIcon, "About Lightarc", f"Lightarc {engine.__version__}", parent=window)
+    box.setInformativeText("Ten photographs of a material under a moving lamp become a material.\nMIT licence.")
     box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    licences = box.addButton("Third-party licences", QMessageBox.ButtonRole.ActionRole)
+    licences.clicked.connect(lambda: show_licences(window))
+    box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Ok))
     box.open()
+
+
+def show_licences(window: QWidget) -> None:
+    """Show the licences of third-party software."""
+    text = QPlainTextEdit()
+    text.setReadOnly(True)
+    text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
+    text.setAccessibleName("Third-party licences")
+    text.setPlainText(NOTICES.read_text(encoding="utf-8"))
+    _show_text(window, "Third-party licences", text, LICENCES_PX)
+
+
+def _show_text(window: QWidget, title: str, text: QWidget, size: tuple[int, int]) -> None:
+    """Show a text that scrolls, in a dialog with one button."""
+    dialog = QDialog(window)
+    dialog.setWindowTitle(title)
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    dialog.resize(*size)
+    close = button("Close", "primary")
+    close.clicked.connect(dialog.close)
+    column = QVBoxLayout(dialog)
+    column.addWidget(text)
+    column.addWidget(close, 0, Qt.AlignmentFlag.AlignRight)
+    dialog.open()
 
 
 def _row(line: str) -> str:
