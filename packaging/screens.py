@@ -25,12 +25,13 @@ from app.bench.faults import faults
 from app.bench.filled import COMPARED, fill, states
 from app.capture.photograph_menu import menu_of
 from app.commands import brdf as commands_brdf
+from app.commands.workbench import Arrival
 from app.help.keys import show_about, show_keys
 from app.help.manual import PAGES, Manual
 from app.help.mode_chooser import ModeChooser
 from app.help.tour import Tour
 from app.viewport.viewport import Viewport
-from app.window.arriving import ask_for_consent, ask_for_photographs
+from app.window.arriving import ask_for_consent, ask_where
 from app.window.dialogs import ask_what_to_collect, show_history, show_notes
 from app.window.main_window import MainWindow
 from app.window.preferences import Preferences
@@ -288,7 +289,9 @@ def dialogs(gallery: Gallery, window: MainWindow) -> None:
         "history": lambda: show_history(window, bench),
         "notes": lambda: show_notes(window, bench),
         "collect": lambda: ask_what_to_collect(window, path, print),
-        "photographs": lambda: ask_for_photographs(window, bench, print, [Path("/media/ada/Linen under the arc")]),
+        "photographs": lambda: ask_where(
+            window, bench, print, Arrival("Linen under the arc", print, print, "imports all photographs together")
+        ),
         **{
             f"consent-{doubt.otherwise or doubt.consent}": lambda doubt=doubt: ask_for_consent(window, bench, doubt)
             for doubt in doubts

@@ -312,7 +312,7 @@ class _Hand:
                 dock.setVisible(not dock.isVisible())
 
     def sample(self) -> None:
-        if self.did["sample"] <= 2:
+        if self.did["sample"] <= 2 and not self.window.bench.document.project.has_map:
             self.window.bench.open_sample()
 
     def new(self) -> None:

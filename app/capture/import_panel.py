@@ -78,6 +78,7 @@ class ImportPanel(Rows):
     def __init__(self) -> None:
         super().__init__()
         self.choices = ImportChoices()
+        self.imported_size: tuple[int, int] | None = None
         self.boxes: dict[str, QComboBox] = {}
         for name, (label, choices, hint) in IMPORT_CHOICES.items():
             box = self._box(name, label, hint, self)
@@ -145,8 +146,8 @@ class ImportPanel(Rows):
         return box
 
     def show_choices(self, choices: ImportChoices, size: tuple[int, int] | None) -> None:
-        """Show `choices` without emitting; `size` is that of the picture which is there now."""
-        self.choices = choices
+        """Show `choices` without emitting; `size` is that of the imported image, None where there is none."""
+        self.choices, self.imported_size = choices, size
         plain = ImportChoices()
         if any(getattr(choices, name) != getattr(plain, name) for name in CALIBRATION):
             self.fold.head.setChecked(True)
@@ -171,6 +172,9 @@ class ImportPanel(Rows):
         if size is not None:
             self.width_field.show_value(float(size[0]))
             self.size_figure.setText(f"{size[0]} × {size[1]} px")
+        else:
+            self.width_field.show_unknown()
+            self.size_figure.setText("–")
 
     def show_points(self, counts: Mapping[str, int], lost: Sequence[str]) -> None:
         """Say how many points are marked in how many photographs, and which photographs were not aligned."""
@@ -229,7 +233,7 @@ class ImportPanel(Rows):
             self.patch_wanted.emit()
         else:
             self.chosen.emit(label, {name: value})
-        self.show_choices(self.choices, None)
+        self.show_choices(self.choices, self.imported_size)
 
     def _lights_chosen(self, how: str) -> None:
         alone = {} if how == "sphere" else {"second_sphere": False}

@@ -60,7 +60,8 @@ class CapturePanel(Panel):
             f"{stack.radiance.shape[2]} × {stack.radiance.shape[1]} px" if stack is not None else "–"
         )
         cameras = stack.provenance.get("cameras") or stack.provenance.get("camera") if stack is not None else None
-        camera = ", ".join(map(str, cameras)) if isinstance(cameras, (list, tuple)) else str(cameras or "not recorded")
+        unknown = "not recorded" if stack is not None else "–"
+        camera = ", ".join(map(str, cameras)) if isinstance(cameras, (list, tuple)) else str(cameras or unknown)
         self.camera.setText(self.camera.fontMetrics().elidedText(camera, Qt.TextElideMode.ElideRight, 150))
         self.camera.setToolTip(camera)
         source = stack.angle_source if stack is not None else project.sources.angle_source if project.sources else ""

@@ -248,6 +248,12 @@ class PhotographList(QListView):
             self.show_only("all")
         self.setCurrentIndex(self.photographs.index(place))
 
+    def forget(self) -> None:
+        """Select nothing and show all rows, as before the first photographs came."""
+        self.show_only("all")
+        self.setCurrentIndex(QModelIndex())
+        self.clearSelection()
+
     def step(self, by: int) -> None:
         """Go to the next row that is seen (1), or to the one before (-1)."""
         now = self.currentIndex().row()

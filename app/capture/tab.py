@@ -37,6 +37,13 @@ if TYPE_CHECKING:
     from engine.capture.import_stack import ThumbnailReady
 
 
+def is_another_capture(old: Project, new: Project) -> bool:
+    """True if the photographs of `new` are others than those of `old`."""
+    if old.sources is None or new.sources is None:
+        return old.sources is not new.sources or (new.sources is None and old.stack is not new.stack)
+    return set(old.sources.photographs).isdisjoint(new.sources.photographs)
+
+
 class CaptureTab(QWidget):
     """Shows the capture of the project and asks the workbench to change it."""
 
@@ -196,6 +203,10 @@ class CaptureTab(QWidget):
 
     def _changed(self, old: Project, new: Project) -> None:
         self.pages.setCurrentIndex(0 if new.sources is None and new.stack is None else 1)
+        if is_another_capture(old, new):
+            self.current = None
+            self.list.forget()
+            self.list.photographs.thumbnails.clear()
         if new.sources is not old.sources or new.stack is not old.stack:
             self.panel.show_figures(new)
         if (new.stack, new.sources, new.excluded) != (old.stack, old.sources, old.excluded):

@@ -1,18 +1,34 @@
-"""The kind of a dropped file: by content, and by the ending of its name only where the content does not decide."""
+"""What files and folders hold: by content, and by the ending of a name only where the content does not decide.
+
+Files of any kinds may come together. `recognise` sorts them into groups, each of which opens in its own place, and
+gives a reason for every file that does not open.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
+from urllib.parse import quote
 
+from engine.capture.lights.sources import belongs, find
 from engine.capture.photograph.kinds import PHOTOGRAPH_SUFFIXES
 from engine.core.errors import InputError
 from engine.geometry.mesh import SUFFIXES as MESH_SUFFIXES
 from engine.storage.unpack import is_archive, zip_names
 
 Kind = Literal["photographs", "stack", "bundle", "material", "mesh", "environment", "brdf", "factors"]
+
+#: Kinds that fill the one place of a project for a capture or a material.
+CONTENT: tuple[Kind, ...] = ("bundle", "material", "stack", "photographs")
+
+#: Names of the kinds of which a project holds one.
+SINGLE = {"mesh": "model", "environment": "environment", **dict.fromkeys(CONTENT, "capture or material")}
+
+#: Order in which groups open: the workspace of the last one comes to the front.
+ORDER: tuple[Kind, ...] = ("brdf", "factors", "environment", "mesh", *CONTENT)
 
 _PICTURE_STARTS = (
     b"\xff\xd8\xff",
@@ -32,51 +48,195 @@ _BRDF_SUFFIXES = (".binary", ".bsdf", ".brdf", ".astm", ".alta")
 
 _MESH_STARTS = (b"ply", b"glTF", b"solid", b"OFF")
 
+#: Documents that name other files, and bytes of one that are searched for names.
+_DOCUMENT_SUFFIXES, _MAX_DOCUMENT_BYTES = (".gltf", ".mtlx", ".obj", ".mtl"), 1 << 24
+
+#: Files of a folder that are looked at where it holds no capture.
+_MAX_FILES = 200
+
+#: Number of images twice as wide as high that are a capture where their lights are stated.
+_MIN_CAPTURE = 3
+
+_RADIANCE_SIZE = re.compile(rb"\n\n[+-]([XY]) (\d{1,9}) [+-][XY] (\d{1,9})\n")
+_EXR_WINDOW = b"dataWindow\0box2i\0"
+
 
 @dataclass(frozen=True)
 class Recognised:
-    """One thing to open: its kind and the paths that belong to it."""
+    """A group of files that open together: its kind and its paths."""
 
     kind: Kind
     paths: tuple[Path, ...]
 
 
-def recognise(paths: Sequence[Path], *, lighting: bool = False) -> Recognised:
-    """The kind of `paths`. Several files together are photographs, or a material where each is named for a map of it;
-    InputError where nothing fits.
+@dataclass(frozen=True)
+class Opening:
+    """Files that were given together: the `groups` in the order in which they open, and an error for each that does
+    not open."""
 
-    One HDR or EXR picture is an environment where somebody is `lighting` a model; elsewhere it is refused in words,
-    because one picture is no capture either.
+    groups: tuple[Recognised, ...]
+    excluded: tuple[InputError, ...] = ()
+
+
+def recognise(paths: Sequence[Path]) -> Opening:
+    """Sort `paths` into groups by what they hold.
+
+    Loose images are photographs of one capture, or a material where each is named for a map of it. HDR and EXR images
+    twice as wide as high are environments, and so is one that comes without others of its kind; three and more of one
+    size whose lights are stated are photographs. A file that a document among `paths` names, as a glTF file its
+    textures, opens with the document. A project holds one model, one environment, and one capture or material: of
+    several the first opens.
     """
-    if not paths:
-        raise InputError("(nothing)", "no file was dropped", "Drop files or a folder from this computer")
-    paths = [_document(path) or path for path in paths]
-    kinds = {path: _kind(path) for path in paths}
-    for kind in ("bundle", "material", "stack", "mesh", "factors"):
-        chosen = tuple(path for path, found in kinds.items() if found == kind)
-        if chosen:
-            return Recognised(kind, chosen[:1])
-    measured = tuple(path for path, found in kinds.items() if found == "brdf")
-    if measured:
-        return Recognised("brdf", measured)
-    if len(paths) == 1 and kinds[paths[0]] == "photographs" and _is_hdr(paths[0]):
-        if lighting:
-            return Recognised("environment", tuple(paths))
-        remedy = "Drop it on the View workspace to light the model with it, or drop all photographs of a capture"
-        raise InputError(paths[0], "is a single picture of high dynamic range", remedy)
-    if any(found == "photographs" for found in kinds.values()):
-        from engine.exchange.readers.folder import are_textures  # loads the readers of textures
+    found, excluded, given = dict[Path, Kind](), list[InputError](), list[Path]()
+    for path in paths:
+        given += [each for each in _inside(path) if each not in given]
+    belonging = _belonging(given)
+    for path in given:
+        if path in belonging:
+            continue
+        try:
+            kind = _kind(path)
+        except InputError as error:
+            excluded.append(error)
+            continue
+        if kind is None:
+            excluded.append(_unknown(path))
+        else:
+            found[path] = kind
+    beside = [Path(each.path) for each in excluded if belongs(Path(each.path)) and Path(each.path).is_file()]
+    groups = _grouped(found, beside)
+    if any(group.kind == "photographs" for group in groups):
+        excluded = [each for each in excluded if Path(each.path) not in beside]
+    opened, names = list[Recognised](), dict[str, str]()
+    for group in groups:
+        what = SINGLE.get(group.kind, "")
+        if what and what in names:
+            remedy = f"A project holds one {what}, here {names[what]}. Open this one alone to replace it"
+            excluded += [InputError(path, f"is a second {what}", remedy) for path in group.paths]
+            continue
+        names[what] = group.paths[0].name
+        opened.append(group)
+    return Opening(tuple(sorted(opened, key=lambda group: ORDER.index(group.kind))), tuple(excluded))
 
-        if len(paths) > 1 and are_textures(paths):
-            return Recognised("material", tuple(paths))
-        return Recognised("photographs", tuple(paths))
-    raise InputError(
-        paths[0],
-        "is nothing that Lightarc can open",
-        "Drop a folder or an archive of photographs, a mesh (OBJ, PLY, STL, glTF), measured BRDFs "
-        "(MERL, RGL, …), a folder of factors, a .lightarc bundle, PBR textures in a folder or a zip, or a MaterialX "
-        "document",
+
+def _grouped(found: dict[Path, Kind], beside: Sequence[Path]) -> list[Recognised]:
+    """Groups in the order of their first file; photographs come with the files `beside` that describe them."""
+    given = [path for path, kind in found.items() if kind == "photographs"]
+    loose = [path for path in given if path.is_file() and not is_archive(path)]
+    panoramas = [] if _are_textures(loose) else _environments(given, loose, beside)
+    left = [path for path in loose if path not in panoramas]
+    textures = left if _are_textures(left) else []
+    groups: dict[object, list[Path]] = {}
+    kinds: dict[object, Kind] = {}
+    for path, kind in found.items():
+        kind = "environment" if path in panoramas else "material" if path in textures else kind
+        is_joint = kind in ("photographs", "brdf") or path in textures
+        key: object = kind if is_joint else path
+        kinds[key] = kind
+        groups.setdefault(key, []).append(path)
+    if "photographs" in groups:
+        groups["photographs"] += beside
+    return [Recognised(kinds[key], tuple(members)) for key, members in groups.items()]
+
+
+def _are_textures(files: Sequence[Path]) -> bool:
+    from engine.exchange.readers.folder import are_textures  # loads the readers of textures
+
+    return len(files) > 1 and are_textures(files)
+
+
+def _environments(given: Sequence[Path], loose: Sequence[Path], beside: Sequence[Path]) -> list[Path]:
+    """The environments among `loose` images, which are those among all photographs `given` that are files."""
+    images = [path for path in loose if _is_hdr(path)]
+    if len(images) == 1:
+        return images
+    sizes = {path: _size_of(path) for path in images}
+    wide = [path for path, (width, height) in sizes.items() if width == 2 * height > 0]
+    is_capture = len(wide) == len(given) >= _MIN_CAPTURE and len(set(sizes.values())) == 1
+    return [] if is_capture and _state_lights([*loose, *beside]) else wide
+
+
+def _state_lights(files: Sequence[Path]) -> bool:
+    """True if names or files beside photographs state the directions of their lights."""
+    try:
+        return find(files).angle_source != "assumed"
+    except InputError:
+        return False
+
+
+def _size_of(path: Path) -> tuple[int, int]:
+    """Width and height of an HDR or EXR image, as the start of its file says; (0, 0) where it does not."""
+    start = _start(path)
+    if start.startswith(_HDR_STARTS[1:]):
+        found = _RADIANCE_SIZE.search(start)
+        if found is None:
+            return 0, 0
+        first, second = int(found[2]), int(found[3])
+        return (second, first) if found[1] == b"Y" else (first, second)
+    at = start.find(_EXR_WINDOW)
+    corners = start[at + len(_EXR_WINDOW) + 4 : at + len(_EXR_WINDOW) + 20]
+    if at < 0 or len(corners) < 16:
+        return 0, 0
+    left, top, right, bottom = (int.from_bytes(corners[i : i + 4], "little", signed=True) for i in range(0, 16, 4))
+    return right - left + 1, bottom - top + 1
+
+
+def _unknown(path: Path) -> InputError:
+    if not path.exists():
+        return InputError(path, "does not exist", "Check the path, or whether its drive is connected")
+    if belongs(path):
+        return InputError(path, "is no photograph that Lightarc reads", "Open it together with the photographs")
+    return InputError(
+        path,
+        "is not a kind of file that Lightarc opens",
+        "Open photographs (a folder or an archive), a model (OBJ, PLY, STL, glTF), an environment (HDR, EXR), a "
+        "measured BRDF (MERL, RGL, …), a folder of factors, a .lightarc bundle, PBR textures, or a MaterialX document",
     )
+
+
+def _inside(path: Path) -> list[Path]:
+    """The files that a folder without a capture stands for; otherwise `path` itself."""
+    document = _document(path)
+    if document is not None:
+        return [document]
+    if not path.is_dir() or _kind_of_folder(path) != "photographs":
+        return [path]
+    try:
+        entries = sorted(path.iterdir())
+    except OSError:
+        return [path]
+    images = [entry for entry in entries if entry.suffix.lower() in PHOTOGRAPH_SUFFIXES]
+    if len(images) > 1 or len(entries) > _MAX_FILES or any(entry.is_dir() or is_archive(entry) for entry in entries):
+        return [path]
+    files = []
+    for entry in entries:
+        try:
+            kind = _kind(entry)
+        except InputError:
+            continue
+        if kind is not None and (kind != "photographs" or _is_hdr(entry)):
+            files.append(entry)
+    return files or [path]
+
+
+def _belonging(paths: Sequence[Path]) -> set[Path]:
+    """The files among `paths` that a document among them names: textures, buffers and libraries of materials."""
+    documents = [path for path in paths if path.suffix.lower() in _DOCUMENT_SUFFIXES and path.is_file()]
+    named = set[Path]()
+    for document in documents:
+        with document.open("rb") as file:
+            content = file.read(_MAX_DOCUMENT_BYTES)
+        others = (path for path in paths if path not in (document, *named) and path.parent == document.parent)
+        named.update(path for path in others if _names(content, path))
+    return named
+
+
+def _names(content: bytes, path: Path) -> bool:
+    return any(name.encode("utf-8", "surrogateescape") in content for name in (path.name, _quoted(path.name)))
+
+
+def _quoted(name: str) -> str:
+    return quote(name.encode("utf-8", "surrogateescape"))
 
 
 def _kind(path: Path) -> Kind | None:

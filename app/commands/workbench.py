@@ -9,7 +9,8 @@ import dataclasses
 import itertools
 import logging
 import secrets
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -30,7 +31,7 @@ from app.commands.bundle_view import (
 from app.commands.export_bundle import Exported, exported
 from app.commands.making import kept_material_of, marked_stack
 from app.commands.opening import load_environment, load_shape
-from app.commands.recognise import Recognised, recognise
+from app.commands.recognise import CONTENT, Opening, Recognised, recognise
 from app.commands.sample import NAME as SAMPLE
 from app.commands.sample import Sample, capture_of_sample, marked_sample, samples_folder
 from app.document.document import Document, ImportChoices, Project
@@ -40,6 +41,7 @@ from app.project.photographs import INSIDE, photographs
 from app.project.places import file_name
 from app.project.project_file import path_of, state_name
 from app.project.report import chain_of
+from engine.capture.doubts import Doubtful
 from engine.capture.lights.joined import joined
 from engine.capture.lights.sources import Sources, find_packed
 from engine.capture.stack import ImageStack, open_stack
@@ -54,6 +56,27 @@ if TYPE_CHECKING:
     from engine.scene.scene import Scene
 
 log = logging.getLogger(__name__)
+
+#: Said where a model comes with a material and another one was opened with it.
+OWN_MATERIAL = "{} has a material of its own, which was not opened: {} came with it"
+
+
+@dataclass(frozen=True, eq=False)
+class Arrival:
+    """A capture or a material for a project that has one already: the user chooses where it belongs.
+
+    Attributes
+    ----------
+    name : what it is called.
+    replace : opens it in place of what the project has.
+    add : opens it beside what the project has; None where that has no meaning.
+    added : what `add` does, in words that follow its name.
+    """
+
+    name: str
+    replace: Callable[[], object]
+    add: Callable[[], object] | None = None
+    added: str = ""
 
 
 class Workbench(QObject):
@@ -71,7 +94,8 @@ class Workbench(QObject):
     wanted : the name of the workspace that shows what was just opened.
     partial : a partial result of the running import.
     factors : the folder of factors that is to be opened.
-    arrived : paths of photographs that were opened where a capture or a material is: a person says where they belong.
+    arrived : an `Arrival`, where a capture or a material would replace the one of the project.
+    excluded : an error for each file that was not opened with the others, and the number of files given.
     output_moved : the new `output_folder`.
     """
 
@@ -80,6 +104,7 @@ class Workbench(QObject):
     partial = Signal(object)
     factors = Signal(object)
     arrived = Signal(object)
+    excluded = Signal(object, int)
     output_moved = Signal(object)
 
     def __init__(self, folder: Path, parent: QObject | None = None) -> None:
@@ -105,22 +130,26 @@ class Workbench(QObject):
             self.output_folder = folder
             self.output_moved.emit(folder)
 
-    def open(self, paths: Sequence[Path], *, lighting: bool = False) -> None:
-        """Open `paths` by their content: photographs, a stack, a mesh, a material, a BRDF, factors, or an environment.
-
-        An environment is recognised only while somebody is `lighting` a model.
-        """
-        job = self.jobs.submit("Opening", lambda: _recognised(tuple(paths), lighting), lane="open")
-        job.succeeded.connect(self._open_recognised)
+    def open(self, paths: Sequence[Path]) -> None:
+        """Open `paths`, files and folders of any kinds, each by its content where it belongs."""
+        count = len(paths)
+        job = self.jobs.submit("Opening", lambda: _recognised(tuple(paths)), lane="open")
+        job.succeeded.connect(lambda found: self._open_recognised(found, count))
 
     def open_sample(self) -> None:
         """The capture that the program brings along, with its material ready made."""
+        self._place(SAMPLE, self._open_sample)
+
+    def _open_sample(self) -> None:
         target = self._free("stack")
         job = self.jobs.submit("Opening the sample", lambda: marked_sample(target), lane="open", resource="samples")
         job.succeeded.connect(self._sample_opened)
 
     def make_sample_anew(self) -> None:
         """The same capture, imported and built as any other, so that the whole way can be seen."""
+        self._place(SAMPLE, self._make_sample_anew)
+
+    def _make_sample_anew(self) -> None:
         self.wanted.emit("capture")
         job = self.jobs.submit(
             "Preparing the sample capture",
@@ -130,46 +159,106 @@ class Workbench(QObject):
         )
         job.succeeded.connect(lambda sources: self._import_others(sources, SAMPLE))
 
+    def _place(
+        self, name: str, replace: Callable[[], object], add: Callable[[], object] | None = None, added: str = ""
+    ) -> None:
+        """Call `replace`, or ask where content called `name` belongs if the project has a capture or a material."""
+        if self._has_capture:
+            self.arrived.emit(Arrival(name, replace, add, added))
+        else:
+            replace()
+
     def _sample_opened(self, sample: Sample) -> None:
         if self.importing is not None:
-            self.jobs.cancel(self.importing)
-        look = self.document.project.material
+            self.jobs.drop(self.importing)
+        now, look = self.document.project, self.document.project.material
         material = dataclasses.replace(sample.material, brdf=look.brdf, measured=look.measured, sigma=look.sigma)
-        self.document.change("Open the sample", material=material, **sample.parts)
+        self.document.change("Open the sample", **{**now.without_capture, **sample.parts, "material": material})
         self.wanted.emit("capture")
         self.said.emit("The sample is open, ready made. File > Make the sample anew shows how")
 
-    def _open_recognised(self, found: Recognised) -> None:
-        if found.kind == "mesh":
-            self.load_model(str(found.paths[0]))
+    def _open_recognised(self, found: Opening, count: int) -> None:
+        """Open all groups; where one of them is a capture or a material, as soon as the user has chosen its place."""
+        content = next((group for group in found.groups if group.kind in CONTENT), None)
+
+        def report() -> None:
+            if found.excluded:
+                self.excluded.emit(found.excluded, count)
+
+        def replace() -> None:
+            for group in found.groups:
+                self._open_group(group, found)
+            report()
+
+        def add() -> None:
+            for group in found.groups:
+                if group is content:
+                    self.add_photographs(group.paths)
+                else:
+                    self._open_group(group, found)
+            report()
+
+        if content is None:
+            replace()
+            return
+        paths = content.paths
+        name = paths[0].name if len(paths) == 1 else f"{len(paths)} files"
+        can_add = content.kind == "photographs" and self.document.project.sources is not None
+        about = "imports all photographs together, as one capture of one sample"
+        self._place(name, replace, add if can_add else None, about if can_add else "")
+
+    def _open_group(self, group: Recognised, among: Opening) -> None:
+        """Open files of one kind, which were given `among` others."""
+        path, others = group.paths[0], {each.kind for each in among.groups} - {group.kind}
+        if group.kind == "mesh":
+            self._open_model(path, among)
+        elif group.kind == "material":
+            job = self.jobs.submit("Opening the material", lambda: load_pbr_maps(*group.paths), lane="open")
+            job.succeeded.connect(lambda bundle: self._bundle_opened(bundle, others))
+        elif group.kind == "environment":
             self.wanted.emit("view")
-            if found.paths[0].suffix.lower() in GLTF_SUFFIXES:
-                job = self.jobs.submit(
-                    "Looking for its material", lambda: load_model_material(found.paths[0]), lane="open"
-                )
-                job.succeeded.connect(self._material_of_model_opened)
-        elif found.kind == "material":
-            job = self.jobs.submit("Opening the material", lambda: load_pbr_maps(*found.paths), lane="open")
-            job.succeeded.connect(self._bundle_opened)
-        elif found.kind == "environment":
-            self.load_environment(str(found.paths[0]))
-        elif found.kind == "brdf":
+            self.load_environment(str(path))
+        elif group.kind == "brdf":
             self.wanted.emit("brdf")
-            for path in found.paths:
-                commands_brdf.open_file(self, path)
-        elif found.kind == "factors":
+            for each in group.paths:
+                commands_brdf.open_file(self, each)
+        elif group.kind == "factors":
             self.wanted.emit("factor")
-            self.factors.emit(found.paths[0])
-        elif found.kind == "bundle":
-            job = self.jobs.submit("Opening the bundle", lambda: load_bundle(found.paths[0]), lane="open")
-            job.succeeded.connect(self._bundle_opened)
-        elif found.kind == "stack":
-            job = self.jobs.submit("Opening the stack", lambda: _stack(found.paths[0]), lane="open")
-            job.succeeded.connect(lambda stack: self._imported(stack, found.paths[0].stem, parts={"sources": None}))
-        elif self._has_capture:
-            self.arrived.emit(found.paths)
+            self.factors.emit(path)
+        elif group.kind == "bundle":
+            job = self.jobs.submit("Opening the bundle", lambda: load_bundle(path), lane="open")
+            job.succeeded.connect(lambda bundle: self._bundle_opened(bundle, others))
+        elif group.kind == "stack":
+            job = self.jobs.submit("Opening the stack", lambda: _stack(path), lane="open")
+            job.succeeded.connect(lambda stack: self._stack_opened(stack, path.stem))
         else:
-            self.open_photographs(found.paths)
+            self.open_photographs(group.paths)
+
+    def _open_model(self, path: Path, among: Opening) -> None:
+        """Load a model, and the material that a glTF file may bring unless another one was given `among` the files."""
+        self.wanted.emit("view")
+        if path.suffix.lower() not in GLTF_SUFFIXES:
+            self.load_model(str(path))
+            return
+        content = next((group.paths[0].name for group in among.groups if group.kind in CONTENT), "")
+        job = self.jobs.submit("Looking for its material", lambda: load_model_material(path), lane="open")
+        job.failed.connect(lambda _error: self.load_model(str(path)))
+        job.succeeded.connect(lambda found: self._material_of_model_opened(path, found, content))
+
+    def _material_of_model_opened(self, path: Path, found: OpenedBundle | None, content: str) -> None:
+        def load() -> None:
+            self.load_model(str(path))
+
+        def both() -> None:
+            load()
+            self._bundle_opened(found, {"mesh"}) if found is not None else None
+
+        if found is None or content:
+            load()
+            if found is not None:
+                self.said.emit(OWN_MATERIAL.format(path.name, content))
+        else:
+            self._place(path.name, both, load, "opens the model alone, and keeps the material of this project")
 
     @property
     def _has_work(self) -> bool:
@@ -206,11 +295,27 @@ class Workbench(QObject):
         job.succeeded.connect(lambda sources: self.import_photographs(sources, name=name))
 
     def _import_others(self, sources: Sources, name: str = "") -> None:
-        self.import_photographs(sources, self.document.project.import_choices.for_another_capture, name)
+        """Import another capture; the project lets go of everything that belongs to the one it has, now."""
+        choices, name = self.document.project.import_choices.for_another_capture, name or sources.name or "Untitled"
+        before = self.document.project
+        if not self._has_work and before.imported_with is None:
+            self.import_photographs(sources, choices, name)
+            return
+        words, parts = f"Open {len(sources.photographs)} photographs", before.without_capture
+        self.document.change(words, **{**parts, "sources": sources, "import_choices": choices, "name": name})
+        begun = self.document.project
+        job = self.import_photographs(sources, choices, name)
+
+        def take_back() -> None:
+            if self.jobs.accepting and not job.is_dropped:
+                self.document.take_back(begun)
+
+        job.failed.connect(lambda error: None if isinstance(error, Doubtful) else take_back())
+        job.cancelled.connect(take_back)
 
     def import_photographs(
         self, sources: Sources, choices: ImportChoices | None = None, name: str = "", words: str = ""
-    ) -> None:
+    ) -> Job:
         """Import `sources` into the working folder, then build the material; `words` name the step of the history.
 
         Where there is a capture or a material already, other photographs come into the document when their import has
@@ -240,6 +345,7 @@ class Workbench(QObject):
         parts = {"sources": sources, "import_choices": choices}
         job.succeeded.connect(lambda stack: self._imported(stack, name, choices, parts, words))
         self.importing, self._last_import = job, (sources, choices, name)
+        return job
 
     def import_all_the_same(self, consent: str) -> None:
         """Import again what was imported last, with the `consent` of a person to what was doubtful."""
@@ -277,6 +383,15 @@ class Workbench(QObject):
         made = {"stack": stack, "excluded": excluded, "name": name, **gone}
         self.document.change(words or "Import photographs", **{**made, "imported_with": choices, **parts})
         self.said.emit(f"{len(stack.sources)} photographs imported")
+        self.build_material()
+
+    def _stack_opened(self, stack: ImageStack, name: str) -> None:
+        if self.importing is not None:
+            self.jobs.drop(self.importing)
+        now = self.document.project
+        opened = {"stack": stack, "name": name, "import_choices": now.import_choices.for_another_capture}
+        self.document.change(f"Open {name}", **{**now.without_capture, **opened})
+        self.said.emit(f"The stack {name} is open")
         self.build_material()
 
     def set_excluded(self, sources: Collection[str], excluded: bool) -> None:
@@ -371,41 +486,38 @@ class Workbench(QObject):
         again = {"kind": "bundle", "folder": str(path.parent), "name": path.name, "parts": sorted(include)}
         return self.jobs.submit("Writing the bundle", work, lane="compute", again=again, resource=str(path))
 
-    def _material_of_model_opened(self, found: OpenedBundle | None) -> None:
-        if found is not None:
-            self._bundle_opened(found)
-
-    def _bundle_opened(self, bundle: OpenedBundle) -> None:
+    def _bundle_opened(self, bundle: OpenedBundle, others: Collection[str] = ()) -> None:
+        """Take the material and its view, without the model and the environment where `others` were opened with it."""
         now, found = self.document.project, bundle.referred
+        if self.importing is not None:
+            self.jobs.drop(self.importing)
+        own = {"mesh": ("mesh", "camera"), "environment": ("environment",)}
+        left = {part for kind in own.keys() & set(others) for part in own[kind]}
+        found = dataclasses.replace(found, parts={name: part for name, part in found.parts.items() if name not in left})
         if self.loading is not None and "mesh" in found.parts:
             self.jobs.drop(self.loading)
         self.document.change(
             f"Open {bundle.name}",
             **{
+                **now.without_capture,
                 **found.parts,
                 "material": bundle.material,
                 "provenance": bundle.provenance,
-                "stack": None,
-                "sources": None,
-                "excluded": frozenset(),
-                "built_from": (),
-                "surface": None,
-                "surface_from": None,
-                "white": None,
                 "name": bundle.name,
                 "look": with_view(now.look, bundle.provenance),
                 "came_from": {**now.came_from, **found.parts.get("came_from", {})},
                 **settings_of_bundle(bundle.material, bundle.provenance),
             },
         )
-        self.wanted.emit("view" if self.document.project.mesh is not None else "material")
+        has_model = "mesh" in others or self.document.project.mesh is not None
+        self.wanted.emit("view" if has_model else "material")
         what = "Bundle" if bundle.material.pbr is None else "Material"
         self.said.emit(". ".join([f"{what} {bundle.name} opened", *found.missing]))
 
 
-def _recognised(paths: tuple[Path, ...], lighting: bool) -> Steps[Recognised]:
-    yield Step(0.0, "looking at what was dropped")
-    return recognise(paths, lighting=lighting)
+def _recognised(paths: tuple[Path, ...]) -> Steps[Opening]:
+    yield Step(0.0, "recognising files")
+    return recognise(paths)
 
 
 def _joined(one: Sources, other: Sources) -> Steps[Sources]:

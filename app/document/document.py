@@ -55,6 +55,12 @@ Behind = Literal["", "sharp", "soft", "blurred"]
 #: A point in two photographs: x and y in the one, x and y in the other.
 Pair = tuple[float, float, float, float]
 
+#: Parts of a project, beside its material, that hold for one capture or material alone.
+OF_CAPTURE = (
+    *("sources", "imported_with", "stack", "excluded", "representation", "tileable", "evened", "built_from"),
+    *("provenance", "surface", "surface_from", "white", "accuracy"),
+)
+
 #: BRDF of a new project: a soft sheen, like that of most cloth, leather and hand-worked metal.
 BRDF = "ggx:alpha=0.5"
 
@@ -221,6 +227,14 @@ class Project:
     def has_map(self) -> bool:
         return self.material.has_map
 
+    @property
+    def without_capture(self) -> dict[str, Any]:
+        """The parts that belong to the capture or the material, as they are where there is none; the BRDF stays."""
+        brdf = {name: getattr(self.material, name) for name in ("brdf", "measured", "sigma")}
+        empty = Project()
+        parts = {name: getattr(empty, name) for name in OF_CAPTURE}
+        return {**parts, "material": dataclasses.replace(empty.material, **brdf)}
+
 
 @dataclass(frozen=True, eq=False)
 class Step:
@@ -300,6 +314,15 @@ class Document(QObject):
         if camera != self.project.camera:
             self.project = dataclasses.replace(self.project, camera=camera)
             self.seen.emit()
+
+    def take_back(self, project: Project) -> None:
+        """Undo the last step and forget it, where it led to `project`; nothing where the user has gone on since."""
+        last = self._last
+        if last is not None and last.new is project:
+            before = last.old
+            last.setObsolete(True)
+            self.undo_stack.undo()  # drops an obsolete step without undoing it
+            self._go_to(before)
 
     def end_gesture(self) -> None:
         """The mouse was released: the next change of the same kind is a step of its own."""

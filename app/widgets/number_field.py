@@ -104,6 +104,12 @@ class NumberField(ClickFirst, QLineEdit):
             mark(self, "")
             self.setText(self.nothing if self.nothing and value == 0.0 else self._with_unit(value))
 
+    def show_unknown(self) -> None:
+        """Show that there is no value yet; a field that is being typed in is left alone."""
+        if not self.isModified():
+            mark(self, "")
+            self.setText("–")
+
     def _with_unit(self, value: float) -> str:
         return f"{plain(value)}{' ' * bool(self.unit and self.unit != '°')}{self.unit}"
 

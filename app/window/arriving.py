@@ -1,50 +1,48 @@
-"""Questions about photographs that come into the window: a person says where they belong, and settles doubts."""
+"""Questions about what comes into the window: the user says where it belongs, and settles doubts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Callable
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QMessageBox, QWidget
 
-from app.commands.workbench import Workbench
+from app.commands.workbench import Arrival, Workbench
 from app.window.failures import sentence
 from engine.capture.doubts import Doubtful
 
-#: Buttons in their order, and what each does.
-CHOICES = {
-    "New project": "keeps this project as it is and imports the photographs into one of their own",
-    "Add": "imports all photographs together, as one capture of one sample",
-    "Replace": "imports the photographs in place of what this project has; Undo brings that back",
-}
+#: What the buttons of the question do, in their order.
+NEW, REPLACE = (
+    "keeps this project as it is and opens {} in one of its own",
+    "opens {} in place of what this project has; Undo brings that back",
+)
 
 
-def ask_for_photographs(
-    window: QWidget, bench: Workbench, begin_anew: Callable[[], object], paths: Sequence[Path]
-) -> QMessageBox:
-    """Ask where the photographs at `paths` belong, and open them there; nothing where the question is closed."""
+def ask_where(window: QWidget, bench: Workbench, begin_anew: Callable[[], object], arrival: Arrival) -> QMessageBox:
+    """Ask where a capture or a material belongs, and open it there; nothing where the question is closed."""
     box = QMessageBox(window)
     box.setIcon(QMessageBox.Icon.Question)
     box.setWindowTitle("Lightarc")
     project = bench.document.project
     has_photographs = project.sources is not None or project.stack is not None or not project.has_map
     box.setText(f"This project has {'photographs' if has_photographs else 'a material'} already.")
-    name = paths[0].name if len(paths) == 1 else f"{len(paths)} files"
-    lines = "\n\n".join(f"{words}: {does}." for words, does in CHOICES.items())
-    box.setTextFormat(Qt.TextFormat.PlainText)
-    box.setInformativeText(f"Where does {name} belong?\n\n{lines}")
 
     def anew() -> None:
         begin_anew()
-        bench.open_photographs(paths)
+        arrival.replace()
 
-    runs = (anew, lambda: bench.add_photographs(paths), lambda: bench.open_photographs(paths))
-    for words, run in zip(CHOICES, runs, strict=True):
-        made = box.addButton(words, QMessageBox.ButtonRole.ActionRole)
+    choices: dict[str, tuple[str, Callable[[], object]]] = {"New project": (NEW.format(arrival.name), anew)}
+    if arrival.add is not None:
+        choices["Add"] = (arrival.added, arrival.add)
+    choices["Replace"] = (REPLACE.format(arrival.name), arrival.replace)
+    lines = "\n\n".join(f"{label}: {does}." for label, (does, _) in choices.items())
+    box.setTextFormat(Qt.TextFormat.PlainText)
+    box.setInformativeText(f"Where does {arrival.name} belong?\n\n{lines}")
+    for label, (_, run) in choices.items():
+        made = box.addButton(label, QMessageBox.ButtonRole.ActionRole)
         made.clicked.connect(lambda _checked=False, run=run: run())
-        if words == "New project":
+        if label == "New project":
             box.setDefaultButton(made)
     box.addButton(QMessageBox.StandardButton.Cancel).setIcon(QIcon())  # the style's own is of another style
     box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

@@ -10,6 +10,7 @@ import logging
 import sys
 import threading
 import traceback
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -22,6 +23,14 @@ from app.process import crash
 from engine.core.errors import VERBS, FileError, LightarcError, MissingCapability, UsageError, shortage
 
 log = logging.getLogger(__name__)
+
+
+class FilesExcluded(LightarcError):
+    """Several files of those that were given together were not opened; `errors` say why, one for each."""
+
+    def __init__(self, errors: Sequence[FileError]) -> None:
+        super().__init__("; ".join(map(str, errors)))
+        self.errors = tuple(errors)
 
 
 class Failures(QObject):
@@ -84,6 +93,8 @@ def explain(error: BaseException) -> tuple[str, str]:
     """The message for the person, and the details that only a developer reads."""
     if isinstance(error, FileError):
         return f"{sentence(error)}\n{error.remedy}.\n\n{error.path}", ""
+    if isinstance(error, FilesExcluded):
+        return "\n\n".join(f"{sentence(each)}\n{each.remedy}." for each in error.errors), ""
     if isinstance(error, MissingCapability):
         return f"{error.capability}.\n{error.remedy}.", ""
     if isinstance(error, UsageError):

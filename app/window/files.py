@@ -9,10 +9,10 @@ from pathlib import Path
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QWidget
 
-from app.commands.workbench import Workbench
+from app.commands.workbench import Arrival, Workbench
 from app.project.project_file import ENDING
 from app.session.settings import Remembered
-from app.window.arriving import ask_for_photographs
+from app.window.arriving import ask_where
 from app.window.dialogs import (
     ask_for_place,
     ask_to_open,
@@ -20,7 +20,7 @@ from app.window.dialogs import (
     proposed_name,
     show_notes,
 )
-from app.window.failures import Failures
+from app.window.failures import Failures, FilesExcluded
 from app.window.projects import Projects
 from engine.capture.doubts import Doubtful
 from engine.core.errors import FileError, InputError
@@ -36,16 +36,15 @@ class Files(QObject):
         projects: Projects,
         settings: Remembered,
         failures: Failures,
-        is_lighting: Callable[[], bool],
     ) -> None:
-        """`is_lighting` is true where a panorama that is opened becomes the light."""
         super().__init__(window)
         self.window, self.bench, self.projects = window, bench, projects
-        self.settings, self.failures, self.is_lighting = settings, failures, is_lighting
+        self.settings, self.failures = settings, failures
         projects.changed.connect(self._remember_work)
         projects.opened.connect(self._remember)
-        bench.arrived.connect(self._photographs_arrived)
         bench.jobs.failed.connect(lambda _job, error: self._forget_failed(error))
+        bench.arrived.connect(self._ask_where)
+        bench.excluded.connect(self._report_excluded)
 
     def new(self) -> None:
         """Begin a new project; the one that was open stays on disk."""
@@ -54,19 +53,30 @@ class Files(QObject):
 
     def open(self, paths: Sequence[Path]) -> None:
         """Open `paths` by their content, and remember them."""
-        if not paths:
-            return
-        project = next((path for path in paths if path.suffix.lower() == ENDING), None)
-        if project is not None:
-            self.open_project(project)
-            paths = [path for path in paths if path != project]
-            if not paths:
-                return
-        self.bench.open(paths, lighting=self.is_lighting())
-        self._remember(paths[0] if len(paths) == 1 else paths[0].parent, paths[0].parent)
+        paths = [path.absolute() for path in paths]
+        projects = [path for path in paths if path.suffix.lower() == ENDING]
+        if projects:
+            self.open_project(projects[0])
+            several = f"One project is open in a window, here {projects[0].name}. Open this one in another window"
+            others = [InputError(path, "is a second project", several) for path in projects[1:]]
+            if others:
+                self._report_excluded(others, len(paths))
+            paths = [path for path in paths if path not in projects]
+        if paths:
+            self.bench.open(paths)
+            self._remember(paths[0] if len(paths) == 1 else paths[0].parent, paths[0].parent)
 
-    def _photographs_arrived(self, paths: Sequence[Path]) -> None:
-        ask_for_photographs(self.window, self.bench, self.new, paths)
+    def _ask_where(self, arrival: Arrival) -> None:
+        ask_where(self.window, self.bench, self.new, arrival)
+
+    def _report_excluded(self, errors: Sequence[InputError], count: int) -> None:
+        """Say in a sentence for each which of `count` files were not opened, and why."""
+        for error in errors if len(errors) == count else ():
+            self._forget_failed(error)
+        if len(errors) == 1:
+            self.failures.report(f'Couldn\'t open "{Path(errors[0].path).name}"', errors[0])
+        else:
+            self.failures.report(f"Couldn't open {len(errors)} of {count} files", FilesExcluded(errors))
 
     def open_project(self, path: Path) -> None:
         """Open a project in place of this one, which stays on disk."""

@@ -282,7 +282,7 @@ class MainWindow(QMainWindow):
         QTimer.singleShot(AFTER_MS, self, self.make_next)
 
     def _make_top_bar(self) -> None:
-        self.files = Files(self, self.bench, self.projects, self.settings, self.failures, self._is_lighting)
+        self.files = Files(self, self.bench, self.projects, self.settings, self.failures)
         self.menus = Menus(self.files, self.bench.document.undo_stack, self.docks, self.settings)
         self.bar = TopBar(self.menus)
         self.undo, self.redo = self.menus.undo, self.menus.redo

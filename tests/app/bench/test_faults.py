@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -20,11 +19,12 @@ from PySide6.QtWidgets import (
 )
 
 from app.bench.faults import cut, faint, faults, nameless, out_of_order, overlapping
+from app.commands.workbench import Arrival
 from app.help.keys import show_about, show_keys
 from app.help.mode_chooser import ModeChooser
 from app.widgets.panels import Panel, text
 from app.widgets.param_form import ParamForm
-from app.window.arriving import ask_for_photographs
+from app.window.arriving import ask_where
 from app.window.dialogs import ask_what_to_collect, show_history, show_notes
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
@@ -165,7 +165,14 @@ def test_no_dialog_has_a_fault_or_is_higher_than_the_smallest_window(window: Mai
         lambda: ModeChooser(window, window.bench.document.project).open(),
         lambda: show_notes(window, window.bench),
         lambda: ask_what_to_collect(window, window.projects.path, print),
-        lambda: ask_for_photographs(window, window.bench, print, [Path("Linen under the arc")]),
+        lambda: ask_where(
+            window,
+            window.bench,
+            print,
+            Arrival(
+                "Linen under the arc", print, print, "imports all photographs together, as one capture of one sample"
+            ),
+        ),
     )
     for show in openers:
         show()

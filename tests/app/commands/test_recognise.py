@@ -1,4 +1,4 @@
-"""Dropped files are recognised by content: a bundle and an archive of photographs differ under any name."""
+"""Files are recognised by content, and sorted into groups that open in places of their own."""
 
 import io
 import tarfile
@@ -9,12 +9,32 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.commands.recognise import Recognised, recognise
+from app.commands.recognise import Kind, Opening, Recognised, recognise
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.readers.table_file import write_table
 from engine.brdf.resample import table_from
-from engine.core.errors import InputError
 from engine.images.encode import rgb_channels, write_exr
+
+
+def one(*paths: Path) -> Recognised:
+    """The one group that `paths` are."""
+    found = recognise(paths)
+    assert found.excluded == ()
+    (group,) = found.groups
+    return group
+
+
+def kinds(found: Opening) -> list[tuple[Kind, int]]:
+    return [(group.kind, len(group.paths)) for group in found.groups]
+
+
+def excluded(found: Opening) -> list[tuple[str, str]]:
+    return [(Path(error.path).name, error.problem) for error in found.excluded]
+
+
+def radiance(path: Path, width: int, height: int) -> Path:
+    write_exr(path, rgb_channels(np.ones((height, width, 3), np.float32)))
+    return path
 
 
 def zip_of(path: Path, *names: str) -> Path:
@@ -44,29 +64,29 @@ def tar_of(path: Path, *names: str) -> Path:
     ],
 )
 def test_archives(tmp_path: Path, make: Any, name: str, members: Any, kind: str) -> None:
-    assert recognise([make(tmp_path / name, *members)]).kind == kind
+    assert one(make(tmp_path / name, *members)).kind == kind
 
 
 def test_a_package_of_usd_without_textures_that_are_known_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="USD package"):
-        recognise([zip_of(tmp_path / "rock.usdz", "rock.usda", "0/texture.png")])
+    found = recognise([zip_of(tmp_path / "rock.usdz", "rock.usda", "0/texture.png")])
+    assert found.groups == ()
+    assert "USD package" in found.excluded[0].problem
 
 
 @pytest.mark.parametrize(("name", "kind"), [("rock.mtlx", "material"), ("rock.gltf", "mesh")])
 def test_a_folder_with_one_document_is_that_document(tmp_path: Path, name: str, kind: str) -> None:
     (tmp_path / "rock" / "textures").mkdir(parents=True)
     (tmp_path / "rock" / name).write_text("{}")
-    found = recognise([tmp_path / "rock"])
+    found = one(tmp_path / "rock")
     assert (found.kind, found.paths) == (kind, (tmp_path / "rock" / name,))
     (tmp_path / "rock" / "photograph.png").write_bytes(b"\x89PNG")
-    assert recognise([tmp_path / "rock"]).kind == ("material" if kind == "material" else "photographs")
+    assert one(tmp_path / "rock").kind == ("material" if kind == "material" else "photographs")
 
 
 def test_an_archive_that_is_cut_says_so(tmp_path: Path) -> None:
     path = zip_of(tmp_path / "suede.zip", "suede/1.png")
     path.write_bytes(path.read_bytes()[:-5])
-    with pytest.raises(InputError, match="cut short"):
-        recognise([path])
+    assert "cut short" in recognise([path]).excluded[0].problem
 
 
 def test_measured_brdfs_are_recognised_by_content_and_by_endings_that_nothing_else_has(tmp_path: Path) -> None:
@@ -76,28 +96,79 @@ def test_measured_brdfs_are_recognised_by_content_and_by_endings_that_nothing_el
     samples.write_text("theta_i,phi_i,theta_o,phi_o,r,g,b\n30,0,30,180,1,1,1\n")
     broken = tmp_path / "broken.bsdf"
     broken.write_bytes(b"nothing")
-    assert recognise([table], lighting=True).kind == "brdf"
-    assert recognise([samples]).kind == "brdf"
-    assert recognise([table, broken]) == Recognised("brdf", (table, broken))
+    assert one(table).kind == "brdf"
+    assert one(samples).kind == "brdf"
+    assert one(table, broken) == Recognised("brdf", (table, broken))
 
 
 def test_other_files_are_not_taken_for_brdfs(tmp_path: Path) -> None:
-    picture = tmp_path / "picture.exr"
-    write_exr(picture, rgb_channels(np.ones((4, 8, 3), np.float32)))
+    picture = radiance(tmp_path / "picture.exr", 8, 4)
     mesh = tmp_path / "mesh.obj"
     mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    assert recognise([picture], lighting=True).kind == "environment"
-    assert recognise([mesh]).kind == "mesh"
+    assert one(picture).kind == "environment"
+    assert one(mesh).kind == "mesh"
     notes = tmp_path / "notes.txt"
     notes.write_text("nothing of the kind")
-    with pytest.raises(InputError, match="nothing that Lightarc can open"):
-        recognise([notes])
+    found = recognise([notes, tmp_path / "gone"])
+    assert found.groups == ()
+    assert excluded(found) == [("notes.txt", "is not a kind of file that Lightarc opens"), ("gone", "does not exist")]
+
+
+def test_files_of_all_kinds_open_together(tmp_path: Path) -> None:
+    """A model, an environment, two BRDFs and a folder of photographs, among them what does not open, in any order."""
+    mesh, second, notes = tmp_path / "spot.obj", tmp_path / "cup.ply", tmp_path / "notes.txt"
+    mesh.write_text("mtllib spot.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (tmp_path / "spot.mtl").write_text("newmtl spot\nmap_Kd spot.png\n")
+    (tmp_path / "spot.png").write_bytes(b"\x89PNG")
+    second.write_bytes(b"ply\n")
+    notes.write_text("nothing of the kind")
+    brdfs = [tmp_path / "a.bsdf", tmp_path / "b.bsdf"]
+    for each in brdfs:
+        each.write_bytes(b"nothing")
+    sky = radiance(tmp_path / "sky.exr", 8, 4)
+    photographs = tmp_path / "capture"
+    photographs.mkdir()
+    for name in ("IMG_1.jpg", "IMG_2.jpg"):
+        (photographs / name).write_bytes(b"\xff\xd8\xff")
+    given = [mesh, notes, sky, second, brdfs[0], photographs, brdfs[1], tmp_path / "spot.mtl", tmp_path / "spot.png"]
+    for paths in (given, given[::-1]):
+        found = recognise(paths)
+        assert kinds(found) == [("brdf", 2), ("environment", 1), ("mesh", 1), ("photographs", 1)]
+        first = mesh if paths is given else second
+        assert found.groups[2].paths == (first,)
+        left = {"notes.txt": "is not a kind of file that Lightarc opens"}
+        left |= {(second if first is mesh else mesh).name: "is a second model"}
+        assert dict(excluded(found)) == left
+    assert kinds(recognise([tmp_path / "capture", sky])) == [("environment", 1), ("photographs", 1)]
+
+
+def test_hdr_images_are_photographs_where_their_lights_are_stated(tmp_path: Path) -> None:
+    angles = [radiance(tmp_path / f"felt_{angle}deg.exr", 8, 4) for angle in (10, 50, 90)]
+    assert one(*angles).kind == "photographs"
+    others = [radiance(tmp_path / f"{name}.exr", 8, 4) for name in ("harbour", "studio", "forest")]
+    assert kinds(recognise(others)) == [("environment", 1)]
+    assert [problem for _, problem in excluded(recognise(others))] == ["is a second environment"] * 2
+    square = [radiance(tmp_path / f"{at}.exr", 4, 4) for at in range(3)]
+    assert one(*square).kind == "photographs"
+    assert kinds(recognise([*square, others[0]])) == [("environment", 1), ("photographs", 3)]
+    described = tmp_path / "lights.lp"
+    described.write_text("3\nharbour.exr 1 0 0\nstudio.exr 0 1 0\nforest.exr 0 0 1\n")
+    assert one(*others, described) == Recognised("photographs", (*others, described))
+    assert excluded(recognise([described])) == [("lights.lp", "is no photograph that Lightarc reads")]
+
+
+def test_a_folder_without_a_capture_stands_for_its_files(tmp_path: Path) -> None:
+    radiance(tmp_path / "sky.exr", 8, 4)
+    (tmp_path / "spot.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (tmp_path / "licence.txt").write_text("free")
+    assert kinds(recognise([tmp_path])) == [("environment", 1), ("mesh", 1)]
+    assert excluded(recognise([tmp_path])) == []
 
 
 def test_measurements_behind_pages_of_comments_are_recognised(tmp_path: Path) -> None:
     path = tmp_path / "paint.dat"
     path.write_text("# a long story\n" * 1000 + "#DIM 4 1\n#PARAM_IN SPHERICAL_TL_PL_TV_PV\n0.1 0.2 0.3 0.4 0.5\n")
-    assert recognise([path]).kind == "brdf"
+    assert one(path).kind == "brdf"
 
 
 def test_materials_of_other_programs(tmp_path: Path) -> None:
@@ -106,15 +177,16 @@ def test_materials_of_other_programs(tmp_path: Path) -> None:
     for name in ("Rock_1K_Color.png", "Rock_1K_NormalGL.png", "notes.txt"):
         (textures / name).write_bytes(b"\x89PNG\r\n\x1a\n")
     alone = (textures / "Rock_1K_Color.png", textures / "Rock_1K_NormalGL.png")
-    assert recognise(alone) == Recognised("material", alone), "their folder was not dropped with them"
-    assert recognise((*alone, textures / "notes.txt")).kind == "photographs", "not all are maps"
-    assert recognise(alone[:1]).kind == "photographs"
+    assert one(*alone) == Recognised("material", alone), "their folder was not dropped with them"
+    assert recognise((*alone, tmp_path / "gone")).groups == (Recognised("material", alone),)
+    assert one(*alone, textures / "notes.txt").kind == "photographs", "not all are maps"
+    assert one(alone[0]).kind == "photographs"
     document = tmp_path / "rock.mtlx"
     document.write_text('<?xml version="1.0"?><materialx version="1.39"/>')
-    assert recognise([textures]) == Recognised("material", (textures,))
-    assert recognise([document]) == Recognised("material", (document,))
+    assert one(textures) == Recognised("material", (textures,))
+    assert one(document) == Recognised("material", (document,))
     photographs = tmp_path / "capture"
     photographs.mkdir()
     for name in ("IMG_1.jpg", "IMG_2.jpg", "flat.jpg"):
         (photographs / name).write_bytes(b"\xff\xd8\xff")
-    assert recognise([photographs]).kind == "photographs"
+    assert one(photographs).kind == "photographs"

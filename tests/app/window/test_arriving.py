@@ -7,14 +7,20 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
 import pytest
+import shiboken6
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMessageBox, QPushButton, QWidget
 
 from app.project.project_file import read
 from app.window.arriving import ask_for_consent
 from app.window.main_window import MainWindow
+from engine.bundle.bundle import save_bundle
 from engine.capture.doubts import Doubtful
+from engine.core.steps import drain
+from engine.images.encode import encode_png, rgb_channels, write_exr
 
 if TYPE_CHECKING:
     from app.commands.workbench import Workbench
@@ -64,12 +70,26 @@ def test_photographs_for_a_window_with_a_capture_become_what_a_person_says(
     assert [round(float(each)) for each in added.stack.elevation_deg] == [10, 30, 50, 70, 90]
     assert added.name == "First"
 
+    document.change("Set for this sample", white=0.5, excluded=frozenset({"felt_30deg.png"}), tileable=True)
+    own, panel = document.project, window.capture.panel
+    assert panel.options.size_figure.text().endswith(" px")
     drop(window, halves[1:])
     answer(question(window, qtbot), qtbot, "Replace")
-    qtbot.waitUntil(lambda: document.project.stack is not added.stack and at_rest(window), timeout=60_000)
+    qtbot.waitUntil(lambda: document.project.name == "Second", timeout=60_000)
+    begun = document.project
+    assert begun.stack is None, "the import has not ended"
+    assert (begun.white, begun.excluded, begun.tileable, begun.has_map) == (None, frozenset(), False, False)
+    assert (panel.options.size_figure.text(), panel.options.width_field.text()) == ("–", "–")
+    assert panel.resolution.text() == "–"
+    qtbot.waitUntil(lambda: at_rest(window), timeout=60_000)
     assert document.project.stack is not None
     assert len(document.project.stack.sources) == 2
+    assert panel.options.size_figure.text().endswith(" px")
     assert window.projects.path == first
+    while document.project is not own:
+        window.undo.trigger()
+    while document.undo_stack.canRedo():
+        window.redo.trigger()
 
     drop(window, halves[:1])
     answer(question(window, qtbot), qtbot, "New project")
@@ -101,6 +121,74 @@ def test_photographs_that_cannot_be_imported_leave_the_document_as_it_was(
     assert document.project is before
     assert document.undo_stack.count() == steps
     next(iter(window.failures.open_dialogs.values())).close()
+
+
+def test_everything_that_replaces_work_asks_first(
+    window: MainWindow, qtbot: Any, drop: Any, halves: list[Path], tmp_path: Path
+) -> None:
+    bench, document = window.bench, window.bench.document
+    drop(window, halves[:1])
+    qtbot.waitUntil(lambda: at_rest(window), timeout=60_000)
+    before = document.project
+    assert before.stack is not None
+    bundle = tmp_path / "Felt.lightarc"
+    drain(save_bundle(bundle, before.material))
+    textures = [tmp_path / "Rock_Color.png", tmp_path / "Rock_Roughness.png"]
+    for path in textures:
+        path.write_bytes(encode_png(np.full((8, 8, 3), 30_000, np.uint16)))
+    stack = before.stack.folder
+    assert stack is not None
+    commands = {entry.text(): entry for entry in window.menus.findChildren(QAction)}
+    for name, ask in (
+        ("Woven sample", commands["Sample capture"].trigger),
+        ("Woven sample", commands["Make the sample anew"].trigger),
+        ("Felt.lightarc", lambda: drop(window, [bundle])),
+        (stack.name, lambda: drop(window, [stack])),
+        ("2 files", lambda: drop(window, textures)),
+    ):
+        ask()
+        asked = question(window, qtbot)
+        labels = [each.text() for each in asked.buttons()]
+        assert sorted(labels) == ["Cancel", "New project", "Replace"], name
+        assert f"Where does {name} belong?" in asked.informativeText()
+        answer(asked, qtbot, "Cancel")
+        qtbot.waitUntil(lambda asked=asked: not shiboken6.isValid(asked) and not bench.jobs.active, timeout=60_000)
+        assert document.project is before
+    drop(window, [bundle, tmp_path / "gone"])
+    answer(question(window, qtbot), qtbot, "Replace")
+    qtbot.waitUntil(lambda: document.project.stack is None, timeout=60_000)
+    assert document.project.name == "Felt"
+    assert list(window.failures.open_dialogs) == [
+        f"gone does not exist.\nCheck the path, or whether its drive is connected.\n\n{tmp_path / 'gone'}"
+    ]
+    next(iter(window.failures.open_dialogs.values())).close()
+
+
+def test_files_of_all_kinds_open_in_any_workspace(
+    window: MainWindow, qtbot: Any, drop: Any, mesh: Path, photographs: Path, tmp_path: Path
+) -> None:
+    sky, notes = tmp_path / "sky.exr", tmp_path / "notes.txt"
+    write_exr(sky, rgb_channels(np.ones((4, 8, 3), np.float32)))
+    notes.write_text("nothing of the kind")
+    document = window.bench.document
+    window.show_workspace("factor")
+    drop(window, [notes, mesh, photographs, sky, mesh.with_name("gone.ply")])
+    qtbot.waitUntil(lambda: at_rest(window) and bool(window.failures.open_dialogs), timeout=60_000)
+    project = document.project
+    assert project.mesh is not None
+    assert project.environment is not None
+    assert project.stack is not None
+    assert len(project.stack.sources) == 5
+    (said,) = window.failures.open_dialogs
+    assert "notes.txt is not a kind of file that Lightarc opens." in said
+    assert "gone.ply does not exist." in said
+    window.failures.open_dialogs[said].close()
+    window.show_workspace("brdf")
+    document.change("No light", environment=None)
+    drop(window, [sky])
+    qtbot.waitUntil(lambda: document.project.environment is not None, timeout=60_000)
+    assert window.stack.currentWidget() is window.view
+    assert document.project.stack is project.stack, "an environment replaces no capture"
 
 
 def test_a_project_and_files_are_opened_together(

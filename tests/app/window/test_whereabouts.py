@@ -100,10 +100,10 @@ def test_what_is_gone_with_the_data_folder_is_made_again_at_a_button(
     assert "an import of photographs. Making that again takes about" in window.banners.words["lost"]
     assert window.capture.again.isEnabled()
     arrived: list[Any] = []
-    monkeypatch.setattr("app.window.files.ask_for_photographs", lambda *said: arrived.append(said[-1]))
+    monkeypatch.setattr("app.window.files.ask_where", lambda *said: arrived.append(said[-1]))
     window.open([pictures])
     qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=60_000)
-    assert arrived == [(pictures,)]
+    assert [arrival.name for arrival in arrived] == [pictures.name]
     window.banners.of["lost"].buttons[0].click()
     qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=240_000)
     assert window.banners.words == {}
