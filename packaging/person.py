@@ -47,7 +47,7 @@ def watched(paths: list[Path], seen: Path) -> int:
 
 def tell(seen: Path) -> None:
     """Write what can be seen: places of widgets by their words, banners, jobs, and marks of the document."""
-    from PySide6.QtWidgets import QApplication, QDialog, QLabel, QWidget
+    from PySide6.QtWidgets import QAbstractButton, QApplication, QDialog, QLabel, QWidget
 
     from app.viewport.viewport import Viewport
     from app.window.main_window import MainWindow
@@ -72,6 +72,11 @@ def tell(seen: Path) -> None:
         "look": time.monotonic(),
         "places": places,
         "focus": name_of(focus) if isinstance(focus, QWidget) else "",
+        "checked": [
+            name_of(each)
+            for each in QApplication.allWidgets()
+            if isinstance(each, QAbstractButton) and each.isVisible() and each.isCheckable() and each.isChecked()
+        ],
         "dialogs": [
             each.windowTitle()
             for each in QApplication.topLevelWidgets()
@@ -79,6 +84,7 @@ def tell(seen: Path) -> None:
         ],
         "banners": window.banners.words,
         "jobs": [job.title for job in window.bench.jobs.active if job.is_asked_for],
+        "computing": [job.title for job in window.bench.jobs.active],
         "path": str(projects.path),
         "is_saved": projects.is_saved,
         "is_drawn": window.view.viewport.camera is not None,
@@ -116,6 +122,7 @@ def marks(project: Any) -> dict[str, Any]:
         "compared": [entry.name for entry in project.comparison.entries],
         "runs": [[run.number, run.name] for run in project.factoring.runs],
         "mesh": mesh.name if mesh is not None else None,
+        "surface": project.surface is not None,
         "light": project.environment.name if project.environment is not None else None,
         "look": repr(project.look),
         "camera": repr(project.camera),
@@ -128,7 +135,9 @@ class Person:
     """Mouse, keys and eyes of somebody at the display, and the process of the program that runs now.
 
     `clicks` are those of the mouse, drags among them, `pressed` keys (a text that is typed is one), and `waited_s` the
-    seconds until something was there that was waited for.
+    seconds until something was there that was waited for. `steps` are clicks, drags, chords of keys and typed texts in
+    their order, each with the seconds of waiting that followed; `shows_steps` keeps a picture of the display before
+    each of them.
     """
 
     folder: Path
@@ -138,6 +147,8 @@ class Person:
     pressed: int = 0
     waited_s: float = 0.0
     compared: list[Seen] = field(default_factory=list)
+    steps: list[Seen] = field(default_factory=list)
+    shows_steps: bool = False
 
     def __post_init__(self) -> None:
         self.folder = self.folder.absolute()  # a relative XDG_DATA_HOME would be passed over for the person's own
@@ -182,7 +193,10 @@ class Person:
         while time.monotonic() < begun + within_s:
             seen = self.seen
             if seen and is_so(seen):
-                self.waited_s += time.monotonic() - begun
+                waited_s = time.monotonic() - begun
+                self.waited_s += waited_s
+                if self.steps:
+                    self.steps[-1]["waited_s"] += waited_s
                 return seen
             if self.process is not None and self.process.poll() is not None:
                 break
@@ -199,15 +213,23 @@ class Person:
                 break
             time.sleep(PAUSE_S / 2)
 
+    def step(self, words: str) -> None:
+        """Note a step, which is about to be done."""
+        if self.shows_steps:
+            self.shot(f"before {words}".replace("/", " ")[:60])
+        self.steps.append({"step": words, "waited_s": 0.0})
+
     def keys(self, *keys: str) -> None:
         """Press keys, by their names in X, one after the other."""
         for key in keys:
+            self.step(f"press {key}")
             do("key", "--clearmodifiers", key)
             self.pressed += 1
             self.let_it_follow()
 
     def write(self, words: str) -> None:
         """Type `words`."""
+        self.step(f"type {Path(words).name if words.startswith('/') else words}")
         do("type", "--delay", "40", words)
         self.pressed += 1
         self.let_it_follow()
@@ -215,6 +237,7 @@ class Person:
     def place(self, name: str, across: float = 0.5, down: float = 0.5) -> tuple[int, int]:
         """A point of the widget that is called `name`, by shares of its size."""
         before, looked, waited_s = list[int](), 0.0, self.waited_s
+        last_s = self.steps[-1]["waited_s"] if self.steps else 0.0
         while True:  # until the layout rests, in two looks from within that are a second apart
             seen = self.until(
                 lambda seen, after=looked + 1.0: name in seen["places"] and seen["look"] > after,
@@ -224,12 +247,16 @@ class Person:
                 break
             before, looked = seen["places"][name], seen["look"]
         self.waited_s = waited_s
+        if self.steps:
+            self.steps[-1]["waited_s"] = last_s
         x, y, width, height = seen["places"][name]
         return round(x + across * width), round(y + down * height)
 
     def click(self, name: str, across: float = 0.5, down: float = 0.5) -> None:
         """Click the middle of the widget that is called `name`, or another point of it."""
-        do("mousemove", *self.place(name, across, down))
+        place = self.place(name, across, down)
+        self.step(f"click {name}")
+        do("mousemove", *place)
         time.sleep(PAUSE_S)
         do("click", 1)
         self.clicks += 1
@@ -238,6 +265,7 @@ class Person:
     def drag(self, name: str, start: tuple[float, float], end: tuple[float, float], key: str = "") -> None:
         """Drag within the widget `name`, with a key held down where one is given."""
         first, last = self.place(name, *start), self.place(name, *end)
+        self.step(f"drag in {name}{f' with {key}' if key else ''}")
         do("mousemove", *first, *(("keydown", key) if key else ()), "mousedown", 1)
         for step in range(1, 9):
             do("mousemove", *(round(a + (b - a) * step / 8) for a, b in zip(first, last, strict=True)))

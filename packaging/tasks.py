@@ -21,7 +21,7 @@ import time
 from collections.abc import Callable
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from person import PAUSE_S, ROOT, Person
 
@@ -297,16 +297,20 @@ TASKS: tuple[Callable[[Person, Path], None], ...] = (
 )
 
 
-def tried(task: Callable[[Person, Path], None], folder: Path, given: Path) -> dict[str, object]:
-    """One task from a first start: its counts, and why it was not done; '' where it was."""
+def tried(
+    task: Callable[[Person, Path], None], folder: Path, given: Path, *files: str, shows_steps: bool = False
+) -> dict[str, Any]:
+    """One task from a first start, with `files` of `given`: its counts, and why it was not done; '' where it was."""
     name, place = task.__name__, folder / task.__name__
     shutil.copytree(given / "data", place / "data")
-    person, why_not = Person(place), ""
+    person, why_not = Person(place, shows_steps=shows_steps), ""
     begun = time.monotonic()
-    person.start()
+    person.start(*(given / file for file in files))
     start_s = time.monotonic() - begun
     person.clicks = person.pressed = 0
     person.waited_s = 0.0
+    if files:
+        person.steps = [{"step": f"start with {', '.join(files)}", "waited_s": 0.0}]
     try:
         task(person, given)
         time.sleep(4 * PAUSE_S)
@@ -323,6 +327,7 @@ def tried(task: Callable[[Person, Path], None], folder: Path, given: Path) -> di
         "keys": person.pressed,
         "waiting_s": round(person.waited_s, 1),
         "start_s": round(start_s, 1),
+        "steps": [{**step, "waited_s": round(step["waited_s"], 1)} for step in person.steps],
         "pictures": sorted(path.name for path in place.glob("*.png")),
         "why_not": why_not,
     }

@@ -206,6 +206,7 @@ class Driver:
         window.projects.leaving.connect(lambda: self.say(event="leaving", path=str(window.projects.path)))
         window.projects.switched.connect(self._switched)
         window.projects.changed.connect(self._saved)
+        window.closes.connect(self._stop_burst)
         window.failures.arrived.connect(
             lambda title, error: self.say(
                 event="failed", message=f"{title}: {error}", fault=not isinstance(error, LightarcError)
@@ -249,8 +250,11 @@ class Driver:
         for line in lines:
             QTimer.singleShot(0, partial(self._act, **json.loads(line)))
 
-    def _act(self, do: str, **values: Any) -> None:
+    def _stop_burst(self) -> None:
         self.burst = None
+
+    def _act(self, do: str, **values: Any) -> None:
+        self._stop_burst()
         try:
             self.actions[do](**values)
         finally:

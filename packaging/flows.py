@@ -1,0 +1,227 @@
+"""Three flows of users from their files to their result, with a count of steps, seconds of waiting, and screenshots.
+
+    python packaging/flows.py -o FOLDER [--only FLOW …]
+
+A conservator with photographs from a dome, a look-dev artist with ten photographs, and a researcher with a BRDF, a mesh
+and an HDR environment. Each starts the program with files, as a double click or the command line does. A step is a
+click, a drag, a chord of keys or a typed text; `MAX_STEPS` bounds them. The machine is the one of `tasks`: a display of
+its own, mouse and keys by xdotool. Each flow also checks that the window leads into none of the dead ends that users
+have met, and ends with Quit and a look at the files. FOLDER gets `flows.md`, `flows.json` and a screenshot before and
+after each step; the exit code is 1 where a flow is not finished or takes more steps than it may.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from person import Person, Seen
+from tasks import LONGEST_S, display, run, tried, vase
+
+from engine.images.encode import write_exr
+
+#: Steps that a flow may take.
+MAX_STEPS = {"conservator": 12, "artist": 8, "researcher": 12}
+
+#: Files that each flow starts with.
+FILES = {
+    "conservator": ("dome",),
+    "artist": ("ten photographs",),
+    "researcher": ("blue.binary", "vase.obj", "studio.exr"),
+}
+
+
+def make_files(folder: Path) -> Path:
+    """The folder of the files that the flows begin with; what is there already stays."""
+    given = folder / "given"
+    if (given / "data").exists():
+        return given
+    given.mkdir(parents=True)
+    run("simulate", "-o", given / "dome", "--size", "128", "--elevations", "3", "--azimuths", "5")
+    angles = ("--elevations-deg", "9,18,27,36,45,54,63,72,81,90")
+    run("simulate", "-o", given / "ten photographs", "--size", "128", *angles)
+    run("brdf", "convert", "lafortune:preset=blue-paint", "-o", given / "blue.binary")
+    (given / "vase.obj").write_text(vase(48, 24))
+    rows, columns = np.mgrid[0:32, 0:64]
+    window = 20.0 * np.exp(-((rows - 10) ** 2 + (columns - 20) ** 2) / 12.0)
+    write_exr(given / "studio.exr", {name: (0.3 + window).astype(np.float32) for name in "RGB"})
+    (given / "data").mkdir()
+    return given
+
+
+def conservator(person: Person, _given: Path) -> None:
+    """Photographs from a dome → material → View → surface maps → saved project → web page and RTI."""
+    has_material(person)
+    person.keys("ctrl+5")
+    seen = person.until(lambda seen: seen["workspace"] == "view" and seen["is_drawn"], "the view", LONGEST_S)
+    expect("Tiling" not in seen["places"], "a capture from a dome is tiled in View")
+    relight(person)
+    person.keys("ctrl+2")
+    person.until(lambda seen: seen["workspace"] == "material", "the workspace Material", 60.0)
+    person.click("Surface maps")
+    person.keys("ctrl+Return")
+    person.until(lambda seen: seen["marks"]["surface"], "the surface maps", LONGEST_S)
+    target = save(person, "Dome")
+    export(person, "Web page", "RTI")
+    files = exported(person)
+    expect(any(path.suffix == ".html" for path in files), "there is no web page")
+    expect(any(path.suffix in (".ptm", ".rti") for path in files), "there is no RTI")
+    quit_with(person, target)
+
+
+def artist(person: Person, _given: Path) -> None:
+    """Ten photographs → material → View → glTF and Blender."""
+    has_material(person)
+    person.keys("ctrl+5")
+    person.until(lambda seen: seen["workspace"] == "view" and seen["is_drawn"], "the view", LONGEST_S)
+    relight(person)
+    export(person, "Blender")
+    files = exported(person)
+    expect(any(path.suffix == ".glb" for path in files), "there is no glTF")
+    expect(any("blender" in str(path).lower() for path in files), "there is nothing for Blender")
+    quit_with(person, None)
+
+
+def researcher(person: Person, _given: Path) -> None:
+    """BRDF, mesh and HDR → factored → compared with the reference → the plot of errors as a file."""
+
+    def is_open(seen: Seen) -> bool:
+        marks = seen["marks"]
+        return bool(marks["compared"]) and marks["mesh"] == "vase" and marks["light"] == "studio"
+
+    person.until(is_open, "the BRDF, the mesh and the environment, opened together", LONGEST_S)
+    person.keys("ctrl+4")
+    person.until(lambda seen: seen["workspace"] == "factor", "the workspace Factor", 60.0)
+    person.keys("ctrl+Return")
+    person.until(lambda seen: bool(seen["marks"]["runs"]), "the run", LONGEST_S)
+    person.until(lambda seen: not seen["jobs"], "the end of the run", LONGEST_S)
+    name = person.seen["marks"]["runs"][0][1].lower()
+    expect("blue" in name, f"what was opened last is not factored, but {name}")
+    plot = person.folder / "errors.csv"
+    person.click("Export plot…")
+    person.write(str(plot))
+    person.keys("Return")
+    person.until(lambda _seen: plot.exists(), "the plot", 60.0)
+    person.click("Use in View")
+    person.until(lambda seen: seen["workspace"] == "view" and seen["is_drawn"], "the view", LONGEST_S)
+    person.keys("b")
+    person.until(lambda seen: "comparing='wipe'" in seen["marks"]["look"], "the comparison", 60.0)
+    expect("against='reference'" in person.seen["marks"]["look"], "it is not compared with the reference")
+    quit_with(person, None)
+
+
+def has_material(person: Person) -> None:
+    """Wait until the photographs that the program was started with have become a material."""
+    person.until(
+        lambda seen: (seen["marks"]["map"] or seen["marks"]["planes"]) is not None and not seen["jobs"],
+        "the material",
+        LONGEST_S,
+    )
+
+
+def relight(person: Person) -> None:
+    """Move the light by the mouse."""
+    before = person.seen["marks"]["look"]
+    person.drag("viewport", (0.5, 0.5), (0.62, 0.45), "ctrl")
+    person.until(lambda seen: seen["marks"]["look"] != before, "the light", 60.0)
+
+
+def save(person: Person, name: str) -> Path:
+    """Save the project under a name; the file appears whatever runs."""
+    target = person.folder / f"{name}.lap"
+    person.keys("ctrl+s")
+    person.until(lambda seen: "Save as" in seen["dialogs"], "the dialog to save", 60.0)
+    person.write(str(target))
+    person.keys("Return")
+    person.until(lambda seen: target.is_file() and seen["path"] == str(target), "the saved project", 60.0)
+    return target
+
+
+def export(person: Person, *names: str) -> None:
+    """Choose targets for other programs, and write them. Nothing is measured unasked."""
+    person.keys("ctrl+6")
+    person.until(lambda seen: seen["workspace"] == "export", "the workspace Export", 60.0)
+    seen = person.seen
+    expect(
+        "PBR maps – none opened" not in seen["places"] or not seen["marks"]["surface"], "surface maps are not offered"
+    )
+    if "Web page" not in seen["places"]:
+        person.click("Other programs")
+    seen = person.until(lambda seen: names[0] in seen["places"], "the targets", 60.0)
+    expect(not seen["computing"], f"something is computed unasked: {seen['computing']}")
+    for name in names:
+        if name not in seen["checked"]:
+            person.click(name)
+    person.keys("ctrl+Return")
+
+
+def exported(person: Person) -> list[Path]:
+    """Wait for the end of an export; its files."""
+    person.until(lambda seen: bool(seen["jobs"]) or bool(written(person)), "the export", 60.0)
+    person.until(lambda seen: not seen["jobs"] and bool(written(person)), "the files", LONGEST_S)
+    return written(person)
+
+
+def written(person: Person) -> list[Path]:
+    """Files in folders of exports of this user."""
+    return [path for folder in person.folder.glob("* exports") for path in folder.rglob("*") if path.is_file()]
+
+
+def quit_with(person: Person, target: Path | None) -> None:
+    """Quit by the keyboard, which is none of the steps: the program ends well, and keeps what was saved."""
+    steps, pressed = list(person.steps), person.pressed
+    person.shot("after")
+    code = person.close()
+    person.steps, person.pressed = steps, pressed
+    expect(code == 0, f"the program ended with {code}")
+    expect(target is None or target.is_file(), "the saved project is lost")
+
+
+def expect(is_so: bool, otherwise: str) -> None:
+    """A dead end where it is not so."""
+    if not is_so:
+        raise SystemExit(f"dead end: {otherwise}")
+
+
+FLOWS: tuple[Callable[[Person, Path], None], ...] = (conservator, artist, researcher)
+
+
+def table(done: list[dict[str, Any]]) -> str:
+    """The flows with their steps as Markdown."""
+    rows = ["| flow | steps | at most | waiting / s | finished |", "|---|---|---|---|---|"]
+    for each in done:
+        words = "yes" if each["done"] else each["why_not"]
+        count, bound = len(each["steps"]), MAX_STEPS[each["task"]]
+        rows.append(f"| {each['task']} | {count} | {bound} | {each['waiting_s'] + each['start_s']:.0f} | {words} |")
+    for each in done:
+        rows += ["", f"## {each['task']}", "", "| | step | waiting / s |", "|---|---|---|"]
+        rows += [f"| {at} | {step['step']} | {step['waited_s']} |" for at, step in enumerate(each["steps"], 1)]
+    return "\n".join(rows) + "\n"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    parser.add_argument("--only", nargs="+", choices=[flow.__name__ for flow in FLOWS])
+    options = parser.parse_args()
+    folder = options.output.absolute()
+    given = make_files(folder)
+    done = []
+    with display():
+        for flow in FLOWS:
+            name = flow.__name__
+            if options.only is None or name in options.only:
+                done.append(tried(flow, folder, given, *FILES[name], shows_steps=True))
+                (folder / "flows.json").write_text(json.dumps(done, indent=2))
+                (folder / "flows.md").write_text(table(done))
+    print(table(done))
+    return 0 if all(each["done"] and len(each["steps"]) <= MAX_STEPS[each["task"]] for each in done) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
