@@ -34,7 +34,10 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from io import RawIOBase
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from app.jobs.jobs import Lane
 
 #: Modules that every window needs, loaded once, before windows are forked.
 MODULES = (
@@ -340,9 +343,9 @@ class Driver:
         else:
             self.window.view._look_edited(dataclasses.replace(look, gain=chance.uniform(0.2, 5.0)), kind == 6)
 
-    def do_job(self, deaf: bool) -> None:
+    def do_job(self, lane: Lane, deaf: bool) -> None:
         """A job that goes on until it is cancelled; a deaf one for long between two steps."""
-        self.window.bench.jobs.submit("Searching without end", lambda: _endless(DEAF_S if deaf else 0.02))
+        self.window.bench.jobs.submit("Searching without end", lambda: _endless(DEAF_S if deaf else 0.02), lane=lane)
 
     def do_cancel(self) -> None:
         for job in self.window.bench.jobs.active:

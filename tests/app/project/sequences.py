@@ -43,6 +43,9 @@ PAUSES_S = (0.0, 0.0, 0.05, 0.2, 0.5)
 #: Names of projects that are saved. There are few, so that saves also replace one another.
 NAMES = ("felt", "new\nline", '🧵 "quoted" %20')
 
+#: Lanes of jobs that never end; most of what users wait for is computed.
+LANES = ("compute", "compute", "compute", "open", "background")
+
 Action = dict[str, Any]
 Marks = list[Any]
 
@@ -102,7 +105,7 @@ def _choices(name: str, at: int, chance: random.Random) -> dict[str, Any]:
         "slices": lambda: {"value": chance.randrange(2, 16)},
         "model": lambda: {"name": chance.choice(("sphere", "plane", "torus-knot"))},
         "sky": lambda: {"name": chance.choice(("noon", "studio"))},
-        "job": lambda: {"deaf": chance.random() < 0.3},
+        "job": lambda: {"lane": chance.choice(LANES), "deaf": chance.random() < 0.3},
         "workspace": lambda: {"name": chance.choice(("capture", "material", "brdf", "factor", "view", "export"))},
         "save_as": lambda: {"target": chance.choice(NAMES)},
         "save": lambda: {"target": chance.choice(NAMES)},
