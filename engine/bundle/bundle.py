@@ -18,7 +18,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +58,7 @@ from engine.storage.records import (
     write_manifest,
 )
 from engine.storage.scratch import release
+from engine.surface.pbr_maps import PbrMaps, SurfaceMaps
 
 SUFFIX = ".lightarc"
 MANIFEST = "manifest.json"
@@ -232,8 +233,8 @@ def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[
     contents = map_members(material)
     if material.directional is not None:
         contents |= directional_members(material.directional)
-    if material.pbr is not None:
-        contents |= pbr_members(material.pbr)
+    if (maps := _pbr_maps(material)) is not None:
+        contents |= pbr_members(maps)
     if material.power_law is not None or material.directional is not None:
         contents[VIEWER] = lambda: viewer(material).encode()
     contents[BRDF] = lambda: brdf_json(material).encode()
@@ -271,7 +272,7 @@ def _manifest(
 
     software = {"lightarc": engine.__version__, "numpy": np.__version__, "python": platform.python_version()}
     return Manifest(
-        schema_version=3 if material.pbr is not None else 1 if material.directional is None else 2,
+        schema_version=_schema_of(material),
         name=material.name,
         brdf=material.brdf,
         sigma=None if material.sigma is None else float(material.sigma),
@@ -283,14 +284,28 @@ def _manifest(
         shading_map=shading_map_record(material.shading_map),
         power_law=power_law_record(material.power_law),
         directional=directional_record(material.directional),
-        pbr=pbr_record(material.pbr),
+        pbr=pbr_record(_pbr_maps(material), None if material.surface is None else material.surface.white),
         health=HealthRecord.of(material.health),
         members=members,
     )
 
 
+def _pbr_maps(material: Material) -> PbrMaps | None:
+    """The maps of the one member that a bundle has for them."""
+    return material.surface.maps if material.surface is not None else material.pbr
+
+
+def _schema_of(material: Material) -> Literal[1, 2, 3, 4]:
+    if material.surface is not None:
+        return 4
+    if material.pbr is not None:
+        return 3
+    return 1 if material.directional is None else 2
+
+
 def _material(archive: Archive, manifest: Manifest) -> Material:
     try:
+        maps, white = read_pbr(archive, manifest), manifest.pbr.white_radiance if manifest.pbr is not None else None
         return Material(
             shading_map=read_shading_map(archive, manifest),
             power_law=read_power_law(archive, manifest),
@@ -301,7 +316,8 @@ def _material(archive: Archive, manifest: Manifest) -> Material:
             health=manifest.health.restored(),
             measured=_measured(archive, manifest),
             directional=read_directional(archive, manifest),
-            pbr=read_pbr(archive, manifest),
+            pbr=maps if white is None else None,
+            surface=SurfaceMaps(maps, white) if maps is not None and white is not None else None,
         )
     except ValueError as error:
         raise InputError(archive.path, f"holds a material that cannot be: {error}", "Export the bundle again") from None
@@ -347,7 +363,8 @@ def _check_values(material: Material) -> None:
             maps["the kept tiles"] = material.power_law.kept.slices
     if not maps and material.directional is None and material.pbr is None:
         raise UsageError("the material has neither a shading map nor a power law, a directional map or PBR maps")
-    if material.pbr is not None and (maps or material.directional is not None):
+    beside = maps or material.directional is not None or material.surface is not None
+    if material.pbr is not None and beside:
         raise UsageError("PBR maps stand in place of what comes from photographs, and not beside it")
     for name, values in maps.items():
         low, high = _extremes(values)
@@ -370,6 +387,6 @@ def _size_estimate(material: Material) -> int:
     shading_map, power_law = material.shading_map, material.power_law
     size_bytes = shading_map.slices.nbytes if shading_map is not None else 0
     size_bytes += material.measured.values.nbytes if isinstance(material.measured, Table) else 0
-    size_bytes += material.pbr.size_bytes if material.pbr is not None else 0
+    size_bytes += pbr.size_bytes if (pbr := _pbr_maps(material)) is not None else 0
     size_bytes += material.directional.planes.nbytes if material.directional is not None else 0
     return size_bytes + (power_law.size_bytes + power_law.error_map.nbytes if power_law is not None else 0)

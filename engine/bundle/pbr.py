@@ -34,7 +34,8 @@ def pbr_members(maps: PbrMaps) -> dict[str, Produce]:
     return {PBR: lambda: Planes(_channels(maps), {"unit": _UNITS})}
 
 
-def pbr_record(maps: PbrMaps | None) -> PbrRecord | None:
+def pbr_record(maps: PbrMaps | None, white: float | None = None) -> PbrRecord | None:
+    """The record of `maps`; `white` is the radiance of their white card where they are of photographs."""
     if maps is None:
         return None
     errors = {name: _number(getattr(maps.errors, name)) for name in PbrErrorsRecord.model_fields}
@@ -46,6 +47,7 @@ def pbr_record(maps: PbrMaps | None) -> PbrRecord | None:
         observed_slopes=maps.observed.kind,
         observed_azimuth=None if maps.observed.azimuth is None else float(maps.observed.azimuth),
         errors=PbrErrorsRecord(**errors),
+        white_radiance=white,
     )
 
 

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,6 +48,9 @@ if TYPE_CHECKING:
 
 #: The record of an export, by which its folder is known.
 RECORD = "export.json"
+
+#: Errors of a representation in its entry of the record.
+ERRORS = ("rmse_rel", "rmse_rel_reference", "flip", "by_environment")
 
 
 @dataclass(frozen=True)
@@ -115,11 +119,14 @@ OF_A_LOOK_UP = ("shaders", "web", "rti")
 def subject_of(material: Material, stack: ImageStack | None = None) -> Steps[Subject]:
     """The material with PBR maps, and its photographs where they are at hand.
 
-    The maps are measured where the photographs show the slopes of the surface, and else those nearest to the material.
+    The maps are those of its surface where it has them. Otherwise they are measured where the photographs show the
+    slopes of the surface, and else those nearest to the material.
     PBR maps stay as they are; the white card that they are relative to is ideal, and shows 1/π under unit irradiance.
     """
     if material.pbr is not None:
         return Subject(material, material.pbr, 1.0 / np.pi)
+    if material.surface is not None and material.surface.maps.size == material.size:
+        return Subject(material, material.surface.maps, material.surface.white, cavity(material), stack)
     if stack is not None and shows_slopes(stack) and stack.radiance.shape[1:3] == material.size:
         surface = yield from recover(stack, np.arange(len(stack.sources)), left_out=False)
         return Subject(material, surface.maps, surface.white, cavity(material), stack)
@@ -133,7 +140,8 @@ class Departure:
 
     Attributes
     ----------
-    wanted : radiance of the ball of the material itself under each environment (`engine.exchange.loss.references`).
+    wanted : radiance of the ball of the material itself under each environment (`engine.exchange.loss.references`);
+        empty until something is compared with it.
     stack : its photographs, None where they are not at hand or show other texels; `remark` then says so.
     own : errors before leaving, as `material` of the record.
     measured : errors of representations that were measured already, and their picture of the ball.
@@ -169,13 +177,28 @@ class Offer:
     why_not: str = ""
 
 
-def departure(material: Material, stack: ImageStack | None = None) -> Steps[Departure]:
-    """`material` made ready to leave; `stack` holds its photographs, where they are at hand."""
+def departure(
+    material: Material, stack: ImageStack | None = None, own: Mapping[str, Any] | None = None
+) -> Steps[Departure]:
+    """`material` made ready to leave.
+
+    `stack` holds its photographs, where they are at hand. `own` are the errors before leaving, where they were measured
+    before; only then nothing is drawn until it is needed.
+    """
     subject = yield from part(subject_of(material, stack), 0.0, 0.6)
-    wanted = yield from part(references(material), 0.6, 0.8)
     usable, remark = _usable_stack(subject)
-    own = yield from part(_own_errors(subject, wanted, usable), 0.8, 1.0)
-    return Departure(subject, wanted, usable, remark, own)
+    leaving = Departure(subject, {}, usable, remark, dict(own or {}))
+    if own is None:
+        yield from part(_reference_pictures(leaving), 0.6, 0.8)
+        leaving.own.update((yield from part(_own_errors(subject, leaving.wanted, usable), 0.8, 1.0)))
+    return leaving
+
+
+def _reference_pictures(leaving: Departure) -> Steps[dict[str, Floats]]:
+    """The pictures of the material itself, drawn when they are first needed."""
+    if not leaving.wanted:
+        leaving.wanted.update((yield from references(leaving.subject.material)))
+    return leaving.wanted
 
 
 def offers(leaving: Departure, settings: Settings, names: Sequence[str] = NAMES) -> Steps[list[Offer]]:
@@ -248,9 +271,18 @@ def cannot_hold(name: str, material: Material, stack: ImageStack | None) -> str:
 
 
 def written(
-    folder: str | os.PathLike[str], leaving: Departure, names: Sequence[str], settings: Settings, error: float = 0.05
+    folder: str | os.PathLike[str],
+    leaving: Departure,
+    names: Sequence[str],
+    settings: Settings,
+    error: float = 0.05,
+    known: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
 ) -> Steps[dict[str, Any]]:
-    """Write a material that is ready, as `export` does; one file at a time is in memory."""
+    """Write a material that is ready, as `export` does; one file at a time is in memory.
+
+    `known` are entries of targets whose errors were measured before for the same material and settings, by name. The
+    offer of each other target is the `partial` of a step once.
+    """
     record: dict[str, Any] = {
         "lightarc_export": 1,
         "software": {"lightarc": engine.__version__},
@@ -265,7 +297,8 @@ def written(
     with atomic_folder(folder, RECORD) as place:
         for index, target in enumerate(chosen):
             ends = (start + (1.0 - start) * number / len(chosen) for number in (index, index + 1))
-            entry = yield from part(_put(place, leaving, target, settings), *ends)
+            putting = _put(place, leaving, target, settings, known.get(target.name))
+            entry = yield from part(putting, *ends)
             record["targets"].append(entry)
         if "auto" in record and not record["auto"]["within"]:
             words = f"no representation keeps an error of {percent(error)}; this one has the least"
@@ -274,32 +307,44 @@ def written(
     return {**record, "folder": str(Path(folder))}
 
 
-def _put(place: Path, leaving: Departure, target: Target, settings: Settings) -> Steps[dict[str, Any]]:
+def _put(
+    place: Path, leaving: Departure, target: Target, settings: Settings, known: Mapping[str, Any] | None
+) -> Steps[dict[str, Any]]:
     """Write the files of a target, one after the other, and return its entry."""
-    contents, entry, _ = yield from part(_made(leaving, target, settings), 0.0, 0.5)
+    making = _made(leaving, target, settings, known)
+    contents, entry, values = yield from part(without_partials(making), 0.0, 0.5)
     for index, (name, content) in enumerate(contents.files.items()):
         path = place / target.name / name
         make_folder(path.parent)
         write_bytes(path, content)
         entry["bytes"] += len(content)
         yield Step(0.5 + 0.5 * (index + 1) / len(contents.files), f"writing {name}")
+    if known is None:
+        offer = Offer(target.name, dict(entry), None if values is None else leaving.ball(values))
+        yield Step(1.0, target.words, offer)
     return entry
 
 
-def _made(leaving: Departure, target: Target, settings: Settings) -> Steps[tuple[Contents, dict[str, Any], Any]]:
-    """The contents of a target, its entry with no bytes yet, and its picture of the ball.
+def _made(
+    leaving: Departure, target: Target, settings: Settings, known: Mapping[str, Any] | None = None
+) -> Steps[tuple[Contents, dict[str, Any], Any]]:
+    """The contents of a target, its entry with no bytes yet, and its picture of the ball, None where it is `known`.
 
     Equal representations are measured once. UsageError where the target cannot hold the material.
     """
     subject = leaving.subject
     if why_not := cannot_hold(target.name, subject.material, subject.stack):
         raise UsageError(why_not)
-    shown = target.shown(subject, settings)
-    errors, values = yield from part(_measured(shown, leaving), 0.0, 0.4)
     others: dict[str, Any] = {}
-    for name, shown_else in target.others:
-        if (other := shown_else(subject, settings)) is not None:
-            others[name] = (yield from part(_measured(other, leaving), 0.4, 0.5))[0]
+    values = None
+    if known is not None:
+        errors = {name: known[name] for name in ERRORS}
+        others = {name: known[name] for name, _ in target.others if name in known}
+    else:
+        errors, values = yield from part(_measured(target.shown(subject, settings), leaving), 0.0, 0.4)
+        for name, shown_else in target.others:
+            if (other := shown_else(subject, settings)) is not None:
+                others[name] = (yield from part(_measured(other, leaving), 0.4, 0.5))[0]
     contents = yield from part(target.contents(subject, settings, statement(errors)), 0.5, 1.0)
     entry = {
         "target": target.name,
@@ -375,11 +420,12 @@ def _own_errors(subject: Subject, wanted: dict[str, Floats], stack: ImageStack |
 
 def _errors(shown: Shown | None, leaving: Departure) -> Steps[Measured]:
     """The errors of a representation, None for what does not apply, and its picture of the ball."""
-    figures: dict[str, Any] = {"rmse_rel": None, "rmse_rel_reference": None, "flip": None, "by_environment": {}}
+    figures: dict[str, Any] = {**dict.fromkeys(ERRORS), "by_environment": {}}
     if shown is None:
         return figures, None
     yield Step(0.0, "measuring the error")
     if leaving.stack is not None:
         figures["rmse_rel"] = yield from part(photograph_error(shown, leaving.stack), 0.0, 0.4)
-    measured = yield from part(loss(shown, leaving.wanted, leaving.subject.maps.size), 0.4, 1.0)
+    wanted = yield from part(_reference_pictures(leaving), 0.4, 0.6)
+    measured = yield from part(loss(shown, wanted, leaving.subject.maps.size), 0.6, 1.0)
     return {**figures, **measured.figures}, measured.first

@@ -21,7 +21,7 @@ from engine.core.health import Health
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
-from engine.surface.pbr_maps import PbrMaps
+from engine.surface.pbr_maps import PbrMaps, SurfaceMaps
 
 if TYPE_CHECKING:
     from engine.factor.homomorphic import HomomorphicFactors
@@ -43,6 +43,8 @@ class Material:
     name : shown to people.
     measured : the BRDF as it was measured, a table, or factors, which a bundle holds as a table; `brdf` is then
         the model nearest to it, for what holds no table.
+    surface : PBR maps of the surface behind the photographs, beside what is looked up. Exports take them; nothing is
+        drawn from them here.
     """
 
     shading_map: ShadingMap | None
@@ -55,6 +57,7 @@ class Material:
     measured: HalfDifferenceTable | DirectionTable | SeparableFactors | HomomorphicFactors | None = None
     directional: DirectionalMap | None = None
     pbr: PbrMaps | None = None
+    surface: SurfaceMaps | None = None
 
     @property
     def has_map(self) -> bool:

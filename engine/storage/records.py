@@ -21,7 +21,7 @@ from engine.core.errors import InputError
 from engine.core.health import Finding, Health, Verdict
 
 FORMAT: Literal["lightarc-bundle"] = "lightarc-bundle"
-SCHEMA_VERSION: Literal[3] = 3
+SCHEMA_VERSION: Literal[4] = 4
 
 #: The member that holds a measured BRDF (`engine.brdf.readers.table_file`), where there is one.
 TABLE = "brdf_table.exr"
@@ -156,7 +156,10 @@ class PbrErrorsRecord(_Strict):
 
 
 class PbrRecord(_Strict):
-    """The numbers of PBR maps; their pixels are in pbr_maps.exr, `maps` by name, and one sigma of each if known."""
+    """The numbers of PBR maps; their pixels are in pbr_maps.exr, `maps` by name, and one sigma of each if known.
+
+    `white_radiance` is that of the white card which maps beside a shading map or a directional map are relative to.
+    """
 
     height_px: Side
     width_px: Side
@@ -165,6 +168,7 @@ class PbrRecord(_Strict):
     observed_slopes: Literal["both", "along the arc", "none"]
     observed_azimuth: Finite | None
     errors: PbrErrorsRecord
+    white_radiance: Positive | None = None
 
 
 Direction = Annotated[list[Annotated[float, Field(ge=-1, le=1)]], Field(min_length=3, max_length=3)]
@@ -191,7 +195,7 @@ class Manifest(_Strict):
     """Everything of a bundle that is not pixels."""
 
     format: Literal["lightarc-bundle"] = FORMAT
-    schema_version: Literal[1, 2, 3] = 1
+    schema_version: Literal[1, 2, 3, 4] = 1
     name: Text
     brdf: Text
     sigma: Positive | None
@@ -209,10 +213,15 @@ class Manifest(_Strict):
 
     @model_validator(mode="after")
     def _has_its_schema(self) -> Manifest:
+        looked_up = self.shading_map is not None or self.power_law is not None
+        if self.schema_version == 4:
+            if self.pbr is None or self.pbr.white_radiance is None or not (looked_up or self.directional is not None):
+                raise ValueError("schema 4 is of maps of a surface beside a shading map or a directional map")
+            return self
         if (self.schema_version == 2) != (self.directional is not None):
-            raise ValueError("a directional map belongs to schema 2 and to no other")
+            raise ValueError("a directional map belongs to schema 2 and to schema 4")
         if (self.schema_version == 3) != (self.pbr is not None):
-            raise ValueError("PBR maps belong to schema 3 and to no other")
+            raise ValueError("PBR maps belong to schema 3 and to schema 4")
         return self
 
 
@@ -232,6 +241,8 @@ def write_manifest(manifest: Manifest) -> bytes:
     """The manifest, sealed with its own fingerprint, as indented JSON in UTF-8."""
     absent = {name for name in ("directional", "pbr") if getattr(manifest, name) is None}
     value = manifest.model_dump(exclude=absent)
+    if manifest.pbr is not None and manifest.pbr.white_radiance is None:
+        del value["pbr"]["white_radiance"]  # as versions before schema 4 wrote and sealed it
     sealed = {**value, "manifest_sha256": _seal(value)}
     return (json.dumps(sealed, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
 

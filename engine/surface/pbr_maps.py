@@ -133,6 +133,23 @@ class PbrMaps:
         return sum(values.nbytes for values in found if values is not None)
 
 
+@dataclass(frozen=True, eq=False)
+class SurfaceMaps:
+    """Maps of the surface behind photographs, and the radiance of the white card that they are relative to.
+
+    Attributes
+    ----------
+    white : radiance of the card where it faces a lamp, 1 = white level of the photographs; ValueError unless positive.
+    """
+
+    maps: PbrMaps
+    white: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.white < np.inf:
+            raise ValueError(f"a white card of radiance {self.white}")
+
+
 def _check(name: str, values: Map | None, shape: tuple[int, ...], low: float, high: float) -> None:
     if values is None:
         return

@@ -14,9 +14,10 @@ from engine.bundle.bundle import MANIFEST, describe_bundle, extract_bundle, open
 from engine.bundle.pbr import PBR
 from engine.core.errors import InputError, UsageError
 from engine.core.steps import drain
+from engine.exchange.export import subject_of
 from engine.scene.material import Material, material_of_maps
 from engine.storage.records import Manifest, read_manifest, write_manifest
-from engine.surface.pbr_maps import MapErrors, ObservedSlopes, PbrMaps, Uncertainty
+from engine.surface.pbr_maps import MapErrors, ObservedSlopes, PbrMaps, SurfaceMaps, Uncertainty
 from tests.engine.exchange.materials import measured_maps, woven_material
 
 NAMES = ("base_colour", "normal", "roughness", "metallic", "f0", "height", "occlusion")
@@ -76,6 +77,23 @@ def test_a_bundle_says_what_it_holds_and_comes_apart(tmp_path: Path) -> None:
     files = extract_bundle(path, tmp_path / "apart")
     assert set(files) == {PBR, "brdf.json", "preview.png", MANIFEST}
     assert open_bundle(tmp_path / "apart").pbr is not None
+
+
+def test_maps_of_a_surface_lie_beside_what_comes_from_photographs(tmp_path: Path) -> None:
+    """The material is looked up as without them, and exports of the bundle take them with their white card."""
+    plain = woven_material(*measured_maps().size)
+    whole = dataclasses.replace(plain, surface=SurfaceMaps(measured_maps(), 1.25))
+    path = drain(save_bundle(tmp_path / "both.lightarc", whole))
+    assert verify_bundle(path).problems == ()
+    assert describe_bundle(path)["schema_version"] == 4
+    found = open_bundle(path)
+    assert (found.pbr, found.size) == (None, plain.size)
+    assert found.surface is not None
+    assert found.surface.white == 1.25
+    same(found.surface.maps, measured_maps())
+    subject = drain(subject_of(found))
+    assert subject.maps is found.surface.maps
+    assert subject.white == 1.25
 
 
 def test_photographs_beside_maps_are_refused(tmp_path: Path) -> None:
