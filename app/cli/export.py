@@ -122,6 +122,7 @@ def _grouped(targets: list[dict[str, Any]]) -> list[str]:
 
 def _opened(arguments: argparse.Namespace) -> tuple[Material, ImageStack | None]:
     """The material of a bundle or a project, and the photographs where they are at hand."""
+    from app.commands.surface import material_with_surface
     from app.project.setup import is_project, set_up
     from engine.capture.stack import open_stack
     from engine.core.errors import InputError
@@ -133,7 +134,7 @@ def _opened(arguments: argparse.Namespace) -> tuple[Material, ImageStack | None]
     project = set_up(Path(arguments.source)).project
     if not project.has_map:
         raise InputError(arguments.source, "has no material yet", "Build one in the window, or with lightarc shade")
-    return project.material, stack or project.stack
+    return material_with_surface(project), stack or project.stack
 
 
 def report(result: dict[str, Any]) -> str:

@@ -13,15 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.commands.bundle_view import view_of
+from app.commands.surface import material_with_surface
 from app.document.document import Look, Project
+from app.document.exporting import PARTS
 from engine.core.steps import Step, Steps, part
-from engine.scene.material import error_figures
+from engine.scene.material import error_figures, material_of_maps
 
 if TYPE_CHECKING:
     from engine.scene.scene import Scene
-
-#: Forms of a material of which a bundle may leave some out, but not all.
-PARTS = ("slices", "power-law", "planes", "pbr")
 
 SIZE = (640, 480)
 
@@ -65,15 +64,18 @@ def exported(
     from engine.bundle.bundle import check_replaceable, describe_bundle, save_bundle, verify_bundle
     from engine.images.encode import encode_png
 
-    whole = project.material
+    whole, name = material_with_surface(project), path.name.removesuffix(".lightarc")
     material = dataclasses.replace(
         whole,
         shading_map=whole.shading_map if "slices" in include else None,
         power_law=whole.power_law if "power-law" in include else None,
         directional=whole.directional if "planes" in include else None,
         pbr=whole.pbr if "pbr" in include else None,
-        name=path.name.removesuffix(".lightarc"),
+        surface=whole.surface if "pbr" in include else None,
+        name=name,
     )
+    if material.surface is not None and not material.has_map:
+        material = material_of_maps(material.surface.maps, name)
     check_replaceable(path)
     preview = None
     if scene is not None:

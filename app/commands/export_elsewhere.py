@@ -1,40 +1,28 @@
 """The material of a project for other programs: what each target would lose, and the files.
 
 A material is made ready once (`engine.exchange.export.Departure`), which takes most of the time: with photographs of a
-dome the surface is measured. The window keeps it for as long as material and photographs stay the same.
+dome the surface is measured, unless the project has its maps already. The window keeps it for as long as material and
+photographs stay the same; errors are kept beside the project (`app.project.losses`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.commands.surface import material_with_surface, needs_surface, surface_of, with_surface
 from app.document.document import Project
-from engine.core.steps import Step, Steps, part, without_partials
+from app.project.losses import OWN, find_kept, keep, keys_of
+from engine.core.steps import Step, Steps, part, relayed, without_partials
 
 if TYPE_CHECKING:
     from engine.exchange.export import Departure, Offer
-    from engine.exchange.subject import Settings
 
-
-@dataclass(frozen=True)
-class Choices:
-    """A person's choices for textures: the preset, the coding, and y of normals, where '' is as the preset has it; and
-    for the web page the width of the sample in millimetres, 0 where it is not known."""
-
-    preset: str = "blender"
-    coding: str = "png8"
-    normal: str = ""
-    width_mm: float = 0.0
-
-    @property
-    def settings(self) -> Settings:
-        from engine.exchange.subject import WIDTHS_MM, Settings
-
-        width_mm = self.width_mm if self.width_mm >= WIDTHS_MM[0] else None
-        return Settings(self.preset, self.coding, self.normal or None, width_mm)  # type: ignore[arg-type]
+#: Seconds on two cores, measured: to find the surface for a texel in a photograph, to find the nearest maps for a
+#: texel, and to measure and pack a target, whatever its size and for each texel.
+SURFACE_S, NEAREST_S, TARGET_S, TEXEL_S = 7e-7, 1.0e-5, 1.5, 4e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,35 +34,135 @@ class Sent:
     record: dict[str, Any]
 
 
-def made_ready(project: Project, leaving: Departure | None) -> Steps[Departure]:
-    """`leaving` where there is one, or else the material of `project`; each is the `partial` of a step."""
+@dataclass(frozen=True, eq=False)
+class Known:
+    """Offers that were measured before, by target and with the material itself as `OWN`, and the keys of all."""
+
+    offers: Mapping[str, Offer] = field(default_factory=dict)
+    keys: Mapping[str, str] = field(default_factory=dict)
+
+
+def measured_before(project: Project, names: Sequence[str], folders: Sequence[Path]) -> Steps[Known]:
+    """The targets `names` and the material itself, as far as they were measured before; nothing is measured.
+
+    A target that cannot hold the material is known to be none.
+    """
+    keys = yield from keys_of(project, (OWN, *names))
+    from engine.exchange.export import Offer, cannot_hold
+
+    found = find_kept(keys, folders)
+    for name in names:
+        if why_not := cannot_hold(name, project.material, project.stack):
+            found[name] = Offer(name, {}, None, f"{why_not[:1].upper()}{why_not[1:]}.")
+    return Known(found, keys)
+
+
+def seconds_to_measure(project: Project, count: int, *, is_ready: bool) -> float:
+    """Estimated seconds to measure `count` targets, and before that to make the material ready unless it `is_ready`."""
+    if not project.has_map or not count:
+        return 0.0
+    height, width = project.material.size
+    seconds = count * (TARGET_S + TEXEL_S * height * width)
+    if is_ready or material_with_surface(project).surface is not None or project.material.pbr is not None:
+        return seconds
+    stack = project.stack
+    if stack is not None and needs_surface(project):
+        return seconds + SURFACE_S * height * width * (len(stack.sources) - len(project.excluded))
+    return seconds + NEAREST_S * height * width
+
+
+def made_ready(project: Project, leaving: Departure | None, known: Known) -> Steps[Departure]:
+    """`leaving` where there is one, or else the material of `project`.
+
+    The surface is the `partial` of a step where it had to be measured, and what is ready that of another.
+    """
     yield Step(0.0, "reading the material")
     if leaving is None:
         from engine.exchange.export import departure
 
-        leaving = yield from without_partials(departure(project.material, project.stack))
+        material = material_with_surface(project)
+        if needs_surface(project):
+            surface = yield from part(without_partials(surface_of(project)), 0.0, 0.7)
+            yield Step(0.7, "the surface is measured", surface)
+            material = with_surface(material, surface)
+        own = known.offers.get(OWN)
+        errors = None if own is None else {"name": material.name, "brdf": material.brdf, **_own_errors(own)}
+        leaving = yield from part(without_partials(departure(material, project.stack, errors)), 0.7, 1.0)
     yield Step(1.0, "comparing", leaving)
     return leaving
 
 
-def offered(project: Project, leaving: Departure | None, choices: Choices, names: Sequence[str]) -> Steps[list[Offer]]:
-    """The targets `names`, each the `partial` of a step once, as is the material that is ready."""
-    leaving = yield from part(made_ready(project, leaving), 0.0, 0.4)
+def _own_errors(own: Offer) -> dict[str, Any]:
+    return {name: own.entry[name] for name in ("brdf_fit_rmse_rel", "rmse_rel", "rmse_rel_power_law")}
+
+
+def own_offer(leaving: Departure) -> Offer:
+    """The material itself as a target that loses nothing: its card has a ball and its error against photographs."""
+    from engine.exchange.export import Offer
+
+    nothing = {"rmse_rel_reference": 0.0, "flip": 0.0, "bytes": None, "bytes_per_texel": None}
+    return Offer(OWN, {**leaving.own, **nothing}, leaving.ball())
+
+
+def offered(
+    project: Project, leaving: Departure | None, known: Known, names: Sequence[str], folder: Path
+) -> Steps[list[Offer]]:
+    """Measure the targets `names`, and keep what was found in `folder`.
+
+    A surface that had to be measured, the material that is ready, the material itself and each target are the `partial`
+    of a step once.
+    """
+    known = yield from _looked_up(project, known, names, folder)
+    for name in names:
+        if name in known.offers:
+            yield Step(0.0, "measured before", known.offers[name])
+    names = [name for name in names if name not in known.offers]
+    if not names:
+        return list(known.offers.values())
+    leaving = yield from part(made_ready(project, leaving, known), 0.0, 0.4)
     from engine.exchange.export import offers
 
-    return (yield from part(offers(leaving, choices.settings, names), 0.4, 1.0))
+    if OWN not in known.offers:
+        yield _kept(Step(0.4, "comparing", own_offer(leaving)), known, folder)
+    measuring = relayed(offers(leaving, project.exporting.settings, names), lambda step: _kept(step, known, folder))
+    return (yield from part(measuring, 0.4, 1.0))
+
+
+def _looked_up(project: Project, known: Known, names: Sequence[str], folder: Path) -> Steps[Known]:
+    """`known` with what was measured before, where nobody has looked for that yet."""
+    if known.keys:
+        return known
+    before = yield from without_partials(measured_before(project, names, (folder,)))
+    return Known({**before.offers, **known.offers}, before.keys)
+
+
+def _kept(step: Step, known: Known, folder: Path) -> Step:
+    """`step`, whose offer is written beside the project."""
+    offer = step.partial
+    if offer is not None and offer.target in known.keys:
+        keep(known.keys[offer.target], offer, folder)
+    return step
 
 
 def sent(
-    project: Project, leaving: Departure | None, choices: Choices, names: Sequence[str], folder: Path
+    project: Project, leaving: Departure | None, known: Known, names: Sequence[str], place: Path, folder: Path
 ) -> Steps[Sent]:
-    """Write the targets `names` into `folder`; OutputError where that is something else, or cannot be written."""
-    leaving = yield from part(made_ready(project, leaving), 0.0, 0.4)
+    """Write the targets `names` into `place`; OutputError where that is something else, or cannot be written.
+
+    Targets that are not `known` are measured, since their files state their errors, and kept in `folder`; what is found
+    on the way is the `partial` of a step, as that of `offered`.
+    """
+    known = yield from _looked_up(project, known, names, folder)
+    leaving = yield from part(made_ready(project, leaving, known), 0.0, 0.4)
     from engine.exchange.export import RECORD, written
 
-    record = yield from part(written(folder, leaving, names, choices.settings), 0.4, 1.0)
+    if OWN not in known.offers:
+        yield _kept(Step(0.4, "writing", own_offer(leaving)), known, folder)
+    before = {name: offer.entry for name, offer in known.offers.items() if not offer.why_not and name != OWN}
+    writing = written(place, leaving, names, project.exporting.settings, known=before)
+    record = yield from part(relayed(writing, lambda step: _kept(step, known, folder)), 0.4, 1.0)
     listed = [name for entry in record["targets"] for name in entry["files"]]
-    return Sent(folder, {name: (folder / name).stat().st_size for name in (*listed, RECORD)}, record)
+    return Sent(place, {name: (place / name).stat().st_size for name in (*listed, RECORD)}, record)
 
 
 def smallest_of(found: Sequence[Offer], error: float) -> dict[str, Any]:

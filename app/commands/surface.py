@@ -5,6 +5,7 @@ The engine is the one of `lightarc normals`, which compiles kernels and is impor
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,8 @@ from app.arguments.results import MAPS, software
 from app.document.document import Project
 from app.jobs.jobs import Job
 from engine.core.steps import Step, Steps, part
+from engine.scene.material import Material
+from engine.surface.pbr_maps import SurfaceMaps
 
 if TYPE_CHECKING:
     from app.commands.workbench import Workbench
@@ -22,7 +25,7 @@ def make_maps(bench: Workbench) -> Job:
     """Find the maps of the photographs in use; one undo step when they are found."""
     project = bench.document.project
     job = bench.jobs.submit("Making surface maps", lambda: surface_of(project), lane="compute")
-    job.succeeded.connect(lambda surface: _made(bench, project, surface))
+    job.succeeded.connect(lambda surface: take_maps(bench, project, surface))
     return job
 
 
@@ -42,13 +45,42 @@ def surface_of(project: Project) -> Steps[Surface]:
     return (yield from recover(project.stack, included(project.stack, project.excluded), white=project.white))
 
 
+def is_current(project: Project) -> bool:
+    """True where the maps of `project` are of the photographs that are in use."""
+    return project.surface is not None and project.surface_from == recipe(project)
+
+
+def material_with_surface(project: Project) -> Material:
+    """The material of `project` as it leaves: with the maps of its surface, where they are there and of its texels."""
+    return with_surface(project.material, project.surface) if is_current(project) else project.material
+
+
+def with_surface(material: Material, surface: Surface | None) -> Material:
+    """`material` with the maps of `surface`; as it is where it is PBR maps, or shows other texels."""
+    is_beside = material.has_map and material.pbr is None
+    if surface is None or not is_beside or surface.maps.size != material.size:
+        return material
+    return replace(material, surface=SurfaceMaps(surface.maps, surface.white))
+
+
+def needs_surface(project: Project) -> bool:
+    """True where the photographs of `project` tell its surface, which an export takes, and its maps are not there."""
+    from engine.exchange.subject import shows_slopes
+
+    stack, material = project.stack, material_with_surface(project)
+    if stack is None or not material.has_map or material.pbr is not None or material.surface is not None:
+        return False
+    return stack.radiance.shape[1:3] == material.size and shows_slopes(stack)
+
+
 def set_white(bench: Workbench, white: float | None) -> None:
     """The radiance of a white card that faces a lamp, from which colours count; None to find it in the photographs."""
     if white != bench.document.project.white:
         bench.document.change("White card", white=white)
 
 
-def _made(bench: Workbench, project: Project, surface: Surface) -> None:
+def take_maps(bench: Workbench, project: Project, surface: Surface) -> None:
+    """Put the maps that were made of `project` into the document, unless it is of other photographs by now."""
     if bench.document.project.stack is not project.stack:
         return  # undone, or another capture was opened in the meantime
     bench.document.change("Make surface maps", surface=surface, surface_from=recipe(project))

@@ -20,6 +20,7 @@ from PySide6.QtGui import QUndoCommand, QUndoStack
 
 from app.document import history
 from app.document.comparison import Comparison
+from app.document.exporting import Exporting
 from app.document.factoring import Factoring
 from app.document.history import KEPT_STEPS, given_up_bytes, steps_to_keep
 from app.document.variation import Variation
@@ -174,7 +175,8 @@ class Project:
     `variations` are ways in which the BRDF is not the same all over the model.
     `evened` divides the slow change of brightness over the sample out before the material is made `tileable`.
     `bakes` are the settings of bakes in the View workspace by method, those that are not its defaults, by name.
-    `accuracy` is what was measured of settings there. `came_from` are files of models and environments by their names.
+    `exporting` are the settings of exports. `accuracy` is what was measured of settings in View.
+    `came_from` are files of models and environments by their names.
     `camera` is where the model is seen from; None where it is framed. `views` are those that a person keeps, by name.
     `notes` are a person's own words.
     `surface` are the maps of the surface behind the photographs, and `surface_from` the stack and the photographs left
@@ -210,6 +212,7 @@ class Project:
     bakes: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     comparison: Comparison = field(default_factory=Comparison)
     factoring: Factoring = field(default_factory=Factoring)
+    exporting: Exporting = field(default_factory=Exporting)
     accuracy: Accuracy | None = None
     came_from: Mapping[str, Path] = field(default_factory=dict)
     name: str = "Untitled"

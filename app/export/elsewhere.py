@@ -1,11 +1,12 @@
 """Exports for other programs: every target as a card with its preview and its loss, and the choices for all.
 
-Errors, sizes and previews are measured in a job as soon as somebody looks, card by card, and again where a choice
-changes them. What cannot be written of this material says why in one sentence.
+Errors, sizes and previews that were measured before are shown at once; the others are measured when the user asks for
+it, card by card, or with the export that states them. What cannot be written of this material says why in one sentence.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Collection, Mapping
 from pathlib import Path
@@ -21,13 +22,24 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.commands.export_elsewhere import Choices, Sent, offered, sent, smallest_of
+from app.commands.export_elsewhere import (
+    Known,
+    Sent,
+    measured_before,
+    offered,
+    seconds_to_measure,
+    sent,
+    smallest_of,
+)
+from app.commands.surface import take_maps
 from app.commands.workbench import Workbench
 from app.document.document import Project
+from app.document.exporting import MAX_ERROR_PERCENT, MAX_WIDTH_MM, Exporting
 from app.export.card import Board, Card
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.project.interrupted import proposed_parts, proposed_place
+from app.project.losses import OWN
 from app.session.settings import UNITS_MM
 from app.widgets.controls import ComboBox
 from app.widgets.number_field import NumberField
@@ -35,16 +47,13 @@ from app.widgets.panels import Panel, button, enable, scroll_to, text, with_butt
 from app.widgets.theme import role
 from app.widgets.workspace import side_by_side
 from engine.core.errors import OutputError
-from engine.core.figure_text import percent, size_text
+from engine.core.figure_text import percent, size_text, time_text
 from engine.core.steps import Step, Steps, relayed
 
 if TYPE_CHECKING:
     from engine.exchange.export import Departure, Offer
 
 WIDTH = 300
-
-#: Width of the widest sample.
-WIDEST_MM = 100_000.0
 
 #: Room for the folder beside its button.
 WITHIN_PX = 88
@@ -65,7 +74,6 @@ TARGETS = (
     ("rti", "RTI", ".ptm, .rti and a tree for web viewers, for conservators"),
     ("brdf", "BRDF tables", "CSV, ALTA, MERL, RGL, and the nearest model as MaterialX"),
 )
-FIRST = ("textures", "materialx", "gltf")
 
 PRESETS = (
     ("blender", "Blender"),
@@ -79,6 +87,10 @@ CODINGS = (("png8", "PNG, 8 bits"), ("png16", "PNG, 16 bits"), ("exr", "OpenEXR"
 NORMALS = (("", "As the program"), ("opengl", "y up (OpenGL)"), ("directx", "y down (DirectX)"))
 
 
+#: What the figures are, once all of them are there.
+MEASURED = "Errors are relative, and measured on a ball under three environments."
+
+
 class Elsewhere(QWidget):
     """The page of the Export workspace that writes a material for other programs."""
 
@@ -87,42 +99,44 @@ class Elsewhere(QWidget):
         self.bench = bench
         self.leaving: Departure | None = None
         self.found: dict[str, Offer] = {}
+        self.keys: Mapping[str, str] = {}
         self.exporting: Job | None = None
         self.written = bench.output_folder
         self.asked = 0
-        self.latest = Latest(
-            bench.jobs, "Measuring what leaving costs", self._progressed, self._stopped, lane="background"
-        )
+        self.is_looked_up = self.is_measuring = self.goes_on = False
+        self.looking = Latest(bench.jobs, "Looking for measured export errors")
+        self.latest = Latest(bench.jobs, "Measuring the export error", self._progressed, self._stopped, lane="compute")
         self.own = Card(
             "", "The material itself", "What a bundle holds; all others are compared with it", is_choice=False
         )
         self.cards = {name: Card(name, title, hint) for name, title, hint in TARGETS}
-        for name, card in self.cards.items():
+        for card in self.cards.values():
             assert card.box is not None
-            card.box.setChecked(name in FIRST)
-            card.box.toggled.connect(lambda _on: self._update())
+            card.box.clicked.connect(lambda _on: self._targets_chosen())
         self.board = Board([self.own, *self.cards.values()])
         row = QVBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.addWidget(side_by_side(self.board, self._make_panel(), stretch=0))
         bench.output_moved.connect(lambda _folder: self._show_folder())
+        self._show_settings(bench.document.project.exporting)
         self._show_folder()
 
     def _make_panel(self) -> QWidget:
         panel = Panel(WIDTH)
-        costs = panel.section("What you lose by leaving")
+        costs = panel.section("Export error")
         self.state = text("", "secondary", wrap=True)
         costs.wide(self.state)
-        self.measure = button("Measure", hint="Measure errors and sizes of all targets")
-        self.measure.clicked.connect(lambda: self.ask())
-        self.stop = button("Stop", hint="Stop measuring; what was measured stays")
+        self.measure = button("Measure export error")
+        self.measure.clicked.connect(self.ask)
+        self.stop = button("Stop", hint="Stop measuring. What was measured is kept")
         self.stop.clicked.connect(self._stop)
         costs.wide(self.measure)
         costs.wide(self.stop)
         self.remarks = text("", "warning", wrap=True)
         costs.wide(self.remarks)
         budget = panel.section("Smallest within an error")
-        self.budget = NumberField(5.0, 0.0, 1000.0, unit="%")
+        self.budget = NumberField(5.0, 0.0, MAX_ERROR_PERCENT, unit="%")
+        self.budget.edited.connect(lambda value, final: self._set("Error of an export", final, error_percent=value))
         budget.row("Error", self.budget, "Relative RMSE against the material itself that is still good enough")
         self.choose = button("Choose the smallest")
         self.choose.clicked.connect(self._choose_smallest)
@@ -131,17 +145,20 @@ class Elsewhere(QWidget):
         budget.wide(self.chosen)
         textures = panel.section("Textures")
         self.preset, self.coding, self.normal = ComboBox(), ComboBox(), ComboBox()
-        for box, entries, label, hint in (
-            (self.preset, PRESETS, "Program", "Names and packing as its importer expects them"),
-            (self.coding, CODINGS, "Files", "Bits of a value; OpenEXR holds half floats"),
-            (self.normal, NORMALS, "Normals", "Direction of y in the map of normals"),
+        for part, box, entries, label, hint in (
+            ("preset", self.preset, PRESETS, "Program", "Names and packing as its importer expects them"),
+            ("coding", self.coding, CODINGS, "Files", "Bits of a value; OpenEXR holds half floats"),
+            ("normal", self.normal, NORMALS, "Normals", "Direction of y in the map of normals"),
         ):
             for value, words in entries:
                 box.addItem(words, value)
-            box.activated.connect(lambda _index: self.ask(("textures",)))
+            box.activated.connect(
+                lambda _index, part=part, box=box: self._set("Settings of textures", **{part: box.currentData()})
+            )
             textures.row(label, box, hint)
         page = panel.section("Web page")
-        self.width_field = NumberField(0.0, 0.0, WIDEST_MM, unit="mm", nothing="not known")
+        self.width_field = NumberField(0.0, 0.0, MAX_WIDTH_MM, unit="mm", nothing="not known")
+        self.width_field.edited.connect(self._width_edited)
         page.row("Width", self.width_field, "Width of the sample, for a scale bar; empty where it is not known")
         place = panel.section("Folder")
         self.name = QLineEdit()
@@ -172,20 +189,47 @@ class Elsewhere(QWidget):
         return self.bench.output_folder / self.name.text().strip()
 
     @property
-    def choices(self) -> Choices:
-        textures = self.preset.currentData(), self.coding.currentData(), self.normal.currentData()
-        return Choices(*textures, self.width_mm)
+    def choices(self) -> Exporting:
+        """The settings of exports in the project."""
+        return self.bench.document.project.exporting
 
-    @property
-    def width_mm(self) -> float:
-        """Width of the sample; 0 where it is not known."""
-        return self.width_field.value * UNITS_MM[self.width_field.unit]
+    def _set(self, words: str, final: bool = True, **parts: Any) -> None:
+        """Change settings of the project; what is dragged is one step of its history."""
+        document = self.bench.document
+        settings = dataclasses.replace(self.choices, **parts)
+        if settings != self.choices:
+            document.change(words, gesture=words, exporting=settings)
+        if final:
+            document.end_gesture()
+
+    def _width_edited(self, value: float, final: bool) -> None:
+        width_mm = min(value * UNITS_MM[self.width_field.unit], MAX_WIDTH_MM)
+        self._set("Width of the sample", final, width_mm=width_mm)
+
+    def _targets_chosen(self) -> None:
+        """A click chose other targets; those that this material cannot leave by stay as they were."""
+        boxes = {name: card.box for name, card in self.cards.items() if card.box is not None}
+        before = self.choices.targets
+        chosen = [name for name, box in boxes.items() if (box.isChecked() if box.isEnabled() else name in before)]
+        self._set("Targets of an export", targets=tuple(chosen))
+
+    def _choose(self, words: str, names: Collection[str]) -> None:
+        self._set(words, targets=tuple(name for name in self.cards if name in names))
+
+    def _show_settings(self, settings: Exporting) -> None:
+        """Show the settings of the project."""
+        for name, card in self.cards.items():
+            if card.box is not None:
+                card.box.setChecked(name in settings.targets)
+        for box, value in zip((self.preset, self.coding, self.normal), settings.of_textures, strict=True):
+            box.setCurrentIndex(box.findData(value))
+        self.budget.show_value(settings.error_percent)
+        self.width_field.show_value(settings.width_mm / UNITS_MM[self.width_field.unit])
 
     def measure_in(self, unit: str) -> None:
         """Show lengths in one of `UNITS_MM`."""
-        width_mm = self.width_mm
-        self.width_field.unit, self.width_field.high = unit, WIDEST_MM / UNITS_MM[unit]
-        self.width_field.show_value(width_mm / UNITS_MM[unit])
+        self.width_field.unit, self.width_field.high = unit, MAX_WIDTH_MM / UNITS_MM[unit]
+        self.width_field.show_value(self.choices.width_mm / UNITS_MM[unit])
 
     @property
     def names(self) -> list[str]:
@@ -198,82 +242,117 @@ class Elsewhere(QWidget):
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        if not self.found and not self.latest.busy:
-            self.ask()
+        self._look_up()
 
     def changed(self, old: Project, new: Project) -> None:
         """Follow the document: what was measured holds for one material and its photographs."""
         if new.name != old.name or not self.name.text():
             self.offer(new.name)
-        if old is new or old.material is not new.material or old.stack is not new.stack:
-            self.latest.drop()
-            self.leaving, self.found = None, {}
+        if old is new or old.exporting != new.exporting:
+            self._show_settings(new.exporting)
+        if old is new or _measured_of(old) != _measured_of(new):
+            self.looking.drop()
+            self.goes_on = False
+            self._drop()
+            self.leaving, self.found, self.keys = None, {}, {}
             for card in (self.own, *self.cards.values()):
                 card.forget()
             self.chosen.setText("")
             self._say("Nothing written yet.", "secondary")
-            if self.isVisible():
-                self.ask()
+            self.is_looked_up = False
+        elif old.exporting.of_textures != new.exporting.of_textures:
+            self._drop()
+            self.found.pop("textures", None)
+            self.cards["textures"].forget()
+            self.is_looked_up = False
+        if self.isVisible():
+            self._look_up()
         self._update()
 
-    def ask(self, names: Collection[str] = ()) -> None:
-        """Measure the targets `names` again, and all that were not measured yet."""
-        project, choices, leaving = self.bench.document.project, self.choices, self.leaving
-        wanted = tuple(name for name in self.cards if name in names or name not in self.found)
+    def _look_up(self) -> None:
+        """Show what was measured before; nothing is measured."""
+        project = self.bench.document.project
+        if self.is_looked_up or not project.has_map:
+            return
+        self.is_looked_up = True
+        folders = tuple(dict.fromkeys((self.bench.own, self.bench.folder)))
+        self.looking.ask(lambda: measured_before(project, tuple(self.cards), folders), self._found_before)
+
+    def _found_before(self, known: Known) -> None:
+        self.keys = known.keys
+        for name, offer in known.offers.items():
+            if name not in self.found:
+                self._show_offer(offer)
+        self._update()
+
+    def _unmeasured(self) -> tuple[str, ...]:
+        return tuple(name for name in self.cards if name not in self.found)
+
+    def ask(self) -> None:
+        """Measure all targets that were not measured yet, and keep what is found with the project."""
+        project, leaving, wanted = self.bench.document.project, self.leaving, self._unmeasured()
         if not project.has_map or not wanted:
             return
-        self.latest.drop()
-        for name in wanted:
-            self.found.pop(name, None)
         self.asked += 1
-        number = self.asked
+        number, known, folder = self.asked, Known(dict(self.found), self.keys), self.bench.own
         self.latest.ask(
-            lambda: _numbered(number, offered(project, leaving, choices, wanted)),
-            lambda _found: self._rest("Errors are relative, and measured on a ball under three environments."),
-            lambda _error: self._rest("Not measured: see the message."),
+            lambda: _numbered(number, project, offered(project, leaving, known, wanted, folder)),
+            lambda _found: self._end(),
+            lambda _error: self._end("Not measured: see the message."),
         )
-        self._rest("Measuring…")
+        self.is_measuring = True
+        self._update("Measuring…")
 
     def _progressed(self, step: Step) -> None:
         """Show what the newest job has found so far."""
-        number, found = step.partial
+        number, project, found = step.partial
         if number != self.asked:
             return
         if found is None:
             self.state.setText(f"{percent(step.done)} · {step.note}")
-            return
-        if not hasattr(found, "target"):
-            self.leaving = found
-            unknown = {"flip": 0.0, "bytes": None, "bytes_per_texel": None}
-            own = {"rmse_rel_reference": 0.0, "rmse_rel": found.own["rmse_rel"], **unknown}
-            self.own.show_entry(own, found.ball())
-            return
-        self.found[found.target] = found
-        card = self.cards[found.target]
-        if found.why_not:
-            card.refuse(found.why_not)
         else:
-            card.show_entry(found.entry, found.ball)
-        self._update()
+            self._take(project, found)
 
-    def _stopped(self) -> None:
-        self._rest("Stopped. What was measured stays.")
+    def _take(self, project: Project, found: Any) -> None:
+        """Keep what a job has found on its way: a surface, the material that is ready, or an offer."""
+        if hasattr(found, "maps"):
+            take_maps(self.bench, project, found)
+        elif hasattr(found, "subject"):
+            self.leaving = found
+        else:
+            self._show_offer(found)
+            self._update(self.state.text())
+
+    def _show_offer(self, offer: Offer) -> None:
+        self.found[offer.target] = offer
+        card = self.own if offer.target == OWN else self.cards[offer.target]
+        if offer.why_not:
+            card.refuse(offer.why_not)
+        else:
+            card.show_entry(offer.entry, offer.ball)
 
     def _stop(self) -> None:
-        self.asked += 1
-        self.latest.drop()
+        self.goes_on = False
+        self._drop()
         self._stopped()
 
-    def _rest(self, words: str) -> None:
-        self.state.setText(words)
-        self._update()
+    def _stopped(self) -> None:
+        self._end("Stopped. What was measured is kept.")
+
+    def _drop(self) -> None:
+        """Measure no further, and take nothing more of what was asked for."""
+        self.asked += 1
+        self.is_measuring = False
+        self.latest.drop()
+
+    def _end(self, words: str = "") -> None:
+        self.is_measuring = False
+        self._update(words)
 
     def _choose_smallest(self) -> None:
         """Choose the target alone that `--to auto` would write."""
         best = smallest_of(list(self.found.values()), 0.01 * self.budget.value)
-        for name, card in self.cards.items():
-            assert card.box is not None
-            card.box.setChecked(name == best["chosen"])
+        self._choose("Choose the smallest target", (best["chosen"],))
         row = next(row for row in best["candidates"] if row["target"] == best["chosen"])
         kept = "keeps it at" if best["within"] else "is nearest, and no representation keeps it:"
         error = "–" if row["rmse_rel_reference"] is None else percent(row["rmse_rel_reference"], 3)
@@ -282,21 +361,41 @@ class Elsewhere(QWidget):
 
     def start(self) -> None:
         """Write the chosen targets; a folder that exists is replaced only if it is an export."""
-        project, leaving, choices, names = self.bench.document.project, self.leaving, self.choices, self.names
-        folder = self.target
+        project, leaving, names = self.bench.document.project, self.leaving, self.names
+        folder, own, known = self.target, self.bench.own, Known(dict(self.found), self.keys)
+        self.goes_on = self.is_measuring
+        self._drop()  # what was asked for last comes first, and measures some of the same
         self._say("Writing…", "secondary")
         again = {"kind": "exports", "folder": str(folder.parent), "name": folder.name, "parts": names}
         self.exporting = self.bench.jobs.submit(
             "Exporting",
-            lambda: sent(project, leaving, choices, names, folder),
+            lambda: sent(project, leaving, known, names, folder, own),
             lane="compute",
             again=again,
             resource=str(folder),
         )
+        self.exporting.progressed.connect(lambda step: self._export_progressed(project, step))
         self.exporting.succeeded.connect(self._exported)
         self.exporting.failed.connect(lambda error: self._say(f"Not written: {_problem(error)}", "bad"))
         self.exporting.cancelled.connect(lambda: self._say("Cancelled. Nothing was written.", "secondary"))
-        self._update()
+        for ended in (self.exporting.succeeded, self.exporting.failed, self.exporting.cancelled):
+            ended.connect(lambda *_: self._go_on_measuring())
+        self._update("Goes on after the export." if self.goes_on else "")
+
+    def _export_progressed(self, project: Project, step: Step) -> None:
+        """Take what an export has found on its way, unless it is of another material than that of the project now."""
+        now, found = self.bench.document.project, step.partial
+        is_current = _measured_of(project) == _measured_of(now)
+        if getattr(found, "target", "") == "textures":
+            is_current &= project.exporting.of_textures == now.exporting.of_textures
+        if found is not None and is_current:
+            self._take(project, found)
+
+    def _go_on_measuring(self) -> None:
+        """Measure what is left, where an export came between and nobody has stopped it."""
+        if self.goes_on:
+            self.goes_on = False
+            self.ask()
 
     def go_on(self, again: Mapping[str, Any]) -> None:
         """Ask for the folder of exports that were interrupted, and write them there anew.
@@ -305,10 +404,7 @@ class Elsewhere(QWidget):
         """
         place = proposed_place(again, self.bench.output_folder, self.name.text())
         self.name.setText(place.name)
-        targets = proposed_parts(again)
-        for name, card in self.cards.items():
-            assert card.box is not None
-            card.box.setChecked(name in targets)
+        self._choose("Targets of an export", proposed_parts(again))
         if self.names and self.bench.document.project.has_map and self._choose_folder(place.parent):
             self.export.click()
 
@@ -344,16 +440,28 @@ class Elsewhere(QWidget):
         self.place.setToolTip(folder)
         self._update()
 
-    def _update(self) -> None:
-        busy, names = self.latest.busy, self.names
-        self.stop.setVisible(busy)
-        self.measure.setVisible(not busy and len(self.found) < len(self.cards))
-        measured = [offer for offer in self.found.values() if offer.entry and offer.ball is not None]
+    def _update(self, words: str = "") -> None:
+        """Show what can be done now; `words` are the state of measuring, where it is not that of the figures."""
+        busy, names, left = self.is_measuring, self.names, self._unmeasured()
+        self.stop.setVisible(busy or self.goes_on)
+        self.measure.setVisible(not busy and not self.goes_on and bool(left))
+        cost = f"about {time_text(self._seconds(len(left)))}" if left else ""
+        self.measure.setToolTip(f"Measure errors and sizes of {len(left)} targets, {cost}; kept with the project")
+        plural = "target is" if len(left) == 1 else "targets are"
+        resting = f"{len(left)} {plural} not measured. Measuring takes {cost}." if left else MEASURED
+        if words or not (busy or self.goes_on):
+            self.state.setText(words or resting)
+        measured = [offer for name, offer in self.found.items() if name in self.cards and offer.ball is not None]
         enable(self.choose, "" if measured else "Nothing is measured yet", "Choose the one that --to auto would write")
         self.remarks.setText("\n".join(self._remarks()))
         self.remarks.setVisible(bool(self.remarks.text()))
         self.export.setText(f"Export {len(names)} target{'s' * (len(names) != 1)}" if names else "Export")
         enable(self.export, self._why_not(), "Write a folder with one folder for each target (Ctrl+Enter)")
+
+    def _seconds(self, count: int) -> float:
+        """Estimated seconds to measure so many targets, rounded to what an estimate is worth."""
+        seconds = seconds_to_measure(self.bench.document.project, count, is_ready=self.leaving is not None)
+        return max(1.0, float(f"{seconds:.1g}"))
 
     def _remarks(self) -> list[str]:
         """Warnings of the chosen targets, each sentence once with those that it holds for."""
@@ -377,9 +485,15 @@ class Elsewhere(QWidget):
         return ""
 
 
-def _numbered(number: int, steps: Steps[Any]) -> Steps[Any]:
-    """`steps` that say which request they belong to, beside their partial results."""
-    return relayed(steps, lambda step: Step(step.done, step.note, (number, step.partial)))
+def _measured_of(project: Project) -> tuple[int, ...]:
+    """What the errors of all targets depend on, by identity; settings of textures concern these alone."""
+    parts = (project.material, project.stack, project.excluded, project.white)
+    return tuple(map(id, parts))
+
+
+def _numbered(number: int, project: Project, steps: Steps[Any]) -> Steps[Any]:
+    """`steps` that say which request they belong to, and to which project, beside their partial results."""
+    return relayed(steps, lambda step: Step(step.done, step.note, (number, project, step.partial)))
 
 
 def _breakable(path: str) -> str:

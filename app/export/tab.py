@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -12,6 +13,7 @@ from PySide6.QtGui import QDesktopServices, QKeySequence, QShortcut, QShowEvent
 from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QLineEdit, QWidget
 
 from app.commands.export_bundle import Exported, drawn
+from app.commands.surface import is_current, material_with_surface
 from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.document.following import Following
@@ -47,7 +49,7 @@ PARTS = (
         "directional_plane00.png and so on, their numbers and weights",
         "needs lamps all round",
     ),
-    ("pbr", "PBR maps", "pbr_maps.exr, 32-bit floats", "none opened"),
+    ("pbr", "PBR maps", "pbr_maps.exr, 32-bit floats with their uncertainty", "not made yet"),
 )
 ALWAYS = (
     ("BRDF", "brdf.json"),
@@ -153,7 +155,7 @@ class ExportTab(QWidget):
             box = QCheckBox(words)
             box.setChecked(True)
             box.setToolTip(file)
-            box.toggled.connect(lambda _on: self._update_buttons())
+            box.clicked.connect(lambda _on: self._parts_chosen())
             self.parts[value] = (box, _figure())
             _add(contents, box, self.parts[value][1])
         for words, file in ALWAYS:
@@ -224,9 +226,7 @@ class ExportTab(QWidget):
         self.show_form("bundle")
         place = proposed_place(again, self.bench.output_folder, self.name.text())
         self.name.setText(place.name)
-        parts = proposed_parts(again)
-        for value, (box, _) in self.parts.items():
-            box.setChecked(value in parts and box.isEnabled())
+        self._leave_out(frozenset(self.parts) - proposed_parts(again))
         if not self._chosen():
             return
         chosen, _ = QFileDialog.getSaveFileName(self, "Export bundle", str(place), BUNDLES)
@@ -248,6 +248,18 @@ class ExportTab(QWidget):
         self._say(words, "good", done.members)
         self.written = done.path.parent
         self.bench.said.emit(f"{done.path} written and verified")
+
+    def _parts_chosen(self) -> None:
+        """A click chose other parts; those that this material lacks stay as they were."""
+        before = self.bench.document.project.exporting.left_out
+        is_out = {value: not box.isChecked() for value, (box, _) in self.parts.items() if box.isEnabled()}
+        self._leave_out(frozenset(value for value in self.parts if is_out.get(value, value in before)))
+
+    def _leave_out(self, parts: frozenset[str]) -> None:
+        document = self.bench.document
+        exporting = dataclasses.replace(document.project.exporting, left_out=parts)
+        if exporting != document.project.exporting:
+            document.change("Parts of the bundle", exporting=exporting)
 
     def _say(self, words: str, look: str, members: dict[str, int] | None = None) -> None:
         """Show the result of the export, and the largest members first."""
@@ -284,7 +296,8 @@ class ExportTab(QWidget):
             self.offer(new.name)
         self.elsewhere.changed(old, new)
         before, after = old.material, new.material
-        if not self.place.text() or before is not after:
+        is_other = before is not after or old.surface is not new.surface or old.surface_from is not new.surface_from
+        if not self.place.text() or is_other or old.exporting != new.exporting or old.excluded != new.excluded:
             self._show_sizes(new)
             self._show_folder()
         if before.maps != after.maps:
@@ -299,8 +312,8 @@ class ExportTab(QWidget):
         sizes = part_sizes(project)
         for value, words, hint, why_not in PARTS:
             box, figure = self.parts[value]
-            if box.isEnabled() != bool(sizes[value]):
-                box.setChecked(bool(sizes[value]))  # what is there leaves, unless a person says otherwise
+            why_not = _why_no_maps(project) if value == "pbr" else why_not
+            box.setChecked(bool(sizes[value]) and value not in project.exporting.left_out)
             enable(box, "" if sizes[value] else f"This material has none: {why_not}", hint)
             box.setText(_described(project.material.power_law) if value == "power-law" else words)
             figure.setText(size_text(sizes[value]) if sizes[value] else why_not)
@@ -335,15 +348,26 @@ class ExportTab(QWidget):
 
 
 def part_sizes(project: Project) -> dict[str, int]:
-    """Bytes of each part before compression, 0 where the material lacks it."""
-    shading_map, power_law = project.material.shading_map, project.material.power_law
-    directional = project.material.directional
+    """Bytes of each part before compression, 0 where the material lacks it.
+
+    PBR maps are those that the material is, or those of its surface.
+    """
+    material = material_with_surface(project)
+    shading_map, power_law, directional = material.shading_map, material.power_law, material.directional
+    maps = material.surface.maps if material.surface is not None else material.pbr
     return {
         "slices": shading_map.slices.nbytes if shading_map is not None else 0,
         "power-law": power_law.size_bytes if power_law is not None else 0,
         "planes": directional.planes.nbytes if directional is not None else 0,
-        "pbr": 0 if project.material.pbr is None else project.material.pbr.size_bytes,
+        "pbr": 0 if maps is None else maps.size_bytes,
     }
+
+
+def _why_no_maps(project: Project) -> str:
+    """Why no PBR maps can go into the bundle, in a few words."""
+    if project.surface is None:
+        return "make them in Material"
+    return "of other texels" if is_current(project) else "out of date"
 
 
 def _figure() -> QLabel:

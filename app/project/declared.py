@@ -34,6 +34,7 @@ from engine.storage.text import whole_number
 CLASSES = {
     "app.document.document": ("ImportChoices", "Look"),
     "app.document.comparison": ("Comparison", "Entry", "Fitted"),
+    "app.document.exporting": ("Exporting",),
     "app.document.factoring": ("Factoring", "Run"),
     "app.document.measured": ("Accuracy",),
     "app.document.variation": ("Blend", "Colours", "VariedParameter"),
@@ -81,7 +82,7 @@ CLASSES = {
     "engine.shading.power_law": ("PowerLawMap", "Storage"),
     "engine.shading.shading_map": ("ShadingMap",),
     "engine.surface.lamps": ("Lamps",),
-    "engine.surface.pbr_maps": ("MapErrors", "ObservedSlopes", "PbrMaps", "Uncertainty"),
+    "engine.surface.pbr_maps": ("MapErrors", "ObservedSlopes", "PbrMaps", "SurfaceMaps", "Uncertainty"),
     "engine.surface.recover": ("Surface",),
     "engine.tradeoff.point": ("Point",),
 }

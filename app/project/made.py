@@ -23,7 +23,7 @@ from app.project.arrays import array_name
 from app.project.database import connected, explained, reading
 from app.project.project_file import data_folder, finder_of, path_of
 from app.project.tidying import remove_whole
-from app.project.values import Absent, Keeper, array_parts, decoded, encoded, name_of
+from app.project.values import Absent, Keeper, decoded, encoded, name_of
 from engine.core.errors import FileError
 from engine.core.figure_text import time_text
 from engine.scene.material import Material
@@ -63,9 +63,7 @@ def key_of(*made_from: Any, contents: Mapping[Path, str] | None = None) -> str:
     """
     known = contents or {}
     by_content = None if contents is None else lambda path: {"file": path.name, "content": known.get(path, "")}
-    keeper = Keeper(
-        lambda text: name_of(text.encode()), lambda array, _: name_of(*array_parts(array)), Path(), file=by_content
-    )
+    keeper = Keeper(lambda text: name_of(text.encode()), lambda array, _: array_name(array), Path(), file=by_content)
     said = [hash_of(each) if isinstance(each, Path) else encoded(each, keeper) for each in made_from]
     return name_of(json.dumps(said, sort_keys=True, allow_nan=False).encode())
 

@@ -15,7 +15,9 @@ from PySide6.QtWidgets import QWidget
 from app.cli.export import CODINGS as CLI_CODINGS
 from app.cli.export import PRESETS as CLI_PRESETS
 from app.commands import export_elsewhere
+from app.document import exporting
 from app.document.document import Project
+from app.document.exporting import Exporting
 from app.export import elsewhere
 from app.window.main_window import MainWindow
 from engine.core.figure_text import percent, size_text
@@ -54,24 +56,31 @@ def page(window: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: pytest.Mon
     window.show_workspace("export")
     click(qtbot, window.export.forms.buttons["elsewhere"])
     page = window.export.elsewhere
-    qtbot.waitUntil(lambda: len(page.found) == OFFERED and not page.latest.busy, timeout=240_000)
+    assert not page.is_measuring
+    click(qtbot, page.measure)
+    qtbot.waitUntil(lambda: whole(page), timeout=240_000)
     return page
+
+
+def whole(page: Any) -> bool:
+    """True once all targets and the material itself are measured."""
+    return len(page.found) == OFFERED + 1 and not page.latest.busy
 
 
 @pytest.mark.parametrize(("typed", "known"), [(80.0, 80.0), (0.0, None), (0.001, None)])
 def test_a_width_of_nothing_is_not_known(typed: float, known: float | None) -> None:
-    assert export_elsewhere.Choices(width_mm=typed).settings.width_mm == known
+    assert Exporting(width_mm=typed).settings.width_mm == known
 
 
 def test_brdfs_that_a_fit_finds_on_its_way_are_no_result(monkeypatch: pytest.MonkeyPatch) -> None:
     ready: Any = object()
 
-    def fitting(_material: Material, _stack: Any) -> Steps[Any]:
+    def fitting(_material: Material, _stack: Any, _own: Any) -> Steps[Any]:
         yield Step(0.5, "fitting", "a BRDF")
         return ready
 
     monkeypatch.setattr(export, "departure", fitting)
-    steps = list(export_elsewhere.made_ready(Project(), None))
+    steps = list(export_elsewhere.made_ready(Project(), None, export_elsewhere.Known()))
     assert [step.partial for step in steps if step.partial is not None] == [ready]
 
 
@@ -87,7 +96,9 @@ def choose(page: Any, qtbot: Any, *names: str) -> None:
 
 
 def test_the_window_offers_what_the_engine_has() -> None:
-    assert [name for name, _, _ in elsewhere.TARGETS] == list(export.NAMES)
+    assert [name for name, _, _ in elsewhere.TARGETS] == list(export.NAMES) == list(exporting.TARGETS)
+    assert [*exporting.PRESETS, *exporting.CODINGS] == [*PRESETS, *CODINGS]
+    assert [name for name, _ in elsewhere.NORMALS] == list(exporting.NORMALS)
     assert [name for name, _ in elsewhere.PRESETS] == list(PRESETS) == list(CLI_PRESETS)
     assert [name for name, _ in elsewhere.CODINGS] == list(CODINGS) == list(CLI_CODINGS)
 
@@ -136,10 +147,10 @@ def test_what_cannot_be_exported_says_why_in_one_sentence(page: Any) -> None:
 def test_the_smallest_within_an_error_is_the_choice_of_the_command_line(page: Any, qtbot: Any) -> None:
     """Of all that show the surface; slices in shaders are the material itself, and without them nothing is."""
     best = export.choice([page.found[name] for name in export.CANDIDATES if name != "rti"], 10.0)["chosen"]
-    page.budget.show_value(1000.0)
+    page.budget.edited.emit(1000.0, True)
     click(qtbot, page.choose)
     assert page.names == [best]
-    page.budget.show_value(0.0)
+    page.budget.edited.emit(0.0, True)
     click(qtbot, page.choose)
     assert page.names == ["shaders"]
     assert page.chosen.text().startswith("Shaders by its slices keeps it at 0 %, ")
@@ -148,41 +159,73 @@ def test_the_smallest_within_an_error_is_the_choice_of_the_command_line(page: An
     assert "no representation keeps it" in page.chosen.text()
 
 
-def test_another_preset_is_measured_alone_and_without_making_the_material_ready_again(page: Any, qtbot: Any) -> None:
+def test_another_preset_is_measured_alone_when_asked_for(page: Any, window: MainWindow, qtbot: Any) -> None:
+    """Nothing is measured again that was measured, and the material is not made ready again."""
     before, leaving = dict(page.found), page.leaving
     page.preset.setCurrentIndex(1)
     page.preset.activated.emit(1)
-    qtbot.waitUntil(lambda: len(page.found) == OFFERED and not page.latest.busy, timeout=240_000)
+    assert set(before) - set(page.found) == {"textures"}
+    qtbot.waitUntil(lambda: not page.looking.busy)
+    assert not page.is_measuring
+    assert "1 target is not measured" in page.state.text()
+    click(qtbot, page.measure)
+    qtbot.waitUntil(lambda: whole(page), timeout=240_000)
     assert page.found["textures"].entry["preset"] == "unreal"
     assert page.leaving is leaving
     assert {name for name in before if before[name] is not page.found[name]} == {"textures"}
-    page.width_field.show_value(80.0)
-    assert page.choices.settings.width_mm == 80.0
+    window.bench.document.undo_stack.undo()
+    assert page.preset.currentData() == "blender"
+    qtbot.waitUntil(lambda: "textures" in page.found)
+    assert page.found["textures"].entry["bytes"] == before["textures"].entry["bytes"]
 
 
-def test_another_material_is_measured_anew(page: Any, window: MainWindow, qtbot: Any) -> None:
-    old = page.leaving
-    material = window.bench.document.project.material
-    window.bench.document.change("BRDF", material=dataclasses.replace(material, brdf="lambert:albedo=0.2"))
+def test_settings_belong_to_the_project(page: Any, window: MainWindow, qtbot: Any) -> None:
+    document = window.bench.document
+    choose(page, qtbot, "web", "usd")
+    page.measure_in("cm")
+    page.width_field.edited.emit(2.4, True)
+    assert (document.project.exporting.targets, document.project.exporting.width_mm) == (("usd", "web"), 24.0)
+    document.undo_stack.undo()
+    assert page.width_field.value == 0.0
+    document.undo_stack.undo()
+    assert page.names != ["usd", "web"]
+
+
+def test_another_material_is_measured_when_asked_for_and_the_former_is_known(
+    page: Any, window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before, document = dict(page.found), window.bench.document
+    material = document.project.material
+    document.change("BRDF", material=dataclasses.replace(material, brdf="lambert:albedo=0.2"))
     assert page.found == {}
     assert page.cards["textures"].figures[0].text() == "–"
-    qtbot.waitUntil(lambda: len(page.found) == OFFERED and not page.latest.busy, timeout=240_000)
-    assert page.leaving is not old
+    qtbot.waitUntil(lambda: not page.looking.busy)
+    assert set(page.found) == {"rti"}
+    monkeypatch.setattr(export, "departure", None)  # nothing is made ready any more
+    document.undo_stack.undo()
+    qtbot.waitUntil(lambda: not page.looking.busy)
+    assert whole(page)
+    for name, offer in before.items():
+        again = page.found[name]
+        assert {key: offer.entry[key] for key in again.entry if key in offer.entry} == again.entry
+        assert again.why_not == offer.why_not
+        np.testing.assert_array_equal(again.ball, offer.ball)
+    assert page.cards["gltf"].ball.image is not None
 
 
-def test_measuring_stops_by_a_click_and_goes_on_by_another(page: Any, window: MainWindow, qtbot: Any) -> None:
-    page.found.clear()
-    page.ask()
+def test_what_was_stopped_stays_stopped(page: Any, window: MainWindow, qtbot: Any) -> None:
+    document = window.bench.document
+    document.change("BRDF", material=dataclasses.replace(document.project.material, brdf="lambert:albedo=0.3"))
+    qtbot.waitUntil(lambda: not page.looking.busy)
+    click(qtbot, page.measure)
     click(qtbot, page.stop)
     assert "Stopped" in page.state.text()
     qtbot.waitUntil(lambda: not page.latest.busy, timeout=240_000)
     window.show_workspace("view")
-    page.found.pop("textures", None)
-    page._update()
     window.show_workspace("export")
-    if not page.latest.busy:
-        click(qtbot, page.measure)
-    qtbot.waitUntil(lambda: len(page.found) == OFFERED and not page.latest.busy, timeout=240_000)
+    assert not page.is_measuring
+    assert not page.latest.busy
+    assert page.measure.isVisible()
 
 
 def test_a_cancelled_export_leaves_nothing(page: Any, window: MainWindow, qtbot: Any, tmp_path: Path) -> None:
