@@ -39,10 +39,10 @@ def test_choices_hold_at_once(window: MainWindow, qtbot: Any, tmp_path: Path) ->
         qtbot.waitUntil(lambda: preferences.size_words.text() != "…", timeout=20_000)
         window.new()  # drops what the window still works at
         assert window.bench.document.project.look.tone_map == "aces"
-        window.export.elsewhere.width_field.show_value(50.8)
+        window.export.elsewhere.width_field.edited.emit(50.8, True)
         choose(preferences, "unit", "in")
         assert window.export.elsewhere.width_field.text() == "2 in"
-        assert window.export.elsewhere.width_mm == pytest.approx(50.8)
+        assert window.export.elsewhere.choices.width_mm == 50.8
         kept = settings.load(tmp_path / "config")
         assert (kept.theme, kept.numbers, kept.tone_map, kept.unit) == ("light", ",", "aces", "in")
     finally:
