@@ -26,6 +26,7 @@ from app.commands.brdf_figures import ALBEDO_DEG, LIGHT_PHI, Curves, Facts, albe
 from app.commands.workbench import Workbench
 from app.document.comparison import Comparison, Entry
 from app.document.document import Project
+from app.document.factoring import MATERIAL
 from app.document.following import Following
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
@@ -278,7 +279,11 @@ class BrdfTab(QWidget):
         place = entries.index(entry)
         others = (*entries[place + 1 :], *reversed(entries[:place]))
         self.current = others[0].identity if others else None
-        self.bench.document.change(f"Remove {entry.name}", comparison=self.comparison.removed(entry.identity))
+        factoring = self.bench.document.project.factoring
+        if factoring.source == f"entry:{entry.identity}":  # or else another BRDF with its colour would be factored
+            factoring = dataclasses.replace(factoring, source=MATERIAL)
+        comparison = self.comparison.removed(entry.identity)
+        self.bench.document.change(f"Remove {entry.name}", comparison=comparison, factoring=factoring)
 
     def _set_visible(self, identity: int, visible: bool) -> None:
         entry = self.comparison.find(identity)

@@ -64,15 +64,18 @@ def add_model(bench: Workbench, text: str) -> None:
 
 
 def add(bench: Workbench, name: str, brdf: Any, path: Path | None = None, fitted: Fitted | None = None) -> None:
-    """Compare `brdf`; its file, if it has one, stays in the library."""
+    """Compare `brdf`; its file, if it has one, stays in the library, and it is what is factored next."""
     comparison = bench.document.project.comparison
     if comparison.free_identity is None:
         bench.said.emit(FULL)
         return
+    parts: dict[str, Any] = {}
+    identity = comparison.free_identity
     comparison = comparison.added(name, brdf, path, fitted)
     if path is not None:
         comparison = comparison.with_file(path)
-    bench.document.change(f"Compare {name}", comparison=comparison)
+        parts["factoring"] = dataclasses.replace(bench.document.project.factoring, source=f"entry:{identity}")
+    bench.document.change(f"Compare {name}", comparison=comparison, **parts)
 
 
 def open_file(bench: Workbench, path: Path, *, instead_of: Path | None = None) -> Job:

@@ -106,6 +106,8 @@ class FactorInspector(Panel):
         self.of = chosen.figure("Of", "The run and the method")
         self.of.setWordWrap(True)
         self.many = chosen.figure("Terms", "Click a point of the plot for others; and how many textures these are")
+        self.fewer = text("", "secondary", wrap=True)
+        chosen.wide(self.fewer)
         self.bytes = chosen.figure("Size", "Of all textures, as 32-bit floats")
         self.time = chosen.figure(
             "Time", "From the start to this term, without pauses; the products of a sum are all found at once"
@@ -207,6 +209,9 @@ class FactorInspector(Panel):
         self.many.setText(
             f"{rung.terms} of {live.ladder[-1].terms} · {rung.textures} texture{'s'[: rung.textures != 1]}"
         )
+        fewer = why_fewer(run, live)
+        self.fewer.setText(fewer)
+        self.fewer.setVisible(bool(fewer))
         self.bytes.setText(size_text(rung.size_bytes))
         self.time.setText(time_text(rung.time_s, 3))
         for name, figure in self.errors.items():
@@ -311,6 +316,20 @@ def state_of(live: Live) -> str:
     left = job.left_s
     more = f", {time_left(left)}" if left is not None and left >= 1 else ""
     return f"{100 * job.step.done:.0f} %{more}"
+
+
+def why_fewer(run: Run, live: Live) -> str:
+    """Why a run that has ended has fewer terms than were asked for; empty where it has as many."""
+    found, choices = live.factorisation, run.choices
+    if found is None or choices is None or live.job is not None or not found.ladder:
+        return ""
+    from engine.factor.errors import stop_reason  # loaded with the first result
+
+    have = found.ladder[-1].terms
+    limit = choices.products if live.is_sum else choices.textures
+    wanted = choices.products if choices.method == "auto" else limit
+    reason = stop_reason(found) if have < limit else "a search makes no more textures" if have < wanted else ""
+    return f"{have} of {wanted} terms: {reason}." if reason else ""
 
 
 def remark_of(factorisation: Any) -> str:

@@ -334,6 +334,12 @@ def choices_of(project: Project) -> Sequence[tuple[str, str]]:
     return [*entries, (MATERIAL, name_of(project, MATERIAL))]
 
 
+def files_of(project: Project) -> Sequence[Path]:
+    """The files of the library that no BRDF of the comparison was read from."""
+    shown = {entry.path for entry in project.comparison.entries if entry.fitted is None}
+    return [path for path in project.comparison.files if path not in shown]
+
+
 def _equal(one: Any, other: Any) -> bool:
     """True for equal models and paths; tables are the same only where they are one object."""
     return type(one) is type(other) and isinstance(one, (Path, *MODELS.values())) and bool(one == other)

@@ -21,7 +21,7 @@ from app.factor.inspector import FactorInspector
 from app.factor.pictures import ProjectionsView, TexturePicture, TexturesView, texture_pictures
 from app.factor.plot import AGAINST, ErrorPlot
 from app.factor.preview import FactorPreview
-from app.factor.runs import GONE, FactorRuns, Live, choices_of, name_of, source_of
+from app.factor.runs import GONE, FactorRuns, Live, choices_of, files_of, name_of, source_of
 from app.factor.settings import FactorSettingsPanel
 from app.jobs.newest import Latest
 from app.widgets.controls import ComboBox
@@ -278,7 +278,7 @@ class FactorTab(QWidget):
         project = self.bench.document.project
         factoring = project.factoring
         self.settings.show_sources(
-            choices_of(project), project.comparison.files, factoring.source, name_of(project, factoring.source)
+            choices_of(project), files_of(project), factoring.source, name_of(project, factoring.source)
         )
         self.settings.show_factoring(factoring, "" if source_of(project, factoring.source) is not None else GONE)
 

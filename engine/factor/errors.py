@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.core.directions import Vectors, surface_direction
-from engine.core.figure_text import percent
+from engine.core.figure_text import number, percent
 from engine.factor.data import FactorData
 from engine.factor.homomorphic import EPSILON, LogSpace
 from engine.factor.separable_factors import SeparableFactors
@@ -244,6 +244,28 @@ class Factorisation:
     unmeasured: str = ""
     choice: str = ""
     best_terms: int | None = None
+
+
+def stop_reason(found: Factorisation) -> str:
+    """Why a factorisation has no more terms than it has: the held-out errors of one more, as words after a colon.
+
+    Empty where held-out errors did not decide.
+    """
+    last = found.ladder[-1].held_out if found.ladder else None
+    if last is None or found.best_terms != found.ladder[-1].terms or found.searching:
+        return ""
+    after = next((rung.held_out for rung in found.left_out if rung.terms == found.best_terms + 1), None)
+    if after is None:
+        return "no further term lowers the held-out errors"
+    rms, log = (
+        f"from {number(getattr(last, name), 3)} to {number(getattr(after, name), 3)}"
+        for name in ("rms_cosine_weighted", "sq_log")
+    )
+    if after.rms_cosine_weighted >= last.rms_cosine_weighted:
+        return f"one more raises the held-out RMS × cos {rms} sr⁻¹"
+    if after.sq_log >= last.sq_log:
+        return f"one more raises the held-out squared logarithm {log}"
+    return f"further ones raise the held-out errors, although one more lowers the RMS × cos {rms} sr⁻¹"
 
 
 #: Error relative to the BRDF itself above which its highlight counts as too narrow for the factors.

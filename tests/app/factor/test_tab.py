@@ -13,12 +13,13 @@ from PySide6.QtCore import QPoint, Qt
 from app.commands import brdf as commands_brdf
 from app.document.document import Document
 from app.document.factoring import MATERIAL, Factoring, Run
-from app.factor.inspector import state_of
+from app.factor.inspector import state_of, why_fewer
 from app.factor.pictures import ANGLES
 from app.factor.plot import line_of, log_ticks
 from app.factor.runs import Live
 from app.widgets.labels import FIXED, projection_name, shares
 from app.window.main_window import MainWindow
+from engine.brdf.models.phong import Phong
 from engine.factor.errors import Factorisation, Metrics, TermError
 from engine.factor.factor_file import read_factors
 from engine.factor.projections import DIFFERENCE, FIRST, KINDS, SECOND, SUM, FixedProjection, linear
@@ -210,6 +211,38 @@ def test_what_is_compared_can_be_factored_and_is_missed_when_it_is_gone(factor: 
     assert not factor.settings.start.isEnabled()
     factor.settings._source_chosen(box.findData(MATERIAL))
     assert factor.settings.start.isEnabled()
+
+
+def test_a_brdf_from_a_file_is_what_is_factored_next_and_listed_once(factor: Any, window: MainWindow) -> None:
+    bench, box = factor.bench, factor.settings.source
+    for name in ("first", "second"):
+        commands_brdf.add(bench, name.capitalize(), Phong(), Path(f"/measured/{name}.bsdf"))
+    names = [box.itemText(at) for at in range(box.count())]
+    assert box.currentText() == "Second"
+    assert names[:2] == ["First", "Second"]
+    assert not {"first.bsdf", "second.bsdf"} & set(names)
+    window.brdf.current = bench.document.project.comparison.entries[1].identity
+    window.brdf.remove()
+    assert factor.factoring.source == MATERIAL
+    assert "second.bsdf" in [box.itemText(at) for at in range(box.count())]
+
+
+def test_a_run_with_fewer_terms_than_were_asked_for_says_why() -> None:
+    values = Metrics(0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
+    errors = ((1, 0.3, 0.2), (2, 0.1, 0.1), (3, 0.2, 0.3), (4, 0.4, 0.3))
+    rungs = tuple(TermError(terms, 1, 0.7, (), values, 1.0, 100, rms, log) for terms, rms, log in errors)
+    found = Factorisation(None, "search", rungs[:2], left_out=rungs[2:], best_terms=2)
+    run = Run(1, 1, "paint", MATERIAL, FactorSettings(products=8, textures=5))
+    assert why_fewer(run, Live(factorisation=found)) == (
+        "2 of 8 terms: one more raises the held-out RMS × cos from 0.1 to 0.2 sr⁻¹."
+    )
+    logarithm = replace(found, left_out=(replace(rungs[2], held_out_rms_cosine_weighted=0.05),))
+    assert "held-out squared logarithm from 0.1 to 0.3" in why_fewer(run, Live(factorisation=logarithm))
+    last = replace(found, left_out=())
+    assert why_fewer(run, Live(factorisation=last)) == "2 of 8 terms: no further term lowers the held-out errors."
+    enough = replace(run, choices=FactorSettings(products=2, textures=2))
+    assert why_fewer(enough, Live(factorisation=found)) == ""
+    assert why_fewer(replace(run, choices=None), Live(factorisation=found)) == "", "factors from a file"
 
 
 def test_typing_finds_a_published_material(factor: Any) -> None:
