@@ -14,16 +14,16 @@ from engine.core.figure_text import size_text, time_text
 from engine.core.steps import Step, drain
 
 NAME = "project"
-HELP = "Show a project file, check it, find or collect its photographs, or make its results anew from them."
+HELP = "Show a project file, check or recover it, find or collect its photographs, or make its results anew."
 EXAMPLE = "lightarc project info Felt.lap --json"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "action",
-        choices=("info", "verify", "find", "collect", "replay"),
-        help="info: what is in it; verify: read all; find: photographs that moved; collect: copy all; replay: make all "
-        "results anew and compare them",
+        choices=("info", "verify", "find", "collect", "recover", "replay"),
+        help="info: what is in it; verify: read all; find: photographs that moved; collect: copy all; recover: what is "
+        "sound in a damaged one; replay: make all results anew and compare them",
     )
     parser.add_argument("path", type=Input(Path), metavar="PROJECT", help="a .lap file")
     parser.add_argument(
@@ -31,10 +31,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         type=Output(project_result, Path),
         metavar="FILE",
-        help="collect: the .lap file to write; replay: the folder",
+        help="collect, recover: the .lap file to write; replay: the folder",
     )
     parser.add_argument(
         "--photographs", type=Input(Path), metavar="FOLDER", help="find: look here, by content, for those that moved"
+    )
+    parser.add_argument(
+        "--include-outside",
+        action="store_true",
+        help="collect: copy also photographs that lie outside the project's folder; without it they are listed",
     )
     parser.add_argument("--without-derived", action="store_true", help="collect: leave out what can be made again")
 
@@ -43,21 +48,26 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     """The description that `app.project.report` gives; exit code 3 where a verified project is not sound."""
     from app.commands.replay import replayed
     from app.project.copying import collect
+    from app.project.recovery import recover
     from app.project.report import described, problems_of
 
     show(Step(0.0, "reading the project"))
-    if arguments.action in ("collect", "replay") and arguments.output is None:
+    if arguments.action in ("collect", "recover", "replay") and arguments.output is None:
         raise UsageError(
-            f"{arguments.action} needs -o, the {'project' if arguments.action == 'collect' else 'folder'} to write"
+            f"{arguments.action} needs -o, the {'folder' if arguments.action == 'replay' else 'project'} to write"
         )
     if arguments.action == "replay":
         results = drain(replayed(arguments.path, arguments.output), show)
         different = [f"{each['name']}: {each['reason']}" for each in results if each["bit_equal"] is False]
         return {"results": results, "output": str(arguments.output), "warnings": different}
     if arguments.action == "collect":
-        for step in collect(arguments.path, arguments.output, not arguments.without_derived):
-            show(step)
+        with_derived, include_outside = not arguments.without_derived, arguments.include_outside
+        drain(collect(arguments.path, arguments.output, with_derived, include_outside=include_outside), show)
         return described(arguments.output)
+    if arguments.action == "recover":
+        lost = drain(recover(arguments.path, arguments.output), show)
+        result = described(arguments.output)
+        return result | {"lost": lost, "warnings": [*(f"not recovered: {each}" for each in lost), *result["warnings"]]}
     if arguments.action == "find":
         _find(arguments.path, arguments.photographs, show)
     result = described(arguments.path)
@@ -70,17 +80,22 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def _find(path: Path, folder: Path | None, show: Callable[[Step], None]) -> None:
     """Note where photographs are that moved; UsageError without a folder, or where a window has the project open."""
-    from app.project.photographs import files_of, find_moved, relocate
+    from app.project.photographs import files_of, find_moved, keep, marks_of, relocate, taken
     from app.project.places import claim, release
     from app.project.project_file import read
+    from app.project.values import in_full, is_file
 
     if folder is None:
         raise UsageError("find needs --photographs, the folder that the photographs moved to")
-    gone = [each for each in files_of(read(path).current) if not each.is_file()]
+    marks = marks_of(path)
+    gone = [each for each in files_of(read(path).current) if not is_file(each) or in_full(each) not in marks]
     if not claim(path):
         raise InputError(path, "is open in a window", "Find the photographs there, or close it")
     try:
-        relocate(path, drain(find_moved(path, gone, folder), show))
+        places = drain(find_moved(path, gone, folder), show)
+        relocate(path, places)
+        unmarked = (new for old, new in places.items() if in_full(old) not in marks)
+        keep(path, drain(taken(unmarked), show))
     finally:
         release(path)
 

@@ -6,24 +6,31 @@ decides, and the data folder follows, after an interruption when the project is 
 
 from __future__ import annotations
 
+import hashlib
 import shutil
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
 from app.document.document import Project
+from app.document.variation import Blend
 from app.project.database import connected, explained, upgrade
-from app.project.photographs import INSIDE, copy_places, files_of, relocate
+from app.project.photographs import INSIDE, Mark, copy_places, files_of, marks_of, outside_of, relocate
 from app.project.places import is_open_elsewhere, remove
 from app.project.project_file import WAITING, History, Writer, data_folder, read, settle
+from app.project.values import in_full, is_file
 from engine.core.errors import FileError, InputError, OutputError
 from engine.core.steps import Step, Steps
 from engine.storage.atomic import atomic_file, discard, explaining, make_folder, put_file, replaceable, synchronise
 from engine.storage.partial_names import partial_name
+from engine.storage.untrusted import FILE_LIMIT_BYTES, opened
 
 #: Endings of what lies beside a project: its data, and what SQLite writes first. Names have to have room for them.
 BESIDE = ("-data", "-journal")
+
+#: Files that an error lists.
+MAX_LISTED = 20
 
 
 def copy(
@@ -40,27 +47,48 @@ def copy(
     copy holds that, also where `source` can no longer be read. Raises OutputError where `target` is open or cannot be
     written; it is then as it was.
     """
-    with _becoming(target) as partial:
+    with becoming(target) as partial:
         yield from _copied(source, partial, with_derived, now, own)
     return target
 
 
-def collect(source: Path, target: Path, with_derived: bool = True) -> Steps[Path]:
+class OutsideFiles(InputError):
+    """A project names files outside its folder: they are copied only where the user has seen them and agreed."""
+
+    def __init__(self, project: Path, files: tuple[Path, ...]) -> None:
+        self.files = files
+        named = [str(each) for each in files[:MAX_LISTED]]
+        more = [f"and {len(files) - MAX_LISTED} more"] if len(files) > MAX_LISTED else []
+        problem = f"names files outside its folder, which a collected project would hold: {', '.join([*named, *more])}"
+        super().__init__(project, problem, "Look at them, and give --include-outside to copy them too")
+
+
+def collect(source: Path, target: Path, with_derived: bool = True, *, include_outside: bool = False) -> Steps[Path]:
     """Copy `source` to `target` with its photographs inside, so that it opens on another machine.
 
-    Photographs that are missing are an InputError that names the first. Raises OutputError as `copy` does.
+    A received project may name any file of its user, so that a file is taken only where its size and content are those
+    that the project recorded when it was imported, and where it decodes as what the project takes it for. Files
+    outside the folder of the project, links followed, are taken only where `include_outside` says so.
+
+    Raises InputError for photographs that are missing or are not those that were recorded, OutsideFiles where files
+    lie outside, and OutputError as `copy` does.
     """
-    gone = [path for path in files_of(read(source).current) if not path.is_file()]
+    files = files_of(read(source).current)
+    gone = [path for path in files if not is_file(path)]
     if gone:
         raise InputError(gone[0], f"is missing ({len(gone)} of the photographs)", "Say where they are now, or copy")
-    with _becoming(target) as partial:
+    outside = outside_of(source, files)
+    if outside and not include_outside:
+        raise OutsideFiles(source, outside)
+    marks = marks_of(source)
+    with becoming(target) as partial:
         yield from _copied(source, partial, with_derived, None, None)
-        yield from _with_photographs_inside(partial)
+        yield from _with_photographs_inside(partial, marks)
     return target
 
 
 @contextmanager
-def _becoming(target: Path) -> Iterator[Path]:
+def becoming(target: Path) -> Iterator[Path]:
     """The hidden path of a project that takes the place of `target` where the block ends well, and goes otherwise."""
     with explaining(target):  # a name that is too long for what lies beside it raises here, before anything is made
         has_data, _ = (target.with_name(target.name + ending).exists() for ending in BESIDE)
@@ -99,7 +127,7 @@ def _copied(source: Path, partial: Path, with_derived: bool, now: History | None
     make_folder(data_folder(partial))
     try:
         _copy_database(source, partial)
-        yield from _copied_files(data_folder(source), data_folder(partial), with_derived)
+        yield from copy_files(data_folder(source), data_folder(partial), with_derived)
     except (FileError, OSError):
         if now is None:
             raise
@@ -107,7 +135,7 @@ def _copied(source: Path, partial: Path, with_derived: bool, now: History | None
         now = in_memory(now)
     if now is not None:
         if own is not None and own != data_folder(source):
-            yield from _copied_files(own, data_folder(partial), True)
+            yield from copy_files(own, data_folder(partial), True)
         writer = Writer(partial, seen_from=data_folder(source), own=own)
         with closing(writer):
             writer.write(now)
@@ -126,26 +154,75 @@ def _is_read(state: Project | str) -> bool:
     return isinstance(state, Project)
 
 
-def _with_photographs_inside(target: Path) -> Steps[None]:
+def _with_photographs_inside(target: Path, marks: Mapping[Path, Mark]) -> Steps[None]:
     """Copy the photographs into the data folder, and note that they are there, for every state of the history."""
     inside = data_folder(target) / INSIDE
-    files = [path for path in files_of(read(target).current) if not path.is_relative_to(inside)]
+    project = read(target).current
+    files = [path for path in files_of(project) if not path.is_relative_to(inside)]
+    brdfs = {each.brdf for each in project.variations if isinstance(each, Blend) and isinstance(each.brdf, Path)}
     places = {path: inside / f"{at + 1:04d}" / path.name for at, path in enumerate(files)}
     for at, (path, place) in enumerate(places.items()):
-        yield Step(at / len(places), f"copying {path.name}")
-        _copy_file(path, place)
+        done = at / len(places)
+        yield Step(done, f"copying {path.name}")
+        _copy_marked(path, place, marks.get(in_full(path)))
+        yield Step(done, f"decoding {path.name}")
+        _check_decodes(path, place, path in brdfs)
     relocate(target, places)
     yield Step(1.0, "collected")
 
 
-def _copied_files(source: Path, target: Path, with_derived: bool) -> Steps[None]:
-    """The data folder without the marks of windows that have it open."""
-    files = [path for path in source.rglob("*") if path.is_file() and not path.name.startswith(("open-", "job-"))]
-    if not with_derived:
-        files = [path for path in files if path.relative_to(source).parts[0] == INSIDE]
+def _copy_marked(source: Path, target: Path, mark: Mark | None) -> None:
+    """Copy a file whose content is the one that a project recorded; InputError for any other."""
+    remedy = "`lightarc project find` with the folder of the photographs records those that are there"
+    if mark is None:
+        raise InputError(source, "is named by the project, which has no record of its content", remedy)
+    digest = hashlib.blake2b(digest_size=20)
+    make_folder(target.parent)
+    with opened(source, FILE_LIMIT_BYTES) as (there, size_bytes):
+        if size_bytes != mark.size:
+            raise InputError(source, "is not the file that the project recorded", remedy)
+        with atomic_file(target, size_bytes) as here:
+            while piece := there.read(1 << 22):
+                digest.update(piece)
+                here.write(piece)
+    if digest.hexdigest() != mark.hash:
+        raise InputError(source, "is not the file that the project recorded", remedy)
+
+
+def _check_decodes(path: Path, copied: Path, is_brdf: bool) -> None:
+    """InputError about `path` where its copy is no photograph, image or BRDF."""
+    from engine.brdf.readers.read import read_brdf
+    from engine.capture.photograph.decode import read_photograph
+
+    try:
+        if is_brdf:
+            read_brdf(copied)
+        else:
+            read_photograph(copied, half_size=True)
+    except InputError as error:
+        kind = "measured BRDF" if is_brdf else "photograph"
+        raise InputError(path, f"is no {kind} ({error.problem})", "Remove it from the project, or copy it") from error
+
+
+#: Beginnings of the names of what this program puts into a data folder, besides photographs.
+_MADE = ("stack-", "bake-", "factors-")
+
+
+def copy_files(source: Path, target: Path, with_derived: bool) -> Steps[None]:
+    """What this program puts into a data folder, without the marks of windows that have it open.
+
+    Links are left behind: in a received project they lead to whatever its maker likes.
+    """
+    files = [path for path in source.rglob("*") if path.is_file() and not path.is_symlink()]
+    files = [path for path in files if _is_ours(path.relative_to(source), with_derived)]
     for at, path in enumerate(files):
         yield Step(at / len(files), f"copying {path.name}")
         _copy_file(path, target / path.relative_to(source))
+
+
+def _is_ours(path: Path, with_derived: bool) -> bool:
+    first = path.parts[0]
+    return first == INSIDE or (with_derived and (first in ("arrays", "thumbnail.png") or first.startswith(_MADE)))
 
 
 def _copy_file(source: Path, target: Path) -> None:

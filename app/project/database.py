@@ -116,8 +116,14 @@ _JOURNAL_MAGIC = bytes.fromhex("d9d505f920a163d7")
 
 _NO_PROJECT = "Choose a file that ends in .lap"
 
-#: Remedy for a damaged project.
-RECOVER = "`lightarc project recover` saves what is sound in a new project"
+
+class Damaged(InputError):
+    """A project with something in it that this program does not write; what is sound can be recovered."""
+
+    def __init__(self, path: Path, problem: str) -> None:
+        super().__init__(
+            path, f"is damaged ({problem})", "`lightarc project recover` saves what is sound in a new project"
+        )
 
 
 class Guarded(sqlite3.Connection):
@@ -194,16 +200,15 @@ def salvaged(path: Path) -> Iterator[tuple[Guarded, list[str]]]:
     """The database of a damaged project, to read what is sound, and the names of its tables that can be read at all.
 
     It is guarded as that of `connected`, and nothing but these tables is read. Columns may hold values of any type.
+    Within the block `reading` gives this connection.
     Raises InputError where it is no project at all.
     """
     with _opened(path, create=False) as connection, explained(path):
         _check_kind(connection, path)
-        known = _tables_of(SCHEMA)
-        found = _objects(connection, path)
-        yield (
-            connection,
-            [name for (kind, name), sql in found.items() if kind == "table" and known.get((kind, name)) == sql],
-        )
+        known, found = _tables_of(SCHEMA), _objects(connection, path)
+        whole = [name for kind, name in known if kind == "table" and found.get((kind, name)) == known[kind, name]]
+        with _lending(path, connection):
+            yield connection, whole
 
 
 @contextlib.contextmanager
@@ -235,12 +240,17 @@ def reading(path: Path) -> Iterator[Guarded]:
     if str(path) in lent:
         yield lent[str(path)]
         return
-    with connected(path) as connection:
-        lent[str(path)] = connection
-        try:
-            yield connection
-        finally:
-            del lent[str(path)]
+    with connected(path) as connection, _lending(path, connection):
+        yield connection
+
+
+@contextlib.contextmanager
+def _lending(path: Path, connection: Guarded) -> Iterator[None]:
+    vars(_lent)[str(path)] = connection
+    try:
+        yield
+    finally:
+        del vars(_lent)[str(path)]
 
 
 def _check_file(path: Path) -> int:
@@ -257,7 +267,7 @@ def _check_file(path: Path) -> int:
     if head and (not head.startswith(b"SQLite format 3\0") or head[68:72] != APPLICATION.to_bytes(4, "big")):
         raise InputError(path, "is no project of Lightarc", _NO_PROJECT)
     if head and head[18:20] != b"\1\1":
-        raise InputError(path, "is damaged: it needs a write-ahead log, which no project has", RECOVER)
+        raise Damaged(path, "it needs a write-ahead log, which no project has")
     journal = path.with_name(path.name + "-journal")
     with contextlib.suppress(OSError), journal.open("rb") as file:
         file.seek(-len(_JOURNAL_MAGIC), os.SEEK_END)
@@ -289,17 +299,15 @@ def _check(connection: Guarded, path: Path) -> None:
     _check_kind(connection, path)
     found = _objects(connection, path)
     if ("table", "meta") not in found:
-        raise InputError(path, "is damaged: it has no table meta", RECOVER)
+        raise Damaged(path, "it has no table meta")
     _check_rows(connection, path, "meta")
     known = _tables_of(schema_of(connection, path))
     strange = next(((kind, name) for (kind, name), sql in found.items() if known.get((kind, name), "") != sql), None)
     if strange is not None:
-        raise InputError(
-            path, f"is damaged: it holds the {strange[0]} {strange[1]!r:.60}, which no project has", RECOVER
-        )
+        raise Damaged(path, f"it holds the {strange[0]} {strange[1]!r:.60}, which no project has")
     if len(found) != len(known):
         lacking = next(name for kind, name in known if (kind, name) not in found)
-        raise InputError(path, f"is damaged: it has no table {lacking}", RECOVER)
+        raise Damaged(path, f"it has no table {lacking}")
     for kind, table in known:
         if kind == "table":
             _check_rows(connection, path, table)
@@ -307,7 +315,7 @@ def _check(connection: Guarded, path: Path) -> None:
     if about.st_size <= CHECKED_BYTES and (about.st_dev, about.st_ino) not in _sound:
         problems = page_problems(connection, "quick_check")
         if problems:
-            raise InputError(path, f"is damaged ({problems[0]})", RECOVER)
+            raise Damaged(path, f"{problems[0]}")
         _sound.add((about.st_dev, about.st_ino))
 
 
@@ -321,7 +329,7 @@ def _check_kind(connection: sqlite3.Connection, path: Path) -> None:
     if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION:
         raise InputError(path, "is no project of Lightarc", _NO_PROJECT)
     if connection.execute("PRAGMA encoding").fetchone()[0] != "UTF-8":
-        raise InputError(path, "is damaged: its texts are not in UTF-8", RECOVER)
+        raise Damaged(path, "its texts are not in UTF-8")
 
 
 def _objects(connection: sqlite3.Connection, path: Path) -> dict[tuple[str, str], str]:
@@ -330,7 +338,7 @@ def _objects(connection: sqlite3.Connection, path: Path) -> dict[tuple[str, str]
     rows = connection.execute(statement).fetchall()
     count = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
     if count != len(rows):
-        raise InputError(path, "is damaged: it holds tables that no project has", RECOVER)
+        raise Damaged(path, "it holds tables that no project has")
     return {(str(kind), str(name)): " ".join(f"{table} {sql}".split()) for kind, name, table, sql in rows}
 
 
@@ -353,7 +361,7 @@ def _check_rows(connection: sqlite3.Connection, path: Path, table: str) -> None:
         if longest is not None:
             wrong.append(f"length({column}) > {longest}")
     if connection.execute(f"SELECT 1 FROM {table} WHERE {' OR '.join(wrong)} LIMIT 1").fetchone() is not None:
-        raise InputError(path, f"is damaged: its table {table} holds values of other types or lengths", RECOVER)
+        raise Damaged(path, f"its table {table} holds values of other types or lengths")
 
 
 def schema_of(connection: sqlite3.Connection, path: Path) -> int:
@@ -361,7 +369,7 @@ def schema_of(connection: sqlite3.Connection, path: Path) -> int:
     found = dict(connection.execute("SELECT name, value FROM meta WHERE name IN ('schema', 'software')"))
     schema = whole_number(found.get("schema"), 10**6)
     if not schema:
-        raise InputError(path, "is damaged: it does not say its version", RECOVER)
+        raise Damaged(path, "it does not say its version")
     if schema > SCHEMA:
         by = f"{str(found.get('software', ''))[:40]}, schema {schema}; this one reads up to {SCHEMA}".lstrip(", ")
         raise InputError(path, f"was made by a newer version ({by})", "Update Lightarc")
@@ -427,12 +435,10 @@ def explained(path: Path) -> Iterator[None]:
     except sqlite3.DatabaseError as error:
         code = getattr(error, "sqlite_errorcode", 0) & 0xFF
         if code == sqlite3.SQLITE_INTERRUPT:
-            raise InputError(
-                path, "is damaged: reading it takes more work than a file of its size can need", RECOVER
-            ) from error
+            raise Damaged(path, "reading it takes more work than a file of its size can need") from error
         is_text = "could not decode to utf-8" in str(error).lower()
         if isinstance(error, sqlite3.OperationalError) and code != sqlite3.SQLITE_TOOBIG and not is_text:
             said = f"cannot be read or written ({error})", "Check the disk that it lies on"
             raise OutputError(path, *(_TOO_LONG if _is_too_long(path) else _CAUSES.get(code, said))) from error
         problem = "a text is not in UTF-8" if is_text else str(error)
-        raise InputError(path, f"is damaged or no project ({problem})", RECOVER) from error
+        raise Damaged(path, f"{problem}") from error

@@ -13,17 +13,19 @@ import json
 import logging
 import os
 import sqlite3
+import stat
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from itertools import accumulate
+from itertools import accumulate, islice
 from pathlib import Path
 from typing import Any
 
 from app.project.arrays import array_name
 from app.project.database import connected, explained, reading
+from app.project.declared import MAX_NUMBER, can_be_opened
 from app.project.project_file import data_folder, finder_of, path_of
-from app.project.tidying import remove_whole
-from app.project.values import Absent, Keeper, decoded, encoded, name_of
+from app.project.tidying import is_own, remove_whole
+from app.project.values import DAMAGE, Absent, Keeper, decoded, encoded, is_there, name_of, parsed
 from engine.core.errors import FileError
 from engine.core.figure_text import time_text
 from engine.scene.material import Material
@@ -31,6 +33,9 @@ from engine.scene.material import Material
 log = logging.getLogger(__name__)
 
 _ROW = "made "
+
+#: Files of a result whose sizes are added up, at most.
+MAX_FILES = 100_000
 
 #: Words for one result of each kind, and for several.
 KINDS = {
@@ -89,10 +94,8 @@ def built_before(project: Path, recipe: tuple[Any, ...], own: Path) -> Material 
         row = connection.execute(statement, (f'%"built_from":"{name}"%',)).fetchone()
         finder = finder_of(project)
         try:
-            found = (
-                decoded(json.loads(finder.text(json.loads(row[0])["material"])), finder) if row is not None else None
-            )
-        except (Absent, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+            found = decoded(parsed(finder.text(parsed(row[0])["material"])), finder) if row is not None else None
+        except (Absent, *DAMAGE) as error:
             log.info("a material that was built before is gone: %s", error)
             return None
     return found if isinstance(found, Material) and found.has_map and not finder.gone else None
@@ -122,7 +125,8 @@ def noted(project: Path) -> tuple[Made, ...]:
     with connected(project) as connection:
         rows = connection.execute("SELECT name, value FROM meta WHERE name LIKE 'made %' ORDER BY name").fetchall()
     folder = data_folder(project)
-    made = (_made(folder / Path(str(name).removeprefix(_ROW)).name, value) for name, value in rows)
+    places = ((folder / Path(str(name).removeprefix(_ROW)).name, value) for name, value in rows)
+    made = (_made(place, value) for place, value in places if place.parent == folder and can_be_opened(place))
     return tuple(each for each in made if each is not None)
 
 
@@ -140,18 +144,28 @@ def noted_of(place: Path) -> Made | None:
 def _made(place: Path, text: str) -> Made | None:
     """One result; None where its row is damaged, since the document does not depend on it."""
     try:
-        said = json.loads(text)
-        size = size_of(place) if place.exists() else int(said["bytes"])
-        made_with = dict(said.get("made_with", {}))
-        return Made(str(said["kind"]), place.name, float(said["seconds"]), size, place.exists(), made_with)
-    except (ValueError, KeyError, TypeError):
+        said = parsed(text)
+        is_present = is_there(place)
+        size, seconds = size_of(place) if is_present else int(said["bytes"]), float(said["seconds"])
+        if not (0 <= size <= MAX_NUMBER and 0.0 <= seconds < 1e12):
+            return None
+        return Made(str(said["kind"])[:40], place.name, seconds, size, is_present, dict(said.get("made_with", {})))
+    except DAMAGE:
         return None
 
 
 def size_of(place: Path) -> int:
-    """Bytes of a file, or of all files in a folder."""
-    files = place.rglob("*") if place.is_dir() else [place]
-    return sum(each.stat().st_size for each in files if each.is_file())
+    """Bytes of a file, or of all files in a folder, of at most `MAX_FILES`; links are not followed."""
+    files = islice(place.rglob("*"), MAX_FILES) if place.is_dir() and not place.is_symlink() else [place]
+    return sum(map(_size, files))
+
+
+def _size(file: Path) -> int:
+    try:
+        about = file.lstat()
+    except OSError:
+        return 0
+    return about.st_size if stat.S_ISREG(about.st_mode) else 0
 
 
 def keep_newest(folder: Path, pattern: str, count: int, most_bytes: int = 1 << 62) -> None:
@@ -159,6 +173,8 @@ def keep_newest(folder: Path, pattern: str, count: int, most_bytes: int = 1 << 6
 
     `count` of them stay at most, and `most_bytes` together; the last one stays whatever its size.
     """
+    if not is_own(folder):
+        return
     places = sorted(folder.glob(pattern), key=lambda place: place.stat().st_mtime, reverse=True)
     sizes = accumulate(map(size_of, places))
     kept = [at == 0 or (at < count and total <= most_bytes) for at, total in enumerate(sizes)]

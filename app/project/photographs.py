@@ -13,7 +13,6 @@ import hashlib
 import json
 import os
 import sqlite3
-import stat
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -24,10 +23,11 @@ from app.document.document import Project
 from app.document.variation import pictures_of
 from app.project.database import connected, explained
 from app.project.project_file import data_folder, places_of
-from app.project.values import found_path, in_full, paths_of, said_path
+from app.project.values import DAMAGE, found_path, in_full, is_there, parsed, paths_of, said_path
 from engine.capture.lights.sources import Sources
 from engine.core.errors import InputError
 from engine.core.steps import Step, Steps
+from engine.storage.untrusted import FILE_LIMIT_BYTES, opened
 
 #: Names that a sentence lists; of more it gives the number.
 MOST_NAMES = 3
@@ -95,14 +95,14 @@ def taken(files: Iterable[Path]) -> Steps[dict[Path, Mark]]:
 def _mark(path: Path, done: float) -> Steps[Mark | None]:
     yield Step(done, f"looking at {path.name}")
     try:
-        about, digest = path.stat(), hashlib.blake2b(digest_size=20)
-        if not stat.S_ISREG(about.st_mode):
-            return None
-        with path.open("rb") as file:
-            while piece := file.read(_PIECE):
+        digest = hashlib.blake2b(digest_size=20)
+        with opened(path, FILE_LIMIT_BYTES) as (file, left):
+            about = os.fstat(file.fileno())
+            while left > 0 and (piece := file.read(min(left, _PIECE))):
                 digest.update(piece)
+                left -= len(piece)
                 yield Step(done, f"looking at {path.name}")
-    except OSError:
+    except (OSError, InputError):
         return None
     return Mark(about.st_size, about.st_mtime_ns, digest.hexdigest())
 
@@ -110,6 +110,12 @@ def _mark(path: Path, done: float) -> Steps[Mark | None]:
 def keep(project: Path, marks: Mapping[Path, Mark]) -> None:
     """Write marks into a project file that is there. Raises OutputError where that cannot be done."""
     _put(project, [(path, mark, None) for path, mark in marks.items()])
+
+
+def outside_of(project: Path, files: Iterable[Path]) -> tuple[Path, ...]:
+    """Those of `files` that lie outside the folder of a project, links followed."""
+    folder = os.path.realpath(in_full(project).parent)
+    return tuple(each for each in files if not Path(os.path.realpath(each)).is_relative_to(folder))
 
 
 def relocate(project: Path, places: Mapping[Path, Path]) -> None:
@@ -158,8 +164,8 @@ def _names_of(connection: sqlite3.Connection, folder: Path, path: Path) -> list[
 def _paths(place: Any, now: Any, folder: Path) -> Iterator[Path]:
     """Paths that one row stands for, the least certain first; none where it is damaged."""
     for said in (place, now):
-        with contextlib.suppress(ValueError, TypeError, KeyError):
-            yield from paths_of(json.loads(said), folder) if said is not None else ()
+        with contextlib.suppress(*DAMAGE):
+            yield from paths_of(parsed(said), folder) if said is not None else ()
 
 
 def copy_places(source: Path, target: Path) -> None:
@@ -168,9 +174,13 @@ def copy_places(source: Path, target: Path) -> None:
     with connected(target) as connection, explained(target):
         places = places_of(connection, there)
         texts = [text for (text,) in connection.execute("SELECT text FROM value WHERE text LIKE '%\"near\"%'")]
-    named = {json.dumps(said, sort_keys=True): said for text in texts for said in _paths_in(json.loads(text))}
-    found = {place: found_path(said, there, places) for place, said in named.items()}
-    outside = {place: path for place, path in found.items() if path.exists() and not path.is_relative_to(there)}
+    outside = dict[str, Path]()
+    for text in texts:
+        with contextlib.suppress(*DAMAGE):
+            for said in _paths_in(parsed(text)):
+                path = found_path(said, there, places)
+                if is_there(path) and not path.is_relative_to(there):
+                    outside[json.dumps(said, sort_keys=True)] = path
     statement = "INSERT INTO photograph VALUES (?, 0, 0, '', ?) ON CONFLICT(place) DO UPDATE SET now = excluded.now"
     with connected(target) as connection, explained(target), connection:
         connection.execute("BEGIN IMMEDIATE")
@@ -188,7 +198,7 @@ def _paths_in(said: Any) -> Iterator[Mapping[str, Any]]:
 
 def marks_of(project: Path) -> dict[Path, Mark]:
     """Marks of a project by the paths that its photographs have, had, or have as seen from it."""
-    return _marks_in(_marked_rows(project), data_folder(project))
+    return marks_in(_marked_rows(project), data_folder(project))
 
 
 def _marked_rows(project: Path) -> list[tuple[Any, ...]]:
@@ -200,7 +210,8 @@ def _marked_rows(project: Path) -> list[tuple[Any, ...]]:
         return connection.execute(statement).fetchall()
 
 
-def _marks_in(rows: Iterable[tuple[Any, ...]], folder: Path) -> dict[Path, Mark]:
+def marks_in(rows: Iterable[tuple[Any, ...]], folder: Path) -> dict[Path, Mark]:
+    """The marks of rows (place, now, size, modified, hash) of the table, by all paths that they stand for."""
     found: dict[Path, Mark] = {}
     for place, now, size, modified, content in rows:
         if isinstance(size, int) and isinstance(modified, int) and isinstance(content, str):
@@ -212,10 +223,12 @@ def checked(project: Path, files: Iterable[Path], *, thorough: bool = False) -> 
     """Compare `files` with their marks; `thorough` reads also those whose size and time are as they were.
 
     One that has its mark by where it was, or as seen from the project, is new at its place: it has to be known by its
-    content when the project has moved on alone.
+    content when the project has moved on alone. One that has no mark gets none, since nobody but the maker of the
+    project says that it is a photograph: `collect` copies only what was marked when it was imported, or when a user
+    chose its folder (`find_moved`).
     """
     rows, files, folder = _marked_rows(project), tuple(files), data_folder(project)
-    marks, said = _marks_in(rows, folder), {str(row[0]) for row in rows}
+    marks, said = marks_in(rows, folder), {str(row[0]) for row in rows}
     missing, changed, new = list[Path](), list[Path](), dict[Path, Mark]()
     for at, path in enumerate(files):
         yield Step(at / len(files), f"looking at {path.name}")
@@ -235,7 +248,7 @@ def checked(project: Path, files: Iterable[Path], *, thorough: bool = False) -> 
             missing.append(path)
         elif known is not None and mark.hash != known.hash:
             changed.append(path)
-        elif mark != known or not is_said:
+        elif known is not None and (mark != known or not is_said):
             new[path] = mark
     return Checked(tuple(missing), tuple(changed), new)
 

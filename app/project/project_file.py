@@ -25,7 +25,7 @@ import numpy as np
 import engine
 from app.document.document import Project, Step
 from app.project.arrays import array_name, find_beside, keep_beside
-from app.project.database import RECOVER, Guarded, connected, explained, reading
+from app.project.database import Damaged, Guarded, connected, explained, reading
 from app.project.declared import problem_of
 from app.project.tidying import forget_unused
 from app.project.values import (
@@ -44,7 +44,7 @@ from app.project.values import (
     name_of,
     parsed,
 )
-from engine.core.errors import InputError, OutputError
+from engine.core.errors import OutputError
 from engine.storage.atomic import discard, make_folder, perform
 from engine.storage.partial_names import is_partial
 from engine.storage.scratch import scratch_array
@@ -288,7 +288,8 @@ def settle(path: Path) -> None:
         if row is None:
             return
         folder, waiting = data_folder(path), path.with_name(Path(str(row[0])).name)
-        if is_partial(waiting.name) and waiting.name.endswith(_DATA) and waiting.is_dir():
+        is_own = is_partial(waiting.name.removesuffix(_DATA)) and waiting.name.startswith(f".{path.stem[:16]}")
+        if is_own and waiting.name.endswith(_DATA) and waiting.is_dir() and not waiting.is_symlink():
             discard(folder)
             perform("rename", folder, lambda: waiting.rename(folder))
         with explained(path), connection:
@@ -310,11 +311,11 @@ class Opened:
     missing: Mapping[str, str]
 
 
-class DamagedState(InputError):
+class DamagedState(Damaged):
     """A document with damaged parts: what is wrong with each of them, and the `sound` values of the others."""
 
     def __init__(self, path: Path, wrong: Mapping[str, str], sound: Mapping[str, Any]) -> None:
-        super().__init__(path, f"is damaged ({'; '.join(wrong.values())})", RECOVER)
+        super().__init__(path, "; ".join(wrong.values()))
         self.wrong, self.sound = wrong, sound
 
 
@@ -335,13 +336,13 @@ def _read(path: Path, thorough: bool) -> Opened:
     finder = finder_of(path, thorough=thorough)
     missing: dict[str, str] = {}
     if "current" not in meta:
-        return Opened(Project(), lambda name: _state(path, name, finder, {}), (), 0, {})
-    current = _state(path, meta["current"], finder, missing)
+        return Opened(Project(), lambda name: read_state(path, name, finder, {}), (), 0, {})
+    current = read_state(path, meta["current"], finder, missing)
     position = whole_number(meta.get("position", "0"), MAX_POSITION)
     if position is None:
-        raise InputError(path, "is damaged (its position in the history is no number)", RECOVER)
+        raise Damaged(path, "its position in the history is no number")
     missing |= dict.fromkeys(finder.gone, "data that can be made again")
-    return Opened(current, lambda name: _state(path, name, finder, {}), steps, min(position, len(steps)), missing)
+    return Opened(current, lambda name: read_state(path, name, finder, {}), steps, min(position, len(steps)), missing)
 
 
 def steps_in(connection: Guarded) -> tuple[Step, ...]:
@@ -350,7 +351,7 @@ def steps_in(connection: Guarded) -> tuple[Step, ...]:
     return tuple(Step(str(text), str(gesture), str(old), str(new)) for text, gesture, old, new in rows)
 
 
-def _state(path: Path, name: str, finder: Finder, missing: dict[str, str]) -> Project:
+def read_state(path: Path, name: str, finder: Finder, missing: dict[str, str]) -> Project:
     """The document of one state; parts whose data are gone are as in a new document, and listed in `missing`.
 
     Raises DamagedState where parts are damaged, and InputError where all of it is gone.
@@ -361,40 +362,40 @@ def _state(path: Path, name: str, finder: Finder, missing: dict[str, str]) -> Pr
     with reading(path) as connection, explained(path):
         row = connection.execute("SELECT parts FROM state WHERE name = ?", (name,)).fetchone()
         if row is None:
-            raise InputError(path, "is damaged (a state of its history is gone)", RECOVER)
+            raise Damaged(path, "a state of its history is gone")
         parts, wrong = dict[str, Any](), dict[str, str]()
-        for part, value in _parts_in(str(row[0]), path).items():
+        for part, value in parts_in(str(row[0]), path).items():
             try:
-                parts[part] = _part(part, value, finder)
+                parts[part] = read_part(part, value, finder)
             except Absent as gone:
                 missing[part] = str(gone)
             except DAMAGE as error:
-                wrong[part] = _said_of(part, error)
+                wrong[part] = said_of(part, error)
     if wrong:
         raise DamagedState(path, wrong, parts)
     finder.made[key] = made = Project(**parts)
     return made
 
 
-def _parts_in(text: str, path: Path) -> dict[str, str]:
+def parts_in(text: str, path: Path) -> dict[str, str]:
     """The names of the values of a state, by part; InputError where the text is no state."""
     try:
         parts = parsed(text)
     except (ValueError, RecursionError):
         parts = None
     if not isinstance(parts, dict) or not all(isinstance(value, str) for value in parts.values()):
-        raise InputError(path, "is damaged (a state of its history is no list of parts)", RECOVER)
+        raise Damaged(path, "a state of its history is no list of parts")
     known = {part.name for part in fields(Project)}
     return {part: value for part, value in parts.items() if part in known}
 
 
-def _said_of(part: str, error: Exception) -> str:
+def said_of(part: str, error: Exception) -> str:
     """What is wrong with a part, in a few words."""
     said = " ".join(str(error).split())[:160] if isinstance(error, ValueError) else ""
     return said if said.startswith(f"{part} ") else f"{part}: {said or 'no value of a project'}"
 
 
-def _part(part: str, value: str, finder: Finder) -> Any:
+def read_part(part: str, value: str, finder: Finder) -> Any:
     """The value of one part of a document, the same object for all states that share it."""
     key = f"part {part} {value}"
     if key not in finder.made:

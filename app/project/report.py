@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
-import json
 import logging
 import shlex
 from collections.abc import Iterator, Sequence
@@ -13,13 +13,15 @@ from typing import Any
 from app.document.document import Project
 from app.document.document import Step as HistoryStep
 from app.project.arrays import damaged
-from app.project.database import connected, reading, schema_of
+from app.project.database import Damaged, connected, explained, page_problems, reading, schema_of
+from app.project.declared import can_be_opened
 from app.project.made import noted, size_of
 from app.project.photographs import checked, files_of, marks_of, named, photographs, said_to_be_changed
 from app.project.project_file import data_folder, read
 from app.project.tidying import names_in
-from app.project.values import in_full
+from app.project.values import DAMAGE, in_full, is_file, is_name, is_there, parsed
 from engine.capture.lights.sources import printable
+from engine.capture.stack import open_stack
 from engine.core.errors import FileError, InputError
 from engine.core.steps import Step, Steps
 
@@ -43,7 +45,7 @@ def described(path: Path) -> dict[str, Any]:
     """
     opened = read(path)
     files = photographs(opened.current)
-    missing = [file for file in files_of(opened.current) if not file.is_file()]
+    missing = [file for file in files_of(opened.current) if not is_file(file)]
     with connected(path) as connection:
         schema = schema_of(connection, path)
         changed = connection.execute("SELECT value FROM meta WHERE name = 'changed'").fetchone()
@@ -79,11 +81,13 @@ def _health(project: Project) -> list[str]:
 def identity(path: Path) -> dict[str, Any]:
     """Marks of a project, by which to know it and its moment again: `name`, `state`, `history_steps`.
 
-    `state` is the hash of the document with all that it holds.
+    `state` is the hash of the document with all that it holds. Raises InputError where the project holds nothing yet.
     """
-    with connected(path) as connection:
-        meta = dict(connection.execute("SELECT name, value FROM meta"))
-        steps = connection.execute("SELECT COUNT(*) FROM step").fetchone()[0]
+    with connected(path) as connection, explained(path):
+        meta = dict(connection.execute("SELECT name, value FROM meta WHERE name IN ('name', 'current')"))
+        steps = connection.execute("SELECT count(*) FROM step").fetchone()[0]
+    if len(meta) != 2:
+        raise Damaged(path, "it has no document")
     return {"name": meta["name"], "state": meta["current"], "history_steps": steps}
 
 
@@ -118,20 +122,35 @@ def chain_of(path: Path, project: Project, steps: Sequence[HistoryStep]) -> dict
 
 
 def problems_of(path: Path) -> Steps[list[str]]:
-    """Sentences about states of the history that cannot be read, data beside the file that are damaged, and photographs
-    that are gone or changed; empty for a sound project."""
+    """Sentences about whatever of a project cannot be read or is not as it was written; empty for a sound one.
+
+    These are pages of the file, states of the history, arrays and stacks beside it, and photographs that are gone or
+    changed. All of it is read, by the readers that open a project. Raises InputError where it cannot be opened.
+    """
     yield Step(0.0, "reading all states")
-    with connected(path) as connection:
-        found = [str(row[0]) for row in connection.execute("PRAGMA integrity_check") if row[0] != "ok"]
-    opened = read(path)
+    with connected(path) as connection, explained(path):
+        found = page_problems(connection)
+    opened = read(path, thorough=True)
+    stacks = dict[Path, None]()
     with reading(path):
         for at, step in enumerate(opened.steps):
+            yield Step(0.3 * at / len(opened.steps), "reading all states")
             for state in (step.old, step.new):
                 try:
-                    if isinstance(state, str):
-                        opened.state(state)
+                    document = opened.state(state) if isinstance(state, str) else state
                 except InputError as error:
-                    found.append(f"step {at + 1} ({step.text}): {error}")
+                    found.append(f"step {at + 1} ({step.text[:80]}): {error}")
+                    continue
+                if document.stack is not None and document.stack.folder is not None:
+                    stacks[document.stack.folder] = None
+    if opened.current.stack is not None and opened.current.stack.folder is not None:
+        stacks[opened.current.stack.folder] = None
+    for stack in stacks:
+        yield Step(0.3, f"reading {stack.name}")
+        try:
+            open_stack(stack)
+        except InputError as error:
+            found.append(f"{stack.name} can be made again: {error}")
     found += [f"{name} is damaged, and can be made again" for name in (yield from damaged(data_folder(path)))]
     about = yield from checked(path, files_of(opened.current), thorough=True)
     found += _gone(about.missing, path)
@@ -141,17 +160,21 @@ def problems_of(path: Path) -> Steps[list[str]]:
 def _derived(path: Path) -> Iterator[dict[str, Any]]:
     """All that lies beside the file: arrays and stacks that the document or its history names, factors and bakes."""
     folder = data_folder(path)
-    with connected(path) as connection:
+    named = set[tuple[str, str]]()
+    with connected(path) as connection, explained(path):
         inside = {row[0] for row in connection.execute("SELECT name FROM array")}
-        texts = [row[0] for row in connection.execute("SELECT text FROM value")]
+        for (text,) in connection.execute("SELECT text FROM value"):
+            with contextlib.suppress(*DAMAGE):
+                named.update(names_in(parsed(text)))
     took = {each.name: each for each in noted(path)}
-    named = sorted({item for text in texts for item in names_in(json.loads(text))})
-    for kind, name in named:
-        if kind == "value" or name in inside:
+    for kind, name in sorted(named):
+        if kind == "value" or name in inside or not (is_name(name) if kind == "array" else can_be_opened(Path(name))):
             continue
         place = folder / name if kind == "stack" else folder / "arrays" / f"{name}.npy"
+        if not place.is_relative_to(folder) or ".." in place.parts:  # a stack elsewhere is no part of the project
+            continue
         seconds = took.pop(name).seconds if name in took else None
-        yield {"kind": kind, "name": name, "bytes": size_of(place), "present": place.exists(), "seconds": seconds}
+        yield {"kind": kind, "name": name, "bytes": size_of(place), "present": is_there(place), "seconds": seconds}
     unnoted = {place.name for kind in ("bake", "factors") for place in folder.glob(f"{kind}-*")} - set(took)
     for name in sorted(unnoted):  # the process ended between making and noting
         place = folder / name

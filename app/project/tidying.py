@@ -6,13 +6,13 @@ of the history, the states of the last materials stay, so that settings that wer
 
 from __future__ import annotations
 
-import json
 import logging
 import sqlite3
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from app.project.values import DAMAGE, parsed
 from engine.core.errors import FileError
 from engine.storage.atomic import discard, perform
 from engine.storage.partial_names import partial_name
@@ -26,31 +26,18 @@ KEPT_MATERIALS = 4
 def forget_unused(connection: sqlite3.Connection, folder: Path, *, stacks: bool = False) -> None:
     """Remove states that no step leads to, and values, arrays and, where asked, `stacks` that no state holds.
 
-    Steps that only the memory of a window has may need more stacks than the file knows of.
+    Steps that only the memory of a window has may need more stacks than the file knows of. Nothing is removed where a
+    state or a value is damaged, since what it holds is not known then, nor from a folder that a link leads to: a
+    project may come from anybody, and a link to anywhere.
     """
-    with connection:
-        connection.execute("BEGIN IMMEDIATE")
-        used = {row[0] for row in connection.execute("SELECT old FROM step UNION SELECT new FROM step")}
-        used |= {row[0] for row in connection.execute("SELECT value FROM meta WHERE name = 'current'")}
-        _keep_only(connection, "state", used | _last_built(connection))
-        held, arrays, named = set[str](), set[str](), set[str]()
-        waiting = [
-            name for (parts,) in connection.execute("SELECT parts FROM state") for name in json.loads(parts).values()
-        ]
-        while waiting:
-            name = waiting.pop()
-            if name in held:
-                continue
-            held.add(name)
-            row = connection.execute("SELECT text FROM value WHERE name = ?", (name,)).fetchone()
-            for kind, content in names_in(json.loads(row[0])) if row else ():
-                if kind == "value":
-                    waiting.append(content)
-                else:
-                    (arrays if kind == "array" else named).add(content)
-        _keep_only(connection, "value", held)
-        _keep_only(connection, "array", arrays)
+    try:
+        arrays, named = _forget_rows(connection)
+    except DAMAGE as error:
+        log.info("nothing is tidied, because a part of the project is damaged: %s", error)
+        return
     connection.execute("PRAGMA incremental_vacuum").fetchall()
+    if not is_own(folder) or (folder / "arrays").is_symlink():
+        return
     for beside in (folder / "arrays").glob("*.npy"):
         if beside.stem not in arrays:
             discard(beside)
@@ -59,11 +46,43 @@ def forget_unused(connection: sqlite3.Connection, folder: Path, *, stacks: bool 
             remove_whole(beside)
 
 
+def is_own(folder: Path) -> bool:
+    """True for a data folder that lies where its name says, so that what is in it belongs to the project."""
+    return not folder.is_symlink()
+
+
+def _forget_rows(connection: sqlite3.Connection) -> tuple[set[str], set[str]]:
+    """Remove the rows that no state needs; the names of the arrays and of the stacks that are needed."""
+    with connection:
+        connection.execute("BEGIN IMMEDIATE")
+        used = {row[0] for row in connection.execute("SELECT old FROM step UNION SELECT new FROM step")}
+        used |= {row[0] for row in connection.execute("SELECT value FROM meta WHERE name = 'current'")}
+        _keep_only(connection, "state", used | _last_built(connection))
+        held, arrays, named = set[str](), set[str](), set[str]()
+        waiting = [
+            name for (parts,) in connection.execute("SELECT parts FROM state") for name in parsed(parts).values()
+        ]
+        while waiting:
+            name = waiting.pop()
+            if name in held:
+                continue
+            held.add(name)
+            row = connection.execute("SELECT text FROM value WHERE name = ?", (name,)).fetchone()
+            for kind, content in names_in(parsed(row[0])) if row else ():
+                if kind == "value":
+                    waiting.append(content)
+                else:
+                    (arrays if kind == "array" else named).add(content)
+        _keep_only(connection, "value", held)
+        _keep_only(connection, "array", arrays)
+    return arrays, named
+
+
 def _last_built(connection: sqlite3.Connection) -> set[str]:
     """A state of each of the last materials that were built."""
     found: dict[str, str] = {}
     for name, parts in connection.execute("SELECT name, parts FROM state ORDER BY rowid DESC"):
-        found.setdefault(str(json.loads(parts).get("built_from", "")), name)
+        found.setdefault(str(parsed(parts).get("built_from", "")), name)
     return {name for recipe, name in found.items() if recipe in list(found)[:KEPT_MATERIALS]}
 
 

@@ -358,6 +358,11 @@ def is_there(path: Path) -> bool:
     return os.path.exists(path)  # noqa: PTH110 - Path.exists raises where a folder on the way may not be entered
 
 
+def is_file(path: Path) -> bool:
+    """True for a file that a project names and that can be looked at."""
+    return is_there(path) and os.path.isfile(path)  # noqa: PTH113 - as above
+
+
 def paths_of(said: Mapping[str, Any], folder: Path) -> list[Path]:
     """The path in full, and where it differs, as seen from where the project lies now; ValueError where it is none."""
     if not isinstance(said["path"], str) or not isinstance(said.get("near", ""), str):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt
@@ -25,6 +25,8 @@ from app.project.made import size_of
 from app.project.photographs import INSIDE
 from app.project.project_file import ENDING, data_folder
 from app.widgets.theme import STEP
+from engine.capture.lights.sources import printable
+from engine.core.errors import InputError
 from engine.core.figure_text import size_text
 
 FILTER = f"Lightarc projects (*{ENDING})"
@@ -43,8 +45,13 @@ def ask_for_place(window: QWidget, title: str, proposed: Path) -> Path | None:
     return Path(chosen if chosen.endswith(ENDING) else chosen + ENDING) if chosen else None
 
 
-def ask_what_to_collect(window: QWidget, path: Path, collect: Callable[[bool], object]) -> QMessageBox:
-    """Ask whether a copy of the project at `path` holds what can be made again too, and `collect` with the answer."""
+def ask_what_to_collect(
+    window: QWidget, path: Path, outside: Sequence[Path], collect: Callable[[bool], object]
+) -> QMessageBox:
+    """Ask whether a copy of the project at `path` holds what can be made again too, and `collect` with the answer.
+
+    Files `outside` its folder are named: whoever goes on agrees that they are copied.
+    """
     folder = data_folder(path)
     size = size_of(folder) - size_of(folder / INSIDE)
     box = QMessageBox(window)
@@ -54,12 +61,35 @@ def ask_what_to_collect(window: QWidget, path: Path, collect: Callable[[bool], o
     box.setInformativeText(
         f"Is it to hold the results as well, {size_text(size)}? They can be made again there, which takes its time."
     )
+    if outside:
+        count = f"{len(outside)} files" if len(outside) > 1 else f"the file {outside[0]}"
+        box.setInformativeText(
+            f"{box.informativeText()}\n\nIt will hold {count} from outside the project's folder. Look at the list "
+            "first, if the project came from somebody else."
+        )
+        box.setDetailedText("\n".join(map(printable, outside)))
     for words, with_derived in (("With results", True), ("Without", False)):
         made = box.addButton(words, QMessageBox.ButtonRole.ActionRole)
         made.clicked.connect(lambda _checked=False, with_derived=with_derived: collect(with_derived))
         if with_derived:
             box.setDefaultButton(made)
     box.addButton(QMessageBox.StandardButton.Cancel).setIcon(QIcon())  # the style's own is of another style
+    box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    box.open()
+    return box
+
+
+def ask_to_recover(window: QWidget, error: InputError, recover: Callable[[], object]) -> QMessageBox:
+    """Say why a damaged project was not opened, and `recover` it where the user wants that."""
+    box = QMessageBox(window)
+    box.setIcon(QMessageBox.Icon.Warning)
+    box.setWindowTitle("Lightarc")
+    box.setText(f"{Path(error.path).name} {error.problem}.")
+    box.setInformativeText("What is sound in it can be saved in a new project. The damaged one stays as it is.")
+    box.addButton("Recover…", QMessageBox.ButtonRole.ActionRole).clicked.connect(lambda _checked=False: recover())
+    close = box.addButton(QMessageBox.StandardButton.Close)
+    close.setIcon(QIcon())  # the style's own is black, also on dark
+    box.setDefaultButton(close)
     box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     box.open()
     return box

@@ -10,12 +10,15 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.commands.workbench import Arrival, Workbench
+from app.project.database import Damaged
+from app.project.photographs import files_of, outside_of
 from app.project.project_file import ENDING
 from app.session.settings import Remembered
 from app.window.arriving import ask_where
 from app.window.dialogs import (
     ask_for_place,
     ask_to_open,
+    ask_to_recover,
     ask_what_to_collect,
     proposed_name,
     show_notes,
@@ -82,8 +85,16 @@ class Files(QObject):
         """Open a project in place of this one, which stays on disk."""
         try:
             self.projects.open(path)
+        except Damaged as error:
+            ask_to_recover(self.window, error, partial(self._recover, path))
         except FileError as error:
             self.failures.report("The project cannot be opened", error)
+
+    def _recover(self, damaged: Path) -> None:
+        """Ask for a place, save there what is sound in a damaged project, and open it."""
+        path = ask_for_place(self.window, "Recover", damaged.with_name(f"{damaged.stem} recovered{ENDING}"))
+        if path is not None:
+            self.projects.recover_to(damaged, path)
 
     def choose_project(self) -> None:
         """Ask for a project and open it."""
@@ -110,7 +121,8 @@ class Files(QObject):
         def to_place(with_derived: bool) -> None:
             self._written_to("Collect", partial(self.projects.collect_to, with_derived=with_derived))
 
-        ask_what_to_collect(self.window, self.projects.path, to_place)
+        path = self.projects.path
+        ask_what_to_collect(self.window, path, outside_of(path, files_of(self.bench.document.project)), to_place)
 
     def notes(self) -> None:
         """Show the person's own words about the project."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import tempfile
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, Signal
@@ -16,6 +17,7 @@ from app.project.interrupted import running
 from app.project.made import cost_text, noted
 from app.project.project_file import History, Opened, Writer, data_folder, read
 from app.project.recording import CLOSING_S, Recording, is_worth_keeping
+from app.project.recovery import recover
 from app.session.settings import close_session, open_session
 from engine.core.errors import FileError, InputError
 
@@ -157,8 +159,20 @@ class Projects(QObject):
         self._on_disk()
         source, target = self.path, path.absolute()
         title = f"Collecting {path.name}"
-        job = self.bench.jobs.submit(title, lambda: collect(source, target, with_derived), lane="save")
+        work = partial(collect, source, target, with_derived, include_outside=True)  # the dialog has named them
+        job = self.bench.jobs.submit(title, work, lane="save")
         job.succeeded.connect(lambda _: self.bench.said.emit(f"{path.name} holds the project and all that it needs"))
+
+    def recover_to(self, damaged: Path, target: Path) -> None:
+        """Save what is sound in a damaged project at `target`, and open that."""
+        title = f"Recovering {damaged.name}"
+        job = self.bench.jobs.submit(title, lambda: recover(damaged, target.absolute()), lane="save")
+        job.succeeded.connect(lambda lost: self._recovered(target.absolute(), lost))
+
+    def _recovered(self, path: Path, lost: list[str]) -> None:
+        self.open(path)
+        words = "; ".join(lost[:3]) + (f"; and {len(lost) - 3} more" if len(lost) > 3 else "")
+        self.bench.said.emit(f"{path.name} holds what was sound. Lost: {words}" if lost else f"{path.name} is whole")
 
     def write(self) -> None:
         """Wait until all changes are on disk, as long as that goes on, because the window closes.

@@ -12,7 +12,19 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.commands.workbench import Workbench
 from app.document.document import Project
-from app.project.photographs import Checked, checked, files_of, find_moved, keep, named, relocate, said_to_be_changed
+from app.document.variation import pictures_of
+from app.project.photographs import (
+    Checked,
+    checked,
+    files_of,
+    find_moved,
+    keep,
+    marks_of,
+    named,
+    relocate,
+    said_to_be_changed,
+    taken,
+)
 from app.project.project_file import data_folder
 from app.window.banner import Banners
 from app.window.projects import Projects
@@ -50,7 +62,14 @@ class Whereabouts(QObject):
             self._say(about)
 
     def _changed(self, old: Project, new: Project) -> None:
-        """Photographs that were just imported are as they are; others are there, or not."""
+        """Photographs that were just imported are as they are; others are there, or not.
+
+        Images that the user just chose are marked, as photographs are by their import.
+        """
+        added = tuple(path for path in pictures_of(new.variations) if path not in pictures_of(old.variations))
+        if added and not self.bench.document.undo_stack.canRedo() and not self.projects.is_read_only:
+            path = self.projects.path
+            self.bench.jobs.submit("Looking at the images", lambda: marked(path, added), lane="background")
         if new.stack is not old.stack:
             self.banners.say("changed", "")
             self._say_lost()
@@ -117,8 +136,17 @@ def made_of(project: Project, count: int) -> str:
     return f". The material made of {them} is here" if project.has_map else f", and what was made of {them} as well"
 
 
+def marked(path: Path, files: Sequence[Path]) -> Steps[None]:
+    """Let the project know these files again."""
+    marks = yield from taken(files)
+    try:
+        keep(path, marks)
+    except FileError as error:
+        log.info("images could not be marked: %s", error)
+
+
 def looked_for(path: Path, project: Project, read_only: bool) -> Steps[Checked]:
-    """Compare the photographs of `project` with their marks, and mark those that had none.
+    """Compare the photographs of `project` with their marks, and note where those with marks are now.
 
     Those that came from an archive and went with the data folder are unpacked again, unless this is `read_only`.
     """
@@ -142,6 +170,8 @@ def found(path: Path, missing: Sequence[Path], folder: Path, read_only: bool) ->
     yield Step(0.0, "looking through the folder")
     if read_only:
         raise UsageError("This project is read-only; save it under another name first")
+    unmarked = set(missing) - set(marks_of(path))
     places = yield from find_moved(path, missing, folder)
     relocate(path, places)
+    yield from marked(path, [new for old, new in places.items() if old in unmarked])
     return places

@@ -22,10 +22,11 @@ from app.bench.faults import cut, faint, faults, nameless, out_of_order, overlap
 from app.commands.workbench import Arrival
 from app.help.keys import show_about, show_keys
 from app.help.mode_chooser import ModeChooser
+from app.project.database import Damaged
 from app.widgets.panels import Panel, text
 from app.widgets.param_form import ParamForm
 from app.window.arriving import ask_where
-from app.window.dialogs import ask_what_to_collect, show_history, show_notes
+from app.window.dialogs import ask_to_recover, ask_what_to_collect, show_history, show_notes
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
 from engine.brdf.models.phong import Phong
@@ -164,7 +165,8 @@ def test_no_dialog_has_a_fault_or_is_higher_than_the_smallest_window(window: Mai
         lambda: window.view.save_picture("turntable"),
         lambda: ModeChooser(window, window.bench.document.project).open(),
         lambda: show_notes(window, window.bench),
-        lambda: ask_what_to_collect(window, window.projects.path, print),
+        lambda: ask_what_to_collect(window, window.projects.path, [window.projects.path] * 40, print),
+        lambda: ask_to_recover(window, Damaged(window.projects.path, "mesh is no mesh"), print),
         lambda: ask_where(
             window,
             window.bench,

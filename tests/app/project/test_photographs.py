@@ -14,7 +14,7 @@ import pytest
 
 from app.document.document import ImportChoices, Look, Project, Step
 from app.project import photographs as module
-from app.project.copying import collect, copy
+from app.project.copying import OutsideFiles, collect, copy
 from app.project.database import SCHEMA, migrate
 from app.project.photographs import checked, find_moved, keep, marks_of, photographs, relocate, taken
 from app.project.places import claim, release
@@ -158,9 +158,8 @@ def test_a_copy_finds_the_photographs_of_the_original_and_no_others_beside_itsel
     assert named(tmp_path / "b" / "Copy.lap") == named(project)
 
 
-@pytest.mark.parametrize("marked", [True, False])
-def test_a_collected_project_takes_what_lies_within_it_in_every_state(tmp_path: Path, marked: bool) -> None:
-    project = saved(tmp_path / "a" / "Felt.lap", find([sheet(tmp_path / "a" / "Felt")]), marked=marked)
+def test_a_collected_project_takes_what_lies_within_it_in_every_state(tmp_path: Path) -> None:
+    project = saved(tmp_path / "a" / "Felt.lap", find([sheet(tmp_path / "a" / "Felt")]))
     drain(collect(project, tmp_path / "b" / "Felt.lap"))
     assert all(path.is_relative_to(tmp_path / "b") for path in named(tmp_path / "b" / "Felt.lap"))
     shutil.rmtree(tmp_path / "a")
@@ -235,7 +234,11 @@ def test_a_project_of_an_older_schema_is_read_as_it_is(older: Path, tmp_path: Pa
     assert described(older)["missing"] == []
     assert described(older)["schema"] == 1
     assert older.read_bytes() == before
-    drain(collect(older, tmp_path / "b.lap"))
+    with pytest.raises(InputError, match="no record of its content"):
+        drain(collect(older, tmp_path / "b.lap", include_outside=True))
+    assert claim(older)
+    keep(older, drain(taken(named(older))))
+    drain(collect(older, tmp_path / "b.lap", include_outside=True))
     assert described(tmp_path / "b.lap")["schema"] == SCHEMA
     assert all(path.is_relative_to(tmp_path / "b.lap-data") for path in named(tmp_path / "b.lap"))
 
@@ -298,7 +301,9 @@ def test_paths_are_understood_from_wherever_a_process_stands(
     gone = named(at("a/Felt.lap"))
     relocate(at("a/Felt.lap"), drain(find_moved(at("a/Felt.lap"), gone, at("b"))))
     drain(copy(at("a/Felt.lap"), at("c/Copy.lap")))
-    drain(collect(at("c/Copy.lap"), at("d/Felt.lap")))
+    with pytest.raises(OutsideFiles, match=str(tmp_path / "b" / "Moved" / "felt_10deg.png")):
+        drain(collect(at("c/Copy.lap"), at("d/Felt.lap")))
+    drain(collect(at("c/Copy.lap"), at("d/Felt.lap"), include_outside=True))
     monkeypatch.undo()
     for place in ("a/Felt.lap", "c/Copy.lap"):
         assert {path.parent for path in named(tmp_path / place)} == {tmp_path / "b" / "Moved"}

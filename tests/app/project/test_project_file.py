@@ -25,6 +25,7 @@ from app.document.scene import scene_of_project
 from app.project import places
 from app.project.copying import collect, copy
 from app.project.database import APPLICATION
+from app.project.photographs import files_of, keep, taken
 from app.project.project_file import KEPT_STEPS, History, Writer, data_folder, read, state_name
 from app.project.report import described, identity, problems_of
 from engine.brdf.brdf import MODELS, brdf_from_text
@@ -263,6 +264,7 @@ def test_a_copy_has_all_and_a_collected_project_opens_without_its_photographs(
     path = written(tmp_path / "a.lap", full(pictures))
     drain(copy(path, tmp_path / "b.lap"))
     assert not read(tmp_path / "b.lap").missing
+    keep(path, drain(taken(files_of(read(path).current))))
     drain(collect(path, tmp_path / "away" / "c.lap"))
     shutil.rmtree(pictures)
     (tmp_path / "away").rename(tmp_path / "elsewhere")
@@ -319,7 +321,12 @@ def test_the_verb_shows_checks_and_collects(tmp_path: Path, photographs: Path, l
     path = written(tmp_path / "a.lap", full(photographs))
     assert lightarc("project", "info", path, "--json").code == 0
     assert "The project is sound." in lightarc("project", "verify", path).out
-    assert lightarc("project", "collect", path, "-o", tmp_path / "b.lap").code == 0
+    keep(path, drain(taken(files_of(read(path).current))))
+    listed = lightarc("project", "collect", path, "-o", tmp_path / "b.lap")
+    assert listed.code == 3
+    assert str(photographs / "felt_10deg.png") in listed.err
+    assert not (tmp_path / "b.lap").exists()
+    assert lightarc("project", "collect", path, "-o", tmp_path / "b.lap", "--include-outside").code == 0
     assert read(tmp_path / "b.lap").current.name == "Felt – größer"
     assert lightarc("project", "collect", path, "-o", tmp_path / "b.lap").code != 0
     assert lightarc("project", "info", tmp_path / "none.lap").code == 3
