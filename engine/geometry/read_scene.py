@@ -11,6 +11,7 @@ Cost: one read of a few kilobytes.
 from __future__ import annotations
 
 import io
+import itertools
 import json
 import os
 import warnings
@@ -40,6 +41,9 @@ _PACKED = {
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
+
+#: Nodes of a glTF file, and levels of nodes within nodes: trimesh's time grows with the product of both.
+MAX_NODES, MAX_NODE_LEVELS = 100_000, 100
 
 #: Most files that a glTF file may name.
 _MOST_FILES = 200
@@ -120,6 +124,7 @@ def _reduced(content: bytes, kind: str, name: str) -> bytes:
     end = 20 + int.from_bytes(content[12:16], "little")
     text = content[20:end] if kind == "glb" else content
     tree = json.loads(text.decode("utf-8-sig"))
+    _refuse_deep_nodes(tree, name)
     _refuse_what_is_passed_over(tree, name)
     for part in (one for mesh in tree.get("meshes", ()) for one in mesh["primitives"]):
         part.pop("material", None)
@@ -143,6 +148,35 @@ def _reduced(content: bytes, kind: str, name: str) -> bytes:
         + text
         + content[end:]
     )
+
+
+def _refuse_deep_nodes(tree: dict[str, Any], name: str) -> None:
+    """Bound the nodes and their levels, in time linear in the file; InputError beyond, and for nodes in a circle."""
+    nodes = tree.get("nodes", ())
+    if len(nodes) > MAX_NODES:
+        raise InputError(
+            name, f"has {len(nodes):,} nodes, more than {MAX_NODES:,}", "Join its parts and export it again"
+        )
+    children = [[int(child) for child in node.get("children", ())] for node in nodes]
+    parents = [0] * len(nodes)
+    for child in itertools.chain.from_iterable(children):
+        if not 0 <= child < len(nodes):
+            raise InputError(name, f"is damaged: a node names node {child}, which is not there", AGAIN)
+        parents[child] += 1
+    level, reached = [at for at, count in enumerate(parents) if not count], 0
+    for _ in range(MAX_NODE_LEVELS):
+        reached += len(level)
+        below = []
+        for child in itertools.chain.from_iterable(children[at] for at in level):
+            parents[child] -= 1
+            if not parents[child]:
+                below.append(child)
+        level = below
+    if level:
+        problem = f"has nodes within nodes over more than {MAX_NODE_LEVELS} levels"
+        raise InputError(name, problem, "Apply the transforms of its groups and export it again")
+    if reached < len(nodes):
+        raise InputError(name, "is damaged: its nodes lie within each other in a circle", AGAIN)
 
 
 def _refuse_what_is_passed_over(tree: dict[str, Any], name: str) -> None:

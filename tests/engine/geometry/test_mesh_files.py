@@ -302,6 +302,34 @@ def test_gltf_instances_and_mirrored_nodes(tmp_path: Path) -> None:
     assert sorted(set(mesh.positions[:, 2].tolist())) == [0.0, 5.0, 9.0]
 
 
+def nested(levels: int) -> dict[str, Any]:
+    """A triangle within `levels` nodes, each within the next and moved by 1."""
+    tree = gltf(CORNERS)
+    (leaf,) = tree["nodes"]
+    groups = [{"translation": [1.0, 0.0, 0.0], "children": [at + 1]} for at in range(levels - 1)]
+    return {**tree, "nodes": [*groups, leaf], "scenes": [{"nodes": [0]}]}
+
+
+def test_gltf_with_nodes_within_nodes_is_read_to_a_hundred_levels(tmp_path: Path) -> None:
+    flat = as_gltf(tmp_path, nested(1))
+    assert np.allclose(as_gltf(tmp_path, nested(100)).positions - flat.positions, [99.0, 0.0, 0.0])
+    for levels in (101, 20_000):  # trimesh's time is quadratic in them
+        with pytest.raises(InputError, match="nodes within nodes over more than 100 levels"):
+            as_gltf(tmp_path, nested(levels))
+
+
+def test_gltf_with_nodes_in_a_circle_or_that_are_missing_is_damaged(tmp_path: Path) -> None:
+    tree = nested(3)
+    tree["nodes"][1]["children"] = [2, 1]
+    with pytest.raises(InputError, match="in a circle"):
+        as_gltf(tmp_path, tree)
+    tree["nodes"][1]["children"] = [7]
+    with pytest.raises(InputError, match="names node 7"):
+        as_gltf(tmp_path, tree)
+    with pytest.raises(InputError, match=r"has 100,001 nodes, more than 100,000"):
+        as_gltf(tmp_path, {**tree, "nodes": [{}] * 100_001})
+
+
 def test_gltf_keeps_texture_coordinates_without_a_material(tmp_path: Path) -> None:
     tree = gltf(CORNERS)
     uv = np.ascontiguousarray(CORNERS[:, :2])
