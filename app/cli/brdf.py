@@ -142,6 +142,13 @@ def _list(_arguments: argparse.Namespace, _show: Callable[[Step], None]) -> dict
 
 def _info(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """Describe a BRDF; for a measurement also its samples and its defects."""
+    from engine.brdf.written import one_request
+
+    with one_request():
+        return _describe(arguments, show)
+
+
+def _describe(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     import numpy as np
 
     from engine.brdf.analysis import conserves_energy, doubts, maximum_albedo, reciprocity_error

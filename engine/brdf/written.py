@@ -25,6 +25,9 @@ import itertools
 import math
 import os
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -47,6 +50,9 @@ LIMIT_BYTES, MOST_PARAMETERS = 1 << 16, 64
 
 #: Seconds that an evaluation may take, after which its process ends it, and those after which its process is ended.
 LIMIT_S, HANG_S = 8.0, 10.0
+
+#: Seconds of CPU time that evaluations within `one_request` have taken so far; None outside of it.
+_spent_s: ContextVar[float | None] = ContextVar("spent_s", default=None)
 
 #: Memory of the process that evaluates, the driver's compiler among it.
 MEMORY_BYTES = 4 << 30
@@ -208,9 +214,26 @@ def _raw(text: str, name: str, wi: ArrayLike, wo: ArrayLike, path: str | os.Path
     return values
 
 
+@contextmanager
+def one_request() -> Iterator[None]:
+    """Let all evaluations within the block together take no more than `LIMIT_S` of CPU time.
+
+    Whoever asks for figures of a BRDF evaluates it many times. A further block within the block counts by itself.
+    Raises SourceError at the evaluation that begins after the limit.
+    """
+    token = _spent_s.set(0.0)
+    try:
+        yield
+    finally:
+        _spent_s.reset(token)
+
+
 def _evaluated(source: Source, path: str | os.PathLike[str], wi: Vectors, wo: Vectors) -> Vectors:
     parameters = [[each.kind, each.name, each.line, each.value] for each in source.parameters]
     content = np.stack([wi, wo]).astype(np.float32).tobytes()
+    spent_s = _spent_s.get()
+    if spent_s is not None and spent_s > LIMIT_S:
+        raise SourceError(path, 0, f"takes more than {LIMIT_S:g} s to evaluate", "Shorten its loops")
     words: dict[str, Any] = {"shader": source.shader, "first_line": source.first_line, "parameters": parameters}
     try:
         reply = decode_content(
@@ -222,6 +245,8 @@ def _evaluated(source: Source, path: str | os.PathLike[str], wi: Vectors, wo: Ve
         raise MissingCapability(*reply["missing"])
     if "log" in reply:
         raise _refused(path, source, str(reply["log"]))
+    if spent_s is not None:
+        _spent_s.set(spent_s + float(reply["cpu_s"]))
     values: Vectors = np.asarray(reply["values"], np.float64)
     return values
 

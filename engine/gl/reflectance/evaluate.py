@@ -4,14 +4,20 @@ It runs in a decoder process (`engine.storage.untrusted`), which gives up files,
 the first source, and which the parent kills when a source takes too long. Where Mesa is the driver it is asked for
 its software renderer, so that no source reaches a graphics card that the desktop needs too. Directions come as a
 texture of 32-bit floats and values leave as one, in tiles between which the clock is looked at.
+
+Mesa's software renderer ends all loops of a pixel after 65,535 iterations, without a word, and the values are then
+wrong. Each loop of a source therefore counts its iterations (`count_loops`), and a source that needs more than
+`MAX_ITERATIONS` for one pair is refused.
+
 Cost on two cores: 0.5 s for the start, 10 ms to compile Disney's BRDF of 2012, then 15 ns a pair.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,6 +30,18 @@ WIDTH, TILE_ROWS = 1024, 64
 
 #: Line that ours begin at in the driver's messages; those of a source are below, where they stand in its file.
 OURS = 1_000_000
+
+#: Iterations of all loops together for one pair of directions; fewer than those after which Mesa ends a loop.
+MAX_ITERATIONS = 60_000
+
+#: Counts an iteration; false once there were too many.
+_COUNTER = f"int lightarc_count = 0; bool lightarc_next() {{ return ++lightarc_count <= {MAX_ITERATIONS}; }}"
+
+#: Comments, which hold no loops, and the beginnings of loops.
+_LOOP = re.compile(r"//[^\n]*|/\*.*?\*/|\b(?P<kind>for|while)\s*\(", re.DOTALL)
+
+#: A condition that declares a variable, which can be no operand.
+_DECLARATION = re.compile(r"\s*(?:const\s+)?[A-Za-z_]\w*\s+[A-Za-z_]\w*\s*=[^=]")
 
 #: A triangle over the whole picture.
 _VERTEX = """#version 330
@@ -40,7 +58,7 @@ void main() {{
     vec3 light = texelFetch(lightarc_light, place, 0).xyz;
     vec3 viewer = texelFetch(lightarc_viewer, place, 0).xyz;
     vec3 value = BRDF(light, viewer, vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
-    lightarc_value = vec4(value, 1.0);
+    lightarc_value = vec4(value, lightarc_count <= {MAX_ITERATIONS} ? 1.0 : 0.0);
 }}
 """
 
@@ -67,7 +85,8 @@ def prepare() -> None:
 def evaluate(
     content: bytes, name: str, shader: str, first_line: int, parameters: Sequence[Sequence[Any]], limit_s: float
 ) -> dict[str, Any]:
-    """The decoder: `values` (N, 3) float32 as the source gives them, or `log`, the driver's words where it refuses.
+    """The decoder: `values` (N, 3) float32 as the source gives them and `cpu_s`, the time that they took; or `log`, the
+    driver's message where it refuses.
 
     Parameters
     ----------
@@ -82,13 +101,54 @@ def evaluate(
     wi, wo = np.frombuffer(content, np.float32).reshape(2, -1, 3)
     declared = "\n".join(f"#line {line}\nuniform {TYPES[kind]} {word};" for kind, word, line, _ in parameters)
     try:
-        program = _program(f"{declared}\n#line {first_line}\n{shader}")
+        program = _program(f"{declared}\n#line {first_line}\n{count_loops(shader, name)}")
     except moderngl.Error as error:
         return {"log": str(error)}
     for _, word, _, value in parameters:
         if word in program:
             program[word].value = tuple(value) if isinstance(value, list) else value
-    return {"values": _draw(program, wi, wo, limit_s, name)}
+    begun_s = time.process_time()
+    return {"values": _draw(program, wi, wo, limit_s, name), "cpu_s": time.process_time() - begun_s}
+
+
+def count_loops(shader: str, name: str) -> str:
+    """Let each loop of a shader count its iterations and end after `MAX_ITERATIONS` of all loops; no line moves.
+
+    The condition of a loop becomes `lightarc_next() && (condition)`. InputError for a loop whose condition declares a
+    variable.
+
+    Examples
+    --------
+    >>> count_loops("for (int i = 0; i < 3; i++) x += 1.0;", "a.brdf")
+    'for (int i = 0;lightarc_next() && ( i < 3); i++) x += 1.0;'
+    """
+    edits: list[tuple[int, str]] = []
+    for loop in _LOOP.finditer(shader):
+        if loop["kind"] is None:
+            continue
+        stops = list(_stops(shader, loop.end()))
+        first, last = (stops[0], stops[1]) if loop["kind"] == "for" and len(stops) > 2 else (loop.end() - 1, stops[-1])
+        condition = shader[first + 1 : last]
+        if _DECLARATION.match(condition):
+            raise InputError(name, "has a loop whose condition declares a variable", "Declare it before the loop")
+        is_empty = not re.sub(r"//[^\n]*|/\*.*?\*/|\s", "", condition, flags=re.DOTALL)
+        edits += [(first + 1, "lightarc_next()" if is_empty else "lightarc_next() && (")]
+        edits += [] if is_empty else [(last, ")")]
+    for place, text in sorted(edits, reverse=True):
+        shader = shader[:place] + text + shader[place:]
+    return shader
+
+
+def _stops(shader: str, start: int) -> Iterator[int]:
+    """Positions of the semicolons between the brackets of a loop that opened before `start`, and of the closing one."""
+    depth = 1
+    for found in re.compile(r"//[^\n]*|/\*.*?\*/|[();]", re.DOTALL).finditer(shader, start):
+        depth += {"(": 1, ")": -1}.get(found[0], 0)
+        if depth == 0 or (depth == 1 and found[0] == ";"):
+            yield found.start()
+        if depth == 0:
+            return
+    yield len(shader)
 
 
 def _program(source: str) -> Any:
@@ -97,7 +157,7 @@ def _program(source: str) -> Any:
         if (old := _state.pop("program", None)) is not None:
             old.release()
         _state["source"] = None
-        text = f"#version 330\n{source}\n{_MAIN}"
+        text = f"#version 330\n{_COUNTER}\n{source}\n{_MAIN}"
         _state["program"] = _state["context"].program(vertex_shader=_VERTEX, fragment_shader=text)
         _state["source"] = source
     return _state["program"]
@@ -126,6 +186,9 @@ def _draw(
             target.framebuffer.use()
             triangle.render(moderngl.TRIANGLES, vertices=3)
             drawn = np.frombuffer(target.framebuffer.read(components=4, dtype="f4"), np.float32).reshape(-1, 4)
+            if not drawn[: part.stop - first, 3].all():
+                problem = f"needs more than {MAX_ITERATIONS:,} iterations of its loops for one pair of directions"
+                raise InputError(name, problem, "Shorten its loops")
             values[part] = drawn[: part.stop - first, :3]
     triangle.release()
     return values

@@ -161,13 +161,81 @@ def test_what_does_not_compile_is_told_at_its_line(old: str, new: str, line: int
 
 def test_what_hangs_is_ended_and_the_next_one_works(monkeypatch: pytest.MonkeyPatch) -> None:
     made(LAMBERT)
-    loops = "float z = 0.0; for (int i = 0; i < 60000; i++) z += sin(z + L.x * float(i)) + pow(abs(z), 0.3);"
+    loops = "float z = 0.0; for (int i = 0; i < 50000; i++) z += sin(z + L.x * float(i)) + pow(abs(z), 0.3);"
     slow = LAMBERT.replace("return albedo", f"{loops} return z * albedo")
     monkeypatch.setattr(module, "HANG_S", 0.3)
     with pytest.raises(SourceError, match=r"hangs|takes more than"):
         written(slow, "slow", "slow.brdf")
     monkeypatch.undo()
     assert made(LAMBERT).isotropic
+
+
+def looping(loops: str) -> str:
+    """A text whose value is the number that `loops` leave in `count`, divided by 1,000."""
+    body = f"int count = 0; int n = int(L.z) + 30; {loops} return vec3(float(count) / 1000.0)"
+    return LAMBERT.replace("return albedo / 3.14159265358979", body)
+
+
+@pytest.mark.parametrize(
+    ("loops", "value"),
+    [
+        ("for (int i = 0; i < n; i++) count++;", 0.03),
+        ("for (int i = 0; i < n; i++) for (int j = 0; j < n; j++) { if (j == 2) continue; count++; }", 0.87),
+        ("for (int i = 0, j = (n); (i < j) && (j > 0); i++, j--) count += i; // for (;\n", 0.105),
+        ("int i = 0; while (i < n) { i++; count += 2; /* while ( */ }", 0.06),
+        ("int i = 0; do { i++; count++; } while (i < n && count > 0); for (;;) { if (count++ > 40) break; }", 0.042),
+        (
+            "#define EACH for (int i = 0; i < n; i++)\n EACH count++; float waterfor = 1.0; count *= int(waterfor);",
+            0.03,
+        ),
+    ],
+)
+def test_loops_count_as_they_are_written(loops: str, value: float) -> None:
+    made(LAMBERT)
+    wi, wo = random_pairs(8)
+    assert np.allclose(made(looping(loops.replace("#define", "\n#define"))).f(wi, wo), value, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "loops",
+    [
+        "for (int i = 0; i < 2000 * n; i++) count++;",
+        "for (int i = 0; i < 9 * n; i++) for (int j = 0; j < 9 * n; j++) count++;",
+        "int i = 0; while (true) { i++; count += i; }",
+        "int i = 0; do { i++; count++; } while (i < 2001 * n);",
+        "for (int i = 0; i < 2000000000; i++) for (int j = 0; j < 2000000000; j++) count += i * j;",
+    ],
+)
+def test_loops_that_the_driver_would_cut_off_are_refused(loops: str) -> None:
+    """Mesa's software renderer ends them after 65,535 iterations, and the sum so far looks like a result."""
+    made(LAMBERT)
+    with pytest.raises(SourceError, match="more than 60,000 iterations"):
+        written(looping(loops), "long", "long.brdf")
+
+
+def test_a_loop_that_declares_in_its_condition_is_refused() -> None:
+    made(LAMBERT)
+    with pytest.raises(SourceError, match="condition declares"):
+        written(looping("while (bool more = count < n) count++;"), "declares", "declares.brdf")
+
+
+def test_evaluations_of_one_request_share_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    brdf = made(LAMBERT)
+    wi, wo = random_pairs(64)
+    replies = iter([5.0, 5.0, 1.0])
+    from engine.storage.untrusted import decode_content as reply
+
+    def count(*given: object, **options: object) -> dict[str, object]:
+        return {**reply(*given, **options), "cpu_s": next(replies)}  # type: ignore[arg-type]
+
+    monkeypatch.setattr(module, "decode_content", count)
+    with module.one_request():
+        brdf.f(wi, wo)
+        brdf.f(wi, wo)
+        with pytest.raises(SourceError, match="takes more than 8 s"):
+            brdf.f(wi, wo)
+    with module.one_request():
+        assert np.isfinite(brdf.f(wi, wo)).all()
 
 
 def test_a_file_is_recognised_by_its_first_word(tmp_path: Path) -> None:
