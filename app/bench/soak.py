@@ -2,11 +2,13 @@
 
     python -m app.bench.soak SECONDS SEED
 
-One run does something every 20 to 400 ms, in an order that SEED alone decides, and prints one JSON object: what it did
-how often, faults of the program that it met, and the medians of descriptors, threads and memory in the second and the
-last quarter of its time: single moments differ by a hundred megabytes, as long as jobs run.
-`window_soak` (`lightarc bench --only window-soak --runs N --run-s SECONDS`) starts many of them, four at once so that
-the machine is loaded, each with a limit of 256 descriptors, and counts those that died of a signal.
+One run does something every 20 to 400 ms, in an order that SEED alone decides, for SECONDS and for at least 100
+actions. It prints one JSON object: what it did how often, faults of the program that it met, and the medians of
+descriptors, threads and memory in the second and the last quarter of its time: single moments differ by a hundred
+megabytes, as long as jobs run.
+`window_soak` (`lightarc bench --only window-soak --runs N --run-s SECONDS`) starts many of them, each with a limit of
+256 descriptors, and sums up: how many died, how much descriptors, threads and memory grew, and how much memory the
+largest held in the end. Four run at once, so that the machine is loaded, or one after the other (`--at-once 1`).
 """
 
 from __future__ import annotations
@@ -37,9 +39,15 @@ from engine.storage.atomic import make_folder, write_bytes
 AT_ONCE = 4
 RUNS, RUN_S = 8, 8.0
 
+#: Actions of a run, at least: a loaded machine does fewer in the same time.
+MIN_ACTIONS = 100
+
 #: Seconds beyond its time after which a run is taken to hang.
-PATIENCE_S = 120.0
+PATIENCE_S = 300.0
 DESCRIPTORS = 256
+
+#: Folders that a run has for itself: the user's own projects and settings stay as they are.
+FOLDERS = ("CACHE", "CONFIG", "DATA", "STATE")
 
 #: Samples of resources in a run. After the first quarter nothing that is kept should grow any more.
 SAMPLES = 80
@@ -63,7 +71,13 @@ _log = logging.getLogger(__name__)
 
 
 def window_soak(
-    folder: Path, *, runs: int = RUNS, run_s: float = RUN_S, seed: int = 1, log: Path | None = None
+    folder: Path,
+    *,
+    runs: int = RUNS,
+    run_s: float = RUN_S,
+    seed: int = 1,
+    log: Path | None = None,
+    at_once: int = AT_ONCE,
 ) -> Steps[list[Accuracy]]:
     """Run the window `runs` times for `run_s` seconds each and count deaths and faults; seeds count up from `seed`.
 
@@ -79,7 +93,7 @@ def window_soak(
     records: list[dict[str, Any]] = []
     try:
         while waiting or running:
-            while waiting and len(running) < AT_ONCE:
+            while waiting and len(running) < at_once:
                 number = waiting.pop(0)
                 said: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - it is read when the run has ended
                 running[number] = (_start(run_s, number, said), said, time.monotonic())
@@ -96,7 +110,10 @@ def window_soak(
         for process, *_ in running.values():
             process.kill()
             process.wait()
-    what = f"of {runs} runs of the window, {run_s:g} s each, {AT_ONCE} at once, died; Qt {qVersion()}"
+    actions = sum(sum(record.get("did", {}).values()) for record in records)
+    what = (
+        f"of {runs} runs of the window, {run_s:g} s each, {at_once} at once, died; Qt {qVersion()}; {actions} actions"
+    )
     growth = [_growth(record) for record in records if "end" in record]
     found = [Accuracy("window-soak", sum(map(_died, records)), what, 0.0)]
     for name, unit in GROWING:
@@ -106,7 +123,9 @@ def window_soak(
             f"{name.partition('_')[0]} more in the last quarter of a run than in its second; median {median:g}{unit}"
         )
         found.append(Accuracy(f"window-soak-{name}", most, words))
-    return found
+    held = [record["end"]["memory_mb"] for record in records if "memory_mb" in record.get("end", {})]
+    words = f"MB in the last quarter of the run that held most; median {statistics.median(held or [0.0]):g} MB"
+    return [*found, Accuracy("window-soak-held", max(held, default=0.0), words)]
 
 
 def _start(run_s: float, seed: int, said: IO[bytes]) -> subprocess.Popen[bytes]:
@@ -151,7 +170,7 @@ def main() -> int:
     history.KEPT_BYTES = UNDO_BYTES
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         folder = Path(name)
-        os.environ.update(XDG_CACHE_HOME=str(folder / "cache"), XDG_CONFIG_HOME=str(folder / "config"))
+        os.environ.update({f"XDG_{name}_HOME": str(folder / name.lower()) for name in FOLDERS})
         files = _files(folder)
         application = start()
         window = MainWindow(folder)
@@ -164,7 +183,10 @@ def main() -> int:
         sampling.start()
         window.failures.arrived.connect(hand.met)
         QTimer.singleShot(0, hand.act)
-        QTimer.singleShot(round(1000 * run_s), application.exit)
+        ending = QTimer(interval=100)
+        until_s = time.monotonic() + run_s
+        ending.timeout.connect(lambda: _end_after(hand, until_s, application))
+        ending.start()
         application.exec()  # left by exit, because quit closes the window
         hand.over = True
         samples.append(_resources())
@@ -173,6 +195,11 @@ def main() -> int:
     measured = {"warm": _medians(samples[quarter : 2 * quarter] or samples), "end": _medians(samples[-quarter:])}
     print(json.dumps({"seed": seed, "did": dict(hand.did), "faults": hand.faults, **measured}), flush=True)
     return 1 if hand.faults else 0
+
+
+def _end_after(hand: _Hand, until_s: float, application: Any) -> None:
+    if time.monotonic() >= until_s and hand.did.total() >= MIN_ACTIONS:
+        application.exit()
 
 
 def _limit_descriptors() -> None:

@@ -172,7 +172,7 @@ ACCURACIES = {
 OPTIONS = {
     "choices": ("scenes", "seed", "data"),
     "predictions": ("scenes", "seed", "data", "modes"),
-    "window-soak": ("runs", "run_s", "seed", "log"),
+    "window-soak": ("runs", "run_s", "at_once", "seed", "log"),
     "cancel": ("runs", "seed"),
     "large-memory": ("megapixels", "photographs"),
     "surface-sigma": ("scenes", "seed"),
@@ -192,6 +192,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--runs", type=int, metavar="N", help="runs of window-soak, or signals for each verb of cancel (8)"
     )
     parser.add_argument("--run-s", type=float, metavar="S", help="seconds of each run (8)")
+    parser.add_argument("--at-once", type=int, metavar="N", help="runs of window-soak side by side (4)")
     parser.add_argument(
         "--seed",
         type=int,

@@ -13,7 +13,10 @@ import pytest
 from app.bench import soak
 from engine.core.steps import drain
 
-SOUND = """print('{"seed": 1, "warm": {"descriptors": 9}, "end": {"descriptors": 11}}')"""
+SOUND = (
+    """print('{"seed": 1, "did": {"turn": 7}, "warm": {"descriptors": 9, "memory_mb": 290}, """
+    """"end": {"descriptors": 11, "memory_mb": 300}}')"""
+)
 DYING = "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"
 
 
@@ -25,8 +28,10 @@ def test_a_run_that_dies_is_counted_and_kept(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(soak, "_start", start)
     monkeypatch.setattr(soak, "GROWING", (("descriptors", ""),))
-    died, descriptors = drain(soak.window_soak(tmp_path, runs=3, run_s=0.0))
+    died, descriptors, held = drain(soak.window_soak(tmp_path, runs=3, run_s=0.0, at_once=1))
     assert died.error == 1
+    assert "14 actions" in died.what
     assert descriptors.error == 2
+    assert held.error == 300
     kept = [json.loads(line) for line in (tmp_path / "soak.jsonl").read_text().splitlines()]
     assert sorted(record["exit_code"] for record in kept) == [-11, 0, 0]
