@@ -85,17 +85,30 @@ def npy_header(shape: Sequence[int], dtype: DTypeLike) -> bytes:
     return b"\x93NUMPY\x01\x00" + len(padded).to_bytes(2, "little") + padded.encode("ascii")
 
 
-def open_stack(folder: str | os.PathLike[str], *, verify: bool = True) -> ImageStack:
+def open_stack(
+    folder: str | os.PathLike[str], *, verify: bool = True, pixels: str | os.PathLike[str] | None = None
+) -> ImageStack:
     """Open a stack folder; the pixels stay on disk, and are read once against their checksums to `verify` them.
 
+    `pixels` is another folder, in which the pixels are or will be: they are looked for whenever they are read, and
+    reading them where they are not there is an InputError. With `verify` they have to be there.
     Raises InputError where the folder is no stack, incomplete, damaged, or made by a newer version.
     """
     place = Path(folder)
-    record = _read_record(place)
+    record = read_record(place)
     shape = (len(record.sources), record.height_px, record.width_px)
+    files: list[tuple[str, tuple[int, ...], DTypeLike, int | None]]
+    files = [(RADIANCE, (*shape, 3), np.float32, record.radiance_crc32)]
+    files.append((SATURATED, shape, np.bool_, record.saturated_crc32))
+    radiance, saturated = (
+        _checked(place / name, full, kind, crc32 if verify else None)
+        if pixels is None
+        else _elsewhere(Path(pixels) / name, full, kind, crc32, verify)
+        for name, full, kind, crc32 in files
+    )
     return ImageStack(
-        radiance=_checked(place / RADIANCE, (*shape, 3), np.float32, record.radiance_crc32 if verify else None),
-        saturated=_checked(place / SATURATED, shape, np.bool_, record.saturated_crc32 if verify else None),
+        radiance=radiance,
+        saturated=saturated,
         elevation=_read_only(np.radians(record.elevations_deg)),
         azimuth=None if record.azimuths_deg is None else _read_only(np.radians(record.azimuths_deg)),
         mean_radiance=_read_only(np.array(record.mean_radiance, np.float64)),
@@ -108,7 +121,8 @@ def open_stack(folder: str | os.PathLike[str], *, verify: bool = True) -> ImageS
     )
 
 
-def _read_record(folder: Path) -> StackRecord:
+def read_record(folder: Path) -> StackRecord:
+    """The record of a stack folder; InputError where it is none, damaged, or made by a newer version."""
     from pydantic import ValidationError
 
     from engine.capture.stack_record import StackRecord
@@ -152,6 +166,14 @@ def _checked(path: Path, shape: tuple[int, ...], dtype: DTypeLike, crc32: int | 
             return FileArray(path, shape, np.dtype(dtype), len(header), status)
     except OSError as error:
         raise InputError(path, f"cannot be read ({os.strerror(error.errno or 0)})", _AGAIN) from None
+
+
+def _elsewhere(path: Path, shape: tuple[int, ...], dtype: DTypeLike, crc32: int | None, verify: bool) -> FileArray:
+    """An array of a file that may come and go."""
+    if verify:
+        _checked(path, shape, dtype, crc32)
+    header = npy_header(shape, dtype)
+    return FileArray(path, shape, np.dtype(dtype), len(header), None, header)
 
 
 def _checksum(file: BinaryIO) -> int:

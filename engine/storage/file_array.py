@@ -8,6 +8,7 @@ Cost: one copy from the system's cache, about 0.1 s for a gigabyte, and some 20 
 from __future__ import annotations
 
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -31,18 +32,25 @@ class FileArray:
     path : the file.
     shape, dtype : of the array.
     offset_bytes : where its first entry lies.
-    status : `os.fstat` of the file when it was checked; another file of that name is refused.
+    status : `os.fstat` of the file when it was checked; another file of that name is refused. None for a file that may
+        come and go, because it can be made again: its size and `header` are checked whenever it is read.
+    header : the first `offset_bytes` of the file.
     """
 
     path: Path
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
     offset_bytes: int
-    status: os.stat_result
+    status: os.stat_result | None
+    header: bytes = b""
 
     @property
     def ndim(self) -> int:
         return len(self.shape)
+
+    @property
+    def nbytes(self) -> int:
+        return int(np.prod(self.shape, dtype=np.int64)) * self.dtype.itemsize
 
     def __len__(self) -> int:
         return self.shape[0]
@@ -78,17 +86,37 @@ class FileArray:
         part: NDArray[Any] = whole.reshape(*planes.shape, *kept, *self.shape[2:])
         return part[(*(slice(None),) * (planes.ndim + len(kept)), *rest)] if rest else part
 
+    @property
+    def is_there(self) -> bool:
+        """True if the file can be read now."""
+        try:
+            with self._opened():
+                return True
+        except InputError:
+            return False
+
     @contextmanager
     def _opened(self) -> Iterator[BinaryIO]:
         try:
             flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
             with open(os.open(self.path, flags), "rb", buffering=0) as file:  # noqa: PTH123 - opened by descriptor
-                if not _same(self.status, os.fstat(file.fileno())):
-                    raise InputError(self.path, "was replaced by another file while it was open", "Open the new one")
+                self._check(file)
                 yield file
         except OSError as error:
+            if self.status is None and isinstance(error, FileNotFoundError):
+                raise InputError(self.path, "is not there at the moment", "It is made again from its sources") from None
             problem = f"cannot be read any more ({os.strerror(error.errno or 0)})"
             raise InputError(self.path, problem, _REMEDY) from None
+
+    def _check(self, file: BinaryIO) -> None:
+        status = os.fstat(file.fileno())
+        if self.status is not None:
+            if not _same(self.status, status):
+                raise InputError(self.path, "was replaced by another file while it was open", "Open the new one")
+            return
+        is_whole = stat.S_ISREG(status.st_mode) and status.st_size == self.offset_bytes + self.nbytes
+        if not is_whole or file.read(len(self.header)) != self.header:
+            raise InputError(self.path, f"does not hold {self.dtype} of shape {self.shape}", _REMEDY)
 
     def _fill(self, file: BinaryIO, into: NDArray[Any], row: int) -> None:
         """Read `into` from `row` on, counted over all planes."""
