@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.commands.making import readable_stack
 from app.commands.surface import material_with_surface, needs_surface, surface_of, with_surface
 from app.document.document import Project
 from app.project.losses import OWN, find_kept, keep, keys_of
@@ -87,7 +88,8 @@ def made_ready(project: Project, leaving: Departure | None, known: Known) -> Ste
             material = with_surface(material, surface)
         own = known.offers.get(OWN)
         errors = None if own is None else {"name": material.name, "brdf": material.brdf, **_own_errors(own)}
-        leaving = yield from part(without_partials(departure(material, project.stack, errors)), 0.7, 1.0)
+        stack = yield from readable_stack(project)
+        leaving = yield from part(without_partials(departure(material, stack, errors)), 0.7, 1.0)
     yield Step(1.0, "comparing", leaving)
     return leaving
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import logging
+import secrets
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,15 +14,18 @@ from app.document.document import ImportChoices, Project
 from app.document.import_choices import lit_by, settings_of
 from app.project.made import built_before, key_of, note
 from app.project.photographs import Mark, keep, taken
+from app.project.pixels import are_packed, are_there, open_kept, take_again, take_in, unpack_pixels
 from app.project.project_file import path_of
+from app.session import cache
 from engine.capture.lights.sources import Sources
-from engine.capture.stack import RECORD, ImageStack, open_stack
-from engine.core.errors import FileError
+from engine.capture.stack import RECORD, ImageStack
+from engine.core.errors import FileError, InputError
 from engine.core.health import Health
 from engine.core.steps import Step, Steps, part
 from engine.scene.material import Material
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
+from engine.storage.writer import writer
 
 log = logging.getLogger(__name__)
 
@@ -44,12 +48,65 @@ def kept_stack_of(
     for folder in folders:
         if (folder / name / RECORD).is_file():
             try:
-                found = open_stack(folder / name)
+                found = open_kept(folder / name, verify=True)
+                yield from part(pixels_made(found, sources, choices), 0.1, 1.0)
             except FileError as error:
                 log.warning("%s", error)
                 continue
             return now if now is not None and now.folder == found.folder else found
-    return (yield from stack_of(sources, choices, folders[-1] / name))
+    return (yield from new_stack_of(sources, choices, folders[-1] / name))
+
+
+def new_stack_of(sources: Sources, choices: ImportChoices, target: Path) -> Steps[ImageStack]:
+    """Import the photographs as the stack `target` of a project, its pixels into the cache of the user where it has one
+    (`app.project.pixels`)."""
+    made = _importing()
+    if made is None:
+        return (yield from stack_of(sources, choices, target))
+    began = time.perf_counter()
+    yield from _imported(sources, choices, made)
+    stack = take_in(made, target, path_of(target.parent), sources.photographs)
+    note(target, "stack", time.perf_counter() - began)
+    return stack
+
+
+def pixels_made(stack: ImageStack, sources: Sources | None, choices: ImportChoices | None) -> Steps[None]:
+    """Make the pixels of a stack again where they are gone, bit for bit: of the compressed ones in the project, or of
+    the photographs, by the `choices` that it was imported with.
+
+    Raises InputError where the photographs are gone, or give other pixels than they did.
+    """
+    if are_there(stack) or stack.folder is None:
+        return
+    if are_packed(stack.folder):
+        try:
+            yield from unpack_pixels(stack)
+            return
+        except InputError as error:
+            log.warning("%s", error)
+    if sources is None or choices is None:
+        raise InputError(stack.folder, "has lost its pixels", "Open the photographs that it was made of")
+    yield Step(0.0, "reading the photographs again")
+    made = _importing() or stack.folder.with_name(f"again-{writer()}-{secrets.token_hex(4)}")
+    yield from _imported(sources, choices, made)
+    take_again(made, stack, path_of(stack.folder.parent), sources.photographs)
+
+
+def readable_stack(project: Project) -> Steps[ImageStack | None]:
+    """The stack of `project` with its pixels, made again where they are gone; None where that cannot be."""
+    if project.stack is None:
+        return None
+    try:
+        yield from pixels_made(project.stack, project.sources, project.imported_with)
+    except FileError as error:
+        log.warning("%s", error)
+        return None
+    return project.stack
+
+
+def _importing() -> Path | None:
+    """A free folder in the cache; None where there is none."""
+    return cache.entry(f"importing-{writer()}-{secrets.token_hex(4)}")
 
 
 def marked_stack(
@@ -75,14 +132,18 @@ def keep_marks(folder: Path, marks: Mapping[Path, Mark]) -> None:
 
 
 def stack_of(sources: Sources, choices: ImportChoices, target: Path) -> Steps[ImageStack]:
-    """Import the photographs into the folder `target`."""
+    """Import the photographs into the folder `target`, with their pixels."""
+    began = time.perf_counter()
+    stack = yield from _imported(sources, choices, target)
+    note(target, "stack", time.perf_counter() - began)
+    return stack
+
+
+def _imported(sources: Sources, choices: ImportChoices, target: Path) -> Steps[ImageStack]:
     yield Step(0.0, "preparing the import")
     from engine.capture.import_stack import import_stack
 
-    began = time.perf_counter()
-    stack = yield from import_stack(lit_by(sources, choices), settings_of(choices), target)
-    note(target, "stack", time.perf_counter() - began)
-    return stack
+    return (yield from import_stack(lit_by(sources, choices), settings_of(choices), target))
 
 
 def kept_material_of(project: Project, folder: Path, own: Path) -> Steps[Material]:
@@ -104,6 +165,8 @@ def kept_material_of(project: Project, folder: Path, own: Path) -> Steps[Materia
 def material_of(project: Project) -> Steps[Material]:
     """The stack of `project` as slices and their compression, or as planes, by its settings."""
     yield Step(0.0, "preparing kernels")
+    if project.stack is not None:
+        yield from part(pixels_made(project.stack, project.sources, project.imported_with), 0.0, 0.5)
     from engine.capture.evenness import evened
     from engine.shading.representation import choose
     from engine.shading.shading_map import included

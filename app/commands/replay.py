@@ -25,6 +25,7 @@ from app.commands.surface import surface_of
 from app.document.document import Project
 from app.project.made import noted
 from app.project.photographs import photographs
+from app.project.pixels import are_there
 from app.project.project_file import data_folder, read
 from engine.capture.stack import ImageStack
 from engine.core.errors import InputError
@@ -88,7 +89,8 @@ def _from_photographs(project: Project, has_maps: bool, folder: Path) -> Steps[l
     if project.sources is not None:
         choices = project.imported_with or project.import_choices
         stack = yield from part(stack_of(project.sources, choices, folder / "stack"), 0.0, 0.5)
-        results = [_compared("stack", _arrays(project.stack), _arrays(stack), _why(project))]
+        before = _arrays(project.stack) if project.stack is not None and are_there(project.stack) else {}
+        results = [_compared("stack", before, _arrays(stack), _why(project))]
     else:
         assert project.stack is not None
         stack, results = project.stack, [_verdict("stack", None, NO_PHOTOGRAPHS)]

@@ -1,31 +1,49 @@
-"""Arrays beside a project file, each a file named by the hash of its content; they can be made again.
+"""Arrays beside a project file, compressed (`engine.storage.packed`) and named by the hash of their content.
 
-A small one is read and checked. A large one is mapped, so that a project opens at once whatever it holds, where its
-drive is that of the system or of the person's data: one that is unplugged ends a process which has mapped it. What is
-mapped was written whole and is never changed under its name; `lightarc project verify` checks its content. An array
-that is still the one of its file keeps the name, and is not hashed again.
+A small one is unpacked and checked. A large one has a working copy in the cache of the user (`app.session.cache`) that
+is mapped, so that a project opens at once whatever it holds, where the drive is that of the system or of the user's
+data: one that is unplugged ends a process which has mapped it. What is mapped was written whole and is never changed
+under its name; `lightarc project verify` checks what the project holds. An array that is still the one of its file
+keeps the name, and is not hashed again. Projects of before arrays were compressed hold them as .npy files.
 """
 
 from __future__ import annotations
 
+import io
+import logging
+import math
 import mmap
 import os
 import tempfile
+from collections import deque
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from app.project.values import Absent, Array, array_from, array_parts, name_of
+from app.project.values import MAX_HEADER, Absent, Array, array_from, array_parts, name_of
+from app.session import cache
+from engine.core.errors import FileError, InputError
 from engine.core.steps import Step, Steps
-from engine.storage.atomic import atomic_file, make_folder
+from engine.storage.atomic import atomic_file, atomic_folder, discard, make_folder
+from engine.storage.packed import PackedFile, pack
 from engine.storage.partial_names import is_partial
 from engine.storage.scratch import scratch_array
+
+log = logging.getLogger(__name__)
+
+#: Ending of a compressed array.
+PACKED = ".packed"
 
 #: Bytes that are read or written at once, so that cancelling and other threads need not wait.
 PIECE_BYTES = 1 << 24
 
-#: Largest file of an array that is read, in bytes, and the smallest that is mapped.
-MOST_BYTES, MAPPED_BYTES = 4 * 2**30, 1 << 24
+#: The file of a working copy, within its entry of the cache.
+CONTENT = "content.npy"
+
+#: Largest array that is read, in bytes, and the smallest that is mapped.
+MAX_BYTES, MAPPED_BYTES = 4 * 2**30, 1 << 24
 
 
 class Mapped(mmap.mmap):
@@ -39,18 +57,63 @@ def folder_of(data: Path) -> Path:
     return data / "arrays"
 
 
+def file_of(data: Path, name: str) -> Path:
+    """The file of the array of this name in the data folder of a project; it may not exist."""
+    old = folder_of(data) / f"{name}.npy"
+    return old if old.exists() else folder_of(data) / f"{name}{PACKED}"
+
+
 def keep_beside(data: Path, array: Array) -> str:
     """Write an array into the data folder of a project, unless it is there; its name."""
     header, numbers = array_parts(array)
     name = array_name(array)
-    path = folder_of(data) / f"{name}.npy"
-    if not path.exists():
-        make_folder(path.parent)
-        with atomic_file(path, len(header) + len(numbers)) as file:
-            file.write(header)
-            for start in range(0, len(numbers), PIECE_BYTES):
-                file.write(numbers[start : start + PIECE_BYTES])
+    if not file_of(data, name).exists():
+        if len(header) + len(numbers) >= MAPPED_BYTES:
+            cache_array(name, header, numbers)
+        _write_packed(folder_of(data) / f"{name}{PACKED}", array)
     return name
+
+
+def compress(data: Path, name: str) -> None:
+    """Write an array that lies in the data folder as .npy anew, compressed. Raises Absent where it is damaged."""
+    _write_packed(folder_of(data) / f"{name}{PACKED}", find_beside(data, name))
+    discard(folder_of(data) / f"{name}.npy")
+
+
+def _write_packed(path: Path, array: Array) -> None:
+    header, numbers = array_parts(array)
+    make_folder(path.parent)
+    with atomic_file(path) as file:
+        deque(pack(file, _pieces(header, numbers), len(header) + len(numbers), array.dtype.itemsize), maxlen=0)
+
+
+def keep_working_copy(data: Path, array: Array) -> None:
+    """Put an array into the cache of the user, or where there is none, into the data folder of a project."""
+    name = array_name(array)
+    if not cache_array(name, *array_parts(array)):
+        keep_beside(data, array)
+
+
+def _pieces(header: bytes, numbers: memoryview) -> Iterator[bytes | memoryview]:
+    yield header
+    for start in range(0, len(numbers), PIECE_BYTES):
+        yield numbers[start : start + PIECE_BYTES]
+
+
+def cache_array(name: str, header: bytes, numbers: memoryview) -> bool:
+    """Put the working copy of an array into the cache; False where it cannot be written, with a line in the log."""
+    place = cache.entry(f"array-{name}")
+    if place is None or place.exists():
+        return place is not None
+    try:
+        with atomic_folder(place, CONTENT, len(header) + len(numbers)) as folder, atomic_file(folder / CONTENT) as file:
+            for piece in _pieces(header, numbers):
+                file.write(piece)
+        cache.keep_within()
+    except FileError as error:
+        log.info("an array is not cached: %s", error)
+        return False
+    return True
 
 
 def array_name(array: Array) -> str:
@@ -70,21 +133,86 @@ def _known_name(array: Array, header: bytes) -> str:
 
 
 def find_beside(data: Path, name: str) -> Array:
-    """The array of this name in the data folder of a project. Raises Absent where it is gone or damaged."""
-    path = folder_of(data) / f"{name}.npy"
+    """The array of this name in the data folder of a project, or its working copy.
+
+    Raises Absent where neither is there, or what is there is damaged.
+    """
+    old, place = folder_of(data) / f"{name}.npy", cache.entry(f"array-{name}")
     try:
-        content = _mapped(path, name) or _read(path)
+        mapped = _mapped(old, name) if place is None else _mapped(place / CONTENT, name) or _mapped(old, name)
+        if mapped is not None:
+            if place is not None and place.exists():
+                cache.used(place)
+            return array_from(mapped)
+        content = _content(data, name, place)
     except OSError as error:
         raise Absent("data that can be made again") from error
-    if not isinstance(content, Mapped) and name_of(content) != name:
+    except InputError as error:
+        log.warning("%s", error)
+        raise Absent("data that can be made again") from error
+    array = array_from(content)
+    if len(content) < MAPPED_BYTES or place is None or old.exists():
+        return array
+    if name_of(content) != name:  # other projects will find it by this name
+        log.warning("%s is damaged: its content is not the one of its name", file_of(data, name))
         raise Absent("data that can be made again")
-    return array_from(content)
+    cache_array(name, *array_parts(array))
+    mapped = _mapped(place / CONTENT, name)
+    return array_from(mapped) if mapped is not None else array
+
+
+def _content(data: Path, name: str, place: Path | None) -> memoryview:
+    """The content of an array from the project, or from its working copy at `place`, read and checked.
+
+    OSError where it is gone, InputError where it is damaged.
+    """
+    path = file_of(data, name)
+    if path.suffix == PACKED and path.exists():
+        return _unpacked(path)
+    content = _read(path if path.exists() or place is None else place / CONTENT)
+    if name_of(content) != name:
+        raise InputError(path, "is damaged: its content is not the one of its name", "Make it again")
+    return content
+
+
+def _unpacked(path: Path) -> memoryview:
+    """The content of a packed file, its declared size checked against its shape before room is made for it.
+
+    OSError where it is gone, InputError where it is damaged.
+    """
+    with path.open("rb") as file:
+        packed = PackedFile(path, file, MAX_BYTES)
+        content, filled = None, 0
+        for chunk in packed.chunks():
+            if content is None:
+                content = scratch_array((_declared(path, chunk, packed.size_bytes),), np.uint8).data
+            content[filled : filled + len(chunk)] = chunk.data
+            filled += len(chunk)
+    if content is None:
+        raise InputError(path, "is damaged: it is empty", "Make it again")
+    return content
+
+
+def _declared(path: Path, beginning: NDArray[np.uint8], size: int) -> int:
+    """The size of the array that begins so, which is the `size` that its file declares; InputError else."""
+    head = io.BytesIO(beginning[:MAX_HEADER].tobytes())
+    try:
+        np.lib.format.read_magic(head)
+        shape, _, dtype = np.lib.format.read_array_header_1_0(head)
+    except ValueError:
+        shape, dtype = (), np.dtype(np.void)
+    if head.tell() + math.prod(shape) * dtype.itemsize != size or min(shape, default=0) < 0:
+        raise InputError(path, f"is damaged: {shape} of {dtype} are not {size:,} bytes", "Make it again")
+    return size
 
 
 def _mapped(path: Path, name: str) -> Mapped | None:
     """A large file on a drive that stays; None for any other."""
-    about = path.stat()
-    if os.name != "posix" or not MAPPED_BYTES <= about.st_size <= MOST_BYTES or about.st_dev not in _lasting_drives():
+    try:
+        about = path.stat()
+    except FileNotFoundError:
+        return None
+    if os.name != "posix" or not MAPPED_BYTES <= about.st_size <= MAX_BYTES or about.st_dev not in _lasting_drives():
         return None
     with path.open("rb") as file:
         mapped = Mapped(file.fileno(), 0, access=mmap.ACCESS_READ)
@@ -101,7 +229,7 @@ def _lasting_drives() -> set[int]:
 def _read(path: Path) -> memoryview:
     """The content of a file, which no other copy of it is made of; OSError where it is gone, too large or changes."""
     size = path.stat().st_size
-    if size > MOST_BYTES:
+    if size > MAX_BYTES:
         raise OSError("too large")
     content = scratch_array((size,), np.uint8).data
     with path.open("rb", buffering=0) as file:
@@ -115,12 +243,13 @@ def _read(path: Path) -> memoryview:
 
 def damaged(data: Path) -> Steps[list[str]]:
     """Names of the arrays in the data folder of a project whose content is another than it was; all are read."""
-    found, paths = list[str](), sorted(each for each in folder_of(data).glob("*.npy") if not is_partial(each.name))
+    there = (each for each in folder_of(data).glob("*") if each.suffix in (".npy", PACKED))
+    found, paths = list[str](), sorted(each for each in there if not is_partial(each.name))
     for at, path in enumerate(paths):
         yield Step(at / len(paths), f"reading {path.name}")
         try:
-            is_whole = name_of(_read(path)) == path.stem
-        except OSError:
+            is_whole = name_of(_unpacked(path) if path.suffix == PACKED else _read(path)) == path.stem
+        except (OSError, InputError):
             is_whole = False
         if not is_whole:
             found.append(path.name)

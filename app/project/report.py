@@ -12,7 +12,7 @@ from typing import Any
 
 from app.document.document import Project
 from app.document.document import Step as HistoryStep
-from app.project.arrays import damaged
+from app.project.arrays import damaged, file_of
 from app.project.database import Damaged, connected, explained, page_problems, reading, schema_of
 from app.project.declared import can_be_opened
 from app.project.made import noted, size_of
@@ -170,7 +170,7 @@ def _derived(path: Path) -> Iterator[dict[str, Any]]:
     for kind, name in sorted(named):
         if kind == "value" or name in inside or not (is_name(name) if kind == "array" else can_be_opened(Path(name))):
             continue
-        place = folder / name if kind == "stack" else folder / "arrays" / f"{name}.npy"
+        place = folder / name if kind == "stack" else file_of(folder, name)
         if not place.is_relative_to(folder) or ".." in place.parts:  # a stack elsewhere is no part of the project
             continue
         seconds = took.pop(name).seconds if name in took else None

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.document.document import Project
+from app.project.pixels import are_there
 from app.project.project_file import data_folder
 from engine.core.colour import srgb_encode
 from engine.core.errors import FileError
@@ -72,7 +73,7 @@ def picture_of(project: Project) -> NDArray[np.uint8] | None:
         radiance = power_law.scale
     elif directional is not None:
         radiance = directional.picture(UPPER_LEFT)
-    elif stack is not None:
+    elif stack is not None and are_there(stack):
         radiance = stack.radiance[int(np.argmax(stack.mean_radiance))]
     else:
         return None

@@ -38,8 +38,8 @@ def forget_unused(connection: sqlite3.Connection, folder: Path, *, stacks: bool 
     connection.execute("PRAGMA incremental_vacuum").fetchall()
     if not is_own(folder) or (folder / "arrays").is_symlink():
         return
-    for beside in (folder / "arrays").glob("*.npy"):
-        if beside.stem not in arrays:
+    for beside in (folder / "arrays").glob("*"):
+        if beside.suffix in (".npy", ".packed") and beside.stem not in arrays:
             discard(beside)
     for beside in folder.glob("stack-*") if stacks else ():
         if beside.name not in named:

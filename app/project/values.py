@@ -45,7 +45,7 @@ MOST_DEPTH, MAX_NODES = 60, 2_000_000
 DAMAGE = (ValueError, KeyError, TypeError, AttributeError, IndexError, ArithmeticError, RecursionError)
 
 #: Longest header of an array that is read, in bytes.
-MOST_HEADER = 1 << 16
+MAX_HEADER = 1 << 16
 
 Array = NDArray[Any]
 
@@ -150,7 +150,7 @@ def array_from(content: Any) -> Array:
     ValueError where it is none, or of objects.
     """
     memory = memoryview(content)
-    head = io.BytesIO(memory[:MOST_HEADER])
+    head = io.BytesIO(memory[:MAX_HEADER])
     if np.lib.format.read_magic(head) != (1, 0):
         raise ValueError("an array of another version")
     shape, is_fortran, dtype = np.lib.format.read_array_header_1_0(head)
@@ -303,12 +303,12 @@ def _or_none(part: str, said: Any, finder: Finder, depth: int) -> Any:
 
 
 def _opened_stack(folder: Path, finder: Finder) -> ImageStack:
-    from engine.capture.stack import open_stack
+    from app.project.pixels import open_kept
 
     key = f"stack {folder}"
     if key not in finder.made:
         try:
-            finder.made[key] = open_stack(folder, verify=False)
+            finder.made[key] = open_kept(folder)
         except InputError as error:
             raise Absent("stack of photographs") from error
     return cast(ImageStack, finder.made[key])

@@ -67,7 +67,8 @@ class Settings:
     `measure_error` says whether the picture in the View workspace is compared with a reference in the background.
     `numbers` is the decimal mark, one of `NUMBERS`; `unit` is that of lengths, one of `UNITS_MM`; `graphics` draws, one
     of `GRAPHICS`; `tone_map` is that of new projects. `threads` and `memory_gb` are
-    the processors that the program uses and the memory that a plan may choose; 0 is no limit. `has_seen_hints` is
+    the processors that the program uses and the memory that a plan may choose; 0 is no limit. `cache_gb` is the size of
+    the working copies in the cache (`app.session.cache`); 0 for what suits the disk. `has_seen_hints` is
     true once the first hints were shown.
     """
 
@@ -88,6 +89,7 @@ class Settings:
     tone_map: str = "neutral"
     threads: int = 0
     memory_gb: float = 0.0
+    cache_gb: float = 0.0
     has_seen_hints: bool = False
 
 
@@ -212,9 +214,9 @@ def _from_json(values: Any) -> Settings:
     flags = {name: values[name] for name in ("measure_error", "has_seen_hints") if name in values}
     if not all(isinstance(flag, bool) for flag in flags.values()):
         raise ValueError("measure_error or has_seen_hints is neither true nor false")
-    limits = {name: values[name] for name in ("threads", "memory_gb") if name in values}
+    limits = {name: values[name] for name in ("threads", "memory_gb", "cache_gb") if name in values}
     if not all(type(limit) in (int, float) and 0 <= limit < MOST for limit in limits.values()):
-        raise ValueError("threads or memory_gb is no number from 0")
+        raise ValueError("threads, memory_gb or cache_gb is no number from 0")
     limits = {name: int(limit) if name == "threads" else float(limit) for name, limit in limits.items()}
     sizes = values.get("dock_sizes", [])
     if (

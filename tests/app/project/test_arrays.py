@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
+from collections import deque
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from app.project import arrays
-from app.project.arrays import Mapped, array_name, damaged, find_beside, folder_of, keep_beside
+from app.project.arrays import (
+    PACKED,
+    Mapped,
+    array_name,
+    compress,
+    damaged,
+    file_of,
+    find_beside,
+    folder_of,
+    keep_beside,
+)
 from app.project.values import Absent, array_parts, name_of
+from app.session import cache
+from engine.core.errors import InputError
 from engine.core.steps import drain
+from engine.storage.atomic import discard
+from engine.storage.packed import pack
 
 
 @pytest.fixture
@@ -44,38 +59,80 @@ def test_a_large_array_is_mapped_and_is_named_without_being_read(
         assert array_name(part) == name_of(*array_parts(part)) != name
 
 
-def test_an_array_whose_file_was_removed_is_written_again_from_what_is_mapped(
+def test_an_array_that_was_removed_is_found_in_the_cache_and_written_again_from_what_is_mapped(
     numbers: np.ndarray, tmp_path: Path
 ) -> None:
     name = keep_beside(tmp_path, numbers)
     found = find_beside(tmp_path, name)
-    (folder_of(tmp_path) / f"{name}.npy").unlink()
+    file_of(tmp_path, name).unlink()
+    assert np.array_equal(find_beside(tmp_path, name), numbers)
+    discard(cache.entry(f"array-{name}") or tmp_path)
     with pytest.raises(Absent):
         find_beside(tmp_path, name)
     assert keep_beside(tmp_path, found) == name
     assert np.array_equal(find_beside(tmp_path, name), numbers)
 
 
+def test_without_its_working_copy_a_large_array_is_unpacked_and_has_one_again(
+    numbers: np.ndarray, tmp_path: Path
+) -> None:
+    name = keep_beside(tmp_path, numbers)
+    place = cache.entry(f"array-{name}")
+    assert place is not None
+    discard(place)
+    found = find_beside(tmp_path, name)
+    assert isinstance(owner(found), Mapped)
+    assert found.tobytes() == numbers.tobytes()
+    assert place.is_dir()
+
+
+def test_projects_of_before_arrays_were_compressed_open_and_are_compressed(numbers: np.ndarray, tmp_path: Path) -> None:
+    for array in (numbers, np.arange(5.0)):
+        header, content = array_parts(array)
+        name = name_of(header, content)
+        old = folder_of(tmp_path) / f"{name}.npy"
+        old.parent.mkdir(exist_ok=True)
+        old.write_bytes(header + bytes(content))
+        assert np.array_equal(find_beside(tmp_path, name), array)
+        assert keep_beside(tmp_path, find_beside(tmp_path, name)) == name
+        assert old.exists()
+        compress(tmp_path, name)
+        assert not old.exists()
+        assert np.array_equal(find_beside(tmp_path, name), array)
+    assert drain(damaged(tmp_path)) == []
+
+
 def test_damage_is_found_at_once_in_small_arrays_and_by_verification_in_all(
-    numbers: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    numbers: np.ndarray, tmp_path: Path
 ) -> None:
     small = np.arange(5.0)
     names = [keep_beside(tmp_path, array) for array in (small, numbers)]
     assert drain(damaged(tmp_path)) == []
     for name in names:
-        path = folder_of(tmp_path) / f"{name}.npy"
+        path = file_of(tmp_path, name)
         content = bytearray(path.read_bytes())
-        content[-1] ^= 1
+        content[40] ^= 1
         path.write_bytes(content)
     with pytest.raises(Absent):
         find_beside(tmp_path, names[0])
-    assert drain(damaged(tmp_path)) == sorted(f"{name}.npy" for name in names)
+    assert drain(damaged(tmp_path)) == sorted(f"{name}{PACKED}" for name in names)
+
+
+def test_an_array_that_declares_another_size_than_its_shape_has_is_damaged(tmp_path: Path) -> None:
+    header, _ = array_parts(np.zeros((1000, 1000)))
+    name = keep_beside(tmp_path, np.arange(5.0))
+    with file_of(tmp_path, name).open("wb") as file:
+        deque(pack(file, [header, bytes(80)], len(header) + 80, 8), maxlen=0)
+    with pytest.raises(InputError, match="are not 208 bytes"):
+        arrays._unpacked(file_of(tmp_path, name))
+    with pytest.raises(Absent):
+        find_beside(tmp_path, name)
 
 
 def test_a_drive_that_may_be_unplugged_is_read(
     numbers: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(arrays, "_lasting_drives", set)
+    monkeypatch.setattr(arrays, "_lasting_drives", set[int])
     found = find_beside(tmp_path, keep_beside(tmp_path, numbers))
     assert not isinstance(owner(found), Mapped)
     assert np.array_equal(found, numbers)

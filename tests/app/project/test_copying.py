@@ -61,7 +61,7 @@ def test_a_copy_replaces_a_project_with_its_data(new: Path, old: Path) -> None:
     drain(copy(new, old))
     assert whole(old) == whole(new) == "new"
     assert sorted(path.name for path in old.parent.iterdir()) == ["Old.lap", "Old.lap-data"]
-    files = [sorted(each.name for each in data_folder(path).rglob("*.npy")) for path in (old, new)]
+    files = [sorted(each.name for each in data_folder(path).rglob("arrays/*")) for path in (old, new)]
     assert files[0] == files[1]
 
 

@@ -1,0 +1,177 @@
+"""Pixels of the stacks of a project: in the cache of the user while its photographs are there, else in the project.
+
+A project keeps the record of a stack (`stack.json`) in `NAME.lap-data/stack-HASH`. Its pixels take a hundred times the
+photographs and can be made again of them, bit for bit, so they lie in the cache (`app.session.cache`), where all
+projects with equal pixels share them. Once photographs are gone the project takes the pixels in, compressed, as long as
+the cache has them. Projects of before that hold them as .npy files, which are read where they lie.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import BinaryIO
+
+from app.project.values import name_of
+from app.session import cache
+from engine.capture.stack import RADIANCE, RECORD, SATURATED, ImageStack, open_stack, read_record
+from engine.capture.stack_record import StackRecord
+from engine.core.errors import FileError, InputError
+from engine.core.steps import Step, Steps
+from engine.storage.atomic import atomic_file, atomic_folder, discard, make_folder, perform, write_bytes
+from engine.storage.file_array import FileArray
+from engine.storage.packed import PackedFile, pack
+from engine.storage.untrusted import read_bytes
+
+#: Ending of compressed pixels.
+PACKED = ".packed"
+
+FILES = (RADIANCE, SATURATED)
+
+_ITEM_BYTES = {RADIANCE: 4, SATURATED: 1}
+_RECORD_LIMIT_BYTES = 64 << 20
+
+
+def open_kept(folder: Path, *, verify: bool = False) -> ImageStack:
+    """The stack of a project, whose pixels may be made again later (`are_there`).
+
+    Raises InputError where its record is gone or damaged, or with `verify`, where pixels are there and damaged.
+    """
+    if all((folder / name).exists() for name in FILES):
+        return open_stack(folder, verify=verify)
+    place = place_of(read_record(folder), folder)
+    there = place != folder and cache.use(place)
+    return open_stack(folder, verify=verify and there, pixels=place)
+
+
+def place_of(record: StackRecord, folder: Path) -> Path:
+    """The folder in the cache for the pixels of a stack, by their checksums; its own `folder` where there is none.
+
+    Pixels that a project brings along are shared with no other, which has made its own: checksums can be forged.
+    """
+    if record.radiance_crc32 is None or record.saturated_crc32 is None:
+        return folder
+    size = f"{len(record.sources)}x{record.height_px}x{record.width_px}"
+    own = f"-{name_of(str(folder).encode())[:16]}" if are_packed(folder) else ""
+    place = cache.entry(f"pixels-{record.radiance_crc32:08x}{record.saturated_crc32:08x}-{size}{own}")
+    return place if place is not None else folder
+
+
+def are_there(stack: ImageStack) -> bool:
+    """True if the pixels of a stack can be read now."""
+    return all(not isinstance(array, FileArray) or array.is_there for array in (stack.radiance, stack.saturated))
+
+
+def are_packed(folder: Path) -> bool:
+    """True if the project holds the compressed pixels of this stack."""
+    return all((folder / f"{name}{PACKED}").is_file() for name in FILES)
+
+
+def take_in(made: Path, target: Path, project: Path, photographs: Iterable[Path]) -> ImageStack:
+    """Open the stack that was imported as `made` in the cache as the stack `target` of a `project`."""
+    place = place_of(read_record(made), made)
+    content = read_bytes(made / RECORD, _RECORD_LIMIT_BYTES)
+    if place != made:
+        _move(made, place)
+    with atomic_folder(target, RECORD) as folder:
+        write_bytes(folder / RECORD, content)
+    if place != made:
+        cache.note_origin(place, project, photographs)
+    return open_kept(target)
+
+
+def take_again(made: Path, stack: ImageStack, project: Path, photographs: Iterable[Path]) -> None:
+    """Let what was imported again as `made` be the pixels of `stack`.
+
+    Raises InputError where it has other pixels than the stack had; it is then removed.
+    """
+    assert stack.folder is not None
+    assert isinstance(stack.radiance, FileArray)
+    record, now = read_record(stack.folder), read_record(made)
+    place = stack.radiance.path.parent
+    if not _is_same(record, now):
+        discard(made)
+        by, own = str(record.provenance.get("software", "an unknown version")), str(now.provenance.get("software", ""))
+        why = f"by {by}, and {own} reads" if by != own else "and now they give"
+        raise InputError(
+            stack.folder, f"was imported {why} other values of its photographs", "Import the photographs again"
+        )
+    if place == stack.folder:
+        for name in FILES:
+            perform("rename", place / name, lambda name=name: (made / name).replace(place / name))  # type: ignore[misc]
+        discard(made)
+        return
+    _move(made, place)
+    cache.note_origin(place, project, photographs)
+
+
+def _is_same(one: StackRecord, other: StackRecord) -> bool:
+    """True for equal pixels."""
+    names = ("radiance_crc32", "saturated_crc32", "height_px", "width_px")
+    return len(one.sources) == len(other.sources) and all(getattr(one, at) == getattr(other, at) for at in names)
+
+
+def _move(made: Path, place: Path) -> None:
+    """Give a folder of the cache its name, unless one that equals it has that already."""
+    if not cache.use(place):
+        try:
+            perform("rename", place, lambda: made.rename(place))
+        except FileError:
+            if not place.is_dir():
+                raise
+        cache.use(place)
+    discard(made)
+    cache.keep_within()
+
+
+def keep_pixels(stack: ImageStack) -> Steps[bool]:
+    """Compress the pixels of a stack into its folder; False where they are nowhere."""
+    folder = stack.folder
+    if folder is None or are_packed(folder):
+        return folder is not None
+    if not are_there(stack):
+        return False
+    for at, (name, array) in enumerate(zip(FILES, (stack.radiance, stack.saturated), strict=True)):
+        assert isinstance(array, FileArray)
+        size = array.path.stat().st_size
+        with array.path.open("rb") as source, atomic_file(folder / f"{name}{PACKED}") as file:
+            for done in pack(file, iter(lambda source=source: source.read(1 << 22), b""), size, _ITEM_BYTES[name]):  # type: ignore[misc]
+                yield Step((at + done) / 2, "compressing the photographs")
+    return True
+
+
+def unpack_pixels(stack: ImageStack) -> Steps[None]:
+    """Put compressed pixels of the project where they are read. Raises InputError where they are damaged."""
+    assert stack.folder is not None
+    place = stack.radiance.path.parent if isinstance(stack.radiance, FileArray) else stack.folder
+    if place == stack.folder:
+        yield from _unpacked(stack, place)
+        return
+    with atomic_folder(place, RECORD) as folder:
+        yield from _unpacked(stack, folder)
+        write_bytes(folder / RECORD, read_bytes(stack.folder / RECORD, _RECORD_LIMIT_BYTES))
+    cache.use(place)
+    cache.keep_within()
+
+
+def _unpacked(stack: ImageStack, target: Path) -> Steps[None]:
+    assert stack.folder is not None
+    for at, (name, array) in enumerate(zip(FILES, (stack.radiance, stack.saturated), strict=True)):
+        assert isinstance(array, FileArray)
+        size = array.offset_bytes + array.nbytes
+        path = stack.folder / f"{name}{PACKED}"
+        with _opened(path) as source, atomic_file(make_folder(target) / name, size) as file:
+            packed = PackedFile(path, source, size)
+            if packed.size_bytes != size:
+                raise InputError(path, f"is damaged: it has {packed.size_bytes:,} bytes, not {size:,}", "Import again")
+            for chunk in packed.chunks():
+                file.write(chunk.data)
+                yield Step((at + file.tell() / size) / 2, "unpacking the photographs")
+
+
+def _opened(path: Path) -> BinaryIO:
+    try:
+        return path.open("rb")
+    except OSError as error:
+        raise InputError(path, f"cannot be read ({os.strerror(error.errno or 0)})", "Import again") from None
