@@ -125,13 +125,13 @@ def _make(source: Path, output: Path, show: Callable[[Step], None]) -> None:
 
 def _make_of_project(project: Path, output: Path, show: Callable[[Step], None]) -> None:
     from app.commands.export_bundle import exported
+    from app.commands.rebuilding import set_up_whole
     from app.project.project_file import read
     from app.project.report import chain_of, identity
-    from app.project.setup import set_up
     from engine.core.errors import InputError
 
     show(Step(0.0, "reading the project"))
-    setup = set_up(project)
+    setup = set_up_whole(project)
     if not setup.project.has_map:
         raise InputError(project, "has no material yet", "Build one in the window, or with lightarc shade")
     opened = read(project)

@@ -122,8 +122,10 @@ def _grouped(targets: list[dict[str, Any]]) -> list[str]:
 
 def _opened(arguments: argparse.Namespace) -> tuple[Material, ImageStack | None]:
     """The material of a bundle or a project, and the photographs where they are at hand."""
+    from app.commands.making import readable_stack
+    from app.commands.rebuilding import set_up_whole
     from app.commands.surface import material_with_surface
-    from app.project.setup import is_project, set_up
+    from app.project.setup import is_project
     from engine.capture.stack import open_stack
     from engine.core.errors import InputError
     from engine.exchange.readers.read import open_material
@@ -131,10 +133,10 @@ def _opened(arguments: argparse.Namespace) -> tuple[Material, ImageStack | None]
     stack = open_stack(arguments.stack) if arguments.stack else None
     if not is_project(arguments.source):
         return open_material(arguments.source), stack
-    project = set_up(Path(arguments.source)).project
+    project = set_up_whole(Path(arguments.source)).project
     if not project.has_map:
         raise InputError(arguments.source, "has no material yet", "Build one in the window, or with lightarc shade")
-    return material_with_surface(project), stack or project.stack
+    return material_with_surface(project), stack or drain(readable_stack(project))
 
 
 def report(result: dict[str, Any]) -> str:

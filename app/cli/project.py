@@ -1,4 +1,4 @@
-"""`lightarc project`: show, check, collect or replay a project file, or find its photographs again."""
+"""`lightarc project`: show, check, clean up, collect or replay a project file, or find its photographs again."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from engine.core.figure_text import size_text, time_text
 from engine.core.steps import Step, drain
 
 NAME = "project"
-HELP = "Show a project file, check or recover it, find or collect its photographs, or make its results anew."
+HELP = "Show, check or recover a project file, make it small, find or collect its photographs, or replay it."
 EXAMPLE = "lightarc project info Felt.lap --json"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "action",
-        choices=("info", "verify", "find", "collect", "recover", "replay"),
-        help="info: what is in it; verify: read all; find: photographs that moved; collect: copy all; recover: what is "
-        "sound in a damaged one; replay: make all results anew and compare them",
+        choices=("info", "verify", "find", "collect", "clean-up", "recover", "replay"),
+        help="info: what is in it; verify: read all; find: photographs that moved; collect: copy all; clean-up: remove "
+        "the results that its photographs give again; recover: what is sound in a damaged one; replay: make all "
+        "results anew and compare them",
     )
     parser.add_argument("path", type=Input(Path), metavar="PROJECT", help="a .lap file")
     parser.add_argument(
@@ -47,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """The description that `app.project.report` gives; exit code 3 where a verified project is not sound."""
     from app.commands.replay import replayed
+    from app.project.cleaning import clean_up
     from app.project.copying import collect
     from app.project.recovery import recover
     from app.project.report import described, problems_of
@@ -68,6 +70,10 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         lost = drain(recover(arguments.path, arguments.output), show)
         result = described(arguments.output)
         return result | {"lost": lost, "warnings": [*(f"not recovered: {each}" for each in lost), *result["warnings"]]}
+    if arguments.action == "clean-up":
+        cleaned = drain(clean_up(arguments.path), show)
+        sizes = {"bytes_before": cleaned.before_bytes, "bytes": cleaned.after_bytes, "bytes_freed": cleaned.freed_bytes}
+        return {**described(arguments.path), **sizes, "kept": list(cleaned.kept)}
     if arguments.action == "find":
         _find(arguments.path, arguments.photographs, show)
     result = described(arguments.path)
@@ -112,6 +118,9 @@ def report(result: dict[str, Any]) -> str:
         f"{len(result['photographs'])} photographs",
         *_beside(result["derived"]),
     ]
+    if "bytes_freed" in result:
+        lines.append(f"{size_text(result['bytes_freed'])} freed, {size_text(result['bytes'])} left")
+        lines += [f"{why}." for why in result["kept"]]
     if "ok" in result:
         lines.append("The project is sound." if result["ok"] else "The project is not sound: see the warnings.")
     return "\n".join(lines)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.arguments.results import MAPS, software
+from app.commands.making import pixels_made
 from app.document.document import Project
 from app.jobs.jobs import Job
 from engine.core.steps import Step, Steps, part
@@ -29,12 +30,6 @@ def make_maps(bench: Workbench) -> Job:
     return job
 
 
-def recipe(project: Project) -> tuple[object, ...]:
-    """The parts of a project that its maps depend on; they are out of date where these are not `surface_from`."""
-    made = (project.stack, project.excluded)
-    return made if project.white is None else (*made, project.white)
-
-
 def surface_of(project: Project) -> Steps[Surface]:
     """The maps of the photographs of `project` that are in use. Raises InputError where its lamps tell no slope."""
     yield Step(0.0, "preparing kernels")
@@ -42,12 +37,13 @@ def surface_of(project: Project) -> Steps[Surface]:
     from engine.surface.recover import recover
 
     assert project.stack is not None
+    yield from part(pixels_made(project.stack, project.sources, project.imported_with), 0.0, 0.3)
     return (yield from recover(project.stack, included(project.stack, project.excluded), white=project.white))
 
 
 def is_current(project: Project) -> bool:
     """True where the maps of `project` are of the photographs that are in use."""
-    return project.surface is not None and project.surface_from == recipe(project)
+    return project.surface is not None and project.surface_from == project.surface_recipe
 
 
 def material_with_surface(project: Project) -> Material:
@@ -83,7 +79,7 @@ def take_maps(bench: Workbench, project: Project, surface: Surface) -> None:
     """Put the maps that were made of `project` into the document, unless it is of other photographs by now."""
     if bench.document.project.stack is not project.stack:
         return  # undone, or another capture was opened in the meantime
-    bench.document.change("Make surface maps", surface=surface, surface_from=recipe(project))
+    bench.document.change("Make surface maps", surface=surface, surface_from=project.surface_recipe)
     bench.said.emit("Surface maps made")
 
 

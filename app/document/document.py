@@ -227,6 +227,12 @@ class Project:
         return (*made, *evened, *((self.representation,) if self.representation != "auto" else ()))
 
     @property
+    def surface_recipe(self) -> tuple[Any, ...]:
+        """The inputs that the surface maps depend on; they are out of date where these are not `surface_from`."""
+        made = (self.stack, self.excluded)
+        return made if self.white is None else (*made, self.white)
+
+    @property
     def has_map(self) -> bool:
         return self.material.has_map
 

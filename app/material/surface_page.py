@@ -209,7 +209,7 @@ class SurfacePage(QWidget):
             why_not = "Needs the photographs of the capture"
         elif self.making is not None and not self.making.over:
             why_not = "The maps are being made"
-        elif project.surface is not None and project.surface_from == commands.recipe(project):
+        elif project.surface is not None and project.surface_from == project.surface_recipe:
             why_not = "The maps are up to date"
         enable(self.make, why_not, "Find the surface behind the photographs that are in use (Ctrl+Enter)")
         no_stack = "Needs the photographs of the capture" if project.stack is None else ""

@@ -181,8 +181,14 @@ def keep_newest(folder: Path, pattern: str, count: int, most_bytes: int = 1 << 6
     gone = [place for place, is_kept in zip(places, kept, strict=True) if not is_kept]
     for place in gone:
         remove_whole(place)
-    if gone:
-        _write(path_of(folder), "DELETE FROM meta WHERE name = ?", [(_ROW + place.name,) for place in gone])
+    forget(folder, gone)
+
+
+def forget(folder: Path, gone: Iterable[Path]) -> None:
+    """Forget what results took that were removed from the data `folder`."""
+    rows: list[tuple[str, ...]] = [(_ROW + place.name,) for place in gone]
+    if rows:
+        _write(path_of(folder), "DELETE FROM meta WHERE name = ?", rows)
 
 
 def used(place: Path) -> None:

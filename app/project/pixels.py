@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import BinaryIO
 
-from app.project.values import name_of
+from app.project.values import MAX_HEADER, name_of
 from app.session import cache
 from engine.capture.stack import RADIANCE, RECORD, SATURATED, ImageStack, open_stack, read_record
 from engine.capture.stack_record import StackRecord
@@ -153,6 +153,15 @@ def unpack_pixels(stack: ImageStack) -> Steps[None]:
         write_bytes(folder / RECORD, read_bytes(stack.folder / RECORD, _RECORD_LIMIT_BYTES))
     cache.use(place)
     cache.keep_within()
+
+
+def check_pixels(stack: ImageStack) -> Steps[None]:
+    """Read the compressed pixels of a stack in the project. Raises InputError where they are damaged."""
+    if stack.folder is not None and are_packed(stack.folder):
+        for name, array in zip(FILES, (stack.radiance, stack.saturated), strict=True):
+            with _opened(stack.folder / f"{name}{PACKED}") as source:
+                for _ in PackedFile(stack.folder / f"{name}{PACKED}", source, MAX_HEADER + array.nbytes).chunks():
+                    yield Step(0.0, "reading the photographs")
 
 
 def _unpacked(stack: ImageStack, target: Path) -> Steps[None]:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import platformdirs
 
 from app.project.database import connected, explained, migrate
 from app.project.project_file import ENDING, data_folder, settle
-from engine.core.errors import FileError
+from engine.core.errors import FileError, InputError
 from engine.storage.atomic import discard, make_folder, write_bytes
 from engine.storage.writer import is_gone, is_own, writer
 
@@ -78,6 +79,28 @@ def release(path: Path) -> None:
     """Say that this process, or one that is gone, has the project no longer."""
     for mark in _marks(data_folder(path)):
         if is_own(mark) or is_gone(mark):
+            discard(mark)
+
+
+@contextmanager
+def held(path: Path) -> Iterator[bool]:
+    """Keep other processes from opening a project for writing within the block; True where this one has it open.
+
+    Raises InputError where another process has it.
+    """
+    folder = data_folder(path)
+    mark = folder / f"{_OPEN}{writer()}"
+    with connected(path) as connection, explained(path), connection:
+        connection.execute("BEGIN IMMEDIATE")
+        if is_open_elsewhere(path):
+            raise InputError(path, "is open in another window", "Close it there")
+        is_open_here = mark.exists()
+        if not is_open_here:
+            write_bytes(make_folder(folder) / mark.name, b"")
+    try:
+        yield is_open_here
+    finally:
+        if not is_open_here:
             discard(mark)
 
 

@@ -17,11 +17,11 @@ from app.project.database import Damaged, connected, explained, page_problems, r
 from app.project.declared import can_be_opened
 from app.project.made import noted, size_of
 from app.project.photographs import checked, files_of, marks_of, named, photographs, said_to_be_changed
+from app.project.pixels import check_pixels, open_kept
 from app.project.project_file import data_folder, read
 from app.project.tidying import names_in
 from app.project.values import DAMAGE, in_full, is_file, is_name, is_there, parsed
 from engine.capture.lights.sources import printable
-from engine.capture.stack import open_stack
 from engine.core.errors import FileError, InputError
 from engine.core.steps import Step, Steps
 
@@ -148,7 +148,7 @@ def problems_of(path: Path) -> Steps[list[str]]:
     for stack in stacks:
         yield Step(0.3, f"reading {stack.name}")
         try:
-            open_stack(stack)
+            yield from check_pixels(open_kept(stack, verify=True))
         except InputError as error:
             found.append(f"{stack.name} can be made again: {error}")
     found += [f"{name} is damaged, and can be made again" for name in (yield from damaged(data_folder(path)))]

@@ -35,14 +35,14 @@ def is_given(arguments: argparse.Namespace) -> bool:
 
 def setup_of(arguments: argparse.Namespace) -> Setup:
     """The project in the place of the model, with the light, the look-up and the camera that the options give anew."""
-    from app.project.setup import set_up
+    from app.commands.rebuilding import set_up_whole
 
     for name in DECIDED:
         if getattr(arguments, name, None):
             raise UsageError(f"--{name} is part of the project; change it there")
     size = getattr(arguments, "width", None), getattr(arguments, "height", None)
     aspect = size[0] / size[1] if size[0] and size[1] else 4.0 / 3.0
-    setup = set_up(Path(arguments.mesh), aspect)
+    setup = set_up_whole(Path(arguments.mesh), aspect)
     return replace(setup, scene=_with_options(setup.scene, arguments))
 
 

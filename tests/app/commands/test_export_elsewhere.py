@@ -30,7 +30,7 @@ def project() -> Project:
 
 def with_maps(project: Project) -> Project:
     made = drain(surface.surface_of(project))
-    return dataclasses.replace(project, surface=made, surface_from=surface.recipe(project))
+    return dataclasses.replace(project, surface=made, surface_from=project.surface_recipe)
 
 
 def partials(steps: Any) -> list[Any]:

@@ -13,7 +13,7 @@ import pytest
 
 from app.commands.making import material_of, stack_of
 from app.commands.replay import NO_PHOTOGRAPHS, replayed
-from app.commands.surface import recipe, surface_of
+from app.commands.surface import surface_of
 from app.document.document import ImportChoices, Project
 from app.document.measured import Accuracy
 from app.project.project_file import History, Writer
@@ -64,7 +64,7 @@ def test_maps_of_the_surface_are_made_of_the_photographs_that_they_were_made_of(
     numbers: dict[str, Any] = {name: np.array(getattr(stack, name)) for name in ("radiance", "saturated")}
     stack = dataclasses.replace(stack, **numbers, azimuth=np.zeros(5), folder=None)
     out = Project(stack=stack, excluded=frozenset(stack.sources[:1]))
-    project = Project(stack=stack, surface=drain(surface_of(out)), surface_from=recipe(out))
+    project = Project(stack=stack, surface=drain(surface_of(out)), surface_from=out.surface_recipe)
 
     def surface_in(name: str, surface_from: tuple[ImageStack, frozenset[str]]) -> dict[str, Any]:
         path = saved(tmp_path / f"{name}.lap", dataclasses.replace(project, surface_from=surface_from))
