@@ -2,24 +2,79 @@
 
 Kernels are cached on disk, release the interpreter lock and never use fast-math, because results must not depend on
 the processor's whims. `threads_are_shared` says whether two Python threads may run parallel kernels at once.
+
+numba takes 0.5 s to load and 70 MB, so it is loaded when the first kernel is called, not when a module that has one is
+imported. Until then a kernel is a `Kernel`. Compiling needs the kernels that it calls as functions of numba: their
+names in the module are bound to these first, which also spares later calls the detour.
 """
 
 from __future__ import annotations
 
+import sys
+import threading
+from collections.abc import Callable, Iterator
 from functools import lru_cache
+from types import CodeType, FunctionType
 from typing import Any
 
-import numba
+#: One thread at a time loads numba and binds names.
+_binding = threading.RLock()
 
-numba.config.THREADING_LAYER = "default"
 
-#: Scalar or serial function, inlined into kernels or called by itself.
-scalar = numba.njit(cache=True, nogil=True, error_model="numpy")
+class Kernel:
+    """A function that numba compiles when it is called first; attributes are those of what numba makes of it."""
 
-#: Loop over `numba.prange` on all threads.
-parallel = numba.njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+    def __init__(self, function: FunctionType, make: Callable[[Any], Any]) -> None:
+        self.function, self._make = function, make
+        self._made: Any = None
+        self.__name__, self.__doc__, self.__module__ = function.__name__, function.__doc__, function.__module__
 
-prange = numba.prange
+    def __call__(self, *arguments: Any) -> Any:
+        return self.made(*arguments)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self.made, name)
+
+    @property
+    def made(self) -> Any:
+        """The function of numba."""
+        if self._made is None:
+            with _binding:
+                if self._made is None:
+                    _bind(self.function)
+                    made = self._make(self.function)
+                    if self.function.__globals__.get(self.__name__) is self:
+                        self.function.__globals__[self.__name__] = made
+                    self._made = made
+        return self._made
+
+
+def scalar(function: Any) -> Any:
+    """Compile a scalar or serial function, inlined into kernels or called by itself."""
+    return Kernel(function, lambda function: _njit(function))
+
+
+def parallel(function: Any) -> Any:
+    """Compile a loop over `prange` on all threads."""
+    return Kernel(function, lambda function: _njit(function, parallel=True))
+
+
+def intrinsic(function: Any) -> Any:
+    """Make a function that writes its own code, called from kernels only (`numba.extending.intrinsic`)."""
+
+    def make(function: Any) -> Any:
+        from numba.extending import intrinsic
+
+        return intrinsic(function)
+
+    return Kernel(function, make)
+
+
+def prange(*arguments: int) -> range:
+    """A range whose steps a `parallel` kernel divides between threads (`numba.prange`)."""
+    return range(*arguments)
 
 
 def only(kernel: Any, *signatures: str) -> None:
@@ -32,12 +87,55 @@ def only(kernel: Any, *signatures: str) -> None:
     kernel.disable_compile()
 
 
-@lru_cache(maxsize=1)
 def threads_are_shared() -> bool:
     """False where numba's thread pool must not be entered by two threads at once (its 'workqueue' layer).
 
-    OpenMP and TBB give each thread a team of its own. The pool is started if it has not been yet.
+    OpenMP and TBB give each thread a team of its own. Before the first kernel is called there is nothing to share.
     """
+    return "numba" not in sys.modules or _layer() != "workqueue"
+
+
+@lru_cache(maxsize=1)
+def _layer() -> str:
+    """The threading layer of numba, whose pool is started if it has not been yet."""
+    numba = _numba()
     numba.get_num_threads()
-    layer: Any = numba.threading_layer()
-    return layer != "workqueue"
+    return str(numba.threading_layer())
+
+
+def load_compiler() -> None:
+    """Load numba now, on the thread of the caller."""
+    with _binding:
+        _numba()
+
+
+def _numba() -> Any:
+    import numba
+
+    numba.config.THREADING_LAYER = "default"
+    return numba
+
+
+def _njit(function: Any, **options: Any) -> Any:
+    return _numba().njit(function, cache=True, nogil=True, error_model="numpy", **options)
+
+
+def _bind(function: FunctionType) -> None:
+    """Bind the names by which `function` calls kernels, in its module and around it, to functions of numba."""
+    for name in _names(function.__code__):
+        value = function.__globals__.get(name)
+        if isinstance(value, Kernel) and value.function is not function:
+            function.__globals__[name] = value.made
+        elif value is prange:
+            function.__globals__[name] = _numba().prange
+    for cell in function.__closure__ or ():
+        if isinstance(cell.cell_contents, Kernel):
+            cell.cell_contents = cell.cell_contents.made
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    """Names of globals in a function and in the functions within it."""
+    yield from code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _names(constant)

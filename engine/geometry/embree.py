@@ -17,11 +17,9 @@ from types import SimpleNamespace
 from typing import Any, Protocol
 
 import numpy as np
-from numba.core import cgutils, types
-from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from engine.core.kernels import scalar
+from engine.core.kernels import intrinsic, scalar
 
 #: Rays in a packet, and the fields of four bytes of its struct: 12 of the ray, 8 of the hit, and room to spare.
 LANES, FIELDS = 16, 24
@@ -236,10 +234,10 @@ def _packet() -> NDArray[np.float32]:
 @intrinsic
 def _call(typing: Any, function: Any, valid: Any, scene: Any, rays: Any, arguments: Any) -> Any:
     """Call the C function at an address with four pointers."""
+    from llvmlite import ir
+    from numba.core import cgutils, types
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        from llvmlite import ir
-
         pointer = cgutils.voidptr_t
         kind = ir.FunctionType(ir.VoidType(), [pointer] * 4)
         called = builder.inttoptr(values[0], kind.as_pointer())
