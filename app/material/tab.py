@@ -33,7 +33,6 @@ from app.widgets.workspace import bar_of_choices, beside, side_by_side, under
 from engine.core.figure_text import number, percent, size_text
 from engine.core.health import Health
 from engine.core.steps import Step, Steps
-from engine.figures.contact_sheet import repeated
 from engine.shading.power_law import PowerLawMap
 
 SLICE_CHOICES = (4, 6, 8, 12, 16, 24, 32)
@@ -471,4 +470,8 @@ def _picture(project: Project, what: str, r: float, high: float) -> Steps[Pictur
     chosen = material.power_law if what == "power-law" else material.shading_map or material.power_law
     assert chosen is not None
     image = chosen.slice_image(r)
-    return (yield from photograph(repeated(image) if what == "tiles" else image))
+    if what == "tiles":
+        from engine.figures.contact_sheet import repeated  # with OpenCV, 20 MB
+
+        image = repeated(image)
+    return (yield from photograph(image))

@@ -5,7 +5,7 @@ When a package has been executed, importlib takes it out of `sys.modules` and pu
 jobs that begin at once and load other parts of SciPy. Modules that are no packages do not suffer from that, because
 whoever asks for one waits until it is there.
 
-It takes some 0.4 s once, on the thread of a job: nearly every job needs most of it.
+It takes some 0.8 s once, on the thread of a job, with the compiler of kernels: nearly every job needs most of it.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ import threading
 from importlib import import_module
 
 import engine
+from engine.core.kernels import load_compiler
 
-#: Packages within which the engine, or SciPy itself, loads parts by their full names.
+#: Packages within which the engine, SciPy or OpenCV itself loads parts by their full names.
 SHARED = (
     "scipy.ndimage",
     "scipy.cluster",
@@ -24,6 +25,7 @@ SHARED = (
     "scipy.sparse.csgraph",
     "scipy.optimize",
     "scipy.fft",
+    "cv2",
 )
 
 _one_at_a_time = threading.Lock()
@@ -31,12 +33,13 @@ _is_loaded = threading.Event()
 
 
 def load_shared() -> None:
-    """Load the packages, once in a process; whoever comes meanwhile waits."""
+    """Load the packages and the compiler of kernels, once in a process; whoever comes meanwhile waits."""
     if _is_loaded.is_set():
         return
     with _one_at_a_time:
         for name in () if _is_loaded.is_set() else SHARED:
             import_module(name)
+        load_compiler()
         _is_loaded.set()
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import logging
-import threading
 from pathlib import Path
 
 import numpy as np
 import PySide6
-from PySide6.QtCore import QObject, QTimer, QUrl, qVersion
+from PySide6.QtCore import QObject, QUrl, qVersion
 from PySide6.QtGui import QDesktopServices
 from shiboken6 import isValid
 
@@ -17,9 +16,6 @@ from app.jobs.jobs import Job
 from app.process import crash
 from engine.core.errors import OutputError
 from engine.storage.atomic import make_folder
-
-#: Milliseconds from the start until native stacks are prepared, which competes with the start for the interpreter.
-NATIVE_AFTER_MS = 4000
 
 
 class Doings(QObject):
@@ -34,16 +30,12 @@ class Doings(QObject):
         self._stack.indexChanged.connect(self._stepped)
         self._jobs.changed.connect(self._job_changed)
         crash.state("Libraries", f"PySide6 {PySide6.__version__}, Qt {qVersion()}, numpy {np.__version__}")
-        QTimer.singleShot(NATIVE_AFTER_MS, self, self._prepare)
 
     def close(self) -> None:
         """Listen no longer."""
         self._stack.indexChanged.disconnect(self._stepped)
         self._jobs.changed.disconnect(self._job_changed)
         logging.getLogger().removeHandler(self._handler)
-
-    def _prepare(self) -> None:
-        threading.Thread(target=crash.with_native_stack, name="native stacks", daemon=True).start()
 
     def _stepped(self, position: int) -> None:
         if not isValid(self._stack):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.commands.workbench import Arrival, Workbench
@@ -30,7 +30,9 @@ from engine.core.errors import FileError, InputError
 
 
 class Files(QObject):
-    """Runs them for `window`, and says in words where one fails."""
+    """Runs them for `window`, and says in words where one fails. `choosing`: a dialog that chooses files opens."""
+
+    choosing = Signal()
 
     def __init__(
         self,
@@ -98,15 +100,18 @@ class Files(QObject):
 
     def choose_project(self) -> None:
         """Ask for a project and open it."""
+        self.choosing.emit()
         ask_to_open(self.window, self.open_project, self.settings.now.last_folder or str(self.projects.folder))
 
     def choose_files(self) -> None:
         """Ask for photographs, a mesh, measured BRDFs or a bundle, and open them."""
+        self.choosing.emit()
         chosen, _ = QFileDialog.getOpenFileNames(self.window, "Open", self.settings.now.last_folder)
         self.open([Path(path) for path in chosen])
 
     def choose_folder(self) -> None:
         """Ask for a folder of photographs and open it."""
+        self.choosing.emit()
         folder = self.settings.now.last_folder
         chosen = QFileDialog.getExistingDirectory(self.window, "Folder of photographs", folder)
         self.open([Path(chosen)] if chosen else [])

@@ -22,6 +22,7 @@ from app.help.manual import show_for_pointer
 from app.help.mode_chooser import ModeChooser
 from app.help.tour import Tour, first_hints
 from app.jobs.jobs import NICENESS, Job
+from app.process import crash
 from app.process.packages import load_shared
 from app.project.places import projects_folder
 from app.session.settings import NUMBERS, Remembered, close_session, open_session
@@ -61,20 +62,17 @@ if TYPE_CHECKING:
 #: From the window on screen to the first of the workspaces behind it, and from one to the next.
 AFTER_MS, BETWEEN_MS = 100, 5
 
-#: Libraries and modules of the workspaces behind it, which load in 0.3 s.
+#: Libraries and modules of the workspaces behind it, which load in 0.4 s.
 LIBRARIES = (
     "pyqtgraph",
-    "engine.figures.contact_sheet",
     "app.material.tab",
     "app.brdf.tab",
     "app.factor.tab",
     "app.export.tab",
+    "engine.gl.scene_renderer",
 )
 
-#: The renderer of the View workspace, which loads a compiler of kernels: 0.7 s.
-RENDERER = "engine.gl.scene_renderer"
-
-#: The decoder of photographs and of notes beside them, whose process starts in 0.7 s.
+#: The decoder of photographs and of notes beside them, whose process starts in 0.7 s and takes 140 MB.
 PHOTOGRAPHS = "engine.capture.photograph.decode"
 
 #: Preferences that hold later, and what is said of them.
@@ -102,16 +100,16 @@ def first_size(screen: QSize) -> QSize:
 
 
 def load_libraries() -> None:
-    """Load what the workspaces behind the one in front need; the process for photographs loads beside it."""
-    expect(PHOTOGRAPHS, NICENESS)
+    """Load what the workspaces behind the one in front need."""
     for name in LIBRARIES:
         import_module(name)
 
 
-def load_renderer() -> None:
-    """Load what the View workspace and nearly every job need."""
+def load_for_work() -> None:
+    """Load what nearly every job needs, and start the process for photographs: 0.7 s, and 250 MB with that process."""
+    expect(PHOTOGRAPHS, NICENESS)
     load_shared()
-    import_module(RENDERER)
+    crash.with_native_stack()
 
 
 class MainWindow(QMainWindow):
@@ -134,7 +132,7 @@ class MainWindow(QMainWindow):
         self.resize(FIRST)
         self.setAcceptDrops(True)
         self.setAnimated(False)
-        self._has_title = self._is_closed = False
+        self._has_title = self._is_closed = self._expects_work = False
         self._loading: threading.Thread | None = None
         self._making: dict[str, Iterator[None]] = {}
         self._behind = self._make_behind()
@@ -268,7 +266,12 @@ class MainWindow(QMainWindow):
             if name not in self.tabs:
                 yield
                 yield from self._steps(name)
-        yield from self._loaded(load_renderer)
+
+    def expect_work(self) -> None:
+        """Load what work needs, in the background, once something announces it; an idle window does without."""
+        if not self._expects_work:
+            self._expects_work = True
+            threading.Thread(target=load_for_work, name="getting ready", daemon=True).start()
 
     def _loaded(self, load: Callable[[], None]) -> Iterator[None]:
         """Call `load` on a thread, in steps that wait for it."""
@@ -315,10 +318,12 @@ class MainWindow(QMainWindow):
         self.projects.changed.connect(self._show_title)
         self.projects.leaving.connect(self.view.come_to_rest)
         bench.jobs.failed.connect(self._job_failed)
+        bench.jobs.changed.connect(lambda job: self.expect_work() if job.is_asked_for else None)
         bench.said.connect(self.status.say)
         bench.output_moved.connect(lambda folder: self.settings.keep(output_folder=str(folder)))
         for wanted in (bench.wanted, self.bar.wanted, menus.workspace_wanted):
             wanted.connect(self.show_workspace)
+        menus.file.aboutToShow.connect(self.expect_work)
         menus.theme_wanted.connect(self.set_theme)
         menus.measuring_wanted.connect(self._measure_or_not)
         menus.picture_wanted.connect(self._save_picture)
@@ -337,11 +342,14 @@ class MainWindow(QMainWindow):
         for name, tab in self.tabs.items():
             self._connect_workspace(name, tab)
         self.capture.files_wanted.connect(self.files.choose_folder)
+        self.files.choosing.connect(self.expect_work)
         self._changed(Project(), bench.document.project)
 
     def show_workspace(self, name: str) -> None:
         """Bring the workspace `name` to the front."""
         tab, focus = cast(QWidget, getattr(self, name)), QApplication.focusWidget()
+        if name != "capture":
+            self.expect_work()
         self.stack.setCurrentWidget(tab)
         if focus is None or not tab.isAncestorOf(focus):  # the keys of a workspace hold where the focus is in it
             self._focus_on_work()
@@ -482,6 +490,7 @@ class MainWindow(QMainWindow):
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         if event.mimeData().hasUrls():
+            self.expect_work()
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:

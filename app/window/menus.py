@@ -48,7 +48,8 @@ class Menus(QMenuBar):
     def __init__(self, files: Files, undo_stack: QUndoStack, docks: Docks, settings: Remembered) -> None:
         super().__init__()
         self.files, self.settings = files, settings
-        self._fill_file(self.addMenu("&File"))
+        self.file = self.addMenu("&File")
+        self._fill_file(self.file)
         self._fill_edit(self.addMenu("&Edit"), undo_stack)
         self._fill_view(self.addMenu("&View"), docks)
         self._fill_help(self.addMenu("&Help"))

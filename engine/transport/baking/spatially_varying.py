@@ -28,7 +28,6 @@ from engine.core.colour import luminance
 from engine.core.errors import UsageError
 from engine.core.params import parameters
 from engine.geometry.mesh import Mesh
-from engine.images.decode import read_image
 
 #: Sources that are no picture: the coordinates across the bounding box.
 AXES = ("x", "y", "z")
@@ -87,12 +86,16 @@ def vertex_values(mesh: Mesh, source: str | os.PathLike[str], count: int | None 
         low, high = float(along.min()), float(along.max())
         size = high - low
         return np.asarray(np.clip((along - low) / size, 0.0, 1.0)) if size > 0.0 else np.zeros(len(along))
+    from engine.images.decode import read_image  # with its decoders, 25 MB that few scenes need
+
     colours = _looked_up(read_image(source, transfer="linear").pixels, mesh.uv[:count])
     return np.asarray(np.clip(luminance(colours), 0.0, 1.0))
 
 
 def vertex_colours(mesh: Mesh, path: str | os.PathLike[str]) -> Array:
     """(V, 3) linear RGB of the vertices of `mesh` from a picture, clipped to [0, 1]; InputError for what is none."""
+    from engine.images.decode import read_image
+
     return np.clip(_looked_up(read_image(path).pixels, mesh.uv), 0.0, 1.0)
 
 

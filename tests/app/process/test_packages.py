@@ -104,3 +104,16 @@ for end in (job.succeeded, job.failed):
 application.exec()
 """
     assert said(program, tmp_path) == "True"
+
+
+def test_an_idle_window_loads_no_library_that_only_work_needs() -> None:
+    program = """
+import sys
+from importlib import import_module
+from app.window.main_window import LIBRARIES
+for name in ("app.window.application", *LIBRARIES):
+    import_module(name)
+print(*sys.modules)
+"""
+    loaded = {name.split(".")[0] for name in said(program).split()}
+    assert loaded & {"numba", "llvmlite", "scipy", "cv2", "matplotlib", "OpenEXR", "tifffile"} == set()
