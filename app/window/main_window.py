@@ -365,7 +365,7 @@ class MainWindow(QMainWindow):
         """Give the focus to what had it in the workspace in front; in place of a text field, to the picture."""
         tab = cast(QWidget, self.stack.currentWidget())
         last, work = tab.focusWidget(), cast(QWidget, getattr(tab, "work", tab))
-        if last is None or text_field(last) is not None or not last.isVisible():
+        if last is None or text_field(last) is not None:
             last = work if work.isVisible() else tab
         last.setFocus(Qt.FocusReason.OtherFocusReason)
 
