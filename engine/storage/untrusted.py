@@ -18,13 +18,15 @@ from __future__ import annotations
 import atexit
 import contextlib
 import json
+import math
 import os
 import socket
 import stat
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator, Mapping
+import time
+from collections.abc import Callable, Iterator, Mapping
 from concurrent import futures
 from pathlib import Path
 from types import MappingProxyType
@@ -46,9 +48,13 @@ FILE_LIMIT_BYTES = 4 * GIBIBYTE
 #: Address space of a decoder: enough for 100 megapixels in 16 bits (file, samples, float32 result, temporaries).
 DECODER_MEMORY_BYTES = 6 * GIBIBYTE
 
-#: Seconds that a decoder which has started gets for the smallest files and at most; in between by size.
+#: Seconds of CPU time that a decoder which has started gets for the smallest files and at most; in between by size.
 SMALLEST_LIMIT_S, LARGEST_LIMIT_S = 30.0, 300.0
 _BYTES_PER_S = 1_000_000
+
+#: A decoder that has used less CPU time than its limit, because other programs have it, may take so many times the
+#: limit by the clock.
+PATIENCE = 4.0
 
 #: Seconds in which a decoder process has to start, which on a fresh machine includes compiling its kernels.
 START_LIMIT_S = 300.0
@@ -274,7 +280,7 @@ def decode_content(
 
 
 def time_limit_s(size_bytes: int) -> float:
-    """Seconds in which a file of this size is decoded on a slow machine, or never."""
+    """Seconds of CPU time in which a file of this size is decoded on a slow machine, or never."""
     return min(LARGEST_LIMIT_S, SMALLEST_LIMIT_S + size_bytes // _BYTES_PER_S)
 
 
@@ -410,17 +416,16 @@ class _Child:
             self.kill()
         return reply
 
-    def _watchdog(self, limit_s: float, expired: threading.Event) -> threading.Timer:
-        """Kills the child after `limit_s`, unless it is cancelled before."""
+    def _watchdog(self, limit_s: float, expired: threading.Event) -> _Watchdog:
+        """Kill the child when it has had `limit_s` of CPU time, unless that is cancelled before."""
 
         def expire() -> None:
             expired.set()
             self.process.kill()
 
-        timer = threading.Timer(limit_s, expire)
-        timer.daemon = True
-        timer.start()
-        return timer
+        watchdog = _Watchdog(self.process.pid, limit_s, expire)
+        watchdog.start()
+        return watchdog
 
     def _last_words(self, request: dict[str, Any], arrived: bool, is_expired: bool) -> dict[str, Any]:
         if is_expired and not arrived:
@@ -439,6 +444,39 @@ class _Child:
                     pipe.close()
         self.process.wait()
         _running.discard(self)
+
+
+class _Watchdog(threading.Thread):
+    """Calls `expire` when a process has had `limit_s` by the clock, and of CPU time or `PATIENCE` times that."""
+
+    def __init__(self, process: int, limit_s: float, expire: Callable[[], object]) -> None:
+        super().__init__(name="decoder limit", daemon=True)
+        self._process, self._limit_s, self._expire = process, limit_s, expire
+        self._is_over = threading.Event()
+
+    def cancel(self) -> None:
+        self._is_over.set()
+
+    def run(self) -> None:
+        begun_s, spent_s = time.monotonic(), _cpu_s(self._process)
+        wait_s = self._limit_s
+        while not self._is_over.wait(wait_s):
+            left_s = begun_s + PATIENCE * self._limit_s - time.monotonic()
+            wait_s = min(self._limit_s - (_cpu_s(self._process) - spent_s), left_s)
+            if not wait_s > 0.0:  # also where it is no number, because the process was gone from the beginning
+                self._expire()
+                return
+
+
+def _cpu_s(process: int) -> float:
+    """Seconds of CPU time that a process has used; infinite where the system does not tell, or it is gone."""
+    import psutil
+
+    try:
+        times = psutil.Process(process).cpu_times()
+    except psutil.Error:
+        return math.inf
+    return float(times.user + times.system)
 
 
 def _receive(replies: IO[bytes], results: SharedFile | None, limit_bytes: int) -> dict[str, Any]:

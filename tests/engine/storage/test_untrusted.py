@@ -31,6 +31,14 @@ def echo(content, name, **options):
 def hang(content, name):
     time.sleep(1000)
 
+def wait(content, name):
+    time.sleep(1)
+    return {"content": np.frombuffer(content, np.uint8)}
+
+def compute(content, name):
+    while True:
+        pass
+
 def crash(content, name):
     ctypes.string_at(0)
 
@@ -233,6 +241,13 @@ def test_a_decoder_that_hangs_is_stopped(file: Path, decoders: str) -> None:
     with pytest.raises(InputError, match=r"within 0\.5 s"):
         decode_in_child(f"{decoders}:hang", file, timeout_s=0.5)
     assert decode_in_child(f"{decoders}:echo", file)
+
+
+def test_time_that_other_programs_take_is_not_that_of_a_file(file: Path, decoders: str) -> None:
+    """A decoder that waits has used no CPU time; one that computes for ever has."""
+    assert decode_in_child(f"{decoders}:wait", file, timeout_s=0.5)
+    with pytest.raises(InputError, match=r"within 0\.5 s"):
+        decode_in_child(f"{decoders}:compute", file, timeout_s=0.5)
 
 
 def test_a_decoder_process_that_does_not_start_is_not_blamed_on_the_file(
