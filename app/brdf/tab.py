@@ -18,7 +18,6 @@ from app.brdf.inspector import Inspector
 from app.brdf.library import Library, missing_files
 from app.brdf.lobe_view import Lobe, LobeView, lengths, surfaces
 from app.brdf.plots import AlbedoPlot, HalfDifferencePlot, Line, PolarPlot
-from app.brdf.save_plots import distinct, grid, saved, svg, table
 from app.brdf.sphere_preview import SpherePreview
 from app.brdf.text_editor import TextEditor
 from app.commands import brdf as commands_brdf
@@ -35,6 +34,7 @@ from app.widgets import theme
 from app.widgets.empty_state import EmptyState
 from app.widgets.panels import Segments, text, tool
 from app.widgets.param_form import NumberEditor
+from app.widgets.plot_files import distinct, grid, saved, svg, table
 from app.widgets.theme import PADDING
 from app.widgets.tiles import Tile, Tiles
 from app.widgets.workspace import bar_of_choices, put_beside, side_by_side, under

@@ -13,17 +13,22 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, Qt, Signal
+from PySide6.QtWidgets import QMenu
 
 from app.document.factoring import METRICS, Run
 from app.factor.runs import Live
 from app.widgets import theme
 from app.widgets.number_field import plain
+from app.widgets.plot_files import rows_of
 from app.widgets.plots import Plot
 
 MARK_PX = 10
 
+#: The command of the plot's menu.
+SAVE = "Save plot as PNG, SVG or CSV…"
+
 #: Quantities on the horizontal axis, and their labels.
-AGAINST = {"terms": "Terms", "time": "Time / s", "bytes": "Size / kB"}
+AGAINST = {"terms": "Number of terms", "time": "Time / s", "bytes": "Size / kB"}
 
 #: Errors below this are drawn on it: they are rounding, and a logarithm needs an end. So do times and sizes.
 LEAST, SHORTEST = 1e-12, 1e-3
@@ -45,14 +50,17 @@ class ErrorLine:
 
 
 class ErrorPlot(Plot):
-    """`picked(run, terms)` follows a click on a point."""
+    """`picked(run, terms)` follows a click on a point; `save_wanted` asks for the plot as a file."""
 
     picked = Signal(int, int)
+    save_wanted = Signal()
 
     def __init__(self) -> None:
         super().__init__(AGAINST["terms"], "Error")
         self.setAccessibleName("Error of the factors")
-        self.setToolTip("Click a point to preview and export that number of terms (left and right arrow keys)")
+        self.setToolTip(
+            "Click a point to preview and export that number of terms (left and right arrow keys); right-click to save"
+        )
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.lines: list[tuple[Any, Any]] = []
         self.shown: list[ErrorLine] = []
@@ -101,8 +109,7 @@ class ErrorPlot(Plot):
         self.ring.setData(x=[x for x, _ in at], y=[y for _, y in at], pen=pg.mkPen(theme.current().text, width=1.6))
 
     def _label(self, against: str, metric: str) -> None:
-        words, unit = METRICS[metric]
-        self.x_label, self.y_label = AGAINST[against], f"{words} / {unit}" if unit else words
+        self.x_label, self.y_label = AGAINST[against], label_of(metric)
         self.name_axes()
         bottom = self.getPlotItem().getAxis("bottom")
         bottom.setTicks(None)
@@ -131,6 +138,12 @@ class ErrorPlot(Plot):
     def mouseDoubleClickEvent(self, event: Any) -> None:
         event.accept()
 
+    def contextMenuEvent(self, event: Any) -> None:
+        menu = QMenu(self)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.addAction(SAVE, self.save_wanted.emit)
+        menu.popup(event.globalPos())
+
     def keyPressEvent(self, event: Any) -> None:
         step = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}.get(event.key())
         if step is None or self.chosen is None:
@@ -153,6 +166,28 @@ class ErrorPlot(Plot):
                     box = self.getPlotItem().getViewBox()
                     return QPointF(self.mapFromScene(box.mapViewToScene(QPointF(x, y))))
         return None
+
+
+def label_of(metric: str) -> str:
+    """An error metric with its unit; errors of logarithms are pure numbers."""
+    words, unit = METRICS[metric]
+    return f"{words} / {unit or 1}"
+
+
+def errors_as_csv(runs: Sequence[tuple[Run, Live]]) -> bytes:
+    """All errors of all runs, a line for each number of terms; empty where one is not known."""
+    headings = ("Run", "Method", "Number of terms", "Textures", "Time / s", "Size / B", *map(label_of, METRICS))
+    lines = (
+        (
+            run.name,
+            live.factorisation.method if live.factorisation is not None else "",
+            *(rung.terms, rung.textures, rung.time_s, rung.size_bytes),
+            *(rung.error(metric) for metric in METRICS),
+        )
+        for run, live in runs
+        for rung in live.ladder
+    )
+    return rows_of(headings, lines)
 
 
 def log_ticks(low: float, high: float) -> list[list[tuple[float, str]]]:

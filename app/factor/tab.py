@@ -19,21 +19,29 @@ from app.document.factoring import METRICS, Factoring, Run
 from app.document.following import Following
 from app.factor.inspector import FactorInspector
 from app.factor.pictures import ProjectionsView, TexturePicture, TexturesView, texture_pictures
-from app.factor.plot import AGAINST, ErrorPlot
+from app.factor.plot import AGAINST, SAVE, ErrorPlot, errors_as_csv
 from app.factor.preview import FactorPreview
 from app.factor.runs import GONE, FactorRuns, Live, choices_of, files_of, name_of, source_of
 from app.factor.settings import FactorSettingsPanel
+from app.jobs.jobs import Job
 from app.jobs.newest import Latest
+from app.widgets import theme
 from app.widgets.controls import ComboBox
 from app.widgets.empty_state import EmptyState
 from app.widgets.number_field import NumberField
-from app.widgets.panels import Segments
+from app.widgets.panels import Segments, small_button
+from app.widgets.plot_files import png, saved, svg
 from app.widgets.tiles import Tile, Tiles
 from app.widgets.workspace import bar_of_choices, put_beside, side_by_side, under
 from engine.factor.settings import FactorSettings
 
 #: Least time between two updates of the results of a run, and of its preview on the model while the run goes on.
 SHOW_EVERY_MS, PREVIEW_EVERY_MS = 120, 700
+
+
+#: Files that the error plot is saved as.
+FORMATS = (".png", ".svg", ".csv")
+PLOT_FILES = "PNG image (*.png);;SVG drawing (*.svg);;Values as CSV (*.csv)"
 
 
 class FactorTab(QWidget):
@@ -118,10 +126,12 @@ class FactorTab(QWidget):
         row.addWidget(self.measure)
         row.addWidget(self.against)
         row.addStretch(1)
+        self.save = small_button("export", SAVE)
+        self.save.clicked.connect(self._save_plot)
         self.textures = TexturesView()
         self.projections = ProjectionsView()
         self.tile_of = {
-            "plot": Tile("Error", self.plot),
+            "plot": Tile("Error", self.plot, self.save),
             "projections": Tile("Projections", self.projections),
             "textures": Tile("Textures", self.textures, self.exposure),
             "preview": Tile("Preview", self.preview, self.model),
@@ -161,6 +171,7 @@ class FactorTab(QWidget):
         inspector.export_wanted.connect(lambda: self._with_run(self._export))
         inspector.use_wanted.connect(lambda: self._with_run(self._use))
         self.plot.picked.connect(self.choose)
+        self.plot.save_wanted.connect(self._save_plot)
         self.textures.picked.connect(lambda terms: self._with_run(lambda run: self.choose(run.number, terms)))
         self.preview.drawn.connect(self.drawn)
         self.preview.broken.connect(self.broken)
@@ -258,6 +269,28 @@ class FactorTab(QWidget):
             name = f"{run.name}, {factors.terms} term{'s'[: factors.terms != 1]}"
             commands_brdf.use(self.bench, Entry(name, dataclasses.replace(factors, name=name), run.identity))
             self.bench.wanted.emit("view")
+
+    def _save_plot(self) -> None:
+        """Ask for a file of the plot, whose ending says what it holds."""
+        proposed = f"{self.bench.proposed('factor-errors')}.png"
+        chosen, kind = QFileDialog.getSaveFileName(self, "Save the error plot", proposed, PLOT_FILES)
+        if chosen:
+            path = Path(chosen)
+            if path.suffix.lower() not in FORMATS:
+                path = path.with_name(path.name + next(each for each in FORMATS if f"*{each}" in (kind or "*.png")))
+            self.bench.write_into(path.parent)
+            self.save_plot(path)
+
+    def save_plot(self, path: Path) -> Job:
+        """Write the plot as it is on screen, or the errors of all runs, as the ending of `path` says."""
+        runs = [(run, self.runs.of(run)) for run in self.factoring.runs]
+        make = {".png": lambda: png(self.plot), ".svg": lambda: svg(self.plot), ".csv": lambda: errors_as_csv(runs)}
+        content = make[path.suffix.lower()]()
+        job = self.bench.jobs.submit(
+            f"Saving {path.name}", lambda: saved(path.parent, {path.name: content}), lane="save"
+        )
+        job.succeeded.connect(self.bench.said.emit)
+        return job
 
     def _set_exposure(self, value: float) -> None:
         self.exposure_ev = value
@@ -378,6 +411,7 @@ class FactorTab(QWidget):
     def apply_theme(self) -> None:
         """Redraw what does not follow the palette by itself."""
         self.plot.apply_theme()
+        self.save.setIcon(theme.icon("export"))
         self.inspector.apply_theme()
         self.empty.apply_theme()
         for tile in self.tiles.places:

@@ -62,7 +62,10 @@ class Plot(pg.PlotWidget):
         self.showGrid(x=False, y=True, alpha=0.12)
 
     def name_axes(self) -> None:
-        """Name each axis in the longer of two forms that there is room for, or not at all."""
+        """Name each axis in the longest of three forms that there is room for, or not at all.
+
+        A part of the quantity's name that follows a comma goes before its unit does.
+        """
         style = {"color": theme.current().secondary, "font-size": "11px"}
         for side, words in self._fitting().items():
             self.getPlotItem().getAxis(side).setLabel(words or None, siPrefixEnableRanges=(), **style)
@@ -70,7 +73,9 @@ class Plot(pg.PlotWidget):
     def _fitting(self) -> dict[str, str]:
         metrics, fitting = QFontMetrics(theme.font(11)), {}
         for side, words, room in (("bottom", self.x_label, self.width()), ("left", self.y_label, self.height())):
-            forms = (words, words.split(" / ")[0].split(",")[0])
+            quantity, _, unit = words.partition(" / ")
+            short = quantity.split(",")[0]
+            forms = (words, f"{short} / {unit}" if unit else short, short)
             fits = (form for form in forms if metrics.horizontalAdvance(form) <= room - BESIDE_AXIS)
             fitting[side] = next(fits, "")
         return fitting

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from app.brdf.ranking import Ranking
-from app.brdf.save_plots import distinct, grid, table
 from app.commands import brdf as commands_brdf
+from app.widgets.plot_files import distinct, grid, table
 from app.window.main_window import MainWindow
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.ranking import Offer

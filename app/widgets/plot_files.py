@@ -1,17 +1,17 @@
-"""The plots of the BRDF workspace as files: each as SVG, as on screen, and as CSV, with a column for each BRDF."""
+"""Plots as files: PNG and SVG as on screen, and CSV of the values with a heading that states their units."""
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QBuffer
-from PySide6.QtGui import QPainter
+from PySide6.QtGui import QImage, QPainter
 from PySide6.QtSvg import QSvgGenerator
 
 from engine.core.steps import Step, Steps
@@ -33,13 +33,31 @@ def svg(plot: Any) -> bytes:
     return bytes(content.data().data())
 
 
-def table(heading: str, x: Floats, columns: Mapping[str, Floats]) -> bytes:
-    """CSV in UTF-8: `x` under its heading, then a column (N,) for each name, with all digits."""
+def png(plot: Any, scale: int = 2) -> bytes:
+    """A plot as it is on screen, with `scale` pixels for each of the screen along either axis."""
+    image = QImage(scale * plot.size(), QImage.Format.Format_RGB32)
+    image.setDevicePixelRatio(scale)
+    painter = QPainter(image)
+    plot.render(painter)
+    painter.end()
+    content = QBuffer()
+    content.open(QBuffer.OpenModeFlag.WriteOnly)
+    image.save(content, "PNG")  # type: ignore[call-overload]
+    return bytes(content.data().data())
+
+
+def rows_of(headings: Sequence[str], lines: Iterable[Sequence[object]]) -> bytes:
+    """CSV in UTF-8: the headings, then the lines, with all digits; what is None stays empty."""
     text = io.StringIO()
     rows = csv.writer(text)
-    rows.writerow((heading, *columns))
-    rows.writerows(zip(x.tolist(), *(values.tolist() for values in columns.values()), strict=True))
+    rows.writerow(headings)
+    rows.writerows(lines)
     return text.getvalue().encode()
+
+
+def table(heading: str, x: Floats, columns: Mapping[str, Floats]) -> bytes:
+    """CSV in UTF-8: `x` under its heading, then a column (N,) for each name, with all digits."""
+    return rows_of((heading, *columns), zip(x.tolist(), *(each.tolist() for each in columns.values()), strict=True))
 
 
 def grid(values: Floats) -> bytes:
@@ -66,4 +84,4 @@ def saved(folder: Path, files: Mapping[str, bytes]) -> Steps[str]:
     make_folder(folder)
     for name, content in files.items():
         write_bytes(folder / name, content)
-    return f"{len(files)} files of plots written to {folder}"
+    return f"{len(files)} files of plots written to {folder}" if len(files) > 1 else f"{next(iter(files))} written"
