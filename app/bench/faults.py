@@ -175,7 +175,7 @@ def _room(widget: QWidget) -> tuple[int, int]:
         return widget.sizeHint().width(), widget.width()
     if isinstance(widget, QAbstractButton) and widget.text():
         return widget.sizeHint().width(), widget.width()
-    if isinstance(widget, QComboBox):
+    if isinstance(widget, QComboBox) and not widget.isEditable():
         option = QStyleOptionComboBox()
         widget.initStyleOption(option)
         control, part = QStyle.ComplexControl.CC_ComboBox, QStyle.SubControl.SC_ComboBoxEditField

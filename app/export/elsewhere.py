@@ -42,6 +42,7 @@ from app.project.interrupted import proposed_parts, proposed_place
 from app.project.losses import OWN
 from app.session.settings import UNITS_MM
 from app.widgets.controls import ComboBox
+from app.widgets.fitting import breakable
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Panel, button, enable, scroll_to, text, with_buttons
 from app.widgets.theme import role
@@ -418,7 +419,7 @@ class Elsewhere(QWidget):
         """Show the result of an export, and its files."""
         self.verdict.setText(words)
         role(self.verdict, look)
-        self.files.setText("\n".join(f"{_breakable(name)}, {size_text(size)}" for name, size in files.items()))
+        self.files.setText("\n".join(f"{breakable(name)}, {size_text(size)}" for name, size in files.items()))
         for widget in (self.files, self.show_folder):
             widget.setVisible(bool(files))
         if look in ("good", "bad"):
@@ -494,11 +495,6 @@ def _measured_of(project: Project) -> tuple[int, ...]:
 def _numbered(number: int, project: Project, steps: Steps[Any]) -> Steps[Any]:
     """`steps` that say which request they belong to, and to which project, beside their partial results."""
     return relayed(steps, lambda step: Step(step.done, step.note, (number, project, step.partial)))
-
-
-def _breakable(path: str) -> str:
-    """`path` with places where a line may break."""
-    return path.replace("/", "/\u200b").replace("_", "_\u200b")
 
 
 def _problem(error: Any) -> str:

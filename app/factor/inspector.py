@@ -24,6 +24,7 @@ from app.document.factoring import (
 )
 from app.factor.runs import Live
 from app.widgets import theme
+from app.widgets.fitting import breakable
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Panel, button, enable, text
 from app.widgets.plots import Plot
@@ -204,7 +205,7 @@ class FactorInspector(Panel):
             self.bands.show_bands((), "")
             self.uses.setText("–")
             return
-        self.of.setText(f"{run.name}, {method_of(run, live)}")
+        self.of.setText(breakable(f"{run.name}, {method_of(run, live)}"))
         self.of.setToolTip(f"{run.name}, {method_of(run, live)}")
         self.many.setText(
             f"{rung.terms} of {live.ladder[-1].terms} · {rung.textures} texture{'s'[: rung.textures != 1]}"

@@ -32,6 +32,8 @@ from engine.factor.settings import FactorSettings
 
 WIDTH = 264
 
+SOURCE_HINT = "What the BRDF workspace compares, its files, models and published materials; type to find one"
+
 SEPARABLE = {"side": "Size", "products": "Terms"}
 HOMOMORPHIC = {"size": "Size", "textures": "Textures"}
 SEARCH = {"restarts": "Restarts", "together": "Together"}
@@ -67,9 +69,6 @@ class FactorSettingsPanel(Panel):
         rows = self.section("BRDF")
         self.source = ComboBox()
         self.source.setAccessibleName("BRDF to factor")
-        self.source.setToolTip(
-            "What the BRDF workspace compares, its files, models and published materials; type to find one"
-        )
         self.source.setEditable(True)
         self.source.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
         self.source.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
@@ -175,7 +174,12 @@ class FactorSettingsPanel(Panel):
             self.source.insertSeparator(len(own))
         place = self.source.findData(current)
         self.source.setCurrentIndex(place)
-        self.source.setEditText(self.source.itemText(place) if place >= 0 else name)
+        words = self.source.itemText(place) if place >= 0 else name
+        self.source.setEditText(words)
+        line = self.source.lineEdit()
+        if line is not None and not line.hasFocus():
+            line.setCursorPosition(0)  # a long name is seen from its beginning
+        self.source.setToolTip(f"{words}\n{SOURCE_HINT}")
 
     def _source_chosen(self, place: int) -> None:
         source = self.source.itemData(place)

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import re
+
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy
 
 from app.widgets.theme import role
+
+
+def breakable(words: str) -> str:
+    """`words` with places in long ones, such as names of files, where a line may break."""
+    return re.sub(r"[^\s]{12}|[^\s/_.-]{1,11}[/_.-]{1,3}", lambda part: f"{part[0]}\u200b", words)
 
 
 class Fitting(QLabel):

@@ -31,9 +31,6 @@ from app.widgets.theme import PADDING, ROW, STEP, role
 WIDTH, NARROWEST = 296, 0.83
 LABEL_WIDTH = 76
 
-#: The share that a panel takes at least where its rows ask for more: two of them leave room for a picture.
-MOST_LEAST = 0.93
-
 #: Width of the bar that scrolls a panel, as the theme has it.
 SCROLL_BAR = 10
 
@@ -70,7 +67,7 @@ class Panel(QWidget):
     def minimumSizeHint(self) -> QSize:
         """Narrower than usual, but not so narrow that a row and the bar that scrolls it have no room."""
         rows = self.inside.minimumSizeHint().width() + SCROLL_BAR
-        narrowest = max(round(NARROWEST * self.usual_width), min(rows, round(MOST_LEAST * self.usual_width)))
+        narrowest = max(round(NARROWEST * self.usual_width), min(rows, self.usual_width))
         return QSize(narrowest, super().minimumSizeHint().height())
 
     def section(self, title: str) -> Rows:

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QImage
 
+from app.bench.faults import cut, pixels
 from app.commands import brdf as commands_brdf
 from app.document.document import Document
 from app.document.factoring import MATERIAL, Factoring, Run
@@ -95,6 +100,43 @@ def test_a_click_on_a_point_chooses_so_many_terms_and_undo_takes_it_back(factor:
     assert document_of(factor).undo_stack.undoText() == f"Choose 2 terms of {run.name}"
     document_of(factor).undo_stack.undo()
     assert factor.factoring.terms is None
+
+
+def test_the_error_plot_is_saved_as_images_and_values(factor: Any, qtbot: Any, tmp_path: Path) -> None:
+    """The ending says in which form; both axes have a unit, also where room lacks."""
+    first, second = run_with(factor, qtbot), run_with(factor, qtbot, method="homomorphic")
+    for name in ("errors.png", "errors.svg", "errors.csv"):
+        with qtbot.waitSignal(factor.save_plot(tmp_path / name).succeeded):
+            pass
+    image = QImage(str(tmp_path / "errors.png"))
+    assert image.size() == 2 * factor.plot.size()
+    assert len(np.unique(pixels(image).reshape(-1, 3), axis=0)) > 2
+    root = ElementTree.fromstring((tmp_path / "errors.svg").read_bytes())
+    assert root.tag.endswith("svg")
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "errors.csv").read_text(encoding="utf-8"))))
+    ladders = [(run, rung) for run in (first, second) for rung in factor.runs.of(run).ladder]
+    found = [(row["Run"], int(row["Number of terms"])) for row in rows]
+    assert found == [(run.name, rung.terms) for run, rung in ladders]
+    for row, (_, rung) in zip(rows, ladders, strict=True):
+        assert float(row["RMS, cosine-weighted / sr⁻¹"]) == rung.rms_cosine_weighted
+        assert float(row["Size / B"]) == rung.size_bytes
+        assert float(row["Mean relative (log) / 1"]) == rung.error("abs_log")
+    factor.plot.resize(400, 130)
+    assert factor.plot.getPlotItem().getAxis("left").labelText == "RMS / sr⁻¹"
+    assert factor.plot.getPlotItem().getAxis("bottom").labelText == "Number of terms"
+
+
+def test_a_long_name_of_a_run_is_not_cut(factor: Any, qtbot: Any) -> None:
+    """Such as that of a file, which has no spaces: it pushed the figures below the scroll bar."""
+    run_with(factor, qtbot)
+    name = "satin_rosaline_rgb_measured_again_and_again.bsdf.of-a-very-long-name"
+    runs = tuple(replace(run, name=name) for run in factor.factoring.runs)
+    document_of(factor).change("Rename", factoring=replace(factor.factoring, runs=runs))
+    factor.inspector.setFixedWidth(factor.inspector.minimumSizeHint().width())
+    factor.inspector.setFixedHeight(400)
+    qtbot.waitUntil(lambda: name in factor.inspector.of.text().replace("\u200b", ""))
+    qtbot.wait(300)
+    assert cut(factor.inspector) == []
 
 
 def test_methods_stand_side_by_side_each_in_a_colour_of_its_own(factor: Any, qtbot: Any) -> None:

@@ -17,6 +17,7 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QToolButton, QWidget
 
+from app.bench.faults import cut
 from app.viewport.gl_surface import GlSurface
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
@@ -372,11 +373,11 @@ def fill(window: MainWindow) -> None:
 @pytest.mark.parametrize(
     ("size", "filled"),
     [
-        ((1280, 800), False),
+        ((1280, 720), False),
         ((1120, 700), True),
         *(
             pytest.param(size, filled, marks=pytest.mark.long)
-            for size, filled in (((1280, 800), True), ((1120, 700), False))
+            for size, filled in (((1280, 720), True), ((1120, 700), False))
         ),
     ],
 )
@@ -392,6 +393,11 @@ def test_no_words_are_cut_off(window: MainWindow, qtbot: Any, filled: bool, size
             for widget in window.findChildren(kind):
                 if widget.isVisible() and cast(Any, widget).text():
                     assert_readable(widget, name)
+        assert cut(window) == [], name  # fields as well, and what lies beside a scroll bar
+    window.export.show_form("elsewhere")
+    wait(qtbot, lambda: is_quiet(window))
+    qtbot.wait(60)
+    assert cut(window) == []
 
 
 def assert_readable(widget: Any, workspace: str) -> None:
