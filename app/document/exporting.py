@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from engine.exchange.subject import Settings
 
-#: Targets of `engine.exchange.export`, in its order, and those that a new project chooses.
+#: Targets of `engine.exchange.export`, in its order, those that are proposed, and those for lights all round, as
+#: conservators take photographs.
 TARGETS = ("textures", "materialx", "gltf", "usd", "blender", "shaders", "web", "rti", "brdf")
 FIRST = ("textures", "materialx", "gltf")
+FIRST_OF_DOME = ("web", "rti")
 
 #: Presets, codings and directions of y of normals ('' as the preset has it).
 PRESETS = ("blender", "unreal", "unity", "godot", "substance", "gltf")
@@ -31,14 +33,14 @@ class Exporting:
     Attributes
     ----------
     left_out : parts of a bundle (`PARTS`) that are not written although the material has them.
-    targets : those chosen for other programs, in the order of `TARGETS`.
+    targets : those chosen for other programs, in the order of `TARGETS`; None proposes those for the material.
     preset, coding, normal : of textures (`engine.exchange.subject.Settings`); '' leaves y of normals to the preset.
     width_mm : width of the sample, for the scale bar of the web page; 0 where it is not known.
     error_percent : relative RMSE within which the smallest target is looked for.
     """
 
     left_out: frozenset[str] = field(default_factory=frozenset)
-    targets: tuple[str, ...] = FIRST
+    targets: tuple[str, ...] | None = None
     preset: str = "blender"
     coding: str = "png8"
     normal: str = ""
@@ -48,13 +50,18 @@ class Exporting:
     def __post_init__(self) -> None:
         known = (
             self.left_out <= {*PARTS},
-            {*self.targets} <= {*TARGETS},
+            {*(self.targets or ())} <= {*TARGETS},
             self.preset in PRESETS and self.coding in CODINGS and self.normal in NORMALS,
             0.0 <= self.width_mm <= MAX_WIDTH_MM,
             0.0 <= self.error_percent <= MAX_ERROR_PERCENT,
         )
         if not all(known):
             raise ValueError("settings of exports that cannot be")
+
+    def targets_for(self, *, is_directional: bool) -> tuple[str, ...]:
+        """The targets that the user has chosen; before that those that suit a material of lights all round, or not."""
+        proposed = FIRST_OF_DOME if is_directional else FIRST
+        return proposed if self.targets is None else self.targets
 
     @property
     def settings(self) -> Settings:

@@ -210,18 +210,27 @@ class Elsewhere(QWidget):
     def _targets_chosen(self) -> None:
         """A click chose other targets; those that this material cannot leave by stay as they were."""
         boxes = {name: card.box for name, card in self.cards.items() if card.box is not None}
-        before = self.choices.targets
+        before = self.targets
         chosen = [name for name, box in boxes.items() if (box.isChecked() if box.isEnabled() else name in before)]
         self._set("Targets of an export", targets=tuple(chosen))
 
     def _choose(self, words: str, names: Collection[str]) -> None:
         self._set(words, targets=tuple(name for name in self.cards if name in names))
 
-    def _show_settings(self, settings: Exporting) -> None:
-        """Show the settings of the project."""
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """The targets that the project chooses, or that are proposed for its material."""
+        project = self.bench.document.project
+        return project.exporting.targets_for(is_directional=project.material.directional is not None)
+
+    def _show_targets(self) -> None:
         for name, card in self.cards.items():
             if card.box is not None:
-                card.box.setChecked(name in settings.targets)
+                card.box.setChecked(name in self.targets)
+
+    def _show_settings(self, settings: Exporting) -> None:
+        """Show the settings of the project."""
+        self._show_targets()
         for box, value in zip((self.preset, self.coding, self.normal), settings.of_textures, strict=True):
             box.setCurrentIndex(box.findData(value))
         self.budget.show_value(settings.error_percent)
@@ -249,7 +258,7 @@ class Elsewhere(QWidget):
         """Follow the document: what was measured holds for one material and its photographs."""
         if new.name != old.name or not self.name.text():
             self.offer(new.name)
-        if old is new or old.exporting != new.exporting:
+        if old is new or old.exporting != new.exporting or old.material is not new.material:
             self._show_settings(new.exporting)
         if old is new or _measured_of(old) != _measured_of(new):
             self.looking.drop()

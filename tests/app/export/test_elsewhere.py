@@ -179,6 +179,12 @@ def test_another_preset_is_measured_alone_when_asked_for(page: Any, window: Main
     assert page.found["textures"].entry["bytes"] == before["textures"].entry["bytes"]
 
 
+def test_a_capture_from_a_dome_proposes_what_conservators_publish() -> None:
+    assert Exporting().targets_for(is_directional=True) == ("web", "rti")
+    assert Exporting(targets=("gltf",)).targets_for(is_directional=True) == ("gltf",)
+    assert Exporting(targets=()).targets_for(is_directional=False) == ()
+
+
 def test_settings_belong_to_the_project(page: Any, window: MainWindow, qtbot: Any) -> None:
     document = window.bench.document
     choose(page, qtbot, "web", "usd")
