@@ -23,6 +23,7 @@ from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.document.following import Following
 from app.document.import_choices import choose, path_of, reference_of, transfer_of, with_angle
+from app.project.pixels import are_there
 from app.widgets import theme
 from app.widgets.elevation_plot import ElevationPlot
 from app.widgets.empty_state import EmptyState, with_empty_state
@@ -294,6 +295,10 @@ class CaptureTab(QWidget):
                 self.image, ("taken", before, transfer), "Reading the photograph", lambda: as_taken(before, transfer)
             )
             return
+        if not are_there(stack):
+            self.shelf.drop(self.image)
+            self._show_small()
+            return
         place = stack.sources.index(self.current)
         self.shelf.show(
             self.image,
@@ -320,6 +325,8 @@ class CaptureTab(QWidget):
         """Read thumbnails from a stack that came without its import, as that of an opened project."""
         if stack is None or all(name in self.list.photographs.thumbnails for name in stack.sources):
             return
+        if not are_there(stack):
+            return  # until they are (`show_again`)
 
         def show(step: Step) -> None:
             if step.partial is not None and self.bench.document.project.stack is stack:
@@ -328,6 +335,11 @@ class CaptureTab(QWidget):
 
         job = self.bench.jobs.submit("Reading thumbnails", lambda: thumbnails(stack), lane="screen")
         job.progressed.connect(show)
+
+    def show_again(self) -> None:
+        """The pixels of the stack had been gone, and are there again."""
+        self._bring_thumbnails(self.bench.document.project.stack)
+        self._load_picture()
 
     def _show_source(self, name: str) -> None:
         names = [row.name for row in self.list.photographs.rows]

@@ -92,6 +92,12 @@ def pixels_made(stack: ImageStack, sources: Sources | None, choices: ImportChoic
     take_again(made, stack, path_of(stack.folder.parent), sources.photographs)
 
 
+def can_be_read(project: Project) -> bool:
+    """True if the pixels of the stack are there, or compressed in the project."""
+    stack = project.stack
+    return stack is not None and (are_there(stack) or (stack.folder is not None and are_packed(stack.folder)))
+
+
 def readable_stack(project: Project) -> Steps[ImageStack | None]:
     """The stack of `project` with its pixels, made again where they are gone; None where that cannot be."""
     if project.stack is None:

@@ -25,13 +25,10 @@ from engine.scene.material import Material
 
 def lacks_material(project: Project) -> bool:
     """True if the material was built by these settings, and maps that were built are gone."""
-    material = project.material
-    is_whole = material.directional is not None or None not in (material.shading_map, material.power_law)
-    return project.stack is not None and not is_whole and bool(project.built_from) and _is_built(project)
-
-
-def _is_built(project: Project) -> bool:
-    return project.built_from == project.recipe
+    maps = (project.material.shading_map, project.material.power_law)
+    if project.stack is None or project.material.directional is not None or None not in maps:
+        return False
+    return bool(project.built_from) and project.built_from == project.recipe
 
 
 def lacks_surface(project: Project) -> bool:
@@ -42,10 +39,7 @@ def lacks_surface(project: Project) -> bool:
 
 def material_again(project: Project) -> Steps[Material]:
     """The material of `project` with its maps, its appearance as it is."""
-    made = yield from material_of(project)
-    now = project.material
-    kept = {name: getattr(now, name) for name in ("brdf", "measured", "sigma", "name")}
-    return dataclasses.replace(made, **kept)
+    return (yield from material_of(project)).looking_like(project.material)
 
 
 def rebuild(path: Path) -> Steps[Opened]:

@@ -318,6 +318,21 @@ class Document(QObject):
             for step in again:
                 stack.push(step)
 
+    def complete(self, **parts: Any) -> None:
+        """Put `parts` into the project that it had before and that were gone: no step of the history.
+
+        The steps that led to the project and from it lead to the complete one and from it.
+        """
+        before, stack = self.project, self.undo_stack
+        after = dataclasses.replace(before, **parts)
+        for at in range(stack.count()):
+            step = cast(_Change, stack.command(at))
+            if step.new is before or (at == stack.index() - 1 and isinstance(step.new, str)):
+                step.new = after
+            if step.old is before or (at == stack.index() and isinstance(step.old, str)):
+                step.old = after
+        self._show(after)
+
     def look_from(self, camera: Camera | None) -> None:
         """The model is seen from `camera`; None where it is framed. Undo leaves that as it is."""
         if camera != self.project.camera:

@@ -8,6 +8,7 @@ the cache has them. Projects of before that hold them as .npy files, which are r
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Iterable
 from pathlib import Path
@@ -24,6 +25,8 @@ from engine.storage.file_array import FileArray
 from engine.storage.packed import PackedFile, pack
 from engine.storage.untrusted import read_bytes
 
+log = logging.getLogger(__name__)
+
 #: Ending of compressed pixels.
 PACKED = ".packed"
 
@@ -36,13 +39,19 @@ _RECORD_LIMIT_BYTES = 64 << 20
 def open_kept(folder: Path, *, verify: bool = False) -> ImageStack:
     """The stack of a project, whose pixels may be made again later (`are_there`).
 
-    Raises InputError where its record is gone or damaged, or with `verify`, where pixels are there and damaged.
+    With `verify` pixels are read; those of the cache that are damaged are then gone. Raises InputError where the record
+    is gone or damaged, or with `verify`, where pixels that the project holds are.
     """
     if all((folder / name).exists() for name in FILES):
         return open_stack(folder, verify=verify)
     place = place_of(read_record(folder), folder)
-    there = place != folder and cache.use(place)
-    return open_stack(folder, verify=verify and there, pixels=place)
+    if place != folder and cache.use(place) and verify:
+        try:
+            return open_stack(folder, pixels=place)
+        except InputError as error:
+            log.warning("%s", error)
+            discard(place)
+    return open_stack(folder, verify=False, pixels=place)
 
 
 def place_of(record: StackRecord, folder: Path) -> Path:
@@ -123,6 +132,18 @@ def _move(made: Path, place: Path) -> None:
         cache.use(place)
     discard(made)
     cache.keep_within()
+
+
+def secure_pixels(stack: ImageStack, project: Path, photographs: Iterable[Path], *, are_gone: bool) -> Steps[None]:
+    """Take the pixels of a stack into the `project` where the photographs `are_gone` or are others now; else let the
+    cache know the `photographs` that they can be made of."""
+    place = stack.radiance.path.parent if isinstance(stack.radiance, FileArray) else stack.folder
+    if stack.folder is None or place is None or place == stack.folder or not are_there(stack):
+        return
+    if are_gone:
+        yield from keep_pixels(stack)
+    else:
+        cache.note_origin(place, project, photographs)
 
 
 def keep_pixels(stack: ImageStack) -> Steps[bool]:

@@ -45,6 +45,7 @@ from app.window.naming import Naming
 from app.window.preferences import Preferences
 from app.window.projects import Projects
 from app.window.recent import Picturing
+from app.window.restoring import Restoring
 from app.window.top_bar import WORKSPACES, TopBar
 from app.window.whereabouts import Whereabouts
 from engine.capture.doubts import Doubtful
@@ -295,6 +296,8 @@ class MainWindow(QMainWindow):
         self.status = StatusBar(self.bench.jobs)
         self.error_line = ErrorLine(self.status, self.view)
         self.whereabouts = Whereabouts(self.bench, self.projects, self.banners)
+        self.restoring = Restoring(self.bench, self.projects)
+        self.restoring.restored.connect(self.capture.show_again)
         self.picturing = Picturing(self.bench, self.projects)
         self.naming = Naming(self.projects, self.banners, self.files.save_as)
         self.interrupted = Interrupted(self.projects, self.banners, self._ways_to_go_on())

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, Signal
 
+from app.commands.rebuilding import lacks_material, lacks_surface
 from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.project import places
@@ -96,7 +97,7 @@ class Projects(QObject):
         lost = cost_text(each for each in noted(path) if not each.present)
         why_not = _why_not_claimed(path)
         self.finish()
-        if found.missing:
+        if found.missing and not (lacks_material(found.current) or lacks_surface(found.current)):
             lost = lost or "What was made from the sources is gone, and can be made again"
         self._show(path, found, bool(why_not), is_recovered=was_interrupted, lost=lost)
         self.why_read_only = why_not

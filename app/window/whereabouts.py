@@ -21,10 +21,12 @@ from app.project.photographs import (
     keep,
     marks_of,
     named,
+    photographs,
     relocate,
     said_to_be_changed,
     taken,
 )
+from app.project.pixels import secure_pixels
 from app.project.project_file import data_folder
 from app.window.banner import Banners
 from app.window.projects import Projects
@@ -162,6 +164,11 @@ def looked_for(path: Path, project: Project, read_only: bool) -> Steps[Checked]:
             keep(path, about.new)
         except FileError as error:
             log.info("photographs could not be marked: %s", error)
+    if project.stack is not None and project.stack.folder is not None and not read_only:
+        own = photographs(project)
+        are_gone = not {*about.missing, *about.changed}.isdisjoint(own)
+        if project.stack.folder.parent == data_folder(path):
+            yield from secure_pixels(project.stack, path, own, are_gone=are_gone)
     return about
 
 

@@ -6,7 +6,7 @@ PBR maps are a BRDF for each texel. What has room for one BRDF takes `brdf`, the
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -81,6 +81,10 @@ class Material:
         if self.power_law is not None:
             return self.power_law.error_map.shape[0], self.power_law.error_map.shape[1]
         raise ValueError("a material without photographs has no texels")
+
+    def looking_like(self, other: Material) -> Material:
+        """This material with the name, the BRDF and the scale of another."""
+        return replace(self, **{name: getattr(other, name) for name in ("name", "brdf", "measured", "sigma")})
 
     @property
     def reflectance(self) -> Brdf:

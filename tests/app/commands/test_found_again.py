@@ -20,8 +20,10 @@ from app.project.photographs import taken
 from app.project.project_file import data_folder, read
 from app.window.main_window import MainWindow
 from engine.capture.lights.sources import find
+from engine.capture.stack import ImageStack
 from engine.core.errors import InputError
 from engine.core.steps import drain
+from engine.storage.file_array import FileArray
 
 
 def nothing_made(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -124,27 +126,29 @@ def test_a_stack_is_known_by_content_wherever_the_photographs_lie(tmp_path: Path
     choices, folder = ImportChoices(motion="none"), tmp_path / "a.lap-data"
     folder.mkdir()
 
-    def stack(place: Path, choices: ImportChoices) -> Path:
+    def stack(place: Path, choices: ImportChoices) -> ImageStack:
         sources = find([place])
-        marks = drain(taken(sources.photographs))
-        found = drain(kept_stack_of(sources, choices, marks, [folder])).folder
-        assert found is not None
-        return found
+        return drain(kept_stack_of(sources, choices, drain(taken(sources.photographs)), [folder]))
 
     first = stack(photographs, choices)
-    made = first.stat().st_ino
+    assert isinstance(first.radiance, FileArray)
+    pixels, content = first.radiance.path, first.radiance[:].tobytes()
+    made = pixels.stat().st_ino
     moved = shutil.copytree(photographs, tmp_path / "moved")
-    assert stack(moved, choices) == first
-    assert first.stat().st_ino == made
-    assert stack(moved, dataclasses.replace(choices, white_balance="none")) != first
-    with (first / "radiance.npy").open("r+b") as file:
+    assert stack(moved, choices).folder == first.folder
+    assert pixels.stat().st_ino == made
+    other = stack(moved, dataclasses.replace(choices, white_balance="none"))
+    assert other.folder != first.folder
+    assert isinstance(other.radiance, FileArray)
+    assert other.radiance.path == pixels  # which are equal, and lie on the disk once
+    with pixels.open("r+b") as file:
         file.seek(200)
         file.write(b"\xff")
-    assert stack(moved, choices) == first
-    assert first.stat().st_ino != made  # damaged, and made again
+    assert stack(moved, choices).folder == first.folder
+    assert first.radiance[:].tobytes() == content  # damaged, and made again
     one = sorted(moved.glob("*.png"))[0]
     one.write_bytes((moved / one.name).read_bytes() + b"\0")  # another content, the same picture
-    assert stack(moved, choices) != first
+    assert stack(moved, choices).folder != first.folder
 
 
 def test_stacks_that_nothing_leads_to_go_when_the_project_is_closed(

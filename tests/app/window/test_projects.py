@@ -15,13 +15,17 @@ from typing import Any
 import pytest
 from PySide6.QtCore import Qt
 
+from app.commands.rebuilding import lacks_material
 from app.document.document import Project
 from app.project import database, recording
+from app.project.cleaning import clean_up
+from app.project.pixels import are_there
 from app.project.places import claim, interrupted, projects_folder, release
 from app.project.project_file import History, Writer, data_folder, read
 from app.window.banner import short_path
 from app.window.main_window import MainWindow
 from app.window.projects import Projects
+from engine.core.steps import drain
 from engine.geometry.shapes import shape
 from engine.storage import atomic
 
@@ -283,3 +287,34 @@ def test_a_window_whose_jobs_do_not_stop_has_closed_its_project_all_the_same(win
     assert read(path).current.look.gain == 2.0
     assert not list(data_folder(path).glob("open-*"))
     assert not was_interrupted(path)
+
+
+def test_a_project_that_was_cleaned_up_gets_its_results_back_without_a_step(
+    window: MainWindow, qtbot: Any, tmp_path: Path, photographs: Path
+) -> None:
+    path = tmp_path / "Felt.lap"
+    window.bench.open_photographs([photographs])
+    qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=60_000)
+    built = window.bench.document.project.material.shading_map
+    assert built is not None
+    slices, steps = built.slices.tobytes(), len(window.bench.document.steps)
+    window.projects.copy_to(path)
+    qtbot.waitUntil(lambda: window.projects.path == path, timeout=60_000)
+    window.projects.begin()
+    drain(clean_up(path))
+    assert lacks_material(read(path).current)
+    window.projects.open(path)
+    qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=60_000)
+    again = window.bench.document.project.material.shading_map
+    assert again is not None
+    assert again.slices.tobytes() == slices
+    assert len(window.bench.document.steps) == steps
+    stack = window.bench.document.project.stack
+    assert stack is not None
+    assert are_there(stack)
+    window.bench.document.undo_stack.undo()
+    assert not window.bench.document.project.has_map
+    window.bench.document.undo_stack.redo()
+    assert window.bench.document.project.has_map
+    wait_saved(window, qtbot)
+    assert not read(path).missing
