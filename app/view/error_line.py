@@ -34,11 +34,19 @@ class ErrorLine(QObject):
         if not self.view.isVisible() or not pictures.modes:
             self.status.show_picture_error(None)
         elif error is not None:
-            self.status.show_picture_error(error.text, self._hint(error))
+            self.status.show_picture_error(f"{error.text} ({self._compared})", self._hint(error))
         elif len(pictures.modes) > 1 or self.view.pictures.progressive is not None:
             self.status.show_picture_error(COMING, "The pictures are not complete yet")
         else:
             self.status.show_picture_error(*self._expected())
+
+    @property
+    def _compared(self) -> str:
+        """What the error is of: the mode on screen and what it is compared with."""
+        names = [mode.label for mode in self.view.pictures.modes]
+        if self.view.pictures.progressive is not None and len(names) == 1:
+            return "noise of the reference"
+        return f"{names[0]} against {names[1] if len(names) > 1 else 'the reference'}"
 
     def _hint(self, error: PictureError) -> str:
         """The tooltip: the two compared pictures, the pixels and the samples."""
@@ -46,9 +54,7 @@ class ErrorLine(QObject):
         samples = f"{error.samples} sample{'s' * (error.samples != 1)}"
         if pictures.progressive is not None and len(pictures.modes) == 1:
             return f"The noise of the reference after {samples} of each of {where}.\n{CERTAINTY}"
-        names = [mode.label for mode in pictures.modes]
-        other = names[1] if len(names) > 1 else "the reference"
-        words = f"{names[0]} against {other}: relative RMSE of linear radiance on {where}"
+        words = f"{self._compared}: relative RMSE of linear radiance on {where}"
         if not error.samples:
             return f"{words}."
         return f"{words}; the reference has {samples} of each.\n{CERTAINTY}"

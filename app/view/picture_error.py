@@ -58,11 +58,16 @@ class PictureError:
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """One picture (H, W, 4), the variance of its values (H, W, 3), or 0, and of how many samples it is, where it is."""
+    """One image (H, W, 4).
+
+    An image by Monte Carlo has the variance of its values (H, W, 3), its number of samples, and the independent `parts`
+    (P, H, W, 3) that it is the mean of.
+    """
 
     picture: Pixels
     variance: Any = 0.0
     samples: int = 0
+    parts: NDArray[np.float32] | None = None
 
 
 class Comparing(QObject):
@@ -137,14 +142,18 @@ def _alike(a: Side, b: Side) -> tuple[Side, Side]:
     sizes = [(side.picture.shape[1], side.picture.shape[0]) for side in (a, b)]
     if sizes[0] == sizes[1]:
         return a, b
+    shape = min(sizes)[::-1]
+    made = [replace(side, picture=_resized(side.picture, shape)) for side in (a, b)]
+    return made[0], made[1]
+
+
+def _resized(image: Pixels, shape: tuple[int, ...]) -> Pixels:
+    """`image` with as many rows and columns as `shape` has, of which each is the mean of what it covers."""
+    if image.shape[:2] == shape[:2]:
+        return image
     import cv2
 
-    small = min(sizes)
-    made = [
-        side if size == small else replace(side, picture=cv2.resize(side.picture, small, interpolation=cv2.INTER_AREA))
-        for side, size in zip((a, b), sizes, strict=True)
-    ]
-    return made[0], made[1]
+    return cv2.resize(image, shape[1::-1], interpolation=cv2.INTER_AREA)
 
 
 def _covered(a: Side, b: Side) -> NDArray[np.bool_]:
@@ -154,7 +163,7 @@ def _covered(a: Side, b: Side) -> NDArray[np.bool_]:
 def _figures(a: Side, b: Side) -> Steps[PictureError | None]:
     """None where the pictures have nothing in common."""
     yield Step(0.0, "comparing pictures")
-    from engine.accuracy.compare import error_against
+    from engine.accuracy.compare import error_against, error_against_parts
     from engine.accuracy.difference import signed_difference
 
     a, b = _alike(a, b)
@@ -163,9 +172,13 @@ def _figures(a: Side, b: Side) -> Steps[PictureError | None]:
         return None
     first, second = a.picture[mask][None, :, :3], b.picture[mask][None, :, :3]
     yield Step(0.3, "comparing pictures")
-    variance = a.variance + b.variance
-    noise = variance[mask][None] if np.ndim(variance) else variance
-    found = error_against(first, second, noise)
+    parts = b.parts if b.parts is not None else a.parts
+    if parts is None:
+        found = error_against(first, second)
+    else:
+        estimates = np.array([_resized(part, mask.shape)[mask][None] for part in parts])
+        is_first = b.parts is None
+        found = error_against_parts(second if is_first else first, estimates, relative_to_a=is_first)
     yield Step(0.6, "comparing pictures")
     _, scale = signed_difference(first, second)
     largest = float(np.abs(first - second).max())

@@ -12,6 +12,8 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.document.document import Project
@@ -32,9 +34,6 @@ MOST_PIXELS = 1_000_000
 
 #: Samples from which the reference is shown over what stands for it.
 SHOWN_FROM = 2
-
-#: Passes from which the variance of the reference is believed.
-PASSES = 3
 
 #: Full colour of a difference before anything is known of it.
 FIRST_SCALE = 0.1
@@ -68,6 +67,7 @@ class ViewPictures(QObject):
         self._scene: Scene | None = None
         self._drawn: dict[int, Pixels] = {}
         self._flip_at = 0
+        self._judged: NDArray[np.float32] | None = None
         self._is_small = False
         self._settled = QTimer(self)
         self._settled.setSingleShot(True)
@@ -127,6 +127,7 @@ class ViewPictures(QObject):
         self.comparing.drop()
         self._settled.stop()
         self._flip_at = 0
+        self._judged = None
         self.viewport.overlay.show_preparing(True)
         if not keep_reference:
             self.reference.drop()
@@ -247,19 +248,23 @@ class ViewPictures(QObject):
         """Ask for the error of the first picture against the second, if both are there."""
         sides: list[Side] = []
         found, is_new = self.reference.found, True
-        exact = found if found is not None and found.variance is not None and found.passes >= PASSES else None
+        exact = found if found is not None and found.parts is not None else None
         for at, mode in enumerate(self.modes):
             if not mode.progressive and at in self._drawn:
                 sides.append(Side(self._drawn[at]))
             if (mode.progressive or self.is_unseen) and exact is not None:
-                sides.append(Side(exact.picture, exact.variance, exact.samples))
+                sides.append(Side(exact.picture, exact.variance, exact.samples, exact.parts))
                 is_new = exact.samples >= 2 * self._flip_at or not self.reference.running
+        with_flip = is_new and len(sides) == len(self.modes) == 2
+        if exact is not None and exact.parts is self._judged and not with_flip:
+            return  # nothing else would be found
         if len(sides) == 2:
-            with_flip = is_new and len(self.modes) == 2
+            self._judged = exact.parts if exact is not None else None
             if with_flip and found is not None:
                 self._flip_at = found.samples
             self.comparing.compare(*sides, with_flip=with_flip)
         elif len(sides) == 1 and len(self.modes) == 1 and self.progressive is not None:
+            self._judged = exact.parts if exact is not None else None
             self.comparing.weigh(sides[0])
 
     def _found(self, error: PictureError) -> None:

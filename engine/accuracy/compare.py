@@ -9,7 +9,8 @@ Pixels that are not finite in either picture are left out and counted.
 A Monte Carlo reference b = t + n is itself uncertain: E ‖a − b‖² = ‖a − t‖² + Σ v, where v is the variance of each of
 its values. `error_against` takes that bias off and states what is left: with normal n the squared distance of a pixel
 has at most the variance 4 ‖a − t‖² Σ v + 2 (Σ v)², sums over its channels, which it has where they rise and fall
-together, as those of Monte Carlo do; pixels are independent.
+together, as those of Monte Carlo do; pixels are independent. `error_against_parts` needs no variance: it multiplies
+differences from independent parts of the reference.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t as student_t
 
 from engine.accuracy.flip import LARGE_TILE, flip_map
 from engine.core.steps import Steps, drain
@@ -107,6 +109,43 @@ def error_against(
     low, middle, high = (np.sqrt(max(value, 0.0)) for value in (squared - spread, squared, squared + spread))
     scale = float(np.sqrt(total))
     return ErrorEstimate(_ratio(middle, scale), _ratio(max(high - middle, middle - low), scale))
+
+
+def error_against_parts(
+    a: Picture, parts: NDArray[Any], mask: Mask | None = None, *, relative_to_a: bool = False
+) -> ErrorEstimate:
+    """Relative RMSE of `a` (H, W, 3) against the truth of which `parts` (P, H, W, 3), P ≥ 3, are estimates.
+
+    The parts are independent and equally good. Products of differences from two of them have no bias, whatever the
+    noise is like, and how the result changes without each part tells its uncertainty (jackknife, Student's t). The
+    error is relative to the truth, or to `a`. ValueError as `compare`, and for fewer parts.
+    """
+    count = len(parts)
+    if count < 3:
+        raise ValueError(f"{count} parts do not tell an uncertainty")
+    valid, _ = _valid(a, parts.mean(axis=0), mask)
+    first = np.asarray(a)[..., :3][valid].astype(np.float64).ravel()
+    estimates = [np.asarray(part)[..., :3][valid].astype(np.float64).ravel() for part in parts]
+    squared = _without_each(first - np.array(estimates))
+    power = np.full(count + 1, np.dot(first, first)) if relative_to_a else _without_each(np.array(estimates))
+    if not (power > 0.0).all():
+        return ErrorEstimate(0.0, 0.0) if squared[0] <= 0.0 else ErrorEstimate(float("inf"), float("inf"))
+    share, without = squared[0] / power[0], squared[1:] / power[1:]
+    variance = (count - 1) / count * float(np.sum((without - without.mean()) ** 2))
+    spread = float(student_t.ppf(0.975, count - 1)) * variance**0.5
+    low, middle, high = (float(np.sqrt(max(value, 0.0))) for value in (share - spread, share, share + spread))
+    return ErrorEstimate(middle, max(high - middle, middle - low))
+
+
+def _without_each(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(P + 1,) the mean product of two different rows of `values` (P, N): of all rows, and without each."""
+    count = len(values)
+    total = values.sum(axis=0)
+    own, with_all = np.einsum("pn,pn->p", values, values), values @ total
+    whole = float(np.dot(total, total))
+    every = (whole - own.sum()) / (count * (count - 1))
+    without = (whole - 2.0 * with_all + own - (own.sum() - own)) / ((count - 1) * (count - 2))
+    return np.concatenate([[every], without])
 
 
 def noise_of(reference: Picture, variance: Picture, mask: Mask | None = None) -> float:

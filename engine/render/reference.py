@@ -2,10 +2,14 @@
 measured.
 
 Samples are taken in passes whose numbers are independent of each other; inside a pass the samples of a pixel are
-stratified (`engine.render.sobol`). The mean over passes is the picture, and how passes differ tells the
+stratified (`engine.render.sobol`). The mean over passes is the picture, and how passes of one length differ tells the
 variance of that mean, pixel by pixel, whatever stratification gained. Sums are in float64. A pass is cut into batches
 that all threads share and whose sums are added in one order: the picture depends on the scene, the size, the numbers
 of samples and the seed alone, not on the number of threads.
+
+A picture without end is taken in rounds. Each round has one pass of the same length for each of a few parts, which are
+independent pictures of equal quality. Longer passes are stratified better than short ones, so that passes of several
+lengths would not tell the variance; parts do, at the end of each round.
 """
 
 from __future__ import annotations
@@ -34,6 +38,9 @@ PASSES = 16
 #: Samples of a pixel in a pass of a picture without end, once it has as many.
 LONGEST_PASS = 16
 
+#: Parts of a picture without end, of small and of large pictures, and pixels of the largest that counts as small.
+PARTS, FEW_PARTS, SMALL = 8, 4, 1 << 18
+
 #: Paths of one batch: some 30 ms of work, and arrays that stay in the cache.
 BATCH = 1 << 14
 
@@ -51,11 +58,14 @@ class ReferencePicture:
     Attributes
     ----------
     picture : (height, width, 4) float32, linear radiance times coverage, and coverage; finite, not negative.
-    variance : (height, width, 3) float64, of the mean that `picture` is; None before two passes are complete.
+    variance : (height, width, 3) float64, of the mean that `picture` is, without end of what it was at the last round;
+        None before two passes, or one round, are complete.
     samples : of each pixel; while a pass is under way, some have more.
     passes : complete ones.
     rays : cast so far.
     rejected : samples that were not finite and count as 0.
+    parts : (parts, height, width, 3) float32, independent pictures of equally many samples of all complete rounds; None
+        where there is no complete round, and of a picture with an end.
     """
 
     picture: NDArray[np.float32]
@@ -64,6 +74,7 @@ class ReferencePicture:
     passes: int
     rays: int
     rejected: int
+    parts: NDArray[np.float32] | None = None
 
     @property
     def uncertainty_rmse_rel(self) -> float | None:
@@ -96,7 +107,8 @@ def reference(
     if samples is not None and samples < 1:
         raise ValueError(f"samples = {samples} must be at least 1")
     seed_state(seed, 0)
-    progress = _Progress(height, width)
+    parts = 0 if samples is not None else PARTS if width * height <= SMALL else FEW_PARTS
+    progress = _Progress(height, width, parts)
     if min(size) < 1:
         return progress.picture()
     paths = Paths(scene, size, max_depth)
@@ -105,7 +117,7 @@ def reference(
     shown = time.monotonic()
     pool = ThreadPoolExecutor(workers)
     try:
-        for batch in _batches(width * height, samples):
+        for batch in _batches(width * height, samples, parts):
             waiting.append((batch, pool.submit(_traced, paths, seed, batch)))
             if len(waiting) <= 2 * workers:
                 continue
@@ -135,9 +147,9 @@ class _Batch:
     ends: bool
 
 
-def _batches(pixels: int, samples: int | None) -> Iterator[_Batch]:
+def _batches(pixels: int, samples: int | None, parts: int) -> Iterator[_Batch]:
     """All batches in order: few samples of all pixels come before more samples of any."""
-    for number, length in enumerate(pass_lengths(samples)):
+    for number, length in enumerate(pass_lengths(samples, parts)):
         together = min(length, max(1, BATCH // pixels))
         for first_sample in range(0, length, together):
             taken = min(together, length - first_sample)
@@ -147,17 +159,18 @@ def _batches(pixels: int, samples: int | None) -> Iterator[_Batch]:
                 yield _Batch(number, first, here, first_sample, taken, length, ends)
 
 
-def pass_lengths(samples: int | None) -> Iterator[int]:
+def pass_lengths(samples: int | None, parts: int = 0) -> Iterator[int]:
     """Samples of each pass: powers of two, which are stratified best, and what is left over.
 
-    Without end they are 1, 1, 2, 4, 8 … `LONGEST_PASS`, so that pictures and their variance are there soon.
+    Without end there are rounds of as many passes as `parts`, of 1, 1, 2, 4, 8 … `LONGEST_PASS` samples each, so that
+    pictures and their variance are there soon.
     """
     if samples is None:
-        total = 0
+        of_part = 0
         for _ in count():
-            length = min(max(total, 1), LONGEST_PASS)
-            total += length
-            yield length
+            length = min(max(of_part, 1), LONGEST_PASS)
+            of_part += length
+            yield from [length] * parts
         return
     length = 1 << max(samples // PASSES, 1).bit_length() - 1
     yield from [length] * (samples // length)
@@ -181,10 +194,16 @@ def _first(waiting: deque[tuple[_Batch, Future[Traced]]]) -> tuple[_Batch, Trace
 
 
 class _Progress:
-    """Sums of radiance and coverage, and of squares of what passes differ by (Welford1962, weighted by samples)."""
+    """Sums of radiance and coverage, and of squares of what passes differ by (Welford1962, weighted by samples).
 
-    def __init__(self, height: int, width: int) -> None:
+    Without end there are sums of each of the `parts` in place of squares.
+    """
+
+    def __init__(self, height: int, width: int, parts: int) -> None:
         self._shape = (height, width)
+        self._of_parts = np.zeros((parts, height * width, 3), np.float32)
+        self._parts: NDArray[np.float32] | None = None
+        self._variance: Floats | None = None
         pixels = height * width
         self._sum, self._pass = np.zeros((pixels, 4)), np.zeros((pixels, 4))
         self._mean, self._squares = np.zeros((pixels, 3)), np.zeros((pixels, 3))
@@ -212,16 +231,29 @@ class _Progress:
     def _end_pass(self, length: int) -> None:
         self._sum += self._pass
         self._before += length
+        if len(self._of_parts):
+            self._add_to_parts()
+            return
         step = self._pass[:, :3] / length - self._mean
         self._mean += step * (length / self._before)
         self._squares += length * step * (self._pass[:, :3] / length - self._mean)
         self._pass[:] = 0.0
         self._passes += 1
 
+    def _add_to_parts(self) -> None:
+        """Add a pass to its part; at the end of a round, say how parts differ."""
+        count = len(self._of_parts)
+        self._of_parts[self._passes % count] += self._pass[:, :3]
+        self._pass[:] = 0.0
+        self._passes += 1
+        if self._passes % count == 0:
+            self._parts = (self._of_parts * np.float32(count / self._before)).reshape(count, *self._shape, 3)
+            self._variance = self._parts.var(axis=0, ddof=1, dtype=np.float64) / count
+
     def picture(self) -> ReferencePicture:
         mean = (self._sum + self._pass) / np.maximum(self._taken, 1)[:, None]
-        variance = None
-        if self._passes > 1:
+        variance = self._variance
+        if self._passes > 1 and not len(self._of_parts):
             variance = (self._squares / (self._before * (self._passes - 1))).reshape(*self._shape, 3)
         picture = np.clip(mean, 0.0, np.finfo(np.float32).max).astype(np.float32).reshape(*self._shape, 4)
-        return ReferencePicture(picture, variance, self.samples, self._passes, self._rays, self._rejected)
+        return ReferencePicture(picture, variance, self.samples, self._passes, self._rays, self._rejected, self._parts)

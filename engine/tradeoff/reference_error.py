@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.accuracy.compare import ErrorEstimate, comparison, error_against, noise_of
+from engine.accuracy.compare import ErrorEstimate, comparison, error_against, error_against_parts, noise_of
 from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
 from engine.render.reference import ReferencePicture, reference
@@ -38,6 +38,9 @@ class NoisyReference:
     noise: float
 
     def error(self, picture: NDArray[np.float32]) -> ErrorEstimate:
+        parts = self.reference.parts
+        if parts is not None:
+            return error_against_parts(picture, parts, self.mask)
         return error_against(picture, self.reference.picture, self._variance, self.mask)
 
     def flip(self, picture: NDArray[np.float32]) -> Steps[float]:

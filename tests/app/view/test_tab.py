@@ -260,7 +260,7 @@ def test_the_error_of_two_modes_is_that_of_their_pictures(view: MainWindow, qtbo
     assert error.max_abs == pytest.approx(reflectance - 0.1, rel=1e-3)
     assert error.uncertainty == 0.0
     assert view.view.compare.error.text() == error.text
-    assert view.status.error.text() == f"error {view.view.compare.error.text()}"
+    assert view.status.error.text() == f"error {view.view.compare.error.text()} (Material against Direct)"
     assert "Material against Direct" in view.status.error.toolTip()
     assert float(view.view.compare.flip.text().strip("≈ ")) > 0.01
     qtbot.wait(100)

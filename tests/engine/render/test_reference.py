@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
+from engine.accuracy.compare import ErrorEstimate, error_against_parts
 from engine.brdf.brdf import Brdf, brdf_from_text
 from engine.core.directions import Vectors, normalize, surface_direction, world_direction
 from engine.core.steps import drain
@@ -287,6 +288,34 @@ def test_passes_hold_all_samples(samples: int) -> None:
     assert picture.samples == samples
     assert picture.passes == len(lengths)
     assert (picture.variance is None) == (samples == 1)
+
+
+def test_without_end_all_parts_have_as_many_samples_and_tell_the_error_of_any_image(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of an image that is 10 % too bright the error is found at every round, without bias; the interval covers it."""
+    monkeypatch.setattr("engine.render.reference.SHOWN_EVERY", 0.0)
+    what = scene("sphere", brdf="ggx:alpha=0.3", environment=smooth_room(32))
+    truth = found(what, (48, 48), samples=1024, seed=9)
+    inside = truth.picture[..., 3] == 1.0
+    errors: dict[int, list[ErrorEstimate]] = {}
+    for seed in range(6):
+        steps = reference(what, (48, 48), samples=None, seed=seed)
+        seen: list[int] = []
+        for step in steps:
+            parts = step.partial.parts if step.partial is not None else None
+            if parts is not None and id(parts) not in seen:
+                seen.append(id(parts))
+                errors.setdefault(len(seen), []).append(error_against_parts(1.1 * truth.picture, parts, inside))
+                assert len(parts) == 8
+                assert step.partial.variance is not None
+            if len(seen) == 4:
+                break
+        steps.close()
+    for each in errors.values():
+        assert np.mean([one.rmse_rel for one in each]) == pytest.approx(0.1, abs=0.005)
+    every = [one for each in errors.values() for one in each]
+    assert sum(abs(one.rmse_rel - 0.1) <= one.uncertainty for one in every) >= 0.85 * len(every)
 
 
 # Repeatability and steps
