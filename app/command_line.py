@@ -27,6 +27,7 @@ from app.arguments.usage import BAD_FILE, CANCELLED, DONE, MISSING, OUT_OF_MEMOR
 from app.process import ending, last_words
 from engine.core.errors import FileError, MissingCapability, OutOfMemory, UsageError, shortage
 from engine.core.steps import Step
+from engine.storage import guarded
 
 #: Verb and module, in the order in which people meet them.
 VERBS = (
@@ -126,6 +127,7 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
         with ending.during(ending.INTERRUPT):
             check_results(parser, options)
             result = options.module.run(options, progress)
+            guarded.check()
     except KeyboardInterrupt as interrupt:
         ending.keep_frames(interrupt)
         return _fail(progress, CANCELLED, ending.SENTENCE)

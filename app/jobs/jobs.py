@@ -28,6 +28,7 @@ from engine.core.errors import OutOfMemory
 from engine.core.figure_text import size_text
 from engine.core.steps import Step, Steps
 from engine.core.stopwatch import notice_company
+from engine.storage import guarded
 
 Work = Callable[[], Steps[Any]]
 State = Literal["queued", "running", "paused", "succeeded", "failed", "cancelled"]
@@ -456,6 +457,7 @@ class _Thread(QThread):
                     with _turn(self.lane):
                         step = next(steps)
                 except StopIteration as finished:
+                    guarded.check()
                     return Outcome("succeeded", result=finished.value)
                 self._show(step)
             return Outcome("cancelled")

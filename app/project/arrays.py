@@ -2,9 +2,10 @@
 
 A small one is unpacked and checked. A large one has a working copy in the cache of the user (`app.session.cache`) that
 is mapped, so that a project opens at once whatever it holds, where the drive is that of the system or of the user's
-data: one that is unplugged ends a process which has mapped it. What is mapped was written whole and is never changed
-under its name; `lightarc project verify` checks what the project holds. An array that is still the one of its file
-keeps the name, and is not hashed again. Projects of before arrays were compressed hold them as .npy files.
+data. The mapping is guarded against a file that is cut short (`engine.storage.guarded`). What is mapped was written
+whole and is never changed under its name; `lightarc project verify` checks what the project holds. An array that is
+still the one of its file keeps the name, and is not hashed again. Projects of before arrays were compressed hold them
+as .npy files.
 """
 
 from __future__ import annotations
@@ -12,12 +13,12 @@ from __future__ import annotations
 import io
 import logging
 import math
-import mmap
 import os
 import tempfile
 from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +28,11 @@ from app.session import cache
 from engine.core.errors import FileError, InputError
 from engine.core.steps import Step, Steps
 from engine.storage.atomic import atomic_file, atomic_folder, discard, make_folder
+from engine.storage.guarded import GuardedMapping, map_file
 from engine.storage.packed import PackedFile, pack
 from engine.storage.partial_names import is_partial
 from engine.storage.scratch import scratch_array
+from engine.storage.untrusted import opened
 
 log = logging.getLogger(__name__)
 
@@ -44,12 +47,6 @@ CONTENT = "content.npy"
 
 #: Largest array that is read, in bytes, and the smallest that is mapped.
 MAX_BYTES, MAPPED_BYTES = 4 * 2**30, 1 << 24
-
-
-class Mapped(mmap.mmap):
-    """A file that is mapped, with the hash that names it."""
-
-    name = ""
 
 
 def folder_of(data: Path) -> Path:
@@ -127,7 +124,7 @@ def _known_name(array: Array, header: bytes) -> str:
     owner: object = array
     while isinstance(owner, np.ndarray):
         owner = owner.base
-    if not isinstance(owner, Mapped) or not array.flags.c_contiguous:
+    if not isinstance(owner, GuardedMapping) or not array.flags.c_contiguous:
         return ""
     return owner.name if len(owner) == len(header) + array.nbytes and owner[: len(header)] == header else ""
 
@@ -164,7 +161,7 @@ def find_beside(data: Path, name: str) -> Array:
 def _content(data: Path, name: str, place: Path | None) -> memoryview:
     """The content of an array from the project, or from its working copy at `place`, read and checked.
 
-    OSError where it is gone, InputError where it is damaged.
+    InputError where it is gone or damaged.
     """
     path = file_of(data, name)
     if path.suffix == PACKED and path.exists():
@@ -178,10 +175,10 @@ def _content(data: Path, name: str, place: Path | None) -> memoryview:
 def _unpacked(path: Path) -> memoryview:
     """The content of a packed file, its declared size checked against its shape before room is made for it.
 
-    OSError where it is gone, InputError where it is damaged.
+    InputError where it is gone or damaged.
     """
-    with path.open("rb") as file:
-        packed = PackedFile(path, file, MAX_BYTES)
+    with opened(path, MAX_BYTES) as (file, _):
+        packed = PackedFile(path, cast("BinaryIO", file), MAX_BYTES)
         content, filled = None, 0
         for chunk in packed.chunks():
             if content is None:
@@ -199,14 +196,14 @@ def _declared(path: Path, beginning: NDArray[np.uint8], size: int) -> int:
     try:
         np.lib.format.read_magic(head)
         shape, _, dtype = np.lib.format.read_array_header_1_0(head)
-    except ValueError:
+    except (ValueError, TypeError, RecursionError, MemoryError):  # what parsing a header of a stranger raises
         shape, dtype = (), np.dtype(np.void)
     if head.tell() + math.prod(shape) * dtype.itemsize != size or min(shape, default=0) < 0:
         raise InputError(path, f"is damaged: {shape} of {dtype} are not {size:,} bytes", "Make it again")
     return size
 
 
-def _mapped(path: Path, name: str) -> Mapped | None:
+def _mapped(path: Path, name: str) -> GuardedMapping | None:
     """A large file on a drive that stays; None for any other."""
     try:
         about = path.stat()
@@ -214,9 +211,9 @@ def _mapped(path: Path, name: str) -> Mapped | None:
         return None
     if os.name != "posix" or not MAPPED_BYTES <= about.st_size <= MAX_BYTES or about.st_dev not in _lasting_drives():
         return None
-    with path.open("rb") as file:
-        mapped = Mapped(file.fileno(), 0, access=mmap.ACCESS_READ)
-    mapped.name = name
+    mapped = map_file(path)
+    if mapped is not None:
+        mapped.name = name
     return mapped
 
 
@@ -227,17 +224,11 @@ def _lasting_drives() -> set[int]:
 
 
 def _read(path: Path) -> memoryview:
-    """The content of a file, which no other copy of it is made of; OSError where it is gone, too large or changes."""
-    size = path.stat().st_size
-    if size > MAX_BYTES:
-        raise OSError("too large")
-    content = scratch_array((size,), np.uint8).data
-    with path.open("rb", buffering=0) as file:
-        read = 0
-        while part := file.readinto(content[read : read + PIECE_BYTES]):
+    """The content of a file, of which no other copy is made; InputError where it is gone, too large or changes."""
+    with opened(path, MAX_BYTES) as (file, size):
+        content, read = scratch_array((size,), np.uint8).data, 0
+        while part := file.readinto(content[read : read + PIECE_BYTES]):  # type: ignore[attr-defined]
             read += part
-    if read != size:
-        raise OSError("it changes")
     return content
 
 

@@ -28,6 +28,7 @@ from typing import Any, BinaryIO, TypeVar, cast
 
 from engine.core.errors import OutputError
 from engine.core.figure_text import size_text
+from engine.storage import guarded
 from engine.storage.partial_names import aside_name, is_abandoned, is_aside, is_partial, partial_name
 
 Value = TypeVar("Value")
@@ -75,6 +76,7 @@ def atomic_file(path: AnyPath, size_bytes: int | None = None) -> Iterator[Binary
     Raises
     ------
     OutputError : with path, cause, remedy and, on a full disk, needed and free bytes; `path` is then as before.
+    InputError : where a file that is mapped was cut short, so that what was computed is not to be trusted.
     """
     with atomic_path(path, size_bytes) as partial:
         output = _Output(partial)
@@ -91,6 +93,7 @@ def atomic_path(path: AnyPath, size_bytes: int | None = None) -> Iterator[Path]:
     existing = replaceable(target, path)
     with _partial_beside(target, size_bytes) as partial:
         yield partial
+        guarded.check()
         synchronise(partial)
         put_file(partial, target, existing)
 
@@ -130,6 +133,7 @@ def atomic_folder(path: AnyPath, marker: str, size_bytes: int | None = None) -> 
     with _partial_beside(target, size_bytes) as partial:
         perform("mkdir", partial, partial.mkdir)
         yield partial
+        guarded.check()
         _synchronise_tree(partial)
         _put_folder(partial, target)
         synchronise(target.parent)

@@ -11,7 +11,6 @@ import pytest
 from app.project import arrays
 from app.project.arrays import (
     PACKED,
-    Mapped,
     array_name,
     compress,
     damaged,
@@ -25,6 +24,7 @@ from app.session import cache
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.storage.atomic import discard
+from engine.storage.guarded import GuardedMapping
 from engine.storage.packed import pack
 
 
@@ -48,7 +48,7 @@ def test_a_large_array_is_mapped_and_is_named_without_being_read(
     name = keep_beside(tmp_path, numbers)
     assert name == name_of(*array_parts(numbers))
     found = find_beside(tmp_path, name)
-    assert isinstance(owner(found), Mapped)
+    assert isinstance(owner(found), GuardedMapping)
     assert np.array_equal(found, numbers)
     assert not found.flags.writeable
     with monkeypatch.context() as patch:
@@ -81,7 +81,7 @@ def test_without_its_working_copy_a_large_array_is_unpacked_and_has_one_again(
     assert place is not None
     discard(place)
     found = find_beside(tmp_path, name)
-    assert isinstance(owner(found), Mapped)
+    assert isinstance(owner(found), GuardedMapping)
     assert found.tobytes() == numbers.tobytes()
     assert place.is_dir()
 
@@ -134,5 +134,5 @@ def test_a_drive_that_may_be_unplugged_is_read(
 ) -> None:
     monkeypatch.setattr(arrays, "_lasting_drives", set[int])
     found = find_beside(tmp_path, keep_beside(tmp_path, numbers))
-    assert not isinstance(owner(found), Mapped)
+    assert not isinstance(owner(found), GuardedMapping)
     assert np.array_equal(found, numbers)
