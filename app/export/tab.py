@@ -6,7 +6,7 @@ import dataclasses
 import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import Qt, QUrl, Signal
 from PySide6.QtGui import QDesktopServices, QKeySequence, QShortcut, QShowEvent
@@ -15,13 +15,14 @@ from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QLine
 from app.commands.export_bundle import Exported, drawn
 from app.commands.surface import is_current, material_with_surface
 from app.commands.workbench import Workbench
-from app.document.document import Project
+from app.document.document import Look, Project
 from app.document.following import Following
 from app.export.elsewhere import Elsewhere
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.project.interrupted import proposed_parts, proposed_place
 from app.view.tab import ViewTab
+from app.viewport.refining import same
 from app.widgets.empty_state import EmptyState, with_empty_state
 from app.widgets.image_view import ImageView, Picture, rgb_image
 from app.widgets.panels import Pages, Panel, Rows, Segments, button, enable, text, with_buttons
@@ -31,6 +32,9 @@ from engine.core.errors import OutputError
 from engine.core.figure_text import size_text
 from engine.core.steps import Steps
 from engine.shading.power_law import PowerLawMap
+
+if TYPE_CHECKING:
+    from engine.scene.scene import Scene
 
 WIDTH = 372
 
@@ -78,7 +82,8 @@ class ExportTab(QWidget):
         self.view = view
         self.exporting: Job | None = None
         self.written = bench.output_folder
-        self.latest = Latest(bench.jobs, "Drawing the preview")
+        self.latest = Latest(bench.jobs, "Drawing the preview", stopped=self._preview_failed, lane="background")
+        self.previewed: tuple[Scene, Look] | None = None
 
     def fill(self) -> Iterator[None]:
         """Make what is in it, a part with each step, and each at once where it stays: moving widgets costs time."""
@@ -136,6 +141,7 @@ class ExportTab(QWidget):
         """Show the page of the bundle, or that of other programs ('elsewhere')."""
         self.forms.choose(form)
         self.form_pages.setCurrentIndex(int(form == "elsewhere"))
+        self._draw_preview()
 
     def _make_right(self) -> QWidget:
         panel = Panel(WIDTH)
@@ -199,9 +205,15 @@ class ExportTab(QWidget):
         """Draw what will be preview.png, while somebody looks."""
         project = self.bench.document.project
         scene = self.view.scene(project)
-        if self.isVisible() and project.has_map and scene is not None:
-            look = project.look
-            self.latest.ask(lambda: _preview(drawn(scene, look)), self.image.show_picture)
+        if not self.isVisible() or self.is_elsewhere or not project.has_map or scene is None:
+            return
+        look, before = project.look, self.previewed
+        if before is None or before[1] != look or not same(before[0], scene):
+            self.previewed = scene, look
+            self.latest.ask(lambda: _preview(drawn(scene, look)), self.image.show_picture, self._preview_failed)
+
+    def _preview_failed(self, _error: BaseException | None = None) -> None:
+        self.previewed = None
 
     @property
     def target(self) -> Path:
