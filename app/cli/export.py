@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,8 @@ from engine.core.figure_text import number, percent, size_text
 from engine.core.steps import Step, drain
 
 if TYPE_CHECKING:
+    from app.commands.export_elsewhere import Known
+    from app.document.document import Project
     from engine.capture.stack import ImageStack
     from engine.scene.material import Material
 
@@ -83,19 +86,29 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     if arguments.proof == bool(arguments.to):
         raise UsageError("give either --to with one or more targets, or --proof, which writes all of them")
     show(Step(0.0, "reading the material"))
+    from app.commands.export_elsewhere import Known, known_entries, own_errors
     from engine.exchange.export import export
     from engine.exchange.subject import Settings
 
     settings = Settings(arguments.preset, arguments.coding, arguments.normal, arguments.width_mm)
-    material, stack = _opened(arguments)
+    material, stack, project = _opened(arguments)
     if arguments.proof:
         from engine.proof.proof import prove
 
         return _reported(material, drain(prove(arguments.output, material, stack), show))
     names = list(dict.fromkeys(arguments.to))
-    record = drain(
-        export(arguments.output, material, names, settings=settings, stack=stack, error=arguments.error), show
+    known = _measured_before(arguments, project) if project is not None else Known()
+    exporting = export(
+        arguments.output,
+        material,
+        names,
+        settings=settings,
+        stack=stack,
+        error=arguments.error,
+        known=known_entries(known),
+        own=own_errors(material, known),
     )
+    record = drain(exporting, show)
     return _reported(material, record)
 
 
@@ -120,8 +133,22 @@ def _grouped(targets: list[dict[str, Any]]) -> list[str]:
     return [f"{', '.join(names)}: {words}" for words, names in said.items()]
 
 
-def _opened(arguments: argparse.Namespace) -> tuple[Material, ImageStack | None]:
-    """The material of a bundle or a project, and the photographs where they are at hand."""
+def _measured_before(arguments: argparse.Namespace, project: Project) -> Known:
+    """Errors that the window measured for the project and kept beside it; none of them is written here."""
+    from app.commands.export_elsewhere import measured_before
+    from app.document.exporting import Exporting
+    from app.project.project_file import data_folder
+
+    textures = Exporting(preset=arguments.preset, coding=arguments.coding, normal=arguments.normal or "")
+    asked = replace(project, exporting=textures)
+    return drain(measured_before(asked, TARGETS[:-1], [data_folder(Path(arguments.source))]))
+
+
+def _opened(arguments: argparse.Namespace) -> tuple[Material, ImageStack | None, Project | None]:
+    """The material of a bundle or a project, the photographs where they are at hand, and the project.
+
+    A project whose photographs are not at hand, or others than its own, counts as none: its errors are others.
+    """
     from app.commands.making import readable_stack
     from app.commands.rebuilding import set_up_whole
     from app.commands.surface import material_with_surface
@@ -132,11 +159,12 @@ def _opened(arguments: argparse.Namespace) -> tuple[Material, ImageStack | None]
 
     stack = open_stack(arguments.stack) if arguments.stack else None
     if not is_project(arguments.source):
-        return open_material(arguments.source), stack
+        return open_material(arguments.source), stack, None
     project = set_up_whole(Path(arguments.source)).project
     if not project.has_map:
         raise InputError(arguments.source, "has no material yet", "Build one in the window, or with lightarc shade")
-    return material_with_surface(project), stack or drain(readable_stack(project))
+    own = drain(readable_stack(project)) if stack is None else None
+    return material_with_surface(project), stack or own, project if own is project.stack else None
 
 
 def report(result: dict[str, Any]) -> str:

@@ -17,6 +17,7 @@ from app.commands.surface import material_with_surface, needs_surface, surface_o
 from app.document.document import Project
 from app.project.losses import OWN, find_kept, keep, keys_of
 from engine.core.steps import Step, Steps, part, relayed, without_partials
+from engine.scene.material import Material
 
 if TYPE_CHECKING:
     from engine.exchange.export import Departure, Offer
@@ -86,16 +87,25 @@ def made_ready(project: Project, leaving: Departure | None, known: Known) -> Ste
             surface = yield from part(without_partials(surface_of(project)), 0.0, 0.7)
             yield Step(0.7, "the surface is measured", surface)
             material = with_surface(material, surface)
-        own = known.offers.get(OWN)
-        errors = None if own is None else {"name": material.name, "brdf": material.brdf, **_own_errors(own)}
         stack = yield from readable_stack(project)
-        leaving = yield from part(without_partials(departure(material, stack, errors)), 0.7, 1.0)
+        making = departure(material, stack, own_errors(material, known))
+        leaving = yield from part(without_partials(making), 0.7, 1.0)
     yield Step(1.0, "comparing", leaving)
     return leaving
 
 
-def _own_errors(own: Offer) -> dict[str, Any]:
-    return {name: own.entry[name] for name in ("brdf_fit_rmse_rel", "rmse_rel", "rmse_rel_power_law")}
+def own_errors(material: Material, known: Known) -> dict[str, Any] | None:
+    """The errors of the material itself, as the record of an export states them; None where nobody measured them."""
+    own = known.offers.get(OWN)
+    if own is None:
+        return None
+    figures = {name: own.entry[name] for name in ("brdf_fit_rmse_rel", "rmse_rel", "rmse_rel_power_law")}
+    return {"name": material.name, "brdf": material.brdf, **figures}
+
+
+def known_entries(known: Known) -> dict[str, dict[str, Any]]:
+    """The entries of targets that were measured, by target."""
+    return {name: offer.entry for name, offer in known.offers.items() if not offer.why_not and name != OWN}
 
 
 def own_offer(leaving: Departure) -> Offer:
@@ -124,6 +134,7 @@ def offered(
     leaving = yield from part(made_ready(project, leaving, known), 0.0, 0.4)
     from engine.exchange.export import offers
 
+    known = _of_these_photographs(known, project, leaving)
     if OWN not in known.offers:
         yield _kept(Step(0.4, "comparing", own_offer(leaving)), known, folder)
     measuring = relayed(offers(leaving, project.exporting.settings, names), lambda step: _kept(step, known, folder))
@@ -136,6 +147,11 @@ def _looked_up(project: Project, known: Known, names: Sequence[str], folder: Pat
         return known
     before = yield from without_partials(measured_before(project, names, (folder,)))
     return Known({**before.offers, **known.offers}, before.keys)
+
+
+def _of_these_photographs(known: Known, project: Project, leaving: Departure) -> Known:
+    """`known` without keys where the photographs are not at hand: what is measured without them is not kept."""
+    return known if leaving.subject.stack is project.stack else Known(known.offers)
 
 
 def _kept(step: Step, known: Known, folder: Path) -> Step:
@@ -158,10 +174,10 @@ def sent(
     leaving = yield from part(made_ready(project, leaving, known), 0.0, 0.4)
     from engine.exchange.export import RECORD, written
 
+    known = _of_these_photographs(known, project, leaving)
     if OWN not in known.offers:
         yield _kept(Step(0.4, "writing", own_offer(leaving)), known, folder)
-    before = {name: offer.entry for name, offer in known.offers.items() if not offer.why_not and name != OWN}
-    writing = written(place, leaving, names, project.exporting.settings, known=before)
+    writing = written(place, leaving, names, project.exporting.settings, known=known_entries(known))
     record = yield from part(relayed(writing, lambda step: _kept(step, known, folder)), 0.4, 1.0)
     listed = [name for entry in record["targets"] for name in entry["files"]]
     return Sent(place, {name: (place / name).stat().st_size for name in (*listed, RECORD)}, record)

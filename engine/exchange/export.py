@@ -230,6 +230,8 @@ def export(
     settings: Settings | None = None,
     stack: ImageStack | None = None,
     error: float = 0.05,
+    known: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
+    own: Mapping[str, Any] | None = None,
 ) -> Steps[dict[str, Any]]:
     """Write `material` to the targets `names` in `folder`, and return the record, the content of `RECORD`.
 
@@ -239,6 +241,7 @@ def export(
     `targets` of the record lists for each target its `files`, `bytes`, errors and warnings: `rmse_rel` against the
     photographs (None without a stack of the same size), `rmse_rel_reference` and `flip` over three environments, and
     the same by environment; `errors_are` says so in words, and why one is None. An earlier export is replaced.
+    `known` and `own` are errors that were measured before, as `written` and `departure` take them.
     UsageError for unknown targets and, before any work, for one that `cannot_hold` the material; OutputError for the
     folder.
     """
@@ -248,8 +251,8 @@ def export(
             raise UsageError(why_not)  # before the work of making the material ready
     if not (error >= 0.0 and np.isfinite(error)):
         raise UsageError(f"an error of {error} is not a number from 0 upwards")
-    leaving = yield from part(departure(material, stack), 0.0, 0.4)
-    return (yield from part(written(folder, leaving, names, settings or Settings(), error), 0.4, 1.0))
+    leaving = yield from part(departure(material, stack, own), 0.0, 0.4)
+    return (yield from part(written(folder, leaving, names, settings or Settings(), error, known), 0.4, 1.0))
 
 
 def check_names(names: Sequence[str]) -> None:

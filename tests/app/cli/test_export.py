@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,13 @@ import pytest
 
 from app.cli import export as verb
 from app.command_line import main
+from app.document.document import Project
+from app.project.losses import keep, keys_of
+from app.project.project_file import History, Writer, data_folder, read
 from engine.bundle.bundle import save_bundle
 from engine.core.steps import drain
 from engine.exchange.coding import CODINGS
-from engine.exchange.export import AUTO, NAMES, RECORD
+from engine.exchange.export import AUTO, NAMES, RECORD, Offer
 from engine.exchange.textures import PRESETS
 from tests.engine.exchange.materials import woven_material
 
@@ -84,3 +88,25 @@ def test_a_file_that_is_no_bundle_is_refused(tmp_path: Path, capsys: pytest.Capt
 def test_an_arc_of_lamps_makes_no_rti(bundle: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(capsys, "export", bundle, "--to", "rti", "-o", tmp_path / "out")[0] == 2
     assert not (tmp_path / "out").exists()
+
+
+def test_errors_that_the_window_measured_are_stated_and_not_measured_again(tmp_path: Path, capsys: Any) -> None:
+    """Where they are of other settings of textures, they are measured."""
+    path = tmp_path / "woven.lap"
+    with closing(Writer(path)) as writer:
+        writer.write(History(Project(material=woven_material()), (), 0))
+    kept = Offer(
+        "textures",
+        {"rmse_rel": None, "rmse_rel_reference": 0.5, "flip": 0.125, "by_environment": {}, "warnings": []},
+        None,
+    )
+    project = read(path).current
+    keep(drain(keys_of(project, ["textures"]))["textures"], kept, data_folder(path))
+    flips = []
+    for at, coding in enumerate(("png8", "exr")):
+        words = ("--to", "textures", "--coding", coding, "-o", tmp_path / str(at))
+        code, result = run(capsys, "export", path, *words)
+        assert code == 0
+        flips.append(result["targets"][0]["flip"])
+    assert flips[0] == 0.125
+    assert flips[1] != 0.125
