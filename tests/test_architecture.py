@@ -44,8 +44,9 @@ EXCEPTIONS = {
     "engine/images/encode.py tifffile.imwrite": STREAM,
     "engine/storage/decoder_child.py os.open": NULL,
     "app/__main__.py os.open": NULL,
+    "engine/storage/sandbox.py os.makedirs": "folders of a root in memory, which one process alone sees",
     "engine/storage/untrusted.py os.open": READING,
-    "engine/storage/sandbox.py os.open": "a place whose reading stays allowed, which cannot be read through it",
+    "engine/storage/sandbox.py os.open": "a place whose reading stays allowed, or a file of that root",
     "engine/storage/resumable.py os.open": (
         "the unfinished file itself, whose writing passes what `atomic` has for that"
     ),

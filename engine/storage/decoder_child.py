@@ -80,7 +80,7 @@ def _serve(
     replies.write(b"\n")
     replies.flush()
     _limit_memory(request["memory_bytes"])
-    _limit_time(request["timeout_s"])
+    _limit_time(request["patience_s"])
     with results_in(results_file) as results:
         answer = _answer(request, contents, results)
     gc.collect()  # decoders leave reference cycles that hold the whole file, and arrays that the parent waits for

@@ -396,7 +396,8 @@ class _Child:
             handed = files if results is None else [*files, results.descriptor]
             if self.socket is not None and handed:
                 socket.send_fds(self.socket, [b"\n"], handed)
-            line = json.dumps({**request, "descriptors": len(handed), "shared": results is not None})
+            limits = {"patience_s": PATIENCE * request["timeout_s"]}
+            line = json.dumps({**request, **limits, "descriptors": len(handed), "shared": results is not None})
             requests.write(line.encode() + b"\n")
             requests.writelines(contents)
             requests.flush()

@@ -48,6 +48,17 @@ def burgle(content, name, parent, folder):
         "environment of the parent": lambda: open(f"/proc/{parent}/environ").read(),
         "memory of the parent": lambda: open(f"/proc/{parent}/mem", "rb").seek(0),
     }
+    asking = {
+        "size of /etc/passwd": lambda: os.stat("/etc/passwd"),
+        "size of the file": lambda: os.stat(name),
+        "kind of the folder": lambda: os.lstat(folder),
+        "access to the file": lambda: call(libc.access, name.encode(), 0),
+        "the file from the working folder": lambda: os.stat("../" * 40 + name.lstrip("/")),
+        "the file through the process": lambda: os.stat(f"/proc/self/root{name}"),
+        "the file through the parent": lambda: os.stat(f"/proc/{parent}/root{name}"),
+        "link of the working folder": lambda: os.readlink("/proc/self/cwd"),
+        "another folder": lambda: os.stat("/var"),
+    }
     others = {
         "write a new file": lambda: open(folder + "/new", "w"),
         "write the file": lambda: open(name, "r+b"),
@@ -94,6 +105,7 @@ def burgle(content, name, parent, folder):
     thread.join()
     return {
         "reading": {key: outcome(reach) for key, reach in reading.items()},
+        "asking": {key: outcome(reach) for key, reach in asking.items()},
         "others": {key: outcome(reach) for key, reach in others.items()},
         "in a thread": threads[0],
         "environment": sorted(os.environ),
@@ -144,6 +156,8 @@ def test_a_decoder_reaches_nothing_but_its_file(burglar: str, file: Path) -> Non
         pytest.skip(protection.sentence)
     for part in ("reading", "others", "in a thread"):
         assert [what for what, reached in found[part].items() if reached] == []
+    if protection.hidden:
+        assert [what for what, reached in found["asking"].items() if reached] == []
     assert set(found["environment"]) <= {*untrusted._KEPT, *untrusted._ONE_THREAD, "LC_CTYPE"}
     assert found["installation"] > 1000
     assert found["length"] == 7
@@ -203,6 +217,23 @@ def test_a_kernel_without_landlock_keeps_the_rest(burglar: str, file: Path) -> N
 
 
 @confined
+def test_a_system_that_refuses_a_root_of_its_own_keeps_the_rest() -> None:
+    """The refusal comes late, when the new root is half made: modules must be found all the same."""
+    code = (
+        "from engine.storage import sandbox\n"
+        "sandbox._PIVOT_ROOT.clear()\n"
+        "protection = sandbox.confine()\n"
+        "import zipfile\n"
+        "assert not protection.hidden\n"
+        "print(protection.sentence)\n"
+    )
+    root = Path(sandbox.__file__).parents[2]
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=root)
+    assert run.returncode == 0, run.stderr
+    assert "whether a file exists" in run.stdout or "no Landlock" in run.stdout
+
+
+@confined
 def test_an_array_that_was_handed_over_cannot_be_changed_later(burglar: str, file: Path) -> None:
     array = decode_in_child(f"{burglar}:keep", file)["array"]
     time.sleep(0.6)
@@ -212,6 +243,8 @@ def test_an_array_that_was_handed_over_cannot_be_changed_later(burglar: str, fil
 def test_a_system_without_protection_says_so() -> None:
     sentences = {sandbox.Protection(landlock, seccomp).sentence for landlock in (0, 7) for seccomp in (False, True)}
     assert len(sentences) == 4
+    assert "whether a file exists" in sandbox.Protection(7, True).sentence
+    assert "whether a file exists" not in sandbox.Protection(7, True, True).sentence
     assert "does not confine" in sandbox.Protection().sentence
     assert not sandbox.Protection(0, True).whole
 
