@@ -104,15 +104,13 @@ def main(words: Sequence[str] | None = None) -> int:
     verb, rest = parse(sys.argv[1:] if words is None else words)
     signal.signal(signal.SIGTERM, _stop)
     try:
-        is_new = set_up(verb)
+        set_up(verb)
     except SetupError as error:
         say(str(error))
         return MISSING
     except KeyboardInterrupt:
         say("Interrupted; the same command takes the set-up up again.")
         return CANCELLED
-    if is_new and verb == "run" and has_display():
-        prepare_sample()
     return test(rest) if verb == "test" else run(rest)
 
 
@@ -316,24 +314,18 @@ def _last_line(text: str) -> str:
 
 
 def run(words: Sequence[str]) -> int:
-    """Hand `words` to lightarc; without any, open the window on the sample, or run the demo where no display is."""
+    """Hand `words` to lightarc; without any, open the window, or run the demo where no display is."""
     lightarc = str(PROGRAMS / ("lightarc.exe" if os.name == "nt" else "lightarc"))
     if words:
         return call([lightarc, *words])
     if has_display():
-        return call([lightarc, "gui", "--sample"])
+        return call([lightarc, "gui"])
     say("No display here: running the demo instead of the window")
     RESULTS.parent.mkdir(exist_ok=True)
     code = call([lightarc, "demo", "-o", str(RESULTS)])
     if code == 0:
         say(f"The results are in {RESULTS}")
     return code
-
-
-def prepare_sample() -> None:
-    """Make the sample that the window opens at once; where that fails, the window makes it when it is asked for."""
-    say("Preparing the sample capture (the first time this takes a minute)")
-    call([str(PYTHON), "-m", "app.commands.sample"])
 
 
 def has_display() -> bool:

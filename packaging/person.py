@@ -89,7 +89,7 @@ def tell(seen: Path) -> None:
         "is_saved": projects.is_saved,
         "is_drawn": window.view.viewport.camera is not None,
         "is_read_only": projects.is_read_only,
-        "workspace": next(name for name, tab in window.tabs.items() if tab is window.stack.currentWidget()),
+        "workspace": next((name for name, tab in window.tabs.items() if tab is window.stack.currentWidget()), "start"),
         "marks": marks(document.project)
         | {"position": document.undo_stack.index(), "steps": min(200, document.undo_stack.count())},
         "title": window.windowTitle(),
@@ -172,20 +172,17 @@ class Person:
         self.process = subprocess.Popen(words, env={**os.environ, **places}, stdout=log, stderr=log)
         self.until(lambda seen: bool(seen), "the window")
         do("search", "--sync", "--onlyvisible", "--name", "Lightarc", "windowactivate", "--sync")
-        if not paths and not self.has_seen_hints:
-            self.until(lambda seen: "First hints" in seen["places"], "the first hints", 60.0)
         time.sleep(4 * PAUSE_S)
-        while "First hints" in self.seen["places"]:
+        self.leave_tour()
+        if not paths and self.seen["workspace"] == "start":
+            do("key", "ctrl+1")  # the work of these sessions begins in Capture
+            self.until(lambda seen: seen["workspace"] == "capture", "the Capture workspace", 60.0)
+
+    def leave_tour(self) -> None:
+        """End the welcome tour where it stands."""
+        while "Welcome tour" in self.seen.get("places", ()):
             do("key", "Escape")
             time.sleep(2 * PAUSE_S)
-
-    @property
-    def has_seen_hints(self) -> bool:
-        """True where the program remembers that the first hints were shown."""
-        try:
-            return bool(json.loads((self.folder / "config/lightarc/settings.json").read_bytes())["has_seen_hints"])
-        except (OSError, ValueError, KeyError):
-            return False
 
     def until(self, is_so: Callable[[Seen], bool], what: str, within_s: float = PATIENCE_S) -> Seen:
         """Wait until what is seen `is_so`."""
@@ -212,6 +209,7 @@ class Person:
             if self.seen.get("look", 0.0) > told + PAUSE_S:
                 break
             time.sleep(PAUSE_S / 2)
+        self.leave_tour()
 
     def step(self, words: str) -> None:
         """Note a step, which is about to be done."""

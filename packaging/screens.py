@@ -191,21 +191,24 @@ def with_work(window: MainWindow) -> None:
 
 
 def empty(gallery: Gallery, window: MainWindow) -> None:
-    """Every workspace with nothing in it."""
+    """The start page, and every workspace with nothing in it."""
     for _ in gallery.looks(window):
+        window.show_start()
+        wait_until(lambda: not window.bench.jobs.active)
+        gallery.take(window, "0-start")
         for name in WORKSPACES:
             window.show_workspace(name)
             gallery.take(window, f"1-empty-{name}")
 
 
 def hints(gallery: Gallery, window: MainWindow) -> None:
-    """The first hints."""
+    """The welcome tour."""
     for _ in gallery.looks(window, largest=2):
         window.show_hints()
         tour = next(each for each in window.findChildren(Tour) if each.isVisible())
         for at in range(len(tour.hints)):
             tour.show_hint(at)
-            gallery.take(window, f"2-hint-{at + 1}", tour.card)
+            gallery.take(window, f"2-hint-{at + 1}", tour)
         tour.end()
         settle(0.1)
 

@@ -241,12 +241,12 @@ def called(dev: ModuleType, monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     return calls
 
 
-def test_with_a_display_the_window_opens_on_the_sample(
+def test_with_a_display_the_window_opens(
     dev: ModuleType, called: list[list[str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("WAYLAND_DISPLAY", "wayland-0")
     assert dev.run([]) == 0
-    assert called == [["gui", "--sample"]]
+    assert called == [["gui"]]
 
 
 def test_without_a_display_the_demo_says_where_its_results_are(

@@ -76,6 +76,7 @@ ROOMS = (
     "app/export",
     "app/docks",
     "app/help",
+    "app/start",
     "app/window",
     "app/bench",
     "app/cli",

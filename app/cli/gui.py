@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="a project, photographs, a folder, a mesh, a bundle",
     )
-    parser.add_argument("--sample", action="store_true", help="begin with the built-in sample capture")
+    parser.add_argument("--sample", action="store_true", help="begin with the woven cloth, the first of the examples")
 
 
 def run(options: argparse.Namespace, _show: Callable[[Step], None]) -> dict[str, Any]:

@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", required=True, type=Output(CAPTURE, Path), metavar="FOLDER", help="folder of the capture"
     )
-    parser.add_argument("--sample", default="woven", choices=("woven", "hammered", "leather", "plain"))
+    parser.add_argument("--sample", default="woven", choices=("woven", "hammered", "leather", "medal", "plain"))
     elevations, azimuths = parser.add_mutually_exclusive_group(), parser.add_mutually_exclusive_group()
     elevations.add_argument(
         "--elevations", type=_count, metavar="M", help="M elevations evenly from 15 to 75 degrees, as lamps of a dome"

@@ -1,28 +1,31 @@
-"""The first hints: six places of the window, one after the other, each with a sentence on what it is for.
+"""The welcome tour: six parts of the window, one after the other, each with a sentence on what it is for.
 
-Everything but the place is dimmed. Enter or Right goes on, Left goes back, Esc ends it; nothing moves by itself.
+A frame goes around the part, and a card stands beside it. Nothing is dimmed or blocked, so that a user can
+try what a hint says while it stands there. With the focus on the card, Enter or Right goes on, Left goes back, and
+Esc ends.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, QTimer, Signal
-from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPainterPath, QPaintEvent
+from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app.view.tab import ViewTab
+from app.widgets import theme
 from app.widgets.panels import button, text
 from app.widgets.theme import PADDING, STEP, role
 
-#: Width of the words, room around a place, and the darkness of what lies around it.
-WORDS_PX, AROUND_PX, DIMMED = 320, 4, 150
+#: Width of the card: that of a panel less its margins. Room around the part, and the line of the frame, in pixels.
+CARD_PX, AROUND_PX, LINE_PX = 272, 3, 2
 
 
 @dataclass(frozen=True)
 class Hint:
-    """A place of the window, a heading and a sentence; `workspace` is brought to the front before."""
+    """A part of the window, a heading and a sentence; `workspace` is brought to the front before."""
 
     workspace: str
     place: Callable[[], QWidget]
@@ -31,7 +34,7 @@ class Hint:
 
 
 class Tour(QWidget):
-    """Lies over `window`. `workspace_wanted` before each hint, `ended` at the end."""
+    """The card, over `window`. `workspace_wanted` before each hint, `ended` at the end."""
 
     workspace_wanted = Signal(str)
     ended = Signal()
@@ -39,11 +42,13 @@ class Tour(QWidget):
     def __init__(self, window: QWidget, hints: Sequence[Hint]) -> None:
         super().__init__(window)
         self.hints, self.at = tuple(hints), 0
+        self.watched: QObject | None = None
+        self.frame = Frame(window)
+        role(self, "card")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setAccessibleName("First hints")
-        self.card = role(QWidget(self), "panel")
-        self.card.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.card.setFixedWidth(WORDS_PX)
+        self.setAccessibleName("Welcome tour")
+        self.setFixedWidth(CARD_PX)
         self.heading, self.words, self.count = text("", "title"), text("", wrap=True), text("", "secondary")
         self.back, self.next, self.skip = button("Back"), button("Next", "primary"), button("End", "link")
         self.back.clicked.connect(lambda: self.show_hint(self.at - 1))
@@ -56,7 +61,7 @@ class Tour(QWidget):
         foot.addStretch(1)
         for widget in (self.back, self.next):
             foot.addWidget(widget)
-        column = QVBoxLayout(self.card)
+        column = QVBoxLayout(self)
         column.setContentsMargins(PADDING, PADDING, PADDING, PADDING)
         column.setSpacing(2 * STEP)
         for widget in (self.heading, self.words):
@@ -66,8 +71,8 @@ class Tour(QWidget):
 
     def begin(self) -> None:
         """Show the first hint."""
+        self.frame.show()
         self.show()
-        self.raise_()
         self.show_hint(0)
 
     def show_hint(self, at: int) -> None:
@@ -82,49 +87,56 @@ class Tour(QWidget):
         self.count.setText(f"{at + 1} of {len(self.hints)}")
         self.setAccessibleDescription(f"{hint.heading}. {hint.words}")
         self.back.setEnabled(at > 0)
-        self.next.setText("Next" if at + 1 < len(self.hints) else "Begin")
+        self.next.setText("Next" if at + 1 < len(self.hints) else "Done")
+        self._watch(hint.place())
         self._lay_out()
-        QTimer.singleShot(0, self, lambda: self._lay_out())  # a workspace that was not seen before has its size then
-        self.raise_()
         self.next.setFocus()
+
+    def _watch(self, part: QWidget) -> None:
+        """Follow `part` where it moves or takes another size, as with docks that come up beside it."""
+        if self.watched is not None:
+            self.watched.removeEventFilter(self)
+        self.watched = part
+        part.installEventFilter(self)
 
     def end(self) -> None:
         """Leave the window as it is."""
         self.hide()
+        self.frame.hide()
         self.ended.emit()
+        self.frame.deleteLater()
         self.deleteLater()
 
     @property
     def place(self) -> QRect:
-        """The place of the hint within the window."""
+        """The part of the window that the hint describes, within the window."""
         widget, window = self.hints[self.at].place(), self.parentWidget()
         assert window is not None
         seen = QRect(widget.mapTo(window, QPoint()), widget.size())
         return seen.adjusted(-AROUND_PX, -AROUND_PX, AROUND_PX, AROUND_PX) & window.rect()
 
     def _lay_out(self) -> None:
-        """Cover the window, with the words below, above or beside the place, or low in it where there is no room."""
+        """Frame the part, and put the card below, above, right or left of it: where it covers least of it."""
         window = self.parentWidget()
         assert window is not None
-        self.setGeometry(window.rect())
-        height = self.card.layout().totalHeightForWidth(WORDS_PX)  # type: ignore[union-attr]
-        self.card.setFixedHeight(max(height, self.card.sizeHint().height()))
-        place, card, room = self.place, self.card.rect(), self.rect().adjusted(PADDING, PADDING, -PADDING, -PADDING)
+        self.frame.surround(self.place)
+        height = self.layout().totalHeightForWidth(CARD_PX)  # type: ignore[union-attr]
+        self.setFixedHeight(max(height, self.sizeHint().height()))
+        place, card, room = self.place, self.rect(), window.rect().adjusted(PADDING, PADDING, -PADDING, -PADDING)
         corners = (
             QPoint(place.left(), place.bottom() + PADDING),
             QPoint(place.left(), place.top() - PADDING - card.height()),
             QPoint(place.right() + PADDING, place.top()),
             QPoint(place.left() - PADDING - card.width(), place.top()),
         )
-        below_words = QPoint(place.center().x() - card.center().x(), place.bottom() - PADDING - card.height())
-        shifted = (_within(QRect(corner, card.size()), room) for corner in corners)
-        free = [each for each in shifted if not each.intersects(place)]
-        self.card.move((free or [_within(QRect(below_words, card.size()), room)])[0].topLeft())
-        self.update()
+        shifted = [_within(QRect(corner, card.size()), room) for corner in corners]
+        self.move(min(shifted, key=lambda each: _area(each & place)).topLeft())
+        self.frame.raise_()
+        self.raise_()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        if watched is self.parentWidget() and event.type() == QEvent.Type.Resize and self.isVisible():
-            self._lay_out()
+        if event.type() in (QEvent.Type.Resize, QEvent.Type.Move, QEvent.Type.Show) and self.isVisible():
+            QTimer.singleShot(0, self, self._lay_out)
         return super().eventFilter(watched, event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -136,13 +148,27 @@ class Tour(QWidget):
         else:
             super().keyPressEvent(event)
 
+
+class Frame(QWidget):
+    """A line around a part of `window`, through which the mouse reaches what lies below."""
+
+    def __init__(self, window: QWidget) -> None:
+        super().__init__(window)
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+
+    def surround(self, place: QRect) -> None:
+        """Lie over `place` of the window."""
+        self.setGeometry(place)
+
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        dimmed, place = QPainterPath(), QPainterPath()
-        dimmed.addRect(self.rect())
-        place.addRoundedRect(self.place, STEP, STEP)
-        painter.fillPath(dimmed.subtracted(place), QColor(0, 0, 0, DIMMED))
+        painter.setPen(QPen(QColor(theme.current().accent), LINE_PX))
+        painter.drawRoundedRect(self.rect().adjusted(1, 1, -1, -1), STEP, STEP)
+
+
+def _area(rect: QRect) -> int:
+    return max(0, rect.width()) * max(0, rect.height())
 
 
 def _within(rect: QRect, room: QRect) -> QRect:
@@ -152,30 +178,17 @@ def _within(rect: QRect, room: QRect) -> QRect:
     return QRect(QPoint(left, top), rect.size())
 
 
-def first_hints(bar: QWidget, workspaces: Mapping[str, QWidget]) -> tuple[Hint, ...]:
-    """The hints of a first start, along the work; `bar` holds the buttons of the workspaces."""
-    view = workspaces["view"]
-    assert isinstance(view, ViewTab)
+def first_hints(view: ViewTab, status: QWidget, export: QWidget) -> tuple[Hint, ...]:
+    """The hints on a material in the View workspace; `export` is the button of the Export workspace."""
     return (
-        Hint("capture", lambda: bar, "From left to right", "The buttons at the top follow the work. Ctrl+1 to Ctrl+6."),
-        Hint(
-            "capture",
-            lambda: workspaces["capture"],
-            "Begin with photographs",
-            "Drop a folder of photographs of a flat sample under a moving lamp here, or try the sample capture.",
-        ),
-        Hint(
-            "material",
-            lambda: workspaces["material"],
-            "The material",
-            "The photographs become slices of even brightness. The error map shows where the compression loses detail.",
-        ),
         Hint(
             "view",
             lambda: view.viewport,
-            "On a model, under light",
-            "Drag rotates, the wheel zooms, Ctrl+drag moves the light. The reference refines while nothing moves.",
+            "The material on a model",
+            "Drag rotates, the wheel zooms, Ctrl+drag moves the light. Try it now: the tour waits.",
         ),
+        Hint("view", lambda: view.model, "The model", "Built-in models, or a mesh of your own: File > Open files."),
+        Hint("view", lambda: view.lights, "The light", "Direction and strength of the light, more lights, or an HDR."),
         Hint(
             "view",
             lambda: view.mode,
@@ -183,9 +196,15 @@ def first_hints(bar: QWidget, workspaces: Mapping[str, QWidget]) -> tuple[Hint, 
             "Each mode trades accuracy for time. Help > Which mode when shows what was measured on your machine.",
         ),
         Hint(
-            "export",
-            lambda: workspaces["export"],
+            "view",
+            lambda: status,
+            "The error is always stated",
+            "What is on screen is compared with a reference in the background; its error stands here.",
+        ),
+        Hint(
+            "view",
+            lambda: export,
             "Hand it on",
-            "The material as files for other programs. F1 explains the panel under the pointer, everywhere.",
+            "Capture to Export follow the work. Export writes the material for other programs. F1 explains each panel.",
         ),
     )

@@ -126,7 +126,7 @@ def _copied(source: Path, partial: Path, with_derived: bool, now: History | None
     """The project at `partial`, of the file at `source` and of what is only in memory."""
     make_folder(data_folder(partial))
     try:
-        _copy_database(source, partial)
+        copy_database(source, partial)
         yield from copy_files(data_folder(source), data_folder(partial), with_derived)
     except (FileError, OSError):
         if now is None:
@@ -231,7 +231,8 @@ def _copy_file(source: Path, target: Path) -> None:
         shutil.copyfileobj(there, here, 1 << 22)
 
 
-def _copy_database(source: Path, target: Path) -> None:
+def copy_database(source: Path, target: Path) -> None:
+    """Copy the project file alone, in this schema. Raises InputError or OutputError."""
     with connected(source) as there, explained(target), closing(sqlite3.connect(target)) as copy_:
         there.backup(copy_)
         upgrade(copy_, target)

@@ -200,6 +200,7 @@ QToolTip {{ background: {theme.field}; color: {theme.text}; border: 1px solid {t
 [role="gap"] {{ background: {theme.line}; }}
 [role="canvas"] {{ background: {theme.canvas}; }}
 [role="banner"] {{ background: {theme.field}; border: none; border-left: 3px solid {theme.warning}; }}
+[role="card"] {{ background: {theme.field}; border: 1px solid {theme.accent}; border-radius: 6px; }}
 [role="line"] {{ background: {theme.line}; max-height: 1px; min-height: 1px; border: none; }}
 [role="title"] {{ color: {theme.text}; font-weight: 600; }}
 [role="heading"] {{ color: {theme.text}; font-size: 18px; font-weight: 600; }}

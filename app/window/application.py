@@ -17,6 +17,7 @@ from app.process.heap import give_back_free_pages, give_back_freed_arrays
 from app.process.packages import load_own
 from app.project.places import interrupted, projects_folder
 from app.session import settings
+from app.start.examples import EXAMPLES
 from app.viewport.gl_surface import request_format
 from app.widgets import theme
 from app.window.main_window import MainWindow
@@ -86,14 +87,16 @@ def run(paths: Sequence[Path], *, sample: bool = False) -> int:
         window.failures.install()
         window.show()
         left = interrupted(projects_folder(), map(Path, remembered.recent_projects))
-        if not (window.settings.now.has_seen_hints or paths or left):
-            QTimer.singleShot(0, window.show_hints)
+        if not window.settings.now.has_seen_hints:
+            window.show_hints_with_first_material()
         if sample:
-            QTimer.singleShot(0, window.bench.open_sample)
+            QTimer.singleShot(0, lambda: window.starting.open_example(EXAMPLES[0]))
         elif not paths and left:
             QTimer.singleShot(0, lambda: recover(window, left[0], remembered.workspace))
         elif paths:
             QTimer.singleShot(0, lambda: window.open(paths))
+        else:
+            window.show_start()
         code = application.exec()
         crash.end()
         return code

@@ -26,6 +26,7 @@ from app.process import crash
 from app.process.packages import load_shared
 from app.project.places import projects_folder
 from app.session.settings import NUMBERS, Remembered, close_session, open_session
+from app.start.examples import EXAMPLES
 from app.view.error_line import ErrorLine
 from app.view.tab import ViewTab
 from app.widgets import theme
@@ -46,6 +47,7 @@ from app.window.preferences import Preferences
 from app.window.projects import Projects
 from app.window.recent import Picturing
 from app.window.restoring import Restoring
+from app.window.starting import Starting
 from app.window.top_bar import WORKSPACES, TopBar
 from app.window.whereabouts import Whereabouts
 from engine.capture.doubts import Doubtful
@@ -247,7 +249,7 @@ class MainWindow(QMainWindow):
         broken = f"{DRAWN.get(name, 'The picture')} cannot be drawn"
         for signal, slot in (
             ("drawn", self.status.show_frame_time),
-            ("sample_wanted", self.bench.open_sample),
+            ("sample_wanted", lambda: self.starting.open_example(EXAMPLES[0], name)),
             ("capture_wanted", lambda: self.show_workspace("capture")),
             ("broken", lambda error: self.failures.report(broken, error)),
         ):
@@ -300,6 +302,8 @@ class MainWindow(QMainWindow):
         self.restoring.restored.connect(self.capture.show_again)
         self.picturing = Picturing(self.bench, self.projects)
         self.naming = Naming(self.projects, self.banners, self.files.save_as)
+        self.starting = Starting(self.bench, self.projects, self.files, self.show_workspace)
+        self.stack.addWidget(self.starting.page)
         self.interrupted = Interrupted(self.projects, self.banners, self._ways_to_go_on())
         centre = QWidget()
         column = QVBoxLayout(centre)
@@ -335,6 +339,7 @@ class MainWindow(QMainWindow):
         menus.keys_wanted.connect(lambda: show_keys(self))
         menus.mode_chooser_wanted.connect(self._choose_mode)
         menus.hints_wanted.connect(self.show_hints)
+        menus.projects_wanted.connect(self.show_start)
         menus.preferences_wanted.connect(self._show_preferences)
         menus.self_test_wanted.connect(self.self_test)
         menus.reports_wanted.connect(self._show_reports)
@@ -362,6 +367,17 @@ class MainWindow(QMainWindow):
             QTimer.singleShot(0, self, lambda: self.settings.in_front(name))
         self.status.show_frame_time(None)
         self.status.belong_to(name)
+        self.error_line.refresh()
+
+    def show_start(self) -> None:
+        """Bring the start page to the front, with the projects that there are now."""
+        self.stack.setCurrentWidget(self.starting.page)
+        self.starting.page.read()
+        self._focus_on_work()
+        self.docks.show_of_view(False)
+        self.bar.show_workspace("")
+        self.status.show_frame_time(None)
+        self.status.belong_to("")
         self.error_line.refresh()
 
     def _focus_on_work(self) -> None:
@@ -460,9 +476,26 @@ class MainWindow(QMainWindow):
         chooser.measuring_wanted.connect(self.docks.measure_modes)
         chooser.open()
 
+    def show_hints_with_first_material(self) -> None:
+        """Begin the welcome tour when the View workspace first shows a material, unless it was shown before."""
+
+        def begin() -> None:
+            project = self.bench.document.project
+            is_shown = self.stack.currentWidget() is self.view and self.view.viewport.camera is not None
+            if is_shown and (project.has_map or project.material.measured is not None):
+                self.view.drawn.disconnect(begin)
+                if not self.settings.now.has_seen_hints:
+                    self.show_hints()
+
+        self.view.drawn.connect(begin)
+
     def show_hints(self) -> None:
-        """Point at six places of the window, one after the other."""
-        tour = Tour(self, first_hints(self.bar, self.tabs))
+        """The welcome tour: point at six parts of the window, one after the other."""
+        for earlier in self.findChildren(Tour):
+            earlier.end()
+        tour = Tour(
+            self, first_hints(self.view, self.status, self.bar.buttons.button(list(WORKSPACES).index("export")))
+        )
         tour.workspace_wanted.connect(self.show_workspace)
         tour.ended.connect(lambda: self.settings.keep(has_seen_hints=True))
         tour.ended.connect(self._focus_on_work)
@@ -551,6 +584,7 @@ class MainWindow(QMainWindow):
         self.bar.apply_theme()
         for tab in self.tabs.values():
             tab.apply_theme()
+        self.starting.page.apply_theme()
         self.status.apply_theme()
         self.docks.apply_theme()
         self._changed(Project(), self.bench.document.project)

@@ -27,7 +27,7 @@ class Menus(QMenuBar):
     measuring_wanted : whether the error of the picture is measured.
     history_wanted, preferences_wanted, help_wanted, keys_wanted, mode_chooser_wanted, reports_wanted, about_wanted :
         a dialog or a folder.
-    hints_wanted : the first hints, again.
+    hints_wanted : the welcome tour. projects_wanted : the start page.
     self_test_wanted : a test of the machine.
     """
 
@@ -40,6 +40,7 @@ class Menus(QMenuBar):
     keys_wanted = Signal()
     mode_chooser_wanted = Signal()
     hints_wanted = Signal()
+    projects_wanted = Signal()
     preferences_wanted = Signal()
     self_test_wanted = Signal()
     reports_wanted = Signal()
@@ -57,6 +58,7 @@ class Menus(QMenuBar):
     def _fill_file(self, menu: QMenu) -> None:
         files = self.files
         add(menu, "New project", "Ctrl+N", files.new)
+        add(menu, "Projects…", "Ctrl+Shift+H", self.projects_wanted.emit)
         add(menu, "Open project…", "", files.choose_project)
         add(menu, "Save as…", "Ctrl+Shift+S", files.save_as)
         add(menu, "Collect…", "", files.collect)
@@ -123,7 +125,7 @@ class Menus(QMenuBar):
         add(menu, "Help for this panel", "F1", self.help_wanted.emit)
         add(menu, "Mouse and keyboard", "Shift+F1", self.keys_wanted.emit)
         add(menu, "Which mode when…", "", self.mode_chooser_wanted.emit)
-        add(menu, "First hints", "", self.hints_wanted.emit)
+        add(menu, "Welcome tour", "", self.hints_wanted.emit)
         menu.addSeparator()
         add(menu, "Self-test", "", self.self_test_wanted.emit)
         add(menu, "Crash reports…", "", self.reports_wanted.emit)

@@ -29,10 +29,11 @@ class Naming(QObject):
     def _look(self) -> None:
         """Propose a name as soon as the work is on disk; nothing where the project has one, or where that can wait."""
         path, project = self.projects.path, self.projects.bench.document.project
-        is_wanted = is_untitled(path) and path not in self._is_later and not self.projects.is_read_only
-        if not (is_wanted and is_worth_keeping(project)):
+        projects = self.projects
+        is_wanted = is_untitled(path) and not (projects.is_read_only or projects.is_unchanged_example)
+        if path in self._is_later or not (is_wanted and is_worth_keeping(project)):
             self.banners.say(CAUSE, "")
-        elif self.projects.is_saved:
+        elif projects.is_saved:
             words = "This project is kept among your untitled ones. Give it a name and a place to find it again."
             self.banners.say(CAUSE, words, (f"Save as {proposed_name(project)}…", self.save_as), ("Later", self.later))
 

@@ -59,6 +59,7 @@ class Projects(QObject):
         self._as_opened = bench.document.project
         self._is_elsewhere = False
         self._waits = True
+        self._is_example = False
 
     @property
     def name(self) -> str:
@@ -69,6 +70,11 @@ class Projects(QObject):
     def shown_name(self) -> str:
         """The name of the file; that of the material where nobody has given the file one."""
         return self.bench.document.project.name if self.name.startswith(places.UNTITLED) else self.name
+
+    @property
+    def is_unchanged_example(self) -> bool:
+        """True for an example in which nothing was done yet."""
+        return self._is_example and not self.bench.document.undo_stack.count()
 
     @property
     def is_saved(self) -> bool:
@@ -87,8 +93,11 @@ class Projects(QObject):
             places.claim(path)
         self._show(path, None, read_only=False)
 
-    def open(self, path: Path) -> None:
-        """Open a project where its file lies. Raises InputError or OutputError, and leaves all as it was."""
+    def open(self, path: Path, *, as_example: bool = False) -> None:
+        """Open a project where its file lies. Raises InputError or OutputError, and leaves all as it was.
+
+        `as_example`: it was just made from an example, and goes when it is closed as it was opened.
+        """
         path = path.absolute()
         if path == self.path:
             return
@@ -101,8 +110,10 @@ class Projects(QObject):
             lost = lost or "What was made from the sources is gone, and can be made again"
         self._show(path, found, bool(why_not), is_recovered=was_interrupted, lost=lost)
         self.why_read_only = why_not
+        self._is_example = as_example
         self.changed.emit()
-        self.opened.emit(path)
+        if not as_example:
+            self.opened.emit(path)
         if lost:
             self.bench.said.emit(f"{path.name} is open. {lost}")
 
@@ -198,14 +209,16 @@ class Projects(QObject):
         if self._recording is not None:
             self._recording = None
             places.release(self.path)
-            if places.is_untitled(self.path) and written and not self.is_worth_keeping():
+            is_own = places.is_untitled(self.path) or self.is_unchanged_example
+            if is_own and written and not self.is_worth_keeping():
                 places.remove(self.path)
         if self.bench.own != self.bench.folder and written:
             close_session(self.bench.own)
 
     def is_worth_keeping(self) -> bool:
-        """True if a person has brought or made something, a bake too."""
-        return is_worth_keeping(self.bench.document.project) or bool(noted(self.path))
+        """True if a person has brought or made something, a bake too; an example that nobody changed is not."""
+        is_worth = is_worth_keeping(self.bench.document.project) or bool(noted(self.path))
+        return is_worth and not self.is_unchanged_example
 
     def _on_disk(self) -> None:
         if self._recording is not None and not self._recording.wait(10.0):
@@ -228,6 +241,7 @@ class Projects(QObject):
         self, path: Path, found: Opened | None, read_only: bool, is_recovered: bool = False, lost: str = ""
     ) -> None:
         self.is_recovered, self.lost, self._waits = is_recovered, lost, True
+        self._is_example = False
         self.path, self.is_read_only, self.problem, self._is_elsewhere = path, read_only, "", False
         self.bench.folder = data_folder(path)
         self.bench.own = open_session() if read_only else self.bench.folder

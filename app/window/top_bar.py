@@ -47,8 +47,10 @@ class TopBar(QWidget):
         grid.setColumnStretch(2, 1)
 
     def show_workspace(self, name: str) -> None:
-        """Mark the workspace `name` as the one in front."""
-        self.buttons.button(list(WORKSPACES).index(name)).setChecked(True)
+        """Mark the workspace `name` as the one in front; none for another name."""
+        self.buttons.setExclusive(name in WORKSPACES)
+        for place, workspace in enumerate(WORKSPACES):
+            self.buttons.button(place).setChecked(workspace == name)
 
     def show_title(self, name: str, state: str) -> None:
         """Show the name of the project and, after it, what is not as usual; the name is cut where room is short."""

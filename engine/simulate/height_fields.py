@@ -151,8 +151,61 @@ def leather(size: int, seed: int = 1) -> Steps[Sample]:
     return _made(height, albedo, 0.05, 0.42 - 0.12 * pebble + 0.02 * grain)
 
 
+def medal(size: int, seed: int = 1) -> Steps[Sample]:
+    """A cast bronze medal on a matt ground: a rim, a ring of beads, sixteen rays, and a boss of spiral seeds.
+
+    An object with depth edges, unlike the flat materials. Verdigris lies in its recesses.
+    """
+    yield Step(0.0, _NOTE)
+    x, y = (2 * _texel_centres(size) / size - 1) / 0.8
+    radius, angle = np.hypot(x, y), np.arctan2(y, x)
+    inside = _step((0.985 - radius) / 0.02)
+    rim = np.exp(-(((radius - 0.91) / 0.045) ** 4))
+    bead_angle = (angle * 48 / (2 * np.pi)) % 1.0 - 0.5
+    beads = _dome(np.hypot((radius - 0.79) / 0.036, bead_angle * 2 * np.pi * 0.79 / 48 / 0.036))
+    between = _step((radius - 0.36) / 0.03) * _step((0.73 - radius) / 0.03)
+    reach = np.clip((0.73 - radius) / 0.37, 0, 1)
+    rays = between * np.clip(1 - np.abs(((angle * 16 / (2 * np.pi)) % 1.0 - 0.5) / (0.10 + 0.34 * reach)), 0, 1)
+    yield Step(0.3, _NOTE)
+    ring = np.exp(-(((radius - 0.345) / 0.02) ** 4))
+    count = np.arange(1, 110)
+    golden = count * np.pi * (3 - np.sqrt(5))
+    seeds = 0.0285 * np.sqrt(count)[:, None] * np.stack([np.cos(golden), np.sin(golden)], axis=-1)
+    from scipy.spatial import cKDTree
+
+    distance, _ = cKDTree(seeds).query(np.stack([x, y], axis=-1), workers=-1)
+    boss = _step((0.315 - radius) / 0.02) * (0.55 * _dome(radius / 0.42) + 0.42 * _dome(distance / 0.0245))
+    yield Step(0.6, _NOTE)
+    hammer, grain = _noise(size, seed + 61, 3, 18, 0.6), _noise(size, seed + 62, size // 10, size // 3, 0.3)
+    patina = _noise(size, seed + 63, 2, 40, 0.9)
+    relief = 0.9 * rim + 0.55 * beads + 0.75 * rays + 0.5 * ring + boss
+    height = size * inside * (0.030 + 0.026 * relief) + inside * 0.25 * hammer * size / 256 + 0.04 * grain
+    worn = np.clip(0.25 + relief, 0, 1)
+    green = np.clip(1.1 - 1.5 * worn + 0.45 * patina, 0, 1)[..., None]
+    bronze = np.array([0.17, 0.105, 0.042]) * (0.7 + 0.6 * worn + 0.08 * patina)[..., None]
+    verdigris = np.array([0.07, 0.155, 0.115]) * (1 + 0.15 * patina)[..., None]
+    metal = bronze * (1 - 0.75 * green) + verdigris * 0.75 * green
+    ground = np.array([0.105, 0.10, 0.098]) * (1 + 0.05 * grain + 0.05 * hammer)[..., None]
+    cover = inside[..., None]
+    shine = np.array([0.50, 0.36, 0.18]) * (1 - 0.8 * green) * (0.35 + 0.65 * worn)[..., None]
+    roughness = inside * (0.40 - 0.14 * worn + 0.2 * green[..., 0]) + (1 - inside) * 0.75
+    albedo = cover * metal + (1 - cover) * ground
+    return _made(height, albedo, cover * shine + (1 - cover) * 0.03, roughness)
+
+
+def _step(distance: Grid) -> Grid:
+    """0 below 0 and 1 beyond 1, smooth between."""
+    share = np.clip(distance, 0, 1)
+    return np.asarray(share * share * (3 - 2 * share))
+
+
+def _dome(radius: Grid) -> Grid:
+    """Half a sphere of radius one over the plane."""
+    return np.asarray(np.sqrt(np.clip(1 - radius * radius, 0, None)))
+
+
 #: The samples a person can ask for; the first is the program's built-in one.
-SAMPLES = {"woven": woven, "hammered": hammered, "leather": leather, "plain": plain}
+SAMPLES = {"woven": woven, "hammered": hammered, "leather": leather, "medal": medal, "plain": plain}
 MIN_SIZE, MAX_SIZE = 16, 16384
 
 
