@@ -20,7 +20,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from app.session.settings import cache_folder, config_folder, load
+from app.session.settings import PREFIX, cache_folder, config_folder, load
 from engine.core.errors import FileError
 from engine.storage.atomic import discard, make_folder, perform, write_bytes
 from engine.storage.partial_names import partial_name
@@ -151,6 +151,16 @@ def remove(place: Path, *, even_own: bool = False) -> bool:
             return False
     discard(hidden)
     return True
+
+
+def empty() -> None:
+    """Remove all of the cache of the user but what open windows use and what projects need."""
+    folder = cache_folder()
+    for place in folder.glob("*") if folder is not None else ():
+        if place.name == FOLDER:
+            keep_within(0)
+        elif not place.name.startswith(PREFIX) or is_gone(place):
+            discard(place)
 
 
 def _is_in_use(place: Path, even_own: bool) -> bool:

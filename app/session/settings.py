@@ -23,7 +23,7 @@ import platformdirs
 
 from engine.core.colour import OPERATORS
 from engine.core.errors import FileError, InputError
-from engine.storage.atomic import discard, write_json
+from engine.storage.atomic import write_json
 from engine.storage.untrusted import read_bytes
 from engine.storage.writer import is_gone, writer
 
@@ -274,14 +274,6 @@ def cache_folder() -> Path | None:
     """The folder of what can be made again; None if the system names no usable one."""
     folder = Path(os.path.expandvars(platformdirs.user_cache_dir("lightarc", appauthor=False)))
     return folder if folder.is_absolute() else None
-
-
-def empty_cache() -> None:
-    """Remove all of the cache but the working folders of windows that are open."""
-    folder = cache_folder()
-    for place in folder.glob("*") if folder is not None else ():
-        if not place.name.startswith(PREFIX) or is_gone(place):
-            discard(place)
 
 
 def _bases() -> tuple[Path, Path]:

@@ -14,7 +14,8 @@ from app.commands.sample import made_of_sample
 from app.jobs.jobs import Jobs
 from app.process import crash
 from app.project.made import size_of
-from app.session.settings import NUMBERS, Settings, cache_folder, empty_cache
+from app.session import cache
+from app.session.settings import NUMBERS, Settings, cache_folder
 from app.view.tab import TONE_MAPS
 from app.widgets.controls import ComboBox
 from app.widgets.panels import Rows, button, enable, line, text
@@ -22,6 +23,9 @@ from app.widgets.theme import PADDING, STEP
 from engine.core.figure_text import size_text
 from engine.core.steps import Step, Steps
 from engine.storage.atomic import discard
+
+#: Limits of the cache, in gigabytes; 0 for what suits the disk.
+CACHES_GB = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 
 #: Width of the dialog in pixels.
 WIDTH_PX = 420
@@ -62,7 +66,7 @@ class Preferences(QDialog):
         )
         self._choice(window_rows, "unit", "Lengths", LENGTHS, now.unit, "Unit of the width of a sample")
         self._make_limits(now)
-        self._make_cache()
+        self._make_cache(now)
         close = button("Close", "primary")
         close.clicked.connect(self.close)
         self.column.addWidget(close, 0, Qt.AlignmentFlag.AlignRight)
@@ -104,14 +108,16 @@ class Preferences(QDialog):
         hint = "The most that a setting may take which a plan chooses"
         self._choice(rows, "memory_gb", "Memory", memories, now.memory_gb, hint)
 
-    def _make_cache(self) -> None:
+    def _make_cache(self, now: Settings) -> None:
         rows = self._section("Cache")
         self.folder = text(str(cache_folder() or "none"), wrap=True)
         self.folder.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         rows.row("Folder", self.folder)
         self.size_words = text("…")
         self.empty = button(
-            "Empty it", hint="Measured costs of this machine and the ready-made sample; both come again"
+            "Clear",
+            hint="Working copies of results, costs measured on this machine and the ready-made sample. All are "
+            "made again when needed; results whose photographs are gone stay",
         )
         self.empty.clicked.connect(self._empty)
         holder = QWidget()
@@ -120,7 +126,15 @@ class Preferences(QDialog):
         row.addWidget(self.size_words, 1)
         row.addWidget(self.empty)
         rows.row("Size", holder)
+        sizes = tuple((each, f"{each:.0f} GB" if each else "Automatic") for each in CACHES_GB)
+        hint = "The most that working copies of results take; automatic is 10 GB, or half of what the disk has left"
+        self._choice(rows, "cache_gb", "Limit", sizes, now.cache_gb, hint)
+        self.boxes["cache_gb"].activated.connect(lambda _at: self._keep_within())
         self._measure()
+
+    def _keep_within(self) -> None:
+        job = self.jobs.submit("Keeping the cache within its limit", _kept_within, lane="screen")
+        job.succeeded.connect(self._show_size)
 
     def _measure(self) -> None:
         job = self.jobs.submit("Measuring the cache", _cached_bytes, lane="screen")
@@ -146,10 +160,17 @@ def _cached_bytes() -> Steps[int]:
     return sum(size_of(place) for place in _places())
 
 
+def _kept_within() -> Steps[int]:
+    """Remove what was used longest ago, until the limit is kept; the bytes that stay."""
+    yield Step(0.0, "measuring")
+    cache.keep_within()
+    return sum(size_of(place) for place in _places())
+
+
 def _emptied() -> Steps[int]:
     """Remove all but what open windows use; the bytes that stay."""
     yield Step(0.0, "emptying")
-    empty_cache()
+    cache.empty()
     for place in made_of_sample():
         discard(place)
     return sum(size_of(place) for place in _places())

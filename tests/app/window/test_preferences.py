@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from app.session import settings
-from app.session.settings import Settings, cache_folder, close_session, empty_cache, open_session
+from app.session import cache, settings
+from app.session.settings import Settings, cache_folder, close_session, open_session
 from app.widgets import theme
 from app.window.application import draw_by
 from app.window.main_window import MainWindow
@@ -74,7 +74,7 @@ def test_the_cache_is_emptied_but_for_what_is_in_use() -> None:
     folder = present(cache_folder())
     (folder / "cost-model.json").write_text("{}")
     assert session.parent == folder
-    empty_cache()
+    cache.empty()
     assert [*folder.iterdir()] == [session]
     close_session(session)
 
