@@ -51,6 +51,7 @@ def main() -> int:
         making = Gaps()
         window.show()
         until(lambda: window.isActiveWindow() or window.windowHandle().isExposed())
+        window.expect_work()
         found.update(window_made_s=round(until(lambda: window.is_whole), 2), **_said(making, "making"))
         if "workspaces" in wanted:
             found.update(_visits(window, until))

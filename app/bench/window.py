@@ -60,6 +60,7 @@ def main() -> int:
         application.processEvents()
         start_s = time.perf_counter() - STARTED_S
         making = Gaps(lambda: True)
+        window.expect_work()
         while not window.is_whole:
             application.processEvents()
         making.stop()

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from PySide6.QtCore import QByteArray, QLocale, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QCloseEvent, QCursor, QDragEnterEvent, QDropEvent, QResizeEvent, QShowEvent
+from PySide6.QtGui import QCloseEvent, QCursor, QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QVBoxLayout, QWidget
 
 from app.capture.tab import CaptureTab
@@ -62,17 +62,17 @@ if TYPE_CHECKING:
     from app.factor.tab import FactorTab
     from app.material.tab import MaterialTab
 
-#: From the window on screen to the first of the workspaces behind it, and from one to the next.
-AFTER_MS, BETWEEN_MS = 100, 5
+#: From one step of making workspaces to the next.
+BETWEEN_MS = 5
 
 #: Libraries and modules of the workspaces behind it, which load in 0.4 s.
 LIBRARIES = (
+    "engine.gl.scene_renderer",
     "pyqtgraph",
     "app.material.tab",
     "app.brdf.tab",
     "app.factor.tab",
     "app.export.tab",
-    "engine.gl.scene_renderer",
 )
 
 #: The decoder of photographs and of notes beside them, whose process starts in 0.7 s and takes 140 MB.
@@ -103,14 +103,14 @@ def first_size(screen: QSize) -> QSize:
 
 
 def load_libraries() -> None:
-    """Load what the workspaces behind the one in front need."""
+    """Load what the workspaces behind the one in front need; the process for photographs loads beside it."""
+    expect(PHOTOGRAPHS, NICENESS)
     for name in LIBRARIES:
         import_module(name)
 
 
 def load_for_work() -> None:
-    """Load what nearly every job needs, and start the process for photographs: 0.7 s, and 250 MB with that process."""
-    expect(PHOTOGRAPHS, NICENESS)
+    """Load what nearly every job needs, in 0.8 s, and prepare reports of crashes for libraries written in C."""
     load_shared()
     crash.with_native_stack()
 
@@ -118,9 +118,9 @@ def load_for_work() -> None:
 class MainWindow(QMainWindow):
     """Owns the workbench and everything on screen. `closes`: it has kept its settings and ends its jobs now.
 
-    Workspaces that are not in front at the start, and the libraries that they need, come one after the other once the
-    window is on screen, in steps that nobody notices; one that is asked for before is made at once. `tabs` are those
-    that are there.
+    Workspaces that are not in front at the start, and the libraries that they need, come one after the other once work
+    announces itself (`expect_work`), in steps that nobody notices; one that is asked for before is made at once. `tabs`
+    are those that are there.
     """
 
     closes = Signal()
@@ -262,19 +262,23 @@ class MainWindow(QMainWindow):
             QTimer.singleShot(BETWEEN_MS, self, self.make_next)
 
     def _make_behind(self) -> Iterator[None]:
-        """Make what comes after the window is on screen: libraries on a thread of their own, then what needs them."""
+        """Make what an idle window lacks: libraries on a thread of their own, then what needs them."""
         yield from self._loaded(load_libraries)
         self.capture.plot.inside  # noqa: B018 - made when it is first asked for
         for name in WORKSPACES:
             if name not in self.tabs:
                 yield
                 yield from self._steps(name)
+        yield from self._loaded(load_for_work)
 
     def expect_work(self) -> None:
-        """Load what work needs, in the background, once something announces it; an idle window does without."""
+        """Make and load what work needs, in steps, as soon as something announces it: a key, a menu, a drag, a job.
+
+        A window that nobody uses does without 200 MB for it.
+        """
         if not self._expects_work:
             self._expects_work = True
-            threading.Thread(target=load_for_work, name="getting ready", daemon=True).start()
+            QTimer.singleShot(0, self, self.make_next)
 
     def _loaded(self, load: Callable[[], None]) -> Iterator[None]:
         """Call `load` on a thread, in steps that wait for it."""
@@ -283,9 +287,9 @@ class MainWindow(QMainWindow):
         while self._loading.is_alive():
             yield
 
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        QTimer.singleShot(AFTER_MS, self, self.make_next)
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        self.expect_work()
+        super().keyPressEvent(event)
 
     def _make_top_bar(self) -> None:
         self.files = Files(self, self.bench, self.projects, self.settings, self.failures)
@@ -330,6 +334,7 @@ class MainWindow(QMainWindow):
         bench.output_moved.connect(lambda folder: self.settings.keep(output_folder=str(folder)))
         for wanted in (bench.wanted, self.bar.wanted, menus.workspace_wanted):
             wanted.connect(self.show_workspace)
+        self.bar.entered.connect(self.expect_work)
         menus.file.aboutToShow.connect(self.expect_work)
         menus.theme_wanted.connect(self.set_theme)
         menus.measuring_wanted.connect(self._measure_or_not)

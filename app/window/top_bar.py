@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QEnterEvent
 from PySide6.QtWidgets import QButtonGroup, QGridLayout, QHBoxLayout, QLabel, QMenuBar, QToolButton, QWidget
 
 from app.widgets import theme
@@ -25,9 +26,10 @@ HEIGHT, MARK = 40, 20
 
 
 class TopBar(QWidget):
-    """`wanted`: a workspace was clicked, by its name."""
+    """`wanted`: a workspace was clicked, by its name. `entered`: the pointer has come over the bar."""
 
     wanted = Signal(str)
+    entered = Signal()
 
     def __init__(self, menus: QMenuBar) -> None:
         super().__init__()
@@ -45,6 +47,10 @@ class TopBar(QWidget):
         grid.addWidget(self.title, 0, 2)
         grid.setColumnStretch(0, 1)
         grid.setColumnStretch(2, 1)
+
+    def enterEvent(self, event: QEnterEvent) -> None:
+        super().enterEvent(event)
+        self.entered.emit()
 
     def show_workspace(self, name: str) -> None:
         """Mark the workspace `name` as the one in front; none for another name."""
