@@ -363,9 +363,10 @@ class MainWindow(QMainWindow):
         tab, focus = cast(QWidget, getattr(self, name)), QApplication.focusWidget()
         if name != "capture":
             self.expect_work()
+        last = tab.focusWidget()  # before Qt gives the focus to the first button of what comes to the front
         self.stack.setCurrentWidget(tab)
         if focus is None or not tab.isAncestorOf(focus):  # the keys of a workspace hold where the focus is in it
-            self._focus_on_work()
+            self._focus_on_work(last)
         self.docks.show_of_view(self._is_lighting())
         self.bar.show_workspace(name)
         if self.isVisible():
@@ -385,11 +386,11 @@ class MainWindow(QMainWindow):
         self.status.belong_to("")
         self.error_line.refresh()
 
-    def _focus_on_work(self) -> None:
-        """Give the focus to what had it in the workspace in front; in place of a text field, to the picture."""
+    def _focus_on_work(self, last: QWidget | None = None) -> None:
+        """Give the focus to `last`, which had it in the workspace in front, or else to the work area."""
         tab = cast(QWidget, self.stack.currentWidget())
-        last, work = tab.focusWidget(), cast(QWidget, getattr(tab, "work", tab))
         if last is None or text_field(last) is not None:
+            work = cast(QWidget, getattr(tab, "work", tab))
             last = work if work.isVisible() else tab
         last.setFocus(Qt.FocusReason.OtherFocusReason)
 
