@@ -361,7 +361,7 @@ class MainWindow(QMainWindow):
     def show_workspace(self, name: str) -> None:
         """Bring the workspace `name` to the front."""
         tab, focus = cast(QWidget, getattr(self, name)), QApplication.focusWidget()
-        if name != "capture":
+        if self.isVisible():
             self.expect_work()
         last = tab.focusWidget()  # before Qt gives the focus to the first button of what comes to the front
         self.stack.setCurrentWidget(tab)
