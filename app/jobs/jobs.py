@@ -209,14 +209,16 @@ class Jobs(QObject):
         refines: bool = False,
         resource: str = "",
         alone: bool = False,
+        prepares: bool = True,
     ) -> Job:
         """Queue `work` in its `lane`; the other parameters are attributes of `Job`.
 
-        `work` is called on the job's own thread, so it may import slow modules there.
+        `work` is called on the job's own thread, so it may import slow modules there. Without `prepares` it begins
+        without what `before` loads, and must not import packages of it.
         """
         job = Job(title, work, lane=lane, again=again)
         job.refines, job.resource, job.alone = refines, resource, alone
-        job._thread.before = self.before
+        job._thread.before = self.before if prepares else nothing
         if job.is_asked_for:
             job._thread.around = self.around(job)
         job._thread.stepped.connect(lambda step: self._progress(job, step))

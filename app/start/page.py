@@ -242,7 +242,7 @@ class StartPage(QScrollArea):
         """Read the list of projects anew, in the background."""
         others, left_out = tuple(self.remembered()), None if self.is_worth_keeping() else self.opened()
         work = partial(read_projects, self.folder, others, left_out, self.thumbnail)
-        job = self.bench.jobs.submit("Reading the list of projects", work, lane="screen")
+        job = self.bench.jobs.submit("Reading the list of projects", work, lane="screen", prepares=False)
         job.progressed.connect(self._take)
 
     def _take(self, step: Step) -> None:
