@@ -24,8 +24,8 @@ from engine.core.colour import Operator
 from engine.core.errors import FileError, UsageError
 from engine.core.steps import Step, Steps, part
 from engine.geometry.camera import Camera
-from engine.geometry.mesh import SUFFIXES
-from engine.geometry.shapes import SHAPES
+from engine.geometry.mesh import SUFFIXES, Mesh
+from engine.geometry.shapes import FLAT, SHAPES, flat_image
 from engine.light.lamps import LampSettings
 from engine.light.near_lamps import NearLampSettings
 from engine.light.sky import SKIES
@@ -135,23 +135,29 @@ def _lamp(said: Any, settings: type[Any]) -> Any:
     return settings(**others, colour=(red, green, blue))
 
 
-def referred(provenance: Mapping[str, Any], bundle: Path) -> Steps[Referred]:
-    """Model, camera and environment of the view that `bundle` was exported with; none where it says none."""
+def referred(provenance: Mapping[str, Any], bundle: Path, size: tuple[int, int]) -> Steps[Referred]:
+    """Model, camera and environment of the view that `bundle` was exported with; none where it says none.
+
+    `size` are rows and columns of its material, which a flat image has the proportions of.
+    """
     yield Step(0.0, "looking for the model and the light")
     view = provenance.get("view")
     if not isinstance(view, Mapping):
         return Referred()
     parts: dict[str, Any] = {}
     missing, files = list[str](), dict[str, Path]()
-    name, source = _source(view.get("model"), bundle, (*SHAPES,), SUFFIXES)
+    name, source = _source(view.get("model"), bundle, (*SHAPES, FLAT), SUFFIXES)
     if name and source:
         try:
             is_own = name == DEFAULT_MODEL and source == name
-            mesh = None if is_own else (yield from part(load_shape(source), 0.0, 0.7))
+            if source == FLAT:
+                mesh: Mesh | None = flat_image(size[1], size[0])
+            else:
+                mesh = None if is_own else (yield from part(load_shape(source), 0.0, 0.7))
             if mesh is not None and view["model"].get("flipped") is True:
                 mesh = mesh.flipped()
             parts |= {"mesh": mesh, "camera": _camera(view.get("camera"))}
-            files |= {mesh.name: Path(source)} if mesh is not None and source not in SHAPES else {}
+            files |= {mesh.name: Path(source)} if mesh is not None and source not in (*SHAPES, FLAT) else {}
         except FileError as error:
             missing.append(str(error))
     elif name:
@@ -231,7 +237,7 @@ def load_bundle(path: Path) -> Steps[OpenedBundle]:
     from engine.bundle.bundle import describe_bundle, open_bundle
 
     material, provenance = open_bundle(path), describe_bundle(path)["provenance"]
-    found = yield from part(referred(provenance, path), 0.5, 1.0)
+    found = yield from part(referred(provenance, path, material.size if material.has_map else (1, 1)), 0.5, 1.0)
     return OpenedBundle(path.name.removesuffix(".lightarc"), material, provenance, found)
 
 

@@ -34,7 +34,7 @@ from app.commands.opening import load_environment, load_shape
 from app.commands.recognise import CONTENT, Opening, Recognised, recognise
 from app.commands.sample import NAME as SAMPLE
 from app.commands.sample import Sample, capture_of_sample, marked_sample, samples_folder
-from app.document.document import Document, ImportChoices, Project
+from app.document.document import Document, ImportChoices, Look, Project
 from app.jobs.jobs import Job, Jobs
 from app.process.packages import load_shared
 from app.project.photographs import INSIDE, photographs
@@ -437,8 +437,23 @@ class Workbench(QObject):
             "excluded_photographs": sorted(project.excluded),
             SCALE_NOTE: project.scale,
         }
-        self.document.change("Build material", material=material, built_from=project.recipe, provenance=provenance)
+        made = {"material": material, "built_from": project.recipe, "provenance": provenance}
+        self.document.change("Build material", **{**made, **self._flat_at_first(now, material)})
         self.said.emit("Material built")
+
+    def _flat_at_first(self, now: Project, material: Material) -> dict[str, Any]:
+        """Parts that show `material` flat where it comes from a dome, `now` has none, and nobody chose a model."""
+        is_loading = self.loading is not None and not self.loading.over
+        is_first = material.directional is not None and not now.has_map
+        return now.shown_flat(material) if is_first and now.mesh is None and not is_loading else {}
+
+    def show_flat(self) -> None:
+        """Show the material once, flat and from the front."""
+        now = self.document.project
+        if now.has_map:
+            if self.loading is not None:
+                self.jobs.drop(self.loading)
+            self.document.change("Show the image flat", **now.shown_flat(now.material))
 
     def load_model(self, name_or_path: str) -> None:
         """Show the material on a built-in model or on a mesh from a file, and cancel a model that is still loading."""
@@ -450,7 +465,10 @@ class Workbench(QObject):
 
     def _model_loaded(self, mesh: Mesh, name_or_path: str) -> None:
         files = self._came_from(mesh.name, name_or_path, SHAPES)
-        self.document.change(f"Model {mesh.name}", mesh=mesh, camera=None, came_from=files)
+        look = self.document.project.look
+        if self.document.project.is_flat:
+            look = dataclasses.replace(look, repeats=Look().repeats)
+        self.document.change(f"Model {mesh.name}", mesh=mesh, camera=None, look=look, came_from=files)
 
     def _came_from(self, name: str, name_or_path: str, built_in: Collection[str]) -> dict[str, Path]:
         """Files by the names of what was read from them, with this one."""
@@ -496,17 +514,23 @@ class Workbench(QObject):
         found = dataclasses.replace(found, parts={name: part for name, part in found.parts.items() if name not in left})
         if self.loading is not None and "mesh" in found.parts:
             self.jobs.drop(self.loading)
+        parts = now.without_capture
+        look = with_view(parts.get("look", now.look), bundle.provenance)
+        flat: dict[str, Any] = {}
+        if "view" not in bundle.provenance and "mesh" not in others:
+            flat = self._flat_at_first(dataclasses.replace(now, **parts), bundle.material)
         self.document.change(
             f"Open {bundle.name}",
             **{
-                **now.without_capture,
+                **parts,
                 **found.parts,
                 "material": bundle.material,
                 "provenance": bundle.provenance,
                 "name": bundle.name,
-                "look": with_view(now.look, bundle.provenance),
+                "look": look,
                 "came_from": {**now.came_from, **found.parts.get("came_from", {})},
                 **settings_of_bundle(bundle.material, bundle.provenance),
+                **flat,
             },
         )
         has_model = "mesh" in others or self.document.project.mesh is not None

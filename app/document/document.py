@@ -33,6 +33,7 @@ from engine.core.params import check, param
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
+from engine.geometry.shapes import FLAT, flat_image
 from engine.light.environment import EnvironmentMap
 from engine.light.lamps import LampSettings
 from engine.light.near_lamps import NearLampSettings
@@ -237,11 +238,25 @@ class Project:
         return self.material.has_map
 
     @property
+    def is_flat(self) -> bool:
+        """True if the material is shown as a flat image."""
+        return self.mesh is not None and self.mesh.name == FLAT
+
+    def shown_flat(self, material: Material) -> dict[str, Any]:
+        """The parts that show `material` once, flat and from the front; it has texels."""
+        height, width = material.size
+        mesh = flat_image(width, height)
+        mesh.tangents.flags.writeable = False
+        return {"mesh": mesh, "camera": None, "look": dataclasses.replace(self.look, repeats=1.0, mode="shading-map")}
+
+    @property
     def without_capture(self) -> dict[str, Any]:
         """The parts that belong to the capture or the material, as they are where there is none; the BRDF stays."""
         brdf = {name: getattr(self.material, name) for name in ("brdf", "measured", "sigma")}
         empty = Project()
         parts = {name: getattr(empty, name) for name in OF_CAPTURE}
+        if self.is_flat:
+            parts |= {"mesh": None, "camera": None, "look": dataclasses.replace(self.look, repeats=Look().repeats)}
         return {**parts, "material": dataclasses.replace(empty.material, **brdf)}
 
 

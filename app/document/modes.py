@@ -95,6 +95,8 @@ def why_not(mode: Mode, project: Project) -> str:
     """The reason why a mode cannot be shown now; empty where it can."""
     if mode.value == "shading-map" and not project.has_map:
         return "Build or open a material first"
+    if mode.baked and project.is_flat:
+        return "A flat image casts no shadows that could be baked: Material shows it"
     if mode.progressive and project.has_map and project.look.lookup == "outgoing":
         return "The look-up by outgoing radiance is of all light at once: choose another under Look-up"
     return ""

@@ -13,8 +13,7 @@ from app.document.modes import mode_of
 from app.document.scene import DEFAULT_MODEL, scene_of_project
 from app.project.project_file import ENDING, data_folder, read
 from engine.core.errors import InputError
-from engine.geometry.camera import frame
-from engine.geometry.shapes import shape
+from engine.geometry.shapes import framed, shape
 from engine.scene.scene import Scene
 
 #: Parts that a scene is made of, and what a person calls them.
@@ -58,6 +57,6 @@ def set_up(path: Path, aspect: float = 4.0 / 3.0) -> Setup:
         raise InputError(path, f"has lost its {' and '.join(gone)} with the data beside it", remedy)
     project = opened.current
     mesh = project.mesh or shape(DEFAULT_MODEL)
-    camera = project.camera or frame(mesh.positions, aspect)
+    camera = project.camera or framed(mesh, aspect)
     scene = scene_of_project(project, mesh, project.material.reflectance, camera)
     return Setup(path, project, scene, mode_of(project.look.mode, project).value)

@@ -150,6 +150,7 @@ class LookupPanel(Rows):
         self.above.choose(look.above)
         self.source.choose(look.source)
         planes = material.directional is not None
+        self.show_row(self.source, not planes)
         nothing = "A directional map is shown by its planes" if planes else "Build or open a material first"
         nothing = nothing if material.pbr is None else "PBR maps have a BRDF at each texel, and no look-up"
         self.source.disable("slices", "" if material.shading_map is not None else nothing)

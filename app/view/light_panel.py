@@ -138,6 +138,7 @@ class LightPanel(Rows):
         self.behind.setCurrentIndex(self.behind.findData(look.behind))
         self.lamps.show_lamps(look.lamps)
         self.near.show_lamps(look.near_lamps)
+        self.near.setHidden(project.is_flat and not look.near_lamps)  # only baked modes show them
 
     def handles(self, project: Project) -> tuple[Handle, ...]:
         """The light handles that can be dragged in the picture."""

@@ -18,7 +18,7 @@ from app.widgets.report import Report
 from engine.core.steps import Step, Steps
 from engine.geometry.mesh import SUFFIXES, Mesh
 from engine.geometry.mesh_repair import INSIDE_OUT
-from engine.geometry.shapes import SHAPES
+from engine.geometry.shapes import FLAT, SHAPES
 
 MODEL_NAMES = {
     "sphere": "Sphere",
@@ -26,6 +26,7 @@ MODEL_NAMES = {
     "torus-knot": "Torus knot",
     "cloth": "Draped cloth",
     "blob": "Blob like a bust",
+    FLAT: "Flat, once",
 }
 
 
@@ -64,8 +65,10 @@ class ScenePanel(Rows):
         for form in (self.repeats, self.albedo):
             form.show_instance(project.look)
         self.ground.setChecked(project.look.has_ground)
-        self.albedo.setVisible(project.look.has_ground)
-        self._show_models(project.mesh)
+        self._show_models(project)
+        for widget in (self.repeats, self.ground):
+            widget.setHidden(project.is_flat)
+        self.albedo.setHidden(project.is_flat or not project.look.has_ground)
         if project.mesh is not self.mesh or project.mesh is None:
             self.mesh = project.mesh
             self._show_health(project.mesh)
@@ -77,12 +80,13 @@ class ScenePanel(Rows):
             self.report.show_health(mesh.health)
         self.flip.setVisible(any(finding.text == INSIDE_OUT for finding in findings))
 
-    def _show_models(self, mesh: Mesh | None) -> None:
+    def _show_models(self, project: Project) -> None:
+        mesh = project.mesh
         self.model.clear()
-        for name in SHAPES:
+        for name in (*SHAPES, *((FLAT,) if project.has_map else ())):
             self.model.addItem(MODEL_NAMES.get(name, name), name)
         current = mesh.name if mesh is not None else DEFAULT_MODEL
-        if mesh is not None and mesh.name not in SHAPES:
+        if mesh is not None and self.model.findData(mesh.name) < 0:
             self.model.addItem(mesh.name, "")
             self.model.setCurrentIndex(self.model.count() - 1)
         else:
@@ -93,11 +97,13 @@ class ScenePanel(Rows):
     def _model_chosen(self, _index: int) -> None:
         chosen = self.model.currentData()
         if chosen == "open":
-            self._show_models(self.bench.document.project.mesh)
+            self._show_models(self.bench.document.project)
             endings = " ".join(f"*{suffix}" for suffix in SUFFIXES)
             path, _ = QFileDialog.getOpenFileName(self, "Open a mesh", "", f"Meshes ({endings})")
             if path:
                 self.bench.open([Path(path)])
+        elif chosen == FLAT:
+            self.bench.show_flat()
         elif chosen:
             self.bench.load_model(chosen)
 

@@ -53,8 +53,9 @@ from app.widgets.workspace import bar_of_choices, side_by_side, under
 from engine.brdf.brdf import Brdf
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps
-from engine.geometry.camera import Camera, frame
+from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
+from engine.geometry.shapes import framed
 from engine.light.environment import EnvironmentMap
 from engine.planning.costs.setting import Setting
 from engine.render.background import blurred
@@ -276,6 +277,7 @@ class ViewTab(QWidget):
         self._setting_may_have_changed()
         for panel in (self.model, self.lights, self.brdf_panel, self.varying, self.lookup, self.compare):
             panel.show_project(project)
+        self.varying.setHidden(project.is_flat and not project.variations)  # only baked modes show variations
         mesh = project.mesh or self.default_mesh
         if mesh is not None:
             self.lights.show_size(mesh)
@@ -392,7 +394,7 @@ class ViewTab(QWidget):
         mesh = project.mesh or self.default_mesh
         if mesh is None or self.brdf is None:
             return None
-        return scene_of_project(project, mesh, self.brdf, self.viewport.camera or frame(mesh.positions))
+        return scene_of_project(project, mesh, self.brdf, self.viewport.camera or framed(mesh))
 
     def _error_is_stale(self) -> None:
         """The picture is another one: its error is measured once it has come to rest."""

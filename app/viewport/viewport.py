@@ -24,6 +24,7 @@ from app.widgets.theme import PADDING, STEP, role
 from engine.core.errors import MissingCapability
 from engine.geometry.camera import Camera, frame, orbit, pan, zoom
 from engine.geometry.mesh import Mesh
+from engine.geometry.shapes import framed
 from engine.light.environment import EnvironmentMap
 from engine.render.background import Backdrop
 from engine.render.display import Display
@@ -176,7 +177,7 @@ class Viewport(QWidget):
     def _frame(self) -> None:
         """Until somebody moves it, the camera follows the size of the window as well."""
         assert self._mesh is not None
-        self.camera = frame(self._mesh.positions, max(1, self.width()) / max(1, self.height()))
+        self.camera = framed(self._mesh, max(1, self.width()) / max(1, self.height()))
         self._framed = True
         self.camera_moved.emit()
 

@@ -202,6 +202,16 @@ class Rows(QWidget):
         self.grid.addWidget(widget, place, 1)
         return widget
 
+    def show_row(self, widget: QWidget, is_shown: bool) -> None:
+        """Show or hide the row of `widget`, with its label."""
+        place = self.grid.getItemPosition(self.grid.indexOf(widget))[0]  # type: ignore[index]
+        for column in range(2):
+            item = self.grid.itemAtPosition(place, column)
+            inside = item.widget() if item is not None else None
+            if inside is not None:
+                inside.setVisible(is_shown)
+        self.grid.setRowMinimumHeight(place, ROW if is_shown else 0)
+
     def figure(self, label: str, hint: str = "") -> QLabel:
         """A read-out, right-aligned; set its text with the unit."""
         value = text("–", "")

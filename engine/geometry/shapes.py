@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from engine.core.directions import normalize
 from engine.core.errors import InputError
+from engine.geometry.camera import FRAMING_DIRECTION, Camera, frame
 from engine.geometry.mesh import Mesh, read_mesh
 
 #: Rounded bodies: centre, radii along x, y, z, and how far they run into what came before. Those off the middle have
@@ -217,6 +218,26 @@ def blob() -> Mesh:
     around = np.linalg.norm(np.diff(positions, axis=1), axis=-1).sum(axis=1).mean()
     upwards = np.linalg.norm(np.diff(positions, axis=0), axis=-1).sum(axis=0).mean()
     return _without_slivers(grid_mesh("blob", positions, normals, np.stack([u, v * upwards / around], -1)))
+
+
+#: Name of the models that `flat_image` makes.
+FLAT = "flat image"
+
+
+def flat_image(width: int, height: int) -> Mesh:
+    """A rectangle in the plane z = 0 that faces +Z and has the proportions of an image of `width` × `height` texels.
+
+    Its longer side is 2 units, and its texture coordinates are [0, 1]², so that a material shows on it once.
+    """
+    u, v = _grid(2, 2)
+    x, y = np.array([width, height]) / max(width, height)
+    positions = np.stack([(2 * u - 1) * x, (2 * v - 1) * y, np.zeros_like(u)], -1)
+    return grid_mesh(FLAT, positions, np.broadcast_to((0.0, 0.0, 1.0), positions.shape), np.stack([u, v], -1))
+
+
+def framed(mesh: Mesh, aspect: float = 1.0) -> Camera:
+    """The camera that shows `mesh` first, in an image of `aspect` (width over height): a flat image from the front."""
+    return frame(mesh.positions, aspect, direction=(0.0, 0.0, 1.0) if mesh.name == FLAT else FRAMING_DIRECTION)
 
 
 #: The built-in models by the name that the command line and the window use.

@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from app.commands.bundle_view import Referred, referred, view_of, with_view
@@ -14,6 +15,7 @@ from app.document.document import Look, Project
 from engine.core.steps import drain
 from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh, read_mesh
+from engine.geometry.shapes import flat_image
 from engine.light.environment_file import open_environment
 from engine.light.lamps import LampSettings
 from engine.light.near_lamps import NearLampSettings
@@ -40,7 +42,15 @@ def kept(project: Project, bundle: Path) -> dict[str, Any]:
 
 
 def found_by(provenance: dict[str, Any], bundle: Path) -> Referred:
-    return drain(referred(provenance, bundle))
+    return drain(referred(provenance, bundle, (30, 40)))
+
+
+def test_a_flat_image_comes_back_with_the_proportions_of_the_material(tmp_path: Path) -> None:
+    bundle = tmp_path / "ring.lightarc"
+    found = found_by(kept(Project(mesh=flat_image(40, 30)), bundle), bundle)
+    assert found.missing == ()
+    assert np.ptp(found.parts["mesh"].positions, axis=0).tolist() == [2.0, 1.5, 0.0]
+    assert found.parts["camera"] is None
 
 
 @pytest.fixture

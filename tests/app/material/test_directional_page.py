@@ -52,6 +52,35 @@ def test_a_dome_becomes_a_directional_material_with_its_errors(filled: MainWindo
     assert "up to date" in page.build.toolTip()
 
 
+def test_a_capture_from_a_dome_is_shown_flat_once_and_from_the_front(filled: MainWindow, qtbot: Any) -> None:
+    view, document = filled.view, filled.bench.document
+    rows, columns = document.project.material.size
+    filled.show_workspace("view")
+    qtbot.waitUntil(lambda: view.viewport.scene is not None, timeout=60_000)
+    mesh = document.project.mesh
+    assert mesh is not None
+    width, height, depth = np.ptp(mesh.positions, axis=0)
+    assert (width / height, depth) == (pytest.approx(columns / rows), 0.0)
+    assert document.project.look.repeats == 1.0
+    assert present(view.viewport.camera).forward == pytest.approx([0.0, 0.0, -1.0])
+    assert view.model.model.currentText() == "Flat, once"
+    assert view.model.repeats.isHidden()
+    assert view.model.ground.isHidden()
+    assert view.lookup.source.isHidden()
+    assert view.varying.isHidden()
+    assert view.lights.near.isHidden()
+    assert not view.mode.buttons["sh"].isEnabled()
+    view.model.model.setCurrentIndex(view.model.model.findData("sphere"))
+    view.model.model.activated.emit(view.model.model.currentIndex())
+    qtbot.waitUntil(lambda: present(document.project.mesh).name == "sphere", timeout=60_000)
+    assert document.project.look.repeats == 3.0
+    assert not view.model.repeats.isHidden()
+    assert view.mode.buttons["sh"].isEnabled()
+    assert document.project.without_capture.get("mesh", "kept") == "kept"
+    filled.undo.trigger()
+    assert document.project.without_capture["mesh"] is None
+
+
 def test_dragging_the_light_relights_the_picture(filled: MainWindow, qtbot: Any) -> None:
     page = filled.material.directional
     before = page.image.picture
