@@ -406,6 +406,7 @@ class Elsewhere(QWidget):
         if self.goes_on:
             self.goes_on = False
             self.ask()
+        self._update()
 
     def go_on(self, again: Mapping[str, Any]) -> None:
         """Ask for the folder of exports that were interrupted, and write them there anew.

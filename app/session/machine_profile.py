@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.session.settings import cache_folder
 from engine.core.figure_text import percent
-from engine.core.steps import Steps
+from engine.core.steps import Step, Steps, relayed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -52,7 +52,8 @@ def cost_model(*, anew: bool = False) -> Steps[CostModel]:
     kept = load_model(path) if path is not None and not anew else None
     if kept is not None and not kept.expired(time.time()):
         return kept
-    model = yield from calibrate()
+    budget = "once on this machine, some 10 s while nothing else runs"
+    model = yield from relayed(calibrate(), lambda step: Step(step.done, f"{step.note}: {budget}", step.partial))
     if model.background_load > BUSY:
         log.warning(
             "Other programs used %s of the processors during this measurement, so predicted times are too long. "

@@ -123,6 +123,7 @@ def test_cards_say_what_is_lost_and_the_files_say_the_same(
         assert card.ball.image is not None
     assert page.own.figures[2].text() == percent(record["material"]["rmse_rel"], 3)
     assert "felt elsewhere written" in page.verdict.text()
+    assert page.export.isEnabled()
     written = sorted(path for path in (tmp_path / "felt elsewhere").rglob("*") if path.is_file())
     listed = page.files.text().replace("\u200b", "").splitlines()
     assert [line.rpartition(", ")[0] for line in listed] == [

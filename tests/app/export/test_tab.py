@@ -18,10 +18,14 @@ from app.project.report import identity
 from app.window.main_window import MainWindow
 from engine.bundle.bundle import describe_bundle, open_bundle
 from engine.core.colour import luminance
+from engine.core.figure_text import size_text
+from engine.core.steps import drain
 from engine.geometry.camera import Camera
 from engine.scene.material import Material, error_figures
 from engine.storage import atomic
+from engine.surface.recover import recover
 from tests.app.window.test_main_window import fill
+from tests.engine.exchange.materials import dome_stack, measured_maps
 from tests.present import present
 
 
@@ -56,9 +60,27 @@ def test_parts_that_the_material_lacks_are_unchecked_and_say_why(window: MainWin
     for found, checked in ((None, False), (material.power_law, True)):
         window.bench.document.change("Power law", material=dataclasses.replace(material, power_law=found))
         assert (box.isChecked(), box.isEnabled()) == (checked, checked)
-    box.setChecked(False)
+    box.click()
     window.bench.document.change("Name", name="Felt")
     assert not box.isChecked()
+
+
+def test_maps_of_the_surface_are_offered_and_what_is_left_out_belongs_to_the_project(
+    window: MainWindow, tab: Any
+) -> None:
+    document, (box, figure) = window.bench.document, tab.parts["pbr"]
+    assert (box.isChecked(), box.isEnabled(), figure.text()) == (False, False, "make them in Material")
+    made = dataclasses.replace(drain(recover(dome_stack(), np.arange(24))), maps=measured_maps(48, 64))
+    document.change("Make surface maps", surface=made, surface_from=document.project.surface_recipe)
+    assert (box.isChecked(), box.isEnabled()) == (True, True)
+    assert figure.text() == size_text(made.maps.size_bytes)
+    box.click()
+    assert document.project.exporting.left_out == {"pbr"}
+    assert "pbr" not in tab._chosen()
+    document.undo_stack.undo()
+    assert box.isChecked()
+    document.change("Exclude", excluded=frozenset(document.project.stack.sources[:1]))
+    assert (box.isChecked(), box.isEnabled(), figure.text()) == (False, False, "out of date")
 
 
 def roughen(window: MainWindow) -> None:
