@@ -26,7 +26,7 @@ import stat
 import struct
 import sys
 import sysconfig
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -221,7 +221,7 @@ def _hide_files(libc: ctypes.CDLL) -> bool:
     """Enter a root that holds the readable folders alone, read-only; False where the system does not grant that."""
     readable = sorted({path.resolve() for path in _readable() if path.exists()})
     outer = [path for path in readable if not any(other in path.parents for other in readable)]
-    links = {path: path.resolve() for path in _links() if path.resolve() != path}
+    links = _links(outer)
     user, group = os.getuid(), os.getgid()
     sources: list[int] = []
     try:
@@ -264,10 +264,23 @@ def _hide_files(libc: ctypes.CDLL) -> bool:
     return True
 
 
-def _links() -> Iterator[Path]:
-    """Yield the readable paths and the folders above them, of which some may be links."""
-    for path in _readable():
-        yield from (path, *path.parents)
+def _links(outer: Collection[Path]) -> dict[Path, Path]:
+    """The links on the ways to readable paths, by where they lie, and what they lead to in the end.
+
+    Those below `outer`, which the new root shows as they are, are left out: they are there already, and making them
+    would write into the folders of the user. A link that leads nowhere, or to itself, is left out as well.
+    """
+    found = {}
+    for path in {each for readable in _readable() for each in (readable, *readable.parents)}:
+        if not path.is_symlink():
+            continue
+        try:
+            place, target = path.parent.resolve() / path.name, path.resolve(strict=True)
+        except (OSError, RuntimeError):  # RuntimeError: a loop
+            continue
+        if not any(each == place or each in place.parents for each in outer):
+            found[place] = target
+    return found
 
 
 def _mount(libc: ctypes.CDLL, source: str, target: str, kind: str, flags: int) -> None:

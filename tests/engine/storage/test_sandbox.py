@@ -315,3 +315,20 @@ def test_meshes_keep_no_descriptors(file: Path) -> None:
             kept.append(shared.array(offset, np.dtype(np.int64), (3000,)))
     assert process.num_fds() == before
     assert [array[-1] for array in kept] == list(range(100))
+
+
+def test_links_of_modules_are_found_where_they_lie_and_none_is_made_in_a_readable_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A link that leads to itself once ended every decoder."""
+    modules, there = tmp_path / "modules", tmp_path / "there"
+    for folder in (modules / "python", there):
+        folder.mkdir(parents=True)
+    (tmp_path / "way").symlink_to(modules)
+    (modules / "within").symlink_to(there)
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    (tmp_path / "nowhere").symlink_to(tmp_path / "gone")
+    readable = {tmp_path / "way" / "python", modules / "within", tmp_path / "loop", tmp_path / "nowhere"}
+    monkeypatch.setattr(sandbox, "_readable", lambda: readable)
+    below = {place: target for place, target in sandbox._links([modules]).items() if place.is_relative_to(tmp_path)}
+    assert below == {tmp_path / "way": modules}
