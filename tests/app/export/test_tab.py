@@ -79,7 +79,7 @@ def test_maps_of_the_surface_are_offered_and_what_is_left_out_belongs_to_the_pro
     assert "pbr" not in tab._chosen()
     document.undo_stack.undo()
     assert box.isChecked()
-    document.change("Exclude", excluded=frozenset(document.project.stack.sources[:1]))
+    document.change("Exclude", excluded=frozenset(["a rather long name of a photograph 10.tif"]))
     assert (box.isChecked(), box.isEnabled(), figure.text()) == (False, False, "out of date")
 
 
