@@ -2,14 +2,19 @@
 
 A copy is made under a hidden name and takes the place of what has its name when it is whole: one rename of the file
 decides, and the data folder follows, after an interruption when the project is next opened (`settle`).
+
+The project that is copied may be open and at work: what other threads are writing meanwhile is left out, and what they
+remove is not missed. A copy of links takes no time and no room, whatever the size of the project, and is as independent
+of the original as any other, because files in a data folder are replaced and never changed. It is half of a move, of
+which the other half is to remove the original.
 """
 
 from __future__ import annotations
 
 import hashlib
-import shutil
+import os
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
@@ -18,13 +23,34 @@ from app.document.variation import Blend
 from app.project.database import connected, explained, upgrade
 from app.project.photographs import INSIDE, Mark, copy_places, files_of, marks_of, outside_of, relocate
 from app.project.places import is_open_elsewhere, remove
-from app.project.project_file import WAITING, History, Writer, data_folder, read, settle
+from app.project.project_file import WAITING, History, Writer, data_folder, is_waiting, read, settle, waiting_name
 from app.project.values import in_full, is_file
 from engine.core.errors import FileError, InputError, OutputError
 from engine.core.steps import Step, Steps
-from engine.storage.atomic import atomic_file, discard, explaining, make_folder, put_file, replaceable, synchronise
-from engine.storage.partial_names import partial_name
+from engine.storage.atomic import (
+    atomic_file,
+    discard,
+    explaining,
+    is_in_use,
+    link,
+    make_folder,
+    perform,
+    put_file,
+    replaceable,
+    require_space,
+    spelled,
+    standing_for,
+    synchronise,
+)
+from engine.storage.partial_names import is_aside, is_partial, partial_name
 from engine.storage.untrusted import FILE_LIMIT_BYTES, opened
+from engine.storage.writer import is_gone
+
+#: Bytes that are copied between two steps.
+PIECE_BYTES = 1 << 24
+
+#: Ending of results that are written piece by piece in place (`engine.storage.resumable`).
+UNFINISHED = ".unfinished"
 
 #: Endings of what lies beside a project: its data, and what SQLite writes first. Names have to have room for them.
 BESIDE = ("-data", "-journal")
@@ -40,15 +66,24 @@ def copy(
     with_derived: bool = True,
     now: History | None = None,
     own: Path | None = None,
+    is_unreadable: bool = False,
+    with_links: bool = False,
 ) -> Steps[Path]:
     """Copy the project `source`, its history and its data to `target`, which it replaces in one step.
 
-    `now` is a document that could not be written to `source`, and `own` the folder of what was made of it; then the
-    copy holds that, also where `source` can no longer be read. Raises OutputError where `target` is open or cannot be
-    written; it is then as it was.
+    Parameters
+    ----------
+    source, target : files of projects.
+    with_derived : whether results are copied that can be made again.
+    now : the document as it is in memory, which the copy holds whatever `source` says; None for that of `source`.
+    own : the folder of what was made of `now`, where that is not the data folder of `source`.
+    is_unreadable : whether the copy may hold `now` alone, because `source` cannot be read.
+    with_links : whether files are linked where the file system can do that.
+
+    Raises OutputError where `target` is open or cannot be written; it is then as it was.
     """
     with becoming(target) as partial:
-        yield from _copied(source, partial, with_derived, now, own)
+        yield from _copied(source, partial, with_derived, now, own, is_unreadable, with_links)
     return target
 
 
@@ -98,21 +133,40 @@ def becoming(target: Path) -> Iterator[Path]:
     if existing is None and has_data:
         raise OutputError(data_folder(target), "exists already", "Choose another name, or remove it first")
     make_folder(target.parent)
-    partial, is_whole = target.with_name(partial_name(target, max(map(len, BESIDE)))), False
-    try:
-        with explaining(target):
-            yield partial
-        with connected(partial) as connection, connection:
-            connection.execute("INSERT INTO meta VALUES (?, ?)", (WAITING, data_folder(partial).name))
-        if existing is not None:
-            _finish_journal(target)
-        synchronise(partial)
-        is_whole = True
-        put_file(partial, target, existing)
-    finally:
-        if not is_whole or partial.exists():
-            remove(partial)
+    if existing is not None:
+        with suppress(FileError):  # one that is no project of ours, or damaged, is replaced as well
+            settle(target)
+    _remove_waiting(target)
+    partial = spelled(target.parent) / partial_name(target, max(map(len, BESIDE)))
+    data = data_folder(partial)
+    waiting, is_whole = data.with_name(waiting_name(data.name)), False
+    with standing_for(partial, target), standing_for(data, data_folder(target)):
+        try:
+            with explaining(target):
+                yield partial
+            with connected(partial) as connection, connection:
+                connection.execute("INSERT INTO meta VALUES (?, ?)", (WAITING, waiting.name))
+            if existing is not None:
+                _finish_journal(target)
+            synchronise(partial)
+            perform("rename", data, lambda: data.rename(waiting))  # whoever cleans up after us leaves it from now on
+            is_whole = True
+            put_file(partial, target, existing)
+        finally:
+            if not is_whole or partial.exists():
+                remove(partial)
+                discard(waiting)
     settle(target)
+
+
+def _remove_waiting(target: Path) -> None:
+    """Remove data folders of copies to `target` that a killed process left just before the copy was there.
+
+    One whose copy is there is no longer among them: `settle` has given it its name.
+    """
+    for path in target.parent.iterdir():
+        if path.name.startswith(f".{target.stem}.") and is_waiting(path.name) and is_gone(path):
+            discard(path)
 
 
 def _finish_journal(target: Path) -> None:
@@ -122,20 +176,29 @@ def _finish_journal(target: Path) -> None:
     discard(target.with_name(target.name + "-journal"))
 
 
-def _copied(source: Path, partial: Path, with_derived: bool, now: History | None, own: Path | None) -> Steps[None]:
+def _copied(
+    source: Path,
+    partial: Path,
+    with_derived: bool,
+    now: History | None,
+    own: Path | None,
+    is_unreadable: bool = False,
+    with_links: bool = False,
+) -> Steps[None]:
     """The project at `partial`, of the file at `source` and of what is only in memory."""
     make_folder(data_folder(partial))
     try:
         copy_database(source, partial)
-        yield from copy_files(data_folder(source), data_folder(partial), with_derived)
+        yield from copy_files(data_folder(source), data_folder(partial), with_derived, with_links)
     except (FileError, OSError):
-        if now is None:
+        if now is None or not is_unreadable:
             raise
         discard(partial)
         now = in_memory(now)
     if now is not None:
         if own is not None and own != data_folder(source):
             yield from copy_files(own, data_folder(partial), True)
+        yield Step(1.0, "writing the latest changes")
         writer = Writer(partial, seen_from=data_folder(source), own=own)
         with closing(writer):
             writer.write(now)
@@ -208,27 +271,60 @@ def _check_decodes(path: Path, copied: Path, is_brdf: bool) -> None:
 _MADE = ("stack-", "bake-", "factors-")
 
 
-def copy_files(source: Path, target: Path, with_derived: bool) -> Steps[None]:
-    """What this program puts into a data folder, without the marks of windows that have it open.
+def copy_files(source: Path, target: Path, with_derived: bool, with_links: bool = False) -> Steps[None]:
+    """What this program puts into a data folder, without the marks of windows and without what is being written.
 
-    Links are left behind: in a received project they lead to whatever its maker likes.
+    Links are left behind: in a received project they lead to whatever its maker likes. Raises OutputError where there
+    is no room for it.
     """
     files = [path for path in source.rglob("*") if path.is_file() and not path.is_symlink()]
-    files = [path for path in files if _is_ours(path.relative_to(source), with_derived)]
-    for at, path in enumerate(files):
-        yield Step(at / len(files), f"copying {path.name}")
-        _copy_file(path, target / path.relative_to(source))
+    files = [
+        path for path in files if _is_ours(path.relative_to(source), with_derived) and not _is_written(path, source)
+    ]
+    sizes = {path: size for path in files if (size := _size_of(path)) is not None}
+    total, so_far = sum(sizes.values()), 0
+    if not with_links:
+        require_space(target, total)
+    for path, size in sizes.items():
+        yield Step(so_far / max(1, total), f"copying {path.name}")
+        yield from _copied_file(path, target / path.relative_to(source), with_links, _portion(so_far, size, total))
+        so_far += size
 
 
 def _is_ours(path: Path, with_derived: bool) -> bool:
-    first = path.parts[0]
+    first = path.parts[0].removeprefix(".")  # results that are written in place are hidden
     return first == INSIDE or (with_derived and (first in ("arrays", "thumbnail.png") or first.startswith(_MADE)))
 
 
-def _copy_file(source: Path, target: Path) -> None:
+def _is_written(path: Path, folder: Path) -> bool:
+    """True for what is being written in the data folder `folder`."""
+    parts = path.relative_to(folder).parts
+    return any(is_partial(part) or is_aside(part) for part in parts) or is_in_use(spelled(path))
+
+
+def _portion(start: int, size: int, total: int) -> Callable[[float], float]:
+    """The share done of all, of the share done of a part that begins at `start`."""
+    return lambda done: (start + done * size) / max(1, total)
+
+
+def _size_of(path: Path) -> int | None:
+    try:
+        return path.stat().st_size
+    except FileNotFoundError:
+        return None  # it has just been removed
+
+
+def _copied_file(source: Path, target: Path, with_links: bool, share: Callable[[float], float]) -> Steps[None]:
+    """One file, or a link to it; nothing where it has just been removed. `share` makes progress of the part done."""
     make_folder(target.parent)
-    with source.open("rb") as there, atomic_file(target, source.stat().st_size) as here:
-        shutil.copyfileobj(there, here, 1 << 22)
+    if with_links and not source.name.endswith(UNFINISHED) and link(source, target):
+        return
+    with suppress(FileNotFoundError), source.open("rb") as there:
+        size = os.fstat(there.fileno()).st_size
+        with atomic_file(target, size) as here:
+            while piece := there.read(PIECE_BYTES):
+                here.write(piece)
+                yield Step(share(there.tell() / max(1, size)), f"copying {source.name}")
 
 
 def copy_database(source: Path, target: Path) -> None:

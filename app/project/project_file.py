@@ -278,6 +278,16 @@ def _blob(connection: Guarded, row: int) -> memoryview:
     return content
 
 
+def waiting_name(partial: str) -> str:
+    """The name of a data folder between its partial name and its own: it is whole, and its file may be in place."""
+    return partial.replace(".partial-", ".waiting-")
+
+
+def is_waiting(name: str) -> bool:
+    """True for the names that `waiting_name` gives to data folders."""
+    return name.endswith(_DATA) and ".waiting-" in name and is_partial(name.replace(".waiting-", ".partial-"))
+
+
 def settle(path: Path) -> None:
     """Give a project that took the place of another its data folder, where that was interrupted.
 
@@ -288,7 +298,8 @@ def settle(path: Path) -> None:
         if row is None:
             return
         folder, waiting = data_folder(path), path.with_name(Path(str(row[0])).name)
-        is_own = is_partial(waiting.name.removesuffix(_DATA)) and waiting.name.startswith(f".{path.stem[:16]}")
+        partial = waiting.name.replace(".waiting-", ".partial-")
+        is_own = is_partial(partial.removesuffix(_DATA)) and waiting.name.startswith(f".{path.stem[:16]}")
         if is_own and waiting.name.endswith(_DATA) and waiting.is_dir() and not waiting.is_symlink():
             discard(folder)
             perform("rename", folder, lambda: waiting.rename(folder))

@@ -36,7 +36,7 @@ AnyPath = str | os.PathLike[str]
 
 #: A test puts a function of (operation, path) here. It may raise OSError, end the process, or return the number of
 #: bytes that a 'write' shall take. Operations: stat, list, create, open, lock, write, fsync, fsync-dir, close, chmod,
-#: mkdir, rename, unlink, rmdir.
+#: link, mkdir, rename, unlink, rmdir.
 fault: Callable[[str, Path], int | None] | None = None
 
 #: Room demanded before writing, as a multiple of the size where that is known.
@@ -151,6 +151,17 @@ def write_json(path: AnyPath, value: Any) -> None:
     write_bytes(path, (json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode())
 
 
+def link(path: Path, target: Path) -> bool:
+    """Give the file `path` a second name, `target`; False where it is gone or the file system cannot do that.
+
+    For files that are replaced and never changed: a change would show under both names.
+    """
+    with suppress(OutputError):
+        perform("link", target, lambda: os.link(path, target))
+        return True
+    return False
+
+
 def make_folder(path: AnyPath) -> Path:
     """Create the folder `path` and its parents where they are missing; OutputError where that cannot be."""
     folder = spelled(path)
@@ -260,6 +271,11 @@ def standing_for(partial: Path, target: Path) -> Iterator[None]:
         yield
     finally:
         del _in_use[partial]
+
+
+def is_in_use(path: Path) -> bool:
+    """True if this process is writing `path`, which is a partial or a resumable file."""
+    return path in _in_use
 
 
 def spelled(path: AnyPath) -> Path:

@@ -14,14 +14,16 @@ import numpy as np
 import pytest
 
 from app.document.document import Look, Project, Step
-from app.project.copying import collect, copy, in_memory
-from app.project.places import claim, release
+from app.project.copying import UNFINISHED, collect, copy, in_memory
+from app.project.places import claim, release, remove
 from app.project.project_file import WAITING, History, Writer, data_folder, read
 from engine.capture.stack import ImageStack
-from engine.core.errors import OutputError
+from engine.core.errors import FileError, OutputError
 from engine.core.steps import drain
 from engine.geometry.shapes import shape
 from engine.storage import atomic
+from engine.storage.partial_names import partial_name
+from engine.storage.writer import writer
 from tests.app.command import Command
 
 
@@ -63,6 +65,63 @@ def test_a_copy_replaces_a_project_with_its_data(new: Path, old: Path) -> None:
     assert sorted(path.name for path in old.parent.iterdir()) == ["Old.lap", "Old.lap-data"]
     files = [sorted(each.name for each in data_folder(path).rglob("arrays/*")) for path in (old, new)]
     assert files[0] == files[1]
+
+
+def test_a_copy_of_links_is_as_independent_as_any_other_and_leaves_out_what_is_being_written(
+    new: Path, tmp_path: Path
+) -> None:
+    data = data_folder(new)
+    (data / f".bake{UNFINISHED}").write_bytes(b"in place")
+    (data / f"open-{writer()}").write_bytes(b"")
+    (data / partial_name(data / "stack-1")).mkdir()
+    target = tmp_path / "elsewhere" / "Linked.lap"
+    drain(copy(new, target, with_links=True))
+    arrays = [next(data_folder(path).rglob("*.npy")) for path in (new, target)]
+    assert arrays[0].stat().st_ino == arrays[1].stat().st_ino
+    assert sorted(path.name for path in data_folder(target).iterdir()) == [f".bake{UNFINISHED}", "arrays"]
+    (data / f".bake{UNFINISHED}").write_bytes(b"goes on")
+    remove(new)
+    assert (data_folder(target) / f".bake{UNFINISHED}").read_bytes() == b"in place"
+    assert whole(target) == "new"
+
+
+@pytest.mark.parametrize("with_links", [True, False])
+def test_a_file_that_goes_while_the_project_is_copied_is_not_missed(
+    new: Path, tmp_path: Path, with_links: bool
+) -> None:
+    for name in ("a", "b"):
+        (data_folder(new) / f"bake-{name}.transport").write_bytes(b"made")
+    steps = copy(new, tmp_path / "Copy.lap", with_links=with_links)
+    next(steps)
+    for path in data_folder(new).glob("bake-*"):
+        path.unlink()
+    drain(steps)
+    assert whole(tmp_path / "Copy.lap") == "new"
+
+
+def test_what_else_is_written_into_the_folder_leaves_a_copy_under_way_alone(new: Path, tmp_path: Path) -> None:
+    steps = copy(new, tmp_path / "Copy.lap")
+    next(steps)
+    atomic.write_bytes(tmp_path / "export.csv", b"1")
+    drain(steps)
+    assert whole(tmp_path / "Copy.lap") == "new"
+    steps = copy(new, tmp_path / "Again.lap")
+    next(steps)
+    atomic.remove_own_partials()  # the process ends hard
+    assert sorted(path.name for path in tmp_path.iterdir() if path.name.startswith(".")) == []
+    with pytest.raises(FileError):
+        drain(steps)
+    assert not (tmp_path / "Again.lap").exists()
+
+
+def test_a_data_folder_that_waits_for_its_name_survives_whatever_is_written_beside_it(
+    new: Path, old: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.project.copying.settle", lambda _path: None)  # killed just before
+    drain(copy(new, old))
+    monkeypatch.undo()
+    atomic.write_bytes(old.parent / "export.csv", b"1")
+    assert whole(old) == "new"
 
 
 def failing(number: int, act: object) -> list[int]:
@@ -200,7 +259,14 @@ def test_a_document_that_could_not_be_written_is_in_the_copy(new: Path, tmp_path
     assert (data_folder(tmp_path / "Copy.lap") / "stack-1" / "file").is_file()
     new.write_bytes(b"gone")
     shutil.rmtree(data_folder(new))
-    drain(copy(new, tmp_path / "Again.lap", now=History(dataclasses.replace(current, stack=None), steps[:2], 2)))
+    drain(
+        copy(
+            new,
+            tmp_path / "Again.lap",
+            now=History(dataclasses.replace(current, stack=None), steps[:2], 2),
+            is_unreadable=True,
+        )
+    )
     rescued = read(tmp_path / "Again.lap")
     assert rescued.current.name == "later"
     assert rescued.current.mesh is not None
