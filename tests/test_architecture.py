@@ -86,7 +86,6 @@ EXCEPTIONS = {
     "engine/bench/transport/paid_off.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "app/process/crash.py path.open": "the report of a crash, which is written while the process falls",
     "app/process/crash.py path.unlink": "reports of crashes that are empty or too many",
-    "app/project/copying.py shutil.copyfileobj": STREAM,
     "app/session/settings.py folder.mkdir": "an empty folder for the settings",
 }
 

@@ -52,6 +52,7 @@ class Recording(QObject):
         self._is_idle = True
         self._ends = False
         self._failures = 0
+        self._is_failing = False
         self._delay = QTimer(self)
         self._delay.setSingleShot(True)
         self._delay.setInterval(DELAY_MS)
@@ -80,6 +81,17 @@ class Recording(QObject):
     def is_idle(self) -> bool:
         """True if everything that was handed over is on disk, and nothing waits to be."""
         return self._is_idle and not self._delay.isActive()
+
+    @property
+    def is_failing(self) -> bool:
+        """True from the first attempt that fails until one succeeds."""
+        return self._is_failing
+
+    def has_written(self, seconds: float) -> bool:
+        """Wait, on any thread, until all that was handed over is on disk; False where that takes longer, or fails."""
+        with self._wake:
+            self._wake.wait_for(lambda: self._is_idle or self._is_failing, seconds)
+            return self._is_idle
 
     def wait(self, seconds: float) -> bool:
         """Hand over and wait until everything is on disk; False as soon as that fails, or where it takes longer."""
@@ -126,13 +138,14 @@ class Recording(QObject):
                 reported = True
                 with self._wake:
                     self._failures += 1
+                    self._is_failing = True
                     self._next, self._is_idle = self._next or history, False
                     self._wake.notify_all()
                     if self._ends:
                         break
                     self._wake.wait(AGAIN_S)
                 continue
-            reported, last = False, history
+            reported, last, self._is_failing = False, history, False
             with self._wake:
                 if self._next is None:
                     self._is_idle = True

@@ -29,6 +29,9 @@ ABOUT_MATERIAL = ("material", "view", "export")
 #: Jobs for the screen, and those in the background, are shown with progress and a cancel button after this time.
 SHOWN_AFTER_S = 1.0
 
+#: Milliseconds for which a confirmation stands before the words of a job that runs.
+CONFIRMED_MS = 4000
+
 #: Icon, colour of the theme and word of each verdict.
 VERDICTS = {
     Verdict.GOOD: ("check", "good", "Health"),
@@ -46,7 +49,7 @@ class StatusBar(QWidget):
     def __init__(self, jobs: Jobs) -> None:
         super().__init__()
         self.jobs = jobs
-        self._said = ""
+        self._said = self._confirmed = ""
         self._health: Health | None = None
         role(self, "bar")
         self.setFixedHeight(HEIGHT)
@@ -78,6 +81,10 @@ class StatusBar(QWidget):
             row.addWidget(widget)
         jobs.changed.connect(lambda _job: self._show_job())
         jobs.progressed.connect(self._progressed)
+        self._confirming = QTimer(self)
+        self._confirming.setSingleShot(True)
+        self._confirming.setInterval(CONFIRMED_MS)
+        self._confirming.timeout.connect(self._end_confirming)
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._show_memory)
         self._timer.timeout.connect(self._show_job)
@@ -95,6 +102,16 @@ class StatusBar(QWidget):
     def say(self, words: str) -> None:
         """A sentence about what just happened, until the next job begins."""
         self._said = words
+        self._show_job()
+
+    def confirm(self, words: str) -> None:
+        """A few words about what was just done, for a moment, also while a job runs."""
+        self._said = self._confirmed = words
+        self._confirming.start()
+        self._show_job()
+
+    def _end_confirming(self) -> None:
+        self._confirmed = ""
         self._show_job()
 
     def show_health(self, health: Health | None) -> None:
@@ -157,10 +174,10 @@ class StatusBar(QWidget):
         if job is None:
             self.words.setText(self._said)
             return
-        self._said = ""
+        self._said = self._confirmed
         self.bar.show_done(job.step.done)
         self.cancel.setEnabled(not job.stopping)
-        self.words.setText(describe(job))
+        self.words.setText(self._confirmed or describe(job))
 
     def _progressed(self, job: Job) -> None:
         if job is self._current():
@@ -206,7 +223,7 @@ def describe(job: Job) -> str:
     if job.state in ("queued", "paused"):
         return f"{job.title}: {waiting_text(job) if job.state == 'queued' else 'paused'}"
     note = job.step.note or job.title
-    words = f"{note[:1].upper()}{note[1:]}"
+    words = f"{note[:1].upper()}{note[1:]}" if job.lane != "save" else f"{job.title}… {percent(job.step.done, 1)}"
     left = job.left_s
     return f"{words} · {time_left(left)}" if left is not None and left >= 1 else words
 

@@ -97,6 +97,8 @@ def run(paths: Sequence[Path], *, sample: bool = False) -> int:
             QTimer.singleShot(0, lambda: window.open(paths))
         else:
             window.show_start()
+        closing.window = window
+        window.closes.connect(lambda: QTimer.singleShot(0, application.quit))
         code = application.exec()
         crash.end()
         return code
@@ -116,8 +118,14 @@ class _Closing(QObject):
 
     def __init__(self) -> None:
         super().__init__()
+        self.window: MainWindow | None = None
         self.asked.connect(self._close, Qt.ConnectionType.QueuedConnection)
 
     def _close(self) -> None:
+        """Close all windows; the main one waits for what is being saved, for as long as the system grants."""
+        is_saving = self.window is not None and self.window.projects.is_saving
+        if is_saving:
+            ending.end_within(ending.SAVING_S)
         QApplication.closeAllWindows()
-        QApplication.exit(0)
+        if not is_saving:
+            QApplication.exit(0)

@@ -19,8 +19,13 @@ NEW, REPLACE = (
 )
 
 
-def ask_where(window: QWidget, bench: Workbench, begin_anew: Callable[[], object], arrival: Arrival) -> QMessageBox:
-    """Ask where a capture or a material belongs, and open it there; nothing where the question is closed."""
+def ask_where(
+    window: QWidget, bench: Workbench, begin_anew: Callable[[Callable[[], object]], object], arrival: Arrival
+) -> QMessageBox:
+    """Ask where a capture or a material belongs, and open it there; nothing where the question is closed.
+
+    `begin_anew` begins a new project and then calls what it is given.
+    """
     box = QMessageBox(window)
     box.setIcon(QMessageBox.Icon.Question)
     box.setWindowTitle("Lightarc")
@@ -29,8 +34,7 @@ def ask_where(window: QWidget, bench: Workbench, begin_anew: Callable[[], object
     box.setText(f"This project has {'photographs' if has_photographs else 'a material'} already.")
 
     def anew() -> None:
-        begin_anew()
-        arrival.replace()
+        begin_anew(arrival.replace)
 
     choices: dict[str, tuple[str, Callable[[], object]]] = {"New project": (NEW.format(arrival.name), anew)}
     if arrival.add is not None:

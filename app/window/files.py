@@ -25,8 +25,12 @@ from app.window.dialogs import (
 )
 from app.window.failures import Failures, FilesExcluded
 from app.window.projects import Projects
+from app.window.saving import Saving
 from engine.capture.doubts import Doubtful
 from engine.core.errors import FileError, InputError
+
+#: The button that leaves a project while something is being saved.
+LEAVE = "Leave without saving"
 
 
 class Files(QObject):
@@ -45,7 +49,10 @@ class Files(QObject):
         super().__init__(window)
         self.window, self.bench, self.projects = window, bench, projects
         self.settings, self.failures = settings, failures
+        self.saving = Saving(window, bench.jobs, projects)
         projects.changed.connect(self._remember_work)
+        projects.moved.connect(settings.forget)
+        projects.broken.connect(partial(failures.report, "The saved project cannot be opened"))
         projects.opened.connect(self._remember)
         bench.jobs.failed.connect(lambda _job, error: self._forget_failed(error))
         bench.arrived.connect(self._ask_where)
@@ -53,15 +60,30 @@ class Files(QObject):
 
     def new(self) -> None:
         """Begin a new project; the one that was open stays on disk."""
-        self.projects.begin()
-        self.bench.wanted.emit("capture")
+        self.begin_anew(lambda: None)
+
+    def begin_anew(self, then: Callable[[], object]) -> None:
+        """Begin a new project, once nothing is being saved any more, and call `then`."""
+
+        def begin() -> None:
+            self.projects.begin()
+            self.bench.wanted.emit("capture")
+            then()
+
+        self.saving.then(LEAVE, begin)
 
     def open(self, paths: Sequence[Path]) -> None:
         """Open `paths` by their content, and remember them."""
         paths = [path.absolute() for path in paths]
+        if any(path.suffix.lower() == ENDING for path in paths):
+            self.saving.then(LEAVE, lambda: self._open(paths))
+        else:
+            self._open(paths)
+
+    def _open(self, paths: Sequence[Path]) -> None:
         projects = [path for path in paths if path.suffix.lower() == ENDING]
         if projects:
-            self.open_project(projects[0])
+            self._open_project(projects[0])
             several = f"One project is open in a window, here {projects[0].name}. Open this one in another window"
             others = [InputError(path, "is a second project", several) for path in projects[1:]]
             if others:
@@ -72,7 +94,7 @@ class Files(QObject):
             self._remember(paths[0] if len(paths) == 1 else paths[0].parent, paths[0].parent)
 
     def _ask_where(self, arrival: Arrival) -> None:
-        ask_where(self.window, self.bench, self.new, arrival)
+        ask_where(self.window, self.bench, self.begin_anew, arrival)
 
     def _report_excluded(self, errors: Sequence[InputError], count: int) -> None:
         """Say in a sentence for each which of `count` files were not opened, and why."""
@@ -85,6 +107,9 @@ class Files(QObject):
 
     def open_project(self, path: Path) -> None:
         """Open a project in place of this one, which stays on disk."""
+        self.saving.then(LEAVE, lambda: self._open_project(path))
+
+    def _open_project(self, path: Path) -> None:
         try:
             self.projects.open(path)
         except Damaged as error:
@@ -115,6 +140,13 @@ class Files(QObject):
         folder = self.settings.now.last_folder
         chosen = QFileDialog.getExistingDirectory(self.window, "Folder of photographs", folder)
         self.open([Path(chosen)] if chosen else [])
+
+    def save(self) -> None:
+        """Confirm that everything is on disk; of a project without a place of its own, ask for one."""
+        if self.projects.is_untitled or self.projects.is_read_only:
+            self.save_as()
+        else:
+            self.projects.confirm()
 
     def save_as(self) -> None:
         """Ask for a place, and go on in a copy of the project there."""

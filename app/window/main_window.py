@@ -327,6 +327,7 @@ class MainWindow(QMainWindow):
         bench.document.changed.connect(self._changed)
         bench.document.unread.connect(lambda error: self.failures.report("This step cannot be read now", error))
         self.projects.changed.connect(self._show_title)
+        self.projects.confirmed.connect(self.status.confirm)
         self.projects.leaving.connect(self.view.come_to_rest)
         bench.jobs.failed.connect(self._job_failed)
         bench.jobs.changed.connect(lambda job: self.expect_work() if job.is_asked_for else None)
@@ -545,6 +546,10 @@ class MainWindow(QMainWindow):
         self.docks.follow_width()
 
     def closeEvent(self, event: QCloseEvent) -> None:
+        if self.projects.is_saving:
+            event.ignore()
+            self.files.saving.then("Quit without saving", self.close)
+            return
         self._keep_settings()
         self._is_closed = True
         self.hide()
@@ -569,6 +574,7 @@ class MainWindow(QMainWindow):
         """Name of the project, and whether it is on disk; what keeps it from there is said until it is mended."""
         projects, name = self.projects, self.projects.shown_name
         state = "read-only" if projects.is_read_only else "not saved" if projects.problem else ""
+        state = "saving…" if projects.saved_as and not projects.waits_for else state
         self.bar.show_title(name if self._has_title else "", state)
         self.bar.title.setToolTip(projects.details if projects.problem else str(projects.path))
         self.setWindowTitle(f"{name} – Lightarc" if self._has_title else "Lightarc")
@@ -577,6 +583,10 @@ class MainWindow(QMainWindow):
         words = f"{place} is not saved: {projects.problem}. All changes stay in memory until they can be written."
         self.banners.say("saving", words if projects.problem else "", elsewhere, details=projects.details)
         words = f"{place} {projects.why_read_only}. Changes in this window are not kept in it."
+        words = ""
+        if projects.waits_for:
+            words = f"{projects.saved_as} is saved. This window goes on in it when “{projects.waits_for}” has ended."
+        self.banners.say("saved-as", words, ("Stop that and go on now", projects.hurry))
         as_new = ("Save as…", self.files.save_as)
         self.banners.say("read-only", words if projects.is_read_only else "", as_new, details=str(projects.path))
 

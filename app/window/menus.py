@@ -60,6 +60,7 @@ class Menus(QMenuBar):
         add(menu, "New project", "Ctrl+N", files.new)
         add(menu, "Projects…", "Ctrl+Shift+H", self.projects_wanted.emit)
         add(menu, "Open project…", "", files.choose_project)
+        add(menu, "Save", "Ctrl+S", files.save)
         add(menu, "Save as…", "Ctrl+Shift+S", files.save_as)
         add(menu, "Collect…", "", files.collect)
         add(menu, "Notes…", "", files.notes)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import logging
 import tempfile
-from functools import partial
+import time
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from app.commands.rebuilding import lacks_material, lacks_surface
 from app.commands.workbench import Workbench
 from app.document.document import Project
+from app.jobs.jobs import Job
 from app.project import places
 from app.project.copying import collect, copy, in_memory
 from app.project.interrupted import running
@@ -21,8 +22,12 @@ from app.project.recording import CLOSING_S, Recording, is_worth_keeping
 from app.project.recovery import recover
 from app.session.settings import close_session, open_session
 from engine.core.errors import FileError, InputError
+from engine.core.steps import Step, Steps
 
 log = logging.getLogger(__name__)
+
+#: Seconds between two looks at what is being written.
+WAIT_S = 0.05
 
 
 class Projects(QObject):
@@ -34,12 +39,18 @@ class Projects(QObject):
     changed : another project is open, or its state of saving has changed.
     opened : the path of a project that was opened or given a place.
     switched : the document is that of another project now, or was read again.
+    moved : the path that the project had, and the one that it has.
+    confirmed : what was saved just now, and when, in words.
+    broken : the error that keeps the window from going on in a project that it has saved.
     """
 
     leaving = Signal()
     changed = Signal()
     opened = Signal(object)
     switched = Signal()
+    moved = Signal(object, object)
+    confirmed = Signal(str)
+    broken = Signal(object)
 
     def __init__(self, bench: Workbench, folder: Path) -> None:
         """`problem` is why the document is not on disk, without the path, and `details` all that is known of it.
@@ -60,6 +71,10 @@ class Projects(QObject):
         self._is_elsewhere = False
         self._waits = True
         self._is_example = False
+        self._target: Path | None = None
+        self._begun = Path()
+        self._is_hurried = self._confirms = False
+        bench.jobs.changed.connect(self._job_changed)
 
     @property
     def name(self) -> str:
@@ -81,6 +96,29 @@ class Projects(QObject):
         """True if every change is on disk."""
         return self._recording is not None and self._recording.is_idle and not self.problem
 
+    @property
+    def is_untitled(self) -> bool:
+        """True if nobody has given the project a place."""
+        folders = (places.projects_folder(), self.folder, self._begun.parent)
+        return self.path.name.startswith(places.UNTITLED) and self.path.parent in folders
+
+    @property
+    def is_saving(self) -> bool:
+        """True while a file is being saved, or the window is about to go on in a project that it has saved."""
+        return self._target is not None or any(job.lane == "save" for job in self.bench.jobs.active)
+
+    @property
+    def saved_as(self) -> str:
+        """The name of the file in which the window will go on; empty for none."""
+        return self._target.name if self._target is not None else ""
+
+    @property
+    def waits_for(self) -> str:
+        """Title of the job that keeps the window from going on in a project that it has saved; empty for none."""
+        is_saved = self._target is not None and not any(job.lane == "save" for job in self.bench.jobs.active)
+        busy = self._busy()
+        return busy[0].title if is_saved and busy else ""
+
     def begin(self) -> None:
         """A new project, with nothing in it."""
         self.finish()
@@ -91,6 +129,7 @@ class Projects(QObject):
             log.warning("%s. Until then the project lies in the folder for temporary files", error)
             path = places.new_path(Path(tempfile.mkdtemp(prefix="lightarc-")))
             places.claim(path)
+        self._begun = path
         self._show(path, None, read_only=False)
 
     def open(self, path: Path, *, as_example: bool = False) -> None:
@@ -124,34 +163,106 @@ class Projects(QObject):
         self.bench.document.restore(found.current, found.steps, found.position, found.state)
         self.switched.emit()
 
+    def confirm(self) -> None:
+        """Write what is not on disk yet, and say when that is done."""
+        if self._target is not None:
+            self._save()
+        if self.problem:
+            self.confirmed.emit(f"Not saved: {self.problem}")
+        elif self._recording is not None:
+            self._confirms = True
+            self._recording.hand_over()
+
     def copy_to(self, path: Path) -> None:
         """Go on in a copy of the project at `path`, in place of what lies there; the old one stays as it is.
 
-        What could not be written to the old one is in the copy.
+        An untitled one moves. The copy holds what could not be written to the old one, and what is done while it is
+        made. It is there as soon as it is written; the window goes on in it when no job works for the old one any more.
         """
         if path.absolute() == self.path:
+            self.confirm()
             return
-        if self._is_kept():
-            self._on_disk()
-            self._copy(path.absolute(), None)
-        else:
-            self._copy(path.absolute(), self._history())
+        self._target, self._is_hurried = path.absolute(), False
+        self._save()
 
-    def _copy(self, target: Path, now: History | None) -> None:
-        source, own, copied = self.path, self.bench.own, self.bench.document.project
-        title = f"Saving as {target.name}"
-        job = self.bench.jobs.submit(title, lambda: copy(source, target, now=now, own=own), lane="save")
-        job.succeeded.connect(lambda _: self._copied(source, target, copied))
+    def _save(self) -> None:
+        assert self._target is not None
+        self.leaving.emit()
+        source, target, own, now, moves = self.path, self._target, self.bench.own, self._history(), self.is_untitled
+        is_unreadable = not self._is_kept()
+        job = self.bench.jobs.submit(
+            f"Saving as {target.name}",
+            lambda: copy(source, target, now=now, own=own, is_unreadable=is_unreadable, with_links=moves),
+            lane="save",
+            resource=str(target),
+        )
+        job.succeeded.connect(lambda _: self._saved(source, target, now))
+        job.failed.connect(lambda _error: self._forget_target(target))
+        job.cancelled.connect(lambda: self._forget_target(target))
+        self.changed.emit()
 
-    def _copied(self, source: Path, target: Path, copied: Project) -> None:
+    def _saved(self, source: Path, target: Path, now: History) -> None:
         """Go on in the copy; once more with what was done while it was made."""
-        if self.path != source:
+        if self.path != source or self._target != target:
             return
-        if self.bench.document.project is not copied:
-            self._copy(target, self._history())
+        if self._is_other(now):
+            self._save()
+        elif self._busy() and not self._is_hurried:
+            self.changed.emit()
+        else:
+            self._go_on_in(target)
+
+    def _is_other(self, history: History) -> bool:
+        document = self.bench.document
+        return document.project is not history.current or document.undo_stack.index() != history.position
+
+    def _busy(self) -> list[Job]:
+        """Jobs that work for this project, and whose results would come too late."""
+        return [job for job in self.bench.jobs.active if job.lane in ("open", "compute")]
+
+    def _job_changed(self, job: Job) -> None:
+        """Go on in the saved copy when the last job has ended and nothing has followed it."""
+        if job.over and self._target is not None:
+            QTimer.singleShot(0, self, self._go_on)
+
+    def _go_on(self) -> None:
+        if self._target is not None and not any(job.lane == "save" for job in self.bench.jobs.active):
+            if self._is_hurried or not self._busy():
+                self._save()
+            else:
+                self.changed.emit()
+
+    def hurry(self, is_hurried: bool = True) -> None:
+        """Go on in the saved copy without waiting for jobs, because the window is about to leave the project."""
+        self._is_hurried = is_hurried
+        self._go_on()
+
+    def give_up_saving(self) -> None:
+        """Cancel what is being saved; every target is as it was before, or whole."""
+        self._target = None
+        for job in self.bench.jobs.active:
+            if job.lane == "save":
+                self.bench.jobs.cancel(job)
+        self.changed.emit()
+
+    def _forget_target(self, target: Path) -> None:
+        if self._target == target:
+            self._target = None
+            self.changed.emit()
+
+    def _go_on_in(self, target: Path) -> None:
+        source, moves = self.path, self.is_untitled
+        self._target, self._is_elsewhere = None, True
+        try:
+            self.open(target)
+        except FileError as error:
+            self._is_elsewhere = False
+            self.broken.emit(error)
             return
-        self._is_elsewhere = True
-        self.open(target)
+        if moves and self.path == target:
+            places.remove(source)
+            self.moved.emit(source, target)
+        self.confirmed.emit(f"Saved as {target.name} {time.strftime('%H:%M')}")
 
     def _is_kept(self) -> bool:
         """True if the project file holds the document, or will in a moment."""
@@ -168,11 +279,15 @@ class Projects(QObject):
         """Write a project that needs nothing outside itself: photographs inside, derived data where wanted."""
         if not self._is_kept():
             raise InputError(self.path, "does not hold the latest changes", "Save the project elsewhere first")
-        self._on_disk()
-        source, target = self.path, path.absolute()
-        title = f"Collecting {path.name}"
-        work = partial(collect, source, target, with_derived, include_outside=True)  # the dialog has named them
-        job = self.bench.jobs.submit(title, work, lane="save")
+        source, target, recording = self.path, path.absolute(), self._recording
+        if recording is not None:
+            recording.hand_over()
+        job = self.bench.jobs.submit(
+            f"Collecting {path.name}",
+            lambda: _collected(recording, source, target, with_derived),
+            lane="save",
+            resource=str(target),
+        )
         job.succeeded.connect(lambda _: self.bench.said.emit(f"{path.name} holds the project and all that it needs"))
 
     def recover_to(self, damaged: Path, target: Path) -> None:
@@ -201,7 +316,8 @@ class Projects(QObject):
         """Write what is missing and let go of the project; one that nobody put anything into is removed."""
         self.leaving.emit()
         for job in self.bench.jobs.active:
-            self.bench.jobs.drop(job)
+            if job.lane != "save":
+                self.bench.jobs.drop(job)
         seconds = CLOSING_S if self._waits else 0.0  # what just took nothing would keep the end of the window waiting
         written = self._recording.close(seconds) if self._recording is not None else not self._is_changed()
         if not written and not self._is_elsewhere:
@@ -242,6 +358,7 @@ class Projects(QObject):
     ) -> None:
         self.is_recovered, self.lost, self._waits = is_recovered, lost, True
         self._is_example = False
+        self._target, self._is_hurried, self._confirms = None, False, False
         self.path, self.is_read_only, self.problem, self._is_elsewhere = path, read_only, "", False
         self.bench.folder = data_folder(path)
         self.bench.own = open_session() if read_only else self.bench.folder
@@ -268,7 +385,19 @@ class Projects(QObject):
 
     def _written(self) -> None:
         self.problem = ""
+        if self._confirms and self.is_saved:
+            self._confirms = False
+            self.confirmed.emit(f"Saved {time.strftime('%H:%M')}")
         self.changed.emit()
+
+
+def _collected(recording: Recording | None, source: Path, target: Path, with_derived: bool) -> Steps[Path]:
+    """Collect a project once all that was handed over is in its file. InputError where that cannot be written."""
+    while recording is not None and not recording.has_written(WAIT_S):
+        yield Step(0.0, "writing the latest changes")
+        if recording.is_failing:
+            raise InputError(source, "does not hold the latest changes", "Save the project elsewhere first")
+    return (yield from collect(source, target, with_derived, include_outside=True))  # the dialog has named them
 
 
 def _why_not_claimed(path: Path) -> str:

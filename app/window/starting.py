@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QFileDialog
 from app.commands.workbench import Workbench
 from app.start.examples import Example, unpack
 from app.start.page import StartPage
-from app.window.files import Files
+from app.window.files import LEAVE, Files
 from app.window.projects import Projects
 from app.window.recent import thumbnail
 from engine.core.errors import FileError
@@ -64,6 +64,9 @@ class Starting(QObject):
 
     def _unpacked(self, example: Example, workspace: str, path: Path) -> None:
         self.page.show_opening(None)
+        self.files.saving.then(LEAVE, lambda: self._open(example, workspace, path))
+
+    def _open(self, example: Example, workspace: str, path: Path) -> None:
         try:
             self.projects.open(path, as_example=True)
         except FileError as error:
@@ -83,10 +86,15 @@ class Starting(QObject):
             chosen = [found] if found else []
         if not chosen:
             return
+
+        def open_chosen() -> None:
+            self.show_workspace(workspace)
+            self.files.open([Path(path) for path in chosen])
+
         if self.projects.is_worth_keeping():
-            self.projects.begin()
-        self.show_workspace(workspace)
-        self.files.open([Path(path) for path in chosen])
+            self.files.begin_anew(open_chosen)
+        else:
+            open_chosen()
 
 
 def workspace_of(bench: Workbench) -> str:

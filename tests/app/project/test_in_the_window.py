@@ -39,7 +39,10 @@ def test_a_project_is_left_and_opened_again_as_it_was(
     window.redo.trigger()
     qtbot.waitUntil(lambda: projects.is_saved, timeout=60_000)
     assert read(tmp_path / "Felt.lap").current.look.gain == 2.0
-    assert read(first).current.look.gain == 1.0
+    assert not first.exists(), "an untitled project moves"
+    projects.copy_to(tmp_path / "Other.lap")
+    qtbot.waitUntil(lambda: projects.path == tmp_path / "Other.lap", timeout=60_000)
+    assert read(tmp_path / "Felt.lap").current.look.gain == 2.0, "one with a name is copied"
 
 
 def test_a_gesture_is_handed_over_within_a_second_however_long_it_goes_on(window: MainWindow, qtbot: Any) -> None:
