@@ -1,1 +1,1 @@
-"""Work beside the window: one thread for each job, and jobs of which only the newest counts."""
+"""Work beside the window: a thread for each job, lanes that decide when it runs, and jobs of which the last counts."""
