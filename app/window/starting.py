@@ -64,9 +64,9 @@ class Starting(QObject):
 
     def _unpacked(self, example: Example, workspace: str, path: Path) -> None:
         self.page.show_opening(None)
-        self.files.saving.then(LEAVE, lambda: self._open(example, workspace, path))
+        self.files.saving.then(LEAVE, lambda: self._open_example(example, workspace, path))
 
-    def _open(self, example: Example, workspace: str, path: Path) -> None:
+    def _open_example(self, example: Example, workspace: str, path: Path) -> None:
         try:
             self.projects.open(path, as_example=True)
         except FileError as error:
