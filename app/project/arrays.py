@@ -10,7 +10,6 @@ as .npy files.
 
 from __future__ import annotations
 
-import io
 import logging
 import math
 import os
@@ -23,7 +22,7 @@ from typing import BinaryIO, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from app.project.values import MAX_HEADER, Absent, Array, array_from, array_parts, name_of
+from app.project.values import MAX_HEADER, Absent, Array, array_from, array_parts, header_of, name_of
 from app.session import cache
 from engine.core.errors import FileError, InputError
 from engine.core.steps import Step, Steps
@@ -161,12 +160,15 @@ def find_beside(data: Path, name: str) -> Array:
 def _content(data: Path, name: str, place: Path | None) -> memoryview:
     """The content of an array from the project, or from its working copy at `place`, read and checked.
 
-    InputError where it is gone or damaged.
+    OSError where it is gone, InputError where it is damaged.
     """
     path = file_of(data, name)
     if path.suffix == PACKED and path.exists():
         return _unpacked(path)
-    content = _read(path if path.exists() or place is None else place / CONTENT)
+    path = path if path.exists() or place is None else place / CONTENT
+    if not path.exists():
+        raise FileNotFoundError(path)
+    content = _read(path)
     if name_of(content) != name:
         raise InputError(path, "is damaged: its content is not the one of its name", "Make it again")
     return content
@@ -192,13 +194,11 @@ def _unpacked(path: Path) -> memoryview:
 
 def _declared(path: Path, beginning: NDArray[np.uint8], size: int) -> int:
     """The size of the array that begins so, which is the `size` that its file declares; InputError else."""
-    head = io.BytesIO(beginning[:MAX_HEADER].tobytes())
     try:
-        np.lib.format.read_magic(head)
-        shape, _, dtype = np.lib.format.read_array_header_1_0(head)
-    except (ValueError, TypeError, RecursionError, MemoryError):  # what parsing a header of a stranger raises
-        shape, dtype = (), np.dtype(np.void)
-    if head.tell() + math.prod(shape) * dtype.itemsize != size or min(shape, default=0) < 0:
+        shape, dtype, start = header_of(beginning[:MAX_HEADER].data)
+    except ValueError as error:
+        raise InputError(path, f"is damaged: {error}", "Make it again") from None
+    if start + math.prod(shape) * dtype.itemsize != size:
         raise InputError(path, f"is damaged: {shape} of {dtype} are not {size:,} bytes", "Make it again")
     return size
 

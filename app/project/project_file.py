@@ -347,6 +347,8 @@ def _read(path: Path, thorough: bool) -> Opened:
     finder = finder_of(path, thorough=thorough)
     missing: dict[str, str] = {}
     if "current" not in meta:
+        if steps:
+            raise Damaged(path, "it has a history, and no document")
         return Opened(Project(), lambda name: read_state(path, name, finder, {}), (), 0, {})
     current = read_state(path, meta["current"], finder, missing)
     position = whole_number(meta.get("position", "0"), MAX_POSITION)

@@ -13,6 +13,7 @@ import io
 import json
 import math
 import os
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path, PurePath
 from types import MappingProxyType
@@ -46,6 +47,9 @@ DAMAGE = (ValueError, KeyError, TypeError, AttributeError, IndexError, Arithmeti
 
 #: Longest header of an array that is read, in bytes.
 MAX_HEADER = 1 << 16
+
+#: Axes of an array, at most.
+MAX_AXES = 8
 
 Array = NDArray[Any]
 
@@ -144,20 +148,39 @@ def array_parts(array: Array) -> tuple[bytes, memoryview]:
     return header.getvalue(), whole.reshape(-1).view(np.uint8).data
 
 
+#: The header of an .npy file of version 1.0 as `array_parts` writes it, by numpy's own function.
+_HEADER = re.compile(
+    rb"\{'descr': '([<>|=][biuf][1248])', 'fortran_order': False, "
+    rb"'shape': \(((?:[0-9]{1,12}, )*[0-9]{0,12},?)\), \} *\n"
+)
+
+
+def header_of(beginning: bytes | memoryview) -> tuple[tuple[int, ...], np.dtype[Any], int]:
+    """Shape, kind of numbers and place of the first number of an .npy file that begins so.
+
+    ValueError for another version, for numbers in another order, and for what holds no numbers. numpy's own reader
+    evaluates the header as an expression of Python, and raises whatever its parser raises.
+    """
+    start = bytes(beginning[:10])
+    if len(start) < 10 or not start.startswith(b"\x93NUMPY\x01\x00"):
+        raise ValueError("no array, or one of another version")
+    end = 10 + int.from_bytes(start[8:], "little")
+    found = _HEADER.fullmatch(bytes(beginning[10:end]))
+    if found is None:
+        raise ValueError("an array of other things than numbers, or in another order")
+    shape = tuple(int(length) for length in found[2].replace(b",", b" ").split())
+    return shape, np.dtype(found[1].decode()), end
+
+
 def array_from(content: Any) -> Array:
     """The read-only array of an .npy file, which shares the memory of `content`.
 
     ValueError where it is none, or of objects.
     """
     memory = memoryview(content)
-    head = io.BytesIO(memory[:MAX_HEADER])
-    if np.lib.format.read_magic(head) != (1, 0):
-        raise ValueError("an array of another version")
-    shape, is_fortran, dtype = np.lib.format.read_array_header_1_0(head)
-    if dtype.kind not in "biuf" or is_fortran or any(length < 0 for length in shape):
-        raise ValueError("an array of other things than numbers, or in another order")
-    numbers = memory[head.tell() :]
-    if len(numbers) != math.prod(shape) * dtype.itemsize:
+    shape, dtype, start = header_of(memory[:MAX_HEADER])
+    numbers = memory[start:]
+    if len(numbers) != math.prod(shape) * dtype.itemsize or len(shape) > MAX_AXES:
         raise ValueError("an array of another size")
     array: Array = np.ndarray(shape, dtype, numbers) if len(numbers) else np.empty(shape, dtype)
     array.flags.writeable = False

@@ -51,7 +51,7 @@ from engine.capture.registration.texture import Grey, reduced, reduction
 from engine.capture.registration.warp import warp
 from engine.capture.report import grid_step, leave_one_out, middle, noise_and_sharpness, report
 from engine.capture.stack import RADIANCE, RECORD, SATURATED, ImageStack, npy_header, open_stack
-from engine.capture.stack_record import StackRecord
+from engine.capture.stack_record import StackRecord, write_record
 from engine.capture.tally import Tally
 from engine.core.colour import LUMINANCE, to_display8
 from engine.core.errors import InputError
@@ -161,7 +161,7 @@ def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.Pa
                 record = yield from _imported(sources, settings, place)
             except Unreadable as error:
                 sources = without_unreadable(sources, error, count, settings.strict)
-        write_bytes(place / RECORD, record.model_dump_json(indent=1).encode())
+        write_bytes(place / RECORD, write_record(record))
     return open_stack(folder, verify=False)
 
 

@@ -95,7 +95,7 @@ def open_stack(
     Raises InputError where the folder is no stack, incomplete, damaged, or made by a newer version.
     """
     place = Path(folder)
-    record = read_record(place)
+    record, is_sealed = _read_record(place)
     shape = (len(record.sources), record.height_px, record.width_px)
     files: list[tuple[str, tuple[int, ...], DTypeLike, int | None]]
     files = [(RADIANCE, (*shape, 3), np.float32, record.radiance_crc32)]
@@ -115,7 +115,7 @@ def open_stack(
         sources=tuple(record.sources),
         angle_source=record.angle_source,
         provenance=MappingProxyType(record.provenance),
-        health=_health(record),
+        health=_health(record, is_sealed),
         quality=tuple(record.quality),
         folder=place,
     )
@@ -123,15 +123,19 @@ def open_stack(
 
 def read_record(folder: Path) -> StackRecord:
     """The record of a stack folder; InputError where it is none, damaged, or made by a newer version."""
+    return _read_record(folder)[0]
+
+
+def _read_record(folder: Path) -> tuple[StackRecord, bool]:
     from pydantic import ValidationError
 
-    from engine.capture.stack_record import StackRecord
+    from engine.capture.stack_record import parse_record
 
     path = folder / RECORD
     if folder.is_dir() and not path.exists():
         raise InputError(folder, f"is no stack: it holds no {RECORD}", "Import the photographs into a stack first")
     try:
-        return StackRecord.model_validate_json(read_bytes(path, _RECORD_LIMIT_BYTES))
+        return parse_record(read_bytes(path, _RECORD_LIMIT_BYTES), path, _AGAIN)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         where = ".".join(str(part) for part in first["loc"])
@@ -141,11 +145,14 @@ def read_record(folder: Path) -> StackRecord:
         raise InputError(path, f"is damaged ({problem})", _AGAIN) from None
 
 
-def _health(record: StackRecord) -> Health:
+def _health(record: StackRecord, is_sealed: bool) -> Health:
     health = record.health.restored()
-    if record.radiance_crc32 is not None and record.saturated_crc32 is not None:
+    if record.radiance_crc32 is None or record.saturated_crc32 is None:
+        text = "imported before stacks had checksums: damaged pixels would not be noticed"
+    elif not is_sealed:
+        text = "imported before records of stacks were sealed: a changed record would not be noticed"
+    else:
         return health
-    text = "imported before stacks had checksums: damaged pixels would not be noticed"
     return health.merged(Health(findings=(Finding(Verdict.NOTE, text),)))
 
 

@@ -243,11 +243,12 @@ def write_manifest(manifest: Manifest) -> bytes:
     value = manifest.model_dump(exclude=absent)
     if manifest.pbr is not None and manifest.pbr.white_radiance is None:
         del value["pbr"]["white_radiance"]  # as versions before schema 4 wrote and sealed it
-    sealed = {**value, "manifest_sha256": _seal(value)}
+    sealed = {**value, "manifest_sha256": seal(value)}
     return (json.dumps(sealed, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
 
 
-def _seal(value: dict[str, Any]) -> str:
+def seal(value: dict[str, Any]) -> str:
+    """SHA-256 of a JSON object, independent of the order and the spacing in which it is written."""
     canonical = json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(canonical.encode()).hexdigest()
 
@@ -262,7 +263,7 @@ def read_manifest(content: bytes, path: Any) -> Manifest:
         problem = f"was written by a newer Lightarc (schema {version}, this one reads {SCHEMA_VERSION})"
         raise InputError(path, problem, "Update Lightarc")
     try:
-        sealed = value.pop("manifest_sha256", None) == _seal(value)
+        sealed = value.pop("manifest_sha256", None) == seal(value)
     except RecursionError:
         raise InputError(path, "manifest.json is nested too deeply", "Export the bundle again") from None
     if not sealed:

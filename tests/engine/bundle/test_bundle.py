@@ -267,7 +267,7 @@ def forge(path: Path, change: Callable[[dict[str, Any]], None], **members: bytes
             "sha256": hashlib.sha256(contents[name]).hexdigest(),
             "size_bytes": len(contents[name]),
         }
-    contents[MANIFEST] = json.dumps({**value, "manifest_sha256": records._seal(value)}).encode()
+    contents[MANIFEST] = json.dumps({**value, "manifest_sha256": records.seal(value)}).encode()
     rewrite(path, contents)
 
 

@@ -310,7 +310,9 @@ def test_fault_5_half_written_stacks(damaged: tuple[Any, Any], name: str, damage
         ("elevations_deg", [80, 60, 40, 20]), ("elevations_deg", [10.0, 20.0]), ("mean_radiance", "x"),
         ("lightarc_stack", 2), ("angle_source", "guess"), ("elevations_deg", [10.0, 20.0, 30.0, 91.0]),
         ("azimuths_deg", []), ("quality", [{}]), ("extra", 1), ("elevations_deg", [float("nan")] * 4),
-        ("mean_radiance", [float("inf")] * 4),
+        ("mean_radiance", [float("inf")] * 4), ("mean_radiance", [1e30] * 4),
+        ("provenance", {"picture_balance": [1.0, -1e30, 1.0]}), ("provenance", {"a": [{"deep": -1e30}]}),
+        ("provenance", {"lamp_distance_widths": -1.0}), ("provenance", {"a": float("inf")}),
     ],
 )  # fmt: skip
 def test_fault_9_wrong_records(damaged: tuple[Any, Any], key: str, value: Any) -> None:
@@ -318,6 +320,29 @@ def test_fault_9_wrong_records(damaged: tuple[Any, Any], key: str, value: Any) -
     record = json.loads((folder / "stack.json").read_text())
     (folder / "stack.json").write_text(json.dumps({**record, key: value}))
     refused("stack.json")
+    del record["record_sha256"]  # as of before records were sealed
+    (folder / "stack.json").write_text(json.dumps({**record, key: value}))
+    refused("stack.json")
+
+
+def test_numbers_that_no_float_holds_and_repeated_keys_are_refused(damaged: tuple[Any, Any]) -> None:
+    folder, refused = damaged
+    text = (folder / "stack.json").read_text()
+    for other in (text.replace('"width_px"', '"a": 1e400, "width_px"', 1), text.replace("{", '{"width_px": 5,', 1)):
+        (folder / "stack.json").write_text(other)
+        refused("stack.json")
+
+
+def test_a_record_is_sealed_and_older_ones_are_said_to_be_not(damaged: tuple[Any, Any]) -> None:
+    folder, refused = damaged
+    record = json.loads((folder / "stack.json").read_text())
+    assert not any("sealed" in finding.text for finding in open_stack(folder).health.findings)
+    mean = [1.001 * value for value in record["mean_radiance"]]
+    (folder / "stack.json").write_text(json.dumps({**record, "mean_radiance": mean}))
+    refused("stack.json: is not as it was written")
+    del record["record_sha256"]
+    (folder / "stack.json").write_text(json.dumps(record))
+    assert any("before records of stacks were sealed" in finding.text for finding in open_stack(folder).health.findings)
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{", "null", "[" * 100_000, '{"a":' * 100_000, "\xff\x00"])
@@ -360,7 +385,7 @@ def test_damaged_pixels_are_found(damaged: tuple[Any, Any], name: str, damage: s
 def test_stacks_of_before_there_were_checksums_open_with_a_note(damaged: tuple[Any, Any]) -> None:
     folder, _ = damaged
     record = json.loads((folder / "stack.json").read_text())
-    older = {key: value for key, value in record.items() if not key.endswith("crc32")}
+    older = {key: value for key, value in record.items() if not key.endswith(("crc32", "sha256"))}
     (folder / "stack.json").write_text(json.dumps(older))
     assert any("before stacks had checksums" in finding.text for finding in open_stack(folder).health.findings)
 

@@ -54,7 +54,7 @@ def resealed(**changes: Any) -> bytes:
     from engine.storage import records
 
     value = {**MANIFEST.model_dump(), **changes}
-    return json.dumps({**value, "manifest_sha256": records._seal(value)}).encode()
+    return json.dumps({**value, "manifest_sha256": records.seal(value)}).encode()
 
 
 def test_fault_9_the_seal_notices_each_change() -> None:
