@@ -223,13 +223,7 @@ def write(name: str, make: Callable[[Path], Made]) -> str:
         made.finish(path)
         pixels = image_of(project, made.camera)
         drain(keep_thumbnail(path, project))
-        small = Image.fromarray(pixels).resize(
-            (SIZE[0], SIZE[0] * IMAGE_SIZE[1] // IMAGE_SIZE[0]), Image.Resampling.BOX
-        )
-        top = (SIZE[1] - small.height) // 2
-        whole = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
-        whole[top : top + small.height] = np.asarray(small)
-        write_bytes(thumbnail_of(path), encode_png(whole))
+        write_bytes(thumbnail_of(path), encode_png(thumbnail(pixels)))
         FOLDER.mkdir(exist_ok=True)
         Image.fromarray(pixels).save(FOLDER / f"{name}.jpg", quality=IMAGE, optimize=True)
         with zipfile.ZipFile(FOLDER / f"{name}.zip", "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
@@ -240,6 +234,14 @@ def write(name: str, make: Callable[[Path], Made]) -> str:
                 archive.writestr(about, file.read_bytes(), compresslevel=9)
     sizes = [round((FOLDER / f"{name}.{ending}").stat().st_size / 1e3) for ending in ("zip", "jpg")]
     return f"{name}: {sizes[0]} kB, image {sizes[1]} kB, {time.perf_counter() - begun:.0f} s"
+
+
+def thumbnail(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The middle of an image, small."""
+    height, width = pixels.shape[:2]
+    side = (width - height * SIZE[0] // SIZE[1]) // 2
+    middle = Image.fromarray(pixels).crop((side, 0, width - side, height))
+    return np.asarray(middle.resize(SIZE, Image.Resampling.BOX))
 
 
 def image_of(project: Project, camera: Camera) -> NDArray[np.uint8]:

@@ -53,8 +53,8 @@ from app.widgets.theme import PADDING, STEP, role
 from engine.core.figure_text import size_text
 from engine.core.steps import Step, Steps
 
-#: Width of the column of examples beside the projects, and the width of the whole page at most, in pixels.
-EXAMPLES_WIDTH, MAX_WIDTH = 300, 1480
+#: Width of the examples beside projects, their largest height without, and the largest width of the page, in pixels.
+EXAMPLES_WIDTH, MAX_HEIGHT, MAX_WIDTH = 300, 560, 1480
 
 #: Projects whose sizes and thumbnails are handed over at once.
 BATCH = 8
@@ -71,7 +71,7 @@ class StartingPoint:
 
 
 STARTING_POINTS = (
-    StartingPoint("photographs", "capture", "Photographs", "A folder of a material or an object under a moving light"),
+    StartingPoint("photographs", "capture", "Photographs", "A material or an object under a moving light"),
     StartingPoint("brdf", "brdf", "BRDF or material", "Measured BRDFs, PBR textures, MaterialX, a bundle"),
     StartingPoint("model", "view", "Model and environment", "A mesh and an HDR environment that lights it"),
 )
@@ -166,6 +166,7 @@ class StartPage(QScrollArea):
         self.examples_title = text("Examples", "heading")
         left.addWidget(self.examples_title)
         left.addWidget(self.examples, 1)
+        left.addStretch(0)
         self.body.addLayout(left, 0)
         inside = role(QWidget(), "canvas")
         inside.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -263,6 +264,7 @@ class StartPage(QScrollArea):
         self.examples.setFixedWidth(EXAMPLES_WIDTH) if has_projects else self.examples.setMaximumWidth(MAX_WIDTH)
         if not has_projects:
             self.examples.setMinimumWidth(0)
+        self.examples.setMaximumHeight(MAX_WIDTH if has_projects else MAX_HEIGHT)
         directions = QBoxLayout.Direction
         self.examples_box.setDirection(directions.TopToBottom if has_projects else directions.LeftToRight)
         self.body.setStretch(0, 1 if has_projects else 0)
@@ -492,14 +494,22 @@ class ExampleCard(_Card):
         place = QRect(0, 0, self.width(), self.height() - self.WORDS)
         wanted = place.size() * scale
         if self._scaled.size() != wanted and not self.image.isNull():
-            cover = self.image.scaled(
-                wanted,
-                Qt.AspectRatioMode.KeepAspectRatioByExpanding,
-                Qt.TransformationMode.SmoothTransformation,
-            )
-            corner = QPoint((cover.width() - wanted.width()) // 2, (cover.height() - wanted.height()) // 2)
-            self._scaled = cover.copy(QRect(corner, wanted))
+            self._scaled = fitted(self.image, wanted)
         painter.drawImage(place, self._scaled)
         about = "Opening…" if self.is_opening else self.example.about
         words = QRect(PADDING, place.bottom() + 2 + STEP, self.width() - 2 * PADDING, 40)
         self.draw_words(painter, words, about)
+
+
+def fitted(image: QImage, size: QSize) -> QImage:
+    """`image` over the whole of `size`; where nearly half of it would be cut off, whole and on its own ground."""
+    ratio = (image.width() * size.height()) / max(1, image.height() * size.width())
+    modes = Qt.AspectRatioMode
+    mode = modes.KeepAspectRatioByExpanding if 0.6 < ratio < 1.8 else modes.KeepAspectRatio
+    scaled = image.scaled(size, mode, Qt.TransformationMode.SmoothTransformation)
+    whole = QImage(size, QImage.Format.Format_RGB32)
+    whole.fill(image.pixelColor(0, 0))
+    painter = QPainter(whole)
+    painter.drawImage((size.width() - scaled.width()) // 2, (size.height() - scaled.height()) // 2, scaled)
+    painter.end()
+    return whole

@@ -567,7 +567,8 @@ class MainWindow(QMainWindow):
         self.status.show_health(self.docks.health.health)
         power_law = new.material.power_law
         self.status.show_error(*((power_law.rms, power_law.r_max) if power_law is not None else (None,)))
-        self._has_title = new.has_map or new.stack is not None or new.sources is not None
+        is_named = new.name != Project.name
+        self._has_title = is_named or new.has_map or new.stack is not None or new.sources is not None
         self._show_title()
 
     def _show_title(self) -> None:
