@@ -28,6 +28,10 @@ from engine.images.encode import write_exr
 #: Steps that a flow may take.
 MAX_STEPS = {"conservator": 12, "artist": 8, "researcher": 12}
 
+#: The longest that a search for factors is waited for, in seconds, and the button that saves the plot of their errors.
+SEARCH_S = 900.0
+SAVE_PLOT = "Save plot as PNG, SVG or CSV…"
+
 #: Files that each flow starts with.
 FILES = {
     "conservator": ("dome",),
@@ -59,7 +63,7 @@ def conservator(person: Person, _given: Path) -> None:
     has_material(person)
     person.keys("ctrl+5")
     seen = person.until(lambda seen: seen["workspace"] == "view" and seen["is_drawn"], "the view", LONGEST_S)
-    expect("Tiling" not in seen["places"], "a capture from a dome is tiled in View")
+    expect("Repeats" not in seen["places"], "a capture from a dome is tiled in View")
     relight(person)
     person.keys("ctrl+2")
     person.until(lambda seen: seen["workspace"] == "material", "the workspace Material", 60.0)
@@ -99,11 +103,12 @@ def researcher(person: Person, _given: Path) -> None:
     person.until(lambda seen: seen["workspace"] == "factor", "the workspace Factor", 60.0)
     person.keys("ctrl+Return")
     person.until(lambda seen: bool(seen["marks"]["runs"]), "the run", LONGEST_S)
-    person.until(lambda seen: not seen["jobs"], "the end of the run", LONGEST_S)
+    person.until(lambda seen: not seen["jobs"], "the end of the search", SEARCH_S)
     name = person.seen["marks"]["runs"][0][1].lower()
     expect("blue" in name, f"what was opened last is not factored, but {name}")
     plot = person.folder / "errors.csv"
-    person.click("Export plot…")
+    person.click(SAVE_PLOT)
+    person.until(lambda seen: "Save the error plot" in seen["dialogs"], "the dialog to save the plot", 60.0)
     person.write(str(plot))
     person.keys("Return")
     person.until(lambda _seen: plot.exists(), "the plot", 60.0)
