@@ -29,6 +29,7 @@ import random
 import signal
 import socket
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -346,6 +347,13 @@ class Driver:
     def do_job(self, lane: Lane, deaf: bool) -> None:
         """A job that goes on until it is cancelled; a deaf one for long between two steps."""
         self.window.bench.jobs.submit("Searching without end", lambda: _endless(DEAF_S if deaf else 0.02), lane=lane)
+
+    def do_slow_disk(self, each_s: float) -> None:
+        """Let each operation on files of all threads but that of the window take so long from now on."""
+        from engine.storage import atomic
+
+        main = threading.main_thread()
+        atomic.fault = lambda *_: None if threading.current_thread() is main else time.sleep(each_s)
 
     def do_cancel(self) -> None:
         for job in self.window.bench.jobs.active:

@@ -64,6 +64,7 @@ WEIGHTS = {
     "build": 1,
     "factor": 1,
     "job": 4,
+    "slow_disk": 2,
     "cancel": 2,
     "workspace": 1,
     "new": 2,
@@ -106,6 +107,7 @@ def _choices(name: str, at: int, chance: random.Random) -> dict[str, Any]:
         "model": lambda: {"name": chance.choice(("sphere", "plane", "torus-knot"))},
         "sky": lambda: {"name": chance.choice(("noon", "studio"))},
         "job": lambda: {"lane": chance.choice(LANES), "deaf": chance.random() < 0.3},
+        "slow_disk": lambda: {"each_s": chance.choice((0.05, 0.2, 0.5))},
         "workspace": lambda: {"name": chance.choice(("capture", "material", "brdf", "factor", "view", "export"))},
         "save_as": lambda: {"target": chance.choice(NAMES)},
         "save": lambda: {"target": chance.choice(NAMES)},
@@ -296,11 +298,12 @@ class Play:
             self._end("quit")
             return [*self.promises.broken(self._read), *self._left_behind()]
         except Hang as reason:
-            return [*self.promises.faults, str(reason)]
+            if self.pid:
+                os.kill(self.pid, signal.SIGKILL)
+            self.promises.ended("kill")
+            return [str(reason), *self.promises.broken(self._read)]
         finally:
             if self.link is not None:
-                if self.pid:
-                    os.kill(self.pid, signal.SIGKILL)
                 self.link.close()
 
     def _act(self, action: Action, *, before_last: bool) -> None:
