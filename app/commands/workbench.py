@@ -175,7 +175,7 @@ class Workbench(QObject):
         material = dataclasses.replace(sample.material, brdf=look.brdf, measured=look.measured, sigma=look.sigma)
         self.document.change("Open the sample", **{**now.without_capture, **sample.parts, "material": material})
         self.wanted.emit("capture")
-        self.said.emit("The sample is open, ready made. File > Make the sample anew shows how")
+        self.said.emit("The sample is open, ready made. File > Rebuild sample shows how")
 
     def _open_recognised(self, found: Opening, count: int) -> None:
         """Open all groups; where one of them is a capture or a material, as soon as the user has chosen its place."""

@@ -174,7 +174,8 @@ def complement_deg(angle_deg: float) -> float:
 def _editor(parameter: Parameter) -> NumberEditor | ElevationEditor | ColourEditor:
     if parameter.is_colour:
         return ColourEditor(parameter)
-    return ElevationEditor(parameter) if parameter.name.endswith("theta_deg") else NumberEditor(parameter)
+    is_of_light = parameter.name in ("theta_deg", "light_theta_deg")  # limits, as max_theta_deg, are from the normal
+    return ElevationEditor(parameter) if is_of_light else NumberEditor(parameter)
 
 
 class ColourEditor(QWidget):

@@ -71,7 +71,7 @@ class Menus(QMenuBar):
         self.recent = menu.addMenu("Open recent")
         self.recent.aboutToShow.connect(self._fill_recent)
         add(menu, "Sample capture", "", files.bench.open_sample)
-        add(menu, "Make the sample anew", "", files.bench.make_sample_anew)
+        add(menu, "Rebuild sample", "", files.bench.make_sample_anew)
         menu.addSeparator()
         add(menu, "Save picture…", "", partial(self.picture_wanted.emit, "picture"))
         add(menu, "Save turntable…", "", partial(self.picture_wanted.emit, "turntable"))

@@ -18,6 +18,7 @@ from app.widgets.param_form import ElevationEditor, ParamForm
 from engine.brdf.models.lafortune import LafortuneThreeLobes
 from engine.brdf.models.phong import Phong
 from engine.core.figure_text import fixed, number, percent, size_text, write_with
+from engine.factor.settings import FactorSettings
 
 
 @pytest.mark.parametrize(
@@ -274,3 +275,6 @@ def test_an_angle_from_straight_up_is_shown_and_set_as_elevation(qtbot: Any) -> 
     assert editor.slider.value() > TICKS // 2, "a high light is at the right"
     editor.slider.reset.emit()
     assert heard[-1] == (Look().light_theta_deg, True)
+    limit = ParamForm(FactorSettings(), {"max_theta_deg": "Max. angle"})
+    qtbot.addWidget(limit)
+    assert cast(Any, limit.editors["max_theta_deg"]).field.text() == "88°", "from the normal, as its name says"

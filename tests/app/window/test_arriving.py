@@ -141,7 +141,7 @@ def test_everything_that_replaces_work_asks_first(
     commands = {entry.text(): entry for entry in window.menus.findChildren(QAction)}
     for name, ask in (
         ("Woven sample", commands["Sample capture"].trigger),
-        ("Woven sample", commands["Make the sample anew"].trigger),
+        ("Woven sample", commands["Rebuild sample"].trigger),
         ("Felt.lightarc", lambda: drop(window, [bundle])),
         (stack.name, lambda: drop(window, [stack])),
         ("2 files", lambda: drop(window, textures)),
