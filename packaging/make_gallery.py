@@ -58,6 +58,9 @@ from engine.storage.atomic import write_bytes
 #: Quality of the photographs and of the images of the page, and the size of the latter in pixels.
 PHOTOGRAPH, IMAGE, IMAGE_SIZE = 90, 90, (960, 640)
 
+#: The least cosine of light and view with the normal in the table: instruments stop 10° above the surface.
+GRAZING = math.cos(math.radians(80.0))
+
 
 @dataclass(frozen=True)
 class Made:
@@ -139,15 +142,21 @@ def satin_table() -> HalfDifferenceTable:
         ("ggx:kd=0,alpha=0.42,f0=0.05", (1.2, 1.9, 4.0)),
         ("ggx:kd=0,alpha=0.15,f0=0.04", (1.0, 1.1, 1.3)),
     )
+    below = np.minimum(light[..., 2], view[..., 2]) < GRAZING  # not measured: filled with what lies nearest
+    light, view = raised(light), raised(view)
     values = np.zeros((*counts, 3))
     for text, colour in lobes:
         values += np.asarray(brdf_from_text(text).f(light, view)) * np.array(colour)
     values *= 1.0 + 0.01 * np.random.default_rng(7).standard_normal(values.shape)
-    below = (light[..., 2] <= 0.02) | (view[..., 2] <= 0.02)
-    filled = np.where(below[..., None], values[~below].min(axis=0), values)
-    return HalfDifferenceTable(
-        rounded(np.clip(filled, 0.0, 1e3)), below, name="Blue satin", kind="simulated measurement"
-    )
+    return HalfDifferenceTable(rounded(values), below, name="Blue satin", kind="simulated measurement")
+
+
+def raised(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Unit vectors (…, 3) whose cosine with the normal is at least `GRAZING`."""
+    cosine = np.maximum(directions[..., 2], GRAZING)
+    across = directions[..., :2] / np.maximum(np.linalg.norm(directions[..., :2], axis=-1, keepdims=True), 1e-9)
+    sine = np.sqrt(1.0 - cosine * cosine)
+    return np.concatenate([across * sine[..., None], cosine[..., None]], -1)
 
 
 def directions_of(
