@@ -13,7 +13,7 @@ from app.widgets.theme import role
 
 def breakable(words: str) -> str:
     """`words` with places in long ones, such as names of files, where a line may break."""
-    return re.sub(r"[^\s]{12}|[^\s/_.-]{1,11}[/_.-]{1,3}", lambda part: f"{part[0]}\u200b", words)
+    return re.sub(r"[^\s/_.-]{16}|[/_.-]{1,3}(?=\S)", lambda part: f"{part[0]}\u200b", words)
 
 
 class Fitting(QLabel):

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QBuffer
-from PySide6.QtGui import QImage, QPainter
+from PySide6.QtCore import QBuffer, QRectF
+from PySide6.QtGui import QImage, QPaintDevice, QPainter
 from PySide6.QtSvg import QSvgGenerator
 
 from engine.core.steps import Step, Steps
@@ -27,9 +27,8 @@ def svg(plot: Any) -> bytes:
     made.setOutputDevice(content)
     made.setSize(plot.size())
     made.setViewBox(plot.rect())
-    painter = QPainter(made)
-    plot.render(painter)
-    painter.end()
+    made.setResolution(plot.logicalDpiX())
+    _draw(plot, made)
     return bytes(content.data().data())
 
 
@@ -37,13 +36,26 @@ def png(plot: Any, scale: int = 2) -> bytes:
     """A plot as it is on screen, with `scale` pixels for each of the screen along either axis."""
     image = QImage(scale * plot.size(), QImage.Format.Format_RGB32)
     image.setDevicePixelRatio(scale)
-    painter = QPainter(image)
-    plot.render(painter)
-    painter.end()
+    _draw(plot, image)
     content = QBuffer()
     content.open(QBuffer.OpenModeFlag.WriteOnly)
     image.save(content, "PNG")  # type: ignore[call-overload]
     return bytes(content.data().data())
+
+
+def _draw(plot: Any, place: QPaintDevice) -> None:
+    """Draw a plot at its size on the screen, its markers as shapes and not as the pixels that are kept of them."""
+    items = [item for item in plot.scene().items() if hasattr(item, "setExportMode")]
+    painter = QPainter(place)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    try:
+        for item in items:
+            item.setExportMode(True, {"antialias": True})
+        plot.render(painter, QRectF(plot.rect()), plot.rect())  # Qt would take the pixels of an image for points
+    finally:
+        for item in items:
+            item.setExportMode(False)
+        painter.end()
 
 
 def rows_of(headings: Sequence[str], lines: Iterable[Sequence[object]]) -> bytes:
