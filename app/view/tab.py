@@ -194,7 +194,7 @@ class ViewTab(QWidget):
         return under(bar, self.viewport)
 
     def _make_right(self) -> QWidget:
-        panel = Panel()
+        panel = self.right = Panel()
         self.bake_panels = {method: BakePanel(baking) for method, baking in self.bakings.items()}
         self.brdf_panel = BrdfPanel(self.bench)
         self.lookup = LookupPanel()
@@ -277,7 +277,8 @@ class ViewTab(QWidget):
         self._setting_may_have_changed()
         for panel in (self.model, self.lights, self.brdf_panel, self.varying, self.lookup, self.compare):
             panel.show_project(project)
-        self.varying.setHidden(project.is_flat and not project.variations)  # only baked modes show variations
+        is_varying = bool(project.variations) or not project.is_flat  # only baked modes show variations
+        self.right.show_group(self.varying, is_varying)
         mesh = project.mesh or self.default_mesh
         if mesh is not None:
             self.lights.show_size(mesh)

@@ -43,6 +43,7 @@ class Panel(QWidget):
         role(self, "panel")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.usual_width = width
+        self.lines: dict[Rows, QWidget] = {}
         self.setMaximumWidth(width)
         self.inside = role(_Inside(self), "panel")
         # scrolls rather than squeezes its rows
@@ -80,9 +81,16 @@ class Panel(QWidget):
         """Put a group of rows below what is there."""
         if self.column.count():
             self.column.addSpacing(2 * STEP)
-            self.column.addWidget(line())
+            self.lines[rows] = line()
+            self.column.addWidget(self.lines[rows])
             self.column.addSpacing(2 * STEP)
         self.column.addWidget(rows)
+
+    def show_group(self, rows: Rows, is_shown: bool) -> None:
+        """Show or hide a group of rows that was added, with the line above it."""
+        rows.setVisible(is_shown)
+        if rows in self.lines:
+            self.lines[rows].setVisible(is_shown)
 
     def finish(self, foot: QWidget | None = None) -> None:
         """Push everything to the top; `foot`, the panel's main button, stays at the bottom whatever scrolls."""
