@@ -20,13 +20,14 @@ Cost: a millisecond; 2 µs more per system call.
 from __future__ import annotations
 
 import ctypes
+import errno
 import os
 import platform
 import stat
 import struct
 import sys
 import sysconfig
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -45,7 +46,9 @@ _TCP, _SCOPES = 0b11, 0b11
 _TCP_SINCE, _SCOPES_SINCE = 4, 6
 
 _NEW_USER, _NEW_MOUNTS = 0x10000000, 0x00020000  # of unshare
-_READ_ONLY, _NO_SETUID, _NO_DEVICES, _REMOUNT, _BIND, _RECURSIVE, _PRIVATE = 1, 2, 4, 32, 4096, 16384, 1 << 18
+_READ_ONLY, _NO_SETUID, _NO_DEVICES, _NO_PROGRAMS, _REMOUNT = 1, 2, 4, 8, 32
+_BIND, _RECURSIVE, _PRIVATE = 4096, 16384, 1 << 18
+_MAX_LINKS = 40  # as many as Linux follows
 _DETACH = 2  # of umount2
 #: The folder that becomes the root; what it holds otherwise is hidden from the process alone.
 _ROOT = "/tmp"
@@ -221,7 +224,7 @@ def _hide_files(libc: ctypes.CDLL) -> bool:
     """Enter a root that holds the readable folders alone, read-only; False where the system does not grant that."""
     readable = sorted({path.resolve() for path in _readable() if path.exists()})
     outer = [path for path in readable if not any(other in path.parents for other in readable)]
-    links = _links(outer)
+    links = {link: target for link, target in _links() if not any(folder in link.parents for folder in outer)}
     user, group = os.getuid(), os.getgid()
     sources: list[int] = []
     try:
@@ -244,11 +247,13 @@ def _hide_files(libc: ctypes.CDLL) -> bool:
             if not is_folder:
                 os.close(os.open(inside, os.O_CREAT | os.O_WRONLY))
             _mount(libc, f"/proc/self/fd/{source}", str(inside), "", _BIND | _RECURSIVE)
+            _mount(libc, "none", str(inside), "", _BIND | _REMOUNT | _READ_ONLY | _kept_flags(inside))
         for link, target in links.items():
             inside = Path(f"{_ROOT}{link}")
-            if not os.path.lexists(inside):
-                os.makedirs(inside.parent, exist_ok=True)  # noqa: PTH103
-                os.symlink(target, inside)  # noqa: PTH211
+            os.makedirs(inside.parent, exist_ok=True)  # noqa: PTH103
+            if os.stat(inside.parent).st_dev != os.stat(_ROOT).st_dev:  # noqa: PTH116 - never in a folder of the user
+                raise OSError(errno.EXDEV, "a link would lie outside the new root")
+            os.symlink(target, inside)  # noqa: PTH211
         _mount(libc, "none", _ROOT, "", _REMOUNT | _READ_ONLY | _NO_SETUID | _NO_DEVICES)
         os.chdir(_ROOT)
         _call(libc.syscall(_PIVOT_ROOT[platform.machine()], b".", b"."))
@@ -264,23 +269,26 @@ def _hide_files(libc: ctypes.CDLL) -> bool:
     return True
 
 
-def _links(outer: Collection[Path]) -> dict[Path, Path]:
-    """The links on the ways to readable paths, by where they lie, and what they lead to in the end.
-
-    Those below `outer`, which the new root shows as they are, are left out: they are there already, and making them
-    would write into the folders of the user. A link that leads nowhere, or to itself, is left out as well.
-    """
-    found = {}
-    for path in {each for readable in _readable() for each in (readable, *readable.parents)}:
-        if not path.is_symlink():
-            continue
-        try:
-            place, target = path.parent.resolve() / path.name, path.resolve(strict=True)
-        except (OSError, RuntimeError):  # RuntimeError: a loop
-            continue
-        if not any(each == place or each in place.parents for each in outer):
-            found[place] = target
+def _links() -> set[tuple[Path, str]]:
+    """Find the links on the way to the readable paths: where each lies, without links, and its target."""
+    found = set()
+    for path in _readable():
+        place, rest, left = Path("/"), list(path.absolute().parts[1:]), _MAX_LINKS
+        while rest and left:
+            here = place.parent if rest[0] == ".." else place / rest[0]
+            rest = rest[1:]
+            if here.is_symlink():
+                target, left = here.readlink(), left - 1
+                found.add((here, str(target)))
+                rest = [*target.parts[target.is_absolute() :], *rest]
+                here = Path("/") if target.is_absolute() else here.parent
+            place = here
     return found
+
+
+def _kept_flags(place: Path) -> int:
+    """The restrictions of a mount, which a namespace of a user must keep."""
+    return os.statvfs(place).f_flag & (_NO_SETUID | _NO_DEVICES | _NO_PROGRAMS)
 
 
 def _mount(libc: ctypes.CDLL, source: str, target: str, kind: str, flags: int) -> None:

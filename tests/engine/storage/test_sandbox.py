@@ -234,6 +234,33 @@ def test_a_system_that_refuses_a_root_of_its_own_keeps_the_rest() -> None:
 
 
 @confined
+def test_links_to_readable_folders_lead_there_and_no_folder_changes(tmp_path: Path) -> None:
+    """Modules are found by a path with links in it, and the folders of the user are as they were."""
+    real = tmp_path / "real" / "site-packages"
+    real.mkdir(parents=True)
+    (real / "late_module.py").write_text("x = 1\n")
+    (tmp_path / "one").symlink_to("real")
+    (tmp_path / "two").symlink_to(tmp_path / "one")
+    (real / "inner").symlink_to("..")
+    before = sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("*"))
+    paths = [tmp_path / "two/site-packages", real / "inner/site-packages/../lib64", real / "inner/site-packages"]
+    code = (
+        "import sys\n"
+        f"sys.path[:] = [{str(Path(sandbox.__file__).parents[2])!r}, *sys.path, *{[str(path) for path in paths]}]\n"
+        "import os\n"
+        f"os.environ['LD_LIBRARY_PATH'] = {os.pathsep.join(map(str, paths))!r}\n"
+        "from engine.storage import sandbox\n"
+        "protection = sandbox.confine()\n"
+        "import late_module\n"
+        f"print(protection.hidden, late_module.__file__, os.path.exists({str(tmp_path / 'two/site-packages')!r}))\n"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.split()[1:] == [str(tmp_path / "two/site-packages/late_module.py"), "True"]
+    assert sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("*")) == before
+
+
+@confined
 def test_an_array_that_was_handed_over_cannot_be_changed_later(burglar: str, file: Path) -> None:
     array = decode_in_child(f"{burglar}:keep", file)["array"]
     time.sleep(0.6)
@@ -315,20 +342,3 @@ def test_meshes_keep_no_descriptors(file: Path) -> None:
             kept.append(shared.array(offset, np.dtype(np.int64), (3000,)))
     assert process.num_fds() == before
     assert [array[-1] for array in kept] == list(range(100))
-
-
-def test_links_of_modules_are_found_where_they_lie_and_none_is_made_in_a_readable_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A link that leads to itself once ended every decoder."""
-    modules, there = tmp_path / "modules", tmp_path / "there"
-    for folder in (modules / "python", there):
-        folder.mkdir(parents=True)
-    (tmp_path / "way").symlink_to(modules)
-    (modules / "within").symlink_to(there)
-    (tmp_path / "loop").symlink_to(tmp_path / "loop")
-    (tmp_path / "nowhere").symlink_to(tmp_path / "gone")
-    readable = {tmp_path / "way" / "python", modules / "within", tmp_path / "loop", tmp_path / "nowhere"}
-    monkeypatch.setattr(sandbox, "_readable", lambda: readable)
-    below = {place: target for place, target in sandbox._links([modules]).items() if place.is_relative_to(tmp_path)}
-    assert below == {tmp_path / "way": modules}
