@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 from engine.core.errors import UsageError
 from engine.core.steps import Step, drain
 from engine.factor.settings import DEFAULT, FactorSettings
+from lightarc._border import public
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 Progress = Callable[[Step], None]
 
 
+@public
 def open_brdf(text: str) -> Brdf:
     """The BRDF that `text` names: a model with its parameters, a preset, a measured file, or a folder of factors.
 
@@ -35,6 +37,7 @@ def open_brdf(text: str) -> Brdf:
     return open_reflectance(text)
 
 
+@public
 def evaluate_brdf(brdf: str | Brdf, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float64]:
     """Values (..., 3) in 1/sr, without the cosine, for unit directions (..., 3) to the light and to the viewer.
 
@@ -46,6 +49,7 @@ def evaluate_brdf(brdf: str | Brdf, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.
     return _opened(brdf).f(wi, wo)
 
 
+@public
 def fit_brdf(
     brdf: str | Brdf,
     model: str = "ggx",
@@ -80,6 +84,7 @@ def fit_brdf(
     return drain(fit(data, brdf_from_text(model), weighting=weighting, fixed=tuple(fixed), seed=seed), progress)
 
 
+@public
 def factor_brdf(
     brdf: str | Brdf,
     *,
@@ -114,6 +119,7 @@ def factor_brdf(
     return drain(factor(_opened(brdf), settings), progress)
 
 
+@public
 def save_factors(folder: str | os.PathLike[str], factorisation: Factorisation) -> None:
     """Write a factorisation as a folder, which then stands wherever a BRDF is named.
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from engine.core.steps import Step, drain
+from lightarc._border import public
 
 if TYPE_CHECKING:
     from engine.capture.lights.sources import Sources
@@ -21,6 +22,7 @@ File = str | os.PathLike[str]
 Progress = Callable[[Step], None]
 
 
+@public
 def simulate_capture(
     folder: File,
     *,
@@ -50,6 +52,7 @@ def simulate_capture(
     return drain(simulate(arc, Path(folder)), progress).folder
 
 
+@public
 def open_capture(*paths: File, angles_deg: Sequence[float] | None = None) -> Sources:
     """The photographs in `paths` and what is known of their lights: a folder, files, or one zip or tar.
 
@@ -65,6 +68,7 @@ def open_capture(*paths: File, angles_deg: Sequence[float] | None = None) -> Sou
     return drain(find_packed([Path(path) for path in paths], angles_deg))
 
 
+@public
 def import_capture(
     capture: Sources | File,
     folder: File,
@@ -101,6 +105,7 @@ def import_capture(
     return drain(import_stack(sources, settings, folder), progress)
 
 
+@public
 def open_stack(folder: File) -> ImageStack:
     """The stack that an import left in `folder`; InputError where it is damaged or is none.
 

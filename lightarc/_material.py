@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 from engine.core.errors import UsageError
 from engine.core.steps import Step, drain
+from lightarc._border import public
 
 if TYPE_CHECKING:
     from engine.brdf.brdf import Brdf
@@ -21,6 +22,7 @@ File = str | os.PathLike[str]
 Progress = Callable[[Step], None]
 
 
+@public
 def build_material(
     stack: ImageStack,
     *,
@@ -73,6 +75,7 @@ def build_material(
     )
 
 
+@public
 def compress_material(
     material: Material,
     *,
@@ -111,6 +114,7 @@ def compress_material(
     return replace(material, power_law=power_law, health=slices.health.merged(power_law.health))
 
 
+@public
 def save_bundle(path: File, material: Material, *, progress: Progress | None = None) -> Path:
     """Write `material` as a bundle, a `.lightarc` file or a folder, and return its path.
 
@@ -125,6 +129,7 @@ def save_bundle(path: File, material: Material, *, progress: Progress | None = N
     return drain(saving(path, material, figures=error_figures(material)), progress)
 
 
+@public
 def open_bundle(path: File) -> Material:
     """The material in a bundle, bit for bit as it was saved; InputError where it is damaged or is no bundle.
 
@@ -137,6 +142,7 @@ def open_bundle(path: File) -> Material:
     return opened(path)
 
 
+@public
 def verify_bundle(path: File) -> Verification:
     """Check names, sizes, fingerprints, schema, bounds and pixels of a bundle, and collect what is wrong.
 

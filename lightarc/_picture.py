@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from engine.core.errors import UsageError
 from engine.core.steps import Step, drain
+from lightarc._border import check_size, public
 
 if TYPE_CHECKING:
     import numpy as np
@@ -27,6 +28,7 @@ Progress = Callable[[Step], None]
 LIGHT_DEG = (50.0, 30.0)
 
 
+@public
 def render(
     model: str | Mesh,
     *,
@@ -75,6 +77,7 @@ def render(
     from engine.render.reference import reference
     from engine.scene.scene import Scene
 
+    check_size(size)
     mesh = open_mesh(model) if isinstance(model, str) else model
     seen = open_reflectance(brdf) if isinstance(brdf, str) else brdf
     x, y, z = world_direction(*map(math.radians, light_deg))
@@ -94,6 +97,7 @@ def render(
     return drain(reference(scene, size, samples=samples or 64, max_depth=max_depth), progress).picture
 
 
+@public
 def save_picture(
     path: File,
     picture: NDArray[np.float32],
@@ -121,6 +125,7 @@ def save_picture(
     write_bytes(Path(path), content)
 
 
+@public
 def compare(picture: NDArray[np.floating[Any]], reference: NDArray[np.floating[Any]]) -> ImageError:
     """The error of a picture (height, width, 3 or 4) against another: relative RMSE, ꟻLIP, largest difference.
 
@@ -137,6 +142,7 @@ def compare(picture: NDArray[np.floating[Any]], reference: NDArray[np.floating[A
     return compared(picture, reference)
 
 
+@public
 def bake(
     model: str | Mesh,
     brdf: str | Brdf,
@@ -184,6 +190,7 @@ def bake(
     return Path(path)
 
 
+@public
 def relight(
     path: File,
     *,
@@ -213,6 +220,7 @@ def relight(
     from engine.transport.method import method_of, names
     from engine.transport.relit import Light
 
+    check_size(size)
     file = open_transport(path)
     if file.kind not in names():
         raise InputError(path, f"holds transport of an unknown method ({file.kind})", "Update Lightarc")

@@ -96,6 +96,7 @@ CATCHERS = {
     "app/viewport/gl_surface.py Exception": (
         "the border of a paint event: Qt would raise it in whatever Python code runs next"
     ),
+    "lightarc/_border.py Exception": "the border of the library: nothing but its own errors leaves it",
     "engine/gl/context.py Exception": "moderngl raises plain Exception; every other type is raised again",
 }
 

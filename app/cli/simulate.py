@@ -11,6 +11,7 @@ from typing import Any
 
 from app.arguments.results import CAPTURE, Output
 from engine.core.steps import Step, drain
+from engine.storage.text import whole_number
 
 HELP = "Photograph a procedural sample on a virtual light arc or dome, with the reference data beside the photographs."
 EXAMPLE = """lightarc simulate -o woven --sample woven --elevations-deg 5,20,40,60,80,90
@@ -131,6 +132,7 @@ def _numbers(text: str) -> tuple[float, ...]:
 
 
 def _count(text: str) -> int:
-    if not text.isdecimal() or not 1 <= int(text) <= MOST_LAMPS:
+    count = whole_number(text, MOST_LAMPS)
+    if not count:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number from 1 to {MOST_LAMPS}")
-    return int(text)
+    return count

@@ -27,6 +27,7 @@ from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.core.errors import FileError, InputError, UsageError
 from engine.core.steps import Step, Steps, part
 from engine.factor.settings import FactorSettings
+from engine.storage.text import whole_number
 
 if TYPE_CHECKING:
     from engine.factor.errors import Factorisation, TermError
@@ -299,7 +300,7 @@ def name_of(project: Project, source: str) -> str:
     """The displayed name of a source."""
     kind, words = names_of(source)
     if kind == "entry":
-        entry = project.comparison.find(int(words))
+        entry = project.comparison.find(whole_number(words, 1 << 31))
         return entry.name if entry is not None else "–"
     if kind == "file":
         return Path(words).name
@@ -317,7 +318,7 @@ def source_of(project: Project, source: str) -> Any:
     """The BRDF of a source, the path of one in a file, or None for an entry that is no longer there."""
     kind, words = names_of(source)
     if kind == "entry":
-        entry = project.comparison.find(int(words))
+        entry = project.comparison.find(whole_number(words, 1 << 31))
         return entry.brdf if entry is not None else None
     if kind == "file":
         return Path(words)

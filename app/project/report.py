@@ -86,9 +86,9 @@ def identity(path: Path) -> dict[str, Any]:
     with connected(path) as connection, explained(path):
         meta = dict(connection.execute("SELECT name, value FROM meta WHERE name IN ('name', 'current')"))
         steps = connection.execute("SELECT count(*) FROM step").fetchone()[0]
-    if len(meta) != 2:
+    if "current" not in meta:
         raise Damaged(path, "it has no document")
-    return {"name": meta["name"], "state": meta["current"], "history_steps": steps}
+    return {"name": meta.get("name", ""), "state": meta["current"], "history_steps": steps}
 
 
 def chain_of(path: Path, project: Project, steps: Sequence[HistoryStep]) -> dict[str, Any]:

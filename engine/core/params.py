@@ -237,6 +237,8 @@ def parse(of: type[Instance], text: str) -> Instance:
         name, equals, number = (piece.strip() for piece in item.partition("="))
         if not equals or name not in declared:
             raise UsageError(f"unknown parameter {name[:40]!r}; known are {', '.join(declared)}")
+        if name in values:
+            raise UsageError(f"{name} is given twice")
         try:
             numbers = tuple(float(channel) for channel in number.split("/"))
         except ValueError:

@@ -394,7 +394,10 @@ def hostile(sound: Path, path: Path, seed: int) -> str:
 
 
 def outcome(path: Path, away: Path) -> str:
-    """'refused', 'problems', or 'sound' where everything later works too; whatever else is raised is a fault."""
+    """'refused', 'problems' or 'incomplete', or 'sound' where everything later works too.
+
+    Whatever else is raised is a fault.
+    """
     try:
         described(path)
         problems = drain(problems_of(path))
@@ -416,6 +419,8 @@ def outcome(path: Path, away: Path) -> str:
     if problems:
         return "problems"
     picture_of(opened.current)
+    if opened.missing:  # which `described` says, and which can be made again
+        return "incomplete"
     setup = set_up(path)
     assert setup.scene.brdf.f(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0])).shape == (3,)
     drain(copy(path, away / "copied.lap"))

@@ -1,0 +1,58 @@
+"""The border of the library: whatever goes wrong within it leaves it as a `LightarcError`."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
+
+from engine.core.errors import InputError, LightarcError, UsageError, shortage
+
+Parameters = ParamSpec("Parameters")
+Result = TypeVar("Result")
+
+#: Longest side of an image, in pixels.
+MAX_SIDE_PX = 65_536
+
+
+def public(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
+    """`function`, whose errors are those of `engine.core.errors`, and whose numerical warnings stay within it.
+
+    A value that it cannot work with raises UsageError, which is a ValueError too, a file InputError or OutputError,
+    and too little memory OutOfMemory.
+    """
+
+    @functools.wraps(function)
+    def guarded(*arguments: Parameters.args, **options: Parameters.kwargs) -> Result:
+        import numpy as np
+
+        try:
+            with np.errstate(all="ignore"):
+                return function(*arguments, **options)
+        except LightarcError:
+            raise
+        except Exception as error:  # the border of the library: nothing else leaves it
+            lack = shortage(error)
+            if lack is not None:
+                raise lack from error
+            if isinstance(error, OSError) and error.filename is not None:
+                raise InputError(error.filename, f"cannot be used ({error.strerror})", "Check the path") from error
+            if isinstance(error, RecursionError):
+                raise UsageError(f"{function.__name__}: a value is nested too deeply") from error
+            raise UsageError(f"{function.__name__}: {error or type(error).__name__}") from error
+
+    return guarded
+
+
+def check_size(size: tuple[int, int]) -> None:
+    """UsageError for an image size that is not two whole numbers of pixels from 1 to `MAX_SIDE_PX`."""
+    import operator
+
+    try:
+        width, height = map(operator.index, size)
+    except (TypeError, ValueError):
+        raise UsageError(f"image size must be (width, height) in whole pixels, not {size!r:.60}") from None
+    if not (1 <= width <= MAX_SIDE_PX and 1 <= height <= MAX_SIDE_PX):
+        raise UsageError(
+            f"image size must be from 1 × 1 to {MAX_SIDE_PX:,} × {MAX_SIDE_PX:,} pixels, not {width:,} × {height:,}"
+        )
