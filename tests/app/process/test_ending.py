@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from app.project.project_file import read
 from tests.app.conftest import NO_DISPLAY
 from tests.processes import gone
 
@@ -236,3 +237,45 @@ def test_the_window_ends_through_its_event_loop_and_keeps_its_settings(wish: sig
     if crashed:
         assert "Lightarc crashed the last time" in out
         assert [path.name.startswith("crash-") for path in logs.iterdir()] == [True]
+
+
+SAVING = """
+import os, signal, sys, time
+from pathlib import Path
+from PySide6.QtCore import QTimer
+from app import __main__; from app.project import copying; from app.window import main_window, projects
+from engine.core.steps import Step
+def slow(source, target, **options):
+    for at in range(SLOW):
+        time.sleep(0.01)
+        if at == 10:
+            os.kill(os.getpid(), signal.SIGTERM)
+        yield Step(0.5, "copying")
+    return (yield from copying.copy(source, target, **options))
+projects.copy = slow
+show = main_window.MainWindow.show
+def shown(window):
+    show(window)
+    window.bench.document.change("Name", name="Felt")
+    window.projects.copy_to(Path("Felt.lap"))
+main_window.MainWindow.show = shown
+sys.argv = ["lightarc"]
+from app.process import ending
+ending.SAVING_S = LIMIT_S
+__main__.main()
+"""
+
+
+@pytest.mark.skipif(NO_DISPLAY, reason="DISPLAY is not set")
+@pytest.mark.parametrize(("steps", "limit_s", "code"), [(100, 60.0, 0), (100_000, 1.0, 4)])
+def test_a_window_that_the_system_ends_finishes_its_save_within_the_limit(
+    steps: int, limit_s: float, code: int, tmp_path: Path
+) -> None:
+    program = SAVING.replace("SLOW", str(steps)).replace("LIMIT_S", str(limit_s))
+    with start((), tmp_path, program) as process:
+        _, err = process.communicate(timeout=2 * HANGS_S)
+    assert (process.returncode, "Traceback" in err) == (code, False), err
+    left = [path.name for path in tmp_path.iterdir() if "Felt" in path.name]
+    assert sorted(left) == (["Felt.lap", "Felt.lap-data"] if code == 0 else [])
+    if code == 0:
+        assert read(tmp_path / "Felt.lap").current.name == "Felt"
