@@ -68,6 +68,7 @@ EXCEPTIONS = {
     "app/cli/transport/render_transport.py tempfile.TemporaryDirectory": "a bake for one picture, removed with it",
     "app/bench/window.py tempfile.TemporaryDirectory": "settings of the window that is measured, removed with it",
     "app/bench/first_use.py tempfile.TemporaryDirectory": "settings of the window that is measured, removed with it",
+    "app/bench/saving.py tempfile.TemporaryDirectory": "settings of the window that is measured, removed with it",
     "app/bench/soak.py tempfile.TemporaryDirectory": "models and settings of a window that is soaked, removed with it",
     "app/bench/soak.py tempfile.TemporaryFile": "what a soaked window says, read when it has ended",
     "app/bench/program.py tempfile.TemporaryDirectory": "photographs of a measured import, removed with it",

@@ -283,11 +283,13 @@ def test_background_work_stops_at_its_next_step_and_goes_on_where_it_was(
     asked, _ = watched(jobs, lambda: waiting_for(go), lane=lane)
     assert (asked.state, background.state, background.waits_for) == ("running", "queued", "Work to end")
     later, _ = watched(jobs, lambda: counting(1), lane="background")
-    on_screen, _ = watched(jobs, lambda: counting(3), lane="screen")
-    qtbot.waitUntil(lambda: on_screen.over)
-    so_far = len(life)
-    qtbot.waitUntil(lambda: asked.step.note != "")
-    assert (len(life), later.state) == (so_far, "queued")
+    so_far = []
+    for _ in range(2):
+        on_screen, _ = watched(jobs, lambda: counting(20), lane="screen")
+        qtbot.waitUntil(lambda on_screen=on_screen: on_screen.over)
+        so_far.append(len(life))
+    assert so_far[0] == so_far[1] < 200
+    assert later.state == "queued"
     jobs.cancel(asked)
     qtbot.waitUntil(lambda: background.over and later.over)
     assert (reported, life) == (["succeeded"], [f"{at}" for at in range(200)])
