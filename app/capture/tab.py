@@ -315,7 +315,10 @@ class CaptureTab(QWidget):
     def _show_thumbnail(self, ready: ThumbnailReady) -> None:
         name = file_name(ready.path)
         self.list.photographs.show_thumbnail(name, rgb_image(ready.thumbnail))
-        if self.bench.document.project.stack is None:
+        stack = self.bench.document.project.stack
+        if stack is not None and name == self.current and not are_there(stack):
+            self._show_small()
+        if stack is None:
             names = [row.name for row in self.list.photographs.rows]
             if name in names:
                 self.list.choose(names.index(name))

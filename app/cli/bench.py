@@ -165,6 +165,7 @@ ACCURACIES = {
     "window-soak": "app.bench.soak:window_soak",
     "cancel": "app.bench.cancel:cancel",
     "project": "app.bench.project:project",
+    "project-size": "app.bench.project_size:project_size",
     "large-memory": "app.bench.large_memory:large_memory",
 }
 

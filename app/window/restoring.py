@@ -99,7 +99,13 @@ class Restoring(QObject):
             return
         self._tried.append((title, *recipe))
         self._job = self.bench.jobs.submit(title, lambda: _made(project, make), lane="background")
+        self._job.progressed.connect(self._show_partial)
         self._job.succeeded.connect(lambda found: self._made(title, project, recipe, found, take))
+
+    def _show_partial(self, step: Step) -> None:
+        """Photographs that were read show as while they are imported."""
+        if hasattr(step.partial, "thumbnail"):  # a material that is being built has other partial results
+            self.bench.partial.emit(step.partial)
 
     def _made(
         self,
