@@ -107,7 +107,7 @@ def _choices(name: str, at: int, chance: random.Random) -> dict[str, Any]:
         "model": lambda: {"name": chance.choice(("sphere", "plane", "torus-knot"))},
         "sky": lambda: {"name": chance.choice(("noon", "studio"))},
         "job": lambda: {"lane": chance.choice(LANES), "deaf": chance.random() < 0.3},
-        "slow_disk": lambda: {"each_s": chance.choice((0.05, 0.2, 0.5))},
+        "slow_disk": lambda: {"each_s": chance.choice((0.05, 0.2))},
         "workspace": lambda: {"name": chance.choice(("capture", "material", "brdf", "factor", "view", "export"))},
         "save_as": lambda: {"target": chance.choice(NAMES)},
         "save": lambda: {"target": chance.choice(NAMES)},
@@ -194,7 +194,8 @@ class Promises:
                 self.unsure.setdefault(target, [])
         else:
             self.settled(self.path)
-            self.unsure.clear()
+            for target in self.begun:  # those that were killed before stay unsure
+                self.unsure.pop(target, None)
         self.begun.clear()
         self.path = ""
 
