@@ -82,7 +82,9 @@ def show_about(window: QWidget) -> None:
     box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     licences = box.addButton("Third-party licences", QMessageBox.ButtonRole.ActionRole)
     licences.clicked.connect(lambda: show_licences(window))
-    box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Ok))
+    close = box.addButton(QMessageBox.StandardButton.Ok)
+    box.setDefaultButton(close)
+    box.setEscapeButton(close)
     box.open()
 
 
