@@ -432,6 +432,8 @@ def _is_too_long(path: Path) -> bool:
 def explained(path: Path) -> Iterator[None]:
     try:
         yield
+    except UnicodeDecodeError as error:  # of a message of SQLite's that quotes the file
+        raise Damaged(path, "a text is not in UTF-8") from error
     except sqlite3.DatabaseError as error:
         code = getattr(error, "sqlite_errorcode", 0) & 0xFF
         if code == sqlite3.SQLITE_INTERRUPT:

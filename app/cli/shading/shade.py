@@ -15,6 +15,7 @@ from app.arguments.results import Input, Output, material_at, picture_by, softwa
 from app.cli.import_ import azimuth_range
 from app.cli.shading import arcs, comparison
 from app.cli.shading.report import chosen_record, evenness_record, report_of, tile_record, written
+from engine.capture.lights.sources import as_text
 from engine.core.errors import UsageError
 from engine.core.health import Health
 from engine.core.steps import Step, Steps, drain, part
@@ -253,7 +254,7 @@ def _with_planes(
         None,
         None,
         elevation_deg=_elevation_deg(arguments, stack),
-        name=Path(arguments.output).stem,
+        name=as_text(Path(arguments.output).stem),
         health=health,
         directional=directional,
         **{"brdf": "lambert", **brdf},
@@ -342,7 +343,7 @@ def _material(
     from engine.scene.material import Material
 
     health = shading_map.health.merged(power_law.health) if power_law else shading_map.health
-    elevation_deg, name = _elevation_deg(arguments, stack), Path(arguments.output).stem
+    elevation_deg, name = _elevation_deg(arguments, stack), as_text(Path(arguments.output).stem)
     return Material(shading_map, power_law, elevation_deg=elevation_deg, name=name, health=health)
 
 

@@ -81,6 +81,7 @@ def test_the_sound_project_is_sound(sound: Path, tmp_path: Path) -> None:
         ("UPDATE meta SET value = printf('%.*c', 5000, '9') WHERE name = 'position'", "position in the history"),
         ("UPDATE step SET text = x'00ff'", "values of other types"),
         ("UPDATE value SET text = CAST(x'22ff22' AS TEXT)", "not in UTF-8"),
+        ("PRAGMA writable_schema=ON; UPDATE sqlite_master SET sql = CAST(x'e0e1' AS TEXT) WHERE name = 'step'", "dama"),
     ],
 )
 def test_a_project_has_exactly_the_tables_and_types_of_this_program(felt: Path, statements: str, said: str) -> None:
