@@ -378,7 +378,17 @@ KINDS: tuple[Callable[[Path, random.Random], None], ...] = (
 
 
 #: What a second change raises where the first has left nothing to change.
-UNCHANGED = (sqlite3.Error, Absent, TypeError, AttributeError, KeyError, ValueError, IndexError, OverflowError)
+UNCHANGED = (
+    sqlite3.Error,
+    Absent,
+    RecursionError,
+    TypeError,
+    AttributeError,
+    KeyError,
+    ValueError,
+    IndexError,
+    OverflowError,
+)
 
 
 def hostile(sound: Path, path: Path, seed: int) -> str:
