@@ -180,9 +180,10 @@ class Person:
 
     def leave_tour(self) -> None:
         """End the welcome tour where it stands."""
-        while "Welcome tour" in self.seen.get("places", ()):
-            do("key", "Escape")
-            time.sleep(2 * PAUSE_S)
+        while "Welcome tour" in self.seen.get("places", ()) and "End" in self.seen["places"]:
+            x, y, width, height = self.seen["places"]["End"]
+            do("mousemove", x + width // 2, y + height // 2, "click", 1)
+            time.sleep(4 * PAUSE_S)
 
     def until(self, is_so: Callable[[Seen], bool], what: str, within_s: float = PATIENCE_S) -> Seen:
         """Wait until what is seen `is_so`."""
