@@ -95,6 +95,13 @@ class Planning(QObject):
         """True if a plan of the present scene will be ready soon."""
         return self.at_rest.isActive() or (self._latest.busy and self._asked is not None and self.plan is None)
 
+    def hurry(self) -> None:
+        """The user waits for the plan now: it is made at once, next to whatever else is computed."""
+        if self.at_rest.isActive():
+            self.at_rest.stop()
+            self._ask()
+        self._latest.hurry()
+
     def predicted(self, setting: Setting) -> tuple[float, tuple[float, float]] | None:
         """The relative error that the plan expects of `setting`, and its interval; None where it is of another one."""
         if self.plan is None or self.plan.setting != setting:

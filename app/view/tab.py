@@ -224,6 +224,7 @@ class ViewTab(QWidget):
         for baking in self.bakings.values():
             baking.relit_changed.connect(self._relit)
             baking.changed.connect(self._setting_may_have_changed)
+            baking.changed.connect(self._hurry_plan)
         self.pictures.progressed.connect(self._show_caption)
         self.planning.changed.connect(self._planned)
         self.pictures.error_found.connect(self._show_compared)
@@ -461,6 +462,11 @@ class ViewTab(QWidget):
         if method in self.bakings:
             self.choose_mode(method)
             self.bakings[method].go_on()
+
+    def _hurry_plan(self) -> None:
+        """A bake that the user asked for waits for the plan."""
+        if any(baking.is_awaited and baking.is_planning for baking in self.bakings.values()):
+            self.planning.hurry()
 
     def _setting_may_have_changed(self) -> None:
         baking = self.bakings.get(self._to_bake)

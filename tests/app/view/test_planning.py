@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from typing import Any
 
 import pytest
@@ -11,6 +12,7 @@ from app.document.bake_request import choices_for, decided_by, wanted_of
 from app.view.bake_panel import state_text
 from app.view.baking import Baking
 from app.window.main_window import MainWindow
+from engine.core.steps import Step, Steps
 from engine.light.environment_file import open_environment
 from engine.planning.plan import Effect
 from tests.app.view.test_baking import LONG, ball
@@ -74,6 +76,26 @@ def test_a_bake_begins_at_once_although_the_plan_is_on_its_way(planned: MainWind
     qtbot.waitUntil(lambda: baking.made is not None, timeout=LONG)
     assert present(baking.made).wanted.plan is None
     assert planned.view.planning.plan is None
+
+
+def endless() -> Steps[None]:
+    while True:
+        time.sleep(0.01)
+        yield Step(0.0, "")
+
+
+def test_a_bake_that_follows_a_wish_waits_for_no_other_computation(planned: MainWindow, qtbot: Any) -> None:
+    """The plan that it needs is made at once, though plans are work for idle moments otherwise."""
+    baking = planned.view.bakings["sh"]
+    qtbot.waitUntil(lambda: planned.docks.effects.plan is not None, timeout=LONG)
+    other = planned.bench.jobs.submit("Searching for factors", endless, lane="compute")
+    planned.view.planning.at_rest.setInterval(LONG)
+    wish(planned, "glossy", "off")
+    assert baking.is_planning
+    planned.view.bake_panels["sh"].go.click()
+    qtbot.waitUntil(lambda: baking.is_made and baking.job is None, timeout=LONG)
+    assert not other.over
+    planned.bench.jobs.cancel(other)
 
 
 def test_a_forced_effect_is_one_step_and_calls_for_another_bake(planned: MainWindow, qtbot: Any) -> None:
