@@ -53,8 +53,11 @@ from app.widgets.theme import PADDING, STEP, role
 from engine.core.figure_text import size_text
 from engine.core.steps import Step, Steps
 
-#: Width of the examples beside projects, their largest height without, and the largest width of the page, in pixels.
-EXAMPLES_WIDTH, MAX_HEIGHT, MAX_WIDTH = 300, 560, 1480
+#: Width of the examples next to projects, and the largest width of the page, in pixels.
+EXAMPLES_WIDTH, MAX_WIDTH = 300, 1480
+
+#: Height of the image of an example over its width, where no projects are there.
+IMAGE_SHAPE = 0.72
 
 #: Projects whose sizes and thumbnails are handed over at once.
 BATCH = 8
@@ -264,13 +267,20 @@ class StartPage(QScrollArea):
         self.examples.setFixedWidth(EXAMPLES_WIDTH) if has_projects else self.examples.setMaximumWidth(MAX_WIDTH)
         if not has_projects:
             self.examples.setMinimumWidth(0)
-        self.examples.setMaximumHeight(MAX_WIDTH if has_projects else MAX_HEIGHT)
+        self._bound_examples()
         directions = QBoxLayout.Direction
         self.examples_box.setDirection(directions.TopToBottom if has_projects else directions.LeftToRight)
         self.body.setStretch(0, 1 if has_projects else 0)
         self.body.setStretch(1, 0 if has_projects else 1)
         self._count()
         self._search_shown()
+
+    def _bound_examples(self) -> None:
+        """Let images fill their cards, so that the words below are seen in small windows too."""
+        inner = min(self.viewport().width(), MAX_WIDTH) - 12 * STEP
+        card = (inner - 4 * STEP * (len(self.cards) - 1)) // max(1, len(self.cards))
+        alone = round(IMAGE_SHAPE * card) + ExampleCard.WORDS
+        self.examples.setMaximumHeight(MAX_WIDTH if self.projects.isVisibleTo(self) else max(alone, 132))
 
     def _count(self) -> None:
         projects, model = self.list.projects.all, self.list.projects
@@ -386,6 +396,7 @@ class StartPage(QScrollArea):
         inside = self.widget()
         if inside is not None:
             inside.setMaximumWidth(self.viewport().width())
+            self._bound_examples()
 
 
 def cleaned_text(name: str, found: CleanedUp) -> str:
