@@ -3,7 +3,8 @@
 When a package has been executed, importlib takes it out of `sys.modules` and puts it back (`_load_unlocked`, Python
 3.11 to 3.14). A thread that has just loaded a part of it looks it up, and in that moment fails with `KeyError`; so do
 jobs that begin at once and load other parts of SciPy. Modules that are no packages do not suffer from that, because
-whoever asks for one waits until it is there.
+whoever asks for one waits until it is there. Threads that load libraries written in C side by side have also ended the
+process, so that whatever is loaded ahead of its use is loaded while `LOADING` is held.
 
 It takes some 0.8 s once, on the thread of a job, with the compiler of kernels: nearly every job needs most of it.
 """
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 import pkgutil
 import threading
+from collections.abc import Iterable
 from importlib import import_module
 
 import engine
@@ -28,7 +30,9 @@ SHARED = (
     "cv2",
 )
 
-_one_at_a_time = threading.Lock()
+#: Held by the thread that loads packages: all others wait, the window's as well.
+LOADING = threading.RLock()
+
 _is_loaded = threading.Event()
 
 
@@ -36,11 +40,18 @@ def load_shared() -> None:
     """Load the packages and the compiler of kernels, once in a process; whoever comes meanwhile waits."""
     if _is_loaded.is_set():
         return
-    with _one_at_a_time:
-        for name in () if _is_loaded.is_set() else SHARED:
+    with LOADING:
+        if not _is_loaded.is_set():
+            load_modules(SHARED)
+            load_compiler()
+            _is_loaded.set()
+
+
+def load_modules(names: Iterable[str]) -> None:
+    """Load the modules `names`; another thread that loads some is waited for."""
+    with LOADING:
+        for name in names:
             import_module(name)
-        load_compiler()
-        _is_loaded.set()
 
 
 def load_own() -> None:

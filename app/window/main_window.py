@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -23,7 +22,7 @@ from app.help.mode_chooser import ModeChooser
 from app.help.tour import Tour, first_hints
 from app.jobs.jobs import NICENESS, Job
 from app.process import crash
-from app.process.packages import load_shared
+from app.process.packages import LOADING, load_modules, load_shared
 from app.project.places import projects_folder
 from app.session.settings import NUMBERS, Remembered, close_session, open_session
 from app.start.examples import EXAMPLES
@@ -105,14 +104,14 @@ def first_size(screen: QSize) -> QSize:
 def load_libraries() -> None:
     """Load what the workspaces behind the one in front need; the process for photographs loads beside it."""
     expect(PHOTOGRAPHS, NICENESS)
-    for name in LIBRARIES:
-        import_module(name)
+    load_modules(LIBRARIES)
 
 
 def load_for_work() -> None:
     """Load what nearly every job needs, in 0.8 s, and prepare reports of crashes for libraries written in C."""
-    load_shared()
-    crash.with_native_stack()
+    with LOADING:
+        load_shared()
+        crash.with_native_stack()
 
 
 class MainWindow(QMainWindow):
@@ -136,7 +135,6 @@ class MainWindow(QMainWindow):
         self.setAcceptDrops(True)
         self.setAnimated(False)
         self._has_title = self._is_closed = self._expects_work = False
-        self._loading: threading.Thread | None = None
         self._making: dict[str, Iterator[None]] = {}
         self._behind = self._make_behind()
         self.failures = Failures(self)
@@ -188,8 +186,8 @@ class MainWindow(QMainWindow):
 
     def _whole(self, name: str) -> Any:
         """The workspace `name`; what of it is not there yet is made now."""
-        if name not in self.tabs and self._loading is not None:
-            self._loading.join()  # two threads that load parts of one package fail (app.process.packages)
+        if name not in self.tabs:
+            load_modules([f"app.{name}.tab"])
         for _ in self._steps(name):
             pass
         return self.tabs[name]
@@ -282,9 +280,9 @@ class MainWindow(QMainWindow):
 
     def _loaded(self, load: Callable[[], None]) -> Iterator[None]:
         """Call `load` on a thread, in steps that wait for it."""
-        self._loading = threading.Thread(target=load)
-        self._loading.start()
-        while self._loading.is_alive():
+        loading = threading.Thread(target=load)
+        loading.start()
+        while loading.is_alive():
             yield
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

@@ -54,6 +54,37 @@ print(*sorted(said))
 """
 
 
+#: Three threads load what the window and its jobs load ahead, as the window does that starts with files; each module is
+#: loading until another thread loads as well, or long enough. Prints how many threads loaded side by side at most.
+LOADERS = """
+import threading, types
+from app.process import packages
+from app.window import main_window
+loading, most, beside = set(), [], threading.Event()
+def load(_name=""):
+    loading.add(threading.current_thread())
+    most.append(len(loading))
+    if len(loading) > 1:
+        beside.set()
+    beside.wait(0.05)
+    loading.discard(threading.current_thread())
+packages.import_module = load
+packages.load_compiler = main_window.crash.with_native_stack = load
+packages.SHARED, main_window.LIBRARIES = ("scipy", "cv2"), ("pyqtgraph", "app.material.tab")
+main_window.expect = lambda *words: None
+class Window:
+    tabs, _steps = {}, lambda self, name: self.tabs.setdefault(name, ())
+loaders = packages.load_shared, main_window.load_libraries, main_window.load_for_work
+threads = [threading.Thread(target=loader) for loader in loaders]
+for thread in threads:
+    thread.start()
+main_window.MainWindow._whole(Window(), "export")
+for thread in threads:
+    thread.join()
+print(len(most), max(most))
+"""
+
+
 def said(program: str, *arguments: object) -> str:
     command = [sys.executable, "-c", program, *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, cwd=ROOT)
@@ -104,6 +135,10 @@ for end in (job.succeeded, job.failed):
 application.exec()
 """
     assert said(program, tmp_path) == "True"
+
+
+def test_no_two_threads_load_ahead_side_by_side() -> None:
+    assert said(LOADERS) == "7 1"  # each of two packages, the compiler, two libraries, a workspace, the native stack
 
 
 def test_an_idle_window_loads_no_library_that_only_work_needs() -> None:
