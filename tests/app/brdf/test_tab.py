@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -19,7 +18,7 @@ from app.brdf.library import KEY
 from app.brdf.tab import BrdfTab
 from app.commands import brdf as commands_brdf
 from app.document.comparison import MARKERS
-from app.project.values import decoded, encoded
+from app.project.values import Finder, Keeper, decoded, encoded, name_of
 from app.widgets.param_form import NumberEditor
 from app.window.main_window import MainWindow
 from engine.brdf.brdf import MODELS, brdf_from_text
@@ -557,13 +556,15 @@ def test_reflectance_written_in_glsl_is_compared_and_kept(tab: BrdfTab, qtbot: A
     entry = tab.entry
     assert entry is not None
     np.testing.assert_allclose(entry.brdf.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]), [0.5, 0.25, 0.25], rtol=1e-6)
-    said: list[str] = []
+    texts: dict[str, str] = {}
 
     def keep(words: str) -> str:
-        said.append(words)
-        return "name"
+        name = name_of(words.encode())
+        texts[name] = words
+        return name
 
-    keeper: Any = SimpleNamespace(folder=tmp_path, own=None, text=keep)
-    finder: Any = SimpleNamespace(folder=tmp_path, places={}, made={}, text=lambda _name: said[-1])
-    kept = encoded(entry.brdf, keeper)
-    assert decoded(kept, finder) == entry.brdf
+    def no_array(*_: object) -> Any:
+        raise AssertionError("GLSL has no arrays")
+
+    kept = encoded(entry.brdf, Keeper(text=keep, array=no_array, folder=tmp_path))
+    assert decoded(kept, Finder(text=texts.__getitem__, array=no_array, folder=tmp_path)) == entry.brdf

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from app.document.document import Look, Project, Step
-from app.project.copying import collect, copy
+from app.project.copying import OutsideFiles, collect, copy
 from app.project.photographs import Checked, files_of, find_moved, keep, photographs, relocate, taken
 from app.project.project_file import History, Writer, data_folder, read
 from app.project.report import problems_of
@@ -139,7 +139,13 @@ class World:
     def collected(self, project: Path) -> str:
         target = self.free()
         self.look_for(project)
-        drain(collect(self.said(project), self.said(target)))
+        outside = [path for path in self.sorted_files(project) if not path.is_relative_to(project.parent)]
+        if outside:  # these are copied only after they were shown
+            with pytest.raises(OutsideFiles) as refused:
+                drain(collect(self.said(project), self.said(target)))
+            assert sorted(refused.value.files) == sorted(outside)
+            assert not target.exists()
+        drain(collect(self.said(project), self.said(target), include_outside=bool(outside)))
         self.projects[target] = True
         return f"{project} collected to {target}"
 
