@@ -16,10 +16,12 @@ from PySide6.QtGui import (
     QColor,
     QDesktopServices,
     QEnterEvent,
+    QFocusEvent,
     QImage,
     QImageReader,
     QKeyEvent,
     QKeySequence,
+    QMouseEvent,
     QPainter,
     QPainterPath,
     QPaintEvent,
@@ -109,6 +111,8 @@ class StartPage(QScrollArea):
     example_wanted : an `Example`.
     start_wanted : the name of one of `STARTING_POINTS`.
     renamed : the paths of a project before and after. gone : the path of one that is in the trash.
+    approached : the pointer moves over a card or a project, or a card gets the focus. A pointer that only lies where
+        the page appears announces nothing.
     """
 
     open_wanted = Signal(object)
@@ -116,6 +120,7 @@ class StartPage(QScrollArea):
     start_wanted = Signal(str)
     renamed = Signal(object, object)
     gone = Signal(object)
+    approached = Signal()
 
     def __init__(
         self,
@@ -144,6 +149,9 @@ class StartPage(QScrollArea):
         for point in self.points:
             point.clicked.connect(partial(self.start_wanted.emit, point.point.name))
         self.list = ProjectList()
+        for each in (*self.cards, *self.points):
+            each.approached.connect(self.approached)
+        self.list.entered.connect(lambda _index: self.approached.emit())
         self._lay_out()
         self._connect_projects()
         self.apply_theme()
@@ -406,10 +414,16 @@ def cleaned_text(name: str, found: CleanedUp) -> str:
 
 
 class _Card(QAbstractButton):
-    """A button that draws itself: a rounded field that lights up under the mouse and shows the focus."""
+    """A button that draws itself: a rounded field that lights up under the mouse and shows the focus.
+
+    `approached`: the pointer moves over it, or it gets the focus.
+    """
+
+    approached = Signal()
 
     def __init__(self, name: str, about: str) -> None:
         super().__init__()
+        self.setMouseTracking(True)
         self.setAccessibleName(name)
         self.setAccessibleDescription(about)
         self.setText(name)
@@ -420,6 +434,14 @@ class _Card(QAbstractButton):
     def enterEvent(self, event: QEnterEvent) -> None:
         super().enterEvent(event)
         self.update()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        super().mouseMoveEvent(event)
+        self.approached.emit()
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        super().focusInEvent(event)
+        self.approached.emit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):

@@ -334,6 +334,7 @@ class MainWindow(QMainWindow):
         for wanted in (bench.wanted, self.bar.wanted, menus.workspace_wanted):
             wanted.connect(self.show_workspace)
         self.bar.entered.connect(self.expect_work)
+        self.starting.page.approached.connect(self.expect_work)
         menus.file.aboutToShow.connect(self.expect_work)
         menus.theme_wanted.connect(self.set_theme)
         menus.measuring_wanted.connect(self._measure_or_not)

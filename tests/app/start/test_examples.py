@@ -77,6 +77,9 @@ def test_examples_open_beside_the_open_project_and_go_when_nothing_was_done(wind
     document.change("Name", name="My own", notes="kept")
     own_path = window.projects.path
     cards = {card.example.name: card for card in window.starting.page.cards}
+    window._expects_work = False
+    cards["woven"].approached.emit()
+    assert window._expects_work  # what an example needs loads before the click
     cards["woven"].click()
     qtbot.waitUntil(lambda: document.project.name == "Woven cloth", timeout=60_000)
     assert window.stack.currentWidget() is window.view

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, Qt
-from PySide6.QtGui import QImage
+from PySide6.QtGui import QFocusEvent, QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -114,6 +114,25 @@ def test_the_open_project_can_be_opened_and_shown_but_not_moved_away(
     page.read()
     qtbot.waitUntil(lambda: not page.bench.jobs.active)
     assert not page.list.projects.all
+
+
+def test_a_pointer_or_a_focus_that_comes_to_a_card_or_a_project_is_told_of(
+    page: StartPage, qtbot: Any, tmp_path: Path
+) -> None:
+    page.remembered = lambda: [saved(tmp_path / "Open.lap", "Open")]
+    page.read()
+    qtbot.waitUntil(lambda: bool(page.list.projects.all) and not page.bench.jobs.active)
+    told: list[int] = []
+    page.approached.connect(lambda: told.append(0))
+    page.setFocus()
+    assert not told
+    for place in (page.cards[0], page.points[1], page.list.viewport()):
+        told.clear()
+        QTest.mouseMove(place, QPoint(20, 20))
+        qtbot.waitUntil(lambda: bool(told))
+    told.clear()
+    QApplication.sendEvent(page.points[0], QFocusEvent(QEvent.Type.FocusIn, Qt.FocusReason.TabFocusReason))
+    assert told
 
 
 def test_the_first_click_on_an_example_asks_for_it_once(page: StartPage, qtbot: Any) -> None:
