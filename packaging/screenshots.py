@@ -52,7 +52,14 @@ IS_DOUBLED = "LIGHTARC_SCREENSHOTS_DOUBLED"
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--sizes", nargs="+", choices=SIZES, default=list(SIZES), metavar="SIZE", help=", ".join(SIZES))
+    parser.add_argument(
+        "--sizes",
+        nargs="+",
+        choices=SIZES,
+        default=list(SIZES),
+        metavar="SIZE",
+        help=", ".join(SIZES).replace("%", "%%"),
+    )
     parser.add_argument(
         "--themes", nargs="+", choices=THEMES, default=list(THEMES), metavar="THEME", help="dark, light"
     )
