@@ -22,7 +22,7 @@ from typing import IO
 import platformdirs
 
 import engine
-from app.process.native_stack import add_native_stack, remove_native_stack
+from app.process.native_stack import add_native_stack, make_handler, remove_native_stack
 from engine.core.errors import OutputError
 from engine.storage.atomic import make_folder
 from engine.storage.writer import is_gone, is_own, writer
@@ -72,9 +72,18 @@ def begin() -> str:
 
 
 def with_native_stack() -> None:
-    """Let a crash report the stacks of libraries written in C as well, which takes a moment to prepare."""
-    if _report is not None:
-        add_native_stack(_report)
+    """Let a crash report the stacks of libraries written in C as well, which takes a moment to prepare.
+
+    Where the report is closed in that moment, nothing is left to be done.
+    """
+    with _writing:
+        report, descriptor = _report, _report.fileno() if _report is not None else -1
+    if report is None:
+        return
+    handler = make_handler(descriptor)
+    with _writing:
+        if handler is not None and _report is report:
+            add_native_stack(handler, report)
 
 
 def state(what: str, words: str) -> None:
@@ -126,17 +135,17 @@ def note(words: str) -> None:
 def end() -> None:
     """Close the report, and remove it where nothing went wrong."""
     global _report, _trace
-    if _report is None:
-        return
-    faulthandler.disable()
-    remove_native_stack()
-    if _trace is not None:
-        with _writing:
+    with _writing:
+        if _report is None:
+            return
+        faulthandler.disable()
+        remove_native_stack()
+        if _trace is not None:
             _trace.close()
             _trace = None
-    path, is_empty = Path(str(_report.name)), _report.tell() == 0
-    _report.close()
-    _report = None
+        path, is_empty = Path(str(_report.name)), _report.tell() == 0
+        _report.close()
+        _report = None
     if is_empty:
         _remove(path)
 

@@ -24,21 +24,24 @@ SIGNALS = tuple(getattr(signal, name) for name in ("SIGSEGV", "SIGBUS", "SIGABRT
 _kept: list[Any] = []
 
 
-def add_native_stack(report: IO[bytes]) -> bool:
-    """Let crashes write their native stack behind the Python stack in `report`; False where nothing can."""
+def make_handler(descriptor: int) -> Any:
+    """A handler of signals that writes the native stack to the file `descriptor`; None where there can be none."""
     if not sys.platform.startswith("linux") or sys.version_info >= (3, 14):
-        return False
+        return None
     try:
-        handler = _compiled(report.fileno())
+        return _compiled(descriptor)
     except (AttributeError, ImportError, OSError) as error:  # another C library than glibc
         log.info("crashes are reported without their native stack: %s", error)
-        return False
+        return None
+
+
+def add_native_stack(handler: Any, report: IO[bytes]) -> None:
+    """Let crashes write their native stack by a `handler` of `make_handler` behind the Python stack in `report`."""
     faulthandler.disable()
     for number in SIGNALS:
         _libc().signal(number, handler.address)
     faulthandler.enable(report)
     _kept.append(handler)
-    return True
 
 
 def remove_native_stack() -> None:

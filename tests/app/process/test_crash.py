@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import signal
 import subprocess
@@ -11,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from app.process import crash
+from app.process.native_stack import make_handler
 from engine.storage.writer import writer
 from tests.processes import gone
 
@@ -19,6 +21,7 @@ PROJECT = Path(__file__).resolve().parents[3]
 FALLS = """
 import faulthandler
 from app.process import crash
+from app.process.native_stack import make_handler
 crash.begin()
 def the_place():
     faulthandler._sigsegv()
@@ -52,6 +55,7 @@ def test_a_report_says_what_was_done_with_what_and_where_in_the_native_stack(log
     program = f"""
 import ctypes, pathlib
 from app.process import crash
+from app.process.native_stack import make_handler
 crash.report_folder = lambda: pathlib.Path({str(logs)!r})
 crash.begin()
 crash.state("OpenGL", "a driver, version 3")
@@ -84,6 +88,19 @@ def test_what_was_done_goes_with_an_ordinary_end(logs: Path) -> None:
     crash.with_native_stack()
     assert len(list(logs.iterdir())) == 2
     crash.end()
+    assert list(logs.iterdir()) == []
+
+
+def test_an_end_while_native_stacks_are_prepared_stays_quiet(logs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def make_until_the_end(descriptor: int) -> object:
+        handler = make_handler(descriptor)
+        crash.end()
+        return handler
+
+    monkeypatch.setattr(crash, "make_handler", make_until_the_end)
+    crash.begin()
+    crash.with_native_stack()
+    assert not faulthandler.is_enabled()
     assert list(logs.iterdir()) == []
 
 
