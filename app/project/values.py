@@ -151,7 +151,7 @@ def array_parts(array: Array) -> tuple[bytes, memoryview]:
 #: The header of an .npy file of version 1.0 as `array_parts` writes it, by numpy's own function.
 _HEADER = re.compile(
     rb"\{'descr': '([<>|=][biuf][1248])', 'fortran_order': False, "
-    rb"'shape': \(((?:[0-9]{1,12}, )*[0-9]{0,12},?)\), \} *\n"
+    rb"'shape': \(((?:[0-9]{1,12}+, ){0,64}+[0-9]{0,12}+,?+)\), \} {0,999}+\n"
 )
 
 

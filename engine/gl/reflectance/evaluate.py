@@ -37,11 +37,18 @@ MAX_ITERATIONS = 60_000
 #: Counts an iteration; false once there were too many.
 _COUNTER = f"int lightarc_count = 0; bool lightarc_next() {{ return ++lightarc_count <= {MAX_ITERATIONS}; }}"
 
-#: Comments, which hold no loops, and the beginnings of loops.
-_LOOP = re.compile(r"//[^\n]*|/\*.*?\*/|\b(?P<kind>for|while)\s*\(", re.DOTALL)
+#: Comments; a text has no more than 65,536 bytes (`engine.brdf.written`).
+_COMMENT = r"//[^\n]{0,65536}+|/\*[^*]{0,65536}+(?:\*(?!/)[^*]{0,65536}+){0,65536}+\*/"
+
+#: Comments, which hold no loops, and the beginnings of loops; comments and spaces; comments, brackets and semicolons.
+_LOOP = re.compile(rf"{_COMMENT}|\b(?P<kind>for|while)\s{{0,999}}+\(")
+_NOTHING = re.compile(rf"{_COMMENT}|\s")
+_STOP = re.compile(rf"{_COMMENT}|[();]")
 
 #: A condition that declares a variable, which can be no operand.
-_DECLARATION = re.compile(r"\s*(?:const\s+)?[A-Za-z_]\w*\s+[A-Za-z_]\w*\s*=[^=]")
+_DECLARATION = re.compile(
+    r"\s{0,999}+(?:const\s{1,999}+)?+[A-Za-z_]\w{0,999}+\s{1,999}+[A-Za-z_]\w{0,999}+\s{0,999}+=[^=]"
+)
 
 #: A triangle over the whole picture.
 _VERTEX = """#version 330
@@ -131,7 +138,7 @@ def count_loops(shader: str, name: str) -> str:
         condition = shader[first + 1 : last]
         if _DECLARATION.match(condition):
             raise InputError(name, "has a loop whose condition declares a variable", "Declare it before the loop")
-        is_empty = not re.sub(r"//[^\n]*|/\*.*?\*/|\s", "", condition, flags=re.DOTALL)
+        is_empty = not _NOTHING.sub("", condition)
         edits += [(first + 1, "lightarc_next()" if is_empty else "lightarc_next() && (")]
         edits += [] if is_empty else [(last, ")")]
     for place, text in sorted(edits, reverse=True):
@@ -142,7 +149,7 @@ def count_loops(shader: str, name: str) -> str:
 def _stops(shader: str, start: int) -> Iterator[int]:
     """Positions of the semicolons between the brackets of a loop that opened before `start`, and of the closing one."""
     depth = 1
-    for found in re.compile(r"//[^\n]*|/\*.*?\*/|[();]", re.DOTALL).finditer(shader, start):
+    for found in _STOP.finditer(shader, start):
         depth += {"(": 1, ")": -1}.get(found[0], 0)
         if depth == 0 or (depth == 1 and found[0] == ";"):
             yield found.start()
