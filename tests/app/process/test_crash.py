@@ -21,7 +21,6 @@ PROJECT = Path(__file__).resolve().parents[3]
 FALLS = """
 import faulthandler
 from app.process import crash
-from app.process.native_stack import make_handler
 crash.begin()
 def the_place():
     faulthandler._sigsegv()
@@ -55,7 +54,6 @@ def test_a_report_says_what_was_done_with_what_and_where_in_the_native_stack(log
     program = f"""
 import ctypes, pathlib
 from app.process import crash
-from app.process.native_stack import make_handler
 crash.report_folder = lambda: pathlib.Path({str(logs)!r})
 crash.begin()
 crash.state("OpenGL", "a driver, version 3")
