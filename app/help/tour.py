@@ -1,8 +1,8 @@
 """The welcome tour: six parts of the window, one after the other, each with a sentence on what it is for.
 
 A frame goes around the part, and a card stands beside it. Nothing is dimmed or blocked, so that a user can
-try what a hint says while it stands there. With the focus on the card, Enter or Right goes on, Left goes back, and
-Esc ends.
+try what a hint says while it stands there. With the focus on the card, Enter or Right goes on and Left goes back; Esc
+ends it wherever the focus is.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, QTimer, Signal
-from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QKeyEvent, QKeySequence, QPainter, QPaintEvent, QPen, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app.view.tab import ViewTab
@@ -54,6 +54,9 @@ class Tour(QWidget):
         self.back.clicked.connect(lambda: self.show_hint(self.at - 1))
         self.next.clicked.connect(lambda: self.show_hint(self.at + 1))
         self.skip.clicked.connect(self.end)
+        QShortcut(QKeySequence(Qt.Key.Key_Escape), self, context=Qt.ShortcutContext.WindowShortcut).activated.connect(
+            self.end
+        )
         foot = QHBoxLayout()
         foot.setSpacing(2 * STEP)
         for widget in (self.count, self.skip):
@@ -141,9 +144,7 @@ class Tour(QWidget):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         steps = {Qt.Key.Key_Right: 1, Qt.Key.Key_Return: 1, Qt.Key.Key_Enter: 1, Qt.Key.Key_Left: -1}
-        if event.key() == Qt.Key.Key_Escape:
-            self.end()
-        elif event.key() in steps:
+        if event.key() in steps:
             self.show_hint(max(0, self.at + steps[Qt.Key(event.key())]))
         else:
             super().keyPressEvent(event)

@@ -43,6 +43,12 @@ def belongs_to(field: QLineEdit, event: QKeyEvent) -> bool:
     return typed in BEGINNINGS or not field.property(NUMERIC)
 
 
+def takes_back(field: QLineEdit, event: QEvent) -> bool:
+    """True where the key of `event` is Esc and a number is being edited: it takes that back before it is a shortcut."""
+    is_esc = isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Escape
+    return is_esc and bool(field.property(NUMERIC)) and field.isModified()
+
+
 class FieldKeys(QObject):
     """Applies the rule to the text fields of `window`; `focus_on_work` gives the focus to its work area."""
 
@@ -84,6 +90,9 @@ class FieldKeys(QObject):
             field = text_field(watched)
             if field is not None and isinstance(event, QKeyEvent) and not belongs_to(field, event):
                 event.ignore()
+                return True
+            if event.type() == QEvent.Type.ShortcutOverride and field is not None and takes_back(field, event):
+                event.accept()
                 return True
         return False
 

@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from app.help.tour import Tour
+from app.widgets.number_field import NumberField
 from app.window.main_window import MainWindow
 
 
@@ -30,10 +31,35 @@ def test_six_hints_lead_through_the_window_and_cover_nothing_that_they_describe(
     assert window.settings.now.has_seen_hints
 
 
-def test_esc_ends_the_tour_and_gives_the_keys_back_to_the_workspace(window: MainWindow) -> None:
+def test_esc_ends_the_tour_and_gives_the_keys_back_to_the_workspace(window: MainWindow, qtbot: Any) -> None:
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow, timeout=30_000)
+    field = window.view.findChild(NumberField)
+    for place in (None, window.view.viewport, field, window.bar):
+        window.show_hints()
+        tour = next(each for each in window.findChildren(Tour) if each.isVisible())
+        has_focus = place if place is not None else tour
+        has_focus.setFocus()
+        QTest.keyClick(has_focus, Qt.Key.Key_Escape)
+        assert not tour.isVisible(), has_focus
+        focus = window.focusWidget()
+        assert focus is window.view or window.view.isAncestorOf(focus)
+
+
+def test_esc_in_a_number_that_is_being_edited_takes_that_back_before_it_ends_the_tour(
+    window: MainWindow, qtbot: Any
+) -> None:
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow, timeout=30_000)
     window.show_hints()
     (tour,) = window.findChildren(Tour)
-    QTest.keyClick(tour, Qt.Key.Key_Escape)
+    field = next(each for each in window.view.findChildren(NumberField) if each.isVisible() and each.isEnabled())
+    before = field.value
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "0")
+    QTest.keyClick(field, Qt.Key.Key_Escape)
+    assert tour.isVisible()
+    assert field.value == before
+    QTest.keyClick(window.focusWidget(), Qt.Key.Key_Escape)
     assert not tour.isVisible()
-    focus = window.focusWidget()
-    assert focus is window.view or window.view.isAncestorOf(focus)
