@@ -46,10 +46,16 @@ def is_another_capture(old: Project, new: Project) -> bool:
 
 
 class CaptureTab(QWidget):
-    """Shows the capture of the project and asks the workbench to change it."""
+    """Shows the capture of the project and asks the workbench to change it.
+
+    Signals
+    -------
+    pixels_lacked : the current photograph cannot be shown because the pixels of the stack are gone or damaged.
+    """
 
     sample_wanted = Signal()
     files_wanted = Signal()
+    pixels_lacked = Signal()
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
@@ -298,6 +304,7 @@ class CaptureTab(QWidget):
         if not are_there(stack):
             self.shelf.drop(self.image)
             self._show_small()
+            self.pixels_lacked.emit()
             return
         place = stack.sources.index(self.current)
         self.shelf.show(

@@ -35,6 +35,9 @@ FILES = (RADIANCE, SATURATED)
 _ITEM_BYTES = {RADIANCE: 4, SATURATED: 1}
 _RECORD_LIMIT_BYTES = 64 << 20
 
+#: Bytes that the header of an array of pixels may take.
+_OUTLINE_BYTES = 256
+
 
 def open_kept(folder: Path, *, verify: bool = False) -> ImageStack:
     """The stack of a project, whose pixels may be made again later (`are_there`).
@@ -122,7 +125,7 @@ def _is_same(one: StackRecord, other: StackRecord) -> bool:
 
 
 def _move(made: Path, place: Path) -> None:
-    """Give a folder of the cache its name, unless one that equals it has that already."""
+    """Give a folder of the cache its name; where one has that already, replace its files that are damaged."""
     if not cache.use(place):
         try:
             perform("rename", place, lambda: made.rename(place))
@@ -130,8 +133,20 @@ def _move(made: Path, place: Path) -> None:
             if not place.is_dir():
                 raise
         cache.use(place)
+    for name in FILES:
+        if made.is_dir() and _outline(place / name) != _outline(made / name):
+            perform("rename", place / name, lambda name=name: (made / name).replace(place / name))  # type: ignore[misc]
     discard(made)
     cache.keep_within()
+
+
+def _outline(path: Path) -> tuple[int, bytes] | None:
+    """Size and header of an array, by which `FileArray` knows it; None where it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return os.fstat(file.fileno()).st_size, file.read(_OUTLINE_BYTES)
+    except OSError:
+        return None
 
 
 def secure_pixels(stack: ImageStack, project: Path, photographs: Iterable[Path], *, are_gone: bool) -> Steps[None]:

@@ -302,6 +302,7 @@ class MainWindow(QMainWindow):
         self.whereabouts = Whereabouts(self.bench, self.projects, self.banners)
         self.restoring = Restoring(self.bench, self.projects)
         self.restoring.restored.connect(self.capture.show_again)
+        self.capture.pixels_lacked.connect(self.restoring.look_again)
         self.picturing = Picturing(self.bench, self.projects)
         self.naming = Naming(self.projects, self.banners, self.files.save_as)
         self.starting = Starting(self.bench, self.projects, self.files, self.show_workspace)

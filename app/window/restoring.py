@@ -60,6 +60,11 @@ class Restoring(QObject):
         self._tried.clear()
         self._found.clear()
 
+    def look_again(self) -> None:
+        """The pixels of the stack are gone or damaged, although they were there when it was looked for them."""
+        self._with_pixels = None
+        self._change()
+
     def _change(self, *_: object) -> None:
         self._soon.start(0)
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from engine.core.errors import InputError
 
-_REMEDY = "Check the disk that it lies on, and open it again"
+_REMEDY, _AGAIN = "Check the disk that it lies on, and open it again", "It is made again from its sources"
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ class FileArray:
                 yield file
         except OSError as error:
             if self.status is None and isinstance(error, FileNotFoundError):
-                raise InputError(self.path, "is not there at the moment", "It is made again from its sources") from None
+                raise InputError(self.path, "is not there at the moment", _AGAIN) from None
             problem = f"cannot be read any more ({os.strerror(error.errno or 0)})"
             raise InputError(self.path, problem, _REMEDY) from None
 
@@ -116,7 +116,7 @@ class FileArray:
             return
         is_whole = stat.S_ISREG(status.st_mode) and status.st_size == self.offset_bytes + self.nbytes
         if not is_whole or file.read(len(self.header)) != self.header:
-            raise InputError(self.path, f"does not hold {self.dtype} of shape {self.shape}", _REMEDY)
+            raise InputError(self.path, "is damaged", _AGAIN)
 
     def _fill(self, file: BinaryIO, into: NDArray[Any], row: int) -> None:
         """Read `into` from `row` on, counted over all planes."""

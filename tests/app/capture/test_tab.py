@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ from PySide6.QtTest import QTest
 
 from app.document.document import ImportChoices
 from app.window.main_window import MainWindow
+from engine.capture.stack import RADIANCE, RECORD, open_stack
+from engine.storage.file_array import FileArray
 from tests.app.captures import choices, drag, opened, pick
 from tests.present import present
 
@@ -115,17 +118,50 @@ def test_places_in_one_capture_do_not_cut_the_next(imported: MainWindow, qtbot: 
     assert choices(imported) == document.project.imported_with == ImportChoices(motion="none")
 
 
-def test_a_stack_that_is_cut_short_while_it_is_open_is_named_and_the_window_stays(
-    imported: MainWindow, qtbot: Any
-) -> None:
-    """Its next photograph, a texel under the pointer and a material are asked for; a mapped file would end it all."""
+def test_pixels_of_the_cache_that_are_cut_short_are_read_again(imported: MainWindow, qtbot: Any) -> None:
+    """The next photograph is asked for, and a texel under the pointer; then a material."""
     tab, bench = imported.capture, imported.bench
     qtbot.waitUntil(lambda: not bench.jobs.active, timeout=60_000)
+    stack = present(bench.document.project.stack)
+    assert isinstance(stack.radiance, FileArray)
+    assert isinstance(stack.saturated, FileArray)
+    files = (stack.radiance.path, stack.saturated.path)
+    before = [file.read_bytes() for file in files]
+    os.truncate(files[0], 0)
+    tab.image.pointed.emit(3, 4)
+    assert tab.bar.readout.text() == "is damaged"
+    tab.list.choose(0)
+    qtbot.waitUntil(lambda: files[0].stat().st_size > 0 and not bench.jobs.active, timeout=60_000)
+    shape = stack.radiance.shape[2], stack.radiance.shape[1]
+    qtbot.waitUntil(lambda: present(tab.image.picture).size == shape, timeout=60_000)
+    assert [file.read_bytes() for file in files] == before
+    os.truncate(files[1], 200)
+    built = bench.document.project.material
     bench.document.change("Slices", slices=bench.document.project.slices + 1)  # else the material is found again
+    bench.build_material()
+    qtbot.waitUntil(lambda: bench.document.project.material is not built and not bench.jobs.active, timeout=60_000)
+    assert [file.read_bytes() for file in files] == before
+    assert bench.document.project.stack is stack
+    assert not imported.failures.open_dialogs
+
+
+def test_a_stack_that_is_cut_short_while_it_is_open_is_named_and_the_window_stays(
+    imported: MainWindow, qtbot: Any, tmp_path: Path
+) -> None:
+    """A stack of its own, which nothing makes again; a mapped file would end it all."""
+    tab, bench = imported.capture, imported.bench
+    qtbot.waitUntil(lambda: not bench.jobs.active, timeout=60_000)
+    old = present(bench.document.project.stack)
+    assert old.folder is not None
+    assert isinstance(old.radiance, FileArray)
+    folder = shutil.copytree(old.radiance.path.parent, tmp_path / "stack")
+    shutil.copyfile(old.folder / RECORD, folder / RECORD)
+    stack = open_stack(folder)
+    bench.document.change("Another", stack=stack, sources=None, imported_with=None, excluded=frozenset())
+    tab.list.choose(1)
+    qtbot.waitUntil(lambda: not bench.jobs.active, timeout=60_000)
     project = bench.document.project
-    assert project.stack is not None
-    assert project.stack.folder is not None
-    os.truncate(project.stack.folder / "radiance.npy", 0)
+    os.truncate(folder / RADIANCE, 0)
     tab.list.choose(0)
     bench.build_material()
     qtbot.waitUntil(lambda: len(imported.failures.open_dialogs) == 1 and not bench.jobs.active, timeout=60_000)
