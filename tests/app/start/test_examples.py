@@ -92,7 +92,7 @@ def test_examples_open_beside_the_open_project_and_go_when_nothing_was_done(wind
     assert not data_folder(first).exists()
     second = window.projects.path
     document.change("Notes", notes="mine now")
-    qtbot.waitUntil(lambda: window.settings.now.recent_projects[0] == str(second), timeout=60_000)
+    qtbot.waitUntil(lambda: window.settings.now.recent_projects[:1] == (str(second),), timeout=60_000)
     window.new()
     assert second.exists()
     assert own_path.exists()
