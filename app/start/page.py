@@ -43,6 +43,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.commands.workbench import Workbench
+from app.jobs.jobs import Job
 from app.project.cleaning import CleanedUp, clean_up
 from app.project.listing import Listed, list_projects, size_of_project
 from app.project.places import file_name
@@ -379,9 +380,7 @@ class StartPage(QScrollArea):
         project = self.list.project
         if project is None:
             return
-        path, name = project.path, project.name
-        job = self.bench.jobs.submit(f"Cleaning up {name}", lambda: clean_up(path), lane="save")
-        job.succeeded.connect(lambda found: self.bench.said.emit(cleaned_text(name, found)))
+        job = begin_clean_up(self.bench, project.path, project.name)
         job.succeeded.connect(lambda _found: self.read())
 
     def _trash(self) -> None:
@@ -405,6 +404,13 @@ class StartPage(QScrollArea):
         if inside is not None:
             inside.setMaximumWidth(self.viewport().width())
             self._bound_examples()
+
+
+def begin_clean_up(bench: Workbench, path: Path, name: str) -> Job:
+    """Clean up the project at `path` in the background, and say what that freed."""
+    job = bench.jobs.submit(f"Cleaning up {name}", lambda: clean_up(path), lane="save", resource=str(path))
+    job.succeeded.connect(lambda found: bench.said.emit(cleaned_text(name, found)))
+    return job
 
 
 def cleaned_text(name: str, found: CleanedUp) -> str:

@@ -14,6 +14,7 @@ from app.project.database import Damaged
 from app.project.photographs import files_of, outside_of
 from app.project.project_file import ENDING
 from app.session.settings import Remembered
+from app.start.page import begin_clean_up
 from app.window.arriving import ask_where
 from app.window.dialogs import (
     ask_for_place,
@@ -61,6 +62,20 @@ class Files(QObject):
     def new(self) -> None:
         """Begin a new project; the one that was open stays on disk."""
         self.begin_anew(lambda: None)
+
+    def clean_up(self) -> None:
+        """Close the project, and remove from it what its photographs can give again.
+
+        What an open project lacks is made again at once, so that it would stay as large as it is.
+        """
+        projects = self.projects
+        path, name = projects.path, projects.shown_name
+        if projects.is_read_only or projects.problem:
+            self.bench.said.emit(f"{path.name} is not cleaned up: it {projects.why_read_only or 'cannot be written'}")
+        elif projects.is_worth_keeping():
+            self.begin_anew(lambda: begin_clean_up(self.bench, path, name))
+        else:
+            self.bench.said.emit("There is nothing to clean up in this project yet")
 
     def begin_anew(self, then: Callable[[], object]) -> None:
         """Begin a new project, once nothing is being saved any more, and call `then`."""

@@ -57,6 +57,7 @@ class Menus(QMenuBar):
 
     def _fill_file(self, menu: QMenu) -> None:
         files = self.files
+        menu.setToolTipsVisible(True)
         add(menu, "New project", "Ctrl+N", files.new)
         add(menu, "Projects…", "Ctrl+Shift+H", self.projects_wanted.emit)
         add(menu, "Open project…", "", files.choose_project)
@@ -65,6 +66,8 @@ class Menus(QMenuBar):
         add(menu, "Collect…", "", files.collect)
         add(menu, "Notes…", "", files.notes)
         add(menu, "Close project", "Ctrl+W", files.new)
+        clean = add(menu, "Close and clean up", "", files.clean_up)
+        clean.setToolTip("Remove what can be made again from the photographs; it is made when the project is opened")
         menu.addSeparator()
         add(menu, "Open files…", "Ctrl+O", files.choose_files)
         add(menu, "Open folder…", "Ctrl+Shift+O", files.choose_folder)

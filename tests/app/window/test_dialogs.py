@@ -139,6 +139,7 @@ def test_a_project_that_is_closed_stays_on_disk_without_a_question(window: MainW
 def test_every_command_on_projects_is_in_the_file_menu(window: MainWindow) -> None:
     words = [action.text() for action in window.menus.actions()[0].menu().actions()]  # type: ignore[attr-defined]
     wanted = ["New project", "Open project…", "Open recent", "Save as…", "Collect…", "Notes…", "Close project"]
+    wanted += ["Close and clean up"]
     assert [each for each in wanted if each not in words] == []
     keys = [
         action.shortcut().toString() for action in window.menus.findChildren(QAction) if not action.shortcut().isEmpty()

@@ -18,14 +18,13 @@ from PySide6.QtCore import Qt
 from app.commands.rebuilding import lacks_material
 from app.document.document import Project
 from app.project import database, recording
-from app.project.cleaning import clean_up
+from app.project.made import size_of
 from app.project.pixels import are_there
 from app.project.places import claim, interrupted, projects_folder, release
 from app.project.project_file import History, Writer, data_folder, read
 from app.window.banner import short_path
 from app.window.main_window import MainWindow
 from app.window.projects import Projects
-from engine.core.steps import drain
 from engine.geometry.shapes import shape
 from engine.storage import atomic
 
@@ -300,9 +299,20 @@ def test_a_project_that_was_cleaned_up_gets_its_results_back_without_a_step(
     slices, steps = built.slices.tobytes(), len(window.bench.document.steps)
     window.projects.copy_to(path)
     qtbot.waitUntil(lambda: window.projects.path == path, timeout=60_000)
-    window.projects.begin()
-    drain(clean_up(path))
+    before = size_of(data_folder(path))
+    with qtbot.waitSignal(window.bench.said, timeout=60_000) as said:
+        window.files.clean_up()
+    assert said.args[0].startswith("Felt: ")
+    assert "freed" in said.args[0]
+    assert window.projects.path != path
+    assert not list(data_folder(path).glob("open-*"))
+    assert size_of(data_folder(path)) < before / 2
     assert lacks_material(read(path).current)
+    empty = window.projects.path
+    with qtbot.waitSignal(window.bench.said) as said:
+        window.files.clean_up()
+    assert said.args == ["There is nothing to clean up in this project yet"]
+    assert window.projects.path == empty
     window.projects.open(path)
     qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=60_000)
     again = window.bench.document.project.material.shading_map
