@@ -112,6 +112,7 @@ class StartPage(QScrollArea):
     example_wanted : an `Example`.
     start_wanted : the name of one of `STARTING_POINTS`.
     renamed : the paths of a project before and after. gone : the path of one that is in the trash.
+    clean_wanted : the project that is open in this window is to be closed and cleaned up.
     approached : the pointer moves over a card or a project, or a card gets the focus. A pointer that only lies where
         the page appears announces nothing.
     """
@@ -121,6 +122,7 @@ class StartPage(QScrollArea):
     start_wanted = Signal(str)
     renamed = Signal(object, object)
     gone = Signal(object)
+    clean_wanted = Signal()
     approached = Signal()
 
     def __init__(
@@ -220,7 +222,7 @@ class StartPage(QScrollArea):
         self.commands = {
             "rename": button("Rename…", hint="Give the project another name in its folder (F2)"),
             "show": button("Show in folder", hint="Open the folder of the project file"),
-            "clean": button("Clean up", hint="Remove what can be made again from the photographs"),
+            "clean": button("Clean up", hint="Remove what can be made again; a project that is open here is closed"),
             "trash": button("Move to trash", hint="Move the project and its data to the trash of the system (Delete)"),
         }
         foot.addWidget(self.open_button)
@@ -379,6 +381,9 @@ class StartPage(QScrollArea):
     def _clean_up(self) -> None:
         project = self.list.project
         if project is None:
+            return
+        if project.path == self.opened():
+            self.clean_wanted.emit()
             return
         job = begin_clean_up(self.bench, project.path, project.name)
         job.succeeded.connect(lambda _found: self.read())

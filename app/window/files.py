@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.commands.workbench import Arrival, Workbench
+from app.jobs.jobs import Job
 from app.project.database import Damaged
 from app.project.photographs import files_of, outside_of
 from app.project.project_file import ENDING
@@ -63,8 +64,8 @@ class Files(QObject):
         """Begin a new project; the one that was open stays on disk."""
         self.begin_anew(lambda: None)
 
-    def clean_up(self) -> None:
-        """Close the project, and remove from it what its photographs can give again.
+    def clean_up(self, begun: Callable[[Job], object] = lambda _job: None) -> None:
+        """Close the project, and remove from it what its photographs can give again; `begun` is called with the job.
 
         What an open project lacks is made again at once, so that it would stay as large as it is.
         """
@@ -73,7 +74,7 @@ class Files(QObject):
         if projects.is_read_only or projects.problem:
             self.bench.said.emit(f"{path.name} is not cleaned up: it {projects.why_read_only or 'cannot be written'}")
         elif projects.is_worth_keeping():
-            self.begin_anew(lambda: begin_clean_up(self.bench, path, name))
+            self.begin_anew(lambda: begun(begin_clean_up(self.bench, path, name)))
         else:
             self.bench.said.emit("There is nothing to clean up in this project yet")
 

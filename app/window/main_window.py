@@ -336,6 +336,7 @@ class MainWindow(QMainWindow):
             wanted.connect(self.show_workspace)
         self.bar.entered.connect(self.expect_work)
         self.starting.page.approached.connect(self.expect_work)
+        self.starting.page.clean_wanted.connect(lambda: self.files.clean_up(self._show_start_during))
         menus.file.aboutToShow.connect(self.expect_work)
         menus.theme_wanted.connect(self.set_theme)
         menus.measuring_wanted.connect(self._measure_or_not)
@@ -386,6 +387,11 @@ class MainWindow(QMainWindow):
         self.status.show_frame_time(None)
         self.status.belong_to("")
         self.error_line.refresh()
+
+    def _show_start_during(self, job: Job) -> None:
+        """Bring the start page to the front, and read its projects once more when `job` has ended."""
+        self.show_start()
+        job.succeeded.connect(lambda _: self.starting.page.read())
 
     def _focus_on_work(self, last: QWidget | None = None) -> None:
         """Give the focus to `last`, which had it in the workspace in front, or else to the work area."""

@@ -67,7 +67,9 @@ class Menus(QMenuBar):
         add(menu, "Notes…", "", files.notes)
         add(menu, "Close project", "Ctrl+W", files.new)
         clean = add(menu, "Close and clean up", "", files.clean_up)
-        clean.setToolTip("Remove what can be made again from the photographs; it is made when the project is opened")
+        clean.setToolTip(
+            "Remove what can be made again from the photographs; it is made anew when the project is opened"
+        )
         menu.addSeparator()
         add(menu, "Open files…", "Ctrl+O", files.choose_files)
         add(menu, "Open folder…", "Ctrl+Shift+O", files.choose_folder)

@@ -110,6 +110,9 @@ def test_the_open_project_can_be_opened_and_shown_but_not_moved_away(
     enabled = {name for name, made in page.commands.items() if made.isEnabled()}
     assert enabled == {"show", "clean"}
     assert "open in this window" in page.commands["trash"].toolTip()
+    with qtbot.waitSignal(page.clean_wanted):
+        page.commands["clean"].click()
+    assert not page.bench.jobs.active  # the window closes it first
     page.is_worth_keeping = lambda: False  # nothing was done in it: it is no project of the user yet
     page.read()
     qtbot.waitUntil(lambda: not page.bench.jobs.active)

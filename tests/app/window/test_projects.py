@@ -301,7 +301,8 @@ def test_a_project_that_was_cleaned_up_gets_its_results_back_without_a_step(
     qtbot.waitUntil(lambda: window.projects.path == path, timeout=60_000)
     before = size_of(data_folder(path))
     with qtbot.waitSignal(window.bench.said, timeout=60_000) as said:
-        window.files.clean_up()
+        window.starting.page.clean_wanted.emit()
+        assert window.stack.currentWidget() is window.starting.page
     assert said.args[0].startswith("Felt: ")
     assert "freed" in said.args[0]
     assert window.projects.path != path
