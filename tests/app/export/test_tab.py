@@ -198,7 +198,9 @@ def test_a_bundle_brings_the_view_back_that_it_was_exported_with(
     look = Look(light_theta_deg=12.0, light_phi_deg=-170.0, gain=3.0, exposure_ev=-1.5, tone_map="aces", mode="direct")
     document.change("View", look=look)
     camera = Camera((3.0, 2.0, 1.0), (0.25, 0.25, 0.25), fov_deg=20.0)
-    document.look_from(camera)
+    window.view.viewport.look_from(camera)  # as a drag does: the document alone would follow the view a moment later
+    window.view.come_to_rest()
+    assert document.project.camera == camera
     tab.name.setText("felt")
     assert "verified" in export(window, qtbot)
     window.new()
@@ -311,7 +313,12 @@ def test_a_failing_disk_is_named_and_leaves_the_earlier_bundle(
 
 
 def test_a_folder_that_may_not_be_written_to_is_named_before(tab: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.export.tab.os.access", lambda _path, _mode: False)
+    folder, access = tab.bench.output_folder, os.access  # of the whole process, which also writes the project
+
+    def refuse(path: Any, mode: int, **options: Any) -> bool:
+        return path != folder and access(path, mode, **options)
+
+    monkeypatch.setattr("app.export.tab.os.access", refuse)
     tab.bench.output_moved.emit(tab.bench.output_folder)
     assert not tab.export.isEnabled()
     assert "another folder" in tab.export.toolTip()
