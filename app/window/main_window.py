@@ -589,12 +589,12 @@ class MainWindow(QMainWindow):
         place, elsewhere = short_path(projects.path), ("Save elsewhere…", self.files.save_as)
         words = f"{place} is not saved: {projects.problem}. All changes stay in memory until they can be written."
         self.banners.say("saving", words if projects.problem else "", elsewhere, details=projects.details)
-        words = f"{place} {projects.why_read_only}. Changes in this window are not kept in it."
         words = ""
         if projects.waits_for:
             words = f"{projects.saved_as} is saved. This window goes on in it when “{projects.waits_for}” has ended."
         self.banners.say("saved-as", words, ("Stop that and go on now", projects.hurry))
         as_new = ("Save as…", self.files.save_as)
+        words = f"{place} {projects.why_read_only}. Changes in this window are not kept in it."
         self.banners.say("read-only", words if projects.is_read_only else "", as_new, details=str(projects.path))
 
     def _job_failed(self, job: Job, error: BaseException) -> None:
