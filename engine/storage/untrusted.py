@@ -101,6 +101,11 @@ def read_bytes(path: str | os.PathLike[str], limit_bytes: int = FILE_LIMIT_BYTES
     return content
 
 
+def is_at_hand(path: str | os.PathLike[str]) -> bool:
+    """True for a path that `read_bytes` can read: in a decoder, which sees no other file, one that was handed."""
+    return os.fspath(path) in _handed or Path(path).is_file()
+
+
 @contextlib.contextmanager
 def handed(contents: Mapping[str, bytes]) -> Iterator[None]:
     """Within the block `read_bytes` gives these contents for these names: decoders that read several files use it."""

@@ -21,6 +21,7 @@ from engine.brdf.samples import BrdfSamples, samples_from_rows
 from engine.core.directions import surface_direction
 from engine.core.errors import InputError
 from engine.core.health import Finding, Verdict
+from engine.storage.untrusted import is_at_hand
 
 #: Fewer values in a row are not a table of CUReT, whose rows have 205.
 _FEWEST = 100
@@ -43,7 +44,7 @@ def looks_like_curet(head: bytes, size_bytes: int, name: str) -> bool:
 def split_material(path: Path) -> tuple[Path, int | None]:
     """The file and the number of the material of `abrdf.dat#17`; a file that really has such a name is left alone."""
     stem, mark, number = path.name.rpartition("#")
-    if mark and stem and re.fullmatch(r"\d{1,3}", number) and not path.exists():
+    if mark and stem and re.fullmatch(r"\d{1,3}", number) and not is_at_hand(path):
         return path.with_name(stem), int(number)
     return path, None
 
@@ -77,13 +78,13 @@ def _channels(path: Path) -> list[Path]:
     if not _NAME.match(path.name):
         return [path]
     siblings = [path.with_name(letter + path.name[1:]) for letter in _CHANNELS]
-    return siblings if all(sibling.is_file() for sibling in siblings) else [path]
+    return siblings if all(is_at_hand(sibling) for sibling in siblings) else [path]
 
 
 def _directions(path: Path) -> NDArray[np.float64]:
     """theta_v, phi_v, theta_i, phi_i (M, 4) in radians, from `table.txt` beside `path`."""
     source = path.with_name("table.txt")
-    if not source.is_file():
+    if not is_at_hand(source):
         raise InputError(path, "needs the directions of its measurements", "Put CUReT's table.txt beside it")
     rows: list[list[float]] = []
     for line in read_lines(source):
