@@ -33,6 +33,7 @@ from app.widgets.workspace import bar_of_choices, beside, side_by_side, under
 from engine.core.figure_text import number, percent, size_text
 from engine.core.health import Health
 from engine.core.steps import Step, Steps
+from engine.scene.material import Material
 from engine.shading.power_law import PowerLawMap
 
 SLICE_CHOICES = (4, 6, 8, 12, 16, 24, 32)
@@ -327,13 +328,16 @@ class MaterialTab(QWidget):
             place = self.place
             if place is None or place[0] >= width or place[1] >= height:
                 place = (width // 2, height // 2)
-            self._pick(*place)
+            self._plot(project.material, *place)
 
     def _pick(self, column: int, row: int) -> None:
-        """Plot one texel over r."""
+        """Plot one texel of the project over r."""
+        self._plot(self.bench.document.project.material, column, row)
+
+    def _plot(self, material: Material, column: int, row: int) -> None:
+        """Plot one texel of `material`, which the project may have changed for another since it was told to show it."""
         self.place = (column, row)
         self._show_place()
-        material = self.bench.document.project.material
         either = material.shading_map or material.power_law
         if either is None:
             return

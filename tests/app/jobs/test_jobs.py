@@ -14,7 +14,7 @@ from typing import Any
 import psutil
 import pytest
 
-from app.jobs.jobs import Job, Jobs, Lane
+from app.jobs.jobs import Job, Jobs, Lane, return_freed_memory
 from engine.core.steps import Step, Steps
 from engine.core.stopwatch import had_company
 
@@ -358,6 +358,7 @@ def test_steps_take_turns_where_kernels_of_two_threads_must_not_run_at_once(
 def test_what_a_job_freed_goes_back_to_the_system(qtbot: Any) -> None:
     """Pieces that stay lie between those that go, as arrays of a scene do."""
     jobs, kept, process = Jobs(), list[bytearray](), psutil.Process()
+    return_freed_memory()  # else the job may take what earlier work has freed
     before = process.memory_info().rss
 
     def hoarding() -> Steps[int]:

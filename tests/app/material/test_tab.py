@@ -13,6 +13,7 @@ from app.window.main_window import MainWindow
 from engine.core.figure_text import number
 from engine.shading.power_law_error import worst_texels
 from tests.app.window.test_main_window import fill
+from tests.engine.scenes import weave
 from tests.present import present
 
 
@@ -139,3 +140,15 @@ def test_the_curve_of_a_kept_texel_goes_through_its_slices(filled: MainWindow, q
     assert shading_map is not None
     expected = np.interp(r, shading_map.target_radiance, shading_map.slices[:, row, column, 0])
     assert np.abs(curve - expected).max() < 1e-6
+
+
+def test_a_smaller_material_may_come_while_the_workspace_still_follows_the_last_one(filled: MainWindow) -> None:
+    """Behind another workspace it is told part by part; the texel in the middle of the last one lies outside."""
+    document, tab = filled.bench.document, filled.material
+    filled.show_workspace("view")
+    document.change("Weave", material=weave(32))
+    assert tab.following.tell_a_part(), "figures, and not yet the plots"
+    document.change("Weave", material=weave(8))
+    tab.following.catch_up()
+    assert tab.place == (4, 4)
+    assert tab.resolution.text() == "8 × 8 px"
