@@ -83,7 +83,9 @@ def device_bytes(context: Any) -> int:
     living = [
         each
         for each in gc.get_objects()
-        if isinstance(each, HOLDERS) and each.ctx is context and not isinstance(each.mglo, moderngl.InvalidObject)
+        if issubclass(type(each), HOLDERS)  # isinstance() asks what a weak proxy stands for, which may be gone
+        and each.ctx is context
+        and not isinstance(each.mglo, moderngl.InvalidObject)
     ]
     return sum(_bytes(each) for each in living)
 

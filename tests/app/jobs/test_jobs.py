@@ -356,13 +356,13 @@ def test_steps_take_turns_where_kernels_of_two_threads_must_not_run_at_once(
     sys.platform != "linux" or platform.libc_ver()[0] != "glibc", reason="glibc alone keeps what is freed"
 )
 def test_what_a_job_freed_goes_back_to_the_system(qtbot: Any) -> None:
-    """Pieces that stay lie between those that go, as arrays of a scene do."""
+    """Pieces that stay lie between those that go, as arrays of a scene do. Some fill gaps that earlier tests left."""
     jobs, kept, process = Jobs(), list[bytearray](), psutil.Process()
     return_freed_memory()  # else the job may take what earlier work has freed
     before = process.memory_info().rss
 
     def hoarding() -> Steps[int]:
-        hoard = [bytearray(16_000) for _ in range(12_000)]
+        hoard = [bytearray(16_000) for _ in range(24_000)]
         kept.extend(hoard[::50])
         yield Step(0.5, "hoarding")
         return process.memory_info().rss
@@ -373,7 +373,7 @@ def test_what_a_job_freed_goes_back_to_the_system(qtbot: Any) -> None:
     qtbot.waitUntil(lambda: reported == ["succeeded"])
     assert most[0] - before > 150e6
     assert process.memory_info().rss - before < 60e6
-    assert len(kept) == 240
+    assert len(kept) == 480
 
 
 def test_partial_results_are_never_left_out(qtbot: Any) -> None:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import threading
+import weakref
 from typing import Any
 
 from engine.gl.context import device_bytes
 
 
 def test_every_holder_counts(gl: Any) -> None:
+    dead = [weakref.proxy(each) for each in (threading.Thread(),)]
+    assert len(dead) == 1, "what it stands for is gone, which the count survives"
     before = device_bytes(gl)
     kept = [
         gl.buffer(reserve=1000),
