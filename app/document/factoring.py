@@ -56,6 +56,9 @@ SHORT_METRICS = {
 #: Those that a search can make small.
 SEARCHED = next(parameter.values for parameter in parameters(FactorSettings) if parameter.name == "metric")
 
+#: Numbers of runs lie below.
+RUN_NUMBERS = 1 << 30
+
 #: The BRDF of the material itself, if no other was chosen.
 MATERIAL = "material"
 

@@ -19,7 +19,7 @@ from PySide6.QtCore import QObject, Signal
 from app.commands.workbench import Workbench
 from app.document.comparison import MARKERS
 from app.document.document import Project
-from app.document.factoring import MATERIAL, METHODS, Run, names_of
+from app.document.factoring import MATERIAL, METHODS, RUN_NUMBERS, Run, names_of
 from app.jobs.jobs import Job
 from app.project.factors import Keeping, read_kept
 from app.widgets.labels import BRDF_NAMES
@@ -212,7 +212,7 @@ class FactorRuns(QObject):
 
     def _next_number(self) -> int:
         """A number by chance: the history may bring back runs of earlier starts, which nobody has counted."""
-        return next(number for number in iter(lambda: random.getrandbits(30), None) if number not in self.live)
+        return next(number for number in iter(lambda: random.randrange(RUN_NUMBERS), None) if number not in self.live)
 
     def _begin(self, run: Run, given: Any, resume: Factorisation | None) -> None:
         live, choices, folder = self.of(run), run.choices, self.bench.own

@@ -26,6 +26,7 @@ from typing import Any, Literal, Union
 
 import numpy as np
 
+from app.document.factoring import RUN_NUMBERS
 from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.storage.text import whole_number
 
@@ -179,11 +180,11 @@ DESCRIBED = ("Health", "Fitted", "Quality", "MapErrors", "ScatteredBrdf")
 #: Least and largest values of fields whose annotation only says that they are numbers, by class.
 RANGES: Mapping[str, Mapping[str, tuple[float, float]]] = {
     "Project": {"slices": (2, 4096), "error_bound_percent": (0.0, 1000.0), "white": (0.0, 1e12)},
-    "Factoring": {"terms": (1, 10**6), "current": (0, 10**9)},
+    "Factoring": {"terms": (1, 10**6), "current": (0, RUN_NUMBERS - 1)},
     "Look": {"directions": (1, 1 << 16), "bounces": (0, 64)},
     "Accuracy": {"samples": (0, 1 << 24)},
     "Entry": {"identity": (0, 11)},
-    "Run": {"identity": (0, 11), "number": (0, 10**9)},
+    "Run": {"identity": (0, 11), "number": (0, RUN_NUMBERS - 1)},
     "Kernel": {"length": (1e-9, 1e9), "noise": (0.0, 1e9)},
     "Circle": {"column": (-1e7, 1e7), "row": (-1e7, 1e7), "radius": (0.0, 1e7)},
     "ImportChoices": {"lamp_distance": (0.0, 1e9)},

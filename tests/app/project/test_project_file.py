@@ -18,8 +18,9 @@ import numpy as np
 import pytest
 
 from app.commands.making import material_of, stack_of
-from app.document.comparison import Comparison, Entry
+from app.document.comparison import MARKERS, Comparison, Entry
 from app.document.document import ImportChoices, Look, Project, Step
+from app.document.factoring import RUN_NUMBERS, Factoring, Run
 from app.document.measured import Accuracy, scene_key
 from app.document.scene import scene_of_project
 from app.project import places
@@ -33,6 +34,7 @@ from engine.capture.lights.sources import find
 from engine.core.errors import InputError, OutputError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import drain
+from engine.factor.settings import FactorSettings
 from engine.geometry.camera import Camera
 from engine.geometry.shapes import shape
 from engine.light.lamps import LampSettings
@@ -46,6 +48,15 @@ def written(path: Path, project: Project, steps: tuple[Step, ...] = ()) -> Path:
     writer.write(History(project, steps, len(steps)))
     writer.close()
     return path
+
+
+@pytest.mark.parametrize("number", [0, RUN_NUMBERS - 1])
+def test_every_number_that_a_run_can_get_is_read_again(tmp_path: Path, number: int) -> None:
+    """Numbers of runs are drawn by chance; a project must not be called damaged for one of them."""
+    run = Run(number, len(MARKERS) - 1, "Phong", "model:phong", FactorSettings(), "phong")
+    project = Project(factoring=Factoring(runs=(run,), current=number))
+    found = read(written(tmp_path / "a.lap", project)).current.factoring
+    assert (found.current, found.runs[0].number, found.runs[0].identity) == (number, number, len(MARKERS) - 1)
 
 
 def same(left: Any, right: Any) -> bool:
