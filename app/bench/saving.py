@@ -42,6 +42,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         window = MainWindow(Path(folder) / "config")
         window.show()
+        window.expect_work()
         until(lambda: window.is_whole)
         bench, projects = window.bench, window.projects
         add_model(bench, "ggx:alpha=0.2")
