@@ -27,7 +27,7 @@ Key = tuple[Hashable, ...]
 
 
 class Shelf:
-    """Brings pictures to views: at once where they are kept, else by a job."""
+    """Brings images to views: at once where they are kept, else by a job."""
 
     def __init__(self, jobs: Jobs) -> None:
         self.jobs = jobs

@@ -73,7 +73,7 @@ def seconds_to_measure(project: Project, count: int, *, is_ready: bool) -> float
     return seconds + NEAREST_S * height * width
 
 
-def made_ready(project: Project, leaving: Departure | None, known: Known) -> Steps[Departure]:
+def prepare_export(project: Project, leaving: Departure | None, known: Known) -> Steps[Departure]:
     """`leaving` where there is one, or else the material of `project`.
 
     The surface is the `partial` of a step where it had to be measured, and what is ready that of another.
@@ -131,7 +131,7 @@ def offered(
     names = [name for name in names if name not in known.offers]
     if not names:
         return list(known.offers.values())
-    leaving = yield from part(made_ready(project, leaving, known), 0.0, 0.4)
+    leaving = yield from part(prepare_export(project, leaving, known), 0.0, 0.4)
     from engine.exchange.export import offers
 
     known = _of_these_photographs(known, project, leaving)
@@ -171,7 +171,7 @@ def sent(
     on the way is the `partial` of a step, as that of `offered`.
     """
     known = yield from _looked_up(project, known, names, folder)
-    leaving = yield from part(made_ready(project, leaving, known), 0.0, 0.4)
+    leaving = yield from part(prepare_export(project, leaving, known), 0.0, 0.4)
     from engine.exchange.export import RECORD, written
 
     known = _of_these_photographs(known, project, leaving)

@@ -445,7 +445,7 @@ class Workbench(QObject):
         """Parts that show `material` flat where it comes from a dome, `now` has none, and nobody chose a model."""
         is_loading = self.loading is not None and not self.loading.over
         is_first = material.directional is not None and not now.has_map
-        return now.shown_flat(material) if is_first and now.mesh is None and not is_loading else {}
+        return now.lay_flat(material) if is_first and now.mesh is None and not is_loading else {}
 
     def show_flat(self) -> None:
         """Show the material once, flat and from the front."""
@@ -453,7 +453,7 @@ class Workbench(QObject):
         if now.has_map:
             if self.loading is not None:
                 self.jobs.drop(self.loading)
-            self.document.change("Show the image flat", **now.shown_flat(now.material))
+            self.document.change("Show the image flat", **now.lay_flat(now.material))
 
     def load_model(self, name_or_path: str) -> None:
         """Show the material on a built-in model or on a mesh from a file, and cancel a model that is still loading."""

@@ -242,7 +242,7 @@ class Project:
         """True if the material is shown as a flat image."""
         return self.mesh is not None and self.mesh.name == FLAT
 
-    def shown_flat(self, material: Material) -> dict[str, Any]:
+    def lay_flat(self, material: Material) -> dict[str, Any]:
         """The parts that show `material` once, flat and from the front; it has texels."""
         height, width = material.size
         mesh = flat_image(width, height)

@@ -2,7 +2,7 @@
 
 That is the material, its photographs with those that are in use, and, of textures, their settings. So an error is
 measured once for the same input, whatever was undone, closed or saved elsewhere meanwhile. Each target has a file of
-some 50 kB, which holds its errors and a picture of its ball; it may be removed at any time.
+some 50 kB, which holds its errors and an image of its preview sphere; it may be removed at any time.
 """
 
 from __future__ import annotations

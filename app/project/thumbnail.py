@@ -92,7 +92,7 @@ def picture_of(project: Project) -> NDArray[np.uint8] | None:
 
 
 def keep_thumbnail(path: Path, project: Project) -> Steps[None]:
-    """Write picture and title of `project` beside its file. Raises OutputError where that cannot be done."""
+    """Write image and title of `project` next to its file. Raises OutputError where that cannot be done."""
     yield Step(0.0, "making a small picture")
     from engine.images.encode import encode_png
 

@@ -41,13 +41,13 @@ def test_maps_that_exist_are_not_made_again(project: Project, monkeypatch: pytes
     whole = with_maps(project)
     assert whole.surface is not None
     monkeypatch.setattr(export_elsewhere, "surface_of", None)
-    (leaving,) = partials(export_elsewhere.made_ready(whole, None, export_elsewhere.Known()))
+    (leaving,) = partials(export_elsewhere.prepare_export(whole, None, export_elsewhere.Known()))
     assert leaving.subject.maps is whole.surface.maps
     assert leaving.subject.white == whole.surface.white
 
 
 def test_maps_that_an_export_made_are_handed_on(project: Project) -> None:
-    made, leaving = partials(export_elsewhere.made_ready(project, None, export_elsewhere.Known()))
+    made, leaving = partials(export_elsewhere.prepare_export(project, None, export_elsewhere.Known()))
     assert isinstance(made, Surface)
     assert leaving.subject.maps is made.maps
 

@@ -80,7 +80,7 @@ def test_brdfs_that_a_fit_finds_on_its_way_are_no_result(monkeypatch: pytest.Mon
         return ready
 
     monkeypatch.setattr(export, "departure", fitting)
-    steps = list(export_elsewhere.made_ready(Project(), None, export_elsewhere.Known()))
+    steps = list(export_elsewhere.prepare_export(Project(), None, export_elsewhere.Known()))
     assert [step.partial for step in steps if step.partial is not None] == [ready]
 
 

@@ -63,7 +63,7 @@ EVIL: tuple[Any, ...] = (
     *({"float": "inf"}, {"float": "1e5"}, {"verdict": 9}, {"path": "/etc/passwd"}, {"path": "../x", "near": "../../x"}),
     *(
         {"path": "x" * 5000},
-        {"path": "/root/a/b"},
+        {"path": "/a/b"},
         {"path": 5},
         {"stack": "/"},
         {"stack": "../.."},
