@@ -174,7 +174,7 @@ def wait_until(done: Callable[[], bool]) -> None:
 def with_sample(window: MainWindow) -> None:
     """Open the sample where the window has no material."""
     if not window.bench.document.project.has_map:
-        window.bench.open_sample()
+        window.bench.rebuild_sample()
     wait_until(lambda: window.bench.document.project.has_map and not window.bench.jobs.active)
     window.show_workspace("view")
     wait_until(lambda: window.view.default_mesh is not None)
@@ -218,7 +218,7 @@ def importing(gallery: Gallery, window: MainWindow) -> None:
     if window.bench.document.project.has_map:
         return
     window.show_workspace("capture")
-    window.bench.make_sample_anew()
+    window.bench.rebuild_sample()
     wait_until(lambda: window.bench.importing is not None and window.bench.importing.step.done > 0.3)
     for _ in gallery.looks(window):
         settle(QUIET_S)

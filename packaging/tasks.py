@@ -14,7 +14,6 @@ import argparse
 import json
 import math
 import os
-import shutil
 import subprocess
 import sys
 import time
@@ -64,8 +63,6 @@ def made(folder: Path) -> Path:
     run("brdf", "convert", "lafortune:preset=blue-paint", "-o", place / "blue.binary")
     (place / "tinted.brdf").write_text(GLSL)
     (place / "vase.obj").write_text(vase(48, 24))
-    words = [sys.executable, "-m", "app.commands.sample"]  # as set-up does
-    subprocess.run(words, cwd=ROOT, env={**os.environ, "XDG_DATA_HOME": str(place / "data")}, check=True)
     broken = sorted((place / "photographs").glob("*.tif*"))[4]
     broken.write_bytes(broken.read_bytes()[:2000])
     return place
@@ -302,7 +299,7 @@ def tried(
 ) -> dict[str, Any]:
     """One task from a first start, with `files` of `given`: its counts, and why it was not done; '' where it was."""
     name, place = task.__name__, folder / task.__name__
-    shutil.copytree(given / "data", place / "data")
+    place.mkdir(parents=True)
     person, why_not = Person(place, shows_steps=shows_steps), ""
     begun = time.monotonic()
     person.start(*(given / file for file in files))

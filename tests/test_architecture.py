@@ -61,7 +61,6 @@ EXCEPTIONS = {
     "engine/exchange/readers/archive.py tempfile.TemporaryDirectory": "unpacked textures, removed with it",
     "app/session/settings.py base.mkdir": WORKING,
     "app/session/settings.py tempfile.mkdtemp": WORKING,
-    "app/commands/sample.py tempfile.TemporaryDirectory": "a stack that set-up copies for nobody, removed with it",
     "app/cli/bundle.py tempfile.mkdtemp": "a page that a browser reads after the command has ended",
     "app/window/projects.py tempfile.mkdtemp": "a project whose own folder cannot be written",
     "app/session/settings.py shutil.rmtree": WORKING,

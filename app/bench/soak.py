@@ -340,7 +340,7 @@ class _Hand:
 
     def sample(self) -> None:
         if self.did["sample"] <= 2 and not self.window.bench.document.project.has_map:
-            self.window.bench.open_sample()
+            self.window.menus.sample_wanted.emit()
 
     def new(self) -> None:
         if self.chance.random() < 0.3:

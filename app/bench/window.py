@@ -71,7 +71,7 @@ def main() -> int:
         if len(sys.argv) > 1:
             window.open([Path(sys.argv[1])])
         else:
-            bench.make_sample_anew()
+            bench.rebuild_sample()
         bench.jobs.failed.connect(lambda job, error: _give_up(f"{job.title}: {error}"))
         watch = QTimer()
         watch.timeout.connect(

@@ -33,7 +33,7 @@ from app.commands.making import kept_material_of, marked_stack
 from app.commands.opening import load_environment, load_shape
 from app.commands.recognise import CONTENT, Opening, Recognised, recognise
 from app.commands.sample import NAME as SAMPLE
-from app.commands.sample import Sample, capture_of_sample, marked_sample, samples_folder
+from app.commands.sample import capture_of_sample, samples_folder
 from app.document.document import Document, ImportChoices, Look, Project
 from app.jobs.jobs import Job, Jobs
 from app.process.packages import load_shared
@@ -136,20 +136,11 @@ class Workbench(QObject):
         job = self.jobs.submit("Opening", lambda: _recognised(tuple(paths)), lane="open")
         job.succeeded.connect(lambda found: self._open_recognised(found, count))
 
-    def open_sample(self) -> None:
-        """The capture that the program brings along, with its material ready made."""
-        self._place(SAMPLE, self._open_sample)
+    def rebuild_sample(self) -> None:
+        """Simulate the built-in capture at full size, and import and build it as any other."""
+        self._place(SAMPLE, self._rebuild_sample)
 
-    def _open_sample(self) -> None:
-        target = self._free("stack")
-        job = self.jobs.submit("Opening the sample", lambda: marked_sample(target), lane="open", resource="samples")
-        job.succeeded.connect(self._sample_opened)
-
-    def make_sample_anew(self) -> None:
-        """The same capture, imported and built as any other, so that the whole way can be seen."""
-        self._place(SAMPLE, self._make_sample_anew)
-
-    def _make_sample_anew(self) -> None:
+    def _rebuild_sample(self) -> None:
         self.wanted.emit("capture")
         job = self.jobs.submit(
             "Preparing the sample capture",
@@ -167,15 +158,6 @@ class Workbench(QObject):
             self.arrived.emit(Arrival(name, replace, add, added))
         else:
             replace()
-
-    def _sample_opened(self, sample: Sample) -> None:
-        if self.importing is not None:
-            self.jobs.drop(self.importing)
-        now, look = self.document.project, self.document.project.material
-        material = dataclasses.replace(sample.material, brdf=look.brdf, measured=look.measured, sigma=look.sigma)
-        self.document.change("Open the sample", **{**now.without_capture, **sample.parts, "material": material})
-        self.wanted.emit("capture")
-        self.said.emit("The sample is open, ready made. File > Rebuild sample shows how")
 
     def _open_recognised(self, found: Opening, count: int) -> None:
         """Open all groups; where one of them is a capture or a material, as soon as the user has chosen its place."""

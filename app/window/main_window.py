@@ -347,6 +347,7 @@ class MainWindow(QMainWindow):
         menus.mode_chooser_wanted.connect(self._choose_mode)
         menus.hints_wanted.connect(self.show_hints)
         menus.projects_wanted.connect(self.show_start)
+        menus.sample_wanted.connect(lambda: self.starting.open_example(EXAMPLES[0]))
         menus.preferences_wanted.connect(self._show_preferences)
         menus.self_test_wanted.connect(self.self_test)
         menus.reports_wanted.connect(self._show_reports)

@@ -27,7 +27,7 @@ class Menus(QMenuBar):
     measuring_wanted : whether the error of the picture is measured.
     history_wanted, preferences_wanted, help_wanted, keys_wanted, mode_chooser_wanted, reports_wanted, about_wanted :
         a dialog or a folder.
-    hints_wanted : the welcome tour. projects_wanted : the start page.
+    hints_wanted : the welcome tour. projects_wanted : the start page. sample_wanted : the shipped woven cloth.
     self_test_wanted : a test of the machine.
     """
 
@@ -41,6 +41,7 @@ class Menus(QMenuBar):
     mode_chooser_wanted = Signal()
     hints_wanted = Signal()
     projects_wanted = Signal()
+    sample_wanted = Signal()
     preferences_wanted = Signal()
     self_test_wanted = Signal()
     reports_wanted = Signal()
@@ -75,8 +76,10 @@ class Menus(QMenuBar):
         add(menu, "Open folder…", "Ctrl+Shift+O", files.choose_folder)
         self.recent = menu.addMenu("Open recent")
         self.recent.aboutToShow.connect(self._fill_recent)
-        add(menu, "Sample capture", "", files.bench.open_sample)
-        add(menu, "Rebuild sample", "", files.bench.make_sample_anew)
+        sample = add(menu, "Sample capture", "", self.sample_wanted.emit)
+        sample.setToolTip("Open a woven cloth, ready-made, in a project of its own")
+        rebuild = add(menu, "Rebuild sample", "", files.bench.rebuild_sample)
+        rebuild.setToolTip("Simulate the photographs of a woven cloth at full size, import them and build the material")
         menu.addSeparator()
         add(menu, "Save picture…", "", partial(self.picture_wanted.emit, "picture"))
         add(menu, "Save turntable…", "", partial(self.picture_wanted.emit, "turntable"))

@@ -10,7 +10,6 @@ import psutil
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QDialog, QHBoxLayout, QVBoxLayout, QWidget
 
-from app.commands.sample import made_of_sample
 from app.jobs.jobs import Jobs
 from app.process import crash
 from app.project.made import size_of
@@ -22,7 +21,6 @@ from app.widgets.panels import Rows, button, enable, line, text
 from app.widgets.theme import PADDING, STEP
 from engine.core.figure_text import size_text
 from engine.core.steps import Step, Steps
-from engine.storage.atomic import discard
 
 #: Limits of the cache, in gigabytes; 0 for what suits the disk.
 CACHES_GB = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
@@ -149,28 +147,25 @@ class Preferences(QDialog):
         self.jobs.submit("Emptying the cache", _emptied, lane="screen").succeeded.connect(self._show_size)
 
 
-def _places() -> list[Path]:
-    """Files and folders that can be made again: the cache, and what was made of the sample's photographs."""
+def _size_of_cache() -> int:
     folder = cache_folder()
-    return [*([folder] if folder is not None and folder.is_dir() else []), *made_of_sample()]
+    return size_of(folder) if folder is not None and folder.is_dir() else 0
 
 
 def _cached_bytes() -> Steps[int]:
     yield Step(0.0, "measuring")
-    return sum(size_of(place) for place in _places())
+    return _size_of_cache()
 
 
 def _kept_within() -> Steps[int]:
     """Remove what was used longest ago, until the limit is kept; the bytes that stay."""
     yield Step(0.0, "measuring")
     cache.keep_within()
-    return sum(size_of(place) for place in _places())
+    return _size_of_cache()
 
 
 def _emptied() -> Steps[int]:
     """Remove all but what open windows use; the bytes that stay."""
     yield Step(0.0, "emptying")
     cache.empty()
-    for place in made_of_sample():
-        discard(place)
-    return sum(size_of(place) for place in _places())
+    return _size_of_cache()

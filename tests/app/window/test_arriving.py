@@ -140,7 +140,6 @@ def test_everything_that_replaces_work_asks_first(
     assert stack is not None
     commands = {entry.text(): entry for entry in window.menus.findChildren(QAction)}
     for name, ask in (
-        ("Woven sample", commands["Sample capture"].trigger),
         ("Woven sample", commands["Rebuild sample"].trigger),
         ("Felt.lightarc", lambda: drop(window, [bundle])),
         (stack.name, lambda: drop(window, [stack])),
