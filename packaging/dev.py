@@ -1,7 +1,8 @@
-"""Set Lightarc up on a machine that has nothing but Python ≥ 3.11, then run it or its tests.
+"""Set Lightarc up on a machine that has nothing but Python ≥ 3.11, then run it, its tests or its benchmarks.
 
     python3 packaging/dev.py run [-- ARGUMENTS OF LIGHTARC …]
     python3 packaging/dev.py test [--long] [-- ARGUMENTS OF PYTEST …]
+    python3 packaging/dev.py bench [-- ARGUMENTS OF THE BENCHMARKS …]
 
 Set-up makes `.venv` in the project, fills it from the lock file (every package pinned with its hash) and adds the
 project itself as an editable installation. On Debian and Ubuntu missing system libraries come through apt where the
@@ -104,14 +105,14 @@ def main(words: Sequence[str] | None = None) -> int:
     verb, rest = parse(sys.argv[1:] if words is None else words)
     signal.signal(signal.SIGTERM, _stop)
     try:
-        set_up(verb)
+        set_up("run" if verb == "bench" else verb)
     except SetupError as error:
         say(str(error))
         return MISSING
     except KeyboardInterrupt:
         say("Interrupted; the same command takes the set-up up again.")
         return CANCELLED
-    return test(rest) if verb == "test" else run(rest)
+    return {"run": run, "test": test, "bench": bench}[verb](rest)
 
 
 def parse(words: Sequence[str]) -> tuple[str, list[str]]:
@@ -125,10 +126,11 @@ def parse(words: Sequence[str]) -> tuple[str, list[str]]:
         own, rest = own[:cut], own[cut + 1 :]
     parser = argparse.ArgumentParser(
         prog="dev.py",
-        description="Set Lightarc up, then run it or its tests. What follows -- is handed to lightarc or to pytest.",
+        description="Set Lightarc up, then run it, its tests or its benchmarks, which take what follows --.",
         epilog="example: python3 packaging/dev.py run -- demo -o out",
     )
-    parser.add_argument("verb", choices=("run", "test"), help="open Lightarc (or its demo, without a display), or test")
+    verbs = "open Lightarc (or its demo, without a display), test, or measure"
+    parser.add_argument("verb", choices=("run", "test", "bench"), help=verbs)
     parser.add_argument("--long", action="store_true", help="test with the campaigns as well, which takes hours")
     options = parser.parse_args(own)
     if options.long and options.verb != "test":
@@ -326,6 +328,11 @@ def run(words: Sequence[str]) -> int:
     if code == 0:
         say(f"The results are in {RESULTS}")
     return code
+
+
+def bench(words: Sequence[str]) -> int:
+    """Hand `words` to the benchmarks."""
+    return call([str(PYTHON), "-m", "benchmarks", *words])
 
 
 def has_display() -> bool:

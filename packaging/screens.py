@@ -21,8 +21,6 @@ from typing import Any
 from PySide6.QtCore import QPoint, QTimer
 from PySide6.QtWidgets import QApplication, QColorDialog, QDialog, QFileDialog, QMenu, QWidget
 
-from app.bench.faults import faults
-from app.bench.filled import COMPARED, fill, states
 from app.capture.photograph_menu import menu_of
 from app.commands import brdf as commands_brdf
 from app.commands.workbench import Arrival
@@ -36,6 +34,8 @@ from app.window.dialogs import ask_what_to_collect, show_history, show_notes
 from app.window.main_window import MainWindow
 from app.window.preferences import Preferences
 from app.window.top_bar import WORKSPACES
+from benchmarks.app.faults import faults
+from benchmarks.app.filled import COMPARED, fill, states
 from engine.capture.doubts import Doubtful
 from engine.capture.lights.sources import find
 from engine.core.errors import InputError, MissingCapability, OutOfMemory

@@ -7,9 +7,9 @@ needs a display with OpenGL that is as large as the largest size (`Xvfb -screen 
 `--sizes`, `--themes` and `--parts` it takes all of them: 1024 × 700, 1280 × 800, 1920 × 1080, 2560 × 1440, and
 1280 × 800 at 200 % from a second process, each dark and light. The program starts once; what takes long is done once,
 and then seen in all sizes and themes. Pictures are named STATE-SIZE-THEME.png. `contact-sheet.png` has all pictures of
-the folder, small, with their names; `faults.txt` lists what `app.bench.faults` finds in those of this run: text that
-is cut, overlapping widgets, faint text, controls without a name. `--readme`, which may be left out, also writes the
-picture at the top of the README: the View workspace with the material on a model. The parts are in
+the folder, small, with their names; `faults.txt` lists what `benchmarks.app.faults` finds in those of this run: text
+that is cut, overlapping widgets, faint text, controls without a name. `--readme`, which may be left out, also writes
+the picture at the top of the README: the View workspace with the material on a model. The parts are in
 `packaging/screens.py`.
 """
 

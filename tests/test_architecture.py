@@ -65,25 +65,13 @@ EXCEPTIONS = {
     "app/window/projects.py tempfile.mkdtemp": "a project whose own folder cannot be written",
     "app/session/settings.py shutil.rmtree": WORKING,
     "app/cli/transport/render_transport.py tempfile.TemporaryDirectory": "a bake for one picture, removed with it",
-    "app/bench/window.py tempfile.TemporaryDirectory": "settings of the window that is measured, removed with it",
-    "app/bench/first_use.py tempfile.TemporaryDirectory": "settings of the window that is measured, removed with it",
-    "app/bench/saving.py tempfile.TemporaryDirectory": "settings of the window that is measured, removed with it",
-    "app/bench/soak.py tempfile.TemporaryDirectory": "models and settings of a window that is soaked, removed with it",
-    "app/bench/soak.py tempfile.TemporaryFile": "what a soaked window says, read when it has ended",
-    "app/bench/program.py tempfile.TemporaryDirectory": "photographs of a measured import, removed with it",
-    "engine/bench/tables.py tempfile.TemporaryDirectory": "a table whose reading is measured, removed with it",
-    "engine/bench/hostile_text.py tempfile.TemporaryDirectory": "texts whose reading is measured, removed with it",
     "engine/proof/blender.py tempfile.TemporaryDirectory": "a picture that Blender draws, removed with it",
     "engine/proof/libraries.py tempfile.TemporaryDirectory": "a model that another program reads, removed with it",
     "engine/proof/programs.py tempfile.TemporaryDirectory": "a page that a browser reads, removed with it",
     "engine/proof/programs.py (site / 'material.glb').symlink_to": "in that folder",
     "engine/proof/programs.py (site / 'three').symlink_to": "in that folder",
     "engine/planning/costs/machine_profile.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
-    "engine/bench/transport/wavelet.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
-    "engine/bench/transport/gaussian_bake.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
-    "engine/bench/transport/plan.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "engine/tradeoff/bake_group.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
-    "engine/bench/transport/paid_off.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "app/process/crash.py path.open": "the report of a crash, which is written while the process falls",
     "app/process/crash.py path.unlink": "reports of crashes that are empty or too many",
     "app/session/settings.py folder.mkdir": "an empty folder for the settings",
@@ -187,7 +175,7 @@ def test_files_are_written_in_one_place() -> None:
 
 
 def test_nothing_is_pickled() -> None:
-    everywhere = sources("engine", "app", "lightarc", "packaging")
+    everywhere = sources("engine", "app", "lightarc", "benchmarks", "packaging")
     pickling = {"pickle", "dill", "cloudpickle", "joblib", "shelve", "marshal"}
     assert [name_of(path) for path in everywhere if packages_of(path) & pickling] == []
     keywords = ((path, node) for path in everywhere for node in nodes_of(path) if isinstance(node, ast.keyword))
@@ -198,7 +186,7 @@ def test_nothing_is_pickled() -> None:
 def test_failures_are_caught_by_name() -> None:
     """`except:` and `except Exception` hide mistakes; `except BaseException` may tidy up if it raises again."""
     found = []
-    for path in sources("engine", "app", "lightarc", "packaging"):
+    for path in sources("engine", "app", "lightarc", "benchmarks", "packaging"):
         for node in nodes_of(path):
             if not isinstance(node, ast.ExceptHandler):
                 continue
@@ -210,7 +198,7 @@ def test_failures_are_caught_by_name() -> None:
 
 
 def text_files() -> Iterator[Path]:
-    folders = ("app", "engine", "lightarc", "resources", "tests", "packaging", ".ci")
+    folders = ("app", "engine", "lightarc", "resources", "benchmarks", "tests", "packaging", ".ci")
     yield from (path for path in PROJECT.iterdir() if path.is_file() and path.name != ".git")  # a file in a worktree
     for folder in folders:
         yield from (

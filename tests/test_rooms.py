@@ -56,8 +56,6 @@ ROOMS = (
     "engine/tradeoff",
     "engine/selftest",
     "engine/selftest/generated",
-    "engine/bench",
-    "engine/bench/transport",
     "app/process",
     "app/arguments",
     "app/jobs",
@@ -78,11 +76,13 @@ ROOMS = (
     "app/help",
     "app/start",
     "app/window",
-    "app/bench",
     "app/cli",
     "app/cli/shading",
     "app/cli/transport",
     "app",
+    "benchmarks",
+    "benchmarks/transport",
+    "benchmarks/app",
 )
 
 
@@ -90,7 +90,7 @@ ROOMS = (
 def modules() -> dict[str, Path]:
     """Dotted name → file of every module of the program."""
     found = {}
-    for path in sorted(path for top in ("engine", "app") for path in (PROJECT / top).rglob("*.py")):
+    for path in sorted(path for top in ("engine", "app", "benchmarks") for path in (PROJECT / top).rglob("*.py")):
         found[".".join(path.relative_to(PROJECT).with_suffix("").parts).removesuffix(".__init__")] = path
     return found
 

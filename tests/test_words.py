@@ -29,7 +29,7 @@ KEPT = {"matt", "matt_s", "truth", "spherical_harmonics", "visibility_harmonics"
 ANYWHERE = re.compile(rf"(?<![^\W_])(?:{'|'.join(OLD_WORDS)})(?![^\W_])", re.IGNORECASE)
 
 
-@pytest.mark.parametrize("folder", ["app", "engine", "lightarc"])
+@pytest.mark.parametrize("folder", ["app", "benchmarks", "engine", "lightarc"])
 def test_names_are_terms_of_the_field(folder: str) -> None:
     texts = {path: path.read_text(encoding="utf-8") for path in sorted((PROJECT / folder).rglob("*.py"))}
     names = {

@@ -14,7 +14,7 @@ as they are wide, and refined by a cubic B-spline; what both widen is taken off 
 direction of a texel. From 4 / N rad on nodes are right to 2 % of the height for a single bright texel anywhere, and
 what is bright stays where it is to half a texel or 2 % of sigma. Half a texel wide they are off by 5 %, because texels
 so far apart cannot show such a Gaussian, and look-ups between nodes a texel apart by what bilinear interpolation is.
-What that takes for 6 × 512²: `lightarc bench --only prefilter`; most of it goes to the levels below 9 / N rad.
+What that takes for 6 × 512²: `python -m benchmarks --only prefilter`; most of it goes to the levels below 9 / N rad.
 """
 
 from __future__ import annotations

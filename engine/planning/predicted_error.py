@@ -3,7 +3,7 @@
 It is at most the sum of the errors of what is left out (`estimates`) and of the method's own (`mode_error`), by the
 triangle inequality. That of the reference is its noise.
 
-Beside it stands the interval that holds the error of 95 of 100 generated scenes (`engine.bench.transport.predictions`).
+Beside it stands the interval that holds the error of 95 of 100 generated scenes (`benchmarks.transport.predictions`).
 """
 
 from __future__ import annotations

@@ -57,7 +57,7 @@ EXPLAINED_AS_WELL = 0.9
 
 #: Deviation of the roughness of all texels together: light that bounces and lobes of another shape err alike under all
 #: lamps, and so does a kind's prior of F, with which roughness moves. ρ and F move with it. Found on 24 generated
-#: materials; `lightarc bench --only surface-sigma` counts the texels of others.
+#: materials; `python -m benchmarks --only surface-sigma` counts the texels of others.
 ROUGHNESS_DEVIATION = 0.03
 
 #: Blocks of neighbouring lamps, the photographs in one at least, and every which texel of the sample they are tried on.

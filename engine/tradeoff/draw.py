@@ -1,7 +1,7 @@
 """Pictures and the time of their frames, with OpenGL where there is any, else on the processor.
 
 A frame is what a window draws when only the camera has moved: everything is compiled and uploaded, tone mapping is part
-of it. It is timed several times and the shortest counts, as in `engine.bench`.
+of it. It is timed several times and the shortest counts, as in `engine.core.stopwatch`.
 
 The vertices that pictures of a scene need: those of the faces that its camera sees, and of the faces around them.
 """

@@ -133,7 +133,7 @@ def test_health_is_said_and_stands_in_json(
     arc = LightArc(size=48, elevation=tuple(math.radians(angle) for angle in (20, 50, 90)))
     monkeypatch.setattr(demos, "LightArc", lambda: arc)
     monkeypatch.setattr(demos, "PICTURE_SIZE", (32, 20))
-    monkeypatch.setattr("engine.bench.shading.SIDE", 16)
+    monkeypatch.setattr("benchmarks.shading.SIDE", 16)
     monkeypatch.setattr("engine.tradeoff.write.COSTS", ("frame",))
     monkeypatch.setattr(
         "engine.brdf.ranking.ranked", lambda data, models, **options: ranked(data, models[:2], **options)

@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 from PySide6.QtWidgets import QApplication
 
-from app.bench.faults import cut
 from app.docks import health
 from app.docks import health as healths
 from app.docks.health import figures_of, parts_of, report_text, worst_of
 from app.window.main_window import MainWindow
+from benchmarks.app.faults import cut
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.light.environment_file import open_environment

@@ -14,7 +14,6 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QImage, QPainter
 from PySide6.QtSvg import QSvgRenderer
 
-from app.bench.faults import cut, pixels
 from app.commands import brdf as commands_brdf
 from app.document.document import Document
 from app.document.factoring import MATERIAL, Factoring, Run
@@ -24,6 +23,7 @@ from app.factor.plot import line_of, log_ticks
 from app.factor.runs import Live
 from app.widgets.labels import FIXED, projection_name, shares
 from app.window.main_window import MainWindow
+from benchmarks.app.faults import cut, pixels
 from engine.brdf.models.phong import Phong
 from engine.factor.errors import Factorisation, Metrics, TermError
 from engine.factor.factor_file import read_factors

@@ -17,10 +17,10 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QToolButton, QWidget
 
-from app.bench.faults import cut
 from app.viewport.gl_surface import GlSurface
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
+from benchmarks.app.faults import cut
 from engine.brdf.brdf import brdf_from_text
 from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_encode, to_display8, tone_map

@@ -117,7 +117,7 @@ def test_the_search_is_never_worse_than_mccool_with_as_many_textures(text: str, 
 
 
 def test_blue_paint_is_far_better_than_mccool_with_two_textures() -> None:
-    """To 55° and with few samples; the full figures are those of `lightarc bench`."""
+    """To 55° and with few samples; the full figures are those of `python -m benchmarks`."""
     data = blue_paint(4000, 55.0)
     fixed = drain(mccool(data, 16, reciprocal=True))
     found = drain(search(data, SearchSettings(terms=2, restarts=0, low_samples=1000, reciprocal=True)))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine.bench.directions import directions_ladders
+from benchmarks.directions import directions_ladders
 from engine.core.steps import drain
 from engine.gl.direct import DirectRenderer
 from engine.light.environment import DistantLights, EnvironmentMap, all_lights, texel_directions

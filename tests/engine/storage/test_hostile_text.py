@@ -1,7 +1,7 @@
 """Text from outside that is made to be slow (safety S3): no reader searches backwards, and all refuse in one sentence.
 
-How long they take is measured by `lightarc bench --only hostile-text`; here it follows from the patterns: where every
-repetition is bounded, and their choices multiplied are few, so is the work at each place of a text.
+How long they take is measured by `python -m benchmarks --only hostile-text`; here it follows from the patterns: where
+every repetition is bounded, and their choices multiplied are few, so is the work at each place of a text.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any, cast
 
 import pytest
 
-from engine.bench.hostile_text import FILLS, PLACES, refusal
+from benchmarks.hostile_text import FILLS, PLACES, refusal
 from engine.capture.lights.capture_file import read_capture_file
 from engine.core.errors import InputError
 from engine.storage.records import read_json, read_manifest

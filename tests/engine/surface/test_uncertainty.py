@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engine.bench.surface import errors_over_sigma, generated
+from benchmarks.surface import errors_over_sigma, generated
 from engine.core.steps import drain
 from engine.surface.height import LENS, unresolved
 from engine.surface.recover import recover

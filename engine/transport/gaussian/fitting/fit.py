@@ -18,7 +18,7 @@ a start and nothing else.
 A plain least-squares fit of one lobe loses a tenth to a quarter of the energy; `Fit.preserving` has it all, and a
 larger distance. Which of them is nearer in radiance depends on the light, so whoever knows the light chooses.
 
-Bound by exponentials: about 0.3 ms of a core for a vertex, view and lobe with 350 samples (`lightarc bench --only
+Bound by exponentials: about 0.3 ms of a core for a vertex, view and lobe with 350 samples (`python -m benchmarks --only
 gaussian-fit-speed`). Memory: the samples of one block, and 28 bytes for each vertex, view and lobe.
 """
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine.bench import alignment as truth
+from benchmarks import alignment as truth
 from engine.capture.registration.align import align
 from engine.capture.registration.pair_motion import MOTIONS
 from engine.core.colour import luminance

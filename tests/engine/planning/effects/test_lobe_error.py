@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import pytest
 
-from engine.bench.transport import predictions
+from benchmarks.transport import predictions
 from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import drain
 from engine.geometry.camera import frame

@@ -1,0 +1,1 @@
+"""Measurements of speed and error, each beside the limit that bounds it."""

@@ -1,0 +1,181 @@
+"""Memory and disk that large captures take: import with alignment, and `shade` to a bundle, each a process of its own.
+
+Photographs of each size are made on the disk, as 16-bit TIFFs: ten under an arc of lamps, or more under a dome, of
+which `shade` makes planes. The memory of the process and of its decoders is sampled ten times a second, in
+proportional shares (PSS), so that what they share counts once. Two figures are told: that of all pages, and that
+without the pages of mapped files, which the system takes back when it needs them. The slope is that of a line through
+the peaks of all sizes, in bytes for each pixel of a photograph. Disk is that of the photographs, of all results, and of
+the files without a name that the process has mapped.
+"""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import psutil
+
+from benchmarks.app.program import PHOTOGRAPHS, large_photographs
+from benchmarks.measure import Accuracy
+from engine.core.errors import InputError, MissingCapability, UsageError
+from engine.core.steps import Step, Steps
+from engine.images.encode import write_tiff16
+from engine.storage.atomic import discard, make_folder, write_bytes
+
+#: Memory that ten photographs of 150 megapixels, or 64 of 24, may take.
+LIMIT_BYTES = 6 * 2**30
+
+#: Sizes without `--megapixels`: from them the slope is known within minutes.
+MEGAPIXELS = (6.0, 24.0, 48.0)
+
+_INTERVAL_S = 0.1
+
+
+class Peak(NamedTuple):
+    """The most memory of a command at any moment: all pages, those of no mapped file; and its disk and seconds."""
+
+    all_bytes: int
+    without_files_bytes: int
+    disk_bytes: int
+    time_s: float
+
+
+def large_memory(
+    folder: Path, megapixels: Sequence[float] = MEGAPIXELS, photographs: int = PHOTOGRAPHS
+) -> Steps[list[Accuracy]]:
+    """Peaks in GiB at every size and their slope, for `import` and for `shade`, of so many `photographs`.
+
+    `folder` needs room for some 280 bytes for each pixel of ten photographs, 42 GB for 150 megapixels, and for 20 bytes
+    for each pixel of each photograph of a dome. Raises UsageError for less than `PHOTOGRAPHS`.
+    """
+    if photographs < PHOTOGRAPHS:
+        raise UsageError(f"--photographs {photographs}: large-memory takes {PHOTOGRAPHS} or more")
+    if not Path("/proc/self/smaps_rollup").exists():
+        raise MissingCapability("This system does not tell the memory of a process by kind", "Measure on Linux")
+    peaks: dict[str, list[Peak]] = {"import": [], "shade": []}
+    for index, size in enumerate(sizes := sorted(megapixels)):
+        place, stack, bundle = (folder / name for name in ("photographs", "stack", "material.lightarc"))
+        yield Step(index / len(sizes), f"making photographs of {size:g} megapixels")
+        shape = round(1000 * math.sqrt(size / 1.5)), round(1500 * math.sqrt(size / 1.5))
+        yield from large_photographs(place, *shape) if photographs == PHOTOGRAPHS else _dome(place, *shape, photographs)
+        for verb, words in (("import", (place, "-o", stack)), ("shade", (stack, "-o", bundle))):
+            note = f"{verb} of {photographs} × {size:g} megapixels"
+            watched = _watched([verb, *map(str, words)], folder, (index + 0.5) / len(sizes), note)
+            peaks[verb].append((yield from watched))
+            discard(place)
+        for made in (stack, bundle):
+            discard(made)
+    return [_found(verb, photographs, sizes, of_verb) for verb, of_verb in peaks.items()]
+
+
+def _dome(folder: Path, height: int, width: int, count: int) -> Steps[None]:
+    """A matte relief with texture at all scales, a pixel or two apart, under `count` lamps, which its `.lp` places."""
+    make_folder(folder)
+    random = np.random.default_rng(0).random((3, -(-height // 8), -(-width // 8)), np.float32)
+    albedo, right, up = (np.kron(each, np.ones((8, 8), np.float32))[:height, :width] for each in random)
+    lines = [f"{count}\n"]
+    for index in range(count):
+        yield Step(index / count, "making photographs")
+        z = 0.2 + 0.75 * (index + 0.5) / count
+        x, y = (math.sqrt(1.0 - z * z) * of(math.pi * (3.0 - math.sqrt(5.0)) * index) for of in (math.cos, math.sin))
+        lit = (0.4 + 0.6 * albedo) * np.maximum(z - 0.6 * x * (right - 0.5) - 0.6 * y * (up - 0.5), 0.0)
+        codes = np.roll(45000.0 * lit, (index % 3, index % 2), axis=(0, 1)).astype(np.uint16)
+        write_tiff16(folder / f"dome_{index:03}.tif", np.repeat(codes[..., None], 3, axis=2), transfer="linear")
+        lines.append(f"dome_{index:03}.tif {x:.6f} {y:.6f} {z:.6f}\n")
+    write_bytes(folder / "lamps.lp", "".join(lines).encode())
+
+
+def _found(verb: str, photographs: int, sizes: Sequence[float], peaks: Sequence[Peak]) -> Accuracy:
+    pixels = 1e6 * np.asarray(sizes)
+    slopes = [
+        float(np.polyfit(pixels, [getattr(peak, kind) for peak in peaks], 1)[0]) if len(peaks) > 1 else None
+        for kind in ("all_bytes", "without_files_bytes")
+    ]
+    table = "; ".join(
+        f"{size:g} megapixels: {peak.all_bytes / 2**30:.2f} GiB, {peak.without_files_bytes / 2**30:.2f} without mapped "
+        f"files, {peak.disk_bytes / 1e9:.1f} GB of disk, {peak.time_s:.0f} s"
+        for size, peak in zip(sizes, peaks, strict=True)
+    )
+    slope = f"{slopes[0]:.1f} bytes a pixel ({slopes[1]:.1f} without mapped files); " if len(peaks) > 1 else ""
+    what = f"GiB at {photographs} × {sizes[-1]:g} megapixels; {slope}{table}"
+    more = {
+        "photographs": photographs,
+        "megapixels": list(sizes),
+        "peak_bytes": [peak.all_bytes for peak in peaks],
+        "peak_without_mapped_files_bytes": [peak.without_files_bytes for peak in peaks],
+        "disk_bytes": [peak.disk_bytes for peak in peaks],
+        "time_s": [peak.time_s for peak in peaks],
+        "slope_bytes_per_pixel": slopes[0],
+        "slope_without_mapped_files_bytes_per_pixel": slopes[1],
+    }
+    return Accuracy(f"{verb}-memory", peaks[-1].all_bytes / 2**30, what, LIMIT_BYTES / 2**30, more)
+
+
+def _watched(words: Sequence[str], folder: Path, done: float, note: str) -> Steps[Peak]:
+    """Run a verb and look at its memory, and at the disk that it and `folder` take."""
+    start, most, most_without, most_disk = time.monotonic(), 0, 0, 0
+    command = [sys.executable, "-m", "app.__main__", *words]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            while process.poll() is None:
+                everything, files = _memory(process.pid)
+                most, most_without = max(most, everything), max(most_without, everything - files)
+                most_disk = max(most_disk, _on_disk(folder) + _nameless(process.pid))
+                yield Step(done, note)
+                time.sleep(_INTERVAL_S)
+        finally:
+            process.kill()
+        message = process.stderr.read() if process.stderr else ""
+    if process.returncode:
+        raise InputError(words[1], f"could not be measured: {message.strip()[-300:]}", "Make room, or measure less")
+    return Peak(most, most_without, most_disk, time.monotonic() - start)
+
+
+def _memory(pid: int) -> tuple[int, int]:
+    """Proportional bytes of a process and its children: of all pages, and of those of mapped files."""
+    everything = files = 0
+    try:
+        family = [pid, *(child.pid for child in psutil.Process(pid).children(recursive=True))]
+    except psutil.Error:
+        return 0, 0
+    for one in family:
+        try:
+            text = Path(f"/proc/{one}/smaps_rollup").read_text()
+        except OSError:  # it has ended
+            continue
+        sizes = {line.split(":")[0]: 1024 * int(line.split()[1]) for line in text.splitlines()[1:]}
+        everything += sizes["Pss"]
+        files += sizes["Pss_File"]
+    return everything, files
+
+
+def _on_disk(folder: Path) -> int:
+    """Bytes of the blocks of all files below `folder`."""
+    total = 0
+    for path in folder.rglob("*"):
+        try:
+            total += 512 * path.stat().st_blocks
+        except OSError:  # it has just been renamed or deleted
+            continue
+    return total
+
+
+def _nameless(pid: int) -> int:
+    """Bytes of the files in folders of temporary files that a process has mapped and that have no name any more."""
+    try:
+        lines = Path(f"/proc/{pid}/maps").read_text().splitlines()
+    except OSError:  # it has ended
+        return 0
+    sizes: dict[str, int] = {}
+    for line in lines:
+        if line.endswith("(deleted)") and not any(place in line for place in ("/dev/", "/memfd:", "/SYSV")):
+            first, last = (int(end, 16) for end in line.split()[0].split("-"))
+            inode = line.split()[4]
+            sizes[inode] = max(sizes.get(inode, 0), last - first)
+    return sum(sizes.values())

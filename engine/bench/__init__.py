@@ -1,1 +1,0 @@
-"""Measurements of capture, BRDFs, factorisation and light, each beside the limit that bounds it."""
