@@ -7,11 +7,13 @@ naming it repeats it; `--seed` repeats all campaigns with one seed. What fails i
 
 from __future__ import annotations
 
+import hashlib
 import math
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import platformdirs
 import pytest
 from hypothesis import HealthCheck, settings
 
@@ -20,7 +22,13 @@ untimed = settings(settings.default, deadline=None, suppress_health_check=[Healt
 settings.register_profile("untimed", untimed)
 settings.load_profile("untimed")
 
-SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+PROJECT = Path(__file__).resolve().parents[1]
+
+# Kernels are compiled once for all checkouts with the same packages (`engine.core.kernel_cache`), not once for each.
+_PACKAGES = hashlib.sha256((PROJECT / "packaging" / "requirements-test.lock").read_bytes()).hexdigest()[:16]
+os.environ.setdefault("NUMBA_CACHE_DIR", str(platformdirs.user_cache_path("lightarc-tests") / f"kernels-{_PACKAGES}"))
+
+SHARED_DATA = PROJECT.parent / "shared" / "data"
 
 #: Seconds after which a test of a campaign is taken to hang.
 LONG_TIMEOUT_S = 3600
@@ -70,7 +78,7 @@ def no_waiting_for_the_disk() -> Iterator[None]:
 def typefaces_listed_once() -> Iterator[None]:
     """The list of typefaces that matplotlib makes in 2 s, kept for all tests and the processes that they start."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MPLCONFIGDIR", str(Path(__file__).resolve().parents[1] / "build" / "matplotlib"))
+        patch.setenv("MPLCONFIGDIR", str(PROJECT / "build" / "matplotlib"))
         yield
 
 

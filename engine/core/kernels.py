@@ -113,10 +113,14 @@ def _numba() -> Any:
     import numba
 
     numba.config.THREADING_LAYER = "default"
+    if numba.config.CACHE_DIR:
+        content = f"{__package__}.kernel_cache.ContentLocator"
+        numba.config.CACHE_LOCATOR_CLASSES = f"{content},InTreeCacheLocator,UserWideCacheLocator"
     return numba
 
 
 def _njit(function: Any, **options: Any) -> Any:
+    function.compile_options = sorted(options.items())
     return _numba().njit(function, cache=True, nogil=True, error_model="numpy", **options)
 
 

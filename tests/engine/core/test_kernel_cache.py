@@ -1,0 +1,93 @@
+"""The key of a cached kernel: it follows what is compiled, and nothing else."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import FunctionType
+
+import pytest
+
+from engine.core.kernel_cache import fingerprint
+
+PROJECT = Path(__file__).resolve().parents[3]
+
+MODULES = {
+    "callee.py": """
+from engine.core.kernels import scalar
+
+FACTOR = 3.0
+
+@scalar
+def scaled(value):
+    return FACTOR * value
+""",
+    "caller.py": """
+import numpy as np
+import callee
+from callee import scaled
+from engine.core.kernels import scalar
+
+OFFSETS = np.array([1.0, 2.0])
+
+@scalar
+def moved(value):
+    return scaled(value) + OFFSETS[1] + callee.FACTOR
+
+@scalar
+def counted(value):
+    return 0.0 if value < 1.0 else 1.0 + counted(value - 1.0)
+""",
+}
+
+USE = """
+from caller import counted, moved
+print(moved(2.0), counted(2.5), *(sum(each.stats.cache_hits.values()) for each in (moved, counted)))
+"""
+
+
+@pytest.fixture
+def modules(tmp_path: Path) -> Path:
+    for name, text in MODULES.items():
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+def used(folder: Path, cache: Path) -> str:
+    """What the program USE prints with the modules of `folder`: two results and whether each kernel was cached."""
+    environment = {
+        **os.environ,
+        "NUMBA_CACHE_DIR": str(cache),
+        "PYTHONPATH": os.pathsep.join([str(folder), str(PROJECT)]),
+    }
+    done = subprocess.run([sys.executable, "-c", USE], capture_output=True, text=True, env=environment, check=True)
+    return done.stdout.strip()
+
+
+def test_kernels_are_shared_by_checkouts_and_compiled_anew_where_a_callee_changed(
+    modules: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    cache, other = tmp_path_factory.mktemp("cache"), tmp_path_factory.mktemp("other")
+    assert used(modules, cache) == "11.0 2.0 0 0"
+    for name, text in MODULES.items():
+        (other / name).write_text(f"# a line more\n{text}")
+    assert used(other, cache) == "11.0 2.0 1 1", "another folder, other lines, the same kernels"
+    (other / "callee.py").write_text(MODULES["callee.py"].replace("3.0", "4.0"))
+    assert used(other, cache) == "14.0 2.0 0 1", "the caller's own file has not changed"
+
+
+def test_constants_and_options_belong_to_the_key() -> None:
+    def made(expression: str, **values: object) -> FunctionType:
+        names: dict[str, object] = dict(values)
+        exec(f"def f(x):\n    return {expression}", names)
+        return names["f"]  # type: ignore[return-value]
+
+    same = made("x + A", A=1.0)
+    assert fingerprint(same) == fingerprint(made("x + A", A=1.0, B=2.0))
+    others = [made("x - A", A=1.0), made("x + A", A=2.0), made("x + 1.0"), made("x + A", A=(1.0,))]
+    assert len({fingerprint(each) for each in [same, *others]}) == 5
+    before = fingerprint(same)
+    same.compile_options = [("parallel", True)]  # type: ignore[attr-defined]
+    assert fingerprint(same) != before
