@@ -43,6 +43,10 @@ RESULTS = PROJECT / "build" / "demo"
 #: Each of the processes that run tests has a processor to itself: threads of linear algebra and Mesa would only wait.
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "LP_NUM_THREADS": "1"}
 
+#: Variables that tests do without: another display, and the wish for no bytecode, without which each process that they
+#: start compiles all modules again, and each run all tests.
+UNSET = {"WAYLAND_DISPLAY", "PYTHONDONTWRITEBYTECODE"}
+
 #: Seconds after which a process whose test of a campaign hangs is ended; tests give up at 3,600 themselves.
 LONG_TEST_S = 3700
 
@@ -372,8 +376,9 @@ def workers() -> int:
 @contextlib.contextmanager
 def virtual_display() -> Iterator[Mapping[str, str]]:
     """On Linux an X server of its own with Mesa's software GL, for the same pixels everywhere; else nothing."""
+    kept = {name: value for name, value in os.environ.items() if name not in UNSET}
     if not sys.platform.startswith("linux"):
-        yield os.environ
+        yield kept
         return
     reading, writing = os.pipe()
     command = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1920x1080x24", "-nolisten", "tcp", "-noreset"]
@@ -384,7 +389,6 @@ def virtual_display() -> Iterator[Mapping[str, str]]:
             number = answer.readline().strip()
         if not number:
             raise SystemExit("Xvfb does not start; type Xvfb :99 to see why.")
-        kept = {name: value for name, value in os.environ.items() if name != "WAYLAND_DISPLAY"}
         yield {**ONE_THREAD, **kept, "DISPLAY": f":{number}", "QT_QPA_PLATFORM": "xcb", **software_gl()}
 
 

@@ -296,7 +296,9 @@ def test_the_virtual_display_ends_with_its_block(dev: ModuleType, monkeypatch: p
             yield process
 
     monkeypatch.setattr(dev, "child", watched)
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
     with dev.virtual_display() as environment:
+        assert "PYTHONDONTWRITEBYTECODE" not in environment
         assert environment["DISPLAY"].removeprefix(":").isdigit()
         assert environment["LIBGL_ALWAYS_SOFTWARE"] == "1"
         assert started[0].poll() is None
