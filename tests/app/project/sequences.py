@@ -138,8 +138,10 @@ class Promises:
         self.faults: list[str] = []
 
     def leaving(self, path: str) -> None:
-        """The window is about to close this project."""
-        self.settled(path)
+        """What moves in this project comes to rest: it is about to be closed, and written before the next is shown.
+
+        Save as comes to rest as well and goes on: a kill may then still find the file before the last gestures.
+        """
         self.left = (path, self.allowed[path][-1])
 
     def switched(self, path: str) -> None:
