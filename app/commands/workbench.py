@@ -484,7 +484,14 @@ class Workbench(QObject):
             return (yield from exported(project, path, scene, include, {"project": origin, **chain}))
 
         again = {"kind": "bundle", "folder": str(path.parent), "name": path.name, "parts": sorted(include)}
-        return self.jobs.submit("Writing the bundle", work, lane="compute", again=again, resource=str(path))
+        return self.jobs.submit(
+            f"Writing {path.name}",
+            work,
+            lane="compute",
+            again=again,
+            resource=str(path),
+            on_stop="Stopped, it writes nothing.",
+        )
 
     def _bundle_opened(self, bundle: OpenedBundle, others: Collection[str] = ()) -> None:
         """Take the material and its view, without the model and the environment where `others` were opened with it."""

@@ -378,11 +378,12 @@ class Elsewhere(QWidget):
         self._say("Writing…", "secondary")
         again = {"kind": "exports", "folder": str(folder.parent), "name": folder.name, "parts": names}
         self.exporting = self.bench.jobs.submit(
-            "Exporting",
+            f"Exporting to {folder.name}",
             lambda: sent(project, leaving, known, names, folder, own),
             lane="compute",
             again=again,
             resource=str(folder),
+            on_stop="Stopped, it writes nothing.",
         )
         self.exporting.progressed.connect(lambda step: self._export_progressed(project, step))
         self.exporting.succeeded.connect(self._exported)

@@ -112,6 +112,8 @@ class Job(QObject):
     refines : it only improves what is there already, and is shown nowhere.
     resource : jobs with the same resource, such as a file that they write, run one after the other; '' for none.
     alone : it measures times, so that no other computation runs beside it.
+    on_stop : what becomes of its result where it is stopped, in a sentence for the user, who is asked before the window
+        leaves its project; '' where nobody has to be asked.
     waits_for : the reason why it does not run, in words; empty while it runs.
     """
 
@@ -125,7 +127,7 @@ class Job(QObject):
         self.title, self.again = title, again
         self.lane: Lane = lane
         self.refines = self.alone = False
-        self.resource = ""
+        self.resource = self.on_stop = ""
         self.is_dropped = False
         self.waits_for = ""
         self.state: State = "queued"
@@ -208,6 +210,7 @@ class Jobs(QObject):
         again: Mapping[str, Any] | None = None,
         refines: bool = False,
         resource: str = "",
+        on_stop: str = "",
         alone: bool = False,
         prepares: bool = True,
     ) -> Job:
@@ -217,7 +220,7 @@ class Jobs(QObject):
         without what `before` loads, and must not import packages of it.
         """
         job = Job(title, work, lane=lane, again=again)
-        job.refines, job.resource, job.alone = refines, resource, alone
+        job.refines, job.resource, job.on_stop, job.alone = refines, resource, on_stop, alone
         job._thread.before = self.before if prepares else nothing
         if job.is_asked_for:
             job._thread.around = self.around(job)

@@ -138,6 +138,11 @@ def tidy(folder: Path) -> None:
             log.info("an interrupted bake stays: %s", error)
 
 
+def is_begun(folder: Path) -> bool:
+    """True if a bake that was interrupted can go on in `folder`."""
+    return any(folder.glob(f".{KIND}-*.unfinished"))
+
+
 def noted_as(wanted: Wanted) -> dict[str, Any]:
     """The settings of a bake and what its plan decided, as JSON can say it."""
     effects = wanted.plan.effects if wanted.plan is not None else None

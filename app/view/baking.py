@@ -60,6 +60,10 @@ def relit(made: Made, scene: Scene, asked: Any) -> Steps[Relit]:
     return (yield from made.relighter(light_of(scene), asked, scene.brdf))
 
 
+#: Said of a bake that is stopped.
+RESUMED = "The part that is baked is kept, and the next bake with these settings goes on from there."
+
+
 class Baking(QObject):
     """One method's bake. `changed` follows its state, `relit_changed` each light that can be drawn."""
 
@@ -241,7 +245,12 @@ class Baking(QObject):
         folder = self.bench.own
         title, again = f"Baking {self.method.noun}", {"kind": "bake", "method": self.method.name}
         job = self.bench.jobs.submit(
-            title, lambda: bake_and_keep(estimate, folder), lane="compute", again=again, resource="bakes"
+            title,
+            lambda: bake_and_keep(estimate, folder),
+            lane="compute",
+            again=again,
+            resource="bakes",
+            on_stop=RESUMED if folder == self.bench.folder else "Stopped, it writes nothing.",
         )
         self.job = job
         job.succeeded.connect(self._keep)

@@ -551,6 +551,7 @@ class ViewTab(QWidget):
             lambda: saved(scene, saving, display, mode, relighting, project.look.bounces),
             lane="compute",
             resource=str(saving.path),
+            on_stop="Stopped, it writes nothing.",
         )
         job.succeeded.connect(self.bench.said.emit)
 

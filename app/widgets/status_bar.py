@@ -222,8 +222,20 @@ def describe(job: Job) -> str:
         return f"{job.title}: stopping…"
     if job.state in ("queued", "paused"):
         return f"{job.title}: {waiting_text(job) if job.state == 'queued' else 'paused'}"
+    if job.lane == "save":
+        return describe_whole(job)
     note = job.step.note or job.title
-    words = f"{note[:1].upper()}{note[1:]}" if job.lane != "save" else f"{job.title}… {percent(job.step.done, 1)}"
+    return _with_time_left(job, f"{note[:1].upper()}{note[1:]}")
+
+
+def describe_whole(job: Job) -> str:
+    """A job in one line, by its title: how far it is and its remaining time, or why it does not run."""
+    if job.stopping or job.state != "running":
+        return describe(job)
+    return _with_time_left(job, f"{job.title}… {percent(job.step.done, 1)}")
+
+
+def _with_time_left(job: Job, words: str) -> str:
     left = job.left_s
     return f"{words} · {time_left(left)}" if left is not None and left >= 1 else words
 

@@ -123,6 +123,8 @@ class _Closing(QObject):
 
     def _close(self) -> None:
         """Close all windows; the main one waits for what is being saved, for as long as the system grants."""
+        if self.window is not None:
+            self.window.files.leaving.stop_others()
         is_saving = self.window is not None and self.window.projects.is_saving
         if is_saving:
             ending.end_within(ending.SAVING_S)

@@ -26,13 +26,10 @@ from app.window.dialogs import (
     show_notes,
 )
 from app.window.failures import Failures, FilesExcluded
+from app.window.leaving import Leaving
 from app.window.projects import Projects
-from app.window.saving import Saving
 from engine.capture.doubts import Doubtful
 from engine.core.errors import FileError, InputError
-
-#: The button that leaves a project while something is being saved.
-LEAVE = "Leave without saving"
 
 
 class Files(QObject):
@@ -51,7 +48,7 @@ class Files(QObject):
         super().__init__(window)
         self.window, self.bench, self.projects = window, bench, projects
         self.settings, self.failures = settings, failures
-        self.saving = Saving(window, bench.jobs, projects)
+        self.leaving = Leaving(window, bench.jobs, projects)
         projects.changed.connect(self._remember_work)
         projects.moved.connect(settings.forget)
         projects.broken.connect(partial(failures.report, "The saved project cannot be opened"))
@@ -79,20 +76,20 @@ class Files(QObject):
             self.bench.said.emit("There is nothing to clean up in this project yet")
 
     def begin_anew(self, then: Callable[[], object]) -> None:
-        """Begin a new project, once nothing is being saved any more, and call `then`."""
+        """Begin a new project, once nothing holds this one any more, and call `then`."""
 
         def begin() -> None:
             self.projects.begin()
             self.bench.wanted.emit("capture")
             then()
 
-        self.saving.then(LEAVE, begin)
+        self.leaving.then("Leave", begin)
 
     def open(self, paths: Sequence[Path]) -> None:
         """Open `paths` by their content, and remember them."""
         paths = [path.absolute() for path in paths]
         if any(path.suffix.lower() == ENDING for path in paths):
-            self.saving.then(LEAVE, lambda: self._open(paths))
+            self.leaving.then("Leave", lambda: self._open(paths))
         else:
             self._open(paths)
 
@@ -123,7 +120,7 @@ class Files(QObject):
 
     def open_project(self, path: Path) -> None:
         """Open a project in place of this one, which stays on disk."""
-        self.saving.then(LEAVE, lambda: self._open_project(path))
+        self.leaving.then("Leave", lambda: self._open_project(path))
 
     def _open_project(self, path: Path) -> None:
         try:

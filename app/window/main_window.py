@@ -553,9 +553,9 @@ class MainWindow(QMainWindow):
         self.docks.follow_width()
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        if self.projects.is_saving:
+        if self.files.leaving.is_held:
             event.ignore()
-            self.files.saving.then("Quit without saving", self.close)
+            self.files.leaving.then("Quit", self.close)
             return
         self._keep_settings()
         self._is_closed = True

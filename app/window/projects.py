@@ -14,6 +14,7 @@ from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.jobs.jobs import Job
 from app.project import places
+from app.project.bakes import is_begun
 from app.project.copying import collect, copy, in_memory
 from app.project.interrupted import running
 from app.project.made import cost_text, noted
@@ -332,8 +333,9 @@ class Projects(QObject):
             close_session(self.bench.own)
 
     def is_worth_keeping(self) -> bool:
-        """True if a person has brought or made something, a bake too; an example that nobody changed is not."""
-        is_worth = is_worth_keeping(self.bench.document.project) or bool(noted(self.path))
+        """True if the user has brought or made something, a bake too, or begun one; an unchanged example is not."""
+        is_made = bool(noted(self.path)) or is_begun(data_folder(self.path))
+        is_worth = is_worth_keeping(self.bench.document.project) or is_made
         return is_worth and not self.is_unchanged_example
 
     def _on_disk(self) -> None:

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QFileDialog
 from app.commands.workbench import Workbench
 from app.start.examples import Example, unpack
 from app.start.page import StartPage
-from app.window.files import LEAVE, Files
+from app.window.files import Files
 from app.window.projects import Projects
 from app.window.recent import thumbnail
 from engine.core.errors import FileError
@@ -64,7 +64,7 @@ class Starting(QObject):
 
     def _unpacked(self, example: Example, workspace: str, path: Path) -> None:
         self.page.show_opening(None)
-        self.files.saving.then(LEAVE, lambda: self._open_example(example, workspace, path))
+        self.files.leaving.then("Leave", lambda: self._open_example(example, workspace, path))
 
     def _open_example(self, example: Example, workspace: str, path: Path) -> None:
         try:

@@ -315,7 +315,7 @@ class Driver:
         self._trigger("Ctrl+Return")
 
     def do_burst(self, seed: int) -> None:
-        """Gestures without a pause, until the process ends or something else is done."""
+        """Gestures without a pause, until something else is done; a dialog in front keeps them from the document."""
         from PySide6.QtCore import QTimer
 
         chance = random.Random(seed)
@@ -324,9 +324,13 @@ class Driver:
         self.burst.start()
 
     def _one_of_burst(self, chance: random.Random) -> None:
+        from PySide6.QtWidgets import QApplication
+
         from app.document.modes import modes
         from engine.brdf.brdf import brdf_from_text
 
+        if QApplication.activeModalWidget() is not None:
+            return
         look, kind = self.document.project.look, chance.randrange(8)
         if kind == 0:
             self.do_undo()

@@ -15,10 +15,13 @@ from PySide6.QtGui import QAction, QCloseEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog
 
+from app.jobs.jobs import Job
 from app.project import copying
 from app.project.project_file import data_folder, read
+from app.view.baking import RESUMED
+from app.window.leaving import LeavingDialog
 from app.window.main_window import MainWindow
-from engine.core.errors import InputError
+from engine.core.errors import InputError, OutputError
 from engine.core.steps import Step, Steps
 from engine.storage import atomic
 
@@ -66,10 +69,15 @@ def endless() -> Steps[None]:
 def quit_(window: MainWindow) -> bool:
     """Ask the window to close, as Ctrl+Q and the button of its frame do; whether it does so at once."""
     event = QCloseEvent()
-    if window.projects.is_saving:
+    if window.files.leaving.is_held:
         window.closeEvent(event)
         return event.isAccepted()
     return True
+
+
+def words_of(dialog: LeavingDialog) -> list[str]:
+    """The line of each job in the dialog."""
+    return [row.words.text() for row in dialog.rows.values()]
 
 
 def gain(window: MainWindow, value: float) -> None:
@@ -121,17 +129,17 @@ def test_the_window_goes_on_in_the_saved_project_when_the_computation_has_ended(
 def test_quit_waits_for_a_save_unless_the_user_says_otherwise(
     window: MainWindow, qtbot: Any, tmp_path: Path, closed: list[bool], gate: Gate
 ) -> None:
-    target, saving = tmp_path / "Felt.lap", window.files.saving
+    target, leaving = tmp_path / "Felt.lap", window.files.leaving
     gain(window, 2.0)
     window.projects.copy_to(target)
     qtbot.waitUntil(lambda: gate.waiting == 1, timeout=LONG)
     assert not quit_(window)
-    dialog = saving.dialog
+    dialog = leaving.dialog
     assert dialog is not None
-    qtbot.waitUntil(lambda: dialog.words.text().startswith("Saving as Felt.lap… 40 %"), timeout=LONG)
-    assert dialog.without.text() == "Quit without saving"
+    qtbot.waitUntil(lambda: words_of(dialog)[0].startswith("Saving as Felt.lap… 40 %"), timeout=LONG)
+    assert dialog.go.text() == "Quit without saving"
     QTest.keyClick(dialog, Qt.Key.Key_Escape)
-    assert (saving.dialog, closed) == (None, [])
+    assert (leaving.dialog, closed) == (None, [])
     assert not quit_(window)
     window.undo.trigger()
     gate.go.set()
@@ -146,8 +154,8 @@ def test_quit_without_saving_leaves_the_target_as_it_was(
     gain(window, 2.0)
     window.projects.copy_to(tmp_path / "Felt.lap")
     assert not quit_(window)
-    assert window.files.saving.dialog is not None
-    qtbot.mouseClick(window.files.saving.dialog.without, Qt.MouseButton.LeftButton)
+    assert window.files.leaving.dialog is not None
+    qtbot.mouseClick(window.files.leaving.dialog.go, Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: closed == [True], timeout=LONG)
     assert [path.name for path in tmp_path.iterdir() if "Felt" in path.name] == []
     qtbot.waitUntil(lambda: window.projects.is_saved, timeout=LONG)
@@ -187,7 +195,7 @@ def test_where_a_save_fails_the_window_stays_open_and_says_so(
         lambda: bool(window.failures.open_dialogs) or "disk is full" in window.status.words.text(), timeout=LONG
     )
     monkeypatch.setattr(atomic, "fault", None)
-    assert (closed, window.files.saving.dialog, window.projects.is_saving) == ([], None, False)
+    assert (closed, window.files.leaving.dialog, window.projects.is_saving) == ([], None, False)
     assert [path.name for path in folder.iterdir()] == []
     assert window.projects.path != folder / "Felt.lap"
 
@@ -211,6 +219,82 @@ def test_of_two_places_both_are_saved_and_the_window_goes_on_in_the_last(
         "Last.lap",
         "Last.lap-data",
     ]
+
+
+def test_quit_lists_what_it_would_stop_and_stops_it_only_when_told_so(
+    window: MainWindow, qtbot: Any, tmp_path: Path, closed: list[bool], gate: Gate
+) -> None:
+    """An export and a bake beside a save: first the user stops the two, then the window waits for the save."""
+    jobs, leaving, ends = window.bench.jobs, window.files.leaving, threading.Event()
+
+    def exporting() -> Steps[None]:
+        while not ends.is_set():
+            time.sleep(0.002)
+            yield Step(0.25, "measuring")
+
+    def begin(title: str, on_stop: str) -> Job:
+        return jobs.submit(title, exporting, lane="compute", on_stop=on_stop)
+
+    jobs.submit("Nobody asks about this", endless, lane="compute")
+    jobs.max_compute = 3
+    jobs_asked = begin("Exporting to cloth", "Stopped, it writes nothing."), begin("Baking wavelets", RESUMED)
+    qtbot.waitUntil(lambda: all(job.step.done > 0 for job in jobs_asked), timeout=LONG)
+    assert not quit_(window)
+    dialog = leaving.dialog
+    assert dialog is not None
+    assert words_of(dialog) == ["Exporting to cloth… 25 %", "Baking wavelets… 25 %"]
+    assert [row.on_stop.text() for row in dialog.rows.values()] == ["Stopped, it writes nothing.", RESUMED]
+    assert dialog.go.text() == "Quit and stop them"
+    QTest.keyClick(dialog, Qt.Key.Key_Return)
+    assert (leaving.dialog, closed, [job.stopping for job in jobs_asked]) == (None, [], [False, False])
+
+    gain(window, 2.0)
+    window.projects.copy_to(tmp_path / "Felt.lap")
+    qtbot.waitUntil(lambda: gate.waiting == 1, timeout=LONG)
+    assert not quit_(window)
+    dialog = leaving.dialog
+    assert dialog is not None
+    assert len(words_of(dialog)) == 3
+    qtbot.mouseClick(dialog.go, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: all(job.over for job in jobs_asked), timeout=LONG)
+    qtbot.waitUntil(lambda: words_of(dialog) == ["Saving as Felt.lap… 40 %"], timeout=LONG)
+    assert dialog.go.text() == "Quit without saving"
+    qtbot.mouseClick(dialog.go, Qt.MouseButton.LeftButton)
+    assert not closed, "the second of two clicks answers no question that nobody has read"
+    gate.go.set()
+    qtbot.waitUntil(lambda: closed == [True], timeout=LONG)
+    assert read(tmp_path / "Felt.lap").current.look.gain == 2.0
+
+
+def test_another_project_waits_for_an_export_and_stays_away_where_that_fails(
+    window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jobs, leaving, path = window.bench.jobs, window.files.leaving, window.projects.path
+    monkeypatch.setattr("app.window.leaving.RESTS_MS", 0)
+    ends, fails = threading.Event(), [True]
+
+    def exporting() -> Steps[None]:
+        while not ends.is_set():
+            time.sleep(0.002)
+            yield Step(0.25, "measuring")
+        if fails:
+            raise OutputError(Path("cloth"), "the disk is full", "Free some space")
+
+    gain(window, 2.0)
+    window.bench.document.change("Notes", notes="worth keeping")
+    for action in (window.new, window.new):
+        ends.clear()
+        job = jobs.submit("Exporting to cloth", exporting, lane="compute", on_stop="Stopped, it writes nothing.")
+        action()
+        dialog = leaving.dialog
+        assert dialog is not None
+        assert (dialog.go.text(), window.projects.path) == ("Leave and stop it", path)
+        ends.set()
+        qtbot.waitUntil(lambda job=job: job.over and leaving.dialog is None, timeout=LONG)
+        qtbot.waitUntil(lambda: (window.projects.path == path) is bool(fails), timeout=LONG)
+        if fails:
+            assert "disk is full" in window.status.words.text() or window.failures.open_dialogs
+            fails.clear()
 
 
 def test_another_project_is_opened_when_this_one_is_saved(
