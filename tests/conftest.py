@@ -17,6 +17,8 @@ import platformdirs
 import pytest
 from hypothesis import HealthCheck, settings
 
+from engine.storage import untrusted
+
 # The time of an example depends on the machine and its load, not on the code.
 untimed = settings(settings.default, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("untimed", untimed)
@@ -71,6 +73,14 @@ def no_waiting_for_the_disk() -> Iterator[None]:
     """Files of tests need not outlive a loss of power; `atomic.fault` still sees whether they are synchronised."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(os, "fsync", lambda _descriptor: None)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_origin() -> Iterator[None]:
+    """Files of all tests share their decoder processes, also after a damaged one, so that few have to start."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(untrusted, "_origin", lambda _path: "tests")
         yield
 
 

@@ -254,7 +254,7 @@ def load_pbr_maps(path: Path, *others: Path) -> Steps[OpenedBundle]:
 def load_model_material(path: Path) -> Steps[OpenedBundle | None]:
     """The material that a glTF model brings; None where it has no textures."""
     yield Step(0.0, "looking for textures")
-    from engine.exchange.readers.gltf import has_textured_material
+    from engine.exchange.readers.documents_child import has_textured_material
 
     return (yield from load_pbr_maps(path)) if has_textured_material(path) else None
 

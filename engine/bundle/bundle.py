@@ -3,8 +3,8 @@
 It holds the maps so that opening restores every bit (`engine.bundle.maps`, `engine.bundle.pbr`); of photographs the
 shader and a page that show the material without this program; and a manifest with the provenance, the error figures and
 a fingerprint of each other member. The same material gives the same bytes: members carry no time of day. Reading trusts
-nothing: see `engine.storage.archive` for names and sizes, `engine.storage.records` for JSON; pixels are decoded in a
-child interpreter, after the manifest has said how many there must be.
+nothing: see `engine.storage.archive` for names and sizes, `engine.storage.records` for the manifest; zips, JSON and
+pixels are decoded in a process of its own, pixels after the manifest has said how many there must be.
 Cost: compressing the maps (some 60 MB/s a core, a strip at a time) bounds saving, decompressing and hashing bound
 opening.
 """
@@ -46,15 +46,14 @@ from engine.core.errors import InputError, OutputError, UsageError
 from engine.core.steps import Step, Steps, part
 from engine.images.exr_strips import Planes, write_exr_strips
 from engine.scene.material import Material
-from engine.storage.archive import BUNDLE_LIMIT_BYTES, Archive, open_archive
+from engine.storage.archive import BUNDLE_LIMIT_BYTES, Archive, json_of, open_archive
 from engine.storage.records import (
     TABLE,
     UNITS,
     HealthRecord,
     Manifest,
     Member,
-    read_json,
-    read_manifest,
+    manifest_of,
     write_manifest,
 )
 from engine.storage.scratch import release
@@ -67,6 +66,9 @@ MEMBERS = MAPS | DIRECTIONAL | {PBR, MANIFEST, BRDF, TABLE, PREVIEW, SHADER, VIE
 
 _JSON_LIMIT_BYTES = 16 << 20
 _AT_ONCE = 1 << 24
+
+#: The decoder process that reads zips and records: that of the maps, which is there next.
+_PROCESS = "engine.bundle.member_maps"
 _MAY_BE_NEGATIVE = ("the shading map", "the kept tiles")
 
 Value = TypeVar("Value")
@@ -150,8 +152,8 @@ def _written(name: str, produce: Callable[[], bytes | Planes], opened: OpenMembe
 
 def open_bundle(path: str | os.PathLike[str]) -> Material:
     """The material in a bundle, bit for bit as it was saved; InputError where anything is not as it was written."""
-    archive = open_archive(path, MEMBERS)
-    manifest = read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), path)
+    archive = open_archive(path, MEMBERS, _PROCESS)
+    manifest = _manifest_in(archive)
     return _material(archive, manifest)
 
 
@@ -160,10 +162,10 @@ def verify_bundle(path: str | os.PathLike[str]) -> Verification:
 
     Raises InputError only where there is nothing to look at: `path` is missing or not readable.
     """
-    archive = open_archive(path, MEMBERS)
+    archive = open_archive(path, MEMBERS, _PROCESS)
     names = tuple(sorted(archive.sizes))
     try:
-        manifest = read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), path)
+        manifest = _manifest_in(archive)
     except InputError as error:
         return Verification(names, (f"{error.problem}.",), archive.size_bytes, None)
     from engine.bundle.maker import made_anew
@@ -186,8 +188,8 @@ def verify_bundle(path: str | os.PathLike[str]) -> Verification:
 
 def describe_bundle(path: str | os.PathLike[str]) -> dict[str, Any]:
     """The manifest of a bundle as JSON values, with the `warnings` of its health; its pixels are not looked at."""
-    archive = open_archive(path, MEMBERS)
-    manifest = read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), path)
+    archive = open_archive(path, MEMBERS, _PROCESS)
+    manifest = _manifest_in(archive)
     return {**manifest.model_dump(), "warnings": manifest.health.restored().warnings}
 
 
@@ -196,8 +198,8 @@ def extract_bundle(path: str | os.PathLike[str], folder: str | os.PathLike[str])
 
     InputError where a member is not as it was written, OutputError for a folder that holds something else.
     """
-    archive = open_archive(path, MEMBERS)
-    manifest = read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), path)
+    archive = open_archive(path, MEMBERS, _PROCESS)
+    manifest = _manifest_in(archive)
     target = Path(folder)
     check_replaceable(target)
     names = sorted(manifest.members)
@@ -211,14 +213,19 @@ def extract_bundle(path: str | os.PathLike[str], folder: str | os.PathLike[str])
     return [*names, MANIFEST]
 
 
+def _manifest_in(archive: Archive) -> Manifest:
+    content = archive.read(MANIFEST, _JSON_LIMIT_BYTES)
+    return manifest_of(json_of(content, archive.path, MANIFEST, archive.process), archive.path)
+
+
 def check_replaceable(target: Path) -> None:
     """Raise OutputError where `target` exists and is not a bundle that this version wrote or could have written."""
     if not os.path.exists(target):  # noqa: PTH110 - Path.exists raises for names that are too long
         return
     try:
-        archive = open_archive(target, MEMBERS)
+        archive = open_archive(target, MEMBERS, _PROCESS)
         if archive.is_zip or archive.sizes:
-            read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), target)
+            _manifest_in(archive)
     except InputError as error:
         problem = f"it exists and cannot be replaced, because {error.problem}"
         raise OutputError(target, problem, "Choose another name") from None
@@ -345,7 +352,7 @@ def _fingerprint_problems(archive: Archive, manifest: Manifest) -> list[str]:
 
 
 def _check_brdf(archive: Archive, manifest: Manifest) -> None:
-    brdf = read_json(archive.read(BRDF, _JSON_LIMIT_BYTES), archive.path, BRDF)
+    brdf = json_of(archive.read(BRDF, _JSON_LIMIT_BYTES), archive.path, BRDF, archive.process)
     if not isinstance(brdf, dict) or brdf.get("text") != manifest.brdf:
         raise InputError(archive.path, f"{BRDF} contradicts the manifest", "Export the bundle again")
 

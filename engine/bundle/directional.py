@@ -20,8 +20,8 @@ from engine.images.exr_strips import Planes
 from engine.shading.directional.effective_light import TILTS, TURNS
 from engine.shading.directional.interpolation import Kernel
 from engine.shading.directional.planes import DirectionalMap
-from engine.storage.archive import Archive
-from engine.storage.records import DirectionalNumbers, DirectionalRecord, Manifest, read_json
+from engine.storage.archive import Archive, json_of
+from engine.storage.records import DirectionalNumbers, DirectionalRecord, Manifest
 
 #: Planes that a bundle may hold.
 MOST_PLANES = 64
@@ -128,7 +128,7 @@ def _numbers(archive: Archive, manifest: Manifest, record: DirectionalRecord) ->
     content = archive.read(NUMBERS, _LIMIT_BYTES)
     check_fingerprint(archive, manifest, NUMBERS, content)
     try:
-        numbers = DirectionalNumbers.model_validate(read_json(content, archive.path, NUMBERS))
+        numbers = DirectionalNumbers.model_validate(json_of(content, archive.path, NUMBERS, archive.process))
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         where = ".".join(str(step) for step in first["loc"])[:120]

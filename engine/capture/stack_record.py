@@ -14,7 +14,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from engine.capture.report import Quality
 from engine.core.errors import InputError
-from engine.storage.records import HealthRecord, read_json, seal
+from engine.storage.records import HealthRecord, seal
+from engine.storage.text import read_json
 
 #: Largest number of a record: no length, time, gain or radiance of a capture comes near.
 MAX_NUMBER = 1e12

@@ -36,7 +36,7 @@ from engine.factor.separable_factors import SeparableFactors
 from engine.factor.settings import MOST_TEXTURES
 from engine.images.encode import rgb_channels, write_exr
 from engine.storage.atomic import atomic_folder, write_bytes
-from engine.storage.records import read_json
+from engine.storage.text import read_json
 from engine.storage.untrusted import AGAIN, decode_content, read_bytes
 
 MEMBER = "factors.json"

@@ -14,6 +14,7 @@ from __future__ import annotations
 import contextlib
 import gc
 import importlib
+import io
 import json
 import math
 import os
@@ -76,13 +77,19 @@ def _serve(
     count = request["descriptors"]
     handed = socket.recv_fds(descriptors, 1, count)[1] if descriptors is not None and count else []
     results_file = handed.pop() if request["shared"] else None
-    contents = [_content(size_bytes, handed, requests) for size_bytes in request["contents"]]
-    replies.write(b"\n")
-    replies.flush()
-    _limit_memory(request["memory_bytes"])
-    _limit_time(request["patience_s"])
-    with results_in(results_file) as results:
-        answer = _answer(request, contents, results)
+    with contextlib.ExitStack() as files:
+        scratch = files.enter_context(_scratch(handed)) if request["scratch"] else None
+        if request["as_file"]:
+            contents: list[Any] = [files.enter_context(_file(size, handed, requests)) for size in request["contents"]]
+        else:
+            contents = [_content(size_bytes, handed, requests) for size_bytes in request["contents"]]
+        replies.write(b"\n")
+        replies.flush()
+        _limit_memory(request["memory_bytes"])
+        _limit_time(request["patience_s"])
+        with results_in(results_file) as results:
+            answer = _answer(request, contents, results, scratch)
+    del contents, scratch
     gc.collect()  # decoders leave reference cycles that hold the whole file, and arrays that the parent waits for
     _send(replies, {**answer, "protection": asdict(protection)})
     _limit_time(0)
@@ -95,6 +102,16 @@ def _content(size_bytes: int, handed: list[int], requests: IO[bytes]) -> bytes:
     with os.fdopen(handed.pop(0), "rb") as file:
         file.seek(0)
         return file.read(size_bytes)
+
+
+def _file(size_bytes: int, handed: list[int], requests: IO[bytes]) -> IO[bytes]:
+    """The next file itself, to be closed."""
+    return os.fdopen(handed.pop(0), "rb") if handed else io.BytesIO(requests.read(size_bytes))
+
+
+def _scratch(handed: list[int]) -> IO[bytes]:
+    """The parent's file for what the decoder writes, to be closed; or memory, whose content becomes an array."""
+    return os.fdopen(handed.pop(), "r+b") if handed else io.BytesIO()
 
 
 def _private_stdout() -> IO[bytes]:
@@ -124,13 +141,19 @@ def _limit_time(seconds: float) -> None:
         signal.alarm(math.ceil(seconds) + 1 if seconds else 0)
 
 
-def _answer(request: dict[str, Any], contents: list[bytes], results: Any) -> dict[str, Any]:
+def _answer(
+    request: dict[str, Any], contents: list[Any], results: Any, scratch: IO[bytes] | None = None
+) -> dict[str, Any]:
     """Results of the decoder, its arrays in the parent's file (`offsets`) if there is one, or the failure."""
-    beside = {"beside": dict(zip(request["beside"], contents[1:], strict=True))} if request["beside"] else {}
+    more: dict[str, Any] = {} if scratch is None else {"scratch": scratch}
+    if request["beside"]:
+        more["beside"] = dict(zip(request["beside"], contents[1:], strict=True))
     try:
         module, function = request["decoder"].split(":")
         decode = getattr(importlib.import_module(module), function)
-        answer = dict(decode(contents[0], request["name"], **beside, **request["options"]))
+        answer = dict(decode(contents[0], request["name"], **more, **request["options"]))
+        if isinstance(scratch, io.BytesIO):
+            answer["scratch"] = np.frombuffer(scratch.getvalue(), np.uint8)
         arrays = {name: np.ascontiguousarray(value) for name, value in answer.items() if isinstance(value, np.ndarray)}
         if results is None:
             return {**answer, **arrays}

@@ -1,4 +1,4 @@
-"""The manifest of a bundle: what it holds, where it came from, how well it fits; and how JSON of strangers is read.
+"""The manifest of a bundle: what it holds, where it came from, and how well it fits.
 
 Floats are written so that they come back bit for bit (shortest decimal that does); a health figure that is not finite
 is written as the text "nan", "inf" or "-inf".
@@ -13,12 +13,13 @@ import hashlib
 import json
 import math
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, NoReturn
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError, model_validator
 
 from engine.core.errors import InputError
 from engine.core.health import Finding, Health, Verdict
+from engine.storage.text import read_json
 
 FORMAT: Literal["lightarc-bundle"] = "lightarc-bundle"
 SCHEMA_VERSION: Literal[4] = 4
@@ -255,7 +256,11 @@ def seal(value: dict[str, Any]) -> str:
 
 def read_manifest(content: bytes, path: Any) -> Manifest:
     """The manifest in `content`; InputError about `path` for anything that is not exactly one."""
-    value = read_json(content, path, "manifest.json")
+    return manifest_of(read_json(content, path, "manifest.json"), path)
+
+
+def manifest_of(value: Any, path: Any) -> Manifest:
+    """The manifest that a value of JSON is; errors as above."""
     if not isinstance(value, dict) or value.get("format") != FORMAT:
         raise InputError(path, "manifest.json is not the manifest of a Lightarc bundle", "Choose a bundle")
     version = value.get("schema_version")
@@ -274,36 +279,3 @@ def read_manifest(content: bytes, path: Any) -> Manifest:
         first = error.errors(include_url=False, include_input=False)[0]
         where = ".".join(str(step) for step in first["loc"])[:120]
         raise InputError(path, f"manifest.json: {where}: {first['msg']}", "Export the bundle again") from None
-
-
-def read_json(content: bytes, path: Any, member: str, remedy: str = "Export the bundle again") -> Any:
-    """A JSON value of a stranger: UTF-8, finite numbers, no key twice, no nesting that exhausts the interpreter.
-
-    Raises InputError for anything else, about `member` of `path`, with `remedy`.
-    """
-    try:
-        return json.loads(
-            content.decode("utf-8"), parse_constant=_refuse, parse_float=_finite, object_pairs_hook=_without_repeats
-        )
-    except RecursionError:
-        raise InputError(path, f"{member} is nested too deeply", remedy) from None
-    except ValueError as error:
-        raise InputError(path, f"{member} is not valid JSON ({str(error)[:120]})", remedy) from None
-
-
-def _refuse(constant: str) -> NoReturn:
-    raise ValueError(f"{constant} is not a number")
-
-
-def _finite(digits: str) -> float:
-    number = float(digits)
-    if not math.isfinite(number):
-        raise ValueError(f"{digits[:40]} is too large")
-    return number
-
-
-def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    value = dict(pairs)
-    if len(value) != len(pairs):
-        raise ValueError("a key appears twice in one object")
-    return value

@@ -1,4 +1,4 @@
-"""Text of strangers: whole numbers, and text in UTF-16, which Windows programs call "Unicode", as UTF-8.
+"""Text of strangers: whole numbers, JSON, and text in UTF-16, which Windows programs call "Unicode", as UTF-8.
 
 UTF-16 is known by its mark, or without one by its zeros: no letter of the file formats here needs its upper byte, and
 no text in UTF-8 or Latin-1 holds a byte of 0. Cost: linear, about 10 ns for each letter.
@@ -6,7 +6,11 @@ no text in UTF-8 or Latin-1 holds a byte of 0. Cost: linear, about 10 ns for eac
 
 from __future__ import annotations
 
-from typing import Any
+import json
+import math
+from typing import Any, NoReturn
+
+from engine.core.errors import InputError
 
 _MARKS = (b"\xff\xfe", b"\xfe\xff")
 
@@ -41,3 +45,41 @@ def whole_number(text: Any, most: int) -> int | None:
         return None
     number = int(text)
     return number if number <= most else None
+
+
+def read_json(content: bytes, path: Any, member: str, remedy: str = "Export the bundle again") -> Any:
+    """A JSON value of a stranger: UTF-8, finite numbers, no key twice, no nesting that exhausts the interpreter.
+
+    Raises InputError for anything else, about `member` of `path`, with `remedy`.
+    """
+    try:
+        return json.loads(
+            content.decode("utf-8"), parse_constant=_refuse, parse_float=_finite, object_pairs_hook=_without_repeats
+        )
+    except RecursionError:
+        raise InputError(path, f"{member} is nested too deeply", remedy) from None
+    except ValueError as error:
+        raise InputError(path, f"{member} is not valid JSON ({str(error)[:120]})", remedy) from None
+
+
+def decode_json(content: bytes, name: str, member: str, remedy: str) -> dict[str, Any]:
+    """`read_json` as a decoder: the `value`."""
+    return {"value": read_json(content, name, member, remedy)}
+
+
+def _refuse(constant: str) -> NoReturn:
+    raise ValueError(f"{constant} is not a number")
+
+
+def _finite(digits: str) -> float:
+    number = float(digits)
+    if not math.isfinite(number):
+        raise ValueError(f"{digits[:40]} is too large")
+    return number
+
+
+def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    value = dict(pairs)
+    if len(value) != len(pairs):
+        raise ValueError("a key appears twice in one object")
+    return value

@@ -241,6 +241,8 @@ def decode_in_child(
     cancellation: Cancellation | None = None,
     beside: Mapping[str, Path] = MappingProxyType({}),
     process: str = "",
+    as_file: bool = False,
+    scratch: IO[bytes] | None = None,
     **options: Any,
 ) -> dict[str, Any]:
     """Run `decoder` on the content of `path` in a child interpreter and return what it returns.
@@ -254,6 +256,8 @@ def decode_in_child(
     process : the module whose child is asked, where one that serves other files at the time can serve this one; '' is
         that of the decoder.
     beside : further files by the names that the decoder knows them by; it gets their contents as the keyword `beside`.
+    as_file : the decoder gets a binary file, of which it reads what it needs, in the place of the content.
+    scratch : an empty file, open for writing, that the decoder fills as the keyword `scratch`.
     options : JSON values.
 
     Raises InputError for a file that cannot be read or decoded, also when the decoder crashes or takes too long.
@@ -263,11 +267,15 @@ def decode_in_child(
         sizes = [size_bytes for _, size_bytes in files]
         limits = {"memory_bytes": memory_bytes, "timeout_s": timeout_s or time_limit_s(sum(sizes))}
         request = _request(decoder, path, options, limits, sizes, beside)
-        request["process"] = process or request["process"]
+        request |= {"process": process or request["process"], "as_file": as_file, "scratch": scratch is not None}
         if HANDS_DESCRIPTORS:
-            return _decoded(request, [], [file.fileno() for file, _ in files], cancellation)
+            handed = [file.fileno() for file, _ in files] + ([] if scratch is None else [scratch.fileno()])
+            return _decoded(request, [], handed, cancellation)
         contents = [_content(each, *file) for each, file in zip((path, *beside.values()), files, strict=True)]
-    return _decoded(request, contents, [], cancellation)
+    reply = _decoded(request, contents, [], cancellation)
+    if scratch is not None:
+        scratch.write(reply.pop("scratch").data)
+    return reply
 
 
 def decode_content(
@@ -277,11 +285,14 @@ def decode_content(
     *,
     memory_bytes: int = DECODER_MEMORY_BYTES,
     timeout_s: float | None = None,
+    process: str = "",
     **options: Any,
 ) -> dict[str, Any]:
     """As `decode_in_child`, for `content` that has been read already (a member of a bundle); `path` names it."""
     limits: dict[str, Any] = {"memory_bytes": memory_bytes, "timeout_s": timeout_s or time_limit_s(len(content))}
-    return _decoded(_request(decoder, path, options, limits, [len(content)]), [content], [], None)
+    request = _request(decoder, path, options, limits, [len(content)])
+    request["process"] = process or request["process"]
+    return _decoded(request, [content], [], None)
 
 
 def time_limit_s(size_bytes: int) -> float:
@@ -300,7 +311,13 @@ def _request(
     """Request to the child; the contents come as descriptors of files of `sizes_bytes`, or after it."""
     known = {"decoder": decoder, "name": os.fspath(path), "options": options, **limits}
     module = decoder.partition(":")[0]
-    return {**known, "contents": sizes_bytes, "beside": list(beside), "process": module}
+    more = {"as_file": False, "scratch": False, "origin": _origin(path)}
+    return {**known, **more, "contents": sizes_bytes, "beside": list(beside), "process": module}
+
+
+def _origin(path: str | os.PathLike[str]) -> str:
+    """The folder or the archive that a file lies in: who can write one file of it is taken to have written all."""
+    return os.path.dirname(os.fspath(path))  # noqa: PTH120 - a Path refuses some odd names
 
 
 def _decoded(
@@ -350,18 +367,29 @@ def _answered(
 ) -> dict[str, Any]:
     """The reply of a child; a child that died before the request reached it, as idle ones may, is replaced once."""
     for _ in range(2):
-        with _child(request["process"]) as child, cancellation.watching(child), shared_file() as results:
+        with (
+            _child(request["process"], request["origin"]) as child,
+            cancellation.watching(child),
+            shared_file() as results,
+        ):
             reply = child.ask(request, contents, files, results if child.socket is not None else None)
+            if reply is not None and "problem" in reply:
+                child.suspect = request["origin"]
         if reply is not None:
             return reply
     return {"problem": "cannot be decoded: the decoder process ends at once", "remedy": "Start the program again"}
 
 
 class _Child:
-    """One process for the decoders of `module`; `ask` leaves it ready for the next file, or dead."""
+    """One process for the decoders of `module`; `ask` leaves it ready for the next file, or dead.
+
+    `suspect` is the origin of a file that it refused, None where there was none: what a damaged file may have done to
+    the process must not reach files of another origin.
+    """
 
     def __init__(self, module: str) -> None:
         self.module = module
+        self.suspect: str | None = None
         own, other = socket.socketpair() if HANDS_DESCRIPTORS else (None, None)
         handed = -1 if other is None else other.fileno()
         path = [os.path.abspath(place) for place in (str(_PROJECT), *sys.path)]  # noqa: PTH100 - keeps names as they are
@@ -526,10 +554,10 @@ _running: set[_Child] = set()
 
 
 @contextlib.contextmanager
-def _child(module: str) -> Iterator[_Child]:
+def _child(module: str, origin: str) -> Iterator[_Child]:
     """An idle child or a new one, for one request; it is kept for the next unless the request killed or left it."""
     with _slots:
-        child = _taken(module) or _Child(module)
+        child = _taken(module, origin) or _Child(module)
         try:
             yield child
         except BaseException:
@@ -562,14 +590,15 @@ def _keep(child: _Child) -> None:
         oldest.kill()
 
 
-def _taken(module: str) -> _Child | None:
-    """An idle child for `module` that is alive, which is idle no more."""
+def _taken(module: str, origin: str) -> _Child | None:
+    """An idle child for `module` that is alive and may read files of `origin`, which is idle no more."""
     with _idle_lock:
-        child = next((idle for idle in _idle if idle.module == module), None)
+        found = [idle for idle in _idle if idle.module == module]
+        child = next((idle for idle in found if idle.suspect in (None, origin)), found[0] if found else None)
         if child is None:
             return None
         _idle.remove(child)
-    if child.alive:
+    if child.alive and child.suspect in (None, origin):
         return child
     child.kill()
     return None

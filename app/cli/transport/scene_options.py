@@ -63,7 +63,7 @@ def take_own_material(arguments: argparse.Namespace) -> None:
         return
     if not Path(arguments.mesh).exists():
         return
-    from engine.exchange.readers.gltf import has_textured_material
+    from engine.exchange.readers.documents_child import has_textured_material
     from engine.exchange.readers.read import holds_pbr_maps
 
     path = Path(arguments.mesh)

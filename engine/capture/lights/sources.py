@@ -40,7 +40,7 @@ from engine.capture.photograph.kinds import PHOTOGRAPH_SUFFIXES, UNREAD_SUFFIXES
 from engine.core.errors import InputError, OutputError
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Step, Steps
-from engine.storage.archive import one_line
+from engine.storage.archive_child import one_line
 from engine.storage.atomic import discard, make_folder
 from engine.storage.unpack import is_archive, unpack
 

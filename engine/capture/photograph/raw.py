@@ -90,9 +90,9 @@ def noted_exposure(content: bytes, name: str) -> dict[str, Any]:
     with rawpy.RawPy() as raw, complaints():
         try:
             raw.open_buffer(io.BytesIO(content))
+            exposure = _exposure(raw, Exif(), [])  # which unpacks the samples
         except rawpy.LibRawError as error:
             raise InputError(name, f"cannot be opened (LibRaw: {error})", _CONVERT) from None
-        exposure = _exposure(raw, Exif(), [])
     return {key: exposure[key] for key in ("exposure_s", "iso", "aperture")}
 
 

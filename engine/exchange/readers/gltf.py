@@ -3,7 +3,7 @@
 Base colour is sRGB-coded, roughness is green and metallic blue of one texture, occlusion red (glTF 2.0, Sec. 3.9); y of
 normals is up. KHR_materials_ior gives f0 = ((ior − 1) / (ior + 1))², KHR_materials_specular a share of it. Of several
 materials the first with a texture is taken. What is not drawn is named. Pictures may lie within the file, beside it or
-below its folder.
+below its folder. All this runs in the decoder process (`engine.exchange.readers.documents_child`).
 """
 
 from __future__ import annotations
@@ -11,18 +11,19 @@ from __future__ import annotations
 import base64
 import binascii
 import struct
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
 from engine.core.errors import InputError
-from engine.exchange.readers.textures import Channel, Described, Input, Picture, file_beside
+from engine.exchange.readers.textures import Channel, Described, Input, Picture
 from engine.images.decode import TransferChoice
-from engine.storage.records import read_json
-from engine.storage.untrusted import AGAIN, FILE_LIMIT_BYTES, read_bytes, read_head
+from engine.storage.text import read_json
+from engine.storage.untrusted import AGAIN, FILE_LIMIT_BYTES
 
-_JSON_LIMIT_BYTES = 64 << 20
-_REMEDY = "Export it as .glb"
+#: Most bytes of the text of a file.
+JSON_LIMIT_BYTES = 64 << 20
 
 #: Extensions that change what is seen and are not drawn here.
 _PASSED_OVER = {
@@ -35,18 +36,15 @@ _PASSED_OVER = {
 }
 
 
-def has_textured_material(path: Path) -> bool:
-    """True if the file states a material with a texture; False also for what cannot be read."""
-    try:
-        tree, _ = _opened(path)
-        return any(_is_textured(each) for each in _list(tree, "materials"))
-    except InputError:
-        return False
+def has_textures(content: bytes, path: Path) -> bool:
+    """True if the content of a file states a material with a texture; InputError where it is no glTF."""
+    tree, _ = _opened(content, path)
+    return any(_is_textured(each) for each in _list(tree, "materials"))
 
 
-def describe_gltf(path: Path) -> Described:
-    """The material of a file; InputError where it has none."""
-    tree, body = _opened(path)
+def gltf_of(content: bytes, path: Path) -> Described:
+    """The material of a file's content, as it names other files; InputError where it has none."""
+    tree, body = _opened(content, path)
     materials = [each for each in _list(tree, "materials") if isinstance(each, dict)]
     if not materials:
         raise InputError(path, "has no material", "Export it with its materials")
@@ -116,13 +114,13 @@ class _Reader:
         image = self._entry("images", texture.get("source"))
         name = str(image.get("name") or f"picture {texture.get('source')}")[:60]
         if "bufferView" in image:
-            return Picture(self.path, name, transfer, channel, self._view(image["bufferView"]))
+            return self._view(image["bufferView"], Picture(self.path, name, transfer, channel))
         uri = image.get("uri")
         if not isinstance(uri, str):
             raise InputError(self.path, "has a picture without content", AGAIN)
         if uri.startswith("data:"):
             return Picture(self.path, name, transfer, channel, self._data(uri))
-        return Picture(file_beside(self.path, unquote(uri), _REMEDY), uri[:60], transfer, channel)
+        return Picture(Path(unquote(uri)), uri[:60], transfer, channel)
 
     def _entry(self, kind: str, index: Any) -> dict[str, Any]:
         entries = _list(self.tree, kind)
@@ -133,18 +131,19 @@ class _Reader:
             raise InputError(self.path, f"has an entry of {kind} that is none", AGAIN)
         return entry
 
-    def _view(self, index: Any) -> bytes:
+    def _view(self, index: Any, picture: Picture) -> Picture:
+        """The picture with the bytes of a view, or with their place in the file that they lie in."""
         view = self._entry("bufferViews", index)
         buffer = self._entry("buffers", view.get("buffer"))
-        content = self.body
-        if "uri" in buffer:
-            uri = str(buffer["uri"])
-            is_within = uri.startswith("data:")
-            content = self._data(uri) if is_within else read_bytes(file_beside(self.path, unquote(uri), _REMEDY))
+        uri = str(buffer["uri"]) if "uri" in buffer else ""
+        content = self._data(uri) if uri.startswith("data:") else self.body
         start, length = view.get("byteOffset", 0), view.get("byteLength")
-        if not (isinstance(start, int) and isinstance(length, int) and 0 <= start <= start + length <= len(content)):
+        limit = FILE_LIMIT_BYTES if uri and not uri.startswith("data:") else len(content)
+        if not (isinstance(start, int) and isinstance(length, int) and 0 <= start <= start + length <= limit):
             raise InputError(self.path, "names bytes of a picture that it does not have", AGAIN)
-        return content[start : start + length]
+        if uri and not uri.startswith("data:"):
+            return replace(picture, path=Path(unquote(uri)), part=(start, length))
+        return replace(picture, content=content[start : start + length])
 
     def _data(self, uri: str) -> bytes:
         try:
@@ -161,18 +160,16 @@ class _Reader:
         return tuple(float(each) for each in given)
 
 
-def _opened(path: Path) -> tuple[dict[str, Any], bytes]:
+def _opened(content: bytes, path: Path) -> tuple[dict[str, Any], bytes]:
     """The JSON of a file and its chunk of bytes."""
-    head, size_bytes = read_head(path, 20)
-    if not head.startswith(b"glTF"):
-        tree, body = read_json(read_bytes(path, _JSON_LIMIT_BYTES), path, "the text", AGAIN), b""
+    if not content.startswith(b"glTF"):
+        tree, body = read_json(content, path, "the text", AGAIN), b""
     else:
-        content = read_bytes(path, FILE_LIMIT_BYTES)
-        if len(content) < 20 or size_bytes < 20:
+        if len(content) < 20:
             raise InputError(path, "is an incomplete .glb", AGAIN)
         version, length = struct.unpack_from("<II", content, 4)
         text_bytes, kind = struct.unpack_from("<I4s", content, 12)
-        if version != 2 or length > len(content) or kind != b"JSON" or 20 + text_bytes > min(length, _JSON_LIMIT_BYTES):
+        if version != 2 or length > len(content) or kind != b"JSON" or 20 + text_bytes > min(length, JSON_LIMIT_BYTES):
             raise InputError(path, "is an incomplete .glb, or of another version", AGAIN)
         tree = read_json(content[20 : 20 + text_bytes], path, "its first chunk", AGAIN)
         body = _bytes_chunk(content, 20 + text_bytes)

@@ -12,18 +12,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Literal
 from xml.etree import ElementTree
 
 from engine.core.errors import InputError
-from engine.exchange.readers.textures import Described, Input, Picture, file_beside
+from engine.exchange.readers.textures import Described, Input, Picture
 from engine.images.decode import TransferChoice
-from engine.storage.untrusted import AGAIN, read_bytes
+from engine.storage.untrusted import AGAIN
 
-_LIMIT_BYTES = 4 << 20
 _DEEPEST = 40
-_REMEDY = "Copy the textures beside the document"
 
 Element = ElementTree.Element
 
@@ -95,9 +93,11 @@ _CHANNELS = {"r": 0, "x": 0, "g": 1, "y": 1, "b": 2, "z": 2}
 _LINEAR = ("lin_rec709", "lin_srgb", "linear", "raw", "none", "scene-linear rec.709-srgb", "lin_rec709_scene")
 
 
-def describe_materialx(path: Path) -> Described:
-    """The material of a document; InputError where it has no surface that is read."""
-    content = read_bytes(path, _LIMIT_BYTES)
+def materialx_of(content: bytes, path: Path) -> Described:
+    """The material of a document's content, as it names its files; InputError where it has no surface that is read.
+
+    It runs in the decoder process (`engine.exchange.readers.documents_child`).
+    """
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
         raise InputError(path, "defines entities, which no MaterialX document needs", AGAIN)
     try:
@@ -181,6 +181,10 @@ class _Document:
             if given is not None:
                 self.notes.append(f"{name} comes from nodes that are not read, and its default is taken")
             return Input(usual)
+        if colour and len(found.factor) == 4:
+            return replace(found, factor=found.factor[:3])
+        if len(found.factor) not in ((1, 3) if colour else (1, len(usual))):
+            raise InputError(self.path, f"has {len(found.factor)} numbers for {name}", AGAIN)
         return found
 
     def _followed(self, given: Element, colour: bool, depth: int) -> Input | None:
@@ -267,7 +271,7 @@ class _Document:
         if tiling is not None and any(abs(each - 1.0) > 1e-6 for each in self._numbers(tiling.get("value", "1"))):
             self.notes.append("the repeats of textures are passed over")
         named = "".join(each.get("fileprefix", "") for each in self._around(file)) + file.get("value", "")
-        beside = file_beside(self.path, named.replace("\\", "/"), _REMEDY)
+        named = named.replace("\\", "/")
         space = next((each.get("colorspace", "") for each in [file, *self._around(file)] if each.get("colorspace")), "")
         transfer: TransferChoice = "linear"
         if colour:
@@ -276,7 +280,8 @@ class _Document:
         channel = None if colour or node.get("type") in ("vector3", "color3") else 0
         if asked in _CHANNELS and not colour:
             channel = _CHANNELS[asked] if given.get("output") in ("r", "g", "b") else channel
-        return Input(picture=Picture(beside, beside.name, transfer, None if channel is None else (0, 1, 2)[channel]))
+        shown = PurePosixPath(named).name
+        return Input(picture=Picture(Path(named), shown, transfer, None if channel is None else (0, 1, 2)[channel]))
 
     def _around(self, element: Element) -> list[Element]:
         """The elements around one, the nearest first."""

@@ -16,9 +16,8 @@ from engine.bundle.bundle import open_bundle
 from engine.core.errors import InputError
 from engine.core.steps import Steps, drain
 from engine.exchange.readers.archive import holds_zipped_textures, read_zip
+from engine.exchange.readers.documents_child import describe_document
 from engine.exchange.readers.folder import describe_folder, describe_textures, document_in, holds_textures
-from engine.exchange.readers.gltf import describe_gltf
-from engine.exchange.readers.materialx import describe_materialx
 from engine.exchange.readers.textures import Described, maps_of
 from engine.scene.material import Material, material_of_maps
 from engine.storage.untrusted import read_head
@@ -74,7 +73,7 @@ def describe(path: Path) -> Described:
         if document is None:
             return describe_folder(path)
         path = document
-    return describe_materialx(path) if _kind(path) == "materialx" else describe_gltf(path)
+    return describe_document(path, "materialx" if _kind(path) == "materialx" else "gltf")
 
 
 def _kind(path: Path) -> str:

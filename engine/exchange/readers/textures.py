@@ -13,6 +13,7 @@ is the negative. Maps larger than `MOST_SIDE` are made smaller, which is said. D
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -44,6 +45,9 @@ MOST_SIDE = 4096
 #: Correlation of the two mixed derivatives from which they tell the direction of y.
 TELLING = 0.1
 
+#: The beginning of an address of the web, also where its slashes were taken together.
+_ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]{1,20}:/")
+
 #: Slopes beyond this are those of a wall.
 STEEPEST = 10.0
 
@@ -52,7 +56,8 @@ STEEPEST = 10.0
 class Picture:
     """A picture: a file, or the `content` that `path` holds, `name` for people; what its integer samples mean.
 
-    `channel` is 0, 1 or 2 for one channel as a number, 'alpha' for that of a PNG, None for the colour.
+    `channel` is 0, 1 or 2 for one channel as a number, 'alpha' for that of a PNG, None for the colour. `part` is the
+    first byte and the length of a picture within the file `path`. In a decoder `path` is as the document names it.
     """
 
     path: Path
@@ -60,6 +65,7 @@ class Picture:
     transfer: TransferChoice = "linear"
     channel: Channel = None
     content: bytes | None = field(default=None, repr=False)
+    part: tuple[int, int] | None = None
 
     @property
     def key(self) -> tuple[Path, str, TransferChoice, bool]:
@@ -109,7 +115,7 @@ def file_beside(path: Path, named: str, remedy: str) -> Path:
         inside = beside.resolve().is_relative_to(folder.resolve())
     except (OSError, ValueError, RuntimeError):
         raise InputError(path, f"names an impossible file ({named[:60]!r})", remedy) from None
-    if not inside or "://" in named:
+    if not inside or _ADDRESS.match(named):
         raise InputError(path, f"names a file outside its folder ({named[:60]!r})", remedy)
     try:
         with opened(beside, FILE_LIMIT_BYTES):

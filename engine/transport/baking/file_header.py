@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 from engine.core.errors import InputError
-from engine.storage.records import read_json
 from engine.storage.scratch import scratch_array
+from engine.storage.text import read_json
 
 MAGIC = b"LATRANS1"
 FORMAT: Literal["lightarc-transport"] = "lightarc-transport"

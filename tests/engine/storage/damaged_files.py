@@ -24,7 +24,6 @@ import random
 import re
 import resource
 import shutil
-import struct
 import sys
 import tarfile
 import tempfile
@@ -289,7 +288,9 @@ def _mtlx() -> bytes:
     return b"""<?xml version="1.0"?>
 <materialx version="1.39" colorspace="lin_rec709">
   <nodegraph name="g">
-    <image name="b" type="color3"><input name="file" type="filename" value="base.png" colorspace="srgb_texture"/></image>
+    <image name="b" type="color3">
+      <input name="file" type="filename" value="base.png" colorspace="srgb_texture"/>
+    </image>
     <multiply name="tinted" type="color3">
       <input name="in1" type="color3" nodename="b"/><input name="in2" type="color3" value="0.5, 0.25, 1"/>
     </multiply>
@@ -448,7 +449,7 @@ def _open_bundle(path: Path) -> None:
 
 
 def _open_bundle_file(path: Path) -> None:
-    _open_bundle(shutil.copy(path, path.with_suffix(".lightarc")))
+    _open_bundle(Path(shutil.copy(path, path.with_suffix(".lightarc"))))
 
 
 def _zip_bundle() -> bytes:
@@ -659,9 +660,9 @@ def _impossible(reply: dict[str, Any]) -> str:
         error = InputError(reply.get("path", "a"), reply["problem"], reply["remedy"])
         return "" if reply["problem"] and reply["remedy"] and "\n" not in str(error) else f"no sentence: {error}"
     for name, value in reply.items():
-        if isinstance(value, np.ndarray) and value.dtype.kind == "f" and name not in ("pixels", "spectra"):
-            if not name.startswith("channel:") and not np.isfinite(value).all():
-                return f"{name} is not finite"
+        is_number = isinstance(value, np.ndarray) and value.dtype.kind == "f"
+        if is_number and not name.startswith(("pixels", "spectra", "channel:")) and not np.isfinite(value).all():
+            return f"{name} is not finite"
     faces = reply.get("faces")
     if faces is not None and not (0 <= faces.min() <= faces.max() < len(reply["positions"])):
         return "faces name vertices that do not exist"
@@ -692,15 +693,15 @@ class Tally:
         p999 = order[int(0.999 * (len(order) - 1))]
         print(
             f"seeds {self.seed} to {self.seed + self.count - 1}: {dict(self.outcomes)}; peak {self.own >> 20} MB, "
-            f"of decoders {self.peak >> 20} MB; CPU median {1e3 * np.median(order):.2f} ms, p99.9 {p999:.3f} s, longest "
-            f"{self.longest[0]:.2f} s (file {self.longest[1]})",
+            f"of decoders {self.peak >> 20} MB; CPU median {1e3 * np.median(order):.2f} ms, p99.9 {p999:.3f} s, "
+            f"longest {self.longest[0]:.2f} s (file {self.longest[1]})",
             flush=True,
         )
 
 
 def _batched(tally: Tally, index: int, first: int, last: int) -> None:
     """The files of one format in the child; where that ends, one by one."""
-    options = {"format": index, "first": first, "last": last}
+    options: dict[str, Any] = {"format": index, "first": first, "last": last}
     numbers = _numbers(index, first, last)
     decoder = f"{MODULE}:decode_batch"
     try:
@@ -745,17 +746,20 @@ def _read(tally: Tally, index: int, number: int, folder: Path) -> None:
         tally.fault(number, f"needs {_peak_bytes() - peak >> 20} MB more")
 
 
-def run(seed: int, count: int, report_every: int = 50_000) -> Tally:
-    """Damage and read files `seed` to `seed` + `count`; faults are printed."""
+def run(seed: int, count: int, report_every: int = sys.maxsize, *, in_child: bool = True) -> Tally:
+    """Damage and read files `seed` to `seed` + `count`; faults are printed.
+
+    Without those `in_child`, only the formats of records and archives.
+    """
     tally, folder, due = Tally(seed), _place() / "now", report_every
     folder.mkdir(exist_ok=True)
     try:
         for first in range(seed, seed + count, BATCH * len(FORMATS)):
             last = min(seed + count, first + BATCH * len(FORMATS))
             for index, one in enumerate(FORMATS):
-                if one.decoder:
+                if one.decoder and in_child:
                     _batched(tally, index, first, last)
-                else:
+                elif not one.decoder:
                     for number in _numbers(index, first, last):
                         _read(tally, index, number, folder)
             if tally.count >= due:
@@ -765,6 +769,7 @@ def run(seed: int, count: int, report_every: int = 50_000) -> Tally:
         shutil.rmtree(_place())
         _place.cache_clear()
         _made.cache_clear()
+        _good.cache_clear()
     return tally
 
 

@@ -18,7 +18,8 @@ import pytest
 from benchmarks.hostile_text import FILLS, PLACES, refusal
 from engine.capture.lights.capture_file import read_capture_file
 from engine.core.errors import InputError
-from engine.storage.records import read_json, read_manifest
+from engine.storage.records import read_manifest
+from engine.storage.text import read_json
 from tests.cases import few
 
 PROJECT = Path(__file__).resolve().parents[3]

@@ -17,10 +17,10 @@ from engine.storage.records import (
     Manifest,
     Member,
     PowerLawRecord,
-    read_json,
     read_manifest,
     write_manifest,
 )
+from engine.storage.text import read_json
 
 MANIFEST = Manifest(
     name="Gewebe „blau“ 😀",

@@ -73,6 +73,12 @@ def nonsense(content, name):
             os.write(descriptor, b"[1, 2]\\n")
     time.sleep(1000)
 
+def copy_tail(file, name, scratch):
+    size = file.seek(0, 2)
+    file.seek(size - 250)
+    scratch.write(file.read())
+    return {"size": size}
+
 def made_in_place(content, name):
     array = result_array((3, 4), np.float32)
     array[:] = 7
@@ -228,6 +234,42 @@ def test_what_goes_wrong_in_a_decoder_costs_one_file(file: Path, decoders: str, 
             decode_in_child(f"{decoders}:{decoder}", file)
         assert caught.value.path == str(file)
         assert decode_in_child(f"{decoders}:echo", file)["name"] == str(file)
+
+
+def test_a_file_of_another_origin_never_meets_a_process_that_refused_one(
+    tmp_path: Path, decoders: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(untrusted, "_origin", lambda path: os.fspath(Path(path).parent))
+    files = [tmp_path / folder / name for folder in ("mine", "theirs") for name in ("a", "b")]
+    for each in files:
+        each.parent.mkdir(exist_ok=True)
+        each.write_bytes(b"content")
+    mine, _, theirs, more = files
+
+    def pid(path: Path) -> int:
+        return int(decode_in_child(f"{decoders}:echo", path)["pid"])
+
+    assert pid(mine) == pid(theirs)
+    with pytest.raises(InputError):
+        decode_in_child(f"{decoders}:refuse", theirs)
+    suspect = pid(more)
+    assert suspect != pid(mine), "a process that refused a file reads one of another origin"
+    assert pid(mine) == pid(theirs)
+
+
+@pytest.mark.parametrize("hands_descriptors", [True, False])
+def test_a_decoder_may_ask_for_the_file_and_for_one_to_write(
+    file: Path, decoders: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, hands_descriptors: bool
+) -> None:
+    if not hands_descriptors:
+        untrusted.stop_children()
+    monkeypatch.setattr(untrusted, "HANDS_DESCRIPTORS", hands_descriptors and untrusted.HANDS_DESCRIPTORS)
+    with (tmp_path / "scratch").open("w+b") as scratch:
+        reply = decode_in_child(f"{decoders}:copy_tail", file, as_file=True, scratch=scratch)
+        scratch.seek(0)
+        assert scratch.read() == bytes(range(6, 256))
+    assert reply["size"] == 256 * 100
+    untrusted.stop_children()
 
 
 @pytest.mark.skipif(sys.platform == "darwin", reason="macOS does not limit address space")

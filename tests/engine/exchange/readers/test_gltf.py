@@ -13,7 +13,7 @@ import pytest
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.exchange.gltf import contents
-from engine.exchange.readers.gltf import has_textured_material
+from engine.exchange.readers.documents_child import has_textured_material
 from engine.exchange.readers.read import open_material
 from engine.exchange.subject import Settings, Subject
 from engine.images.encode import encode_png

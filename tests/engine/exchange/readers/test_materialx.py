@@ -129,6 +129,10 @@ def test_a_node_that_is_not_read_is_said(tmp_path: Path) -> None:
             "without end",
         ),
         ('<gltf_pbr name="s"><input name="roughness" type="float" value="nan"/></gltf_pbr>', "impossible value"),
+        (
+            '<gltf_pbr name="s"><input name="base_color" type="color3" value="1, 2"/></gltf_pbr>',
+            "2 numbers for base_color",
+        ),
     ],
 )
 def test_refusals(tmp_path: Path, body: str, words: str) -> None:

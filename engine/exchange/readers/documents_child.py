@@ -1,0 +1,112 @@
+"""MaterialX and glTF documents of strangers, read in a decoder process (`engine.storage.untrusted`).
+
+The decoder gets the content of a document alone, and answers what the document says, with the pictures that lie within
+it. What it calls files is looked for here, in the folder of the document and below, and decoded later as any picture.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from engine.core.errors import InputError
+from engine.exchange.readers.gltf import JSON_LIMIT_BYTES, gltf_of, has_textures
+from engine.exchange.readers.materialx import materialx_of
+from engine.exchange.readers.textures import Described, Input, Picture, file_beside
+from engine.storage.untrusted import FILE_LIMIT_BYTES, decode_in_child, opened, read_head
+
+Kind = Literal["materialx", "gltf"]
+
+_MATERIALX_LIMIT_BYTES = 4 << 20
+_REMEDIES = {"materialx": "Copy the textures beside the document", "gltf": "Export it as .glb"}
+
+#: The decoder processes that serve documents: that of the pictures, which is there next, and that of the model.
+_PICTURES, _MODEL = "engine.images.decode", "engine.geometry.mesh"
+
+
+def describe_document(path: Path, kind: Kind) -> Described:
+    """The material of a document; InputError where it has none, is damaged, or names a file that is not there."""
+    decoder = "engine.exchange.readers.documents_child:decode_document"
+    reply = decode_in_child(decoder, path, limit_bytes=_limit_bytes(path, kind), process=_PICTURES, kind=kind)
+    values: dict[str, Any] = {
+        each.name: _input(path, kind, value, reply) if each.name in reply["inputs"] else value
+        for each in fields(Described)
+        if (value := reply["described"].get(each.name)) is not None
+    }
+    return Described(**{**values, "notes": tuple(values["notes"])})
+
+
+def has_textured_material(path: Path) -> bool:
+    """True if a glTF file states a material with a texture; False also for what cannot be read."""
+    decoder = "engine.exchange.readers.documents_child:decode_textured"
+    try:
+        found = decode_in_child(decoder, path, limit_bytes=_limit_bytes(path, "gltf"), process=_MODEL)
+    except InputError:
+        return False
+    return bool(found["textured"])
+
+
+def decode_textured(content: bytes, name: str) -> dict[str, bool]:
+    """The decoder: whether a glTF file states a material with a texture."""
+    return {"textured": has_textures(content, Path(name))}
+
+
+def decode_document(content: bytes, name: str, kind: Kind) -> dict[str, Any]:
+    """The decoder: `described`, the fields of a `Described` by name; `inputs`, those that are an `Input`; and pictures.
+
+    Each of these names the array with its content, or the file that it is, or lies in at `part`.
+    """
+    read = {"materialx": materialx_of, "gltf": gltf_of}[kind]
+    described = read(content, Path(name))
+    values = {each.name: getattr(described, each.name) for each in fields(Described)}
+    inputs = [each for each, value in values.items() if isinstance(value, Input)]
+    pictures = {each: values[each].picture.content for each in inputs if values[each].picture is not None}
+    arrays = {f"picture {each}": np.frombuffer(held, np.uint8) for each, held in pictures.items() if held is not None}
+    for each in inputs:
+        one = values[each]
+        picture = None if one.picture is None else _said(one.picture)
+        values[each] = {"factor": one.factor, "inverted": one.inverted, "picture": picture, "name": each}
+    return {"described": values, "inputs": inputs, **arrays}
+
+
+def _said(picture: Picture) -> dict[str, Any]:
+    file = None if picture.content is not None else str(picture.path)
+    return {
+        "file": file,
+        "part": picture.part,
+        "name": picture.name,
+        "transfer": picture.transfer,
+        "channel": picture.channel,
+    }
+
+
+def _input(path: Path, kind: Kind, said: dict[str, Any], reply: dict[str, Any]) -> Input:
+    factor, inverted, picture = tuple(map(float, said["factor"])), bool(said["inverted"]), said["picture"]
+    if picture is None:
+        return Input(factor, None, inverted)
+    place, content = path, None
+    if picture["file"] is None:
+        content = reply[f"picture {said['name']}"].tobytes()
+    else:
+        place = file_beside(path, picture["file"], _REMEDIES[kind])
+        content = None if picture["part"] is None else _part(path, place, *picture["part"])
+    name, transfer, channel = picture["name"], picture["transfer"], picture["channel"]
+    return Input(factor, Picture(place if content is None else path, name, transfer, channel, content), inverted)
+
+
+def _part(path: Path, place: Path, start: int, length: int) -> bytes:
+    """Bytes of a file beside the document."""
+    with opened(place, FILE_LIMIT_BYTES) as (file, size_bytes):
+        if start + length > size_bytes:
+            raise InputError(path, "names bytes of a picture that it does not have", "Export it as .glb")
+        file.seek(start)
+        return file.read(length)
+
+
+def _limit_bytes(path: Path, kind: Kind) -> int:
+    if kind == "materialx":
+        return _MATERIALX_LIMIT_BYTES
+    return FILE_LIMIT_BYTES if read_head(path, 4)[0] == b"glTF" else JSON_LIMIT_BYTES
