@@ -97,6 +97,7 @@ class ViewTab(QWidget):
         super().__init__()
         self.bench = bench
         self.default_mesh: Mesh | None = None
+        self._framed: tuple[Mesh, Camera] | None = None
         self.latest = Latest(bench.jobs, "Measuring the light's error", lane="background")
         self.blurring = Latest(bench.jobs, "Blurring the environment")
         self._behind: tuple[EnvironmentMap | None, str] = (None, "")
@@ -396,7 +397,13 @@ class ViewTab(QWidget):
         mesh = project.mesh or self.default_mesh
         if mesh is None or self.brdf is None:
             return None
-        return scene_of_project(project, mesh, self.brdf, self.viewport.camera or framed(mesh))
+        return scene_of_project(project, mesh, self.brdf, self.viewport.camera or self._first_camera(mesh))
+
+    def _first_camera(self, mesh: Mesh) -> Camera:
+        """The camera that shows `mesh` until the viewport has one; found once, because it looks at all vertices."""
+        if self._framed is None or self._framed[0] is not mesh:
+            self._framed = mesh, framed(mesh)
+        return self._framed[1]
 
     def _error_is_stale(self) -> None:
         """The picture is another one: its error is measured once it has come to rest."""

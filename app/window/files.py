@@ -27,7 +27,7 @@ from app.window.dialogs import (
 )
 from app.window.failures import Failures, FilesExcluded
 from app.window.leaving import Leaving
-from app.window.projects import Projects
+from app.window.projects import Projects, nothing
 from engine.capture.doubts import Doubtful
 from engine.core.errors import FileError, InputError
 
@@ -52,6 +52,7 @@ class Files(QObject):
         projects.changed.connect(self._remember_work)
         projects.moved.connect(settings.forget)
         projects.broken.connect(partial(failures.report, "The saved project cannot be opened"))
+        projects.refused.connect(self._report_refused)
         projects.opened.connect(self._remember)
         bench.jobs.failed.connect(lambda _job, error: self._forget_failed(error))
         bench.arrived.connect(self._ask_where)
@@ -95,16 +96,21 @@ class Files(QObject):
 
     def _open(self, paths: Sequence[Path]) -> None:
         projects = [path for path in paths if path.suffix.lower() == ENDING]
-        if projects:
-            self._open_project(projects[0])
-            several = f"One project is open in a window, here {projects[0].name}. Open this one in another window"
-            others = [InputError(path, "is a second project", several) for path in projects[1:]]
+        others = [path for path in paths if path not in projects]
+
+        def open_others() -> None:
             if others:
-                self._report_excluded(others, len(paths))
-            paths = [path for path in paths if path not in projects]
-        if paths:
-            self.bench.open(paths)
-            self._remember(paths[0] if len(paths) == 1 else paths[0].parent, paths[0].parent)
+                self.bench.open(others)
+                self._remember(others[0] if len(others) == 1 else others[0].parent, others[0].parent)
+
+        if not projects:
+            open_others()
+            return
+        self.projects.open(projects[0], then=open_others)
+        several = f"One project is open in a window, here {projects[0].name}. Open this one in another window"
+        excluded = [InputError(path, "is a second project", several) for path in projects[1:]]
+        if excluded:
+            self._report_excluded(excluded, len(paths))
 
     def _ask_where(self, arrival: Arrival) -> None:
         ask_where(self.window, self.bench, self.begin_anew, arrival)
@@ -118,17 +124,16 @@ class Files(QObject):
         else:
             self.failures.report(f"Couldn't open {len(errors)} of {count} files", FilesExcluded(errors))
 
-    def open_project(self, path: Path) -> None:
-        """Open a project in place of this one, which stays on disk."""
-        self.leaving.then("Leave", lambda: self._open_project(path))
+    def open_project(self, path: Path, then: Callable[[], object] = nothing) -> None:
+        """Open a project in place of this one, which stays on disk, then call `then`."""
+        self.leaving.then("Leave", lambda: self.projects.open(path, then=then))
 
-    def _open_project(self, path: Path) -> None:
-        try:
-            self.projects.open(path)
-        except Damaged as error:
+    def _report_refused(self, error: FileError) -> None:
+        path = Path(error.path)
+        if isinstance(error, Damaged):
             ask_to_recover(self.window, error, partial(self._recover, path))
-        except FileError as error:
-            self.failures.report("The project cannot be opened", error)
+        else:
+            self.failures.report(f'Couldn\'t open "{path.name}"', error)
 
     def _recover(self, damaged: Path) -> None:
         """Ask for a place, save there what is sound in a damaged project, and open it."""

@@ -1,10 +1,16 @@
-"""The project of a window: made at once, recorded all the time, opened, copied and closed without a question."""
+"""The project of a window: made at once, recorded all the time, opened, copied and closed without a question.
+
+Files are read on the thread of a job; the thread of the window only takes over what was read.
+"""
 
 from __future__ import annotations
 
 import logging
 import tempfile
 import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
@@ -30,6 +36,31 @@ log = logging.getLogger(__name__)
 #: Seconds between two looks at what is being written.
 WAIT_S = 0.05
 
+#: Title of the job that reads a project.
+OPENING = "Opening the project"
+
+
+@dataclass(frozen=True, eq=False)
+class Read:
+    """A project that was read and claimed for this window.
+
+    Attributes
+    ----------
+    found : its content.
+    why_read_only : the reason why it could not be claimed; empty where it was.
+    was_interrupted : the process that had it open before ended without closing it.
+    lost : what is gone from its data folder, and the time that making it again takes; empty for nothing.
+    """
+
+    found: Opened
+    why_read_only: str
+    was_interrupted: bool
+    lost: str
+
+
+def nothing() -> None:
+    """Nothing follows."""
+
 
 class Projects(QObject):
     """Opens and records the projects of one window.
@@ -42,6 +73,7 @@ class Projects(QObject):
     switched : the document is that of another project now, or was read again.
     moved : the path that the project had, and the one that it has.
     confirmed : what was saved just now, and when, in words.
+    refused : the error that keeps a project from being opened; all stays as it was.
     broken : the error that keeps the window from going on in a project that it has saved.
     """
 
@@ -52,6 +84,7 @@ class Projects(QObject):
     moved = Signal(object, object)
     confirmed = Signal(str)
     broken = Signal(object)
+    refused = Signal(object)
 
     def __init__(self, bench: Workbench, folder: Path) -> None:
         """`problem` is why the document is not on disk, without the path, and `details` all that is known of it.
@@ -67,12 +100,13 @@ class Projects(QObject):
         self.is_recovered = False
         self.lost = ""
         self._recording: Recording | None = None
-        bench.jobs.around = lambda job: running(bench.own, job.title, job.again)
+        bench.jobs.around = self._around
         self._as_opened = bench.document.project
         self._is_elsewhere = False
         self._waits = True
         self._is_example = False
         self._target: Path | None = None
+        self._opening: Job | None = None
         self._begun = Path()
         self._is_hurried = self._confirms = False
         bench.jobs.changed.connect(self._job_changed)
@@ -109,6 +143,11 @@ class Projects(QObject):
         return self._target is not None or any(job.lane == "save" for job in self.bench.jobs.active)
 
     @property
+    def is_opening(self) -> bool:
+        """True while a project is being read that will take the place of this one."""
+        return self._opening is not None
+
+    @property
     def saved_as(self) -> str:
         """The name of the file in which the window will go on; empty for none."""
         return self._target.name if self._target is not None else ""
@@ -133,36 +172,74 @@ class Projects(QObject):
         self._begun = path
         self._show(path, None, read_only=False)
 
-    def open(self, path: Path, *, as_example: bool = False) -> None:
-        """Open a project where its file lies. Raises InputError or OutputError, and leaves all as it was.
+    def open(self, path: Path, *, as_example: bool = False, then: Callable[[], object] = nothing) -> None:
+        """Read a project and open it where its file lies, then call `then`; of two wishes the last counts.
 
-        `as_example`: it was just made from an example, and goes when it is closed as it was opened.
+        `refused` says why it cannot be opened. `as_example`: it was just made from an example, and goes when it is
+        closed as it was opened.
         """
         path = path.absolute()
+        self._stop_opening()
         if path == self.path:
+            then()
             return
-        found = read(path)
-        was_interrupted = places.was_interrupted(path)
-        lost = cost_text(each for each in noted(path) if not each.present)
-        why_not = _why_not_claimed(path)
+        recording = self._recording
+        if recording is not None:
+            recording.hand_over()
+        job = self.bench.jobs.submit(OPENING, lambda: _opened(path, recording), lane="open", resource=f"opening {path}")
+        self._opening = job
+        job.succeeded.connect(lambda outcome: self._take(path, outcome, as_example, then))
+        job.failed.connect(lambda _error: self._let_go_of(path))
+        job.cancelled.connect(lambda: self._let_go_of(path))
+
+    def _stop_opening(self) -> None:
+        job, self._opening = self._opening, None
+        if job is not None:
+            self.bench.jobs.drop(job)
+
+    def _let_go_of(self, path: Path) -> None:
+        """A project that was read is not opened after all."""
+        if self._opening is not None and self._opening.over:
+            self._opening = None
+        if path != self.path:
+            places.release(path)
+
+    def _take(self, path: Path, outcome: Read | FileError, as_example: bool, then: Callable[[], object]) -> None:
+        self._opening = None
+        if isinstance(outcome, FileError):
+            self.refused.emit(outcome)
+            return
         self.finish()
-        if found.missing and not (lacks_material(found.current) or lacks_surface(found.current)):
-            lost = lost or "What was made from the sources is gone, and can be made again"
-        self._show(path, found, bool(why_not), is_recovered=was_interrupted, lost=lost)
-        self.why_read_only = why_not
+        self._show_read(path, outcome)
         self._is_example = as_example
         self.changed.emit()
         if not as_example:
             self.opened.emit(path)
-        if lost:
-            self.bench.said.emit(f"{path.name} is open. {lost}")
+        if self.lost:
+            self.bench.said.emit(f"{path.name} is open. {self.lost}")
+        then()
 
-    def read_again(self) -> None:
-        """Take the document and its history from the file, in which paths were changed."""
-        self._on_disk()
-        found = read(self.path)
+    def read_again(self, then: Callable[[], object] = nothing) -> None:
+        """Take the document and its history from the file, in which paths were changed, then call `then`."""
+        recording, path, before = self._recording, self.path, self._history()
+        if recording is not None:
+            recording.hand_over()
+        job = self.bench.jobs.submit(OPENING, lambda: _read_when_written(recording, path), lane="open")
+        job.succeeded.connect(lambda found: self._restore(path, before, found, then))
+
+    def _restore(self, path: Path, before: History, found: Opened, then: Callable[[], object]) -> None:
+        if path != self.path:
+            return
+        if self._is_other(before):
+            self.read_again(then)
+            return
         self.bench.document.restore(found.current, found.steps, found.position, found.state)
         self.switched.emit()
+        then()
+
+    def _around(self, job: Job) -> AbstractContextManager[object]:
+        """Note a job beside the project, which says so if the program is killed; reading a project leaves nothing."""
+        return nullcontext() if job.title == OPENING else running(self.bench.own, job.title, job.again)
 
     def confirm(self) -> None:
         """Write what is not on disk yet, and say when that is done."""
@@ -211,7 +288,7 @@ class Projects(QObject):
         elif self._busy() and not self._is_hurried:
             self.changed.emit()
         else:
-            self._go_on_in(target)
+            self._go_on_in(target, now)
 
     def _is_other(self, history: History) -> bool:
         document = self.bench.document
@@ -251,16 +328,37 @@ class Projects(QObject):
             self._target = None
             self.changed.emit()
 
-    def _go_on_in(self, target: Path) -> None:
-        source, moves = self.path, self.is_untitled
-        self._target, self._is_elsewhere = None, True
-        try:
-            self.open(target)
-        except FileError as error:
-            self._is_elsewhere = False
-            self.broken.emit(error)
+    def _go_on_in(self, target: Path, now: History) -> None:
+        """Read the copy at `target`, which holds `now`, and go on in it."""
+        source = self.path
+        job = self.bench.jobs.submit(
+            f"Saving as {target.name}", lambda: _opened(target), lane="save", resource=str(target)
+        )
+        job.succeeded.connect(lambda outcome: self._gone_on(source, target, now, outcome))
+        for ended in (job.failed, job.cancelled):
+            ended.connect(lambda *_: self._let_go_of(target))
+        job.failed.connect(lambda _error: self._forget_target(target))
+        job.cancelled.connect(lambda: self._forget_target(target))
+
+    def _gone_on(self, source: Path, target: Path, now: History, outcome: Read | FileError) -> None:
+        if self.path != source or self._target != target:
+            self._let_go_of(target)
             return
-        if moves and self.path == target:
+        if isinstance(outcome, FileError):
+            self._forget_target(target)
+            self.broken.emit(outcome)
+            return
+        if self._is_other(now) or (self._busy() and not self._is_hurried):
+            self._let_go_of(target)
+            self._saved(source, target, now)
+            return
+        moves = self.is_untitled
+        self._target, self._is_elsewhere = None, True
+        self.finish()
+        self._show_read(target, outcome)
+        self.changed.emit()
+        self.opened.emit(target)
+        if moves:
             places.remove(source)
             self.moved.emit(source, target)
         self.confirmed.emit(f"Saved as {target.name} {time.strftime('%H:%M')}")
@@ -298,9 +396,9 @@ class Projects(QObject):
         job.succeeded.connect(lambda lost: self._recovered(target.absolute(), lost))
 
     def _recovered(self, path: Path, lost: list[str]) -> None:
-        self.open(path)
         words = "; ".join(lost[:3]) + (f"; and {len(lost) - 3} more" if len(lost) > 3 else "")
-        self.bench.said.emit(f"{path.name} holds what was sound. Lost: {words}" if lost else f"{path.name} is whole")
+        said = f"{path.name} holds what was sound. Lost: {words}" if lost else f"{path.name} is whole"
+        self.open(path, then=lambda: self.bench.said.emit(said))
 
     def write(self) -> None:
         """Wait until all changes are on disk, as long as that goes on, because the window closes.
@@ -316,6 +414,7 @@ class Projects(QObject):
     def finish(self) -> None:
         """Write what is missing and let go of the project; one that nobody put anything into is removed."""
         self.leaving.emit()
+        self._stop_opening()
         for job in self.bench.jobs.active:
             if job.lane != "save":
                 self.bench.jobs.drop(job)
@@ -338,10 +437,6 @@ class Projects(QObject):
         is_worth = is_worth_keeping(self.bench.document.project) or is_made
         return is_worth and not self.is_unchanged_example
 
-    def _on_disk(self) -> None:
-        if self._recording is not None and not self._recording.wait(10.0):
-            raise InputError(self.path, "cannot be written now", "Check the disk that it lies on")
-
     def _rescue(self) -> None:
         """Write the document elsewhere, because its own place takes nothing; the next start opens it."""
         path = places.new_path(places.projects_folder())
@@ -354,6 +449,11 @@ class Projects(QObject):
             log.error("%s could not be written, nor could %s: %s", self.path, path, error)
             return
         log.warning("%s could not be written; everything is in %s", self.path, path)
+
+    def _show_read(self, path: Path, read: Read) -> None:
+        is_read_only = bool(read.why_read_only)
+        self._show(path, read.found, is_read_only, is_recovered=read.was_interrupted, lost=read.lost)
+        self.why_read_only = read.why_read_only
 
     def _show(
         self, path: Path, found: Opened | None, read_only: bool, is_recovered: bool = False, lost: str = ""
@@ -391,6 +491,32 @@ class Projects(QObject):
             self._confirms = False
             self.confirmed.emit(f"Saved {time.strftime('%H:%M')}")
         self.changed.emit()
+
+
+def _opened(path: Path, recording: Recording | None = None) -> Steps[Read | FileError]:
+    """Read a project and claim it for this window, or say why not; `recording` has written what it was given then."""
+    yield Step(0.0, "reading")
+    try:
+        found = read(path)
+        was_interrupted = places.was_interrupted(path)
+        lost = cost_text(each for each in noted(path) if not each.present)
+        why_not = _why_not_claimed(path)
+    except FileError as error:
+        return error
+    if found.missing and not (lacks_material(found.current) or lacks_surface(found.current)):
+        lost = lost or "What was made from the sources is gone, and can be made again"
+    while recording is not None and not recording.has_written(WAIT_S) and not recording.is_failing:
+        yield Step(0.9, "writing the project that was open")
+    return Read(found, why_not, was_interrupted, lost)
+
+
+def _read_when_written(recording: Recording | None, path: Path) -> Steps[Opened]:
+    """Read a project once all that was handed over is in its file. InputError where that cannot be written."""
+    while recording is not None and not recording.has_written(WAIT_S):
+        yield Step(0.0, "writing the latest changes")
+        if recording.is_failing:
+            raise InputError(path, "cannot be written now", "Check the disk that it lies on")
+    return read(path)
 
 
 def _collected(recording: Recording | None, source: Path, target: Path, with_derived: bool) -> Steps[Path]:

@@ -15,7 +15,6 @@ from app.start.page import StartPage
 from app.window.files import Files
 from app.window.projects import Projects
 from app.window.recent import thumbnail
-from engine.core.errors import FileError
 
 #: Names of the files that each starting point offers, and the workspace that it begins in.
 FILES = {
@@ -48,31 +47,21 @@ class Starting(QObject):
         self.page.gone.connect(settings.forget)
 
     def _open(self, path: Path) -> None:
-        if path != self.projects.path:
-            self.files.open_project(path)
-        if path == self.projects.path:
-            self.show_workspace(workspace_of(self.bench))
+        self.files.open_project(path, lambda: self.show_workspace(workspace_of(self.bench)))
 
     def open_example(self, example: Example, workspace: str = "") -> None:
         """Open `example` as a new untitled project, in its own workspace or in another one."""
         folder = self.projects.folder
         job = self.bench.jobs.submit(f"Opening {example.title}", lambda: unpack(example, folder), lane="open")
         self.page.show_opening(example)
-        job.succeeded.connect(partial(self._unpacked, example, workspace or example.workspace))
+        job.succeeded.connect(partial(self._unpacked, workspace or example.workspace))
         for ended in (job.failed, job.cancelled):
             ended.connect(lambda *_: self.page.show_opening(None))
 
-    def _unpacked(self, example: Example, workspace: str, path: Path) -> None:
+    def _unpacked(self, workspace: str, path: Path) -> None:
         self.page.show_opening(None)
-        self.files.leaving.then("Leave", lambda: self._open_example(example, workspace, path))
-
-    def _open_example(self, example: Example, workspace: str, path: Path) -> None:
-        try:
-            self.projects.open(path, as_example=True)
-        except FileError as error:
-            self.files.failures.report(f"{example.title} cannot be opened", error)
-            return
-        self.show_workspace(workspace)
+        show = partial(self.show_workspace, workspace)
+        self.files.leaving.then("Leave", lambda: self.projects.open(path, as_example=True, then=show))
 
     def start(self, name: str) -> None:
         """Ask for the files of a starting point and open them in a project of their own."""

@@ -123,8 +123,7 @@ class Whereabouts(QObject):
         if path != self.projects.path:
             return
         if places:
-            self.projects.read_again()
-            self.look()
+            self.projects.read_again(self.look)
         left = len(self.missing) - len(places)
         words = f"{len(places)} of {len(self.missing)} photographs found" if left else "All photographs found"
         self.bench.said.emit(words)

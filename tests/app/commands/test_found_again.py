@@ -24,6 +24,7 @@ from engine.capture.stack import ImageStack
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.storage.file_array import FileArray
+from tests.app.opening import open_project
 
 
 def nothing_made(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -76,7 +77,7 @@ def test_choices_that_are_set_back_find_stack_and_material_also_after_a_restart(
     second = imported_again(window, qtbot)
     assert second.stack.folder != first.stack.folder
     window.new()
-    window.open_project(path)
+    open_project(window, qtbot, path)
     nothing_made(monkeypatch)
     choose(document, "Alignment", motion="auto")
     third = imported_again(window, qtbot)
@@ -99,7 +100,7 @@ def test_a_material_whose_steps_were_undone_and_done_otherwise_is_found(
     document.change("Name", name="Another")
     qtbot.waitUntil(lambda: window.projects.is_saved, timeout=60_000)
     window.new()
-    window.open_project(path)
+    open_project(window, qtbot, path)
     nothing_made(monkeypatch)
     document.change("6 slices", slices=6)
     again = built(window, qtbot).material
@@ -117,7 +118,7 @@ def test_a_material_whose_data_are_gone_is_built(window: MainWindow, qtbot: Any,
     built(window, qtbot)
     window.new()
     shutil.rmtree(data_folder(path) / "arrays")
-    window.open_project(path)
+    open_project(window, qtbot, path)
     document.change("6 slices", slices=6)
     assert np.array_equal(built(window, qtbot).material.shading_map.slices, six.shading_map.slices)
 

@@ -24,6 +24,7 @@ from engine.factor.errors import Factorisation
 from engine.factor.factor import factor
 from engine.factor.settings import FactorSettings
 from tests.app.factor.test_tab import QUICK, settle
+from tests.app.opening import open_project
 
 
 def reopened(window: MainWindow, qtbot: Any) -> Any:
@@ -81,7 +82,7 @@ def test_a_run_is_there_again_without_factoring(
     run, live = factored(window, qtbot, method=method, **small)
     first = reopened(window, qtbot)
     monkeypatch.setattr("engine.factor.factor.factor", None)
-    window.open_project(first)
+    open_project(window, qtbot, first)
     window.show_workspace("factor")
     settle(window.factor, qtbot)
     runs = window.factor.factoring.runs
@@ -105,7 +106,7 @@ def test_a_lost_result_is_said_with_its_cost_and_factored_again(window: MainWind
     shutil.rmtree(data_folder(first))
     said: list[str] = []
     window.bench.said.connect(said.append)
-    window.open_project(first)
+    open_project(window, qtbot, first)
     assert "Gone from the data folder: a factor run. Making that again takes about" in said[0]
     (made,) = noted(first)
     assert (made.kind, made.present) == ("factors", False)

@@ -9,6 +9,7 @@ from app.project.project_file import data_folder, read
 from app.project.recording import DELAY_MS
 from app.window.banner import short_path
 from app.window.main_window import MainWindow
+from tests.app.opening import open_project
 
 
 def test_a_project_is_left_and_opened_again_as_it_was(
@@ -23,7 +24,7 @@ def test_a_project_is_left_and_opened_again_as_it_was(
     window.new()
     assert projects.path != first
     assert document.project.stack is None
-    window.open_project(first)
+    open_project(window, qtbot, first)
     assert document.undo_stack.count() == document.undo_stack.index() == steps
     assert document.project.look.gain == 2.0
     assert document.project.stack is not None

@@ -22,6 +22,7 @@ from app.project.project_file import data_folder, read, state_name
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
 from engine.core.errors import FileError, LightarcError
+from tests.app.opening import open_project
 
 GESTURES = 30
 FAR_MS = 240_000
@@ -181,9 +182,11 @@ class Hand:
         """Open a project that was open before: it is as it was left."""
         if not self.written:
             return
-        self.leave()
         path = self.chance.choice(sorted(self.written))
-        self.window.open_project(path)
+        projects = self.window.projects
+        projects.leaving.connect(self.leave)  # jobs may end while the project is read
+        open_project(self.window, self.qtbot, path)
+        projects.leaving.disconnect(self.leave)
         if self.window.projects.path == path and path in self.left:
             assert plain(self.document.project) == self.left[path]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -13,6 +12,7 @@ from app.commands.bundle_view import OpenedBundle, Referred
 from app.document.document import Project
 from app.window.main_window import MainWindow
 from engine.geometry.camera import Camera
+from tests.app.opening import open_project
 from tests.app.view.test_baking import ball
 from tests.engine.scenes import weave
 
@@ -70,14 +70,14 @@ def test_the_camera_of_one_project_does_not_come_to_rest_in_another(in_view: Mai
     assert view.viewport.camera == CAMERA
 
 
-def test_a_camera_that_still_moves_belongs_to_the_project_that_is_left(in_view: MainWindow, tmp_path: Path) -> None:
+def test_a_camera_that_still_moves_belongs_to_the_project_that_is_left(in_view: MainWindow, qtbot: Any) -> None:
     projects, document = in_view.projects, in_view.bench.document
     document.change("Ball", mesh=ball())
     in_view.view.viewport.look_from(OTHER)
     left = projects.path
     projects.begin()
     assert document.project.camera is None
-    projects.open(left)
+    open_project(in_view, qtbot, left)
     assert document.project.camera == OTHER
     assert in_view.view.viewport.camera == OTHER
 

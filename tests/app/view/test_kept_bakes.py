@@ -19,6 +19,7 @@ from app.view.bake_panel import state_text
 from app.view.baking import Baking
 from app.window.main_window import MainWindow
 from engine.brdf.brdf import brdf_from_text
+from tests.app.opening import open_project
 from tests.app.view.test_baking import LONG, ball, drawn
 from tests.app.view.test_planning import bake, planned, wish
 from tests.present import present
@@ -44,7 +45,7 @@ def test_a_bake_is_there_again_in_the_project_that_is_opened(planned: MainWindow
     baking = planned.view.bakings["sh"]
     assert baking.choices == choices_for("sh")
     unable()
-    planned.open_project(first)
+    open_project(planned, qtbot, first)
     planned.show_workspace("view")
     assert baking.choices.value("order") == 3
     is_shown(baking, qtbot)
@@ -103,7 +104,7 @@ def test_a_lost_bake_is_said_with_its_cost_and_baked_again(planned: MainWindow, 
         place.unlink()
     said: list[str] = []
     planned.bench.said.connect(said.append)
-    planned.open_project(first)
+    open_project(planned, qtbot, first)
     planned.show_workspace("view")
     assert "Gone from the data folder: a bake. Making that again takes about" in said[0]
     (made,) = noted(first)

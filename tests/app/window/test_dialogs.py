@@ -17,6 +17,7 @@ from app.document.document import Look
 from app.project.project_file import read
 from app.project.report import described
 from app.window.main_window import CRASHED, MainWindow
+from tests.app.opening import open_project
 from tests.app.window.test_arriving import answer, at_rest, question
 
 
@@ -55,7 +56,7 @@ def test_a_collected_project_holds_its_photographs_and_the_results_that_are_want
     window.new()
     shutil.rmtree(capture.parent)
     (tmp_path / "collected").rename(tmp_path / "elsewhere")
-    window.open_project(tmp_path / "elsewhere" / "Felt.lap")
+    open_project(window, qtbot, tmp_path / "elsewhere" / "Felt.lap")
     qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=60_000)
     found = window.bench.document.project
     assert found.sources is not None

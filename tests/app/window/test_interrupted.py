@@ -22,6 +22,7 @@ from app.window.main_window import MainWindow
 from engine.bundle.bundle import open_bundle
 from engine.core.steps import Step, Steps
 from tests.app.export.test_tab import tab
+from tests.app.opening import open_project
 from tests.app.view.test_baking import LONG
 from tests.app.view.test_planning import bake, planned
 
@@ -88,7 +89,7 @@ def opened_after(window: MainWindow, qtbot: Any, jobs: list[tuple[str, dict[str,
     window.new()
     for title, again in jobs:
         killed_during(data_folder(path), title, again)
-    window.open_project(path)
+    open_project(window, qtbot, path)
     return window.banners.of[CAUSE]
 
 
@@ -137,6 +138,7 @@ def test_a_project_comes_back_in_the_workspace_that_was_in_front(
     qtbot.waitUntil(lambda: window.projects.is_saved, timeout=LONG)
     window.new()
     recover(window, path, "factor")
+    qtbot.waitUntil(lambda: not window.projects.is_opening, timeout=LONG)
     assert window.projects.path == path
     assert window.stack.currentWidget() is window.factor
     recover(window, path, "no workspace")
@@ -293,7 +295,7 @@ Writer(path).write(History(second, (Step("Change the light", "", first, second),
 os.kill(os.getpid(), signal.SIGKILL)
 """
     subprocess.run([sys.executable, "-c", program, str(path)], check=False)
-    window.open_project(path)
+    open_project(window, qtbot, path)
     words = "Lightarc ended unexpectedly. Felt is as you left it, after “Change the light”."
     assert window.banners.words[CAUSE] == words
     assert window.banners.of[CAUSE].picture.isVisible()
@@ -301,5 +303,5 @@ os.kill(os.getpid(), signal.SIGKILL)
     hide.click()
     assert CAUSE not in window.banners.words
     window.new()
-    window.open_project(path)
+    open_project(window, qtbot, path)
     assert CAUSE not in window.banners.words

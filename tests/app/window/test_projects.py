@@ -27,6 +27,7 @@ from app.window.main_window import MainWindow
 from app.window.projects import Projects
 from engine.geometry.shapes import shape
 from engine.storage import atomic
+from tests.app.opening import open_project
 
 
 def saved(path: Path, name: str, **parts: Any) -> Path:
@@ -104,7 +105,7 @@ def test_a_second_window_is_read_only_says_so_and_saves_its_changes_elsewhere(
     window: MainWindow, qtbot: Any, elsewhere: Path, tmp_path: Path
 ) -> None:
     before = elsewhere.read_bytes()
-    window.open_project(elsewhere)
+    open_project(window, qtbot, elsewhere)
     assert "is open in another window" in window.banners.words["read-only"]
     assert "read-only" in window.bar.title.text()
     gain(window, 5.0)
@@ -127,7 +128,7 @@ def test_a_project_that_cannot_be_written_opens_read_only_and_its_changes_are_sa
     monkeypatch.setattr(database, "LOCK_S", 0.05)
     with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")
-        window.open_project(path)
+        open_project(window, qtbot, path)
         assert window.projects.path == path
         assert window.banners.words["read-only"].startswith(f"{short_path(path)} cannot be written.")
         assert window.banners.of["read-only"].buttons[0].text() == "Save as…"
@@ -147,7 +148,7 @@ def test_a_newer_project_is_refused_with_its_version(window: MainWindow, qtbot: 
         connection.execute("UPDATE meta SET value = '77' WHERE name = 'schema'")
     connection.close()
     before = path.read_bytes()
-    window.open_project(path)
+    open_project(window, qtbot, path)
     qtbot.waitUntil(lambda: bool(window.failures.open_dialogs), timeout=10_000)
     (box,) = window.failures.open_dialogs.values()
     assert "schema 77" in box.informativeText()
@@ -175,7 +176,7 @@ def test_closing_does_not_wait_for_a_disk_that_takes_nothing_and_keeps_all_elsew
     window: MainWindow, qtbot: Any, full: list[Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     path = saved(tmp_path / "full" / "Felt.lap", "Felt")
-    window.open_project(path)
+    open_project(window, qtbot, path)
     wait_saved(window, qtbot)
     monkeypatch.undo()  # the fixture's own rescue, and a shorter pause
     monkeypatch.setattr(atomic, "fault", lambda *_: None)
@@ -226,7 +227,7 @@ def test_a_drive_that_goes_is_not_made_anew_and_is_written_when_it_is_back(
 ) -> None:
     monkeypatch.setattr(recording, "AGAIN_S", 0.05)
     path = saved(tmp_path / "drive" / "Felt.lap", "Felt")
-    window.open_project(path)
+    open_project(window, qtbot, path)
     wait_saved(window, qtbot)
     path.parent.rename(tmp_path / "gone")
     gain(window, 7.0)
@@ -239,10 +240,10 @@ def test_a_drive_that_goes_is_not_made_anew_and_is_written_when_it_is_back(
 
 
 def test_a_locked_file_keeps_closing_waiting_once_and_loses_nothing(
-    window: MainWindow, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     path = saved(tmp_path / "locked" / "Felt.lap", "Felt")
-    window.open_project(path)
+    open_project(window, qtbot, path)
     monkeypatch.undo()
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     waits: list[float] = []
@@ -314,7 +315,7 @@ def test_a_project_that_was_cleaned_up_gets_its_results_back_without_a_step(
         window.files.clean_up()
     assert said.args == ["There is nothing to clean up in this project yet"]
     assert window.projects.path == empty
-    window.projects.open(path)
+    open_project(window, qtbot, path)
     qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=60_000)
     again = window.bench.document.project.material.shading_map
     assert again is not None

@@ -36,8 +36,9 @@ def test_what_is_opened_is_remembered_at_once_and_survives_a_kill(tmp_path: Path
     program = (
         "import sys; from pathlib import Path; from app.window.application import start\n"
         "from app.window.main_window import MainWindow\n"
-        "application = start(); window = MainWindow(Path(sys.argv[1])); window.open_project(Path(sys.argv[2]))\n"
-        "print('open', flush=True); application.exec()\n"
+        "application = start(); window = MainWindow(Path(sys.argv[1]))\n"
+        "window.files.open_project(Path(sys.argv[2]), lambda: print('open', flush=True))\n"
+        "application.exec()\n"
     )
     words = [sys.executable, "-c", program, str(tmp_path / "config"), str(path)]
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as window:

@@ -15,6 +15,7 @@ from app.project.project_file import data_folder, read
 from app.window.main_window import MainWindow
 from app.window.whereabouts import made_of
 from engine.images.encode import encode_png
+from tests.app.opening import open_project
 from tests.engine.scenes import weave
 
 
@@ -35,7 +36,7 @@ def imported(window: MainWindow, qtbot: Any, paths: list[Path]) -> Path:
 
 
 def opened(window: MainWindow, qtbot: Any, path: Path) -> None:
-    window.open_project(path)
+    open_project(window, qtbot, path)
     qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=60_000)
 
 
