@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -136,6 +137,7 @@ class MainWindow(QMainWindow):
         self.setAnimated(False)
         self._has_title = self._is_closed = self._expects_work = False
         self._making: dict[str, Iterator[None]] = {}
+        self._dressing: Iterator[None] | None = None
         self._behind = self._make_behind()
         self.failures = Failures(self)
         self._session = open_session() if config is None else None
@@ -452,13 +454,27 @@ class MainWindow(QMainWindow):
         self.files.open_project(path)
 
     def set_theme(self, name: str) -> None:
-        """Dress everything in 'dark' or 'light'."""
+        """Dress everything in 'dark' or 'light': what is visible at once, the rest in short steps."""
         application = QApplication.instance()
         assert isinstance(application, QApplication)
-        theme.apply(application, name)
+        self._dressing = itertools.chain(theme.changing(application, name), self._tinting())
         self.settings.change(theme=name)
         self.menus.show_theme(name)
-        self._tint()
+        self._dress_on(self._dressing)
+
+    @property
+    def is_dressing(self) -> bool:
+        """True while parts of the window still have the theme before."""
+        return self._dressing is not None
+
+    def _dress_on(self, steps: Iterator[None]) -> None:
+        """Do the next of `steps`, unless another theme was chosen meanwhile."""
+        if steps is not self._dressing or self._is_closed:
+            return
+        if next(steps, self) is self:
+            self._dressing = None
+        else:
+            QTimer.singleShot(0, self, lambda: self._dress_on(steps))
 
     def _show_preferences(self) -> None:
         preferences = Preferences(self, self.settings.now, self.bench.jobs)
@@ -473,7 +489,8 @@ class MainWindow(QMainWindow):
         elif name in AT_NEXT_START:
             self.status.say(AT_NEXT_START[name])
         self._take_preferences()
-        self._tint()
+        if name != "theme":
+            self._tint()
 
     def _take_preferences(self) -> None:
         now = self.settings.now
@@ -605,11 +622,17 @@ class MainWindow(QMainWindow):
         self.failures.report(f"{job.title} did not work", error)
 
     def _tint(self) -> None:
+        for _ in self._tinting():
+            pass
+
+    def _tinting(self) -> Iterator[None]:
+        """Let all that draws itself take the colours of the theme and the form of numbers, in short steps."""
         self.bar.apply_theme()
-        for tab in self.tabs.values():
-            tab.apply_theme()
-        self.starting.page.apply_theme()
         self.status.apply_theme()
+        front = self.stack.currentWidget()
+        for tab in sorted([*self.tabs.values(), self.starting.page], key=lambda tab: tab is not front):
+            tab.apply_theme()
+            yield
         self.docks.apply_theme()
         self._changed(Project(), self.bench.document.project)
         for picture in self.findChildren(ImageView):

@@ -9,10 +9,10 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QIcon
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QMenuBar
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QMenuBar, QVBoxLayout, QWidget
 
 from app.widgets import theme
-from app.widgets.panels import Segments
+from app.widgets.panels import Segments, button, text
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
 
@@ -82,19 +82,50 @@ def test_the_choice_of_segments_can_be_told_from_their_focus(qapp: QApplication,
     theme.apply(qapp, "dark")
 
 
+def test_a_widget_that_is_there_takes_the_theme_that_a_new_one_has(qapp: QApplication, qtbot: Any) -> None:
+    def made() -> QWidget:
+        holder = theme.role(QWidget(), "panel")
+        holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        rows = QVBoxLayout(holder)
+        for widget in (button("Make", "primary"), button("Stop"), text("Beside", "secondary"), text("Wrong", "bad")):
+            rows.addWidget(widget)
+        rows.itemAt(1).widget().setEnabled(False)
+        qtbot.addWidget(holder)
+        return holder
+
+    theme.apply(qapp, "dark")
+    shown, hidden = made(), made()
+    for holder in (shown, hidden):
+        holder.show()
+        qtbot.waitExposed(holder)
+    hidden.hide()
+    dark = shown.grab().toImage()
+    steps = theme.changing(qapp, "light")
+    next(steps)
+    light = made().grab().toImage()
+    assert light != dark
+    assert shown.grab().toImage() == light, "after the first step"
+    for _ in steps:
+        pass
+    assert hidden.grab().toImage() == light
+    theme.apply(qapp, "dark")
+    assert shown.grab().toImage() == dark
+
+
 @pytest.mark.parametrize("name", ["light", "dark"])
-def test_icons_of_all_buttons_can_be_told_from_what_is_behind_them(window: MainWindow, name: str) -> None:
+def test_icons_of_all_buttons_can_be_told_from_what_is_behind_them(window: MainWindow, qtbot: Any, name: str) -> None:
     window.set_theme("dark" if name == "light" else "light")
     window.set_theme(name)
+    qtbot.waitUntil(lambda: not window.is_dressing, timeout=30_000)
     faint = []
-    for button in window.findChildren(QAbstractButton):
-        if button.icon().isNull() or isinstance(button.parent(), (QLineEdit, QMenuBar)):
+    for each in window.findChildren(QAbstractButton):
+        if each.icon().isNull() or isinstance(each.parent(), (QLineEdit, QMenuBar)):
             continue  # none, or one of Qt's own
-        if button.property("role") == "swatch":
+        if each.property("role") == "swatch":
             continue  # a colour of the person's
-        behind = theme.current().accent if button.property("role") == "primary" else theme.current().field
-        if contrast(ink(button.icon()), QColor(behind)) < 2.5:
-            faint.append((button.accessibleName() or button.text() or button.toolTip(), ink(button.icon()).name()))
+        behind = theme.current().accent if each.property("role") == "primary" else theme.current().field
+        if contrast(ink(each.icon()), QColor(behind)) < 2.5:
+            faint.append((each.accessibleName() or each.text() or each.toolTip(), ink(each.icon()).name()))
     assert faint == []
     window.set_theme("dark")
 
