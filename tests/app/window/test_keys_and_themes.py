@@ -87,9 +87,10 @@ def test_a_widget_that_is_there_takes_the_theme_that_a_new_one_has(qapp: QApplic
         holder = theme.role(QWidget(), "panel")
         holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         rows = QVBoxLayout(holder)
-        for widget in (button("Make", "primary"), button("Stop"), text("Beside", "secondary"), text("Wrong", "bad")):
+        stop = button("Stop")
+        stop.setEnabled(False)
+        for widget in (button("Make", "primary"), stop, text("Beside", "secondary"), text("Wrong", "bad")):
             rows.addWidget(widget)
-        rows.itemAt(1).widget().setEnabled(False)
         qtbot.addWidget(holder)
         return holder
 
