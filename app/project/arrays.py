@@ -152,6 +152,8 @@ def find_beside(data: Path, name: str) -> Array:
     if name_of(content) != name:  # other projects will find it by this name
         log.warning("%s is damaged: its content is not the one of its name", file_of(data, name))
         raise Absent("data that can be made again")
+    if _size_of(place / CONTENT) != len(content):  # a working copy that was cut short
+        discard(place)
     cache_array(name, *array_parts(array))
     mapped = _mapped(place / CONTENT, name)
     return array_from(mapped) if mapped is not None else array
@@ -212,9 +214,23 @@ def _mapped(path: Path, name: str) -> GuardedMapping | None:
     if os.name != "posix" or not MAPPED_BYTES <= about.st_size <= MAX_BYTES or about.st_dev not in _lasting_drives():
         return None
     mapped = map_file(path)
-    if mapped is not None:
-        mapped.name = name
+    if mapped is None:
+        return None
+    try:
+        _declared(path, np.frombuffer(mapped, np.uint8), len(mapped))
+    except InputError as error:  # cut short
+        log.warning("%s", error)
+        return None
+    mapped.name = name
     return mapped
+
+
+def _size_of(path: Path) -> int:
+    """The size of a file in bytes; -1 where it is gone."""
+    try:
+        return path.stat().st_size
+    except OSError:
+        return -1
 
 
 def _lasting_drives() -> set[int]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections import deque
 from pathlib import Path
 
@@ -24,7 +27,7 @@ from app.session import cache
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.storage.atomic import discard
-from engine.storage.guarded import GuardedMapping
+from engine.storage.guarded import GuardedMapping, is_possible
 from engine.storage.packed import pack
 
 
@@ -136,3 +139,51 @@ def test_a_drive_that_may_be_unplugged_is_read(
     found = find_beside(tmp_path, keep_beside(tmp_path, numbers))
     assert not isinstance(owner(found), GuardedMapping)
     assert np.array_equal(found, numbers)
+
+
+CUT = """
+import dataclasses, gc, os, sys
+from pathlib import Path
+import numpy as np
+from app.document.document import Project
+from app.project import arrays
+from app.project.project_file import History, Writer, read
+from app.session import cache
+from engine.core.errors import InputError
+from engine.geometry.shapes import shape
+from engine.storage import guarded
+
+arrays.MAPPED_BYTES = 1 << 16
+plane, count = shape("plane"), 20_000
+positions, normals = np.ones((count, 3), np.float32), np.zeros((count, 3), np.float32)
+positions[: len(plane.positions)], normals[:, 2] = plane.positions, 1
+mesh = dataclasses.replace(plane, positions=positions, normals=normals, uv=np.zeros((count, 2), np.float32))
+project, path, other = Project(mesh=mesh), Path("a.lap"), Path("b.lap")
+writer = Writer(path)
+writer.write(History(project))
+writer.close()
+for left in (1000, 200_000):
+    opened = read(path)
+    array = opened.current.mesh.positions
+    os.truncate(cache.entry(f"array-{arrays.array_name(array)}") / arrays.CONTENT, left)
+    print(float(array[-1].sum()))
+    writer = Writer(other)
+    try:
+        writer.write(History(opened.current))
+    except InputError as error:
+        print(error.problem)
+    writer.close()
+    del opened, array
+    gc.collect()
+    print(float(read(path).current.mesh.positions[-1].sum()))
+    guarded.check()
+"""
+
+
+@pytest.mark.skipif(not is_possible(), reason="this system cannot guard a mapping, and none is made")
+def test_a_working_copy_that_is_cut_short_under_an_open_project_costs_nothing(tmp_path: Path) -> None:
+    """Nothing is written of what is gone, the process lives, and the project, which is whole, opens again."""
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache"), "XDG_DATA_HOME": str(tmp_path / "data")}
+    code = f"import sys; sys.path.insert(0, {os.fspath(Path(__file__).parents[3])!r})\n{CUT}"
+    found = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert found.stdout.splitlines() == ["0.0", "was cut short while it was open", "3.0"] * 2, found
