@@ -12,16 +12,13 @@ after each step; the exit code is 1 where a flow is not finished or takes more s
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from person import Person, Seen
-from tasks import LONGEST_S, display, run, tried, vase
+from tasks import LONGEST_S, Task, chosen, run, tried, try_each, vase
 
 from engine.images.encode import write_exr
 
@@ -194,7 +191,7 @@ def expect(is_so: bool, otherwise: str) -> None:
         raise SystemExit(f"dead end: {otherwise}")
 
 
-FLOWS: tuple[Callable[[Person, Path], None], ...] = (conservator, artist, researcher)
+FLOWS: tuple[Task, ...] = (conservator, artist, researcher)
 
 
 def table(done: list[dict[str, Any]]) -> str:
@@ -211,20 +208,14 @@ def table(done: list[dict[str, Any]]) -> str:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    parser.add_argument("--only", nargs="+", choices=[flow.__name__ for flow in FLOWS])
-    options = parser.parse_args()
-    folder = options.output.absolute()
+    folder, flows = chosen(__doc__, FLOWS)
     given = make_files(folder)
-    done = []
-    with display():
-        for flow in FLOWS:
-            name = flow.__name__
-            if options.only is None or name in options.only:
-                done.append(tried(flow, folder, given, *FILES[name], shows_steps=True))
-                (folder / "flows.json").write_text(json.dumps(done, indent=2))
-                (folder / "flows.md").write_text(table(done))
+
+    def try_one(flow: Task) -> dict[str, Any]:
+        return tried(flow, folder, given, *FILES[flow.__name__], shows_steps=True)
+
+    done = try_each(flows, folder, try_one, "flows")
+    (folder / "flows.md").write_text(table(done))
     print(table(done))
     return 0 if all(each["done"] and len(each["steps"]) <= MAX_STEPS[each["task"]] for each in done) else 1
 

@@ -17,7 +17,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +26,9 @@ from person import PAUSE_S, ROOT, Person
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+#: A task, done by a user with the files of a folder.
+Task = Callable[[Person, Path], None]
 
 #: Size of the display.
 SCREEN = "1280x800x24"
@@ -288,15 +291,13 @@ def keyboard(person: Person, _given: Path) -> None:
         raise SystemExit("the mouse was used")
 
 
-TASKS: tuple[Callable[[Person, Path], None], ...] = (
+TASKS: tuple[Task, ...] = (
     *(sample, photographs, dome, compare, written, factor),
     *(bake, cheapest, save, export, recover, keyboard),
 )
 
 
-def tried(
-    task: Callable[[Person, Path], None], folder: Path, given: Path, *files: str, shows_steps: bool = False
-) -> dict[str, Any]:
+def tried(task: Task, folder: Path, given: Path, *files: str, shows_steps: bool = False) -> dict[str, Any]:
     """One task from a first start, with `files` of `given`: its counts, and why it was not done; '' where it was."""
     name, place = task.__name__, folder / task.__name__
     place.mkdir(parents=True)
@@ -347,21 +348,34 @@ def display() -> Iterator[None]:
             process.wait()
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def chosen(about: str | None, tasks: Sequence[Task]) -> tuple[Path, list[Task]]:
+    """The folder for the results and the tasks that the command line chooses of `tasks`."""
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--output", type=Path, required=True)
-    parser.add_argument("--only", nargs="+", choices=[task.__name__ for task in TASKS])
+    parser.add_argument("--only", nargs="+", choices=[task.__name__ for task in tasks])
     options = parser.parse_args()
     folder = options.output.absolute()
     folder.mkdir(parents=True, exist_ok=True)
-    given = made(folder)
+    return folder, [task for task in tasks if options.only is None or task.__name__ in options.only]
+
+
+def try_each(
+    tasks: Sequence[Task], folder: Path, try_one: Callable[[Task], dict[str, Any]], name: str
+) -> list[dict[str, Any]]:
+    """The results of `tasks`, one after the other at a display; NAME.json in `folder` has those so far."""
     done = []
     with display():
-        for task in TASKS:
-            if options.only is None or task.__name__ in options.only:
-                done.append(tried(task, folder, given))
-                print(json.dumps(done[-1]), flush=True)
-                (folder / "tasks.json").write_text(json.dumps(done, indent=2))
+        for task in tasks:
+            done.append(try_one(task))
+            print(json.dumps(done[-1]), flush=True)
+            (folder / f"{name}.json").write_text(json.dumps(done, indent=2))
+    return done
+
+
+def main() -> int:
+    folder, tasks = chosen(__doc__, TASKS)
+    given = made(folder)
+    done = try_each(tasks, folder, lambda task: tried(task, folder, given), "tasks")
     return 0 if all(each["done"] for each in done) else 1
 
 
