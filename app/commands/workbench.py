@@ -490,7 +490,7 @@ class Workbench(QObject):
             lane="compute",
             again=again,
             resource=str(path),
-            on_stop="Stopped, it writes nothing.",
+            on_stop="Nothing is written if you stop it.",
         )
 
     def _bundle_opened(self, bundle: OpenedBundle, others: Collection[str] = ()) -> None:

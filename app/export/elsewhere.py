@@ -383,7 +383,7 @@ class Elsewhere(QWidget):
             lane="compute",
             again=again,
             resource=str(folder),
-            on_stop="Stopped, it writes nothing.",
+            on_stop="Nothing is written if you stop it.",
         )
         self.exporting.progressed.connect(lambda step: self._export_progressed(project, step))
         self.exporting.succeeded.connect(self._exported)

@@ -26,10 +26,11 @@ CANCELLED = 4
 
 SENTENCE = "Cancelled; nothing was written."
 
-#: Seconds from the wish to the hard end: of a verb, of a verb that has work to keep, and of the window.
+#: Seconds from the wish to the hard end: of a verb, of a verb that has work to keep, and of a window that has written
+#: all that it holds.
 GRACE_S, KEEPING_S, WINDOW_S = 0.35, 10.0, 3.0
 
-#: Seconds of a window that is saving; systems that shut down kill what has not ended after 20 s or more.
+#: Seconds of a window until then, also on a busy machine; systems that shut down kill what is there after 20 s or more.
 SAVING_S = 15.0
 
 #: Seconds that tidying up may take when the end is hard.

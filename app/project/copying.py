@@ -36,6 +36,7 @@ from engine.storage.atomic import (
     make_folder,
     perform,
     put_file,
+    remove_leftovers,
     replaceable,
     require_space,
     spelled,
@@ -136,11 +137,12 @@ def becoming(target: Path) -> Iterator[Path]:
     if existing is not None:
         with suppress(FileError):  # one that is no project of ours, or damaged, is replaced as well
             settle(target)
+    remove_leftovers(target.parent)
     _remove_waiting(target)
     partial = spelled(target.parent) / partial_name(target, max(map(len, BESIDE)))
-    data = data_folder(partial)
+    data, journal = data_folder(partial), partial.with_name(partial.name + BESIDE[1])
     waiting, is_whole = data.with_name(waiting_name(data.name)), False
-    with standing_for(partial, target), standing_for(data, data_folder(target)):
+    with standing_for(partial, target), standing_for(data, data_folder(target)), standing_for(journal, target):
         try:
             with explaining(target):
                 yield partial

@@ -61,7 +61,7 @@ def relit(made: Made, scene: Scene, asked: Any) -> Steps[Relit]:
 
 
 #: Said of a bake that is stopped.
-RESUMED = "The part that is baked is kept, and the next bake with these settings goes on from there."
+RESUMED = "What is baked is kept, and the next bake goes on from there."
 
 
 class Baking(QObject):
@@ -250,7 +250,7 @@ class Baking(QObject):
             lane="compute",
             again=again,
             resource="bakes",
-            on_stop=RESUMED if folder == self.bench.folder else "Stopped, it writes nothing.",
+            on_stop=RESUMED if folder == self.bench.folder else "Nothing is written if you stop it.",
         )
         self.job = job
         job.succeeded.connect(self._keep)

@@ -558,7 +558,7 @@ class ViewTab(QWidget):
             lambda: saved(scene, saving, display, mode, relighting, project.look.bounces),
             lane="compute",
             resource=str(saving.path),
-            on_stop="Stopped, it writes nothing.",
+            on_stop="Nothing is written if you stop it.",
         )
         job.succeeded.connect(self.bench.said.emit)
 

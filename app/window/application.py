@@ -76,7 +76,7 @@ def run(paths: Sequence[Path], *, sample: bool = False) -> int:
     """Open the window and return the exit code when it is closed: 0, also where the system asked for that."""
     application = start()
     closing = _Closing()
-    with ending.during(closing.asked.emit, ending.WINDOW_S):
+    with ending.during(closing.asked.emit, ending.SAVING_S):
         crashed = crash.begin()
         remembered = settings.load(settings.config_folder())
         window = MainWindow(settings.config_folder())
@@ -126,8 +126,6 @@ class _Closing(QObject):
         if self.window is not None:
             self.window.files.leaving.stop_others()
         is_saving = self.window is not None and self.window.projects.is_saving
-        if is_saving:
-            ending.end_within(ending.SAVING_S)
         QApplication.closeAllWindows()
         if not is_saving:
             QApplication.exit(0)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Literal
 
 from PySide6.QtCore import QObject, Qt, QTimer
-from PySide6.QtWidgets import QDialog, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QHBoxLayout, QLayout, QVBoxLayout, QWidget
 
 from app.jobs.jobs import Job, Jobs
 from app.widgets.panels import button, text
@@ -63,7 +63,8 @@ class Leaving(QObject):
         self._then, self.dialog = action, LeavingDialog(self.window, verb)
         self.dialog.go.clicked.connect(self._go)
         self.dialog.rejected.connect(self.stay)
-        self.dialog.open()
+        self._show()
+        self.dialog.open()  # in the middle of the window, because it has its size by now
         self._look()
 
     def stay(self) -> None:
@@ -132,9 +133,8 @@ class LeavingDialog(QDialog):
     def __init__(self, window: QWidget, verb: Verb) -> None:
         super().__init__(window)
         self.verb, self._rests = verb, False
-        self.setWindowTitle("Still at work")
+        self.setWindowTitle("Still running")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setFixedWidth(WIDTH)
         self.rows: dict[Job | None, _Row] = {}
         self.go = button(f"{verb} without saving")
         self.go.setAutoDefault(False)
@@ -147,12 +147,13 @@ class LeavingDialog(QDialog):
         buttons.addWidget(self.go)
         buttons.addWidget(cancel)
         self.list = QVBoxLayout()
-        self.list.setSpacing(2 * STEP)
+        self.list.setSpacing(3 * STEP)
         self.more = text("", "secondary")
         column = QVBoxLayout(self)
         column.setContentsMargins(PADDING, PADDING, PADDING, PADDING)
         column.setSpacing(2 * STEP)
-        column.addWidget(text(AFTERWARDS[verb], wrap=True))
+        column.setSizeConstraint(QLayout.SizeConstraint.SetFixedSize)
+        column.addWidget(text(AFTERWARDS[verb]))
         column.addLayout(self.list)
         column.addWidget(self.more)
         column.addLayout(buttons)
@@ -194,7 +195,6 @@ class LeavingDialog(QDialog):
         self.rows = {job: self.rows.get(job) or _Row() for job in jobs}
         for at, row in enumerate(self.rows.values()):
             self.list.insertWidget(at, row)
-        self.adjustSize()
 
 
 class _Row(QWidget):
@@ -204,12 +204,12 @@ class _Row(QWidget):
         super().__init__()
         self.words = text("Saving…", wrap=True)
         self.bar = ProgressLine()
-        self.bar.setFixedWidth(WIDTH - 2 * PADDING)
         self.on_stop = text("", "secondary", wrap=True)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(STEP)
         for widget in (self.words, self.bar, self.on_stop):
+            widget.setFixedWidth(WIDTH - 2 * PADDING)
             column.addWidget(widget)
         self.on_stop.hide()
 
@@ -218,3 +218,5 @@ class _Row(QWidget):
         self.bar.show_done(job.step.done)
         self.on_stop.setText(job.on_stop)
         self.on_stop.setVisible(bool(job.on_stop))
+        for label in (self.words, self.on_stop):  # layouts within layouts do not ask a text that wraps for its height
+            label.setFixedHeight(max(0, label.heightForWidth(label.width())))

@@ -140,7 +140,7 @@ class Projects(QObject):
     @property
     def is_saving(self) -> bool:
         """True while a file is being saved, or the window is about to go on in a project that it has saved."""
-        return self._target is not None or any(job.lane == "save" for job in self.bench.jobs.active)
+        return self._target is not None or bool(self._saves())
 
     @property
     def is_opening(self) -> bool:
@@ -155,7 +155,7 @@ class Projects(QObject):
     @property
     def waits_for(self) -> str:
         """Title of the job that keeps the window from going on in a project that it has saved; empty for none."""
-        is_saved = self._target is not None and not any(job.lane == "save" for job in self.bench.jobs.active)
+        is_saved = self._target is not None and not self._saves()
         busy = self._busy()
         return busy[0].title if is_saved and busy else ""
 
@@ -260,8 +260,16 @@ class Projects(QObject):
         if path.absolute() == self.path:
             self.confirm()
             return
+        if self._target == path.absolute() and self._is_being_written(self._target):
+            return  # what was done since is in the copy before the window goes on in it
         self._target, self._is_hurried = path.absolute(), False
         self._save()
+
+    def _is_being_written(self, target: Path) -> bool:
+        return any(job.resource == str(target) and not job.stopping for job in self._saves())
+
+    def _saves(self) -> list[Job]:
+        return [job for job in self.bench.jobs.active if job.lane == "save"]
 
     def _save(self) -> None:
         assert self._target is not None
@@ -285,8 +293,8 @@ class Projects(QObject):
             return
         if self._is_other(now):
             self._save()
-        elif self._busy() and not self._is_hurried:
-            self.changed.emit()
+        elif self._saves() or (self._busy() and not self._is_hurried):
+            self.changed.emit()  # other saves read the project that this window would leave, and move
         else:
             self._go_on_in(target, now)
 
@@ -304,7 +312,7 @@ class Projects(QObject):
             QTimer.singleShot(0, self, self._go_on)
 
     def _go_on(self) -> None:
-        if self._target is not None and not any(job.lane == "save" for job in self.bench.jobs.active):
+        if self._target is not None and not self._saves():
             if self._is_hurried or not self._busy():
                 self._save()
             else:
@@ -318,9 +326,8 @@ class Projects(QObject):
     def give_up_saving(self) -> None:
         """Cancel what is being saved; every target is as it was before, or whole."""
         self._target = None
-        for job in self.bench.jobs.active:
-            if job.lane == "save":
-                self.bench.jobs.cancel(job)
+        for job in self._saves():
+            self.bench.jobs.cancel(job)
         self.changed.emit()
 
     def _forget_target(self, target: Path) -> None:

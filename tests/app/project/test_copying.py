@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -102,11 +103,20 @@ def test_a_file_that_goes_while_the_project_is_copied_is_not_missed(
 def test_what_else_is_written_into_the_folder_leaves_a_copy_under_way_alone(new: Path, tmp_path: Path) -> None:
     steps = copy(new, tmp_path / "Copy.lap")
     next(steps)
+    (partial,) = tmp_path.glob(".Copy.*.lap")
+    journal = partial.with_name(f"{partial.name}-journal")  # as SQLite has it while it writes
+    journal.touch()
+    killed = tmp_path / re.sub(r"-\d+-", "-999999999-", partial.name)
+    killed.touch()
     atomic.write_bytes(tmp_path / "export.csv", b"1")
+    assert (journal.exists(), killed.exists()) == (True, False)
+    journal.unlink()
+    killed.touch()
     drain(steps)
     assert whole(tmp_path / "Copy.lap") == "new"
     steps = copy(new, tmp_path / "Again.lap")
     next(steps)
+    assert not killed.exists(), "a copy removes what killed ones left"
     atomic.remove_own_partials()  # the process ends hard
     assert sorted(path.name for path in tmp_path.iterdir() if path.name.startswith(".")) == []
     with pytest.raises(FileError):
