@@ -12,9 +12,14 @@ each line is an action, `{"do": NAME, ...}`, that runs on the thread of the wind
     {"event": "leaving", "path": P}            the window is about to close the project
     {"event": "switched", "path": P}           the document is that of this project now
     {"event": "accepted", "path": P, "target": T}  the user has confirmed where to save the project
+    {"event": "baking", "is_made": M}          the bake that was asked for goes on, or is on screen
     {"event": "done"}                          the action has returned
     {"event": "failed", "message": TEXT}       the window reports a failure; "fault" is true for a fault of the program
     {"event": "ended", "code": CODE}           the process is gone; negative codes are signals
+
+A connection that opens with `{"folder": HOME, "verb": [WORD, ...], "dies_at": N}` is a run of the command line in place
+of a window, killed at its Nth operation on files unless N is 0. It answers "ready" before the verb begins,
+`{"event": "operations", "count": N}` after it, and "ended".
 
 A connection that opens with `{"read": PATH}` reads project files in place of a window: each line `{"read": PATH}` is
 answered by `{"marks": M, "problems": [...]}`, or by `{"error": TEXT}`.
@@ -23,6 +28,7 @@ answered by `{"marks": M, "problems": [...]}`, or by `{"error": TEXT}`.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import json
 import os
 import random
@@ -35,7 +41,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from io import RawIOBase
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
     from app.jobs.jobs import Lane
@@ -114,7 +120,10 @@ def _attend(connection: socket.socket) -> None:
         return
     process = os.fork()
     if process == 0:
-        _open_window(connection, Path(first["folder"]), [Path(path) for path in first["files"]])
+        _take_home(Path(first["folder"]))
+        if "verb" in first:
+            _run_verb(connection, first["verb"], first["dies_at"])
+        _open_window(connection, [Path(path) for path in first["files"]])
     _, status = os.waitpid(process, 0)
     connection.sendall(_line(event="ended", code=os.waitstatus_to_exitcode(status)))
 
@@ -143,8 +152,8 @@ def _read_all(first: dict[str, str], lines: RawIOBase) -> Iterator[bytes]:
         asked = json.loads(line) if line else None
 
 
-def _open_window(connection: socket.socket, folder: Path, files: list[Path]) -> None:
-    """The window as `lightarc gui` opens it."""
+def _take_home(folder: Path) -> None:
+    """Be a process of its own user, whose home is `folder`."""
     from app.process import ending
 
     ending.watch()
@@ -153,6 +162,31 @@ def _open_window(connection: socket.socket, folder: Path, files: list[Path]) -> 
     log = os.open(folder / "log.txt", os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
     for stream in (1, 2):
         os.dup2(log, stream)
+
+
+def _run_verb(connection: socket.socket, words: list[str], dies_at: int) -> NoReturn:
+    """The command line, as `lightarc WORDS` runs it, killed at an operation on files unless that is 0."""
+    from app.command_line import main
+    from app.process import ending
+    from engine.storage import atomic
+
+    operations = itertools.count(1)
+
+    def count(_operation: str, _path: Path) -> None:
+        if next(operations) == dies_at:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    atomic.fault = count
+    connection.sendall(_line(event="ready", pid=os.getpid()))
+    code = main(words)
+    connection.sendall(_line(event="operations", count=next(operations) - 1))
+    ending.finish(code)
+
+
+def _open_window(connection: socket.socket, files: list[Path]) -> NoReturn:
+    """The window as `lightarc gui` opens it."""
+    from app.process import ending
+
     code = 1
     try:
         from app.window import application
@@ -294,6 +328,14 @@ class Driver:
 
     def do_sky(self, name: str) -> None:
         self.window.bench.load_environment(name)
+
+    def do_bake(self, method: str) -> None:
+        self.window.show_workspace("view")
+        baking = self.window.view.bakings[method]
+        baking.changed.connect(
+            lambda: self.say(event="baking", is_made=baking.is_made) if baking.job or baking.is_made else None
+        )
+        self.window.view.bake_again(method)
 
     def do_undo(self) -> None:
         self._trigger("Ctrl+Z")

@@ -26,6 +26,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +77,9 @@ WEIGHTS = {
     "terminate": 2,
     "kill": 3,
 }
+
+#: Parts of the names of files that are only half there.
+HALF_WRITTEN = (".partial", ".unfinished")
 
 #: Actions that end the process of the window; the next action starts another.
 ENDS = ("quit", "terminate", "kill")
@@ -245,6 +249,15 @@ class Link:
         finally:
             self.socket.settimeout(PATIENCE_S)
 
+    def has_line_within(self, seconds: float) -> bool:
+        """Wait until something can be heard, but no longer; whether that is so."""
+        until = time.monotonic() + seconds
+        while not self.has_line():
+            if time.monotonic() >= until:
+                return False
+            time.sleep(0.002)
+        return True
+
     def close(self) -> None:
         self.lines.close()
         self.socket.close()
@@ -283,7 +296,7 @@ class Play:
         self.link: Link | None = None
         self.pid = 0
         self.killed: list[int] = []
-        self.is_saved = False
+        self.is_saved = self.is_baking = self.is_baked = False
         self.ended_by = ""
         self.said: list[str] = []
         self.saving_s: list[float] = []
@@ -299,12 +312,12 @@ class Play:
                 kills_next = at + 2 < len(actions) and actions[at + 2]["do"] == "kill"
                 self._act(action, before_last=kills_next)
             self._end("quit")
-            return [*self.promises.broken(self._read), *self._left_behind()]
+            return [*self.promises.broken(partial(read_project, self.server)), *self.left_behind()]
         except Hang as reason:
             if self.pid:
                 os.kill(self.pid, signal.SIGKILL)
             self.promises.ended("kill")
-            return [str(reason), *self.promises.broken(self._read)]
+            return [str(reason), *self.promises.broken(partial(read_project, self.server))]
         finally:
             if self.link is not None:
                 self.link.close()
@@ -320,6 +333,14 @@ class Play:
         given = {key: value for key, value in action.items() if key not in ("pause_s", "which")}
         if name == "wait":
             self._wait_for_saves()
+        elif name == "wait_until_saved":
+            self._until(lambda: self.is_saved, "the window shows its changes as saved")
+        elif name == "wait_for_model":
+            self._until(lambda: bool(self.promises.allowed[self.promises.path][-1][MESH]), "the model is there")
+        elif name == "wait_for_bake":
+            self._until(lambda: self.is_baked, "the bake is there")
+        elif name == "wait_until_baking":
+            self._until(lambda: self.is_baking or self.is_baked, "the bake begins")
         elif name == "open":
             known = sorted(path for path in self.promises.allowed if Path(path).exists())
             if known:
@@ -405,6 +426,8 @@ class Play:
         elif kind == "saved":
             self.is_saved = True
             self.promises.settled(event["path"])
+        elif kind == "baking":
+            self.is_baking, self.is_baked = True, event["is_made"]
         elif kind == "leaving":
             self.promises.leaving(event["path"])
         elif kind == "switched":
@@ -428,21 +451,24 @@ class Play:
             log = (self.folder / "log.txt").read_text(errors="replace")[-1500:]
             self.promises.faults.append(f"the process ended with {code} after {how or 'nothing'}; {log}")
         self.promises.ended(how or "kill")
-        self.ended_by = ""
+        self.ended_by, self.is_baking, self.is_baked = "", False, False
 
-    def _left_behind(self) -> list[str]:
+    def left_behind(self, *, also_of_killed: bool = False) -> list[str]:
         """Names of half-written files beside the projects; those of a killed process go with the next start."""
         places = (self.folder / "saved", self.folder / "data" / "lightarc" / "projects")
         names = [path.name for place in places if place.is_dir() for path in place.rglob("*")]
-        names = [name for name in names if not any(f"-{pid}-" in name for pid in self.killed)]
-        return [f"{name} is half-written" for name in names if ".partial" in name]
+        if not also_of_killed:
+            names = [name for name in names if not any(f"-{pid}-" in name for pid in self.killed)]
+        return [f"{name} is half-written" for name in names if any(each in name for each in HALF_WRITTEN)]
 
-    def _read(self, path: Path) -> Action:
-        link = Link(self.server, {"read": str(path)})
-        try:
-            return dict(json.loads(link.lines.readline() or b'{"error": "the reader ended"}'))
-        finally:
-            link.close()
+
+def read_project(server: Path, path: Path) -> Action:
+    """The marks and problems of a project file, or the error, read in another process."""
+    link = Link(server, {"read": str(path)})
+    try:
+        return dict(json.loads(link.lines.readline() or b'{"error": "the reader ended"}'))
+    finally:
+        link.close()
 
 
 class Hang(Exception):
