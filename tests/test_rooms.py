@@ -22,6 +22,7 @@ ROOMS = (
     "engine/capture/photograph",
     "engine/capture/lights",
     "engine/capture/registration",
+    "engine/capture/calibration",
     "engine/capture",
     "engine/brdf/models",
     "engine/brdf",

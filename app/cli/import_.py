@@ -103,6 +103,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="divide out that lamps differ in intensity, by a white patch of the picture, or by the object itself, "
         "of which differences that change smoothly from lamp to lamp stay",
     )
+    parser.add_argument(
+        "--calibrate",
+        default="auto",
+        type=_calibrated,
+        metavar="none|auto|distance,gains,ambient,motion,lights",
+        help="what the photographs themselves tell of lamps on several sides, where no other option states it: the "
+        "distance of the lamps, the intensity of each, room light, motion of the camera, and whether the list of "
+        "lights belongs to them; each is used only where it shows photographs better that are held out (auto: all)",
+    )
     lights = parser.add_mutually_exclusive_group()
     lights.add_argument(
         "--azimuth",
@@ -142,8 +151,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 JSON_HELP = """\
 JSON: images, height_px, width_px, angle_source, warnings, time_s and peak_memory_bytes are about the stack;
 elevations_deg, mean_radiance, clipped_fraction, black_fraction and alignment_residual_px are lists with one entry per
-photograph, by rising elevation. A residual is null where it was not measured. peak_memory_bytes is the largest
-resident memory of this process plus that of its decoder processes."""
+photograph, by rising elevation. A residual is null where it was not measured. calibration lists what was looked for
+in the photographs themselves: name, accepted, text, held_out_before and held_out_after in 8-bit levels,
+normals_change_deg, and sigma (of the inverse distance in widths, of the logarithm of gains, of room light over a lamp,
+of shifts in pixels). peak_memory_bytes is the largest resident memory of this process plus that of its decoder
+processes."""
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
@@ -184,6 +196,7 @@ def _imported(arguments: argparse.Namespace, show: Callable[[Step], None], scrat
         trust_angles=arguments.trust_angles,
         strict=arguments.strict,
         use_all=arguments.use_all,
+        calibrate=arguments.calibrate,
     )
     stack = drain(import_stack(sources, settings, arguments.output), memory)
     return {
@@ -196,6 +209,7 @@ def _imported(arguments: argparse.Namespace, show: Callable[[Step], None], scrat
         "clipped_fraction": [quality.clipped_fraction for quality in stack.quality],
         "black_fraction": [quality.black_fraction for quality in stack.quality],
         "mean_radiance": [float(mean) for mean in stack.mean_radiance],
+        "calibration": stack.provenance.get("calibration") or [],
         "warnings": stack.health.warnings,
         "time_s": time.perf_counter() - start,
         "peak_memory_bytes": memory.peak_bytes(),
@@ -221,6 +235,7 @@ def report(result: dict[str, Any]) -> str:
             + ("       –" if residual is None else f"{number(residual):>5} px")
             for angle, mean, clipped, black, residual in rows
         ),
+        *(f"calibration: {term['text']}" for term in result["calibration"]),
     ]
     return "\n".join(lines)
 
@@ -324,6 +339,17 @@ def _balance(choice: Any) -> Any:
 
 def _equalise(text: str) -> str | tuple[int, ...]:
     return text if text == "object" else _crop(text)
+
+
+def _calibrated(text: str) -> str | tuple[str, ...]:
+    from engine.capture.import_plan import CALIBRATED
+
+    if text in ("auto", "none"):
+        return text
+    terms = tuple(term.strip() for term in text.split(","))
+    if not set(terms) <= set(CALIBRATED):
+        raise argparse.ArgumentTypeError(f"{text!r} is neither none, auto nor a list of {', '.join(CALIBRATED)}")
+    return terms
 
 
 def _sphere(text: str) -> str | tuple[float, ...]:

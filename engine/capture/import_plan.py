@@ -16,7 +16,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.lights.azimuth_spread import usual_motion
+from engine.capture.calibration.estimate import Term
+from engine.capture.calibration.rig import TERMS
+from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread, usual_motion
 from engine.capture.lights.lamp_gains import lamp_gains
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.selection import Selection, selected
@@ -31,6 +33,9 @@ from engine.capture.registration.pair_motion import MOTIONS
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Step, Steps, part
+
+#: What can be estimated from the photographs themselves.
+CALIBRATED = (*TERMS, "motion", "lights")
 
 
 @dataclass(frozen=True)
@@ -59,6 +64,8 @@ class ImportSettings:
     trust_angles : take angles that nobody stated also where the photographs do not grow brighter with them.
     strict : refuse photographs that cannot be read or show nothing, also where enough remain without them.
     use_all : use photographs that show nothing too: black ones, and ones that are clipped all over.
+    calibrate : what is estimated from the photographs themselves where it is not stated: 'auto' for all, 'none', or
+        some of `CALIBRATED`.
     """
 
     motion: str = "auto"
@@ -77,8 +84,11 @@ class ImportSettings:
     trust_angles: bool = False
     strict: bool = False
     use_all: bool = False
+    calibrate: Literal["auto", "none"] | tuple[str, ...] = "auto"
 
     def __post_init__(self) -> None:
+        if self.calibrate not in ("auto", "none") and not set(self.calibrate) <= set(CALIBRATED):
+            raise UsageError(f"unknown calibration {self.calibrate!r}; known are auto, none, {', '.join(CALIBRATED)}")
         if self.motion not in ("auto", "none", *MOTIONS):
             raise UsageError(f"unknown motion {self.motion!r}; known are auto, none, {', '.join(MOTIONS)}")
         if self.transfer not in ("auto", "srgb", "linear"):
@@ -107,6 +117,8 @@ class Plan:
     scale: Scale
     options: Mapping[str, Any]
     gains: NDArray[np.float64]
+    terms: tuple[Term, ...] = ()
+    room_light: tuple[float, ...] | None = None
 
     @property
     def names(self) -> list[str]:
@@ -131,7 +143,9 @@ class Plan:
             else None,
             "picture_balance": list(self.calibration.balance),
             "motion": self.settings.motion,
-            "lamp_gains": [float(gain) for gain in self.gains] if self.settings.equalise is not None else None,
+            "lamp_gains": [float(gain) for gain in self.gains] if (self.gains != 1.0).any() else None,
+            "room_light": list(self.room_light) if self.room_light else None,
+            "calibration": [term.as_json() for term in self.terms],
             "control_points_px": {name: [list(map(float, one)) for one in pairs] for name, pairs in marked.items()},
         }
 
@@ -159,6 +173,19 @@ class Plan:
     @property
     def still(self) -> bool:
         return self.settings.motion == "none" and not self.settings.control_points
+
+    @property
+    def calibrated(self) -> tuple[str, ...]:
+        """What is to be estimated: chosen, not stated otherwise, and told by lamps on several sides."""
+        if self.settings.calibrate == "none" or azimuth_spread(self.sources.azimuth) <= ONE_ARC:
+            return ()
+        chosen = CALIBRATED if self.settings.calibrate == "auto" else self.settings.calibrate
+        stated = {
+            "distance": self.settings.lamp_distance is not None or self.sources.lamp_distance is not None,
+            "gains": self.settings.equalise is not None,
+            "ambient": self.dark is not None,
+        }
+        return tuple(term for term in chosen if not stated.get(term, False))
 
 
 def planned(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
@@ -222,8 +249,13 @@ def _frame(choice: Path | str, found: Path | None) -> Path | None:
 
 def _decided(settings: ImportSettings, sources: Sources) -> ImportSettings:
     stated = {printable(path): pairs for path, pairs in sources.control_points.items()}
+    calibrate = settings.calibrate
+    if settings.motion != "auto" and calibrate != "none":
+        chosen = CALIBRATED if calibrate == "auto" else calibrate
+        calibrate = tuple(term for term in chosen if term != "motion")
     return replace(
         settings,
+        calibrate=calibrate,
         motion=settings.motion if settings.motion != "auto" else usual_motion(sources.azimuth),
         reference=settings.reference or (printable(sources.reference) if sources.reference else None),
         control_points={name: pairs for name, pairs in {**stated, **settings.control_points}.items() if len(pairs)},

@@ -29,6 +29,10 @@ from numpy.typing import NDArray
 
 import engine
 from engine.capture.assumptions import compare_azimuths
+from engine.capture.calibration.correction import Correction, room_light, room_share
+from engine.capture.calibration.estimate import Term, estimate, levels, sample_texels
+from engine.capture.calibration.motion import camera_motion
+from engine.capture.calibration.rig import TERMS, Rig, lamp_vectors
 from engine.capture.doubts import checked_angles, without_empty, without_unreadable
 from engine.capture.empty import empty
 from engine.capture.import_plan import ImportSettings, Plan, planned
@@ -54,8 +58,10 @@ from engine.capture.stack import RADIANCE, RECORD, SATURATED, ImageStack, npy_he
 from engine.capture.stack_record import StackRecord, write_record
 from engine.capture.tally import Tally
 from engine.core.colour import LUMINANCE, to_display8
+from engine.core.directions import surface_direction
 from engine.core.errors import InputError
-from engine.core.health import Health
+from engine.core.figure_text import number
+from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
 from engine.images.decode import refuse_larger
 from engine.storage.atomic import atomic_file, atomic_folder, require_space, write_bytes
@@ -170,7 +176,7 @@ def _imported(sources: Sources, settings: ImportSettings, place: Path) -> Steps[
     plan = yield from part(planned(sources, settings), 0.0, 0.1)
     first, record = len(plan.names), None
     while record is None:
-        last = 1.0 if plan.still else 0.55
+        last = 1.0 if _direct(plan) else 0.55
         with ExitStack() as files:
             read = yield from part(_read_all(plan, place, files), 0.1, last)
             left = _without_empty(plan, read, first)
@@ -198,9 +204,12 @@ def _aligned_record(plan: Plan, read: _Read, place: Path, files: ExitStack, star
     """Align and write what has been read, unless that was done while it was, and describe it."""
     about_angles = checked_angles(plan.sources, read.thumbnails, plan.settings.trust_angles)
     alignment = _unmoved(len(plan.names))
-    if not plan.still:
-        alignment = yield from part(_aligned(plan, read), started, 0.75)
-        yield from part(_write_aligned(plan, read, alignment, place, files), 0.75, 1.0)
+    if not _direct(plan):
+        alignment = yield from part(_aligned(plan, read), started, 0.7)
+        if "motion" in plan.calibrated:
+            plan, alignment = yield from part(_followed(plan, read, alignment), 0.7, 0.75)
+        plan, correction = yield from part(_calibrated(plan, read, alignment), 0.75, 0.8)
+        yield from part(_write_aligned(plan, read, alignment, correction, place, files), 0.8, 1.0)
     assert read.output is not None
     plan = replace(plan, sources=replace(plan.sources, findings=(*plan.sources.findings, *about_angles)))
     return _record(plan, read, alignment, read.output)
@@ -260,7 +269,7 @@ def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
             photograph = yield from part(_light(plan, index, light, ahead, read), start, (start + stop) / 2)
             if photograph is not None:
                 refuse_larger(light[0].path, photograph.radiance)  # as calibration and exposures have scaled it
-                _note(read, photograph, plan.still)
+                _note(read, photograph, plan.still and "motion" not in plan.calibrated)
                 yield from part(_keep(plan, read, photograph, place, files), (start + stop) / 2, stop)
                 ready = ThumbnailReady(
                     light[0].path, float(plan.sources.elevation[index]), to_display8(read.thumbnails[-1])
@@ -280,10 +289,10 @@ def _light(
     angles = float(sources.elevation[index]), float(sources.azimuth[index]) if sources.azimuth is not None else 0.0
     merge, originals = ExposureMerge(), []
     photograph: Photograph | None = None
-    for number, one in enumerate(light):
+    for place, one in enumerate(light):
         note = f"Reading {index + 1} of {len(sources.exposures)}"
         del photograph
-        photograph = yield from ahead.next_photograph(number / len(light), note)
+        photograph = yield from ahead.next_photograph(place / len(light), note)
         read.sizes.append((photograph.saturated.shape[1], photograph.saturated.shape[0]))
         originals.append(_without_pixels(photograph, one.exposure_s))
         if read.sizes[-1] != read.sizes[0]:
@@ -320,7 +329,7 @@ def _note(read: _Read, photograph: Photograph, still: bool) -> None:
 def _keep(plan: Plan, read: _Read, photograph: Photograph, place: Path, files: ExitStack) -> Steps[None]:
     """Write the pixels: of a still camera to the stack, else where they wait for the alignment."""
     count = len(plan.names)
-    if plan.still:
+    if _direct(plan):
         if read.output is None:
             read.output = _output(plan, _unmoved(count), read.shape, place, files)
         yield from read.output.add(photograph.radiance, photograph.saturated, np.eye(3))
@@ -348,11 +357,104 @@ def _aligned(plan: Plan, read: _Read) -> Steps[Alignment]:
     return _control_points(plan, alignment)
 
 
-def _write_aligned(plan: Plan, read: _Read, alignment: Alignment, place: Path, files: ExitStack) -> Steps[None]:
+def _direct(plan: Plan) -> bool:
+    """Whether photographs are written as they are read: nothing moves them, and nothing is to be estimated."""
+    return plan.still and not plan.calibrated
+
+
+def _followed(plan: Plan, read: _Read, alignment: Alignment) -> Steps[tuple[Plan, Alignment]]:
+    """The plan with what was found about the motion of the camera, and the alignment that follows it."""
+    factor, reference = reduction(*read.shape), alignment.reference
+    found = yield from camera_motion(read.greys, _directions(plan))
+    brightness = float(np.median(np.stack(read.greys)))
+    shifts = factor * (found.shifts - found.shifts[reference])
+    before, after = levels(found.before, brightness), levels(found.after, brightness)
+    held = f"held-out error {number(before)} → {number(after)} levels"
+    if found.moved:
+        text = (
+            f"The camera moved by up to {number(np.hypot(*shifts.T).max())} px: photographs were shifted back, {held}"
+        )
+    else:
+        text = f"The photographs do not tell that the camera moved: they stay as they are ({held})"
+    sigma = factor * float(np.median(found.residual_px)) if found.moved else 0.0
+    term = Term("motion", found.moved, text, before, after, 0.0, sigma)
+    plan = replace(plan, terms=(*plan.terms, term))
+    if not found.moved:
+        return plan, alignment
+    matrix = np.tile(np.eye(3), (len(shifts), 1, 1))
+    matrix[:, :2, 2] = shifts
+    residual = factor * found.residual_px
+    residual[reference] = 0.0
+    return plan, Alignment(matrix, residual, np.ones(len(shifts), bool), np.ones(len(shifts)), reference)
+
+
+def _directions(plan: Plan) -> NDArray[np.float64]:
+    """(N, 3) of the lamps."""
+    assert plan.sources.azimuth is not None
+    return surface_direction(0.5 * np.pi - plan.sources.elevation, plan.sources.azimuth)
+
+
+def _calibrated(plan: Plan, read: _Read, alignment: Alignment) -> Steps[tuple[Plan, Correction | None]]:
+    """The plan with what the photographs tell of their rig, and the correction for it; None for none."""
+    sources, terms = plan.sources, [term for term in plan.calibrated if term in TERMS]
+    if not terms or sources.azimuth is None:
+        return _reported(plan), None
+    yield Step(0.0, "Calibrating")
+    directions, small = _directions(plan), _small_aligned(read, alignment)
+    start = replace(Rig.plain(len(directions)), nearness=1.0 / plan.calibration.lamp_distance)
+    sample = sample_texels(*small)
+    if start.nearness:  # the fall-off of stated lamps has been taken off the photographs
+        vectors = lamp_vectors(directions, sample.positions, start.nearness)
+        sample = replace(sample, values=sample.values * np.linalg.norm(vectors, axis=-1) ** 1.5)
+    found = estimate(sample, directions, terms, start)
+    plan = _reported(replace(plan, terms=(*plan.terms, *found.terms)))
+    if not found.accepted:
+        return plan, None
+    gains = np.exp(found.rig.log_gains - np.median(found.rig.log_gains))
+    nearness = found.rig.nearness if "distance" in found.accepted else 0.0
+    room, matrix = None, alignment.matrix if alignment.aligned.any() else None
+    if "ambient" in found.accepted:
+        share = room_share(small[0], directions, found.rig)
+        photographs = [radiance for radiance, _ in read.waiting]
+        room = yield from part(room_light(photographs, share, matrix), 0.3, 1.0)
+        plan = replace(plan, room_light=tuple(found.rig.ambient.tolist()))
+    if nearness:
+        plan = replace(plan, calibration=replace(plan.calibration, lamp_distance=1.0 / nearness))
+    correction = Correction(gains, nearness, sources.elevation, sources.azimuth, room, matrix)
+    return replace(plan, gains=plan.gains * gains), correction
+
+
+def _reported(plan: Plan) -> Plan:
+    """The plan whose findings say what the calibration found."""
+    said = [Finding(Verdict.NOTE, term.text) for term in plan.terms]
+    return replace(plan, sources=replace(plan.sources, findings=(*plan.sources.findings, *said)))
+
+
+def _small_aligned(read: _Read, alignment: Alignment) -> tuple[list[NDArray[np.float32]], list[NDArray[np.float32]]]:
+    """The thumbnails and their shares of clipped samples, as the reference shows the sample."""
+    if not alignment.aligned.any():
+        return read.thumbnails, read.clipped
+    height, width = read.thumbnails[0].shape[:2]
+    scale = np.diag([width / read.shape[1], height / read.shape[0], 1.0])
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    found: tuple[list[NDArray[np.float32]], list[NDArray[np.float32]]] = ([], [])
+    for picture, clipped, matrix in zip(read.thumbnails, read.clipped, alignment.matrix, strict=True):
+        small = scale @ matrix @ np.linalg.inv(scale)
+        found[0].append(cv2.warpPerspective(picture, small, (width, height), flags=flags))
+        found[1].append(cv2.warpPerspective(clipped, small, (width, height), flags=flags, borderValue=1.0))
+    return found
+
+
+def _write_aligned(
+    plan: Plan, read: _Read, alignment: Alignment, correction: Correction | None, place: Path, files: ExitStack
+) -> Steps[None]:
     given_back = (len(read.waiting) - 1) * math.prod(read.shape) * PIXEL_BYTES
     read.output = _output(plan, alignment, read.shape, place, files, given_back)
-    for matrix in alignment.matrix:
-        yield from read.output.add(*read.waiting.popleft(), matrix)  # which goes when it has been written
+    for index, matrix in enumerate(alignment.matrix):
+        radiance, saturated = read.waiting.popleft()  # which goes when it has been written
+        if correction is not None:
+            correction.apply(index, radiance)
+        yield from read.output.add(radiance, saturated, matrix)
 
 
 def _output(

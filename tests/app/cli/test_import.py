@@ -17,7 +17,7 @@ from engine.images.encode import encode_png
 
 KEYS = [
     "images", "height_px", "width_px", "elevations_deg", "angle_source", "alignment_residual_px", "clipped_fraction",
-    "black_fraction", "mean_radiance", "warnings", "time_s", "peak_memory_bytes",
+    "black_fraction", "mean_radiance", "calibration", "warnings", "time_s", "peak_memory_bytes",
 ]  # fmt: skip
 
 

@@ -1,0 +1,1 @@
+"""The rig of a capture from its photographs: distance of lamps, intensities, room light, and motion of the camera."""
