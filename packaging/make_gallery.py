@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from app.commands.making import material_of, stack_of
+from app.commands.making import marked_stack, material_of
 from app.commands.opening import load_environment, load_shape
 from app.document.comparison import Comparison
 from app.document.document import BRDF, ImportChoices, Look, Project
@@ -46,6 +46,7 @@ from engine.core.steps import drain
 from engine.factor.factor import factor
 from engine.factor.settings import FactorSettings
 from engine.geometry.camera import Camera
+from engine.geometry.shapes import framed
 from engine.images.encode import encode_png
 from engine.light.lamps import LampSettings
 from engine.render.direct import radiance
@@ -88,12 +89,14 @@ def medal(data: Path) -> Made:
     elevation = tuple(math.radians(angle) for angle in dome_elevations_deg(5))
     arc = LightArc("medal", elevation, azimuth, size=320, noise=0.0, misalignment_px=0.0)
     project = captured(arc, data, "Bronze medal")
-    look = Look(light_theta_deg=50.0, light_phi_deg=-48.0, irradiance=3.0, repeats=1.0, exposure_ev=0.4)
+    look = Look(light_theta_deg=50.0, light_phi_deg=-48.0, irradiance=3.0, exposure_ev=0.4)
+    project = dataclasses.replace(project, look=look)
     notes = (
         "Forty simulated photographs of a bronze medal in a dome of lamps. Drag the light with Ctrl to read its relief."
     )
-    camera = Camera((0.0, 0.0, 4.0), fov_deg=30.0)
-    return Made(dataclasses.replace(project, mesh=drain(load_shape("plane")), look=look, notes=notes), camera)
+    flat = dataclasses.replace(project, **project.lay_flat(project.material), notes=notes)
+    assert flat.mesh is not None
+    return Made(flat, framed(flat.mesh, IMAGE_SIZE[0] / IMAGE_SIZE[1]))
 
 
 def satin(_data: Path) -> Made:
@@ -178,7 +181,8 @@ def directions_of(
 def captured(arc: LightArc, data: Path, name: str) -> Project:
     """The project of a simulated capture: its photographs as JPEG inside `data`, imported and built as any other.
 
-    The stack is left out: it is large, and Import makes it again.
+    The pixels of its stack lie in the cache and not in the archive: they are large, and the window reads them again
+    from the photographs, which the project knows by their marks.
     """
     with tempfile.TemporaryDirectory() as folder:
         drain(simulate(arc, Path(folder)))
@@ -190,7 +194,7 @@ def captured(arc: LightArc, data: Path, name: str) -> Project:
             pixels = cv2.cvtColor(cv2.imread(str(path), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
             Image.fromarray(pixels).save(inside / f"{path.stem}.jpg", quality=PHOTOGRAPH, subsampling=0)
         sources = find([inside])
-        stack = drain(stack_of(sources, ImportChoices(), Path(folder) / "stack"))
+        stack = drain(marked_stack(sources, ImportChoices(), (data, data), tuple(sources.photographs), None))
         material = drain(material_of(Project(sources=sources, stack=stack, name=name)))
         maps = {
             part: packed(value)
@@ -198,7 +202,15 @@ def captured(arc: LightArc, data: Path, name: str) -> Project:
             if (value := getattr(material, part)) is not None
         }
         settled = dataclasses.replace(material, name=name, brdf=BRDF, **maps)
-        return Project(sources=sources, material=settled, provenance=dict(stack.provenance), name=name)
+        project = Project(
+            sources=sources,
+            stack=stack,
+            imported_with=ImportChoices(),
+            material=settled,
+            provenance=dict(stack.provenance),
+            name=name,
+        )
+        return dataclasses.replace(project, built_from=project.recipe)
 
 
 def packed(maps: Any) -> Any:
@@ -224,9 +236,10 @@ def write(name: str, make: Callable[[Path], Made]) -> str:
         path = Path(folder) / PROJECT
         data = data_folder(path)
         data.mkdir()
+        writer = Writer(path)
+        writer.write(History(Project()))  # marks of photographs are kept in a project that is there
         made = make(data)
         project = dataclasses.replace(made.project, camera=made.camera)
-        writer = Writer(path)
         writer.write(History(project))
         writer.close()
         made.finish(path)
