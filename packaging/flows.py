@@ -60,7 +60,7 @@ def conservator(person: Person, _given: Path) -> None:
     has_material(person)
     person.keys("ctrl+5")
     seen = person.until(lambda seen: seen["workspace"] == "view" and seen["is_drawn"], "the view", LONGEST_S)
-    expect("Repeats" not in seen["places"], "a capture from a dome is tiled in View")
+    expect("Tiling" not in seen["places"], "a capture from a dome is tiled in View")
     relight(person)
     person.keys("ctrl+2")
     person.until(lambda seen: seen["workspace"] == "material", "the workspace Material", 60.0)

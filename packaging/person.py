@@ -344,7 +344,7 @@ class Person:
 
 def buttons_to_go_on(seen: dict) -> list[str]:
     """Names of the buttons that offer to go on with something."""
-    return [name for name in seen["places"] if name.startswith("Go on")]
+    return [name for name in seen["places"] if name.startswith("Resume")]
 
 
 def do(*words: object) -> None:

@@ -36,7 +36,7 @@ IMPORT_CHOICES = {
         "White balance of RAW files; a grey patch balances all files",
     ),
     "transfer": (
-        "Coding",
+        "Encoding",
         (("auto", "Automatic"), ("srgb", "sRGB"), ("linear", "Linear")),
         "Transfer function of 8- and 16-bit files; automatic: sRGB unless capture.toml says linear",
     ),

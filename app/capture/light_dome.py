@@ -143,7 +143,7 @@ class DomePicture(QWidget):
     @staticmethod
     def _words(lamp: Lamp) -> str:
         error = "" if lamp.error is None else f"\nThe other photographs predict it to {percent(lamp.error)}"
-        state = "\nLeft out of the material" if lamp.excluded else ""
+        state = "\nExcluded from the material" if lamp.excluded else ""
         elevation, azimuth = fixed(lamp.elevation_deg, 1), fixed(lamp.azimuth_deg, 1)
         return f"{lamp.name}\nelevation {elevation}°, azimuth {azimuth}°{error}{state}"
 

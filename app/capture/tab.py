@@ -45,6 +45,13 @@ def is_another_capture(old: Project, new: Project) -> bool:
     return set(old.sources.photographs).isdisjoint(new.sources.photographs)
 
 
+def _photographs_of(project: Project) -> tuple[Any, ...]:
+    """The photographs of a capture, by which it is known again when an undo or a redo brings it back."""
+    if project.sources is not None:
+        return tuple(project.sources.photographs)
+    return tuple(project.stack.sources) if project.stack is not None else ()
+
+
 class CaptureTab(QWidget):
     """Shows the capture of the project and asks the workbench to change it.
 
@@ -61,6 +68,7 @@ class CaptureTab(QWidget):
         super().__init__()
         self.bench = bench
         self.current: str | None = None
+        self._chosen: dict[tuple[Any, ...], str] = {}
         self.shelf = Shelf(bench.jobs)
         self._make_actions()
         self.photographs = PhotographColumn()
@@ -211,8 +219,11 @@ class CaptureTab(QWidget):
     def _changed(self, old: Project, new: Project) -> None:
         self.pages.setCurrentIndex(0 if new.sources is None and new.stack is None else 1)
         if is_another_capture(old, new):
-            self.current = None
+            chosen = self.current
             self.list.forget()
+            if chosen is not None:
+                self._chosen[_photographs_of(old)] = chosen
+            self.current = self._chosen.get(_photographs_of(new))
             self.list.photographs.thumbnails.clear()
         if new.sources is not old.sources or new.stack is not old.stack:
             self.panel.show_figures(new)

@@ -72,7 +72,7 @@ def needs_surface(project: Project) -> bool:
 def set_white(bench: Workbench, white: float | None) -> None:
     """The radiance of a white card that faces a lamp, from which colours count; None to find it in the photographs."""
     if white != bench.document.project.white:
-        bench.document.change("White card", white=white)
+        bench.document.change("White reference", white=white)
 
 
 def take_maps(bench: Workbench, project: Project, surface: Surface) -> None:

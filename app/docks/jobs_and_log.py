@@ -74,7 +74,7 @@ class JobsDock(QDockWidget):
         header.resizeSection(0, 220)
         header.resizeSection(2, 80)
         header.resizeSection(3, 36)
-        nothing = text("What takes long stands here while it runs, and how long it took.", "secondary", wrap=True)
+        nothing = text("Running and finished tasks appear here.", "secondary", wrap=True)
         nothing.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
         nothing.setMargin(PADDING)
         self.pages = QStackedWidget()

@@ -31,7 +31,7 @@ FIGURES = (
     ("FLIP", "Mean difference that a person sees, against the material itself under the same environments"),
     ("Photographs", "Relative RMSE against the photographs, each under its own lamp, seen from above"),
     ("Size", "Bytes of all files"),
-    ("A point reads", "Bytes of the maps that shading one point reads: what its evaluation costs"),
+    ("Bytes per point", "Bytes of the maps that shading one point reads: what its evaluation costs"),
 )
 
 

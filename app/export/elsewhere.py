@@ -135,11 +135,11 @@ class Elsewhere(QWidget):
         costs.wide(self.stop)
         self.remarks = text("", "warning", wrap=True)
         costs.wide(self.remarks)
-        budget = panel.section("Smallest within an error")
+        budget = panel.section("Smallest format under this error")
         self.budget = NumberField(5.0, 0.0, MAX_ERROR_PERCENT, unit="%")
         self.budget.edited.connect(lambda value, final: self._set("Error of an export", final, error_percent=value))
         budget.row("Error", self.budget, "Relative RMSE against the material itself that is still good enough")
-        self.choose = button("Choose the smallest")
+        self.choose = button("Choose")
         self.choose.clicked.connect(self._choose_smallest)
         budget.wide(self.choose)
         self.chosen = text("", "secondary", wrap=True)
@@ -362,7 +362,7 @@ class Elsewhere(QWidget):
     def _choose_smallest(self) -> None:
         """Choose the target alone that `--to auto` would write."""
         best = smallest_of(list(self.found.values()), 0.01 * self.budget.value)
-        self._choose("Choose the smallest target", (best["chosen"],))
+        self._choose("Choose the smallest format", (best["chosen"],))
         row = next(row for row in best["candidates"] if row["target"] == best["chosen"])
         kept = "keeps it at" if best["within"] else "is nearest, and no representation keeps it:"
         error = "–" if row["rmse_rel_reference"] is None else percent(row["rmse_rel_reference"], 3)

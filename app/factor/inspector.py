@@ -104,7 +104,7 @@ class FactorInspector(Panel):
         chosen = self.section("Chosen factors")
         self.failed = text("", "warning", wrap=True)
         chosen.wide(self.failed)
-        self.of = chosen.figure("Of", "The run and the method")
+        self.of = chosen.figure("Source", "The run and the method")
         self.of.setWordWrap(True)
         self.many = chosen.figure("Terms", "Click a point of the plot for others; and how many textures these are")
         self.fewer = text("", "secondary", wrap=True)
@@ -161,7 +161,7 @@ class FactorInspector(Panel):
         paused = job is not None and job.state == "paused"
         again = run is not None and run.choices is not None and live is not None and live.may_go_on
         anew = again and live is not None and not live.ladder
-        self.pause.setText("Factor again" if anew else "Go on" if paused or again else "Pause")
+        self.pause.setText("Factor again" if anew else "Resume" if paused or again else "Pause")
         hint = "Pause and let other jobs run, or resume (Space in the list)"
         enable(
             self.pause, nothing or ("" if again else over), "Factor with the settings of this run" if again else hint

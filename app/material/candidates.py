@@ -15,8 +15,8 @@ from engine.scene.material import Material
 
 #: Columns of the table, with what is said where the mouse rests.
 COLUMNS = (
-    ("Left out", "Root mean square error of photographs that are left out in turn"),
-    ("In sample", "The same of the photographs that the map was made of, which flatters it"),
+    ("Held out", "Root mean square error of photographs that are left out in turn"),
+    ("Training", "The same of the photographs that the map was made of, which flatters it"),
     ("Bytes", "Of a texel, before compression"),
 )
 
@@ -65,21 +65,22 @@ def verdict(rows: list[Candidate]) -> tuple[str, str]:
     """The verdict on the first of `rows` in words, and its role in the theme."""
     ours, mean = rows[0].left_out, rows[-1].left_out
     if ours > mean:
-        return f"Worse than the mean picture: {rows[0].name.lower()}s do not suit these photographs.", "warning"
-    times = "as well as" if ours > 0.95 * mean else f"{number(mean / max(ours, 1e-9))} times better than"
-    return f"Photographs that it was not made of are shown {times} by their mean.", "good"
+        return f"Worse than the mean image: {rows[0].name.lower()}s do not suit these photographs.", "warning"
+    if ours > 0.95 * mean:
+        return "Held-out error equals that of the mean image.", "good"
+    return f"Held-out error is {number(mean / max(ours, 1e-9))}x lower than the mean image.", "good"
 
 
 class Candidates(Rows):
     """The table; hidden where nothing was weighed."""
 
     def __init__(self) -> None:
-        super().__init__("Errors in codes of 255")
+        super().__init__("Error (8-bit levels)")
         self.rows: list[Candidate] = []
         table = QWidget()
         grid = QGridLayout(table)
         grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(3 * STEP)
+        grid.setHorizontalSpacing(2 * STEP)
         grid.setColumnStretch(0, 1)
         for column, (heading, hint) in enumerate(COLUMNS, start=1):
             caption = _right("secondary")

@@ -25,7 +25,7 @@ MAPS = (
     ("roughness", "Roughness", "Roughness of the surface: 0 reflects like a mirror, 1 has the broadest highlights"),
     ("specular", "Specular", "Reflectance of a non-metal that is seen head-on; plastic has 0.04"),
     ("metallic", "Metallic", "1 where highlights have the colour of metal"),
-    ("occlusion", "Open sky", "Share of the light of an even sky that relief leaves"),
+    ("occlusion", "Sky visibility", "Share of the light of an even sky that relief leaves"),
 )
 
 #: Singular and plural of what a map says, its unit, and the factor from the unit of the map to that one.

@@ -68,7 +68,7 @@ def begin() -> str:
     state("Lightarc", f"{engine.__version__}, Python {platform.python_version()}, {platform.platform()}")
     if not crashed:
         return ""
-    return f"Lightarc crashed the last time; {crashed[-1]} says where, and sending it to its makers helps to mend that."
+    return f"Lightarc crashed the last time; {crashed[-1]} says where; please send it to the developers."
 
 
 def with_native_stack() -> None:

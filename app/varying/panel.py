@@ -31,7 +31,7 @@ class VaryingPanel(Rows):
     """Shows and changes the variations of a project."""
 
     def __init__(self, bench: Workbench) -> None:
-        super().__init__("Over the model")
+        super().__init__("Spatial variation")
         self.bench = bench
         self.chosen = 0
         self.list = ComboBox()

@@ -86,7 +86,7 @@ def _show(choice: QComboBox, value: Any) -> None:
 def state_text(baking: Baking) -> str:
     """The state of the bake for the person, in one to three sentences."""
     if baking.is_awaited:
-        return f"{'Looking at the scene' if baking.is_planning else 'Preparing'}, then it bakes."
+        return f"{'Analysing the scene' if baking.is_planning else 'Preparing'}, then it bakes."
     if baking.job is not None:
         return f"{baking.job.step.note.capitalize() or 'Waiting'}. Until then the picture shows {_shown(baking)}."
     made, estimate = baking.made, baking.ready

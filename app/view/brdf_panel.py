@@ -121,7 +121,7 @@ class LookupPanel(Rows):
             {"power-law": "Power"},
         )
         self.source.chosen.connect(lambda value: self._set("Show from", source=value))
-        self.row("From", self.source)
+        self.row("Source", self.source)
         self.method = ComboBox()
         for value, words, hint in LOOKUPS:
             self.method.addItem(words, value)

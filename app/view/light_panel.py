@@ -32,7 +32,7 @@ DIRECTIONS = (16, 32, 64, 128, 256, 512)
 
 #: Words for what stands behind the model, and its blur in degrees.
 BEHIND: dict[Behind, tuple[str, float]] = {
-    "": ("Plain canvas", 0.0),
+    "": ("Solid colour", 0.0),
     "sharp": ("Environment", 0.0),
     "soft": ("Blurred a little", 4.0),
     "blurred": ("Blurred", 16.0),
@@ -66,7 +66,7 @@ class LightPanel(Rows):
         look = Look()
         self.lighting = ComboBox()
         self.lighting.activated.connect(self._lighting_chosen)
-        self.row("From", self.lighting, "One light, or an environment; .hdr and .exr files can be dropped here")
+        self.row("Source", self.lighting, "One light, or an environment; .hdr and .exr files can be dropped here")
         self.light = ParamForm(
             look, {"light_theta_deg": "Elevation", "light_phi_deg": "Azimuth", "irradiance": "Irradiance"}
         )
@@ -99,7 +99,7 @@ class LightPanel(Rows):
         about = "Lights beside the one above; drag their suns in the picture"
         self.lamps = LampRows("Lamps", "Lamp", about, "a lamp: directional, or a disc with soft shadows", NEW_LAMP)
         about = "Spheres of light near the model, which spherical harmonics show; drag their rings in the picture"
-        self.near = LampRows("Near", "Near lamp", about, "a lamp near the model", NearLampSettings())
+        self.near = LampRows("Near lights", "Near lamp", about, "a lamp near the model", NearLampSettings())
         for rows, add, remove, edited in (
             (self.lamps, self.add_lamp, self.remove_lamp, self._lamp_edited),
             (self.near, self.add_near_lamp, self.remove_near_lamp, self._near_lamp_edited),

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 #: Pause after the last change before the scene is planned anew.
 AT_REST_MS = 500
 
-LOOKING = "Looking at the scene…"
+LOOKING = "Analysing the scene…"
 
 FAILED = "this scene could not be planned"
 STOPPED = "Planning was stopped. Any change of the scene or of the budget plans again."

@@ -25,7 +25,7 @@ MODEL_NAMES = {
     "plane": "Plane",
     "torus-knot": "Torus knot",
     "cloth": "Draped cloth",
-    "blob": "Blob like a bust",
+    "blob": "Abstract bust",
     FLAT: "Flat, once",
 }
 
@@ -49,7 +49,7 @@ class ScenePanel(Rows):
         self.flip = button("Flip it", "link", hint="Flip the faces, so that the surface faces outwards")
         self.flip.clicked.connect(self._flip)
         self.wide(self.flip)
-        self.repeats = ParamForm(look, {"repeats": "Repeats"})
+        self.repeats = ParamForm(look, {"repeats": "Tiling"})
         self.wide(self.repeats)
         self.ground = QCheckBox("Ground")
         self.ground.setToolTip("A level diffuse surface under the model")

@@ -22,7 +22,7 @@ class Report(QWidget):
 
     show_source = Signal(str)
 
-    def __init__(self, before: str = "Follows the import.") -> None:
+    def __init__(self, before: str = "Appears after import.") -> None:
         """`before` is said where there is no result yet."""
         super().__init__()
         self.before = before

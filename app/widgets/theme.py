@@ -136,16 +136,18 @@ def changing(application: QApplication, name: str) -> Iterator[None]:
         return
     if before is _current:
         return
-    for visible in (True, False):
-        begun = time.perf_counter()
-        widgets = [widget for widget in application.allWidgets() if widget.isVisible() == visible]
-        for widget in widgets:
-            if not visible and time.perf_counter() - begun > STEP_S:
-                yield
-                begun = time.perf_counter()
-            if shiboken6.isValid(widget):  # a closed window may be destroyed meanwhile
-                _polish_anew(widget)
-        yield
+    widgets = application.allWidgets()
+    visible = [widget for widget in widgets if widget.isVisible()]
+    for widget in visible:
+        _polish_anew(widget)
+    yield
+    begun, done = time.perf_counter(), set(visible)
+    for widget in widgets:
+        if time.perf_counter() - begun > STEP_S:
+            yield
+            begun = time.perf_counter()
+        if widget not in done and shiboken6.isValid(widget):  # a closed window may be destroyed meanwhile
+            _polish_anew(widget)
     yield from _draw_icons_anew()
 
 

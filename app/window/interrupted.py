@@ -51,7 +51,7 @@ class Interrupted(QObject):
                 f"{words or 'Lightarc ended unexpectedly.'} {self.projects.shown_name} is as you left it{self._last()}."
             )
         able = [job for job in self.jobs if str(job.again.get("kind")) in self.ways]
-        offers = [("Go on" if len(able) == 1 else "Go on with all", partial(self.go_on, able))] if able else []
+        offers = [("Resume" if len(able) == 1 else "Resume all", partial(self.go_on, able))] if able else []
         picture = picture_of_file(self.projects.path) if words else None
         self.banners.say(CAUSE, words, *offers, ("Hide", self.hide), picture=picture)
 

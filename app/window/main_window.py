@@ -88,9 +88,9 @@ AT_NEXT_START = {
 DRAWN = {"brdf": "The sphere", "factor": "The preview"}
 
 #: Said at the start after a crash.
-CRASHED = "Lightarc crashed the last time. A report says where; sending it to its makers helps to mend that."
+CRASHED = "Lightarc crashed the last time. A report says where; please send it to the developers."
 
-FIRST, SMALLEST = QSize(1280, 800), QSize(1024, 700)
+FIRST, SMALLEST = QSize(1280, 800), QSize(1024, 660)
 
 #: Pixels that the frame around a window takes off the height of a screen, at most.
 FRAME = 40
@@ -98,8 +98,7 @@ FRAME = 40
 
 def first_size(screen: QSize) -> QSize:
     """The size of a window that nobody has sized yet: with its frame on a `screen` that is large enough for one."""
-    fitting = FIRST.boundedTo(screen - QSize(0, FRAME))
-    return fitting if fitting == fitting.expandedTo(SMALLEST) else FIRST
+    return FIRST.boundedTo(screen - QSize(0, FRAME)).expandedTo(SMALLEST)
 
 
 def load_libraries() -> None:
@@ -113,6 +112,14 @@ def load_for_work() -> None:
     with LOADING:
         load_shared()
         crash.with_native_stack()
+
+
+def failed_title(job: Job, error: BaseException) -> str:
+    """What did not succeed, as the title of a dialog: the file where a job opens or saves one."""
+    verbs = {"open": "open", "save": "save"}
+    if isinstance(error, FileError) and job.lane in verbs:
+        return f'Couldn\'t {verbs[job.lane]} "{Path(error.path).name}"'
+    return f"{job.title} failed"
 
 
 class MainWindow(QMainWindow):
@@ -619,7 +626,7 @@ class MainWindow(QMainWindow):
         if isinstance(error, Doubtful):
             ask_for_consent(self, self.bench, error)
             return
-        self.failures.report(f"{job.title} did not work", error)
+        self.failures.report(failed_title(job, error), error)
 
     def _tint(self) -> None:
         for _ in self._tinting():

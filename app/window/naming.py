@@ -34,7 +34,7 @@ class Naming(QObject):
         if path in self._is_later or not (is_wanted and is_worth_keeping(project)):
             self.banners.say(CAUSE, "")
         elif projects.is_saved:
-            words = "This project is kept among your untitled ones. Give it a name and a place to find it again."
+            words = "This project has no name yet. Save it to choose where it lives."
             self.banners.say(CAUSE, words, (f"Save as {proposed_name(project)}…", self.save_as), ("Later", self.later))
 
     def later(self) -> None:

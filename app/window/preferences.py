@@ -30,7 +30,7 @@ WIDTH_PX = 420
 
 THEMES = (("dark", "Dark"), ("light", "Light"))
 LENGTHS = (("mm", "Millimetres"), ("cm", "Centimetres"), ("in", "Inches"))
-FORMS = tuple(zip(NUMBERS, ("As the system writes them", "1,234.5", "1 234,5"), strict=True))
+FORMS = tuple(zip(NUMBERS, ("System default", "1,234.5", "1 234,5"), strict=True))
 
 #: Memory that a plan may choose, in GB; 0 leaves it to what is free.
 MEMORIES_GB = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
@@ -101,7 +101,7 @@ class Preferences(QDialog):
         self._choice(rows, "threads", "Processors", ((0, f"All {count}"), *threads), now.threads, hint)
         total = psutil.virtual_memory().total / 1e9
         memories = tuple(
-            (each, f"{each:.0f} GB" if each else "Half of what is free") for each in MEMORIES_GB if each < total
+            (each, f"{each:.0f} GB" if each else "50 % of free memory") for each in MEMORIES_GB if each < total
         )
         hint = "The most that a setting may take which a plan chooses"
         self._choice(rows, "memory_gb", "Memory", memories, now.memory_gb, hint)

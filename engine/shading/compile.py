@@ -15,7 +15,7 @@ from engine.shading.shading_map import build
 
 def prepare_kernels() -> Steps[None]:
     """Build and fit a map of one texel."""
-    yield Step(0.0, "Preparing kernels")
+    yield Step(0.0, "Compiling (first use only)")
     stack = ImageStack(
         radiance=np.full((2, 1, 1, 3), 0.5, np.float32),
         saturated=np.zeros((2, 1, 1), np.bool_),
@@ -26,5 +26,5 @@ def prepare_kernels() -> Steps[None]:
         angle_source="assumed",
     )
     shading_map = drain(build(stack, 2))
-    yield Step(0.5, "Preparing kernels")
+    yield Step(0.5, "Compiling (first use only)")
     drain(fit(shading_map))

@@ -171,3 +171,15 @@ def test_a_stack_that_is_cut_short_while_it_is_open_is_named_and_the_window_stay
     tab.image.pointed.emit(3, 4)
     assert tab.bar.readout.text() == "was cut short while it was open"
     assert bench.document.project is project
+
+
+def test_the_photograph_that_was_chosen_is_chosen_again_after_undo_and_redo(imported: MainWindow) -> None:
+    tab, history = imported.capture, imported.bench.document.undo_stack
+    tab.list.choose(0)
+    chosen, steps = tab.current, history.index()
+    assert chosen == tab.list.photographs.rows[0].name
+    history.setIndex(0)
+    assert tab.current is None
+    history.setIndex(steps)
+    assert tab.current == chosen
+    assert tab.list.currentIndex().row() == 0

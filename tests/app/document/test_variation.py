@@ -59,7 +59,7 @@ def test_settings_and_light_have_them_as_the_command_line_says_them() -> None:
 
 def test_a_mode_says_what_it_leaves_out_and_who_shows_it() -> None:
     said = words_on_left_out("Material", "shading-map", GGX, (WIDTH, COLOURS))
-    assert said.startswith("Material leaves out what varies over the model, ‘Width α’, ‘Colours’: ")
+    assert said.startswith("Material leaves out what varies over the model, ‘Roughness α’, ‘Colours’: ")
     assert "spherical harmonics or Gaussians or wavelets" in said
     assert words_on_left_out("SH", "sh", GGX, (WIDTH, HEAD_ON)) == ""
     assert "no such parameter" in words_on_left_out("SH", "sh", brdf_from_text("lambert"), (WIDTH,))

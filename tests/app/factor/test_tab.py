@@ -172,7 +172,7 @@ def test_a_search_pauses_goes_on_and_keeps_the_best_when_it_is_stopped(factor: A
     qtbot.waitUntil(lambda: bool(live.ladder), timeout=60_000)
     factor.inspector.pause.click()
     assert live.job.state == "paused"
-    qtbot.waitUntil(lambda: factor.inspector.pause.text() == "Go on")
+    qtbot.waitUntil(lambda: factor.inspector.pause.text() == "Resume")
     other = run_with(factor, qtbot, method="svd")
     assert factor.runs.of(other).state == "done"
     factor.choose(run.number, None)
@@ -180,7 +180,7 @@ def test_a_search_pauses_goes_on_and_keeps_the_best_when_it_is_stopped(factor: A
     step = live.job.step
     qtbot.wait(200)
     assert live.job.step is step
-    qtbot.waitUntil(lambda: factor.inspector.pause.text() == "Go on")
+    qtbot.waitUntil(lambda: factor.inspector.pause.text() == "Resume")
     factor.inspector.pause.click()
     qtbot.waitUntil(lambda: live.job.step is not step, timeout=60_000)
     qtbot.waitUntil(lambda: factor.inspector.stop.isEnabled())

@@ -123,7 +123,7 @@ def test_a_shading_map_can_be_wished_for_and_the_wish_undone(filled: MainWindow,
     warnings = filled.bench.document.project.material.health.warnings
     assert any("brightness alone does not tell" in each for each in warnings)
     assert [each.name for each in filled.material.candidates.rows] == ["Shading map", "Mean picture"]
-    assert filled.material.candidates.verdict.text().startswith("Worse than the mean picture")
+    assert filled.material.candidates.verdict.text().startswith("Worse than the mean image")
     filled.undo.trigger()
     filled.undo.trigger()
     assert planes_of(filled) is before

@@ -140,7 +140,7 @@ def test_a_white_card_that_is_known_is_a_step_and_puts_maps_out_of_date(window: 
     page.white.selectAll()
     qtbot.keyClicks(page.white, "0.5")
     qtbot.keyClick(page.white, Qt.Key.Key_Return)
-    assert (document.project.white, document.undo_stack.undoText()) == (0.5, "White card")
+    assert (document.project.white, document.undo_stack.undoText()) == (0.5, "White reference")
     assert page.make.text() == "Make them again"
     assert page.make.isEnabled()
     assert drain(surface_of(document.project)).white == 0.5

@@ -43,7 +43,7 @@ def variations(window: MainWindow) -> Any:
 def test_what_varies_is_one_step_a_gesture(view: MainWindow) -> None:
     stack, panel = view.bench.document.undo_stack, view.view.varying
     count = stack.count()
-    choose(view, "Width α")
+    choose(view, "Roughness α")
     (first,) = variations(view)
     assert (first.parameter, first.source) == ("alpha", "y")
     assert stack.count() == count + 1
@@ -63,9 +63,9 @@ def test_what_varies_is_one_step_a_gesture(view: MainWindow) -> None:
     slider.setSliderDown(False)
     assert stack.count() == count + 4, "a drag is one step"
     assert "Material" not in view.view.hint.text()
-    assert "Direct leaves out what varies over the model, ‘Width α’" in view.view.hint.text()
+    assert "Direct leaves out what varies over the model, ‘Roughness α’" in view.view.hint.text()
     panel.fill_menu()
-    assert [action.text() for action in panel.menu.actions()][:2] == ["Diffuse", "Head-on"]
+    assert [action.text() for action in panel.menu.actions()][:2] == ["Diffuse", "F0"]
     for _ in range(3):
         stack.undo()
     assert variations(view) == (first,)

@@ -129,7 +129,7 @@ def test_a_plan_is_made_for_a_bake_although_its_dock_is_closed(planned: MainWind
     planned.bench.document.change("Another", mesh=dataclasses.replace(ball()))
     baking = planned.view.bakings["sh"]
     assert baking.is_planning
-    assert "Looking at the scene" in state_text(baking)
+    assert "Analysing the scene" in state_text(baking)
     qtbot.waitUntil(lambda: baking.ready is not None, timeout=LONG)
     assert present(present(baking.ready).wanted.plan).decision("glossy") == "needed"
 

@@ -101,7 +101,7 @@ def test_an_interrupted_bake_goes_on_at_a_button(planned: MainWindow, qtbot: Any
     )
     assert banner.isVisibleTo(planned)
     assert "in the middle of this work: baking spherical harmonics, fitting GGX." in banner.words.text()
-    assert [each.text() for each in banner.buttons] == ["Go on", "Hide"]
+    assert [each.text() for each in banner.buttons] == ["Resume", "Hide"]
     planned.show_workspace("capture")
     baking = planned.view.bakings["sh"]
     banner.buttons[0].click()
@@ -121,7 +121,7 @@ def test_several_interrupted_jobs_go_on_at_one_button(window: MainWindow, qtbot:
     gone_on: list[Any] = []
     window.interrupted.ways = {"bake": gone_on.append, "factor": gone_on.append}
     banner = opened_after(window, qtbot, [*jobs, ("Exporting", None)])
-    assert [each.text() for each in banner.buttons] == ["Go on with all", "Hide"]
+    assert [each.text() for each in banner.buttons] == ["Resume all", "Hide"]
     banner.buttons[0].click()
     assert sorted(each["kind"] for each in gone_on) == ["bake", "factor"]
     assert "exporting" in banner.words.text()

@@ -12,18 +12,20 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, QSize, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QToolButton, QWidget
 
+from app.jobs.jobs import Job
 from app.viewport.gl_surface import GlSurface
-from app.window.main_window import MainWindow
+from app.window.main_window import FRAME, MainWindow, failed_title, first_size
 from app.window.top_bar import WORKSPACES
 from benchmarks.app.faults import cut
 from engine.brdf.brdf import brdf_from_text
 from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_encode, to_display8, tone_map
+from engine.core.errors import InputError
 from engine.core.health import Finding, Health, Verdict
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import shape
@@ -506,3 +508,19 @@ def test_a_long_title_yields_to_the_workspaces(window: MainWindow, qtbot: Any, n
     assert bar.title.text().startswith(name[:3])
     assert bar.title.text().endswith(state or "…")
     assert bar.title.fontMetrics().horizontalAdvance(bar.title.text()) <= bar.title.width()
+
+
+@pytest.mark.parametrize("screen", [(1280, 720), (1366, 768), (1920, 1080), (3840, 2160)])
+def test_a_first_window_with_its_frame_is_no_larger_than_the_screen(screen: tuple[int, int]) -> None:
+    size = first_size(QSize(*screen))
+    assert size.width() <= screen[0]
+    assert size.height() + FRAME <= screen[1]
+
+
+def test_the_title_of_a_failure_names_the_file_that_was_opened_or_saved() -> None:
+    error = InputError(Path("felt.obj"), "is damaged", "Export it again")
+    opening = Job("Looking for its material", lambda: None, lane="open")  # type: ignore[arg-type,return-value]
+    baking = Job("Baking wavelets", lambda: None, lane="compute")  # type: ignore[arg-type,return-value]
+    assert failed_title(opening, error) == 'Couldn\'t open "felt.obj"'
+    assert failed_title(baking, error) == "Baking wavelets failed"
+    assert failed_title(opening, MemoryError()) == "Looking for its material failed"
