@@ -1,11 +1,12 @@
 """Random use of the window: models, materials, modes, bakes, workspaces, themes and sizes.
 
-    python -m benchmarks.app.soak SECONDS SEED
+    python -m benchmarks.app.soak SECONDS SEED [ACTIONS]
 
-One run does something every 20 to 400 ms, in an order that SEED alone decides, for SECONDS and for at least 100
-actions. It prints one JSON object: what it did how often, faults of the program that it met, and the medians of
-descriptors, threads and memory in the second and the last quarter of its time: single moments differ by a hundred
-megabytes, as long as jobs run.
+One run does something every 20 to 400 ms, in an order that SEED alone decides, for SECONDS and for at least ACTIONS
+actions, 100 without a number. It prints one JSON object: what it did how often, faults of the program that it met, the
+medians of descriptors, threads and memory in the second and the last quarter of its time (single moments differ by a
+hundred megabytes, as long as jobs run) and of memory in each sixteenth of it, and how long the thread of the window was
+held up: quantiles of the delays of a timer, and of the time of the processor in them.
 `window_soak` (`python -m benchmarks --only window-soak --runs N --run-s SECONDS`) starts many, each with a limit of
 256 descriptors, and sums up: how many died, how much descriptors, threads and memory grew, and how much memory the
 largest held in the end. Four run at once, so that the machine is loaded, or one after the other (`--at-once 1`).
@@ -25,11 +26,13 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import IO, Any
 
 import psutil
 
+from benchmarks.app.gaps import LIMIT_MS, Gaps
 from benchmarks.measure import Accuracy
 from engine.core.errors import LightarcError, MissingCapability
 from engine.core.steps import Step, Steps
@@ -51,6 +54,10 @@ FOLDERS = ("CACHE", "CONFIG", "DATA", "STATE")
 
 #: Samples of resources in a run. After the first quarter nothing that is kept should grow any more.
 SAMPLES = 80
+
+#: Parts of a run of which each has a figure of its own, and the quantiles of delays that are told.
+PARTS = 16
+QUANTILES = (0.5, 0.9, 0.99, 0.999, 1.0)
 
 #: Quantities that are sampled, with their units.
 GROWING = (("descriptors", ""), ("threads", ""), ("memory_mb", " MB"))
@@ -166,6 +173,7 @@ def main() -> int:
     from app.window.main_window import MainWindow
 
     run_s, seed = float(sys.argv[1]), int(sys.argv[2])
+    actions = int(sys.argv[3]) if len(sys.argv) > 3 else MIN_ACTIONS
     _limit_descriptors()
     history.KEPT_BYTES = UNDO_BYTES
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
@@ -178,6 +186,7 @@ def main() -> int:
         window.show()
         hand = _Hand(window, files, random.Random(seed))
         samples: list[dict[str, float]] = []
+        gaps = Gaps()
         sampling = QTimer(interval=round(1000 * run_s / SAMPLES))
         sampling.timeout.connect(lambda: samples.append(_resources()))
         sampling.start()
@@ -185,21 +194,40 @@ def main() -> int:
         QTimer.singleShot(0, hand.act)
         ending = QTimer(interval=100)
         until_s = time.monotonic() + run_s
-        ending.timeout.connect(lambda: _end_after(hand, until_s, application))
+        ending.timeout.connect(lambda: _end_after(hand, until_s, actions, application))
         ending.start()
         application.exec()  # left by exit, because quit closes the window
         hand.over = True
         samples.append(_resources())
         window.close()
     quarter = (len(samples) + 3) // 4
-    measured = {"warm": _medians(samples[quarter : 2 * quarter] or samples), "end": _medians(samples[-quarter:])}
+    measured = {
+        "warm": _medians(samples[quarter : 2 * quarter] or samples),
+        "end": _medians(samples[-quarter:]),
+        "memory_mb": [round(_medians(part)["memory_mb"]) for part in _parts(samples)],
+        "blocks_ms": _quantiles(gaps.gaps_ms),
+        "busy_blocks_ms": _quantiles(gaps.busy_ms),
+    }
     print(json.dumps({"seed": seed, "did": dict(hand.did), "faults": hand.faults, **measured}), flush=True)
     return 1 if hand.faults else 0
 
 
-def _end_after(hand: _Hand, until_s: float, application: Any) -> None:
-    if time.monotonic() >= until_s and hand.did.total() >= MIN_ACTIONS:
+def _end_after(hand: _Hand, until_s: float, actions: int, application: Any) -> None:
+    if time.monotonic() >= until_s and hand.did.total() >= actions:
         application.exit()
+
+
+def _parts(samples: Sequence[dict[str, float]]) -> list[Sequence[dict[str, float]]]:
+    """`samples` in `PARTS` parts of equal length."""
+    bounds = [len(samples) * at // PARTS for at in range(PARTS + 1)]
+    return [samples[start:end] for start, end in pairwise(bounds) if end > start]
+
+
+def _quantiles(delays_ms: Sequence[float]) -> dict[str, float]:
+    """Quantiles of delays, and how many are over the limit."""
+    ordered = sorted(delays_ms)
+    found = {f"p{100 * share:g}": round(ordered[int(share * (len(ordered) - 1))], 1) for share in QUANTILES}
+    return {**found, "count": len(ordered), "over_limit": sum(delay > LIMIT_MS for delay in ordered)}
 
 
 def _limit_descriptors() -> None:

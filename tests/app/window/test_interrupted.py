@@ -16,6 +16,7 @@ from app.jobs.jobs import Jobs
 from app.project.interrupted import Interrupted, interrupted_in, proposed_place, running
 from app.project.project_file import data_folder
 from app.session.settings import load
+from app.view.baking import RESUMED
 from app.window.application import recover
 from app.window.interrupted import CAUSE
 from app.window.main_window import MainWindow
@@ -103,10 +104,13 @@ def test_an_interrupted_bake_goes_on_at_a_button(planned: MainWindow, qtbot: Any
     assert "in the middle of this work: baking spherical harmonics, fitting GGX." in banner.words.text()
     assert [each.text() for each in banner.buttons] == ["Resume", "Hide"]
     planned.show_workspace("capture")
-    baking = planned.view.bakings["sh"]
+    baking, on_stop = planned.view.bakings["sh"], set[str]()
+    jobs: Jobs = planned.bench.jobs
+    jobs.changed.connect(lambda job: on_stop.add(job.on_stop) if job.title.startswith("Baking") else None)
     banner.buttons[0].click()
     assert planned.stack.currentWidget() is planned.view
     qtbot.waitUntil(lambda: baking.job is None and baking.is_made, timeout=LONG)
+    assert on_stop == {RESUMED}, "Quit asks"
     assert "spherical" not in banner.words.text()
     banner.buttons[-1].click()
     assert not banner.isVisibleTo(planned)
@@ -206,6 +210,7 @@ def test_an_interrupted_bundle_is_written_where_the_person_says(
     tab.start()
     exporting = tab.exporting
     assert exporting is not None
+    assert exporting.on_stop, "Quit asks"
     qtbot.waitUntil(lambda: exporting.over, timeout=LONG)
     written = tab.target
     written.unlink()
