@@ -4,8 +4,8 @@ One JSON object on standard output with `--json` and nothing else there; progres
 Exit codes: 0 done, 2 wrong usage, 3 bad input or output, 4 cancelled, 5 a needed capability is missing,
 6 memory, threads or processes ran out.
 
-Verbs import what they compute with inside their functions: the options of all verbs are there in 0.2 s of processor
-time, numerical libraries and decoders would take 1.0 s more. A plain `import` does it without lazy_loader.
+Only the verb that is asked for is imported, with the libraries that it computes with: the help of all verbs takes
+0.2 s, numerical libraries and decoders would take 1.0 s more.
 """
 
 from __future__ import annotations
@@ -29,27 +29,75 @@ from engine.core.errors import FileError, MissingCapability, OutOfMemory, UsageE
 from engine.core.steps import Step
 from engine.storage import guarded
 
-#: Verb and module, in the order in which people meet them.
+#: Verb, module and help, in the order in which people meet them.
 VERBS = (
-    ("gui", "app.cli.gui"),
-    ("demo", "app.cli.demo"),
-    ("simulate", "app.cli.simulate"),
-    ("import", "app.cli.import_"),
-    ("shade", "app.cli.shading.shade"),
-    ("normals", "app.cli.normals"),
-    ("render", "app.cli.transport.render"),
-    ("compare", "app.cli.compare"),
-    ("brdf", "app.cli.brdf"),
-    ("factor", "app.cli.factor"),
-    ("bake", "app.cli.transport.bake"),
-    ("plan", "app.cli.transport.plan"),
-    ("figures", "app.cli.figures"),
-    ("tradeoff", "app.cli.transport.tradeoff"),
-    ("project", "app.cli.project"),
-    ("bundle", "app.cli.bundle"),
-    ("export", "app.cli.export"),
-    ("selftest", "app.cli.selftest"),
-    ("bench", "app.cli.bench"),
+    ("gui", "app.cli.gui", "Open the window."),
+    (
+        "demo",
+        "app.cli.demo",
+        "Run all steps on the built-in sample; write every result and a contact sheet into a folder.",
+    ),
+    (
+        "simulate",
+        "app.cli.simulate",
+        "Photograph a procedural sample on a virtual light arc or dome, with reference data beside the photographs.",
+    ),
+    (
+        "import",
+        "app.cli.import_",
+        "Import photographs of a material under a moving lamp: decode, align, crop and report.",
+    ),
+    (
+        "shade",
+        "app.cli.shading.shade",
+        "Make a material of a stack: a shading map of one arc, planes where lamps stood on several sides.",
+    ),
+    (
+        "normals",
+        "app.cli.normals",
+        "Find normals, height, base colour, roughness and specular maps of a stack, with their uncertainty.",
+    ),
+    ("render", "app.cli.transport.render", "Draw a material on a model."),
+    (
+        "compare",
+        "app.cli.compare",
+        "Report the error of a picture against a reference: relative RMSE, FLIP and the largest difference.",
+    ),
+    ("brdf", "app.cli.brdf", "List, inspect, evaluate, fit or convert BRDFs."),
+    ("factor", "app.cli.factor", "Factor a BRDF into textures: sums of products, or products of projections."),
+    (
+        "bake",
+        "app.cli.transport.bake",
+        "Precompute light transport for a model and a BRDF, for 'lightarc render' and the window.",
+    ),
+    (
+        "plan",
+        "app.cli.transport.plan",
+        "List the effects that a scene needs, with the error and saving of leaving each out, and the best mode.",
+    ),
+    ("figures", "app.cli.figures", "Draw the papers' figures, each panel with its error against the reference."),
+    (
+        "tradeoff",
+        "app.cli.transport.tradeoff",
+        "Measure the cost of accuracy: error, times and memory of many settings, and the best of them.",
+    ),
+    (
+        "project",
+        "app.cli.project",
+        "Show, check or recover a project file, make it small, find or collect its photographs, or replay it.",
+    ),
+    (
+        "bundle",
+        "app.cli.bundle",
+        "Check a bundle (hashes, schema, bounds, pixels), show, extract or view it, or make one of a project.",
+    ),
+    ("export", "app.cli.export", "Write a material in forms that other programs open, with what each of them loses."),
+    (
+        "selftest",
+        "app.cli.selftest",
+        "Check the numerics of this machine: hard cases of every part, each measured beside its bound.",
+    ),
+    ("bench", "app.cli.bench", "Deprecated: run the benchmarks of a checkout of the source code."),
 )
 
 #: Warnings that are printed; photographs may have some each.
@@ -83,7 +131,8 @@ class Progress:
             self.stream.write("\r\x1b[K")
 
 
-def build_parser() -> argparse.ArgumentParser:
+def build_parser(only: str | None = None) -> argparse.ArgumentParser:
+    """Build the parser of all verbs, with the options of the verb `only`, or of every verb if it is None."""
     parser = argparse.ArgumentParser(
         prog="lightarc",
         description="Turn photographs of a material under a moving lamp into a material. Without a verb: the window.",
@@ -91,15 +140,12 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"lightarc {engine.__version__}")
     verbs = parser.add_subparsers(dest="verb", metavar="VERB")
-    for name, module_name in VERBS:
+    for name, module_name, text in VERBS:
+        verb = verbs.add_parser(name, help=text, description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
+        if only not in (None, name):
+            continue
         module = importlib.import_module(module_name)
-        verb = verbs.add_parser(
-            name,
-            help=module.HELP,
-            description=module.HELP,
-            epilog=f"example: {module.EXAMPLE}",
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-        )
+        verb.epilog = f"example: {module.EXAMPLE}"
         module.add_arguments(verb)
         add_overwrite(verb)
         verb.add_argument("--json", action="store_true", help="print one JSON object on standard output")
@@ -113,7 +159,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         # File names may hold bytes that no encoding knows.
         cast("io.TextIOWrapper", stream).reconfigure(errors="backslashreplace")
-    parser = build_parser()
+    parser = build_parser(words[0])
     options = parser.parse_args(words)
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(message)s")
     last_words.leave_last_words(str(OutOfMemory("There is not enough memory or no further thread")), OUT_OF_MEMORY)

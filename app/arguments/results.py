@@ -17,7 +17,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
+from engine.core.errors import InputError, OutputError
 from engine.storage.outputs import Kind, check_outputs, has_tag, look
+from engine.storage.untrusted import read_head
 
 OVERWRITE_HELP = "replace an existing file that this command did not write; never one that it reads"
 
@@ -155,8 +157,6 @@ def _is_transport(path: Path) -> bool:
 def _is_table(path: Path) -> bool:
     """A MERL file of ours is like any other, and so never known."""
     from engine.brdf.readers.table_file import looks_like_table
-    from engine.core.errors import InputError
-    from engine.storage.untrusted import read_head
 
     try:
         return looks_like_table(*read_head(path, 1 << 12), path.name)
@@ -166,9 +166,6 @@ def _is_table(path: Path) -> bool:
 
 def _holds(path: Path, words: bytes, most_bytes: int) -> bool:
     """True where the first bytes of a file have these words."""
-    from engine.core.errors import InputError
-    from engine.storage.untrusted import read_head
-
     try:
         return words in read_head(path, most_bytes)[0]
     except InputError:
@@ -177,7 +174,6 @@ def _holds(path: Path, words: bytes, most_bytes: int) -> bool:
 
 def _is_bundle(path: Path) -> bool:
     from engine.bundle.bundle import check_replaceable
-    from engine.core.errors import OutputError
 
     try:
         check_replaceable(path)

@@ -13,6 +13,7 @@ from app.widgets.labels import BRDF_NAMES
 from app.widgets.panels import button, text
 from app.widgets.theme import STEP
 from engine.brdf.brdf import MODELS, model_name
+from engine.brdf.fit import fit_data
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps
 
@@ -73,7 +74,6 @@ class Ranking(QDialog):
 def all_models(brdf: Any, weighting: Any) -> Steps[list[Offer]]:
     """Every model fitted to `brdf`, the best first; some seconds to a minute."""
     yield Step(0.0, "taking samples")
-    from engine.brdf.fit import fit_data
     from engine.brdf.ranking import ranked
 
     return (yield from ranked(fit_data(brdf), [model() for model in MODELS.values()], weighting=weighting))

@@ -13,7 +13,6 @@ import app
 from engine.core.errors import MissingCapability
 from engine.core.steps import Step
 
-HELP = "Deprecated: run the benchmarks of a checkout of the source code."
 EXAMPLE = "lightarc bench --only linearise power-law-fit"
 
 COMMAND = Path(app.__file__).parents[1] / "benchmarks" / "command.py"

@@ -5,22 +5,40 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from app.arguments.results import FIT, TABLE, Input, Output
 from app.cli.doubts import doubts_of_brdf
+from engine.brdf.analysis import conserves_energy, doubts, maximum_albedo, reciprocity_error
+from engine.brdf.brdf import brdf_from_text, brdf_to_text, model_name
+from engine.brdf.fit import fit_data
+from engine.brdf.models.presets import PRESETS
+from engine.brdf.ranking import fit_both, missed, offer, warning
+from engine.brdf.readers.csv_samples import directions_from_degrees
+from engine.brdf.readers.merl import SIZE_BYTES, write_merl
+from engine.brdf.readers.read import FORMATS
+from engine.brdf.readers.samples_child import read_directions
+from engine.brdf.readers.table_file import write_table
+from engine.brdf.resample import SHAPE, resample
+from engine.brdf.samples import BELOW_HORIZON
+from engine.brdf.table import DirectionTable, HalfDifferenceTable
+from engine.brdf.written import one_request
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, shortened
+from engine.core.params import parameters
 from engine.core.steps import Step, drain
+from engine.factor.factor_file import open_reflectance
+from engine.storage.atomic import require_space, write_json
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from engine.brdf.brdf import Brdf
 
-HELP = "List, inspect, evaluate, fit or convert BRDFs."
 EXAMPLE = "lightarc brdf eval ggx:alpha=0.2 --wi-deg 30,0 --wo-deg 30,180 --json"
 
 BRDF_HELP = (
@@ -87,8 +105,6 @@ def _action(actions: Any, name: str, words: str, *, brdf: bool = True) -> argpar
 
 def two_numbers(text: str) -> tuple[float, float]:
     """Two finite numbers `a,b`, as argparse's `type`."""
-    from math import isfinite
-
     try:
         one, two = (float(word) for word in text.split(","))
     except ValueError:
@@ -109,17 +125,12 @@ def _check_seed(arguments: argparse.Namespace) -> None:
 
 
 def _open(text: str) -> Brdf:
-    from engine.factor.factor_file import open_reflectance
-
     return open_reflectance(text)
 
 
 def _list(_arguments: argparse.Namespace, _show: Callable[[Step], None]) -> dict[str, Any]:
     """`models`: name, what it is, its parameters with range, unit and default; `presets`; `formats` that are read."""
     from engine.brdf.brdf import MODELS
-    from engine.brdf.models.presets import PRESETS
-    from engine.brdf.readers.read import FORMATS
-    from engine.core.params import parameters
 
     return {
         "models": [
@@ -142,18 +153,12 @@ def _list(_arguments: argparse.Namespace, _show: Callable[[Step], None]) -> dict
 
 def _info(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """Describe a BRDF; for a measurement also its samples and its defects."""
-    from engine.brdf.written import one_request
-
     with one_request():
         return _describe(arguments, show)
 
 
 def _describe(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    import numpy as np
-
-    from engine.brdf.analysis import conserves_energy, doubts, maximum_albedo, reciprocity_error
     from engine.brdf.brdf import MODELS
-    from engine.brdf.samples import BELOW_HORIZON
 
     _check_seed(arguments)
     show(Step(0.0, "reading"))
@@ -202,11 +207,6 @@ def _evaluate(arguments: argparse.Namespace, show: Callable[[Step], None]) -> di
 
 
 def _directions(arguments: argparse.Namespace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    import numpy as np
-
-    from engine.brdf.readers.csv_samples import directions_from_degrees
-    from engine.brdf.readers.samples_child import read_directions
-
     if arguments.directions is not None:
         return read_directions(Path(arguments.directions))
     return directions_from_degrees(np.array([[*arguments.wi_deg, *arguments.wo_deg]]))
@@ -214,8 +214,6 @@ def _directions(arguments: argparse.Namespace) -> tuple[NDArray[np.float64], NDA
 
 def _fit(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """The fitted model, or the ranking of all; written to a file where one is named."""
-    from engine.storage.atomic import write_json
-
     if arguments.samples < 1:
         raise UsageError(f"--samples {arguments.samples} is too few")
     _check_seed(arguments)
@@ -232,7 +230,6 @@ def _fit(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[st
 def _ranking(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """`ranking`: each model fitted, from the least error up; `best` in the linear and in the logarithmic norm."""
     from engine.brdf.brdf import MODELS
-    from engine.brdf.fit import fit_data
     from engine.brdf.ranking import best, missed, ranked
 
     show(Step(0.0, "reading"))
@@ -252,8 +249,6 @@ def _ranking(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dic
 
 
 def _offer(offer: Any) -> dict[str, Any]:
-    from engine.brdf.brdf import brdf_to_text, model_name
-
     return {
         "model": model_name(offer.brdf),
         "fitted": brdf_to_text(offer.brdf),
@@ -265,10 +260,7 @@ def _offer(offer: Any) -> dict[str, Any]:
 def _fit_one(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """The fitted model as text and numbers, errors before and after, and by angle; `best` where one norm grew."""
 
-    from engine.brdf.brdf import brdf_from_text, brdf_to_text, model_name
     from engine.brdf.fit import fit, fit_data
-    from engine.brdf.ranking import fit_both, missed, offer, warning
-    from engine.core.params import parameters
 
     start = brdf_from_text(arguments.model)
     fixed = tuple(filter(None, (name.strip() for name in arguments.fix.split(","))))
@@ -316,12 +308,6 @@ def _bands(remains: Any) -> list[dict[str, Any]]:
 
 def _convert(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """Write a BRDF as a table, and report the error of the table."""
-    from engine.brdf.readers.merl import SIZE_BYTES, write_merl
-    from engine.brdf.readers.table_file import write_table
-    from engine.brdf.resample import SHAPE, resample
-    from engine.brdf.table import DirectionTable, HalfDifferenceTable
-    from engine.storage.atomic import require_space
-
     output = Path(arguments.output)
     require_space(output, SIZE_BYTES)
     show(Step(0.0, "reading"))

@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 import argparse
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 from app.arguments.results import Input, Output, material_at
 from app.arguments.usage import BAD_FILE, DONE
-from engine.core.errors import UsageError
+from engine.bundle.bundle import (
+    check_replaceable,
+    describe_bundle,
+    extract_bundle,
+    open_bundle,
+    save_bundle,
+    verify_bundle,
+)
+from engine.bundle.page import viewer
+from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import size_text
 from engine.core.steps import Step, drain
+from engine.exchange.readers.read import holds_pbr_maps, open_material
+from engine.storage.atomic import write_bytes
 
 NAME = "bundle"
-HELP = "Check a bundle (hashes, schema, bounds, pixels), show, extract or view it, or make one of a project."
 EXAMPLE = "lightarc bundle verify woven.lightarc --json"
 
 
@@ -47,8 +58,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
     One that is made of a project is checked in the same way. Of extract and view, `folder` with `files`, and `page`.
     """
-    from engine.bundle.bundle import describe_bundle, verify_bundle
-
     if (arguments.action in ("make", "extract")) != (arguments.output is not None):
         raise UsageError("make and extract, and these alone, need -o, the bundle or the folder to write")
     if arguments.action == "extract":
@@ -81,8 +90,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def _extract(bundle: Path, folder: Path, show: Callable[[Step], None]) -> dict[str, Any]:
     """Write the members of a bundle, each as its manifest says, into a folder, which is a bundle again."""
-    from engine.bundle.bundle import describe_bundle, extract_bundle
-
     if folder.suffix.lower() == ".lightarc":
         raise UsageError(f"extract writes a folder, and {folder.name} names a bundle file")
     show(Step(0.0, "reading the bundle"))
@@ -92,12 +99,7 @@ def _extract(bundle: Path, folder: Path, show: Callable[[Step], None]) -> dict[s
 
 def _view(bundle: Path, show: Callable[[Step], None]) -> dict[str, Any]:
     """Open a page of the material in the browser of this machine; it is made anew, whoever made the bundle."""
-    import tempfile
     import webbrowser
-
-    from engine.bundle.bundle import open_bundle
-    from engine.bundle.page import viewer
-    from engine.storage.atomic import write_bytes
 
     show(Step(0.0, "reading the bundle"))
     material = open_bundle(bundle)
@@ -112,9 +114,6 @@ def _view(bundle: Path, show: Callable[[Step], None]) -> dict[str, Any]:
 
 def _make(source: Path, output: Path, show: Callable[[Step], None]) -> None:
     """Write PBR maps of others, or the material of a project: InputError where it has none, or its data are gone."""
-    from engine.bundle.bundle import check_replaceable, save_bundle
-    from engine.exchange.readers.read import holds_pbr_maps, open_material
-
     if holds_pbr_maps(source):
         check_replaceable(output)
         show(Step(0.0, "reading the maps"))
@@ -128,7 +127,6 @@ def _make_of_project(project: Path, output: Path, show: Callable[[Step], None]) 
     from app.commands.rebuilding import set_up_whole
     from app.project.project_file import read
     from app.project.report import chain_of, identity
-    from engine.core.errors import InputError
 
     show(Step(0.0, "reading the project"))
     setup = set_up_whole(project)

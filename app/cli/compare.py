@@ -8,17 +8,24 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from app.arguments.results import Input, Output, picture_by, software
+from engine.accuracy.compare import comparison
+from engine.accuracy.difference import labelled, signed_difference
+from engine.core.colour import luminance
+from engine.core.errors import InputError
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, drain
+from engine.images.decode import read_image
+from engine.images.encode import encode_png
+from engine.storage.atomic import write_bytes
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from engine.images.decode import Image
 
-HELP = "Report the error of a picture against a reference: relative RMSE, FLIP and the largest difference."
 EXAMPLE = "lightarc compare direct.exr reference.exr --difference difference.png"
 
 #: Share of full scale above which a pixel of the mask is taken to be selected.
@@ -42,9 +49,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.accuracy.compare import comparison
-    from engine.images.decode import read_image
-
     start = time.perf_counter()
     picture, reference = (read_image(path) for path in (arguments.picture, arguments.reference))
     _same_size(arguments, arguments.picture, picture, reference)
@@ -81,16 +85,11 @@ def _is_radiance(image: Image) -> bool:
 
 def _valid(*images: Image) -> NDArray[np.bool_]:
     """(H, W) where all pictures are finite; integer pictures always are."""
-    import numpy as np
-
     invalid = [image.saturated & ~image.pixels.any(axis=2) for image in images if _is_radiance(image)]
     return ~np.any(invalid, axis=0) if invalid else np.ones(images[0].saturated.shape, np.bool_)
 
 
 def _mask(arguments: argparse.Namespace, reference: Image) -> NDArray[np.bool_] | None:
-    from engine.core.colour import luminance
-    from engine.images.decode import read_image
-
     if not arguments.mask:
         return None
     image = read_image(arguments.mask, transfer="linear")
@@ -100,8 +99,6 @@ def _mask(arguments: argparse.Namespace, reference: Image) -> NDArray[np.bool_] 
 
 
 def _same_size(arguments: argparse.Namespace, path: str, image: Image, reference: Image) -> None:
-    from engine.core.errors import InputError
-
     sizes = [f"{one.pixels.shape[1]} × {one.pixels.shape[0]}" for one in (image, reference)]
     if sizes[0] != sizes[1]:
         problem = f"has {sizes[0]} pixels, and {arguments.reference} has {sizes[1]}"
@@ -109,8 +106,6 @@ def _same_size(arguments: argparse.Namespace, path: str, image: Image, reference
 
 
 def _something_left(arguments: argparse.Namespace, valid: NDArray[np.bool_], mask: NDArray[np.bool_] | None) -> None:
-    from engine.core.errors import InputError
-
     if mask is not None and not mask.any():
         raise InputError(arguments.mask, "selects no pixel", "Make white what is to be compared")
     if not (valid if mask is None else valid & mask).any():
@@ -120,12 +115,6 @@ def _something_left(arguments: argparse.Namespace, valid: NDArray[np.bool_], mas
 
 def _write(arguments: argparse.Namespace, a: NDArray[Any], b: NDArray[Any], wanted: NDArray[np.bool_]) -> float | None:
     """Write the picture of the difference where one is wanted; returns the difference that has full colour."""
-    import numpy as np
-
-    from engine.accuracy.difference import labelled, signed_difference
-    from engine.images.encode import encode_png
-    from engine.storage.atomic import write_bytes
-
     if not arguments.difference:
         return None
     apart, scale = signed_difference(np.where(wanted[..., None], a, 0), np.where(wanted[..., None], b, 0))

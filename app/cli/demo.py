@@ -11,8 +11,8 @@ from typing import Any
 from app.arguments.results import DEMO, Output
 from engine.core.figure_text import time_text
 from engine.core.steps import Step, drain
+from engine.figures.demo import demo
 
-HELP = "Run all steps on the built-in sample; write every result and a contact sheet into a folder."
 EXAMPLE = "lightarc demo -o demo"
 
 
@@ -23,8 +23,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.figures.demo import demo
-
     made = drain(demo(arguments.output), show)
     return {
         "bundle": str(made.bundle) if made.bundle else None,

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from engine.capture.stack import ImageStack
     from engine.scene.material import Material
 
-HELP = "Write a material in forms that other programs open, with what each of them loses."
 EXAMPLE = "lightarc export woven.lightarc --to textures --preset unreal -o woven-unreal"
 
 #: Names of `engine.exchange.export`, of presets and of codings: options are there without the engine.

@@ -9,8 +9,11 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from app.arguments.options import option, settings_from, words_of
 from app.arguments.results import FACTORS, Input, Output
+from app.arguments.usage import CANCELLED, DONE
 from app.cli.brdf import BRDF_HELP
 from app.cli.doubts import doubts_of_brdf
 from app.process import ending
@@ -18,12 +21,14 @@ from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, size_text, time_text
 from engine.core.params import Parameter, parameters
 from engine.core.steps import Step, drain
+from engine.factor.errors import BANDS, uses
+from engine.factor.factor import search_settings
+from engine.factor.factor_file import open_reflectance, read_factors, write_factors
 from engine.factor.settings import HOMOMORPHIC_KNOBS, SEPARABLE_KNOBS, FactorSettings
 
 if TYPE_CHECKING:
     from engine.factor.errors import Factorisation
 
-HELP = "Factor a BRDF into textures: sums of products, or products of projections."
 EXAMPLE = "lightarc factor lafortune:preset=blue-paint --terms 4 -o paint-factors --json"
 
 _COLUMNS = (
@@ -86,12 +91,7 @@ def _options() -> dict[str, list[Parameter]]:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    import numpy as np
-
-    from app.arguments.usage import CANCELLED, DONE
-    from engine.factor.errors import BANDS, uses
     from engine.factor.factor import factor
-    from engine.factor.factor_file import open_reflectance, read_factors, write_factors
 
     settings = _settings(arguments)
     if arguments.table:
@@ -165,8 +165,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def _table(arguments: argparse.Namespace, settings: FactorSettings, show: Callable[[Step], None]) -> dict[str, Any]:
     """`table`: a row for each BRDF, method, parametrisation and reciprocity."""
-    from engine.factor.factor import search_settings
-    from engine.factor.factor_file import open_reflectance
     from engine.factor.thesis_table import FIGURE_4_2, thesis_table
 
     if arguments.output or arguments.resume:

@@ -10,15 +10,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, figures_in
+from app.arguments.usage import CANCELLED, DONE
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent_within, time_text
 from engine.core.steps import Step, drain, part
 from engine.figures.papers.catalogue import FIGURES
+from engine.geometry.shapes import open_mesh
+from engine.light.environment_file import open_environment
 
 if TYPE_CHECKING:
     from engine.figures.figure import Settings
 
-HELP = "Draw the papers' figures, each panel with its error against the reference."
 EXAMPLE = "lightarc figures kautz-6 wang-2 -o figures"
 
 
@@ -49,7 +51,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from app.arguments.usage import CANCELLED, DONE
     from engine.figures.write import drawn_into
 
     names = _chosen(arguments.names)
@@ -111,8 +112,6 @@ def _chosen(names: list[str]) -> list[str]:
 
 def _settings(arguments: argparse.Namespace) -> Settings:
     from engine.figures.figure import Settings
-    from engine.geometry.shapes import open_mesh
-    from engine.light.environment_file import open_environment
 
     mesh = open_mesh(arguments.mesh) if arguments.mesh else None
     environment = open_environment(arguments.env) if arguments.env else None

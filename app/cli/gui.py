@@ -15,7 +15,6 @@ from engine.core.errors import MissingCapability
 from engine.core.steps import Step
 
 NAME = "gui"
-HELP = "Open the window."
 EXAMPLE = "lightarc gui --sample"
 
 

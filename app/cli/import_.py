@@ -8,12 +8,22 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import psutil
+
 from app.arguments.results import STACK, Input, Output
+from app.session.settings import close_session, open_session
+from engine.capture.import_stack import ImportSettings, import_stack
+from engine.capture.lights.mirror_sphere import Circle
+from engine.capture.lights.selection import Arc, Azimuth, Listed
+from engine.capture.lights.sources import find_packed
+from engine.capture.photograph.grey_patch import GreyPatch
+from engine.capture.registration.framing import Framing, cropped
+from engine.capture.registration.warp import Region
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, time_text
 from engine.core.steps import Step, drain
+from engine.storage.unpack import is_archive
 
-HELP = "Import photographs of a material under a moving lamp: decode, align, crop and report."
 EXAMPLE = "lightarc import photographs -o stack --angles-deg 10,20,30,40,50,60,70,80,90"
 
 _MOTIONS = ("auto", "translation", "euclidean", "affine", "homography")
@@ -159,9 +169,6 @@ processes."""
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from app.session.settings import close_session, open_session
-    from engine.storage.unpack import is_archive
-
     if not any(map(is_archive, arguments.photographs)):
         return _imported(arguments, show, None)
     folder = open_session()
@@ -173,9 +180,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def _imported(arguments: argparse.Namespace, show: Callable[[Step], None], scratch: Path | None) -> dict[str, Any]:
     """Import what `arguments` say; archives are unpacked in the folder `scratch`."""
-    from engine.capture.import_stack import ImportSettings, import_stack
-    from engine.capture.lights.sources import find_packed
-
     start = time.perf_counter()
     memory = _Memory(show)
     frames = [path for path in (arguments.dark, arguments.flat) if path is not None]
@@ -249,8 +253,6 @@ class _Memory:
         self.own_bytes = 0
 
     def __call__(self, step: Step) -> None:
-        import psutil
-
         process = psutil.Process()
         self.own_bytes = max(self.own_bytes, process.memory_info().rss)
         self.children_bytes = max(self.children_bytes, sum(map(_peak_bytes, process.children())))
@@ -258,15 +260,11 @@ class _Memory:
 
     def peak_bytes(self) -> int:
         """An upper bound: the peaks of this process and of its children need not be at one time."""
-        import psutil
-
         return max(self.own_bytes, _peak_bytes(psutil.Process())) + self.children_bytes
 
 
 def _peak_bytes(process: Any) -> int:
     """The peak resident memory of a process if the system reports it (Linux, Windows), otherwise the present one."""
-    import psutil
-
     try:
         status = Path(f"/proc/{process.pid}/status")
         if status.exists():
@@ -305,9 +303,6 @@ def _size(text: str) -> tuple[int, ...]:
 
 def _framing(crop: Any, corners: Any, size: Any) -> Any:
     """None without corners and size; the corners alone where the size is to follow from them."""
-    from engine.capture.registration.framing import Framing, cropped
-    from engine.capture.registration.warp import Region
-
     if crop is not None and corners is not None:
         raise UsageError("--crop and --corners exclude each other")
     if size is None:
@@ -332,8 +327,6 @@ def _white_balance(text: str) -> str | tuple[float, ...]:
 
 
 def _balance(choice: Any) -> Any:
-    from engine.capture.photograph.grey_patch import GreyPatch
-
     return GreyPatch(*choice) if isinstance(choice, tuple) and len(choice) == 4 else choice
 
 
@@ -362,8 +355,6 @@ def _sphere(text: str) -> str | tuple[float, ...]:
 
 
 def _outline(choice: Any) -> Any:
-    from engine.capture.lights.mirror_sphere import Circle
-
     return Circle(*choice) if isinstance(choice, tuple) else choice
 
 
@@ -385,8 +376,6 @@ def _lights(text: str) -> tuple[str, ...]:
 
 
 def _selection(arguments: argparse.Namespace) -> Any:
-    from engine.capture.lights.selection import Arc, Azimuth, Listed
-
     if arguments.azimuth is not None:
         return Azimuth(*arguments.azimuth)
     if arguments.lights is not None:

@@ -12,8 +12,10 @@ from app.arguments.results import MAPS, Input, Output, software
 from engine.core.errors import UsageError
 from engine.core.figure_text import number
 from engine.core.steps import Step, drain, part
+from engine.shading.shading_map import included
+from engine.surface.recover import recover
+from engine.surface.write import record, write_surface
 
-HELP = "Find normals, height, base colour, roughness and specular maps of a stack, with their uncertainty."
 EXAMPLE = "lightarc normals dome.stack -o dome.maps"
 
 
@@ -41,9 +43,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from engine.capture.stack import open_stack
-    from engine.shading.shading_map import included
-    from engine.surface.recover import recover
-    from engine.surface.write import record, write_surface
 
     if arguments.white is not None and not 1e-6 <= arguments.white <= 1e6:
         raise UsageError(f"--white {arguments.white} is not a positive radiance")

@@ -14,7 +14,6 @@ from engine.core.figure_text import size_text, time_text
 from engine.core.steps import Step, drain
 
 NAME = "project"
-HELP = "Show, check or recover a project file, make it small, find or collect its photographs, or replay it."
 EXAMPLE = "lightarc project info Felt.lap --json"
 
 

@@ -21,7 +21,6 @@ from engine.core.steps import Step, drain
 if TYPE_CHECKING:
     from engine.selftest.case import Case
 
-HELP = "Check the numerics of this machine: hard cases of every part, each measured beside its bound."
 EXAMPLE = "lightarc selftest"
 
 #: The exit code where a case fails.

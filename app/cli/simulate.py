@@ -11,9 +11,10 @@ from typing import Any
 
 from app.arguments.results import CAPTURE, Output
 from engine.core.steps import Step, drain
+from engine.simulate.arc import MARKER, LightArc, dome_azimuths_deg, dome_elevations_deg
+from engine.simulate.simulate import simulate
 from engine.storage.text import whole_number
 
-HELP = "Photograph a procedural sample on a virtual light arc or dome, with the reference data beside the photographs."
 EXAMPLE = """lightarc simulate -o woven --sample woven --elevations-deg 5,20,40,60,80,90
          lightarc simulate -o dome --sample leather --azimuths 8 --elevations 5"""
 
@@ -76,9 +77,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.simulate.arc import MARKER, LightArc, dome_azimuths_deg, dome_elevations_deg
-    from engine.simulate.simulate import simulate
-
     start = time.perf_counter()
     rising, around = arguments.elevations_deg, arguments.azimuths_deg
     if arguments.elevations:

@@ -16,11 +16,15 @@ from app.jobs.jobs import Job
 from app.widgets.labels import BRDF_NAMES
 from app.widgets.theme import RESOURCES
 from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text, model_name
+from engine.brdf.models.microfacet import Ggx
+from engine.brdf.resample import SHAPE, resample
+from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.brdf.written import WrittenBrdf, written
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
 from engine.gl.brdf_textures import factor_source
 from engine.storage.atomic import write_bytes
+from engine.storage.outputs import check_outputs
 
 if TYPE_CHECKING:
     from app.commands.workbench import Workbench
@@ -148,7 +152,6 @@ def _as_material(brdf: Any) -> Steps[dict[str, Any]]:
     """The table of a measurement, or factors as they are, and the model nearest to it for what holds neither."""
     yield Step(0.0, "preparing kernels")
     from engine.brdf.fit import fit, fit_data
-    from engine.brdf.models.microfacet import Ggx
     from engine.brdf.readers.table_file import kept_table
 
     measured = brdf if has_shader(brdf) else (yield from part(kept_table(brdf), 0.0, 0.5))
@@ -169,9 +172,6 @@ def _write(brdf: Any, path: Path, inputs: Sequence[str]) -> Steps[str]:
     yield Step(0.0, "preparing kernels")
     from engine.brdf.readers.merl import write_merl
     from engine.brdf.readers.table_file import write_table
-    from engine.brdf.resample import SHAPE, resample
-    from engine.brdf.table import DirectionTable, HalfDifferenceTable
-    from engine.storage.outputs import check_outputs
 
     check_outputs([(str(path), TABLE)], inputs, overwrite=True)
     merl = path.suffix.lower() == ".binary"

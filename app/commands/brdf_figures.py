@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.brdf.brdf import brdf_from_text
+from engine.brdf.resample import SHAPE, resample
 from engine.core.colour import luminance, srgb_encode
-from engine.core.directions import normalize
+from engine.core.directions import normalize, surface_direction
 from engine.core.steps import Step, Steps
 
 if TYPE_CHECKING:
@@ -92,7 +94,6 @@ def albedos(wanted: Sequence[tuple[int, Any]]) -> Steps[dict[int, tuple[Any, Flo
         yield Step(done / len(wanted), "integrating")
         from engine.brdf.analysis import albedo
         from engine.brdf.sampling import sampler_of
-        from engine.core.directions import surface_direction
 
         sampler, values = sampler_of(brdf), []
         for angle in np.radians(ALBEDO_DEG):
@@ -115,15 +116,12 @@ def facts(brdf: Any) -> Steps[Facts]:
 def drawable(brdf: Any) -> Steps[Any]:
     """`brdf` as a table that a viewport draws without delay."""
     yield Step(0.0, "preparing kernels")
-    from engine.brdf.resample import SHAPE, resample
 
     return (yield from resample(brdf, SHAPE if brdf.isotropic else COARSE, dtype=np.float32))
 
 
 def thumbnails(wanted: Sequence[tuple[str, Any]], size: int) -> Steps[None]:
     """A lit sphere of each, `(key, (size, size, 4) uint8)` as partial results; texts name models."""
-    from engine.brdf.brdf import brdf_from_text
-
     for done, (key, brdf) in enumerate(wanted):
         made = thumbnail(brdf_from_text(brdf) if isinstance(brdf, str) else brdf, size)
         yield Step(done / len(wanted), "drawing thumbnails", (key, made))

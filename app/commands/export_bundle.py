@@ -17,6 +17,7 @@ from app.commands.surface import material_with_surface
 from app.document.document import Look, Project
 from app.document.exporting import PARTS
 from engine.core.steps import Step, Steps, part
+from engine.render.display import Display, displayed_apart
 from engine.scene.material import error_figures, material_of_maps
 
 if TYPE_CHECKING:
@@ -32,7 +33,6 @@ def drawn(scene: Scene, look: Look) -> Steps[NDArray[np.uint8]]:
     """(480, 640, 4) uint8: `scene` with the exposure and tone mapping of `look`, sRGB-coded, and its opacity."""
     yield Step(0.0, "preparing kernels")
     from engine.render.direct import radiance
-    from engine.render.display import Display, displayed_apart
 
     scene = dataclasses.replace(scene, directions=min(scene.directions, DIRECTIONS))
     picture = yield from radiance(scene, SIZE, samples=1)

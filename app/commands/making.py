@@ -23,8 +23,9 @@ from engine.core.errors import FileError, InputError
 from engine.core.health import Health
 from engine.core.steps import Step, Steps, part
 from engine.scene.material import Material
-from engine.shading.power_law import PowerLawMap
-from engine.shading.shading_map import ShadingMap
+from engine.shading.power_law import PowerLawMap, fit
+from engine.shading.representation import choose
+from engine.shading.shading_map import ShadingMap, included
 from engine.storage.writer import writer
 
 log = logging.getLogger(__name__)
@@ -174,8 +175,6 @@ def material_of(project: Project) -> Steps[Material]:
     if project.stack is not None:
         yield from part(pixels_made(project.stack, project.sources, project.imported_with), 0.0, 0.5)
     from engine.capture.evenness import evened
-    from engine.shading.representation import choose
-    from engine.shading.shading_map import included
     from engine.shading.tile import make_tile, tile_health, tiled_planes
 
     assert project.stack is not None
@@ -209,7 +208,6 @@ def material_of(project: Project) -> Steps[Material]:
 def _compressed(project: Project, shading_map: ShadingMap) -> Steps[PowerLawMap]:
     """The power law of `shading_map`, rounded and with kept slices as the project says."""
     from engine.shading.mixed import keep_tiles
-    from engine.shading.power_law import fit
     from engine.shading.quantise import quantise
 
     power_law = yield from part(fit(shading_map, project.scale), 0.0, 0.6)

@@ -13,11 +13,16 @@ from math import radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
 from engine.core.errors import MissingCapability, UsageError
 from engine.core.steps import Step, Steps, part
+from engine.render.background import blurred, in_front_of
+from engine.render.display import displayed, displayed_apart
+from engine.render.turntable import frames
+from engine.storage.atomic import write_bytes
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from app.document.modes import Mode
@@ -76,8 +81,6 @@ class Saving:
 
 def coded(picture: NDArray[np.float32], display: Display, background: Background) -> NDArray[np.uint8]:
     """The picture as a screen shows it, (H, W, 3), or (H, W, 4) with the opacity of a transparent background."""
-    from engine.render.display import displayed, displayed_apart
-
     return displayed_apart(picture, display) if background == "transparent" else displayed(picture, display)
 
 
@@ -91,7 +94,6 @@ def write_picture(
 ) -> None:
     """Tone-mapped, or the radiance: in half, as float where `layers` are stored beside it to measure by."""
     from engine.images.encode import encode_png, rgb_channels, write_exr
-    from engine.storage.atomic import write_bytes
 
     if str(path).lower().endswith(".exr"):
         channels = rgb_channels(picture[..., :3])
@@ -114,8 +116,6 @@ def saved(
     """Draw `scene` in `mode` and write it; the sentence that says so. UsageError where `Saving.why_not` says why."""
     yield Step(0.0, "preparing")
     from engine.images.animation import film
-    from engine.render.background import blurred, in_front_of
-    from engine.render.turntable import frames
 
     if saving.why_not:
         raise UsageError(saving.why_not)
@@ -200,8 +200,6 @@ class _Device:
 
 
 def _reference(scene: Scene, saving: Saving, bounces: int) -> Steps[tuple[NDArray[np.float32], dict[str, Any]]]:
-    import numpy as np
-
     from engine.render.path import check_scene
     from engine.render.reference import reference
 

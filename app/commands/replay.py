@@ -27,11 +27,13 @@ from app.project.made import noted
 from app.project.photographs import photographs
 from app.project.pixels import are_there
 from app.project.project_file import data_folder, read
+from engine.bundle.bundle import save_bundle
 from engine.capture.stack import ImageStack
 from engine.core.errors import InputError
 from engine.core.steps import Step, Steps, part
 from engine.storage.atomic import make_folder, write_bytes
 from engine.storage.file_array import FileArray
+from engine.surface.write import known_maps, write_surface
 
 Array = NDArray[Any] | FileArray
 
@@ -84,8 +86,6 @@ def _from_photographs(project: Project, has_maps: bool, folder: Path) -> Steps[l
 
     A stack that was imported elsewhere is taken as it is.
     """
-    from engine.bundle.bundle import save_bundle
-
     if project.sources is not None:
         choices = project.imported_with or project.import_choices
         stack = yield from part(stack_of(project.sources, choices, folder / "stack"), 0.0, 0.5)
@@ -110,8 +110,6 @@ def _from_photographs(project: Project, has_maps: bool, folder: Path) -> Steps[l
 
 def _surface_again(project: Project, stack: ImageStack, folder: Path) -> Steps[dict[str, Any]]:
     """The maps of the surface, of those photographs that they were made of, beside the maps of the project."""
-    from engine.surface.write import known_maps, write_surface
-
     of, excluded, *white = project.surface_from or (None, project.excluded)
     again = dataclasses.replace(project, stack=stack, excluded=excluded, white=white[0] if white else None)
     surface = yield from part(surface_of(again), 0.0, 0.8)

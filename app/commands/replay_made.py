@@ -22,9 +22,13 @@ from app.project.bakes import place_of as place_of_bake
 from app.project.bakes import with_effects
 from app.project.factors import place_of as place_of_factors
 from app.project.made import Made, noted_of
+from engine.brdf.brdf import model_name
+from engine.brdf.readers.read import read_brdf_steps
 from engine.core.errors import FileError, UsageError
 from engine.core.steps import Steps, part
+from engine.factor.factor_file import fingerprints, holds_factors, read_factors, write_factors
 from engine.geometry.shapes import shape
+from engine.transport.baking.file import open_transport
 
 NOT_FOUND_YET = "the run in the project has no result: it was stopped before it had one"
 LOST = "its result is gone from the data folder"
@@ -54,8 +58,6 @@ def fits_again(entries: Sequence[Entry]) -> Steps[list[Result]]:
 
 
 def _fitted_again(entry: Entry, target: Entry) -> Steps[Result]:
-    from engine.brdf.brdf import model_name
-
     assert entry.fitted is not None
     found = yield from fitted(target.brdf, model_name(entry.brdf), entry.fitted.weighting)
     return _compared(dataclasses.asdict(entry.brdf), dataclasses.asdict(found.brdf), EDITED)
@@ -109,9 +111,7 @@ def or_why_not(steps: Steps[Result]) -> Steps[Result]:
 
 
 def _factored_again(run: Run, kept: Path, target: Path) -> Steps[Result]:
-    from engine.brdf.readers.read import read_brdf_steps
     from engine.factor.factor import factor
-    from engine.factor.factor_file import fingerprints, holds_factors, read_factors, write_factors
 
     brdf = run.given
     if isinstance(brdf, Path):
@@ -126,8 +126,6 @@ def _factored_again(run: Run, kept: Path, target: Path) -> Steps[Result]:
 
 
 def _baked_again(wanted: Wanted, made: Made, kept: Path, target: Path) -> Steps[Result]:
-    from engine.transport.baking.file import open_transport
-
     if place_of_bake(wanted, kept).name != made.name:
         return _verdict(None, OTHER_STATE)
     estimate = yield from part(estimated(wanted), 0.0, 0.2)

@@ -15,6 +15,8 @@ from app.document.document import Project
 from app.jobs.jobs import Job
 from engine.core.steps import Step, Steps, part
 from engine.scene.material import Material
+from engine.shading.shading_map import included
+from engine.storage.outputs import check_outputs
 from engine.surface.pbr_maps import SurfaceMaps
 
 if TYPE_CHECKING:
@@ -33,7 +35,6 @@ def make_maps(bench: Workbench) -> Job:
 def surface_of(project: Project) -> Steps[Surface]:
     """The maps of the photographs of `project` that are in use. Raises InputError where its lamps tell no slope."""
     yield Step(0.0, "preparing kernels")
-    from engine.shading.shading_map import included
     from engine.surface.recover import recover
 
     assert project.stack is not None
@@ -94,7 +95,6 @@ def save_maps(bench: Workbench, folder: Path) -> Job:
 def saved(project: Project, folder: Path) -> Steps[list[str]]:
     """Write maps, previews and record; names of the files. Raises OutputError where `folder` cannot become theirs."""
     yield Step(0.0, "writing maps")
-    from engine.storage.outputs import check_outputs
     from engine.surface.write import write_surface
 
     assert project.surface is not None

@@ -31,6 +31,8 @@ from app.widgets.theme import PADDING, STEP, role
 from engine.core.colour import luminance, srgb_encode
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps
+from engine.factor.projections import texture_mask
+from engine.factor.separable_factors import SeparableFactors
 from engine.render.display import diverging
 
 GAP, CAPTION = 2 * STEP, 17
@@ -50,7 +52,6 @@ class TexturePicture:
 def texture_pictures(factors: Any, exposure_ev: float) -> Steps[list[TexturePicture]]:
     """The pictures of all textures of `factors`, brighter by so many stops."""
     yield Step(0.0, "drawing textures")
-    from engine.factor.separable_factors import SeparableFactors
 
     if isinstance(factors, SeparableFactors):
         sides = ("view", "light") if factors.parametrisation == "in-out" else ("half vector", "difference")
@@ -63,7 +64,6 @@ def texture_pictures(factors: Any, exposure_ev: float) -> Steps[list[TexturePict
                 made.append(_picture(term + 1, name, textures[term], mask, exposure_ev, "sr^-½"))
             yield Step((term + 1) / factors.terms, "drawing textures")
         return made
-    from engine.factor.projections import texture_mask
 
     found = []
     for term, (texture, projection) in enumerate(zip(factors.textures, factors.projections, strict=True)):

@@ -24,8 +24,10 @@ from app.jobs.jobs import Job
 from app.project.factors import Keeping, read_kept
 from app.widgets.labels import BRDF_NAMES
 from engine.brdf.brdf import MODELS, brdf_from_text
+from engine.brdf.readers.read import read_brdf_steps
 from engine.core.errors import FileError, InputError, UsageError
 from engine.core.steps import Step, Steps, part
+from engine.factor.factor_file import read_factors
 from engine.factor.settings import FactorSettings
 from engine.storage.text import whole_number
 
@@ -350,7 +352,6 @@ def _brdf(given: Any) -> Steps[Any]:
     if not isinstance(given, Path):
         return given
         yield
-    from engine.brdf.readers.read import read_brdf_steps
 
     return (yield from read_brdf_steps(given))
 
@@ -402,7 +403,6 @@ def _kept(run: Run, folder: Path) -> Steps[Found]:
 
 def _opened(path: Path, given: Any) -> Steps[Found]:
     yield Step(0.0, "reading factors")
-    from engine.factor.factor_file import read_factors
 
     factorisation = read_factors(path)
     brdf = yield from part(_brdf(given), 0.5, 1.0)

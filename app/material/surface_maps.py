@@ -13,6 +13,7 @@ from app.widgets.image_view import Picture, pixels_picture, scalar_map
 from app.widgets.plots import colour_table
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps
+from engine.surface.write import known_maps, preview
 
 if TYPE_CHECKING:
     from engine.surface.recover import Surface
@@ -62,7 +63,6 @@ class Shown:
 def shown(surface: Surface, name: str, of_error: bool) -> Steps[Shown]:
     """The map `name`, or its standard deviation."""
     yield Step(0.0, "preparing the map")
-    from engine.surface.write import known_maps, preview
 
     known = known_maps(surface.maps)
     values, sigma = known[name], known[f"{name}_sigma"]

@@ -26,9 +26,11 @@ from typing import Any, Literal, Union
 
 import numpy as np
 
-from app.document.factoring import RUN_NUMBERS
+from app.document.bake_request import choices_for
+from app.document.factoring import MATERIAL, RUN_NUMBERS, names_of
 from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.storage.text import whole_number
+from engine.transport import method
 
 #: Classes of the document by their module. Their names and fields are part of the format: renaming one needs a
 #: migration (`app.project.project_file`).
@@ -221,8 +223,6 @@ def _stack_fits(of: Mapping[str, Any]) -> bool:
 
 def _source_fits(of: Mapping[str, Any]) -> bool:
     """True for a source of `app.document.factoring.names_of`."""
-    from app.document.factoring import MATERIAL, names_of
-
     kind, rest = names_of(of.get("source", MATERIAL))
     if kind == "model" and rest not in MODELS:
         brdf_from_text(rest)
@@ -242,8 +242,6 @@ def _bakes_fit(of: Mapping[str, Any]) -> bool:
     """True where each method that this version knows takes the settings of its bakes; UsageError where one does not."""
     if not of.get("bakes"):
         return True
-    from app.document.bake_request import choices_for
-    from engine.transport import method
 
     return all(
         "method" not in said and choices_for(name, **said)

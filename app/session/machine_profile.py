@@ -10,12 +10,21 @@ from __future__ import annotations
 
 import logging
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.session.settings import cache_folder
+from engine.core.errors import OutputError
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, relayed
+from engine.geometry.camera import frame
+from engine.planning.costs.cost_model import BUSY, load_model, save
+from engine.planning.costs.planned import planning_of
+from engine.planning.costs.setting import Setting, knobs_of
+from engine.planning.effects.sample import of_surface
+from engine.scene.scene import Scene
+from engine.tradeoff.predict import Predictions, drawn_s
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -23,8 +32,6 @@ if TYPE_CHECKING:
     from engine.core.stopwatch import Spent
     from engine.geometry.camera import Camera
     from engine.planning.costs.cost_model import CostModel
-    from engine.planning.costs.setting import Setting
-    from engine.scene.scene import Scene
     from engine.tradeoff.point import Point
     from engine.transport.method import Method, Subject
     from engine.transport.relit import Relit
@@ -45,7 +52,6 @@ def cost_model(*, anew: bool = False) -> Steps[CostModel]:
 
     One that was kept too long, or measured beside other programs, is measured again.
     """
-    from engine.planning.costs.cost_model import BUSY, load_model
     from engine.planning.costs.machine_profile import calibrate
 
     path = cost_path()
@@ -72,8 +78,6 @@ def learn(method: str, predicted_s: float, bake_s: float, since: Spent) -> None:
 
 
 def _learn_bake(method: str, predicted_s: float, bake_s: float) -> None:
-    from engine.planning.costs.cost_model import load_model
-
     path = cost_path()
     kept = load_model(path) if path is not None else None
     if path is not None and kept is not None:
@@ -87,12 +91,6 @@ def learn_bake(subject: Subject, method: Method, settings: Any, bake_s: float, s
 
     Plans know one BRDF for the whole model, and settings whose knobs alone differ from the usual.
     """
-    from dataclasses import replace
-
-    from engine.geometry.camera import frame
-    from engine.planning.costs.setting import Setting, knobs_of
-    from engine.scene.scene import Scene
-
     chosen = {name: getattr(settings, name) for name in knobs_of(method.name)}
     if subject.variations or settings != replace(method.settings(), **chosen) or _was_disturbed(since):
         return
@@ -128,9 +126,6 @@ def learn_frame(
     device: str,
 ) -> None:
     """Tell the kept profile what a frame of `setting` took from `since` on, by `device`, which it has measured."""
-    from engine.planning.effects.sample import of_surface
-    from engine.tradeoff.predict import drawn_s
-
     kept = _kept_for(device, setting.mode)
     if kept is None or scene.environment is None or _was_disturbed(since):
         return
@@ -145,9 +140,6 @@ def learn_relit(
     relit: Relit, camera: Camera, size: tuple[int, int], frame_s: float, since: Spent, *, samples: int, device: str
 ) -> None:
     """Tell the kept profile what a frame of a bake took from `since` on; nothing of one that no plan would choose."""
-    from engine.planning.costs.planned import planning_of
-    from engine.tradeoff.predict import drawn_s
-
     kept = _kept_for(device, relit.method)
     if kept is None or _was_disturbed(since):
         return
@@ -162,8 +154,6 @@ def learn_relit(
 
 def _kept_for(device: str, mode: str) -> CostModel | None:
     """The kept profile, if frames of `mode` by `device` are those that it has measured."""
-    from engine.planning.costs.cost_model import load_model
-
     path = cost_path()
     kept = load_model(path) if path is not None else None
     return kept if kept is not None and (mode == "reference" or kept.renderer == device) else None
@@ -177,9 +167,6 @@ def _learn_frame(kept: CostModel, mode: str, predicted_s: float, frame_s: float)
 
 def _predicted(scene: Scene, setting: Setting, size: tuple[int, int], samples: int, depth: int) -> dict[str, float]:
     """Seconds by the kept profile, in a process that has baked nothing yet; nothing without a profile."""
-    from engine.planning.costs.cost_model import load_model
-    from engine.tradeoff.predict import Predictions
-
     path = cost_path()
     kept = load_model(path) if path is not None else None
     if kept is None:
@@ -189,8 +176,6 @@ def _predicted(scene: Scene, setting: Setting, size: tuple[int, int], samples: i
 
 def learn_from(points: Sequence[Point], since: Spent) -> None:
     """Tell the kept profile what bakes and frames of a tradeoff took from `since` on: of each mode the middle one."""
-    from engine.planning.costs.cost_model import load_model
-
     path = cost_path()
     kept = load_model(path) if path is not None else None
     if path is None or kept is None or _was_disturbed(since):
@@ -217,9 +202,6 @@ def _middle(points: Sequence[Point], figure: str) -> Iterator[tuple[str, float, 
 
 
 def _keep(model: CostModel, path: Path) -> None:
-    from engine.core.errors import OutputError
-    from engine.planning.costs.cost_model import save
-
     try:
         save(model, path)
     except OutputError as error:

@@ -23,6 +23,7 @@ from shiboken6 import isValid
 
 from app.process import crash
 from engine.core.errors import MissingCapability
+from engine.gl.context import attach_context, driver_name
 
 
 class GlWidget(QOpenGLWidget):
@@ -71,8 +72,6 @@ class GlWidget(QOpenGLWidget):
         QTimer.singleShot(0, self, partial(signal.emit, *values))
 
     def initializeGL(self) -> None:
-        from engine.gl.context import attach_context, driver_name
-
         try:
             self.gl = attach_context()
             crash.state("OpenGL", driver_name(self.gl))

@@ -31,6 +31,7 @@ from engine.bundle.directional import (
     directional_record,
     read_directional,
 )
+from engine.bundle.maker import made_anew
 from engine.bundle.maps import (
     MAPS,
     check_fingerprint,
@@ -41,7 +42,10 @@ from engine.bundle.maps import (
     shading_map_record,
 )
 from engine.bundle.members import BRDF, SHADER, SMALL_LIMIT_BYTES, VIEWER, OpenMember, folder_members, zip_members
+from engine.bundle.page import viewer
 from engine.bundle.pbr import PBR, pbr_members, pbr_record, read_pbr
+from engine.bundle.portable import brdf_json, shader
+from engine.bundle.swatch import swatch
 from engine.core.errors import InputError, OutputError, UsageError
 from engine.core.steps import Step, Steps, part
 from engine.images.exr_strips import Planes, write_exr_strips
@@ -168,7 +172,6 @@ def verify_bundle(path: str | os.PathLike[str]) -> Verification:
         manifest = _manifest_in(archive)
     except InputError as error:
         return Verification(names, (f"{error.problem}.",), archive.size_bytes, None)
-    from engine.bundle.maker import made_anew
 
     problems = _fingerprint_problems(archive, manifest)
     unchecked: list[str] = []
@@ -233,10 +236,6 @@ def check_replaceable(target: Path) -> None:
 
 def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[], bytes | Planes]]:
     """Producer of each member but the manifest, in the order of writing."""
-    from engine.bundle.page import viewer
-    from engine.bundle.portable import brdf_json, shader
-    from engine.bundle.swatch import swatch
-
     contents = map_members(material)
     if material.directional is not None:
         contents |= directional_members(material.directional)

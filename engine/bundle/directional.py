@@ -16,6 +16,7 @@ from pydantic import ValidationError
 
 from engine.bundle.maps import Produce, check_fingerprint, maps_member, pixels_member
 from engine.core.errors import InputError
+from engine.images.encode import encode_png
 from engine.images.exr_strips import Planes
 from engine.shading.directional.effective_light import TILTS, TURNS
 from engine.shading.directional.interpolation import Kernel
@@ -41,8 +42,6 @@ _AGAIN = "Export the bundle again"
 
 def directional_members(directional: DirectionalMap) -> dict[str, Produce]:
     """Producer of each member, in the order of writing."""
-    from engine.images.encode import encode_png
-
     members: dict[str, Produce] = {}
     for name, plane in zip(PLANE_FILES, directional.planes, strict=False):
         members[name] = lambda plane=plane: encode_png(plane, transfer="linear")  # type: ignore[misc]

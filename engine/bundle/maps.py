@@ -13,10 +13,12 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import psutil
 from numpy.typing import NDArray
 
 from engine.core.errors import InputError
 from engine.core.figure_text import size_text
+from engine.images.encode import encode_png, rgb_channels
 from engine.images.exr_strips import Planes
 from engine.scene.material import Material
 from engine.shading.kept_tiles import KeptTiles, cut_tiles
@@ -65,8 +67,6 @@ def map_members(material: Material) -> dict[str, Produce]:
 
 
 def _power_law_members(power_law: PowerLawMap) -> dict[str, Produce]:
-    from engine.images.encode import encode_png, rgb_channels
-
     storage, kept = power_law.storage, power_law.kept
     radiance = {"unit": UNITS["radiance"], "r_max": repr(power_law.r_max)}
     members: dict[str, Produce] = {
@@ -271,7 +271,6 @@ def _check_memory(archive: Archive, member: str, size_bytes: int) -> None:
         raise InputError(archive.path, f"{member} would have {size_bytes:,} bytes of pixels", "Use a smaller bundle")
     if size_bytes <= _READ_UNASKED_BYTES:
         return
-    import psutil
 
     free_bytes = psutil.virtual_memory().available
     if size_bytes + archive.sizes.get(member, 0) > free_bytes:

@@ -11,7 +11,9 @@ import struct
 from collections.abc import Sequence
 from typing import Any
 
+import cv2
 import numpy as np
+import OpenEXR
 
 from engine.core.errors import InputError
 from engine.images.png import SIGNATURE
@@ -24,8 +26,6 @@ def decode_maps(
 
     Raises InputError, before any pixel is decoded, where the size or the channels are not the expected ones.
     """
-    import OpenEXR
-
     header = OpenEXR.File(io.BytesIO(content), header_only=True).parts[0].header
     low, high = (np.asarray(corner, dtype=np.int64) for corner in header["dataWindow"])
     columns, rows = (int(size) for size in high - low + 1)
@@ -47,8 +47,6 @@ def decode_codes(content: bytes, name: str, bits: int, height: int, width: int, 
 
     Raises InputError, before any pixel is decoded, where size, depth or channels are not the expected ones.
     """
-    import cv2
-
     kind = 0 if grey else 2
     if content[:8] != SIGNATURE or content[12:16] != b"IHDR" or len(content) < 33:
         raise _unexpected(name, "is not a PNG")

@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,6 +40,7 @@ from engine.bundle.pyramid import (
 from engine.core.colour import srgb_encode
 from engine.core.errors import UsageError
 from engine.core.params import Parameter, parameters
+from engine.images.encode import encode_png
 from engine.scene.material import Material
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
@@ -90,8 +92,6 @@ class _Pictures:
 
     def put(self, name: str, pixels: NDArray[np.uint8]) -> str:
         """All are said to be sRGB, as canvases are, so that no browser converts their codes."""
-        from engine.images.encode import encode_png
-
         self.files[f"{name}.png"] = encode_png(pixels)
         self.sizes[f"{name}.png"] = pixels.nbytes
         return f"{name}.png"
@@ -324,7 +324,6 @@ def _reduced(values: NDArray[Any]) -> NDArray[np.float64]:
     share = VIEWER_SIDE / max(height, width)
     if share >= 1.0:
         return values.astype(np.float64)
-    import cv2
 
     size = (max(1, round(width * share)), max(1, round(height * share)))
     small = cv2.resize(np.asarray(values), size, interpolation=cv2.INTER_AREA)

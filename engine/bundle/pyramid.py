@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -148,7 +149,6 @@ def _places(index: int, length: int) -> NDArray[np.int64]:
 def _at_size(values: NDArray[Any], size: tuple[int, int]) -> NDArray[Any]:
     if values.shape[:2] == size:
         return values
-    import cv2
 
     small = cv2.resize(np.asarray(values), (size[1], size[0]), interpolation=cv2.INTER_AREA)
     return np.asarray(small).reshape(*size, 3)

@@ -20,8 +20,10 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
+from pydantic import ValidationError
 
 from engine.capture.report import Quality
+from engine.capture.stack_record import parse_record
 from engine.core.errors import InputError
 from engine.core.health import Finding, Health, Verdict
 from engine.storage.file_array import FileArray
@@ -127,10 +129,6 @@ def read_record(folder: Path) -> StackRecord:
 
 
 def _read_record(folder: Path) -> tuple[StackRecord, bool]:
-    from pydantic import ValidationError
-
-    from engine.capture.stack_record import parse_record
-
     path = folder / RECORD
     if folder.is_dir() and not path.exists():
         raise InputError(folder, f"is no stack: it holds no {RECORD}", "Import the photographs into a stack first")

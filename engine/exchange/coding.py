@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.colour import srgb_decode, srgb_encode
+from engine.images.encode import encode_exr, encode_png, rgb_channels
 from engine.surface.pbr_maps import PbrMaps
 
 Map = NDArray[np.float32]
@@ -45,8 +46,6 @@ def coded(values: Map, name: str, coding: Coding, handedness: Handedness = "open
 
 def encoded(picture: NDArray[Any], loss: str = "") -> bytes:
     """A PNG of codes, or an OpenEXR file of half floats, that states the `loss` as its comment."""
-    from engine.images.encode import encode_exr, encode_png, rgb_channels
-
     if picture.dtype != np.float16:
         return encode_png(picture, software="Lightarc", comment=loss)
     channels = {"Y": picture} if picture.ndim == 2 else rgb_channels(picture)

@@ -30,6 +30,7 @@ from engine.figures.contact_sheet import Picture
 from engine.figures.demo_sheet import Shown, sheet
 from engine.geometry.camera import frame
 from engine.geometry.shapes import shape
+from engine.gl.direct import DirectRenderer
 from engine.images.encode import encode_png
 from engine.render import direct
 from engine.scene.material import Material, error_figures
@@ -161,7 +162,6 @@ def _rendered(folder: Path, material: Material) -> Steps[dict[Source, Picture]]:
 def _radiances(scenes: list[Scene]) -> Steps[list[NDArray[np.float32]]]:
     """(H, W, 4) radiance and coverage of each scene: with OpenGL, or on the processor where there is none."""
     from engine.gl.context import create_context
-    from engine.gl.direct import DirectRenderer
 
     radiances: list[NDArray[np.float32]] = []
     try:

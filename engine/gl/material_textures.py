@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -114,7 +115,6 @@ class MaterialTextures:
         height, width = image.shape[:2]
         if max(height, width) <= most:
             return image
-        import cv2
 
         factor = most / max(height, width)
         size = (max(1, round(width * factor)), max(1, round(height * factor)))

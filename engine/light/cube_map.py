@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.health import Health
+from engine.light.cube_map_kernel import to_rows
 from engine.light.environment import EnvironmentMap, solid_angles
 
 #: Directions of s, t and the axis of each face, as rows: direction = (2 s − 1) s_axis + (2 t − 1) t_axis + axis.
@@ -127,8 +128,6 @@ def cube_of(environment: EnvironmentMap, n: int) -> CubeMap:
 
 def environment_of(cube: CubeMap, rows: int) -> EnvironmentMap:
     """`cube` as an equirectangular map of `rows` × 2 `rows` texels, averaged by area; the flux is kept."""
-    from engine.light.cube_map_kernel import to_rows
-
     if rows < 1:
         raise ValueError(f"an environment map has at least 1 row, not {rows}")
     summed, area = to_rows(cube.radiance, rows, *_meridians(2 * rows, cube.edge))

@@ -39,6 +39,7 @@ from engine.light.cube_map import (
     resized,
     texels_beside,
 )
+from engine.light.gaussian_prefilter_kernel import convolve, energy, halve, look_up, refine
 
 #: Fewest texels along an edge that sums are taken over, and ratio of one width to the next that keeps look-ups between
 #: two levels right to 2 %.
@@ -80,8 +81,6 @@ class PrefilteredCube:
         Widths below the first take the first; between two levels the mixture is the one whose height is that of the
         Gaussian asked for, which is linear in 1 / sigma².
         """
-        from engine.light.gaussian_prefilter_kernel import look_up
-
         direction = np.asarray(direction, np.float64)
         widths = np.broadcast_to(np.asarray(sigma, np.float64), direction.shape[:-1])
         level, share, mean_share = self._between(widths.ravel())
@@ -210,8 +209,6 @@ class _Source:
 
 def _halved(cube: CubeMap) -> Iterator[_Source]:
     """The texels of a cube map, and ever half as many along an edge."""
-    from engine.light.gaussian_prefilter_kernel import halve
-
     n = cube.edge
     area = cube_solid_angles(n).astype(np.float32)
     flux = np.empty((4, 6, n, n), np.float32)
@@ -294,8 +291,6 @@ def _turned(n: int) -> NDArray[np.int64]:
 
 def _fill(source: _Source, sigma: float, grid: _Grid, level: NDArray[np.float32]) -> None:
     """Compute one level of width `sigma` from texels."""
-    from engine.light.gaussian_prefilter_kernel import convolve, refine
-
     n = source.edge
     sources = source.split, source.texels, _inverse(n), _towards(n), FACES, _turned(n)
     along = grid.dense * n // 2
@@ -310,8 +305,6 @@ def _fill(source: _Source, sigma: float, grid: _Grid, level: NDArray[np.float32]
 
 def _keep_energy(level: NDArray[np.float32], mean: NDArray[np.float64]) -> None:
     """Scale a level to the mean of the map: light from a single texel at a corner of the cube is off by a percent."""
-    from engine.light.gaussian_prefilter_kernel import energy
-
     obtained = energy(level, _node_weights(level.shape[1] - 1)).sum(axis=(0, 1)) / (4.0 * np.pi)
     scale = np.where(obtained > 0.0, mean, 1.0) / np.where(obtained > 0.0, obtained, 1.0)
     if np.abs(scale - 1.0).max() > 1e-6:

@@ -12,6 +12,7 @@ from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.camera import frame
 from engine.geometry.mesh import Mesh
+from engine.gl.direct import DirectRenderer
 from engine.light.cube_map import CubeMap, cube_directions, cube_of, cube_solid_angles
 from engine.light.environment import EnvironmentMap, texel_directions
 from engine.light.gaussian_prefilter import gaussian_integral, prefiltered
@@ -279,7 +280,6 @@ def _sums_are_linear() -> Found:
 
 def _gl_is_the_processor() -> Found:
     from engine.gl.context import create_context
-    from engine.gl.direct import DirectRenderer
     from engine.render.direct import radiance
 
     mesh = ball()
@@ -295,7 +295,6 @@ def _gl_is_the_processor() -> Found:
 
 def _gl_is_finite() -> Found:
     from engine.gl.context import create_context
-    from engine.gl.direct import DirectRenderer
 
     mesh = ball()
     scene = Scene(mesh, frame(mesh.positions), brdf_from_text("phong:exponent=10000"), light=(0.0, 0.0, 1.0))

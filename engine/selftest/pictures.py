@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from engine.capture.registration.pair_motion import first_shift, pyramid
+from engine.capture.registration.pair_motion import Refused, first_shift, pyramid
 from engine.core.colour import srgb_decode, srgb_encode, srgb_from_xyz, to_display8, tone_map, xyz_from_srgb
 from engine.core.steps import drain
 from engine.light.cube_map import CubeMap, mean_radiance
@@ -40,8 +40,6 @@ def _still_picture() -> Found:
 
 
 def _texture_is_asked_for() -> Found:
-    from engine.capture.registration.pair_motion import Refused
-
     try:
         levels = pyramid(np.full((96, 96), 0.5, np.float32))
         first_shift(levels[-1], levels, np.eye(3))

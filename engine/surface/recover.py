@@ -21,9 +21,22 @@ from engine.core.figure_text import number
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
 from engine.surface.height import disagreement, height_deviation, height_from_slopes, lens_variance, unresolved
+from engine.surface.horizon import openness
 from engine.surface.lamps import Lamps, lamps
 from engine.surface.pbr_maps import DIELECTRIC_F0, Map, MapErrors, PbrMaps, Uncertainty
 from engine.surface.reflectance import FEWEST_FOR_GLOSS, Array, fitted_rows, kinds, metallic_roughness
+from engine.surface.texel_kernel import (
+    COV_AB,
+    COV_REFLECTANCE,
+    DIFFUSE,
+    ROUGHNESS,
+    SPECULAR,
+    VAR_A,
+    VAR_B,
+    VAR_DIFFUSE,
+    VAR_ROUGHNESS,
+    VAR_SPECULAR,
+)
 
 #: Texels beyond the border that are mirrored for the shadows of relief, and the lowest light that counts there.
 BORDER, LOWEST = 64, math.radians(5.0)
@@ -53,7 +66,6 @@ def recover(
     Raises InputError where the lamps do not tell any slope.
     """
     from engine.surface.relight import relit_errors  # compiled code: loaded when first needed
-    from engine.surface.texel_kernel import SPECULAR
 
     start = time.perf_counter()
     seen = lamps(stack, used)
@@ -131,19 +143,6 @@ class _Planes:
 
     def put(self, first: int, last: int, found: Array) -> None:
         """Rows from `first` to before `last` as the kernel found them."""
-        from engine.surface.texel_kernel import (
-            COV_AB,
-            COV_REFLECTANCE,
-            DIFFUSE,
-            ROUGHNESS,
-            SPECULAR,
-            VAR_A,
-            VAR_B,
-            VAR_DIFFUSE,
-            VAR_ROUGHNESS,
-            VAR_SPECULAR,
-        )
-
         rows, width = slice(first, last), self.slope.shape[1]
 
         def shaped(values: Array) -> Map:
@@ -186,8 +185,6 @@ def _angle(along: Array, across: Array, a: Array, b: Array, c: Array) -> Array:
 
 def _open_part(height: Map) -> Steps[Map]:
     """(H, W) cosine-weighted part of the hemisphere that relief leaves open; beyond the border it is mirrored."""
-    from engine.surface.horizon import openness
-
     border = [min(BORDER, size) for size in height.shape]
     padded = np.pad(height, [(each, each) for each in border], "symmetric")
     found = yield from openness(padded, lowest=LOWEST)

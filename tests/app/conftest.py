@@ -266,7 +266,7 @@ def _parser(_verbs: object, _methods: object) -> argparse.ArgumentParser:
 @pytest.fixture
 def lightarc(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[..., SimpleNamespace]:
     """Runs the command line in this process; gives exit code, standard output and standard error."""
-    monkeypatch.setattr(command_line, "build_parser", lambda: _parser(command_line.VERBS, method.METHODS))
+    monkeypatch.setattr(command_line, "build_parser", lambda _only: _parser(command_line.VERBS, method.METHODS))
 
     def run(*words: object) -> SimpleNamespace:
         try:

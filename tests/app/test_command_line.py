@@ -26,7 +26,7 @@ from engine.core.errors import InputError, MissingCapability, OutOfMemory, Outpu
 from engine.core.steps import Step
 
 PROJECT = Path(__file__).resolve().parents[2]
-NAMES = [name for name, _ in command_line.VERBS]
+NAMES = [name for name, _, _ in command_line.VERBS]
 REMEDY = OutOfMemory("").remedy
 
 
@@ -41,13 +41,13 @@ def stub(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], Any]], None]
 
     def install(act: Callable[[], Any], report: Callable[[dict[str, Any]], str] | None = None) -> None:
         module = ModuleType("stub_verb")
-        module.HELP, module.EXAMPLE = "Act.", "lightarc act"  # type: ignore[attr-defined]
+        module.EXAMPLE = "lightarc act"  # type: ignore[attr-defined]
         module.add_arguments = lambda parser: None  # type: ignore[attr-defined]
         module.run = lambda arguments, show: (show(Step(0.5, "halfway")), act())[1]  # type: ignore[attr-defined]
         if report is not None:
             module.report = report  # type: ignore[attr-defined]
         monkeypatch.setitem(sys.modules, "stub_verb", module)
-        monkeypatch.setattr(command_line, "VERBS", (("act", "stub_verb"),))
+        monkeypatch.setattr(command_line, "VERBS", (("act", "stub_verb", "Act."),))
 
     return install
 

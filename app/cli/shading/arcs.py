@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engine.capture.lights.selection import Azimuth, arcs, beside
 from engine.core.errors import InputError
 from engine.core.steps import Step
+from engine.shading.shading_map import included
+from engine.storage.atomic import atomic_folder, write_json
 
 if TYPE_CHECKING:
-    from engine.capture.lights.selection import Azimuth
     from engine.capture.stack import ImageStack
 
 #: The work that makes one material, of the arguments, the stack, and where steps are shown.
@@ -22,8 +24,6 @@ Make = Callable[[argparse.Namespace, "ImageStack", Callable[[Step], None]], dict
 
 def excluded(arguments: argparse.Namespace, stack: ImageStack) -> list[str]:
     """Names of the photographs to leave out: those that were named, and those beside the arc that was asked for."""
-    from engine.capture.lights.selection import Azimuth, beside
-
     if arguments.azimuth is None and not arguments.arc:
         return list(arguments.exclude)
     near = Azimuth(*arguments.azimuth) if arguments.azimuth is not None else _arcs(arguments, stack, best=True)[0][0]
@@ -37,8 +37,6 @@ def excluded(arguments: argparse.Namespace, stack: ImageStack) -> list[str]:
 
 def run(arguments: argparse.Namespace, stack: ImageStack, make: Make, show: Callable[[Step], None]) -> dict[str, Any]:
     """Write a shading map of each arc into a folder, all of them or none."""
-    from engine.storage.atomic import atomic_folder, write_json
-
     found = _arcs(arguments, stack)
     records = []
     with atomic_folder(Path(arguments.output), "arcs.json") as folder:
@@ -66,9 +64,6 @@ def _within(show: Callable[[Step], None], start: float, share: float) -> Callabl
 
 def _arcs(arguments: argparse.Namespace, stack: ImageStack, best: bool = False) -> list[tuple[Azimuth, list[str]]]:
     """Arcs of the photographs that are not left out, with their names; the one of most photographs where `best`."""
-    from engine.capture.lights.selection import arcs
-    from engine.shading.shading_map import included
-
     used = included(stack, arguments.exclude)
     azimuth, elevation = _angles(stack)
     found = [(near, [stack.sources[used[at]] for at in own]) for near, own in arcs(azimuth[used], elevation[used])]

@@ -11,13 +11,19 @@ from app.arguments.results import software
 from engine.core.errors import InputError
 from engine.core.figure_text import number, time_text
 from engine.core.steps import Step, drain, part
+from engine.figures.worst_places import seen_places, worst_places, worst_sheet
+from engine.images.encode import encode_png
+from engine.shading.compare import Candidate, compare
+from engine.shading.fidelity import FEWEST
+from engine.shading.shading_map import included
+from engine.storage.atomic import make_folder, write_bytes, write_json
+from engine.surface.relight import errors, predicting
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from engine.capture.stack import ImageStack
-    from engine.shading.compare import Candidate
 
 #: Bytes of maps in 8 bits: two of the normal, three of colour, and of metallic-roughness roughness, metallic and f0;
 #: and products of a light: n·l and the colour, or a microfacet model, which has roots and quotients besides.
@@ -30,12 +36,6 @@ STEM = "comparison"
 def run(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step], None]) -> dict[str, Any]:
     """Compare, write and tell."""
     from engine.figures.plot import Dot, save, scatter_front
-    from engine.figures.worst_places import seen_places, worst_places, worst_sheet
-    from engine.images.encode import encode_png
-    from engine.shading.compare import compare
-    from engine.shading.fidelity import FEWEST
-    from engine.shading.shading_map import included
-    from engine.storage.atomic import make_folder, write_bytes, write_json
 
     used = included(stack, arguments.exclude)
     where = stack.folder or "the stack"
@@ -85,9 +85,7 @@ def report(result: dict[str, Any]) -> str:
 
 def _surfaces(stack: ImageStack, used: NDArray[np.int64], show: Callable[[Step], None]) -> list[Candidate]:
     """PBR maps and diffuse photometric stereo, where the lamps tell a slope and are enough to leave one out."""
-    from engine.shading.compare import Candidate
     from engine.surface.lamps import FEWEST, apart
-    from engine.surface.relight import errors, predicting
 
     if len(used) < FEWEST + 2 or apart(stack, used) < FEWEST:
         return []

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from engine.bundle.bundle import MANIFEST, describe_bundle
 from engine.core.figure_text import number, percent, size_text, time_text
 from engine.core.health import Health
 
@@ -47,8 +48,6 @@ def report_of(result: dict[str, Any]) -> str:
 
 def written(path: str) -> dict[str, Any]:
     """The path that was written, its members and bytes."""
-    from engine.bundle.bundle import MANIFEST, describe_bundle
-
     output = Path(path)
     members = [*describe_bundle(output)["members"], MANIFEST]
     files = [output] if output.is_file() else [output / name for name in members]

@@ -15,24 +15,37 @@ from app.arguments.results import Input, Output, material_at, picture_by, softwa
 from app.cli.import_ import azimuth_range
 from app.cli.shading import arcs, comparison
 from app.cli.shading.report import chosen_record, evenness_record, report_of, tile_record, written
+from engine.brdf.models.microfacet import Ggx
+from engine.brdf.readers.read import open_brdf
+from engine.bundle.bundle import save_bundle
+from engine.capture.evenness import evened
 from engine.capture.lights.sources import as_text
 from engine.core.errors import UsageError
 from engine.core.health import Health
 from engine.core.steps import Step, Steps, drain, part
+from engine.figures.contact_sheet import error_picture, tile_preview
+from engine.images.encode import encode_png
+from engine.scene.material import Material, error_figures
+from engine.shading.compile import prepare_kernels
+from engine.shading.mixed import keep_tiles
+from engine.shading.power_law import fit
+from engine.shading.power_law_error import worst_texels
+from engine.shading.quantise import quantise
+from engine.shading.representation import check_worth, choose, has_sides
+from engine.shading.shading_map import ShadingMap, included
+from engine.shading.tile import make_tile, tile_health, tiled_planes
+from engine.storage.atomic import write_bytes
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from engine.capture.stack import ImageStack
-    from engine.scene.material import Material
     from engine.shading.directional.planes import DirectionalMap
     from engine.shading.power_law import PowerLawMap
     from engine.shading.power_law_error import Texel
     from engine.shading.representation import Chosen
-    from engine.shading.shading_map import ShadingMap
 
-HELP = "Make a material of a stack: a shading map of one arc, planes where lamps stood on several sides."
 EXAMPLE = "lightarc shade woven.stack -o woven.lightarc --slices 8 --compress power-law --max-error 0.05"
 
 #: Those of `engine.shading.representation`, which loads compiled code.
@@ -148,8 +161,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         arguments.exclude = arcs.excluded(arguments, stack)
         return comparison.run(arguments, stack, show)
     if arguments.tileable and arguments.brightness != "as-it-is":
-        from engine.capture.evenness import evened
-
         stack, evenness = drain(part(evened(stack), 0.0, 0.05), show)
     make = partial(_made, evenness=evenness)
     if arguments.per_arc:
@@ -162,10 +173,6 @@ def _made(
     arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step], None], evenness: Health
 ) -> dict[str, Any]:
     """The material of a stack, written as the arguments say; `evenness` tells what was divided out of it before."""
-    from engine.shading.compile import prepare_kernels
-    from engine.shading.representation import check_worth, choose, has_sides
-    from engine.shading.shading_map import ShadingMap, included
-
     used = included(stack, arguments.exclude)
     if _is_about_fit(arguments) and arguments.representation == "auto" and has_sides(stack, used):
         raise UsageError("the compression is of shading maps: add --representation shading-map")
@@ -190,10 +197,6 @@ def _with_shading_map(
     show: Callable[[Step], None],
 ) -> dict[str, Any]:
     """Tile, compress and write a shading map, and tell about it."""
-    from engine.bundle.bundle import save_bundle
-    from engine.scene.material import error_figures
-    from engine.shading.tile import make_tile
-
     if arguments.tileable:
         making = make_tile(stack, shading_map, overlap=arguments.overlap, excluded=arguments.exclude)
         shading_map = drain(part(making, 0.45, 0.5), show).shading_map
@@ -240,10 +243,6 @@ def _with_planes(
     show: Callable[[Step], None],
 ) -> dict[str, Any]:
     """Write a directional map, and tell about it. A BRDF that nobody named is Lambert's, which adds no highlight."""
-    from engine.bundle.bundle import save_bundle
-    from engine.scene.material import Material
-    from engine.shading.tile import tile_health, tiled_planes
-
     health, tile = chosen.health.merged(evenness), None
     if arguments.tileable:
         sample = directional.planes.shape[1:]
@@ -324,9 +323,6 @@ def _compressed(
     """The compressed map as it was asked for, and the seconds of the fit alone."""
     if arguments.compress == "none":
         return None, None
-    from engine.shading.mixed import keep_tiles
-    from engine.shading.power_law import fit
-    from engine.shading.quantise import quantise
 
     power_law, fit_s = _timed(part(fit(shading_map, arguments.scale), 0.5, 0.6), show)
     if arguments.exponent_bits < 32:
@@ -340,16 +336,12 @@ def _compressed(
 def _material(
     arguments: argparse.Namespace, stack: ImageStack, shading_map: ShadingMap, power_law: PowerLawMap | None
 ) -> Material:
-    from engine.scene.material import Material
-
     health = shading_map.health.merged(power_law.health) if power_law else shading_map.health
     elevation_deg, name = _elevation_deg(arguments, stack), as_text(Path(arguments.output).stem)
     return Material(shading_map, power_law, elevation_deg=elevation_deg, name=name, health=health)
 
 
 def _elevation_deg(arguments: argparse.Namespace, stack: ImageStack) -> tuple[float, ...]:
-    from engine.shading.shading_map import included
-
     return tuple(float(angle) for angle in stack.elevation_deg[included(stack, arguments.exclude)])
 
 
@@ -359,8 +351,6 @@ def _brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[s
         return {}
     from engine.brdf.brdf import MODELS, brdf_to_text
     from engine.brdf.fit import fit, fit_data
-    from engine.brdf.models.microfacet import Ggx
-    from engine.brdf.readers.read import open_brdf
     from engine.brdf.readers.table_file import kept_table
 
     brdf = open_brdf(arguments.brdf)
@@ -375,11 +365,6 @@ def _pictures(
     arguments: argparse.Namespace, shading_map: ShadingMap, power_law: PowerLawMap | None
 ) -> tuple[Texel, ...]:
     """Write the pictures that were asked for, and find the worst texels."""
-    from engine.figures.contact_sheet import error_picture
-    from engine.images.encode import encode_png
-    from engine.shading.power_law_error import worst_texels
-    from engine.storage.atomic import write_bytes
-
     worst = worst_texels(power_law, arguments.worst) if power_law else ()
     if power_law and arguments.error_map:
         write_bytes(arguments.error_map, encode_png(error_picture(power_law, worst), software=software("shade")))
@@ -390,8 +375,4 @@ def _pictures(
 
 def _write_preview(arguments: argparse.Namespace, image: NDArray[np.float32]) -> None:
     """Write the picture (H, W, 3) of a tile, repeated."""
-    from engine.figures.contact_sheet import tile_preview
-    from engine.images.encode import encode_png
-    from engine.storage.atomic import write_bytes
-
     write_bytes(arguments.tile_preview, encode_png(tile_preview(image), software=software("shade")))

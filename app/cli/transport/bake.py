@@ -20,18 +20,23 @@ from app.cli.transport import options as vary
 from app.cli.transport.bake_report import carry_out, subject_of
 from app.cli.transport.method_options import add_options, options, strange_options
 from app.cli.transport.options import variations_of
+from app.document.bake_request import choices_for
 from app.process.ending import SENTENCE
+from app.session.machine_profile import learn_bake
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, size_text, time_text
 from engine.core.params import parameters
 from engine.core.steps import Step, drain, part
+from engine.exchange.readers.read import open_material
+from engine.light.environment_file import open_environment
 from engine.transport import method as transport
+from engine.transport.baking.chunks import check_cluster
+from engine.transport.baking.spatially_varying import variation_to_text
 from engine.transport.method import Method
 
 if TYPE_CHECKING:
     from app.document.document import Project
 
-HELP = "Precompute light transport for a model and a BRDF, for 'lightarc render' and the window."
 EXAMPLE = "lightarc bake sphere --brdf ggx:alpha=0.3 --mode wavelet --ground -o sphere.transport"
 
 AUTO = "auto"
@@ -116,7 +121,6 @@ def _take_brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> d
         return {}
     if arguments.brdf is not None:
         raise UsageError("a bake is of one BRDF: give --brdf or --material")
-    from engine.exchange.readers.read import open_material
 
     show(Step(0.0, "reading the material"))
     material = open_material(arguments.material)
@@ -145,8 +149,6 @@ def _choose_mode(arguments: argparse.Namespace) -> None:
 
 def _settings_there(project: Project, method: Method) -> dict[str, Any]:
     """The settings that a person chose in a project for bakes with `method`, by the names of their options."""
-    from app.document.bake_request import choices_for
-
     chosen = choices_for(method.name, **project.bakes.get(method.name, {}))
     return {
         each.flag.removeprefix("--").replace("-", "_"): chosen.values[each.name]
@@ -160,10 +162,7 @@ def _settings(method: Method) -> type[Any]:
 
 
 def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from app.session.machine_profile import learn_bake
     from engine.core.stopwatch import spent
-    from engine.light.environment_file import open_environment
-    from engine.transport.baking.spatially_varying import variation_to_text
 
     settings, baking, subject = settings_from(arguments, method.settings), method.baking, subject_of(arguments)
     left_out = list[str]()
@@ -244,7 +243,6 @@ def _check(arguments: argparse.Namespace) -> None:
             raise UsageError(f"{flag} is not for --mode {AUTO}" if has_all else f"{flag} needs --mode {modes}")
     if mode != AUTO:
         _check_method(arguments, transport.method_of(mode))
-    from engine.transport.baking.chunks import check_cluster
 
     if arguments.cluster is not None:
         check_cluster(arguments.cluster)

@@ -15,6 +15,11 @@ from app.cli.transport.plan import add_budget, plan_for, record
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, percent_range
 from engine.core.steps import Step, drain, part
+from engine.geometry.camera import frame
+from engine.light.environment_file import open_environment
+from engine.planning.bake import prepare
+from engine.planning.costs.setting import Setting, knobs_of
+from engine.transport import method as transport
 
 #: Options of the methods that a plan takes too.
 SHARED = ("--fine",)
@@ -40,10 +45,6 @@ def given(arguments: argparse.Namespace) -> list[str]:
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.session.machine_profile import learn
     from engine.core.stopwatch import spent
-    from engine.geometry.camera import frame
-    from engine.light.environment_file import open_environment
-    from engine.planning.bake import prepare
-    from engine.transport import method as transport
 
     _check(arguments)
     subject = subject_of(arguments)
@@ -87,8 +88,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def lines(result: dict[str, Any]) -> list[str]:
     """The lines of the summary that only `--mode auto` adds: the chosen method, its errors, the effects left out."""
-    from engine.planning.costs.setting import Setting
-
     shown = [effect["effect"] for effect in result["effects"] if effect["decision"] in ("needed", "forced on")]
     setting = Setting(
         result["mode"], {name: result["knobs"][name] for name in result["knobs"] if name in _names(result)}
@@ -100,8 +99,6 @@ def lines(result: dict[str, Any]) -> list[str]:
 
 
 def _names(result: dict[str, Any]) -> set[str]:
-    from engine.planning.costs.setting import knobs_of
-
     return set(knobs_of(result["mode"]))
 
 

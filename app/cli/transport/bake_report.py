@@ -10,18 +10,19 @@ from contextlib import closing
 from dataclasses import replace
 from typing import Any
 
+from app.arguments.usage import CANCELLED, DONE
 from app.cli.transport import project_input
 from engine.core.figure_text import size_text, time_text
 from engine.core.steps import Step, Steps, drain, part
+from engine.factor.factor_file import open_reflectance
+from engine.geometry.ground import Ground
+from engine.geometry.shapes import open_mesh
+from engine.storage.resumable import discard_unfinished, unfinished
 from engine.transport.method import Baked, Subject, Work
 
 
 def subject_of(arguments: argparse.Namespace) -> Subject:
     """The subject that the arguments name; the usual errors if they name none."""
-    from engine.factor.factor_file import open_reflectance
-    from engine.geometry.ground import Ground
-    from engine.geometry.shapes import open_mesh
-
     if project_input.is_given(arguments):
         scene = project_input.setup_of(arguments).scene
         ground = None if scene.ground is None else replace(scene.ground, cells=arguments.ground_cells)
@@ -48,9 +49,6 @@ def carry_out(
     The outcome is None where it was cancelled, and the record then all that there is to say. `start` is how much of
     the progress was shown before. With --restart nothing of an earlier bake is used, and nothing is left of this one.
     """
-    from app.arguments.usage import CANCELLED, DONE
-    from engine.storage.resumable import discard_unfinished, unfinished
-
     expected = f"{work.vertices:,} vertices, {size_text(work.size_bytes)}, about {time_text(estimated_s)}"
     print(expected, file=sys.stderr, flush=True)
     knobs = {"mode": arguments.mode, "brdf": arguments.brdf, "ground_albedo": arguments.ground, **knobs}

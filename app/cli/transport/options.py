@@ -9,15 +9,20 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from app.arguments.results import Input
 from app.cli.transport import project_input
+from app.document.variation import as_baked, varied_in
+from engine.core.directions import world_direction
 from engine.core.errors import UsageError
 from engine.core.figure_text import number
+from engine.light.environment_file import open_environment
+from engine.light.lamps import Lamp, lamp_from_text
+from engine.light.near_lamps import near_lamp_from_text
+from engine.transport.baking.spatially_varying import variation_from_text
+from engine.transport.relit import Light
 
 if TYPE_CHECKING:
     from engine.light.environment import EnvironmentMap
-    from engine.light.lamps import Lamp
     from engine.light.near_lamps import NearLamp
     from engine.transport.baking.spatially_varying import Variation
-    from engine.transport.relit import Light
 
 #: Default direction of the light.
 LIGHT_DEG = (50.0, 30.0)
@@ -39,15 +44,11 @@ def angles_argument(text: str) -> tuple[float, float]:
 
 def lamp_argument(text: str) -> Lamp:
     """The lamp that --lamp names; the parser's error otherwise."""
-    from engine.light.lamps import lamp_from_text
-
     return _argument(lamp_from_text, text)
 
 
 def near_lamp_argument(text: str) -> NearLamp:
     """The lamp that --near-lamp names; the parser's error otherwise."""
-    from engine.light.near_lamps import near_lamp_from_text
-
     return _argument(near_lamp_from_text, text)
 
 
@@ -63,11 +64,6 @@ def _argument(read: Callable[[str], Read], text: str) -> Read:
 
 def light_of(arguments: argparse.Namespace) -> Light:
     """The light of --env, --light-deg, --lamp, --near-lamp and --intensity; wrong usage where it cannot be."""
-    from engine.core.directions import world_direction
-    from engine.light.environment_file import open_environment
-    from engine.light.lamps import Lamp
-    from engine.transport.relit import Light
-
     lamps, near_lamps = tuple(arguments.lamp), tuple(arguments.near_lamp)
     _check(arguments)
     environment = open_environment(arguments.env) if arguments.env else None
@@ -119,10 +115,6 @@ def variations_of(arguments: argparse.Namespace, brdf: Any) -> list[Variation]:
 
     Wrong usage where one is invalid.
     """
-    from engine.transport.baking.spatially_varying import variation_from_text
-
     if project_input.is_given(arguments):
-        from app.document.variation import as_baked, varied_in
-
         return [*as_baked(varied_in(brdf, project_input.setup_of(arguments).project.variations))]
     return [variation_from_text(text) for text in arguments.vary]

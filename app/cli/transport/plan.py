@@ -6,6 +6,7 @@ import argparse
 import math
 import textwrap
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input
@@ -16,12 +17,13 @@ from app.cli.transport import project_input, scene_options
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, percent_range, size_text, time_text
 from engine.core.steps import Step, drain, part
+from engine.planning.ceilings import usual
+from engine.planning.costs.setting import Setting, setting_of
 
 if TYPE_CHECKING:
     from engine.planning.ceilings import Ceilings
     from engine.planning.plan import Beyond, EffectsPlan
 
-HELP = "List the effects that a scene needs, with the error and saving of leaving each out, and the best mode."
 EXAMPLE = "lightarc plan torus-knot --brdf ggx:alpha=0.3 --env studio --error 0.02"
 
 #: Pixels of a picture that frames are predicted for.
@@ -134,8 +136,6 @@ def plan_for(
 
 def ceilings_of(arguments: argparse.Namespace) -> Ceilings:
     """The usual ceilings, with those that were given in their place."""
-    from engine.planning.ceilings import usual
-
     names = ("max_memory_mb", "max_bake_s", "max_frame_ms")
     for name in names:
         value = getattr(arguments, name)
@@ -151,8 +151,6 @@ def ceilings_of(arguments: argparse.Namespace) -> Ceilings:
 
 def record(found: EffectsPlan) -> dict[str, Any]:
     """The plan as a JSON object."""
-    from dataclasses import asdict
-
     return {
         "effects": [asdict(effect) for effect in found.effects],
         "mode": found.mode,
@@ -177,8 +175,6 @@ def record(found: EffectsPlan) -> dict[str, Any]:
 
 def _beyond_record(beyond: Beyond | None) -> dict[str, Any] | None:
     """The setting that would meet the budget beyond the ceilings, as JSON."""
-    from dataclasses import asdict
-
     if beyond is None:
         return None
     predicted = {"max_depth": beyond.max_depth, "error_rel": beyond.error_rel, "exceeded": list(beyond.exceeded)}
@@ -186,8 +182,6 @@ def _beyond_record(beyond: Beyond | None) -> dict[str, Any] | None:
 
 
 def report(result: dict[str, Any]) -> str:
-    from engine.planning.costs.setting import Setting
-
     lines = [f"{'effect':24} {'decision':10} {'without it':>10} {'saves':>10} {'':>10}"]
     for effect in result["effects"]:
         saves = time_text(effect["saves_s"]) if effect["saves_s"] >= 0.05 else "–"
@@ -241,8 +235,6 @@ def _shortfall(result: dict[str, Any]) -> list[str]:
 
 def _beyond(beyond: dict[str, Any] | None) -> list[str]:
     """The setting that would meet the budget, and the flags that allow it."""
-    from engine.planning.costs.setting import setting_of
-
     if beyond is None:
         return []
     error = percent(beyond["error_rel"])

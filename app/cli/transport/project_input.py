@@ -12,7 +12,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.document.variation import as_baked, settings_with, shown_by, words_on_left_out
+from engine.core.directions import world_direction
 from engine.core.errors import UsageError
+from engine.geometry.camera import parse
+from engine.light.environment_file import open_environment
 
 if TYPE_CHECKING:
     from app.project.setup import Setup
@@ -49,7 +53,6 @@ def setup_of(arguments: argparse.Namespace) -> Setup:
 def left_out(setup: Setup, mode: str) -> list[str]:
     """Sentences on what a picture or a bake of a project leaves out in a mode."""
     from app.document.modes import mode_named
-    from app.document.variation import words_on_left_out
 
     words = words_on_left_out(mode_named(mode).label, mode, setup.scene.brdf, setup.project.variations)
     return [words] if words else []
@@ -59,8 +62,6 @@ def varied(
     arguments: argparse.Namespace, method: Method, subject: Subject, settings: Any
 ) -> tuple[Subject, Any, list[str]]:
     """Subject and settings of a bake with what varies over the model of the project, and what is left out of that."""
-    from app.document.variation import as_baked, settings_with, shown_by
-
     setup = setup_of(arguments)
     shown = shown_by(method, subject.brdf, setup.project.variations)
     with_variations = replace(subject, variations=as_baked(shown))
@@ -68,8 +69,6 @@ def varied(
 
 
 def _with_options(scene: Scene, arguments: argparse.Namespace) -> Scene:
-    from engine.geometry.camera import parse
-
     parts: dict[str, Any] = {"camera": parse(getattr(arguments, "camera", None) or "", scene.camera)}
     parts |= _light(arguments)
     if (intensity := getattr(arguments, "intensity", None)) is not None:
@@ -85,8 +84,6 @@ def _with_options(scene: Scene, arguments: argparse.Namespace) -> Scene:
 def _light(arguments: argparse.Namespace) -> dict[str, Any]:
     """The light in place of the project's, all of it; nothing where no option names one."""
     from app.cli.transport.options import LIGHT_DEG
-    from engine.core.directions import world_direction
-    from engine.light.environment_file import open_environment
 
     light_deg, lamps = getattr(arguments, "light_deg", None), tuple(getattr(arguments, "lamp", ()))
     path = getattr(arguments, "env", None)

@@ -9,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from app.arguments.results import Input, Output, software
 from app.cli.doubts import doubts_of_scene, mean_in_place_of_maps
 from app.cli.transport import project_input, render_auto, render_transport, render_turntable, scene_options
@@ -25,21 +27,32 @@ from app.cli.transport.render_output import (
     teach,
 )
 from app.commands.pictures import write_picture
+from engine.brdf.brdf import brdf_from_text
+from engine.core.directions import world_direction
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, time_text
 from engine.core.steps import Step, drain
 from engine.core.stopwatch import spent
+from engine.factor.factor_file import open_reflectance
+from engine.geometry.camera import parse
+from engine.geometry.ground import Ground
+from engine.geometry.shapes import open_mesh
+from engine.gl.brdf_textures import factor_source
+from engine.gl.draw import draw_off_screen
+from engine.light.environment_file import open_environment
+from engine.render.display import Display
+from engine.render.environment_error import environment_error
+from engine.render.layers import layers as all_layers
+from engine.render.path import check_scene
+from engine.scene.scene import Scene
 from engine.transport import method as transport
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from app.project.setup import Setup
     from engine.scene.material import Material
-    from engine.scene.scene import Scene
 
-HELP = "Draw a material on a model."
 EXAMPLE = "lightarc render cloth --brdf phong:exponent=20 --light-deg 45,30 -o cloth.png"
 
 #: Most pixels of a picture; its linear radiance takes 16 bytes for each.
@@ -188,9 +201,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def _drawn(setup: Setup | None, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """Draw the scene of the arguments and write it; the record."""
-    from engine.render.display import Display
-    from engine.render.layers import layers as all_layers
-
     start = time.perf_counter()
     _check(arguments)
     render_turntable.check(arguments)
@@ -285,15 +295,6 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _scene(arguments: argparse.Namespace, material: Material | None) -> Scene:
-    from engine.brdf.brdf import brdf_from_text
-    from engine.core.directions import world_direction
-    from engine.factor.factor_file import open_reflectance
-    from engine.geometry.camera import parse
-    from engine.geometry.ground import Ground
-    from engine.geometry.shapes import open_mesh
-    from engine.light.environment_file import open_environment
-    from engine.scene.scene import Scene
-
     brdf = open_reflectance(arguments.brdf) if arguments.brdf else None
     if brdf is not None and material is not None and material.pbr is not None:
         raise UsageError("PBR maps are a BRDF for each texel; --brdf is for a material that is looked up by one")
@@ -327,9 +328,6 @@ Drawn = tuple["NDArray[np.float32]", dict[str, "NDArray[np.float32]"], dict[str,
 
 def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
     """The reference, its standard error, and its figures."""
-    import numpy as np
-
-    from engine.render.path import check_scene
     from engine.render.reference import reference
 
     size = (arguments.width, arguments.height)
@@ -364,8 +362,6 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
 def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
     """The picture, and how it was made: frame_s, gl_renderer, warnings."""
     from engine.brdf.brdf import MODELS
-    from engine.gl.brdf_textures import factor_source
-    from engine.gl.draw import draw_off_screen
     from engine.render.direct import radiance
 
     size = (arguments.width, arguments.height)
@@ -388,8 +384,6 @@ def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], No
 
 def _error(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """The error of the chosen directions against the sum over the whole map, on pixels of this view."""
-    from engine.render.environment_error import environment_error
-
     error = drain(environment_error(scene, (arguments.width, arguments.height)), show)
     return {
         "error_rmse_rel": error.rmse_rel,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from app.cli.transport.plan import add_budget, plan_for, record
 from engine.core.errors import UsageError
 from engine.core.steps import Step
+from engine.planning.plan import brdf_of
 
 if TYPE_CHECKING:
     from engine.scene.scene import Scene
@@ -44,8 +45,6 @@ def planned(
     scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]
 ) -> tuple[Scene, argparse.Namespace, dict[str, Any]]:
     """The scene and the arguments as the plan has them, and its record."""
-    from engine.planning.plan import brdf_of
-
     found = plan_for(
         arguments,
         scene.mesh,

@@ -7,6 +7,17 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+import psutil
+
+from app.session.machine_profile import learn_frame, learn_relit
+from engine.core.colour import luminance
+from engine.core.directions import world_angles
+from engine.core.errors import MissingCapability, UsageError
+from engine.core.figure_text import size_text
+from engine.planning.costs.setting import Setting
+from engine.render.background import blurred
+from engine.render.reference import BYTES_PER_PIXEL
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -38,7 +49,6 @@ def off_screen(
     None with the `renderer` "cpu", and with "auto" where there is no OpenGL, which is added to `warnings`.
     MissingCapability with "gl" where there is none.
     """
-    from engine.core.errors import MissingCapability
     from engine.gl.context import create_context
 
     if renderer == "cpu":
@@ -71,9 +81,6 @@ def teach(
     Plans know a material of slices or their fit, and knobs in their own ranges. Frames of a film that OpenGL draws are
     not timed, each being read back and coded between two of them.
     """
-    from app.session.machine_profile import learn_frame
-    from engine.planning.costs.setting import Setting
-
     is_reference, material = mode == "reference", scene.material
     if frame_s < (LONG_S if is_reference else DRAWN_LONG_S):
         return
@@ -95,8 +102,6 @@ def teach_relit(
     relit: Relit, camera: Camera, arguments: argparse.Namespace, frame_s: float, since: Spent, device: str = PROCESSOR
 ) -> None:
     """Let the machine profile learn from a frame of a bake, begun at `since`, that took as long as its prediction."""
-    from app.session.machine_profile import learn_relit
-
     if frame_s >= DRAWN_LONG_S:
         size = (arguments.width, arguments.height)
         learn_relit(relit, camera, size, frame_s, since, samples=arguments.samples, device=device)
@@ -104,12 +109,6 @@ def teach_relit(
 
 def check_memory(size: tuple[int, int]) -> None:
     """UsageError where a reference of `size` (width, height) needs more memory than is free."""
-    import psutil
-
-    from engine.core.errors import UsageError
-    from engine.core.figure_text import size_text
-    from engine.render.reference import BYTES_PER_PIXEL
-
     width, height = size
     needed = width * height * BYTES_PER_PIXEL
     if needed > psutil.virtual_memory().available:
@@ -120,8 +119,6 @@ def check_memory(size: tuple[int, int]) -> None:
 
 def record_of(picture: NDArray[np.float32]) -> dict[str, Any]:
     """Size, mean and coverage of a picture (height, width, 4)."""
-    from engine.core.colour import luminance
-
     height, width = picture.shape[:2]
     return {
         "width_px": width,
@@ -147,8 +144,6 @@ def lights_of(scene: Scene) -> dict[str, Any]:
 
 
 def _described(lamp: Lamp) -> dict[str, Any]:
-    from engine.core.directions import world_angles
-
     theta, phi = world_angles(lamp.direction)
     return {
         "theta_deg": math.degrees(theta),
@@ -180,9 +175,6 @@ def add_background_arguments(parser: argparse.ArgumentParser) -> None:
 
 def check_background(arguments: argparse.Namespace, environment: EnvironmentMap | None) -> EnvironmentMap | None:
     """The environment behind the model, blurred as asked for; None for any other background."""
-    from engine.core.errors import UsageError
-    from engine.render.background import blurred
-
     if arguments.layers and (not arguments.output.lower().endswith(".exr") or arguments.turntable):
         raise UsageError("--layers needs a picture that is an .exr")
     if not 0.0 <= arguments.background_blur_deg <= MOST_BLUR_DEG:

@@ -7,18 +7,26 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from app.cli.transport.render_output import ON_PROCESSOR, off_screen
+from engine.brdf.brdf import brdf_from_text
 from engine.core.errors import UsageError
 from engine.core.steps import Step, drain, part
+from engine.exchange.readers.read import open_material
+from engine.factor.factor_file import open_reflectance
+from engine.geometry.ground import Ground
+from engine.geometry.mesh import Mesh
+from engine.gl.draw import draw_off_screen
+from engine.render.shadowed import shadowed, with_and_without
+from engine.scene.scene import Scene
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from engine.brdf.brdf import Brdf
     from engine.geometry.camera import Camera
     from engine.gl.draw import OffScreen
-    from engine.scene.scene import Scene
     from engine.transport.baking.file import TransportFile
     from engine.transport.relit import Light, Relit
 
@@ -39,9 +47,7 @@ def with_texels(
     """
     if not scene.has_texels:
         return baked
-    from engine.gl.draw import draw_off_screen
     from engine.render.direct import radiance
-    from engine.render.shadowed import shadowed, with_and_without
 
     (picture, record), size = baked, (arguments.width, arguments.height)
     frame_s, device, warnings, drawn = record["frame_s"], ON_PROCESSOR, list(record["warnings"]), []
@@ -68,9 +74,6 @@ def with_texels(
 def brdf_of_bake(file: TransportFile, arguments: argparse.Namespace) -> tuple[Brdf | None, list[str]]:
     """The BRDF that a picture of the bake is of: --brdf, or the one in the file; None where that is no model, which a
     sentence says."""
-    from engine.brdf.brdf import brdf_from_text
-    from engine.factor.factor_file import open_reflectance
-
     if arguments.brdf:
         return open_reflectance(arguments.brdf), []
     name = str(file.settings.get("brdf", ""))
@@ -82,14 +85,6 @@ def brdf_of_bake(file: TransportFile, arguments: argparse.Namespace) -> tuple[Br
 
 def scene_of_bake(relit: Relit, light: Light, camera: Camera, arguments: argparse.Namespace) -> Scene:
     """The model and ground of a bake as a scene of the material under the same light."""
-    import numpy as np
-
-    from engine.exchange.readers.read import open_material
-    from engine.factor.factor_file import open_reflectance
-    from engine.geometry.ground import Ground
-    from engine.geometry.mesh import Mesh
-    from engine.scene.scene import Scene
-
     both, first = relit.mesh, relit.transport.ground_vertex
     mesh, ground = both, None
     if first < len(both.positions):

@@ -17,11 +17,22 @@ from app.cli.transport.method_options import add_options, strange_options
 from app.cli.transport.options import light_of, near_lamp_argument
 from app.cli.transport.render_output import ON_PROCESSOR, check_background, off_screen, record_of, teach_relit
 from app.commands.pictures import write_picture
-from engine.core.errors import UsageError
+from app.document.bake_request import baked, choices_for, estimated, wanted_of
+from app.document.variation import light_with, shown_by
+from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import percent
 from engine.core.steps import Step, drain, part
+from engine.geometry.camera import parse
+from engine.geometry.mesh import SUFFIXES
+from engine.geometry.shapes import SHAPES
+from engine.gl.draw import relit_off_screen
+from engine.render.background import in_front_of
+from engine.render.transported import picture_of
+from engine.render.turntable import middle
 from engine.transport import method as transport
+from engine.transport.baking.file import SUFFIX, holds_transport, open_transport
 from engine.transport.method import Method
+from engine.transport.relit import light_of as light_of_scene
 
 if TYPE_CHECKING:
     import numpy as np
@@ -35,18 +46,11 @@ if TYPE_CHECKING:
 
 def is_baked(arguments: argparse.Namespace) -> bool:
     """True if the picture is one of baked transport: by its mode, or by the file to draw."""
-    from engine.transport.baking.file import SUFFIX, holds_transport
-
     looks_baked = holds_transport(arguments.mesh) or arguments.mesh.lower().endswith(SUFFIX)
     return arguments.mode in transport.names() or (arguments.mode is None and looks_baked)
 
 
 def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.geometry.camera import parse
-    from engine.render.background import in_front_of
-    from engine.render.turntable import middle
-    from engine.transport.baking.file import open_transport
-
     _check(arguments)
     started = time.perf_counter()
     _check_baked(arguments.mesh, arguments.mode)
@@ -106,11 +110,8 @@ def run_project(
 ) -> dict[str, Any]:
     """The picture of a project in a baked mode: of the bake that lies beside it, or of one with the settings that the
     person chose, which is gone afterwards."""
-    from app.document.bake_request import baked, choices_for, estimated, wanted_of
-    from app.document.variation import light_with, shown_by
     from app.project.bakes import kept
     from app.project.project_file import data_folder
-    from engine.transport.relit import light_of as light_of_scene
 
     if arguments.measure_error:
         raise UsageError("--measure-error needs chosen directions; baked transport uses the whole environment")
@@ -199,11 +200,6 @@ def _check(arguments: argparse.Namespace) -> None:
 
 def _check_baked(mesh: str, mode: str) -> None:
     """InputError, with the way to bake, where `mesh` is a model in place of what was baked."""
-    from engine.core.errors import InputError
-    from engine.geometry.mesh import SUFFIXES
-    from engine.geometry.shapes import SHAPES
-    from engine.transport.baking.file import SUFFIX, holds_transport
-
     is_model = mesh in SHAPES or (Path(mesh).is_file() and mesh.lower().endswith(SUFFIXES))
     if holds_transport(mesh) or not is_model:
         return
@@ -217,8 +213,6 @@ Drawn = tuple["NDArray[np.float32]", dict[str, Any]]
 
 def _draw(relit: Relit, camera: Camera, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
     from engine.core.stopwatch import spent
-    from engine.gl.draw import relit_off_screen
-    from engine.render.transported import picture_of
 
     size = (arguments.width, arguments.height)
     warnings: list[str] = []

@@ -18,6 +18,13 @@ from app.cli.transport.render_textured import NEAR
 from app.commands.pictures import coded
 from engine.core.errors import MissingCapability, UsageError
 from engine.core.steps import Step, drain
+from engine.geometry.camera import frame
+from engine.gl.draw import frames_off_screen, relit_frames_off_screen
+from engine.images.animation import film, kind_of
+from engine.render.background import in_front_of
+from engine.render.shadowed import shadowed, with_and_without
+from engine.render.transported import picture_of
+from engine.render.turntable import about_y, camera_about, frame_all_round, frames
 from engine.storage.outputs import Kind
 
 if TYPE_CHECKING:
@@ -63,8 +70,6 @@ def output_at(path: str, options: argparse.Namespace) -> list[tuple[str, Kind]]:
 
 def check(arguments: argparse.Namespace) -> None:
     """UsageError where the options of a film cannot be."""
-    from engine.images.animation import kind_of
-
     if arguments.turntable is None:
         if arguments.turns != "model" or arguments.fps != 30.0:
             raise UsageError("--turns and --fps need --turntable")
@@ -81,17 +86,12 @@ def check(arguments: argparse.Namespace) -> None:
 
 def framed(positions: NDArray[Any], arguments: argparse.Namespace) -> Camera:
     """The camera unless another is asked for: it sees all of the model, also when that turns."""
-    from engine.geometry.camera import frame
-    from engine.render.turntable import frame_all_round
-
     is_turning = arguments.turntable and arguments.turns != "light"
     return (frame_all_round if is_turning else frame)(positions, arguments.width / arguments.height)
 
 
 def with_background(picture: NDArray[np.float32], scene: Scene, behind: EnvironmentMap | None) -> NDArray[np.float32]:
     """`picture` in front of the environment `behind` it, turned and as bright as the light of the scene is."""
-    from engine.render.background import in_front_of
-
     if behind is None:
         return picture
     return in_front_of(picture, scene.camera, behind, scene.environment_rotation, scene.irradiance)
@@ -106,7 +106,6 @@ def run(
 ) -> dict[str, Any]:
     """The film of a scene that is drawn by sums over lights, or by paths."""
     from engine.core.stopwatch import spent
-    from engine.render.turntable import frames
 
     scenes = list(frames(scene, arguments.turntable, arguments.turns))
     size, warnings = (arguments.width, arguments.height), doubts_of_scene(scene)
@@ -128,8 +127,6 @@ def run(
                 yield drain(radiance(each, size, samples=arguments.samples))
 
     def on_device(context: Any) -> Iterator[NDArray[np.float32]]:
-        from engine.gl.draw import frames_off_screen
-
         return frames_off_screen(context, scenes, size, arguments.samples)
 
     def finished(pictures: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
@@ -160,10 +157,6 @@ def run_baked(
 
     `textured` are a scene whose material gives its texels, and the BRDF that was baked, that of the scene where None.
     """
-    from engine.render.background import in_front_of
-    from engine.render.shadowed import shadowed, with_and_without
-    from engine.render.turntable import about_y, camera_about
-
     if light.near_lamps and arguments.turns != "both":
         raise UsageError("A --near-lamp is fixed to the model: choose --turns both")
     size, count = (arguments.width, arguments.height), arguments.turntable
@@ -196,7 +189,6 @@ def run_baked(
 
     def on_processor() -> Iterator[NDArray[np.float32]]:
         from engine.render.direct import radiance
-        from engine.render.transported import picture_of
 
         for number, (each, seen_from) in enumerate(relit()):
             picture = drain(picture_of(each, seen_from, size, arguments.samples)).picture
@@ -206,8 +198,6 @@ def run_baked(
             yield picture
 
     def on_device(context: Any) -> Iterator[NDArray[np.float32]]:
-        from engine.gl.draw import frames_off_screen, relit_frames_off_screen
-
         baked = relit_frames_off_screen(context, relit(), size, arguments.samples)
         if not pairs:
             yield from baked
@@ -241,7 +231,6 @@ def _written(
 ) -> dict[str, Any]:
     """Draw all frames on a device, or on the processor, and write the film; its record."""
     from engine.gl.context import create_context, renderer_name
-    from engine.images.animation import film
 
     start, count, context = time.perf_counter(), arguments.turntable, None
     if renderer != "cpu":

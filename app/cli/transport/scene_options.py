@@ -9,11 +9,18 @@ from typing import TYPE_CHECKING
 
 from app.arguments.results import Input
 from app.cli.transport import project_input
+from engine.exchange.readers.documents_child import has_textured_material
+from engine.exchange.readers.read import holds_pbr_maps, open_material
+from engine.factor.factor_file import open_reflectance
+from engine.geometry.camera import frame, parse
+from engine.geometry.ground import Ground
+from engine.geometry.shapes import open_mesh
+from engine.light.environment_file import open_environment
+from engine.scene.scene import Scene
 
 if TYPE_CHECKING:
     from app.project.setup import Setup
     from engine.scene.material import Material
-    from engine.scene.scene import Scene
 
 MESH_HELP = (
     "a file, a built-in (sphere, plane, torus-knot, cloth, blob), a project (.lap), which brings its scene, or a "
@@ -63,8 +70,6 @@ def take_own_material(arguments: argparse.Namespace) -> None:
         return
     if not Path(arguments.mesh).exists():
         return
-    from engine.exchange.readers.documents_child import has_textured_material
-    from engine.exchange.readers.read import holds_pbr_maps
 
     path = Path(arguments.mesh)
     is_model = path.suffix.lower() in (".glb", ".gltf")
@@ -79,14 +84,6 @@ def take_own_material(arguments: argparse.Namespace) -> None:
 
 def scene_of(arguments: argparse.Namespace, verb: str) -> Scene:
     """The model or the project of the arguments under its environment; `verb` says what needs one: "a plan"."""
-    from engine.exchange.readers.read import open_material
-    from engine.factor.factor_file import open_reflectance
-    from engine.geometry.camera import frame, parse
-    from engine.geometry.ground import Ground
-    from engine.geometry.shapes import open_mesh
-    from engine.light.environment_file import open_environment
-    from engine.scene.scene import Scene
-
     if project_input.is_given(arguments):
         scene = project_input.setup_of(arguments).scene
         project_input.needs_environment(scene, verb)
@@ -108,8 +105,6 @@ def scene_of(arguments: argparse.Namespace, verb: str) -> Scene:
 
 def material_of(setup: Setup | None, arguments: argparse.Namespace) -> Material | None:
     """The material that is given, or that of the project."""
-    from engine.exchange.readers.read import open_material
-
     if setup is not None:
         return setup.project.material
     return open_material(arguments.material) if arguments.material else None

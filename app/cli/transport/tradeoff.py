@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, sweep_in
+from app.arguments.usage import CANCELLED, DONE
 from app.cli.brdf import BRDF_HELP
 from app.cli.doubts import doubts_of_scene
 from app.cli.transport import project_input, scene_options
@@ -16,6 +17,12 @@ from app.process import ending
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, percent_range, percent_within, size_text, time_text
 from engine.core.steps import Step, drain, part
+from engine.planning.ceilings import usual
+from engine.planning.costs.setting import modes, setting_of
+from engine.planning.costs.setting import modes as all_modes
+from engine.storage.atomic import make_folder
+from engine.tradeoff.agenda import modes_of, settings_of
+from engine.tradeoff.front import budget_from_text, choose
 from engine.transport import method as transport
 
 if TYPE_CHECKING:
@@ -26,7 +33,6 @@ if TYPE_CHECKING:
     from engine.tradeoff.front import Budget
     from engine.tradeoff.sweep import Tradeoff
 
-HELP = "Measure the cost of accuracy: error, times and memory of many settings, and the best of them."
 EXAMPLE = "lightarc tradeoff torus-knot --brdf ggx:alpha=0.3 --env studio --budget-s 60 -o tradeoff"
 
 #: Seconds that are measured unless something else is said, and the most of them.
@@ -90,8 +96,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.tradeoff.front import budget_from_text
-
     scene_options.take_own_material(arguments)
     _check(arguments)
     budget = budget_from_text(arguments.choose) if arguments.choose else None
@@ -104,8 +108,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 @contextmanager
 def _folder(path: Path) -> Iterator[None]:
     """Make the folder before minutes are spent for what cannot be kept; where it stays empty it goes again."""
-    from engine.storage.atomic import make_folder
-
     is_new = not path.exists()
     make_folder(path)
     try:
@@ -124,7 +126,6 @@ def _measured(
     budget: Budget | None,
     show: Callable[[Step], None],
 ) -> dict[str, Any]:
-    from app.arguments.usage import CANCELLED, DONE
     from app.session.machine_profile import cost_model, learn_from
     from engine.core.stopwatch import spent
     from engine.tradeoff.sweep import sweep
@@ -177,8 +178,6 @@ def _planned(
     arguments: argparse.Namespace, scene: Scene, costs: CostModel, budget: Budget | None
 ) -> EffectsPlan | None:
     """The plan for the same budget, with the effects that a sweep shows; None where there can be none."""
-    from engine.planning.ceilings import usual
-    from engine.planning.costs.setting import modes
     from engine.planning.plan import plan
 
     if scene.environment is None or scene.irradiance != 1.0:
@@ -209,8 +208,6 @@ def _planned(
 
 
 def report(result: dict[str, Any]) -> str:
-    from engine.planning.costs.setting import setting_of
-
     lines = [f"{'':1} {'setting':46} {'error':>16} {'frame':>10} {'relight':>10} {'bake':>9} {'memory':>10}"]
     for point in sorted(result["points"], key=lambda point: point["frame_s"]):
         error = percent_within(point["error_rmse_rel"], point["error_uncertainty"])
@@ -279,8 +276,6 @@ def _planned_record(planned: EffectsPlan) -> dict[str, Any]:
 
 def _predictions(found: dict[str, Any]) -> list[str]:
     """The errors of the cost model: predicted beside measured, the worst first."""
-    from engine.planning.costs.setting import setting_of
-
     if not found["compared"]:
         return []
     lines = [f"{found['within']} of {found['compared']} costs were predicted within a factor of {found['factor']}."]
@@ -318,9 +313,6 @@ def _modes(arguments: argparse.Namespace) -> list[str]:
 
 
 def _settings(arguments: argparse.Namespace, scene: Scene) -> list[Setting]:
-    from engine.planning.costs.setting import modes as all_modes
-    from engine.tradeoff.agenda import modes_of, settings_of
-
     modes = _modes(arguments)
     strange = [mode for mode in modes if mode not in all_modes()]
     if strange:
@@ -342,8 +334,6 @@ def _title(arguments: argparse.Namespace) -> str:
 
 def _chosen(found: Tradeoff, budget: Any, axis: str) -> dict[str, Any]:
     """The best setting within the budget, and why; nothing without one."""
-    from engine.tradeoff.front import choose
-
     if budget is None:
         return {}
     choice = choose(found.points, budget, axis)

@@ -25,6 +25,7 @@ from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.core.errors import InputError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Steps
+from engine.images.encode import encode_exr
 from engine.storage.atomic import write_bytes
 from engine.storage.records import HealthRecord
 from engine.storage.untrusted import AGAIN, decode_content, read_bytes
@@ -95,8 +96,6 @@ def _rounded(table: Table) -> Table:
 
 def encode_table(table: Table) -> tuple[bytes, Table]:
     """The content of a table's file, and the table that it gives back."""
-    from engine.images.encode import encode_exr
-
     table = _rounded(table)
     grids = [] if isinstance(table, HalfDifferenceTable) else [table.theta_i, table.phi_i, table.theta_o, table.phi_o]
     record = _Record(

@@ -19,6 +19,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Literal
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -192,8 +193,6 @@ def _size(found: Mapping[str, Map], pictures: Mapping[str, Picture]) -> tuple[tu
 
 
 def _resized(values: Map, size: tuple[int, int]) -> Map:
-    import cv2
-
     if values.shape[:2] == size:
         return values
     smaller = values.shape[0] > size[0]

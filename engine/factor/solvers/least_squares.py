@@ -39,6 +39,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse.linalg import splu
 
 from engine.core.errors import UsageError
 from engine.core.kernels import scalar
@@ -304,7 +305,6 @@ def _filled(one: Term, place: NDArray[np.intp], values: Floats) -> Floats:
     if not len(free):
         return texture
     from scipy.sparse import csr_array  # slow to load, and seldom needed
-    from scipy.sparse.linalg import splu
 
     size = one.rows.size
     number = np.full(len(texture), -1)

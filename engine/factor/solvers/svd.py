@@ -28,6 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from engine.core.one_thread import one_thread
 
@@ -210,8 +211,6 @@ def _dense(matrix: Floats, terms: int) -> Floats:
     Of a symmetric M they are its own eigenvectors. In MᵀM those of λ and −λ are one cluster; where it is wider than
     what is taken of it, no part of it is a space that M maps onto itself.
     """
-    from scipy.linalg import eigh
-
     taken = min(*matrix.shape, terms + SPARE)
     if _is_symmetric(matrix):
         values, vectors = eigh(matrix)

@@ -42,6 +42,7 @@ from engine.transport.sh.lighting import lamp_coefficients, project
 from engine.transport.sh.transfer import is_diffuse, texel_basis
 from engine.transport.wavelet.haar import cube_of_coefficients
 from engine.transport.wavelet.quantise import encode_light
+from engine.transport.wavelet.transfer import cube_texels
 
 Array = NDArray[np.float64]
 
@@ -272,8 +273,6 @@ def _cut(light: Light, order: int) -> NDArray[np.float32]:
 
 @lru_cache(maxsize=len(ORDERS))
 def _values(order: int, edge: int) -> Array:
-    from engine.transport.wavelet.transfer import cube_texels
-
     return evaluate(order, cube_texels(edge).direction)
 
 

@@ -26,7 +26,7 @@ from engine.core.directions import Vectors, dot, normalize
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
-from engine.light.cube_map import CubeMap, cube_of
+from engine.light.cube_map import CubeMap, cube_of, face_coordinates
 from engine.light.environment import DistantLights, EnvironmentMap
 from engine.light.lamps import Lamp, lights_of_all
 from engine.light.sun_split import split_sun
@@ -340,8 +340,6 @@ def _covered(camera: Camera, of: Receivers, faces: int, row: Array, column: Arra
 
 def _mirrored(visible: NDArray[Any], frames: Array, edge: int) -> NDArray[Any]:
     """`visible` with the texels below each horizon as their mirror images above it are."""
-    from engine.light.cube_map import face_coordinates
-
     direction = cube_texels(edge).direction
     result = visible.copy()
     for number, normal in enumerate(frames[:, :, 2]):

@@ -195,8 +195,6 @@ def _entry() -> Callable[..., Any]:
     """Function sent to workers. A nested function travels whole; one of a module would end workers without it."""
 
     def entry(*words: Any) -> Any:
-        import importlib
-
         return importlib.import_module("engine.transport.baking.chunks").on_worker(*words)
 
     return entry

@@ -18,6 +18,7 @@ from engine.core.directions import normalize
 from engine.core.errors import UsageError
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import RayCaster
+from engine.light.cube_map import cube_directions, cube_solid_angles
 from engine.transport.baking.visibility import Receivers, receivers, visibility_shares
 
 #: Cells along the longest side of the model.
@@ -69,8 +70,6 @@ def simplified(mesh: Mesh, cells: int) -> Occluder:
 
 def occluder_error(mesh: Mesh, occluder: Occluder, edge: int, vertices: NDArray[np.int64]) -> OccluderError:
     """Compare `occluder` with `mesh` itself at some vertices, on a cube map of `edge`."""
-    from engine.light.cube_map import cube_directions, cube_solid_angles
-
     weight = np.tile(cube_solid_angles(edge).reshape(-1), 6) / np.pi
     cosine = np.maximum(normalize(mesh.normals[vertices]) @ cube_directions(edge).reshape(-1, 3).T, 0.0)
     found, times = [], []

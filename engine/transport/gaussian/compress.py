@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from engine.core.kernels import parallel, prange
 from engine.light.gaussian_prefilter import gaussian_integral
@@ -119,8 +120,6 @@ def clustered(
 
     Lloyd's algorithm on logarithms, from lobes that lie evenly in their order; nothing is random.
     """
-    from scipy.spatial import cKDTree
-
     if sigma.size < 8 * CLUSTERS:
         return None
     floor = max(float(energy.max()) * 1e-6, 1e-12)

@@ -30,7 +30,7 @@ def saved(tmp_path: Path) -> Path:
 
 @pytest.fixture(autouse=True)
 def only_this_verb(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(command_line, "VERBS", (("bundle", "app.cli.bundle"),))
+    monkeypatch.setattr(command_line, "VERBS", (("bundle", "app.cli.bundle", ""),))
 
 
 def run(*words: str) -> int:

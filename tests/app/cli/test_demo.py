@@ -21,7 +21,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     arc = LightArc(size=48, elevation=tuple(math.radians(angle) for angle in (20, 50, 90)))
     monkeypatch.setattr(demos, "LightArc", lambda: arc)
     monkeypatch.setattr(demos, "PICTURE_SIZE", (64, 40))
-    monkeypatch.setattr(command_line, "VERBS", (("demo", "app.cli.demo"),))
+    monkeypatch.setattr(command_line, "VERBS", (("demo", "app.cli.demo", ""),))
 
 
 def test_json_lists_bundle_images_and_stages(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -55,7 +55,7 @@ def test_lines_name_every_verb_without_a_display() -> None:
     from app.command_line import VERBS
 
     short = {"gui", "project"}  # the one opens a window, the other copies files, a step each
-    assert {line.split()[0] for line in cancel.MEASURED.values()} == {name for name, _ in VERBS} - short
+    assert {line.split()[0] for line in cancel.MEASURED.values()} == {name for name, _, _ in VERBS} - short
 
 
 def test_options_belong_to_groups_that_exist() -> None:

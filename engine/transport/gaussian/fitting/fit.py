@@ -38,6 +38,8 @@ from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import in_chunks
+from engine.transport.gaussian.fitting import lobe_matching as labels
+from engine.transport.gaussian.fitting import vertex_kernel as kernel
 from engine.transport.gaussian.fitting.flood_fill import Flood, flood
 from engine.transport.gaussian.fitting.lobes import Lobes
 from engine.transport.gaussian.fitting.views import VIEWS, view_directions, view_neighbours
@@ -256,8 +258,6 @@ def fit_vertices(
     hurried: bool = False,
 ) -> Fit:
     """Fit B vertices, each by itself, beside neighbours (…,) that are done: rows of `known`, of which few are used."""
-    from engine.transport.gaussian.fitting import vertex_kernel as kernel
-
     lobes, (neighbours, _) = settings.lobes, view_neighbours()
     found = Fit.empty(len(samples), lobes)
     strengths = np.array([settings.data, settings.mean_alignment, settings.sigma_alignment, settings.spatial])
@@ -287,8 +287,6 @@ def _relaxed(
     whole: Fit, order: Flood, parts: tuple[Indices, ...], samples_of: Sampling, settings: FitSettings
 ) -> Steps[dict[str, float]]:
     """Make neighbours agree, in place; figures of what was found and done."""
-    from engine.transport.gaussian.fitting import lobe_matching as labels
-
     changed, refitted = np.zeros(len(whole.norm), bool), np.zeros(len(whole.norm), bool)
     for _ in range(settings.relaxations):
         if settings.lobes > 1:

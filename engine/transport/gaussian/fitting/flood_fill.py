@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 from engine.geometry.mesh import Mesh
 from engine.geometry.mesh_repair import merged_points
@@ -79,9 +81,6 @@ def _neighbours(mesh: Mesh, count: int) -> tuple[Indices, Indices]:
 
 def _parts(start: Indices, neighbour: Indices) -> Indices:
     """(V,) the lowest vertex of the part that each belongs to."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
-
     count = len(start) - 1
     graph = csr_array((np.ones(len(neighbour), np.int8), neighbour, start), shape=(count, count))
     label = connected_components(graph, directed=False)[1]

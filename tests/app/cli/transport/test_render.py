@@ -42,7 +42,7 @@ def render(capsys: pytest.CaptureFixture[str], *words: object, code: int = 0) ->
 
 @pytest.fixture(autouse=True)
 def only_this_verb(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(command_line, "VERBS", (("render", "app.cli.transport.render"),))
+    monkeypatch.setattr(command_line, "VERBS", (("render", "app.cli.transport.render", ""),))
 
 
 @pytest.fixture
