@@ -199,6 +199,7 @@ def main() -> int:
         application.exec()  # left by exit, because quit closes the window
         hand.over = True
         samples.append(_resources())
+        window.files.leaving.stop_others()
         window.close()
     quarter = (len(samples) + 3) // 4
     measured = {

@@ -213,6 +213,7 @@ def window(
     yield made
     for box in tuple(made.failures.open_dialogs.values()):
         box.close()
+    made.files.leaving.stop_others()  # nobody is there to be asked
     made.close()
     made.deleteLater()
     for left in QApplication.topLevelWidgets():
