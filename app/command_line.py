@@ -29,7 +29,7 @@ from engine.core.errors import FileError, MissingCapability, OutOfMemory, UsageE
 from engine.core.steps import Step
 from engine.storage import guarded
 
-#: Verb, module and help, in the order in which people meet them.
+#: Verb, module and help, in the order in which users meet them.
 VERBS = (
     ("gui", "app.cli.gui", "Open the window."),
     (
@@ -61,7 +61,7 @@ VERBS = (
     (
         "compare",
         "app.cli.compare",
-        "Report the error of a picture against a reference: relative RMSE, FLIP and the largest difference.",
+        "Report the error of an image against a reference: relative RMSE, FLIP and the largest difference.",
     ),
     ("brdf", "app.cli.brdf", "List, inspect, evaluate, fit or convert BRDFs."),
     ("factor", "app.cli.factor", "Factor a BRDF into textures: sums of products, or products of projections."),
@@ -101,7 +101,7 @@ VERBS = (
 )
 
 #: Warnings that are printed; photographs may have some each.
-MOST_WARNINGS = 8
+MAX_WARNINGS = 8
 
 EXIT_CODES = (
     "exit codes: 0 done, 2 wrong usage, 3 a file that cannot be used, 4 cancelled, 5 something is missing from the "
@@ -155,7 +155,7 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one verb (the window without one) and return the exit code."""
-    words = _joined(list(sys.argv[1:] if arguments is None else arguments)) or ["gui"]
+    words = _join(list(sys.argv[1:] if arguments is None else arguments)) or ["gui"]
     for stream in (sys.stdout, sys.stderr):
         # File names may hold bytes that no encoding knows.
         cast("io.TextIOWrapper", stream).reconfigure(errors="backslashreplace")
@@ -193,7 +193,7 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     return int(result.get("exit_code", DONE)) if isinstance(result, dict) else DONE
 
 
-def _joined(words: list[str]) -> list[str]:
+def _join(words: list[str]) -> list[str]:
     """`words` in which `--light-deg -30,0` is `--light-deg=-30,0`: argparse takes -30,0 for an option of its own."""
     joined: list[str] = []
     for word in words:
@@ -223,12 +223,12 @@ def _print(options: argparse.Namespace, result: Any) -> None:
 
 
 def health_text(warnings: Sequence[str]) -> str:
-    """The health of a result: 'Health: no warnings.', or how many with the first `MOST_WARNINGS` of them."""
+    """The health of a result: 'Health: no warnings.', or how many with the first `MAX_WARNINGS` of them."""
     if not warnings:
         return "Health: no warnings."
-    lines = [f"- {warning}" for warning in warnings[:MOST_WARNINGS]]
-    if len(warnings) > MOST_WARNINGS:
-        lines.append(f"- and {len(warnings) - MOST_WARNINGS} more, which --json lists")
+    lines = [f"- {warning}" for warning in warnings[:MAX_WARNINGS]]
+    if len(warnings) > MAX_WARNINGS:
+        lines.append(f"- and {len(warnings) - MAX_WARNINGS} more, which --json lists")
     return "\n".join([f"Health: {len(warnings)} warning{'s' * (len(warnings) > 1)}:", *lines])
 
 

@@ -2,7 +2,7 @@
 
 Ten lights from 5 to 90 degrees fall on a sample of the virtual arc; each photograph is warped by a motion of the kind
 that alignment is asked for, whose shift is up to so many pixels along both axes and which moves the corners by about as
-much more, and has noise at a signal-to-noise ratio of 30 dB. Errors are root mean squares over the picture and the
+much more, and has noise at a signal-to-noise ratio of 30 dB. Errors are root mean squares over the image and the
 photographs from 20 degrees on, once relative to the reference, and once relative to the photographs' mean: on that
 depends how sharp a shading map is, while a shift of all together only moves it.
 Cost: some 15 s and as much again for each motion, per sample.
@@ -41,18 +41,18 @@ def measures(folder: Path) -> Steps[list[Accuracy]]:
     found: list[Accuracy] = []
     for index, sample in enumerate(SAMPLES):
         first, last = index / len(SAMPLES), (index + 1) / len(SAMPLES)
-        found += yield from part(_of_sample(sample), first, last)
+        found += yield from part(_measure_sample(sample), first, last)
     return found
 
 
-def _of_sample(sample: str) -> Steps[list[Accuracy]]:
+def _measure_sample(sample: str) -> Steps[list[Accuracy]]:
     arc = LightArc(sample, size=SIZE + 2 * BORDER, misalignment_px=0.0)
     images = yield from part(renderings(arc, [math.radians(angle) for angle in ELEVATIONS_DEG]), 0.0, 0.3)
     pictures = [luminance(image).astype(np.float32) for image in images]
     found: list[Accuracy] = []
     runs = [(motion, case) for motion in MOTIONS for case in CASES]
     for index, (motion, (shift_px, count)) in enumerate(runs):
-        photographs, truth = moved(pictures, motion, shift_px, count)
+        photographs, truth = move(pictures, motion, shift_px, count)
         names = [f"{angle:g}" for angle in ELEVATIONS_DEG]
         start = 0.3 + 0.7 * index / len(runs)
         alignment = yield from part(align(photographs, names, motion), start, start + 0.7 / len(runs))
@@ -66,20 +66,20 @@ def _of_sample(sample: str) -> Steps[list[Accuracy]]:
     return found
 
 
-def moved(
-    pictures: list[Grey], motion: str, shift_px: float, count: int, seed: int = 1
+def move(
+    images: list[Grey], motion: str, shift_px: float, count: int, seed: int = 1
 ) -> tuple[list[Grey], list[Matrix]]:
-    """The middle of the pictures, of which `count` are moved by known motions (from the still frame), with noise."""
+    """The middle of the images, of which `count` are moved by known motions (from the still frame), with noise."""
     random = np.random.default_rng(seed)
-    chosen = set(random.choice(len(pictures), count, replace=False))
-    size = pictures[0].shape[0] - 2 * BORDER
-    truth = [_motion(motion, shift_px, size, random) for _ in pictures]
+    chosen = set(random.choice(len(images), count, replace=False))
+    size = images[0].shape[0] - 2 * BORDER
+    truth = [_motion(motion, shift_px, size, random) for _ in images]
     truth = [matrix if index in chosen else np.eye(3) for index, matrix in enumerate(truth)]
     inner = np.array([[1, 0, BORDER], [0, 1, BORDER], [0, 0, 1.0]])
     photographs = []
-    for picture, matrix in zip(pictures, truth, strict=True):
+    for image, matrix in zip(images, truth, strict=True):
         flags = cv2.INTER_LANCZOS4 | cv2.WARP_INVERSE_MAP
-        seen = cv2.warpPerspective(picture, inner @ np.linalg.inv(matrix), (size, size), flags=flags)
+        seen = cv2.warpPerspective(image, inner @ np.linalg.inv(matrix), (size, size), flags=flags)
         noise = math.sqrt(float(np.mean(seen.astype(np.float64) ** 2)) * 10 ** (-SNR_DB / 10))
         photographs.append((seen + random.normal(0, noise, seen.shape)).astype(np.float32))
     return photographs, truth
@@ -108,7 +108,7 @@ def _at(matrix: Matrix, places: Matrix) -> Matrix:
 
 
 def _motion(motion: str, shift_px: float, size: int, random: np.random.Generator) -> Matrix:
-    """A motion of the kind about the middle of the picture; each parameter moves the edges by up to `shift_px`."""
+    """A motion of the kind about the middle of the image; each parameter moves the edges by up to `shift_px`."""
     half = size / 2
     turn, drawn = random.uniform(-shift_px, shift_px) / half, random.uniform(-shift_px, shift_px, 8)
     matrix = np.eye(3)

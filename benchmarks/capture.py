@@ -22,7 +22,7 @@ from benchmarks.measure import Accuracy, Measure
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.lights.sources import find
 from engine.capture.registration.align import align
-from engine.capture.registration.texture import reduced, reduction
+from engine.capture.registration.texture import reduce, reduction
 from engine.core.steps import Step, Steps, drain
 from engine.images.encode import write_tiff16
 from engine.simulate.dng import Levels, dng_bytes
@@ -41,7 +41,7 @@ _EXPOSURES_S = (1 / 240, 1 / 60)
 def import_raw(folder: Path) -> Measure:
     """Ten RAW files without alignment, against LibRaw alone on the same files; all lie in the working `folder`."""
     files = _photographs(folder / "raw", ".dng", _write_dng)
-    limit_s = _timed(lambda: _libraw(files))
+    limit_s = _time(lambda: _libraw(files))
     time_s, memory = _import(files[0].parent, _STILL)
     return Measure("import-raw-24mp", time_s, limit_s, "LibRaw alone decoding the ten files, two at once", memory)
 
@@ -58,7 +58,7 @@ def import_aligned(folder: Path) -> Measure:
 def import_bracketed(folder: Path) -> Measure:
     """Five lights with two exposures each, merged, against LibRaw alone on the same files."""
     files = _brackets(folder / "raw")
-    limit_s = _timed(lambda: _libraw(files))
+    limit_s = _time(lambda: _libraw(files))
     time_s, memory = _import(files[0].parent, _STILL)
     return Measure("import-bracketed-24mp", time_s, limit_s, "LibRaw alone decoding the files, two at once", memory)
 
@@ -66,7 +66,7 @@ def import_bracketed(folder: Path) -> Measure:
 def import_tiff(folder: Path) -> Measure:
     """Ten 16-bit TIFFs without alignment, against reading and writing as many bytes."""
     files = _photographs(folder / "tiff", ".tif", _write_tiff)
-    limit_s = _timed(lambda: _copied(files, folder / "copy"))
+    limit_s = _time(lambda: _copy(files, folder / "copy"))
     time_s, memory = _import(files[0].parent, _STILL)
     limit = "reading the files and writing as many bytes as the stack has"
     return Measure("import-tiff-24mp", time_s, limit_s, limit, memory)
@@ -76,10 +76,10 @@ def align_large() -> Measure:
     """The alignment of a photograph of 24 megapixels, coarse to fine, as part of a stack of ten."""
     greys = []
     for index in range(COUNT):
-        picture = _picture(index, index % 3, -(index % 2))
-        greys.append(reduced(picture, reduction(HEIGHT, WIDTH)).copy())
+        image = _image(index, index % 3, -(index % 2))
+        greys.append(reduce(image, reduction(HEIGHT, WIDTH)).copy())
     steps = align(greys, [str(index) for index in range(COUNT)], "euclidean", reduction(HEIGHT, WIDTH))
-    time_s = _timed(lambda: drain(steps)) / COUNT
+    time_s = _time(lambda: drain(steps)) / COUNT
     return Measure("align-24mp", time_s, ALIGNMENT_LIMIT_S, "what is promised for a photograph")
 
 
@@ -92,16 +92,16 @@ def alignment(folder: Path) -> Steps[list[Accuracy]]:
     move = np.array([[1, 0, shift[0]], [0, 1, shift[1]]])
     moved = cv2.warpAffine(surface, move, (640, 640), flags=cv2.INTER_LANCZOS4)
     noise = 10 ** (-30 / 20) * float(surface.std())
-    pictures = [
-        picture[20:-20, 20:-20] + np.float32(noise) * rng.standard_normal((600, 600), np.float32)
-        for picture in (surface, moved)
+    images = [
+        image[20:-20, 20:-20] + np.float32(noise) * rng.standard_normal((600, 600), np.float32)
+        for image in (surface, moved)
     ]
-    found = yield from align(pictures, ["still", "moved"], "translation")
+    found = yield from align(images, ["still", "moved"], "translation")
     error_px = float(np.abs(found.matrix[1][:2, 2] - found.matrix[0][:2, 2] - shift).max())
     return [Accuracy("alignment-px", error_px, "a shift of (0.37, -0.81) px at 30 dB, pixels", SHIFT_LIMIT_PX)]
 
 
-def _timed(work: Callable[[], object]) -> float:
+def _time(work: Callable[[], object]) -> float:
     start = time.perf_counter()
     work()
     return time.perf_counter() - start
@@ -120,7 +120,7 @@ def _import(folder: Path, settings: ImportSettings) -> tuple[float, dict[str, fl
     first = find(list(sources.photographs[:2]), [10.0, 20.0])
     drain(import_stack(first, settings, folder.parent / "first"))  # compiles what a new installation has to
     steps = import_stack(sources, settings, folder.parent / "stack")
-    time_s = _timed(lambda: drain(steps, watch))
+    time_s = _time(lambda: drain(steps, watch))
     return time_s, {
         "peak_memory_bytes": largest,
         "memory_before_bytes": before,
@@ -139,7 +139,7 @@ def _resident(process: psutil.Process) -> int:
 def _libraw(files: list[Path]) -> None:
     import rawpy
 
-    def decoded(path: Path) -> None:
+    def decode(path: Path) -> None:
         with rawpy.imread(str(path)) as raw:
             raw.postprocess(
                 demosaic_algorithm=rawpy.DemosaicAlgorithm.LINEAR,
@@ -150,10 +150,10 @@ def _libraw(files: list[Path]) -> None:
             )
 
     with ThreadPoolExecutor(CHILDREN) as pool:
-        list(pool.map(decoded, files))
+        list(pool.map(decode, files))
 
 
-def _copied(files: list[Path], target: Path) -> None:
+def _copy(files: list[Path], target: Path) -> None:
     """As many bytes as the stack has: float32 and a mask for three 16-bit channels."""
     for path in files:
         content = path.read_bytes()
@@ -166,7 +166,7 @@ def _photographs(
     make_folder(folder)
     files = [folder / f"cloth_{9 * index + 5:02}deg{suffix}" for index in range(COUNT)]
     for index, path in enumerate(files):
-        write(path, _picture(index, index % 3 * wander, -(index % 2) * wander), index)
+        write(path, _image(index, index % 3 * wander, -(index % 2) * wander), index)
     return files
 
 
@@ -177,14 +177,14 @@ def _brackets(folder: Path) -> list[Path]:
     for index in range(COUNT):
         light, exposure_s = index // len(_EXPOSURES_S), _EXPOSURES_S[index % len(_EXPOSURES_S)]
         files.append(folder / f"cloth_{index:02}.dng")
-        _write_dng(files[-1], np.float32(exposure_s * 60) * _picture(light, 0, 0), index)
+        _write_dng(files[-1], np.float32(exposure_s * 60) * _image(light, 0, 0), index)
         notes.append(f"[[photographs]]\nfile = '{files[-1].name}'\nelevation_deg = {9 * light + 5}")
         notes.append(f"exposure_s = {exposure_s}\n")
     write_bytes(folder / "capture.toml", "\n".join(notes).encode())
     return files
 
 
-def _picture(index: int, right: int, down: int) -> NDArray[np.float32]:
+def _image(index: int, right: int, down: int) -> NDArray[np.float32]:
     """(HEIGHT, WIDTH) a textured surface in [0, 1], moved by whole pixels, lit from 5 + 9 `index` degrees."""
     fine = np.random.default_rng(0).random((HEIGHT // 8 + 2, WIDTH // 8 + 2), np.float32)
     surface = cv2.resize(fine, None, fx=8, fy=8, interpolation=cv2.INTER_LINEAR)
@@ -192,12 +192,12 @@ def _picture(index: int, right: int, down: int) -> NDArray[np.float32]:
     return (0.1 + 0.6 * light * surface)[8 - down : 8 - down + HEIGHT, 8 - right : 8 - right + WIDTH]
 
 
-def _write_dng(path: Path, picture: NDArray[np.float32], index: int) -> None:
-    noise = np.random.default_rng(index).standard_normal(picture.shape, np.float32)
-    samples = np.clip(512 + (picture + np.float32(0.004) * noise) * (16383 - 512), 0, 16383).astype(np.uint16)
+def _write_dng(path: Path, image: NDArray[np.float32], index: int) -> None:
+    noise = np.random.default_rng(index).standard_normal(image.shape, np.float32)
+    samples = np.clip(512 + (image + np.float32(0.004) * noise) * (16383 - 512), 0, 16383).astype(np.uint16)
     write_bytes(path, dng_bytes(samples, _LEVELS, exposure_s=1 / 60))
 
 
-def _write_tiff(path: Path, picture: NDArray[np.float32], index: int) -> None:
-    codes = (picture * 60000).astype(np.uint16) + np.uint16(index)
+def _write_tiff(path: Path, image: NDArray[np.float32], index: int) -> None:
+    codes = (image * 60000).astype(np.uint16) + np.uint16(index)
     write_tiff16(path, np.repeat(codes[..., None], 3, axis=2), transfer="srgb")

@@ -3,7 +3,7 @@
 Radiance is compared where its signal-to-noise ratio is `SNR` or more in one photograph, and errors are root mean
 squares of relative differences. A material is rendered between its photographs as the paper does (Kautz2004 Sec. 4),
 and compared with what the virtual arc itself shows under that lamp; that error is the method's, and is
-relative to the mean radiance of the picture.
+relative to the mean radiance of the image.
 Cost: some 40 s on two cores, and 40 MB in the working folder.
 """
 
@@ -81,7 +81,7 @@ def _material(name: str, folder: Path) -> Steps[list[Accuracy]]:
 
 
 def _prediction(shading_map: ShadingMap, seen: list[NDArray[np.float32]]) -> float:
-    """Relative error of the shading map, looked up at the mean radiance of each picture."""
+    """Relative error of the shading map, looked up at the mean radiance of each image."""
     squares = []
     for image in seen:
         mean = mean_radiance(image)

@@ -2,7 +2,7 @@
 
 On the sphere with a coloured weave as material. An error's bound is that of half as many directions and one percent:
 more directions do not cost accuracy. A shiny lobe of some 10 degrees must hold several lights before they look like one
-reflection: with few directions the picture is a few spots, and while its error is above 50 %, which depends on how many
+reflection: with few directions the image is a few spots, and while its error is above 50 %, which depends on how many
 of the spots the compared pixels meet, nothing is promised of the next step. Cost: some 10 s for each map.
 """
 
@@ -32,7 +32,7 @@ SLACK, SPOTS = 1.01, 0.5
 
 
 @dataclass(frozen=True)
-class Ladder:
+class Sweep:
     """The errors of one BRDF by rising number of directions; a curve of a plot."""
 
     brdf: str
@@ -40,34 +40,34 @@ class Ladder:
 
 
 def directions(_folder: Path) -> Steps[list[Accuracy]]:
-    """The ladders under the built-in environments and under light from everywhere; nothing is written."""
+    """The sweeps under the built-in environments and under light from everywhere; nothing is written."""
     maps = [open_environment("studio"), open_environment("sky")]
     maps.append(EnvironmentMap(np.ones((64, 128, 3), np.float32), "constant"))
     found: list[Accuracy] = []
     for index, environment in enumerate(maps):
-        steps = directions_ladders(_weave(), environment)
-        ladders = yield from part(steps, index / len(maps), (index + 1) / len(maps))
-        for ladder in ladders:
-            what = f"RMS difference from all light of the map, relative to the picture's RMS radiance, {ladder.brdf}"
-            model, bound = ladder.brdf.partition(":")[0], None
-            for error in ladder.errors:
+        steps = directions_sweeps(_weave(), environment)
+        sweeps = yield from part(steps, index / len(maps), (index + 1) / len(maps))
+        for sweep in sweeps:
+            what = f"RMS difference from all light of the map, relative to the image's RMS radiance, {sweep.brdf}"
+            model, bound = sweep.brdf.partition(":")[0], None
+            for error in sweep.errors:
                 name = f"{environment.name}-{model}-{error.directions}"
                 found.append(Accuracy(name, error.rmse_rel, what, bound))
                 bound = SLACK * error.rmse_rel if error.rmse_rel <= SPOTS else None
     return found
 
 
-def directions_ladders(material: Material, environment: EnvironmentMap, *, pixels: int = 64) -> Steps[list[Ladder]]:
-    """The ladders of `BRDFS` for `material` on the sphere; about 3 s each with 64 pixels."""
+def directions_sweeps(material: Material, environment: EnvironmentMap, *, pixels: int = 64) -> Steps[list[Sweep]]:
+    """The sweeps of `BRDFS` for `material` on the sphere; about 3 s each with 64 pixels."""
     mesh = shape("sphere")
     camera = frame(mesh.positions, SIZE[0] / SIZE[1])
-    ladders = []
+    sweeps = []
     for index, text in enumerate(BRDFS):
         scene = Scene(mesh, camera, brdf_from_text(text), material, environment=environment)
         steps = error_ladder(scene, SIZE, COUNTS, pixels=pixels)
         errors = yield from part(steps, index / len(BRDFS), (index + 1) / len(BRDFS))
-        ladders.append(Ladder(text, tuple(errors)))
-    return ladders
+        sweeps.append(Sweep(text, tuple(errors)))
+    return sweeps
 
 
 def _weave() -> Material:

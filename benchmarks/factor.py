@@ -60,10 +60,10 @@ def whole_search(settings: SearchSettings, name: str, max_theta_deg: float) -> M
     The limit is the time that as many inner evaluations of full size would take, one after the other.
     """
     data = factor_data(brdf_from_text(BRDF), max_theta=np.radians(max_theta_deg))
-    fixed = drain(mccool(data, settings.size, settings.reciprocal)).ladder[-1].metrics.sq_log
+    fixed = drain(mccool(data, settings.size, settings.reciprocal)).term_errors[-1].metrics.sq_log
     inner = inner_evaluation()
     found = drain(search(data, settings))
-    errors = [rung.metrics.sq_log for rung in found.ladder]
+    errors = [term_error.metrics.sq_log for term_error in found.term_errors]
     more = {
         "max_theta_deg": max_theta_deg,
         "evaluations": found.evaluations,
@@ -74,7 +74,7 @@ def whole_search(settings: SearchSettings, name: str, max_theta_deg: float) -> M
         "condition_number": found.condition_number,
     }
     limit_s = found.evaluations * inner.time_s
-    return Measure(name, found.ladder[-1].time_s, limit_s, "as many inner evaluations of full size", more)
+    return Measure(name, found.term_errors[-1].time_s, limit_s, "as many inner evaluations of full size", more)
 
 
 search_55 = partial(whole_search, RECIPROCAL, "factor-search-55-large", 55.0)

@@ -25,7 +25,7 @@ from engine.core.params import Parameter, parameters
 from engine.core.steps import Step, Steps
 from engine.factor.errors import ROUNDED, TermError
 from engine.factor.factor import factor
-from engine.factor.settings import DEFAULT, MOST_PRODUCTS, FactorSettings
+from engine.factor.settings import DEFAULT, MAX_PRODUCTS, FactorSettings
 
 #: Samplings where no number is asked for, and texels a side of the maps of sums.
 SAMPLINGS, SIDE = 4, 16
@@ -56,7 +56,7 @@ def factors(
         rows.append((yield from row(path.name, brdf, settings)))
     for number in range(samplings):
         yield Step(len(rows) / (len(paths) + samplings), f"factoring sampling {number + 1}")
-        samples = sampled(seed, number)
+        samples = sample(seed, number)
         brdf = yield from fit_scattered(samples)
         rows.append((yield from row(samples.name, brdf, settings)))
     worse = sum(each.bound is not None and each.error > each.bound for each in rows)
@@ -67,29 +67,29 @@ def row(name: str, brdf: Brdf, settings: FactorSettings) -> Steps[Accuracy]:
     """The default, McCool's textures and singular values on one BRDF."""
     searched = yield from factor(brdf, replace(settings, method="auto"))
     fixed = yield from factor(brdf, replace(settings, method="homomorphic"))
-    size_bytes = searched.ladder[-1].size_bytes
-    products = min(max(1, size_bytes // (2 * SIDE**2 * 3 * 4)), MOST_PRODUCTS)
+    size_bytes = searched.term_errors[-1].size_bytes
+    products = min(max(1, size_bytes // (2 * SIDE**2 * 3 * 4)), MAX_PRODUCTS)
     sums = yield from factor(brdf, replace(settings, method="svd", side=SIDE, products=products))
-    sets = (*fixed.ladder, *fixed.left_out)
-    last = {"default": searched.ladder[-1], "mccool": sets[-1], "sums": sums.ladder[-1]}
+    sets = (*fixed.term_errors, *fixed.left_out)
+    last = {"default": searched.term_errors[-1], "mccool": sets[-1], "sums": sums.term_errors[-1]}
     more = {
-        f"{key}_{figure}": getattr(rung, figure)
-        for key, rung in last.items()
+        f"{key}_{figure}": getattr(term_error, figure)
+        for key, term_error in last.items()
         for figure in ("textures", "size_bytes", "held_out_rms_cosine_weighted", "held_out_sq_log")
     }
-    worst = largest_ratio(searched.ladder, sets)
-    errors = "; ".join(f"{key} {_words(rung)}" for key, rung in last.items())
+    worst = largest_ratio(searched.term_errors, sets)
+    errors = "; ".join(f"{key} {_words(term_error)}" for key, term_error in last.items())
     return Accuracy(f"factors {name}", worst, f"held-out error over McCool's: {errors}", ROUNDED, more)
 
 
-def largest_ratio(ladder: Sequence[TermError], sets: Sequence[TermError]) -> float:
+def largest_ratio(term_errors: Sequence[TermError], sets: Sequence[TermError]) -> float:
     """The largest of both held-out errors over those of McCool's set of as many textures, or of all; 1 where unknown.
 
     `sets` are those of 1, 2, … textures. All of `ladder` are compared with the whole set too, if they are the last.
     """
-    pairs = [(rung, sets[min(rung.textures, len(sets)) - 1]) for rung in ladder]
-    pairs.append((ladder[-1], sets[-1]))
-    return max(_ratio(rung.error(name), fixed.error(name)) for rung, fixed in pairs for name in HELD_OUT)
+    pairs = [(term_error, sets[min(term_error.textures, len(sets)) - 1]) for term_error in term_errors]
+    pairs.append((term_errors[-1], sets[-1]))
+    return max(_ratio(term_error.error(name), fixed.error(name)) for term_error, fixed in pairs for name in HELD_OUT)
 
 
 HELD_OUT = ("held_out_rms_cosine_weighted", "held_out_sq_log")
@@ -101,12 +101,12 @@ def _ratio(error: float | None, of: float | None) -> float:
     return error / of if of > 0.0 else float("inf")
 
 
-def _words(rung: TermError) -> str:
-    errors = [rung.error(name) for name in HELD_OUT]
-    return f"{rung.textures} × " + " / ".join("–" if error is None else f"{error:.3g}" for error in errors)
+def _words(term_error: TermError) -> str:
+    errors = [term_error.error(name) for name in HELD_OUT]
+    return f"{term_error.textures} × " + " / ".join("–" if error is None else f"{error:.3g}" for error in errors)
 
 
-def sampled(seed: int, number: int) -> BrdfSamples:
+def sample(seed: int, number: int) -> BrdfSamples:
     """A random model at the directions of one instrument after the other."""
     rng = np.random.default_rng([seed, number])
     instrument = list(INSTRUMENTS)[number % len(INSTRUMENTS)]
@@ -114,12 +114,12 @@ def sampled(seed: int, number: int) -> BrdfSamples:
     value = np.full_like(wi, np.inf)
     while not value.max() <= BRIGHTEST:
         name = list(MODELS)[rng.integers(len(MODELS))]
-        brdf = MODELS[name](**{parameter.name: _drawn(rng, parameter) for parameter in parameters(MODELS[name])})
+        brdf = MODELS[name](**{parameter.name: _draw(rng, parameter) for parameter in parameters(MODELS[name])})
         value = brdf.f(wi, wo)
     return BrdfSamples(wi, wo, value, f"{number + 1}: {name} at {instrument} directions", "sampling")
 
 
-def _drawn(rng: np.random.Generator, parameter: Parameter) -> Any:
+def _draw(rng: np.random.Generator, parameter: Parameter) -> Any:
     """A value, or three of a colour, from the range of the slider."""
     low, high = max(parameter.slider[0], parameter.low), min(parameter.slider[1], parameter.high)
     share = rng.random(3 if parameter.is_colour else 1)

@@ -4,7 +4,7 @@ A simulated dome of `AZIMUTHS` × `ELEVATIONS` lamps is photographed with the no
 and relit from directions between its lamps, for which the simulator gives the truth. The limit is the same error of a
 dome with about four times as many lamps and without noise, of which these directions are no lamps either: what is left
 of it is that of interpolation and of the planes alone. Errors are root mean squares in codes of 8-bit sRGB.
-Cost: some 20 s of processor time for each sample.
+Cost: some 20 s of CPU time for each sample.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from engine.core.steps import Step, Steps, part
 from engine.shading.directional.planes import fit
 from engine.simulate.arc import LightArc, Shot, dome_azimuths_deg, dome_elevations_deg
 from engine.simulate.camera import with_noise
-from engine.simulate.rig import Table, lit, photographed, prepared
+from engine.simulate.rig import Table, light_up, photograph, prepare
 
 SAMPLES = ("woven", "hammered", "leather")
 SIZE, AZIMUTHS, ELEVATIONS = 128, 8, 5
@@ -41,7 +41,7 @@ NOISE, OVER_LIMIT = 10.0 ** (-30.0 / 20.0), 1.5
 Light = tuple[float, float]
 
 
-def held_out(_folder: Path) -> Steps[list[Accuracy]]:
+def measure_held_out(_folder: Path) -> Steps[list[Accuracy]]:
     """The error of each sample over its limit; nothing is written."""
     found = []
     for index, name in enumerate(SAMPLES):
@@ -56,17 +56,17 @@ def _sample(name: str) -> Steps[Accuracy]:
     every = {*lamps, *dense, *wanted}
     elevation, azimuth = (tuple(sorted({light[axis] for light in every})) for axis in (0, 1))
     arc = LightArc(name, elevation=elevation, azimuth=azimuth, size=SIZE, noise=0.0, misalignment_px=0.0)
-    table = yield from part(prepared(arc), 0.0, 0.2)
-    bare = yield from part(_pictures(table, [(max(elevation), azimuth[0])]), 0.2, 0.22)
+    table = yield from part(prepare(arc), 0.0, 0.2)
+    bare = yield from part(_images(table, [(max(elevation), azimuth[0])]), 0.2, 0.22)
     gain = np.float32(0.9 / np.percentile(bare, 99.9))
-    truth = gain * (yield from part(_pictures(table, wanted), 0.22, 0.3))
-    clean = gain * (yield from part(_pictures(table, lamps), 0.3, 0.4))
-    noisy = np.stack([with_noise(picture, NOISE, (1, 2, at)) for at, picture in enumerate(clean)])
+    truth = gain * (yield from part(_images(table, wanted), 0.22, 0.3))
+    clean = gain * (yield from part(_images(table, lamps), 0.3, 0.4))
+    noisy = np.stack([with_noise(image, NOISE, (1, 2, at)) for at, image in enumerate(clean)])
     errors = {
         "rmse_srgb8": (yield from part(_error(noisy, lamps, truth, wanted), 0.4, 0.5)),
         "noise_free_rmse_srgb8": (yield from part(_error(clean, lamps, truth, wanted), 0.5, 0.6)),
     }
-    many = gain * (yield from part(_pictures(table, dense), 0.6, 0.8))
+    many = gain * (yield from part(_images(table, dense), 0.6, 0.8))
     limit = yield from part(_error(many, dense, truth, wanted), 0.8, 1.0)
     lights = f"{AZIMUTHS} × {ELEVATIONS} lamps at 30 dB over {DENSE[0]} × {DENSE[1]} without noise"
     what = f"error of light from directions between lamps, {lights}"
@@ -89,14 +89,14 @@ def _between() -> list[Light]:
     return [(math.radians(elevation), math.radians(azimuth)) for elevation in elevations for azimuth in azimuths]
 
 
-def _pictures(table: Table, lights: Sequence[Light]) -> Steps[NDArray[np.float32]]:
+def _images(table: Table, lights: Sequence[Light]) -> Steps[NDArray[np.float32]]:
     """(N, H, W, 3) the sample under each light, without noise."""
-    pictures = []
+    images = []
     for at, (elevation, azimuth) in enumerate(lights):
         yield Step(at / len(lights), "lighting the sample")
-        image = yield from lit(table, elevation, azimuth)
-        pictures.append(photographed(table, image, Shot("", elevation, azimuth, 1.0, 0.0, 0.0, 0.0)))
-    return np.stack(pictures)
+        image = yield from light_up(table, elevation, azimuth)
+        images.append(photograph(table, image, Shot("", elevation, azimuth, 1.0, 0.0, 0.0, 0.0)))
+    return np.stack(images)
 
 
 def _error(
@@ -109,9 +109,9 @@ def _error(
     stack = ImageStack(radiance, np.zeros(radiance.shape[:3], np.bool_), elevation, azimuth, means, names, "")
     found = yield from fit(stack, np.arange(len(lights)))
     squares = []
-    for picture, (up, around) in zip(truth, wanted, strict=True):
-        shown = found.picture(surface_direction(0.5 * math.pi - up, around))
-        squares.append(np.mean((_codes(shown) - _codes(picture)) ** 2))
+    for image, (up, around) in zip(truth, wanted, strict=True):
+        shown = found.image(surface_direction(0.5 * math.pi - up, around))
+        squares.append(np.mean((_codes(shown) - _codes(image)) ** 2))
     return float(np.sqrt(np.mean(squares)))
 
 

@@ -1,4 +1,4 @@
-"""Text made to be slow, through every reader of text from outside: processor time per byte, and how it grows.
+"""Text made to be slow, through every reader of text from outside: CPU time per byte, and how it grows.
 
 A place is where a sound file is interrupted; a fill is what is put there, over and over. A reader whose time is
 proportional to the length grows with the exponent 1; one that searches backwards at every place grows with 2.
@@ -37,13 +37,13 @@ from engine.storage.records import read_manifest
 from engine.tradeoff.front import budget_from_text
 from engine.transport.baking.blend import blend_from_text
 
-#: Longest processor time for reading untrusted text, in seconds per 2^20 bytes.
+#: Longest CPU time for reading untrusted text, in seconds per 2^20 bytes.
 LIMIT_S = 2.0
 
 #: Length in bytes at which every fill is tried, how many of each place are tried further, and at which two lengths.
 BRIEF, WORST, LENGTHS = 1 << 15, 2, (1 << 18, 1 << 20)
 
-#: Processor time below this is reported too roughly by systems, and is too little, to say how it grows.
+#: CPU time below this is reported too roughly by systems, and is too little, to say how it grows.
 _CERTAIN_S = 0.05
 
 FILLS = {
@@ -234,7 +234,7 @@ class Cost(NamedTuple):
 
 
 def hostile_text() -> Measure:
-    """The slowest place and fill of all and of each format, in processor time per 2^20 bytes, beside `LIMIT_S`."""
+    """The slowest place and fill of all and of each format, in CPU time per 2^20 bytes, beside `LIMIT_S`."""
     with tempfile.TemporaryDirectory() as folder:
         costs = [_cost(name, fill, Path(folder)) for name in PLACES for fill in _slowest_fills(name, Path(folder))]
     slowest = max(costs)
@@ -257,25 +257,25 @@ def _slowest_fills(name: str, folder: Path) -> list[str]:
     times: dict[str, tuple[float, float]] = {}
     for what in FILLS:
         start = time.perf_counter()
-        times[what] = (_processor_time_s(name, what, BRIEF, folder), time.perf_counter() - start)
+        times[what] = (_cpu_time_s(name, what, BRIEF, folder), time.perf_counter() - start)
     return sorted(times, key=times.__getitem__)[-WORST:]
 
 
 def _cost(name: str, what: str, folder: Path) -> Cost:
-    short_s, long_s = (_processor_time_s(name, what, length, folder) for length in LENGTHS)
+    short_s, long_s = (_cpu_time_s(name, what, length, folder) for length in LENGTHS)
     ratio = math.log(LENGTHS[1] / LENGTHS[0])
     growth = math.log(long_s / short_s) / ratio if min(short_s, long_s) > _CERTAIN_S else 0.0
     return Cost(long_s * 2**20 / LENGTHS[1], growth, name, what)
 
 
-def _processor_time_s(name: str, what: str, length: int, folder: Path) -> float:
-    """Processor time of a reading, in seconds: this process, its decoders, and those that ended."""
-    before = _used_s()
+def _cpu_time_s(name: str, what: str, length: int, folder: Path) -> float:
+    """CPU time of a reading, in seconds: this process, its decoders, and those that ended."""
+    before = _measure_used_s()
     refusal(PLACES[name], FILLS[what], length, folder)
-    return _used_s() - before
+    return _measure_used_s() - before
 
 
-def _used_s() -> float:
+def _measure_used_s() -> float:
     own = psutil.Process()
     times = own.cpu_times()
     used_s = time.process_time() + times.children_user + times.children_system

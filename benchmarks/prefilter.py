@@ -7,7 +7,7 @@ import numpy as np
 from benchmarks.measure import Measure, best_of
 from engine.light.cube_map import CubeMap, cube_of
 from engine.light.environment import EnvironmentMap
-from engine.light.gaussian_prefilter import prefiltered
+from engine.light.gaussian_prefilter import prefilter as prefiltered
 
 EDGE = 512
 ROWS = 512

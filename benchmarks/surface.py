@@ -2,10 +2,10 @@
 
 Domes have `AZIMUTHS` × `ELEVATIONS` lamps and noise of `NOISE`, a signal-to-noise ratio of 30 dB at the white level.
 Photographs are relit by the maps and by the directional map of the same photographs, both in sample.
-Cost: some 3 minutes of processor time for each sample, and 120 MB in the working folder.
+Cost: some 3 minutes of CPU time for each sample, and 120 MB in the working folder.
 
 The stated deviations are counted on materials that are generated: relief, colour, gloss, lamps and noise are drawn by
-seed, and photographed with bounced light, soft shadows and the lens. Cost: a second of processor time for each.
+seed, and photographed with bounced light, soft shadows and the lens. Cost: a second of CPU time for each.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ def deviations(folder: Path, scenes: int = SCENES, seed: int = 0) -> Steps[list[
     within: dict[str, list[tuple[float, float]]] = {}
     for index in range(scenes):
         yield Step(index / scenes, "looking at a generated material")
-        made = generated(seed + index)
+        made = generate(seed + index)
         used = np.arange(len(made.stack.sources))
         maps = (
             yield from part(
@@ -203,7 +203,7 @@ def errors_over_sigma(made: Generated, maps: PbrMaps) -> dict[str, NDArray[np.fl
     return {name: np.asarray(ratio, np.float64) for name, ratio in found.items()}
 
 
-def generated(seed: int, size: int = SIDE) -> Generated:
+def generate(seed: int, size: int = SIDE) -> Generated:
     """A material of `size` texels along each side, one in four a metal, under a dome of 18 to 60 lamps."""
     random = np.random.default_rng((seed, 79))
     arc = LightArc(
@@ -263,4 +263,4 @@ def _on_the_table(arc: LightArc, sample: Sample) -> rig.Table:
 
 def _photograph(table: rig.Table, elevation: float, azimuth: float) -> NDArray[np.float32]:
     still = Shot("", elevation, azimuth, 1.0, 0.0, 0.0, 0.0)
-    return rig.photographed(table, drain(rig.lit(table, elevation, azimuth)), still)
+    return rig.photograph(table, drain(rig.light_up(table, elevation, azimuth)), still)

@@ -1,3 +1,3 @@
-"""Lightarc's numerical engine: photographs in, materials and pictures out. Knows nothing of Qt or of `app`."""
+"""Lightarc's numerical engine: photographs in, materials and images out. Knows nothing of Qt or of `app`."""
 
 __version__ = "0.1.0"

@@ -23,7 +23,7 @@ def public(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
     """
 
     @functools.wraps(function)
-    def guarded(*arguments: Parameters.args, **options: Parameters.kwargs) -> Result:
+    def guard(*arguments: Parameters.args, **options: Parameters.kwargs) -> Result:
         import numpy as np
 
         try:
@@ -41,7 +41,7 @@ def public(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
                 raise UsageError(f"{function.__name__}: a value is nested too deeply") from error
             raise UsageError(f"{function.__name__}: {error or type(error).__name__}") from error
 
-    return guarded
+    return guard
 
 
 def check_size(size: tuple[int, int]) -> None:

@@ -46,7 +46,7 @@ def evaluate_brdf(brdf: str | Brdf, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.
     >>> lightarc.evaluate_brdf("lambert:albedo=0.5", (0, 0, 1), [(0, 0, 1), (0.6, 0, 0.8)]).round(3).tolist()
     [[0.159, 0.159, 0.159], [0.159, 0.159, 0.159]]
     """
-    return _opened(brdf).f(wi, wo)
+    return _open(brdf).f(wi, wo)
 
 
 @public
@@ -80,7 +80,7 @@ def fit_brdf(
 
     if samples < 1:
         raise UsageError(f"{samples} samples are too few")
-    data = fit_data(_opened(brdf), count=samples, seed=seed)
+    data = fit_data(_open(brdf), count=samples, seed=seed)
     return drain(fit(data, brdf_from_text(model), weighting=weighting, fixed=tuple(fixed), seed=seed), progress)
 
 
@@ -116,7 +116,7 @@ def factor_brdf(
         settings = settings.with_terms(terms)
     if size:
         settings = settings.with_texels(size)
-    return drain(factor(_opened(brdf), settings), progress)
+    return drain(factor(_open(brdf), settings), progress)
 
 
 @public
@@ -134,5 +134,5 @@ def save_factors(folder: str | os.PathLike[str], factorisation: Factorisation) -
     write_factors(folder, factorisation)
 
 
-def _opened(brdf: str | Brdf) -> Brdf:
+def _open(brdf: str | Brdf) -> Brdf:
     return open_brdf(brdf) if isinstance(brdf, str) else brdf

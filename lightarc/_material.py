@@ -52,14 +52,14 @@ def build_material(
     from engine.brdf.brdf import MODELS, brdf_to_text
     from engine.brdf.fit import fit, fit_data
     from engine.brdf.models.microfacet import Ggx
-    from engine.brdf.readers.table_file import kept_table
+    from engine.brdf.readers.table_file import keep_table
     from engine.factor.factor_file import open_reflectance
     from engine.scene.material import Material
     from engine.shading.representation import choose
-    from engine.shading.shading_map import ShadingMap, included
+    from engine.shading.shading_map import ShadingMap, include
 
     reflectance = open_reflectance(brdf) if isinstance(brdf, str) else brdf
-    measured = None if type(reflectance) in MODELS.values() else drain(kept_table(reflectance), progress)
+    measured = None if type(reflectance) in MODELS.values() else drain(keep_table(reflectance), progress)
     model = reflectance if measured is None else drain(fit(fit_data(measured), Ggx()), progress).brdf
     chosen = drain(choose(stack, slices, excluded=excluded, wanted=representation), progress)
     shading_map = chosen.map if isinstance(chosen.map, ShadingMap) else None
@@ -68,9 +68,9 @@ def build_material(
         None,
         directional=None if isinstance(chosen.map, ShadingMap) else chosen.map,
         brdf=brdf_to_text(model),
-        elevation_deg=tuple(float(angle) for angle in stack.elevation_deg[included(stack, excluded)]),
+        elevation_deg=tuple(float(angle) for angle in stack.elevation_deg[include(stack, excluded)]),
         name=name,
-        health=chosen.health if shading_map is None else shading_map.health.merged(chosen.health),
+        health=chosen.health if shading_map is None else shading_map.health.merge(chosen.health),
         measured=measured,
     )
 
@@ -111,7 +111,7 @@ def compress_material(
         power_law = drain(quantise(power_law, slices, exponent_bits), progress)
     if max_error is not None:
         power_law = drain(keep_tiles(power_law, slices, max_error * slices.r_max), progress)
-    return replace(material, power_law=power_law, health=slices.health.merged(power_law.health))
+    return replace(material, power_law=power_law, health=slices.health.merge(power_law.health))
 
 
 @public

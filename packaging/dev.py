@@ -40,7 +40,7 @@ LOG = ENVIRONMENT / "lightarc-setup.log"
 LOCKS = {"run": PROJECT / "packaging/requirements.lock", "test": PROJECT / "packaging/requirements-test.lock"}
 RESULTS = PROJECT / "build" / "demo"
 
-#: Each of the processes that run tests has a processor to itself: threads of linear algebra and Mesa would only wait.
+#: Each of the processes that run tests has a CPU to itself: threads of linear algebra and Mesa would only wait.
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "LP_NUM_THREADS": "1"}
 
 #: Variables that tests do without: another display, and the wish for no bytecode, without which each process that they
@@ -85,7 +85,7 @@ OTHER_SYSTEMS = {
     "libxcb-render-util0 libxcb-shape0 dejavu-fonts xorg-x11-server-Xvfb libatomic1",
 }
 
-#: Parts of pip's error messages, and the explanation for the person who waits.
+#: Parts of pip's error messages, and the explanation for the user who waits.
 PIP_FAILURES = (
     ("DO NOT MATCH THE HASHES", "A package differs from the one that the lock file names; check the package index."),
     ("No space left", "The disk is full; free about 3 GB and run the same command again."),
@@ -278,7 +278,7 @@ def install_packages(purpose: str) -> None:
 
 
 def compile_packages() -> None:
-    """Compile what the packages will import, with all processors, where pip takes one and their own tests as well.
+    """Compile what the packages will import, with all CPUs, where pip takes one and their own tests as well.
 
     A module that cannot be compiled says so when it is imported.
     """
@@ -308,7 +308,7 @@ def pip(arguments: Sequence[str], expected: int = 0) -> None:
 
 
 def meaning_of(output: str) -> str:
-    """The sentence for a person that belongs to the output of a failed pip."""
+    """The sentence for a user that belongs to the output of a failed pip."""
     for words, sentence in PIP_FAILURES:
         if words.lower() in output.lower():
             return sentence
@@ -359,16 +359,16 @@ def test(words: Sequence[str]) -> int:
     say("Types: mypy, beside the tests" if not words else "Types: mypy")
     with child([*tool, "mypy"]) as types, virtual_display() as environment:
         if words:
-            ended(types)
+            end(types)
         command = ["pytest", "-n", str(workers()), "--dist", "worksteal", "-rs", *words]
         say(f"Tests: {' '.join(command)}")
         tests = call([*tool, *command], environment)
-        codes += [ended(types), tests]
+        codes += [end(types), tests]
     return next((code for code in codes if code), 0)
 
 
 def workers() -> int:
-    """Processes that run tests: one per processor up to four, none beside pytest itself where there is but one."""
+    """Processes that run tests: one per CPU up to four, none beside pytest itself where there is but one."""
     available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return 0 if available < 2 else min(available, 4)
 
@@ -395,7 +395,7 @@ def virtual_display() -> Iterator[Mapping[str, str]]:
 def software_gl() -> dict[str, str]:
     """Variables that choose Mesa's software GL, also where another driver stands before Mesa's.
 
-    Pictures of a graphics card are up to two codes of 255 off the exact ones, where tests allow one.
+    Images of a graphics card are up to two codes of 255 off the exact ones, where tests allow one.
     """
     chosen = {"LIBGL_ALWAYS_SOFTWARE": "1", "__GLX_VENDOR_LIBRARY_NAME": "mesa"}
     for folder in ("/etc/glvnd/egl_vendor.d", "/usr/share/glvnd/egl_vendor.d"):
@@ -407,10 +407,10 @@ def software_gl() -> dict[str, str]:
 def call(command: Sequence[str], environment: Mapping[str, str] | None = None) -> int:
     """Run a program in the foreground and return its exit code. Ctrl+C is the program's affair."""
     with child(command, env=environment) as process:
-        return ended(process)
+        return end(process)
 
 
-def ended(process: subprocess.Popen[str]) -> int:
+def end(process: subprocess.Popen[str]) -> int:
     """Wait for a program; its exit code, or 128 and the number of the signal that ended it."""
     while True:
         try:

@@ -30,15 +30,15 @@ EVERY_MS = 20
 
 def main() -> int:
     if sys.argv[1:2] == ["--window"]:
-        return watched(Path(sys.argv[2]))
+        return watch(Path(sys.argv[2]))
     starts = int(sys.argv[1]) if len(sys.argv) > 1 else 3
     with tempfile.TemporaryDirectory() as folder:
-        found = [measured(Path(folder)) for _ in range(starts)]
+        found = [measure(Path(folder)) for _ in range(starts)]
     print(json.dumps({"load": round(os.getloadavg()[0], 2), "starts": found}))
     return 0
 
 
-def measured(home: Path) -> dict[str, float]:
+def measure(home: Path) -> dict[str, float]:
     """One start in `home`, a click on the first example, and the end of the program."""
     seen = home / "seen.json"
     seen.unlink(missing_ok=True)
@@ -73,7 +73,7 @@ def wait_for(seen: Path, what: str, window: subprocess.Popen[bytes]) -> dict[str
     raise SystemExit(f"the window never said {what}")
 
 
-def watched(seen: Path) -> int:
+def watch(seen: Path) -> int:
     """The window as `lightarc` opens it, which says in `seen` where the first example is, and when it is drawn."""
     from PySide6.QtCore import QTimer
     from PySide6.QtWidgets import QApplication
@@ -97,10 +97,10 @@ def watched(seen: Path) -> int:
         timer.stop()
         card = window.starting.page.cards[0]
         middle = card.mapToGlobal(card.rect().center())
-        window.view.drawn.connect(lambda: drawn(window))
+        window.view.drawn.connect(lambda: draw(window))
         tell(card=(middle.x(), middle.y()), time=time.monotonic())
 
-    def drawn(window: MainWindow) -> None:
+    def draw(window: MainWindow) -> None:
         scene = window.view.viewport.scene
         if "drawn" not in said and scene is not None and scene.material is not None:
             tell(drawn=time.monotonic(), cpu_s=time.process_time())

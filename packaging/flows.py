@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from person import Person, Seen
 from tasks import LONGEST_S, Task, chosen, run, tried, try_each, vase
+from user import Seen, User
 
 from engine.images.encode import write_exr
 
@@ -55,132 +55,132 @@ def make_files(folder: Path) -> Path:
     return given
 
 
-def conservator(person: Person, _given: Path) -> None:
+def conservator(user: User, _given: Path) -> None:
     """Photographs from a dome → material → View → surface maps → saved project → web page and RTI."""
-    has_material(person)
-    person.keys("ctrl+5")
-    seen = person.until(lambda seen: seen["workspace"] == "view" and seen["is_drawn"], "the view", LONGEST_S)
+    has_material(user)
+    user.keys("ctrl+5")
+    seen = user.until(lambda seen: seen["workspace"] == "view" and seen["is_drawn"], "the view", LONGEST_S)
     expect("Tiling" not in seen["places"], "a capture from a dome is tiled in View")
-    relight(person)
-    person.keys("ctrl+2")
-    person.until(lambda seen: seen["workspace"] == "material", "the workspace Material", 60.0)
-    person.click("Surface maps")
-    person.keys("ctrl+Return")
-    person.until(lambda seen: seen["marks"]["surface"], "the surface maps", LONGEST_S)
-    target = save(person, "Dome")
-    export(person, "Web page", "RTI")
-    files = exported(person)
+    relight(user)
+    user.keys("ctrl+2")
+    user.until(lambda seen: seen["workspace"] == "material", "the workspace Material", 60.0)
+    user.click("Surface maps")
+    user.keys("ctrl+Return")
+    user.until(lambda seen: seen["marks"]["surface"], "the surface maps", LONGEST_S)
+    target = save(user, "Dome")
+    export(user, "Web page", "RTI")
+    files = export_material(user)
     expect(any(path.suffix == ".html" for path in files), "there is no web page")
     expect(any(path.suffix in (".ptm", ".rti") for path in files), "there is no RTI")
-    quit_with(person, target)
+    quit_with(user, target)
 
 
-def artist(person: Person, _given: Path) -> None:
+def artist(user: User, _given: Path) -> None:
     """Ten photographs → material → View → glTF and Blender."""
-    has_material(person)
-    person.keys("ctrl+5")
-    person.until(lambda seen: seen["workspace"] == "view" and seen["is_drawn"], "the view", LONGEST_S)
-    relight(person)
-    export(person, "Blender")
-    files = exported(person)
+    has_material(user)
+    user.keys("ctrl+5")
+    user.until(lambda seen: seen["workspace"] == "view" and seen["is_drawn"], "the view", LONGEST_S)
+    relight(user)
+    export(user, "Blender")
+    files = export_material(user)
     expect(any(path.suffix == ".glb" for path in files), "there is no glTF")
     expect(any("blender" in str(path).lower() for path in files), "there is nothing for Blender")
-    quit_with(person, None)
+    quit_with(user, None)
 
 
-def researcher(person: Person, _given: Path) -> None:
+def researcher(user: User, _given: Path) -> None:
     """BRDF, mesh and HDR → factored → compared with the reference → the plot of errors as a file."""
 
     def is_open(seen: Seen) -> bool:
         marks = seen["marks"]
         return bool(marks["compared"]) and marks["mesh"] == "vase" and (marks["light"] or "").startswith("studio")
 
-    person.until(is_open, "the BRDF, the mesh and the environment, opened together", LONGEST_S)
-    person.keys("ctrl+4")
-    person.until(lambda seen: seen["workspace"] == "factor", "the workspace Factor", 60.0)
-    person.keys("ctrl+Return")
-    person.until(lambda seen: bool(seen["marks"]["runs"]), "the run", LONGEST_S)
-    person.until(lambda seen: not seen["jobs"], "the end of the search", SEARCH_S)
-    name = person.seen["marks"]["runs"][0][1].lower()
+    user.until(is_open, "the BRDF, the mesh and the environment, opened together", LONGEST_S)
+    user.keys("ctrl+4")
+    user.until(lambda seen: seen["workspace"] == "factor", "the workspace Factor", 60.0)
+    user.keys("ctrl+Return")
+    user.until(lambda seen: bool(seen["marks"]["runs"]), "the run", LONGEST_S)
+    user.until(lambda seen: not seen["jobs"], "the end of the search", SEARCH_S)
+    name = user.seen["marks"]["runs"][0][1].lower()
     expect("blue" in name, f"what was opened last is not factored, but {name}")
-    plot = person.folder / "errors.csv"
-    person.click(SAVE_PLOT)
-    person.until(lambda seen: "Save the error plot" in seen["dialogs"], "the dialog to save the plot", 60.0)
-    person.write(str(plot))
-    person.keys("Return")
-    person.until(lambda _seen: plot.exists(), "the plot", 60.0)
-    person.click("Use in View")
-    person.until(lambda seen: seen["workspace"] == "view" and seen["is_drawn"], "the view", LONGEST_S)
-    person.keys("b")
-    person.until(lambda seen: "comparing='wipe'" in seen["marks"]["look"], "the comparison", 60.0)
-    expect("against='reference'" in person.seen["marks"]["look"], "it is not compared with the reference")
-    quit_with(person, None)
+    plot = user.folder / "errors.csv"
+    user.click(SAVE_PLOT)
+    user.until(lambda seen: "Save the error plot" in seen["dialogs"], "the dialog to save the plot", 60.0)
+    user.write(str(plot))
+    user.keys("Return")
+    user.until(lambda _seen: plot.exists(), "the plot", 60.0)
+    user.click("Use in View")
+    user.until(lambda seen: seen["workspace"] == "view" and seen["is_drawn"], "the view", LONGEST_S)
+    user.keys("b")
+    user.until(lambda seen: "comparing='wipe'" in seen["marks"]["look"], "the comparison", 60.0)
+    expect("against='reference'" in user.seen["marks"]["look"], "it is not compared with the reference")
+    quit_with(user, None)
 
 
-def has_material(person: Person) -> None:
+def has_material(user: User) -> None:
     """Wait until the photographs that the program was started with have become a material."""
-    person.until(
+    user.until(
         lambda seen: (seen["marks"]["map"] or seen["marks"]["planes"]) is not None and not seen["jobs"],
         "the material",
         LONGEST_S,
     )
 
 
-def relight(person: Person) -> None:
+def relight(user: User) -> None:
     """Move the light by the mouse."""
-    before = person.seen["marks"]["look"]
-    person.drag("viewport", (0.5, 0.5), (0.62, 0.45), "ctrl")
-    person.until(lambda seen: seen["marks"]["look"] != before, "the light", 60.0)
+    before = user.seen["marks"]["look"]
+    user.drag("viewport", (0.5, 0.5), (0.62, 0.45), "ctrl")
+    user.until(lambda seen: seen["marks"]["look"] != before, "the light", 60.0)
 
 
-def save(person: Person, name: str) -> Path:
+def save(user: User, name: str) -> Path:
     """Save the project under a name; the file appears whatever runs."""
-    target = person.folder / f"{name}.lap"
-    person.keys("ctrl+s")
-    person.until(lambda seen: "Save as" in seen["dialogs"], "the dialog to save", 60.0)
-    person.write(str(target))
-    person.keys("Return")
-    person.until(lambda seen: target.is_file() and seen["path"] == str(target), "the saved project", 60.0)
+    target = user.folder / f"{name}.lap"
+    user.keys("ctrl+s")
+    user.until(lambda seen: "Save as" in seen["dialogs"], "the dialog to save", 60.0)
+    user.write(str(target))
+    user.keys("Return")
+    user.until(lambda seen: target.is_file() and seen["path"] == str(target), "the saved project", 60.0)
     return target
 
 
-def export(person: Person, *names: str) -> None:
+def export(user: User, *names: str) -> None:
     """Choose targets for other programs, and write them. Nothing is measured unasked."""
-    person.keys("ctrl+6")
-    person.until(lambda seen: seen["workspace"] == "export", "the workspace Export", 60.0)
-    seen = person.seen
+    user.keys("ctrl+6")
+    user.until(lambda seen: seen["workspace"] == "export", "the workspace Export", 60.0)
+    seen = user.seen
     expect(
         "PBR maps – none opened" not in seen["places"] or not seen["marks"]["surface"], "surface maps are not offered"
     )
     if "Web page" not in seen["places"]:
-        person.click("Other programs")
-    seen = person.until(lambda seen: names[0] in seen["places"], "the targets", 60.0)
+        user.click("Other programs")
+    seen = user.until(lambda seen: names[0] in seen["places"], "the targets", 60.0)
     unasked = [title for title in seen["computing"] if "measuring" in title.lower()]
     expect(not unasked, f"something is measured unasked: {unasked}")
     for name in names:
         if name not in seen["checked"]:
-            person.click(name)
-    person.keys("ctrl+Return")
+            user.click(name)
+    user.keys("ctrl+Return")
 
 
-def exported(person: Person) -> list[Path]:
+def export_material(user: User) -> list[Path]:
     """Wait for the end of an export; its files."""
-    person.until(lambda seen: bool(seen["jobs"]) or bool(written(person)), "the export", 60.0)
-    person.until(lambda seen: not seen["jobs"] and bool(written(person)), "the files", LONGEST_S)
-    return written(person)
+    user.until(lambda seen: bool(seen["jobs"]) or bool(write(user)), "the export", 60.0)
+    user.until(lambda seen: not seen["jobs"] and bool(write(user)), "the files", LONGEST_S)
+    return write(user)
 
 
-def written(person: Person) -> list[Path]:
+def write(user: User) -> list[Path]:
     """Files in folders of exports of this user."""
-    return [path for folder in person.folder.glob("* exports") for path in folder.rglob("*") if path.is_file()]
+    return [path for folder in user.folder.glob("* exports") for path in folder.rglob("*") if path.is_file()]
 
 
-def quit_with(person: Person, target: Path | None) -> None:
+def quit_with(user: User, target: Path | None) -> None:
     """Quit by the keyboard, which is none of the steps: the program ends well, and keeps what was saved."""
-    steps, pressed = list(person.steps), person.pressed
-    person.shot("after")
-    code = person.close()
-    person.steps, person.pressed = steps, pressed
+    steps, pressed = list(user.steps), user.pressed
+    user.shoot("after")
+    code = user.close()
+    user.steps, user.pressed = steps, pressed
     expect(code == 0, f"the program ended with {code}")
     expect(target is None or target.is_file(), "the saved project is lost")
 

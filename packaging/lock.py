@@ -3,7 +3,7 @@
     python3 packaging/lock.py [--upgrade]
 
 Needs uv (`python3 -m pip install uv`). Versions already locked are kept where they still fit; `--upgrade` takes the
-newest ones. The tests' lock is made under the constraint of the first, so that tests run on what people get.
+newest ones. The tests' lock is made under the constraint of the first, so that tests run on what users get.
 """
 
 from __future__ import annotations

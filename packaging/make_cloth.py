@@ -17,7 +17,7 @@ from engine.storage.atomic import atomic_file
 
 POINTS = 61
 SIDE = 2.6
-BALL_RADIUS = 0.6
+SPHERE_RADIUS = 0.6
 GROUND = -0.6
 STEPS = 360
 SWEEPS = 5
@@ -33,7 +33,7 @@ def drape() -> NDArray[np.float32]:
     side = np.linspace(-SIDE / 2, SIDE / 2, POINTS)
     x, z = np.meshgrid(side, -side)
     turned = np.stack([x, z], -1) @ [[np.cos(0.5), np.sin(0.5)], [-np.sin(0.5), np.cos(0.5)]]
-    height = BALL_RADIUS + 0.02 + 0.01 * np.sin(5.0 * x + 1.0) * np.sin(4.0 * z)
+    height = SPHERE_RADIUS + 0.02 + 0.01 * np.sin(5.0 * x + 1.0) * np.sin(4.0 * z)
     fallen: NDArray[np.float64] = _fall(np.stack([turned[..., 0], height, turned[..., 1]], -1), CONSTRAINTS)
     return fallen.astype(np.float32)
 
@@ -83,8 +83,8 @@ def _keep_outside(positions, before):  # type: ignore[no-untyped-def]
         for column in range(positions.shape[1]):
             p, old = positions[row, column], before[row, column]
             distance = np.sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2])
-            if distance < BALL_RADIUS:
-                p *= BALL_RADIUS / max(distance, 1e-12)
+            if distance < SPHERE_RADIUS:
+                p *= SPHERE_RADIUS / max(distance, 1e-12)
                 p += 0.3 * (old - p)
             if p[1] < GROUND:
                 p[1] = GROUND

@@ -3,7 +3,7 @@
     python packaging/make_gallery.py [woven] [medal] [satin]
 
 writes `NAME.zip` and `NAME.jpg` into resources/gallery (`app.start.examples` opens them). Equal code makes equal
-pixels; nothing in them is of a real object or person. The photographs go through JPEG and the ordinary import, as a
+pixels; nothing in them is of a real object or user. The photographs go through JPEG and the ordinary import, as a
 user's would. Numbers of the finished maps are rounded to 11 bits, a twentieth of the noise of 8-bit photographs, so
 that they compress. Some two minutes, bound by the import of the photographs and the images.
 """
@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from app.commands.making import marked_stack, material_of
+from app.commands.making import mark_stack, material_of
 from app.commands.opening import load_environment, load_shape
 from app.document.comparison import Comparison
 from app.document.document import BRDF, ImportChoices, Look, Project
@@ -46,11 +46,12 @@ from engine.core.steps import drain
 from engine.factor.factor import factor
 from engine.factor.settings import FactorSettings
 from engine.geometry.camera import Camera
-from engine.geometry.shapes import framed
+from engine.geometry.shapes import frame_mesh
 from engine.images.encode import encode_png
 from engine.light.lamps import LampSettings
 from engine.render.direct import radiance
-from engine.render.display import Display, displayed
+from engine.render.display import Display
+from engine.render.display import display as displayed
 from engine.scene.material import Material
 from engine.simulate.arc import LightArc, dome_azimuths_deg, dome_elevations_deg
 from engine.simulate.simulate import simulate
@@ -74,7 +75,7 @@ class Made:
 
 def woven(data: Path) -> Made:
     """Ten photographs of the woven cloth under an arc, on the draped cloth under one light."""
-    project = captured(LightArc(size=256, noise=0.0, misalignment_px=0.0), data, "Woven cloth")
+    project = capture(LightArc(size=256, noise=0.0, misalignment_px=0.0), data, "Woven cloth")
     fill = LampSettings(theta_deg=65.0, phi_deg=80.0, irradiance=0.2)
     look = Look(light_theta_deg=58.0, light_phi_deg=-50.0, irradiance=1.6, repeats=5.0, lamps=(fill,))
     notes = "Ten simulated photographs of a herringbone cloth under a light arc. Press Import in Capture to make the "
@@ -88,7 +89,7 @@ def medal(data: Path) -> Made:
     azimuth = tuple(math.radians(angle) for angle in dome_azimuths_deg(8))
     elevation = tuple(math.radians(angle) for angle in dome_elevations_deg(5))
     arc = LightArc("medal", elevation, azimuth, size=320, noise=0.0, misalignment_px=0.0)
-    project = captured(arc, data, "Bronze medal")
+    project = capture(arc, data, "Bronze medal")
     look = Look(light_theta_deg=50.0, light_phi_deg=-48.0, irradiance=3.0, exposure_ev=0.4)
     project = dataclasses.replace(project, look=look)
     notes = (
@@ -96,7 +97,7 @@ def medal(data: Path) -> Made:
     )
     flat = dataclasses.replace(project, **project.lay_flat(project.material), notes=notes)
     assert flat.mesh is not None
-    return Made(flat, framed(flat.mesh, IMAGE_SIZE[0] / IMAGE_SIZE[1]))
+    return Made(flat, frame_mesh(flat.mesh, IMAGE_SIZE[0] / IMAGE_SIZE[1]))
 
 
 def satin(_data: Path) -> Made:
@@ -146,15 +147,15 @@ def satin_table() -> HalfDifferenceTable:
         ("ggx:kd=0,alpha=0.15,f0=0.04", (1.0, 1.1, 1.3)),
     )
     below = np.minimum(light[..., 2], view[..., 2]) < GRAZING  # not measured: filled with what lies nearest
-    light, view = raised(light), raised(view)
+    light, view = raise_error(light), raise_error(view)
     values = np.zeros((*counts, 3))
     for text, colour in lobes:
         values += np.asarray(brdf_from_text(text).f(light, view)) * np.array(colour)
     values *= 1.0 + 0.01 * np.random.default_rng(7).standard_normal(values.shape)
-    return HalfDifferenceTable(rounded(values), below, name="Blue satin", kind="simulated measurement")
+    return HalfDifferenceTable(round_values(values), below, name="Blue satin", kind="simulated measurement")
 
 
-def raised(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+def raise_error(directions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Unit vectors (…, 3) whose cosine with the normal is at least `GRAZING`."""
     cosine = np.maximum(directions[..., 2], GRAZING)
     across = directions[..., :2] / np.maximum(np.linalg.norm(directions[..., :2], axis=-1, keepdims=True), 1e-9)
@@ -169,16 +170,16 @@ def directions_of(
     local = np.stack([np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d)], -1)
     cosine, sine = np.cos(theta_h), np.sin(theta_h)
 
-    def turned(vector: NDArray[np.float64]) -> NDArray[np.float64]:
+    def turn(vector: NDArray[np.float64]) -> NDArray[np.float64]:
         x, y, z = np.moveaxis(vector, -1, 0)
         return np.stack([cosine * x + sine * z, y, -sine * x + cosine * z], -1)
 
-    half = turned(np.broadcast_to([0.0, 0.0, 1.0], local.shape))
-    light = turned(local)
+    half = turn(np.broadcast_to([0.0, 0.0, 1.0], local.shape))
+    light = turn(local)
     return light, 2.0 * (light * half).sum(-1, keepdims=True) * half - light
 
 
-def captured(arc: LightArc, data: Path, name: str) -> Project:
+def capture(arc: LightArc, data: Path, name: str) -> Project:
     """The project of a simulated capture: its photographs as JPEG inside `data`, imported and built as any other.
 
     The pixels of its stack lie in the cache and not in the archive: they are large, and the window reads them again
@@ -194,12 +195,10 @@ def captured(arc: LightArc, data: Path, name: str) -> Project:
             pixels = cv2.cvtColor(cv2.imread(str(path), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
             Image.fromarray(pixels).save(inside / f"{path.stem}.jpg", quality=PHOTOGRAPH, subsampling=0)
         sources = find([inside])
-        stack = drain(marked_stack(sources, ImportChoices(), (data, data), tuple(sources.photographs), None))
+        stack = drain(mark_stack(sources, ImportChoices(), (data, data), tuple(sources.photographs), None))
         material = drain(material_of(Project(sources=sources, stack=stack, name=name)))
         maps = {
-            part: packed(value)
-            for part in ("shading_map", "power_law")
-            if (value := getattr(material, part)) is not None
+            part: pack(value) for part in ("shading_map", "power_law") if (value := getattr(material, part)) is not None
         }
         settled = dataclasses.replace(material, name=name, brdf=BRDF, **maps)
         project = Project(
@@ -213,17 +212,17 @@ def captured(arc: LightArc, data: Path, name: str) -> Project:
         return dataclasses.replace(project, built_from=project.recipe)
 
 
-def packed(maps: Any) -> Any:
+def pack(maps: Any) -> Any:
     """The same maps with numbers that compress."""
     arrays = {
-        each.name: rounded(value)
+        each.name: round_values(value)
         for each in dataclasses.fields(maps)
         if each.init and isinstance(value := getattr(maps, each.name), np.ndarray) and value.dtype == np.float32
     }
     return dataclasses.replace(maps, **arrays)
 
 
-def rounded(values: NDArray[Any]) -> NDArray[np.float32]:
+def round_values(values: NDArray[Any]) -> NDArray[np.float32]:
     """`values` as float32 with the precision of half floats, whatever their range."""
     mantissa, exponent = np.frexp(np.asarray(values, np.float64))
     return np.asarray(np.ldexp(np.round(mantissa * 2048.0) / 2048.0, exponent), np.float32)

@@ -194,7 +194,7 @@ def write_sbom(packages: Sequence[tuple[Locked, Distribution | None]], version: 
     }
 
 
-def installed(packages: Sequence[Locked]) -> list[tuple[Locked, Distribution | None]]:
+def find_installed(packages: Sequence[Locked]) -> list[tuple[Locked, Distribution | None]]:
     """Pair each package with its installation; ValueError where the installed version is another."""
     pairs: list[tuple[Locked, Distribution | None]] = []
     for each in packages:
@@ -213,7 +213,7 @@ def main() -> int:
     sys.path.insert(0, str(PROJECT))
     import engine
 
-    pairs = installed(read_lock())
+    pairs = find_installed(read_lock())
     NOTICES.write_text(write_notices(pairs), encoding="utf-8")
     SBOM.write_text(json.dumps(write_sbom(pairs, engine.__version__), indent=1) + "\n", encoding="utf-8")
     print(f"{NOTICES} and {SBOM}: {len(pairs)} packages")

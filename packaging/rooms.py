@@ -3,7 +3,7 @@
     python packaging/rooms.py
 
 A box is a room with its number of modules. A line leads from a room to one that it imports; of lines that others
-imply (a imports b, b imports c, a imports c) only the longest way is drawn, so that the picture shows the order.
+imply (a imports b, b imports c, a imports c) only the longest way is drawn, so that the image shows the order.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 PROJECT = Path(__file__).resolve().parents[1]
-PICTURE = PROJECT / "resources" / "rooms.svg"
+IMAGE = PROJECT / "resources" / "rooms.svg"
 
 #: Pixels: of a box, and between boxes.
 WIDTH, HEIGHT, ACROSS, DOWN, MARGIN = 150, 40, 14, 34, 24
@@ -76,7 +76,7 @@ def direct(below: Edges) -> dict[str, set[str]]:
     return {room: below[room] - {far for near in below[room] for far in reach(near)} for room in below}
 
 
-def drawn() -> str:
+def draw() -> str:
     sizes, below = rooms(), edges()
     level, near = floors(below), direct(below)
     rows: dict[int, list[str]] = defaultdict(list)
@@ -101,7 +101,7 @@ def drawn() -> str:
 
 
 def middle(room: str, near: Edges, place: Mapping[str, tuple[float, float]], width: float) -> float:
-    """The best place of a room across the picture: the mean of the rooms that it imports."""
+    """The best place of a room across the image: the mean of the rooms that it imports."""
     under = [place[other][0] for other in near[room] if other in place]
     return sum(under) / len(under) if under else width / 2
 
@@ -127,4 +127,4 @@ def box(room: str, size: int, x: float, y: float) -> str:
 
 
 if __name__ == "__main__":
-    PICTURE.write_text(drawn(), encoding="utf-8")
+    IMAGE.write_text(draw(), encoding="utf-8")

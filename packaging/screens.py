@@ -1,4 +1,4 @@
-"""Parts of all that the window can show: functions that lead a window there and let a `Gallery` take pictures.
+"""Parts of all that the window can show: functions that lead a window there and let a `Gallery` take images.
 
 `PARTS` has them in their order. Each can run alone; those that need work in the window make it where there is none.
 """
@@ -41,7 +41,7 @@ from engine.capture.lights.sources import find
 from engine.core.errors import InputError, MissingCapability, OutOfMemory
 from engine.core.steps import drain
 from engine.light.lamps import LampSettings
-from engine.simulate.built_in import built_in_sample
+from engine.simulate.built_in import make_built_in_sample
 from engine.storage import atomic
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -54,7 +54,7 @@ STATES = (
     ("difference", "shading-map", "difference"),
 )
 
-#: The longest that work is waited for, and a picture that refines.
+#: The longest that work is waited for, and an image that refines.
 PATIENCE_S, REFINING_S = 900.0, 6.0
 
 #: A window is at rest when nothing has moved for so long; the pauses of the program are shorter than that.
@@ -78,7 +78,7 @@ class Size:
 
 @dataclass
 class Gallery:
-    """Pictures of `folder`, in all `sizes` and `themes`, and their `faults`; `taken` counts them."""
+    """Images of `folder`, in all `sizes` and `themes`, and their `faults`; `taken` counts them."""
 
     folder: Path
     sizes: Sequence[Size]
@@ -103,7 +103,7 @@ class Gallery:
         self.keep(window, name, in_front)
 
     def keep(self, shown: QWidget, name: str, in_front: QWidget | None = None) -> None:
-        """Save the picture of a window, a dialog or a menu as it is now; note its faults, or those of `in_front`."""
+        """Save the image of a window, a dialog or a menu as it is now; note its faults, or those of `in_front`."""
         path = self.folder / f"{name}-{self.look}.png"
         if not shown.grab().save(str(path)):
             raise SystemExit(f"{path} cannot be written")
@@ -130,7 +130,7 @@ class Gallery:
         settle(OPENING_S + 0.1)
 
     def readme(self, window: MainWindow, path: Path) -> None:
-        """The picture at the top of the README."""
+        """The image at the top of the README."""
         with_work(window)
         window.set_theme("dark")
         window.resize(1280, 800)
@@ -141,7 +141,7 @@ class Gallery:
 
 
 def rest(window: MainWindow, refining_s: float = REFINING_S) -> None:
-    """Run the event loop until the small jobs are over and the picture has come to rest, or long enough."""
+    """Run the event loop until the small jobs are over and the image has come to rest, or long enough."""
     begun = quiet = time.monotonic()
     while time.monotonic() - quiet < QUIET_S:
         settle(0.02)
@@ -283,8 +283,8 @@ def dialogs(gallery: Gallery, window: MainWindow) -> None:
         ),
     )
     openers: dict[str, Callable[[], object]] = {
-        "picture": lambda: window.view.save_picture("picture"),
-        "turntable": lambda: window.view.save_picture("turntable"),
+        "picture": lambda: window.view.save_image("picture"),
+        "turntable": lambda: window.view.save_image("turntable"),
         "keys": lambda: show_keys(window),
         "modes": lambda: ModeChooser(window, bench.document.project).open(),
         "preferences": lambda: Preferences(window, window.settings.now, bench.jobs).open(),
@@ -311,10 +311,10 @@ def dialogs(gallery: Gallery, window: MainWindow) -> None:
         window.show_workspace("view")
         for name, show in openers.items():
             gallery.open(window, f"6-dialog-{name}", show)
-    _of_brdfs(gallery, window)
+    _show_brdfs(gallery, window)
 
 
-def _of_brdfs(gallery: Gallery, window: MainWindow) -> None:
+def _show_brdfs(gallery: Gallery, window: MainWindow) -> None:
     """The text of a BRDF, with a mistake as well, and the ranking of all models."""
     tab, fit = window.brdf, window.brdf.inspector.fit
     window.show_workspace("brdf")
@@ -349,7 +349,7 @@ def failures(gallery: Gallery, window: MainWindow) -> None:
     )
     errors: dict[str, BaseException] = {
         "newer-bundle": bundle,
-        "memory": OutOfMemory("The picture needs 3.2 GB, and 1.1 GB are free"),
+        "memory": OutOfMemory("The image needs 3.2 GB, and 1.1 GB are free"),
         "capability": MissingCapability("OpenGL 3.3 is not there", "Install the driver of the graphics card"),
     }
     for at, _ in enumerate(gallery.looks(window, largest=1)):
@@ -397,7 +397,7 @@ def jobs(gallery: Gallery, window: MainWindow) -> None:
         window.docks.jobs.hide()
 
 
-def compared(gallery: Gallery, window: MainWindow) -> None:
+def compare_with(gallery: Gallery, window: MainWindow) -> None:
     """The View workspace with lamps and a ground, the reference alone, beside another mode, and less it."""
     with_sample(window)
     window.show_workspace("view")
@@ -415,11 +415,11 @@ def compared(gallery: Gallery, window: MainWindow) -> None:
 
 
 def enough(window: MainWindow) -> bool:
-    """True if a shown reference has a few samples, and the error of compared pictures is known."""
-    pictures = window.view.pictures
-    found = pictures.reference.found
-    refined = pictures.progressive is None or (found is not None and found.samples >= 4)
-    return refined and (len(pictures.modes) < 2 or pictures.error is not None)
+    """True if a shown reference has a few samples, and the error of compared images is known."""
+    images = window.view.images
+    found = images.reference.found
+    refined = images.progressive is None or (found is not None and found.samples >= 4)
+    return refined and (len(images.modes) < 2 or images.error is not None)
 
 
 def docks(gallery: Gallery, window: MainWindow) -> None:
@@ -469,14 +469,14 @@ def banners(gallery: Gallery, window: MainWindow) -> None:
     window.new()
     window.show_workspace("capture")
     place = Path(tempfile.mkdtemp(prefix="lightarc-banners-"))
-    photographs = shutil.copytree(drain(built_in_sample(place / "sample")), place / "photographs")
+    photographs = shutil.copytree(drain(make_built_in_sample(place / "sample")), place / "photographs")
     path = place / "Woven sample.lap"
     projects.copy_to(path)
     wait_until(lambda: projects.path == path)
     bench.import_photographs(find([photographs]), name="Woven sample")
     wait_until(lambda: bench.document.project.has_map and not bench.jobs.active and projects.is_saved)
 
-    def shown(cause: str) -> None:
+    def show(cause: str) -> None:
         wait_until(lambda: cause in window.banners.words)
         for _ in gallery.looks(window, largest=2):
             settle(QUIET_S)
@@ -484,18 +484,18 @@ def banners(gallery: Gallery, window: MainWindow) -> None:
 
     moved = photographs.rename(place / "moved")
     window.whereabouts.look()
-    shown("missing")
+    show("missing")
     moved.rename(photographs)
     first = min(photographs.glob("woven_*"))
     content = first.read_bytes()
     first.write_bytes(content + b"\0")
     window.whereabouts.look()
-    shown("changed")
+    show("changed")
     first.write_bytes(content)
     window.whereabouts.look()
     atomic.fault = full_disk
     bench.load_model("torus-knot")
-    shown("saving")
+    show("saving")
     atomic.fault = None
     wait_until(lambda: "saving" not in window.banners.words and projects.is_saved)
     window.new()
@@ -505,7 +505,7 @@ def banners(gallery: Gallery, window: MainWindow) -> None:
             assert other.stdout is not None
             other.stdout.readline()
             window.open_project(path)
-            shown("read-only" if name == "second" else "interrupted")
+            show("read-only" if name == "second" else "interrupted")
             other.kill()
         window.new()
     shutil.rmtree(place)
@@ -548,7 +548,7 @@ PARTS: dict[str, Callable[[Gallery, MainWindow], None]] = {
     "work": work,
     "menus": menus,
     "jobs": jobs,
-    "compared": compared,
+    "compared": compare_with,
     "docks": docks,
     "banners": banners,
 }

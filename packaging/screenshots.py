@@ -1,4 +1,4 @@
-"""Drives the real window over the built-in sample and saves a picture of every workspace, dock, dialog and state.
+"""Drives the real window over the built-in sample and saves an image of every workspace, dock, dialog and state.
 
     python packaging/screenshots.py FOLDER --sizes 1280x800 --themes dark --parts empty dialogs
     python packaging/screenshots.py FOLDER --readme packaging/screenshots/view.png
@@ -6,10 +6,10 @@
 needs a display with OpenGL that is as large as the largest size (`Xvfb -screen 0 2600x1700x24` does). Without
 `--sizes`, `--themes` and `--parts` it takes all of them: 1024 × 700, 1280 × 800, 1920 × 1080, 2560 × 1440, and
 1280 × 800 at 200 % from a second process, each dark and light. The program starts once; what takes long is done once,
-and then seen in all sizes and themes. Pictures are named STATE-SIZE-THEME.png. `contact-sheet.png` has all pictures of
+and then seen in all sizes and themes. Images are named STATE-SIZE-THEME.png. `contact-sheet.png` has all images of
 the folder, small, with their names; `faults.txt` lists what `benchmarks.app.faults` finds in those of this run: text
 that is cut, overlapping widgets, faint text, controls without a name. `--readme`, which may be left out, also writes
-the picture at the top of the README: the View workspace with the material on a model. The parts are in
+the image at the top of the README: the View workspace with the material on a model. The parts are in
 `packaging/screens.py`.
 """
 
@@ -42,7 +42,7 @@ SIZES = {
     DOUBLED: (1280, 800),
 }
 
-#: Width of a picture on the contact sheet, the pictures of a row, and the height of a name.
+#: Width of an image on the contact sheet, the images of a row, and the height of a name.
 SMALL_PX, IN_A_ROW, NAME_PX = 400, 6, 16
 
 #: Set in the process whose pixels are twice as large.
@@ -64,7 +64,7 @@ def main() -> int:
         "--themes", nargs="+", choices=THEMES, default=list(THEMES), metavar="THEME", help="dark, light"
     )
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART", help=", ".join(PARTS))
-    parser.add_argument("--readme", type=Path, help="where the picture of the README goes")
+    parser.add_argument("--readme", type=Path, help="where the image of the README goes")
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
     doubled = os.environ.get(IS_DOUBLED) is not None
@@ -84,7 +84,7 @@ def main() -> int:
 
 
 def at_200_percent(options: argparse.Namespace) -> list[str]:
-    """Take the pictures that have pixels twice as large, in a process of their own; their faults."""
+    """Take the images that have pixels twice as large, in a process of their own; their faults."""
     again = [sys.executable, __file__, str(options.folder), "--sizes", DOUBLED]
     again += ["--themes", *options.themes, "--parts", *options.parts]
     doubled = {**os.environ, "QT_SCALE_FACTOR": "2", IS_DOUBLED: "1"}
@@ -93,7 +93,7 @@ def at_200_percent(options: argparse.Namespace) -> list[str]:
 
 
 def drive(options: argparse.Namespace, sizes: list[Size]) -> list[str]:
-    """Open the window, lead it through the chosen parts, and close it; the faults of the pictures."""
+    """Open the window, lead it through the chosen parts, and close it; the faults of the images."""
     request_format()
     application = QApplication([])
     theme.apply(application, options.themes[0])
@@ -104,7 +104,7 @@ def drive(options: argparse.Namespace, sizes: list[Size]) -> list[str]:
         if name in options.parts:
             begun, before = time.monotonic(), gallery.taken
             part(gallery, window)
-            print(f"{name}: {gallery.taken - before} pictures in {time.monotonic() - begun:.0f} s", file=sys.stderr)
+            print(f"{name}: {gallery.taken - before} images in {time.monotonic() - begun:.0f} s", file=sys.stderr)
     if options.readme is not None:
         gallery.readme(window, options.readme)
     window.close()
@@ -112,15 +112,15 @@ def drive(options: argparse.Namespace, sizes: list[Size]) -> list[str]:
 
 
 def contact_sheet(folder: Path) -> None:
-    """All pictures of `folder`, small and with their names, in one."""
+    """All images of `folder`, small and with their names, in one."""
     from PIL import Image, ImageDraw
 
     paths = [path for path in sorted(folder.glob("*.png")) if not path.name.startswith("contact-sheet")]
     small = []
     for path in paths:
-        with Image.open(path) as picture:
-            height = max(1, round(SMALL_PX * picture.height / picture.width))
-            small.append(picture.convert("RGB").resize((SMALL_PX, height), Image.Resampling.LANCZOS))
+        with Image.open(path) as image:
+            height = max(1, round(SMALL_PX * image.height / image.width))
+            small.append(image.convert("RGB").resize((SMALL_PX, height), Image.Resampling.LANCZOS))
     rows = [range(first, min(first + IN_A_ROW, len(small))) for first in range(0, len(small), IN_A_ROW)]
     heights = [max(small[at].height for at in row) + NAME_PX for row in rows]
     sheet = Image.new("RGB", (SMALL_PX * IN_A_ROW, max(1, sum(heights))), "#808080")

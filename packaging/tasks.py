@@ -1,10 +1,10 @@
-"""Twelve tasks of a buyer, each from a first start, with its clicks, its seconds of waiting and its pictures.
+"""Twelve tasks of a buyer, each from a first start, with its clicks, its seconds of waiting and its images.
 
     python packaging/tasks.py -o FOLDER [--only TASK …]
 
 needs the programs Xvfb, openbox, xdotool and import (ImageMagick). It brings its own display and window manager, and
 files for the tasks: photographs of which one is broken, a dome, a measured BRDF, one in GLSL, and a vase of few
-vertices. `person` moves the mouse and presses the keys. Pictures lie in FOLDER, to be looked at; `tasks.json` has the
+vertices. `person` moves the mouse and presses the keys. Images lie in FOLDER, to be looked at; `tasks.json` has the
 counts. A task is done when what it is about is there, in the document or on disk; the exit code is 1 where one is not.
 """
 
@@ -22,13 +22,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from person import PAUSE_S, ROOT, Person
+from user import PAUSE_S, ROOT, User
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 #: A task, done by a user with the files of a folder.
-Task = Callable[[Person, Path], None]
+Task = Callable[[User, Path], None]
 
 #: Size of the display.
 SCREEN = "1280x800x24"
@@ -54,7 +54,7 @@ vec3 BRDF( vec3 L, vec3 V, vec3 N, vec3 X, vec3 Y )
 """
 
 
-def made(folder: Path) -> Path:
+def make(folder: Path) -> Path:
     """The folder of the files that the tasks begin with, made by the program itself."""
     place = folder / "given"
     if place.exists():
@@ -72,7 +72,7 @@ def made(folder: Path) -> Path:
 
 
 def vase(columns: int, rows: int) -> str:
-    """A vase of few vertices as an .obj, as people bake: a turned profile with texture coordinates."""
+    """A vase of few vertices as an .obj, as users bake: a turned profile with texture coordinates."""
     lines = []
     for row in range(rows + 1):
         up = row / rows
@@ -93,239 +93,239 @@ def run(*words: object) -> None:
     subprocess.run([sys.executable, "-m", "app", *map(str, words)], cwd=ROOT, check=True, capture_output=True)
 
 
-def workspace(person: Person, name: str) -> None:
+def workspace(user: User, name: str) -> None:
     """Go to a workspace by its button."""
-    person.click(name)
-    person.until(lambda seen: seen["workspace"] == name.lower(), f"the workspace {name}", 60.0)
+    user.click(name)
+    user.until(lambda seen: seen["workspace"] == name.lower(), f"the workspace {name}", 60.0)
 
 
-def with_sample(person: Person) -> None:
+def with_sample(user: User) -> None:
     """Open the sample from the empty window."""
-    person.click("Try the sample capture")
-    person.until(lambda seen: seen["marks"]["map"] is not None and not seen["jobs"], "the material", LONGEST_S)
+    user.click("Try the sample capture")
+    user.until(lambda seen: seen["marks"]["map"] is not None and not seen["jobs"], "the material", LONGEST_S)
 
 
-def on_model(person: Person) -> None:
+def on_model(user: User) -> None:
     """Open the sample, and see it on a model."""
-    with_sample(person)
-    workspace(person, "View")
-    person.until(lambda seen: seen["is_drawn"], "the picture", LONGEST_S)
+    with_sample(user)
+    workspace(user, "View")
+    user.until(lambda seen: seen["is_drawn"], "the image", LONGEST_S)
 
 
-def on_vase(person: Person, given: Path) -> None:
+def on_vase(user: User, given: Path) -> None:
     """Open a model of one's own, which comes to the front in View."""
-    person.keys("ctrl+o")
-    person.answer("Open", given / "vase.obj")
-    person.until(lambda seen: seen["marks"]["mesh"] == "vase" and seen["workspace"] == "view", "the model", LONGEST_S)
-    person.until(lambda seen: seen["is_drawn"] and not seen["jobs"], "the picture", LONGEST_S)
+    user.keys("ctrl+o")
+    user.answer("Open", given / "vase.obj")
+    user.until(lambda seen: seen["marks"]["mesh"] == "vase" and seen["workspace"] == "view", "the model", LONGEST_S)
+    user.until(lambda seen: seen["is_drawn"] and not seen["jobs"], "the image", LONGEST_S)
 
 
-def sample(person: Person, _given: Path) -> None:
+def sample(user: User, _given: Path) -> None:
     """The sample on a model."""
-    on_model(person)
+    on_model(user)
     time.sleep(8 * PAUSE_S)
 
 
-def photographs(person: Person, given: Path) -> None:
+def photographs(user: User, given: Path) -> None:
     """Own photographs, of which one is broken and left out."""
-    person.click("Choose photographs…")
-    person.answer("Folder of photographs", given / "photographs")
-    person.until(lambda seen: "Leave it out" in seen["places"], "the question", LONGEST_S)
-    person.shot("broken")
-    person.keys("Return")
-    person.until(lambda seen: seen["marks"]["map"] is not None and not seen["jobs"], "the material", LONGEST_S)
-    workspace(person, "Material")
+    user.click("Choose photographs…")
+    user.answer("Folder of photographs", given / "photographs")
+    user.until(lambda seen: "Leave it out" in seen["places"], "the question", LONGEST_S)
+    user.shoot("broken")
+    user.keys("Return")
+    user.until(lambda seen: seen["marks"]["map"] is not None and not seen["jobs"], "the material", LONGEST_S)
+    workspace(user, "Material")
 
 
-def dome(person: Person, given: Path) -> None:
+def dome(user: User, given: Path) -> None:
     """Photographs under a dome of lamps."""
-    person.click("Choose photographs…")
-    person.answer("Folder of photographs", given / "dome")
-    person.until(lambda seen: seen["marks"]["planes"] is not None and not seen["jobs"], "the material", LONGEST_S)
-    workspace(person, "View")
-    person.until(lambda seen: seen["is_drawn"], "the picture", LONGEST_S)
+    user.click("Choose photographs…")
+    user.answer("Folder of photographs", given / "dome")
+    user.until(lambda seen: seen["marks"]["planes"] is not None and not seen["jobs"], "the material", LONGEST_S)
+    workspace(user, "View")
+    user.until(lambda seen: seen["is_drawn"], "the image", LONGEST_S)
 
 
-def compare(person: Person, given: Path) -> None:
+def compare(user: User, given: Path) -> None:
     """Five BRDFs compared, a measured one among them, and a model fitted to it."""
-    workspace(person, "BRDF")
-    person.click("Search the library")
+    workspace(user, "BRDF")
+    user.click("Search the library")
     for name in ("ward", "oren", "cook", "ashikhmin"):
-        person.write(name)
-        person.keys("Return")
-    person.keys("ctrl+o")
-    person.answer("Open", given / "blue.binary")
-    seen = person.until(lambda seen: len(seen["marks"]["compared"]) >= 5, "five BRDFs", LONGEST_S)
+        user.write(name)
+        user.keys("Return")
+    user.keys("ctrl+o")
+    user.answer("Open", given / "blue.binary")
+    seen = user.until(lambda seen: len(seen["marks"]["compared"]) >= 5, "five BRDFs", LONGEST_S)
     count = len(seen["marks"]["compared"])
-    person.click("Fit")
-    person.until(lambda seen: len(seen["marks"]["compared"]) > count and not seen["jobs"], "the fit", LONGEST_S)
+    user.click("Fit")
+    user.until(lambda seen: len(seen["marks"]["compared"]) > count and not seen["jobs"], "the fit", LONGEST_S)
 
 
-def written(person: Person, given: Path) -> None:
+def write(user: User, given: Path) -> None:
     """A BRDF written in GLSL, with a parameter moved."""
-    person.keys("ctrl+o")
-    person.answer("Open", given / "tinted.brdf")
-    seen = person.until(lambda seen: bool(seen["marks"]["compared"]), "the BRDF", LONGEST_S)
+    user.keys("ctrl+o")
+    user.answer("Open", given / "tinted.brdf")
+    seen = user.until(lambda seen: bool(seen["marks"]["compared"]), "the BRDF", LONGEST_S)
     if seen["workspace"] != "brdf":
-        workspace(person, "BRDF")
-    person.until(lambda seen: any(name.startswith("Shine") for name in seen["places"]), "its sliders", LONGEST_S)
-    person.drag("Shine #2", (0.3, 0.5), (0.8, 0.5))
-    person.until(lambda seen: not seen["jobs"], "its pictures", LONGEST_S)
+        workspace(user, "BRDF")
+    user.until(lambda seen: any(name.startswith("Shine") for name in seen["places"]), "its sliders", LONGEST_S)
+    user.drag("Shine #2", (0.3, 0.5), (0.8, 0.5))
+    user.until(lambda seen: not seen["jobs"], "its images", LONGEST_S)
 
 
-def factor(person: Person, _given: Path) -> None:
+def factor(user: User, _given: Path) -> None:
     """The material's BRDF factored by three methods, and the last used."""
-    workspace(person, "Factor")
+    workspace(user, "Factor")
     for number, downs in enumerate((1, 1, 3)):
-        person.click("Method")
-        person.keys(*["Down"] * downs, "Return")
-        person.keys("ctrl+Return")
-        person.until(lambda seen, at=number: len(seen["marks"]["runs"]) > at, "the run", LONGEST_S)
-        person.until(lambda seen: not seen["jobs"], "the end of the run", LONGEST_S)
-    person.click("Use in View")
-    person.until(lambda seen: seen["workspace"] == "view" and not seen["jobs"], "the material", LONGEST_S)
+        user.click("Method")
+        user.keys(*["Down"] * downs, "Return")
+        user.keys("ctrl+Return")
+        user.until(lambda seen, at=number: len(seen["marks"]["runs"]) > at, "the run", LONGEST_S)
+        user.until(lambda seen: not seen["jobs"], "the end of the run", LONGEST_S)
+    user.click("Use in View")
+    user.until(lambda seen: seen["workspace"] == "view" and not seen["jobs"], "the material", LONGEST_S)
 
 
-def bake(person: Person, given: Path) -> None:
+def bake(user: User, given: Path) -> None:
     """Each mode baked on a model of one's own, and wiped against the reference.
 
     It has 1,225 vertices: the draped cloth has 58,081, for which the panel says minutes, for Gaussians many of them.
     """
-    with_sample(person)
-    on_vase(person, given)
+    with_sample(user)
+    on_vase(user, given)
     for key in ("h", "w", "g"):
-        person.keys(key, "ctrl+Return")
-        person.until(lambda seen: "Stop baking" in seen["places"], "the beginning of the bake", LONGEST_S)
-        person.until(
+        user.keys(key, "ctrl+Return")
+        user.until(lambda seen: "Stop baking" in seen["places"], "the beginning of the bake", LONGEST_S)
+        user.until(
             lambda seen: not {"Stop baking", "Bake"} & seen["places"].keys() and not seen["jobs"], "the bake", LONGEST_S
         )
         if key == "h":
-            person.keys("b")
+            user.keys("b")
         time.sleep(16 * PAUSE_S)
-        person.shot(f"wipe-{key}")
+        user.shoot(f"wipe-{key}")
 
 
-def cheapest(person: Person, given: Path) -> None:
+def cheapest(user: User, given: Path) -> None:
     """The cheapest mode within 2 % for a model of one's own."""
-    on_vase(person, given)
-    person.until(lambda seen: "Budget" in seen["places"], "the Accuracy dock", LONGEST_S)
-    before = person.seen["marks"]["look"]
-    person.click("Budget", 0.3)
-    person.write("2 %")
-    person.keys("Return")
-    person.until(lambda seen: "Stop measuring" in seen["places"], "the beginning", LONGEST_S)
-    person.shot("measuring")
-    person.until(lambda seen: "Stop measuring" not in seen["places"], "the end", LONGEST_S)
-    person.until(lambda seen: seen["marks"]["look"] != before, "the choice", 60.0)
+    on_vase(user, given)
+    user.until(lambda seen: "Budget" in seen["places"], "the Accuracy dock", LONGEST_S)
+    before = user.seen["marks"]["look"]
+    user.click("Budget", 0.3)
+    user.write("2 %")
+    user.keys("Return")
+    user.until(lambda seen: "Stop measuring" in seen["places"], "the beginning", LONGEST_S)
+    user.shoot("measuring")
+    user.until(lambda seen: "Stop measuring" not in seen["places"], "the end", LONGEST_S)
+    user.until(lambda seen: seen["marks"]["look"] != before, "the choice", 60.0)
 
 
-def save(person: Person, _given: Path) -> None:
-    """A picture and a turntable."""
-    on_model(person)
-    for keys, title, name in (("ctrl+p", "Save a picture", "a.png"), ("ctrl+shift+p", "Save a turntable", "a.webp")):
-        person.keys(keys)
-        person.until(lambda seen, title=title: title in seen["dialogs"], "the dialog", 60.0)
+def save(user: User, _given: Path) -> None:
+    """An image and a turntable."""
+    on_model(user)
+    for keys, title, name in (("ctrl+p", "Save an image", "a.png"), ("ctrl+shift+p", "Save a turntable", "a.webp")):
+        user.keys(keys)
+        user.until(lambda seen, title=title: title in seen["dialogs"], "the dialog", 60.0)
         if name == "a.webp":
-            person.click("Length", 0.5)
-            person.keys("ctrl+a")
-            person.write("0.5")
-            person.keys("Tab")
-        person.shot(name[:-4])
-        person.keys("Return")
+            user.click("Length", 0.5)
+            user.keys("ctrl+a")
+            user.write("0.5")
+            user.keys("Tab")
+        user.shoot(name[:-4])
+        user.keys("Return")
         time.sleep(4 * PAUSE_S)
-        target = person.folder / name
-        person.answer(title, target)
-        person.until(lambda _seen, target=target: target.exists(), name, LONGEST_S)
+        target = user.folder / name
+        user.answer(title, target)
+        user.until(lambda _seen, target=target: target.exists(), name, LONGEST_S)
 
 
-def export(person: Person, _given: Path) -> None:
+def export(user: User, _given: Path) -> None:
     """The material for Blender."""
-    with_sample(person)
-    workspace(person, "Export")
-    person.click("Other programs")
-    person.click("Blender")
-    person.keys("ctrl+Return")
-    target = person.folder / "Woven sample exports"
-    person.until(lambda _seen: any(target.rglob("*lender*")), "the files", LONGEST_S)
-    person.until(lambda seen: not seen["jobs"], "the end", LONGEST_S)
+    with_sample(user)
+    workspace(user, "Export")
+    user.click("Other programs")
+    user.click("Blender")
+    user.keys("ctrl+Return")
+    target = user.folder / "Woven sample exports"
+    user.until(lambda _seen: any(target.rglob("*lender*")), "the files", LONGEST_S)
+    user.until(lambda seen: not seen["jobs"], "the end", LONGEST_S)
 
 
-def recover(person: Person, _given: Path) -> None:
+def recover(user: User, _given: Path) -> None:
     """Everything is there again after a kill."""
-    on_model(person)
+    on_model(user)
     time.sleep(8 * PAUSE_S)
-    before = person.seen["marks"]["look"]
-    person.drag("viewport", (0.5, 0.5), (0.62, 0.45), "ctrl")
-    person.until(lambda seen: seen["marks"]["look"] != before, "the light", 60.0)
-    person.saved()
-    person.killed("recover")
-    if person.compared[-1]["lost"]:
-        raise SystemExit(f"lost: {person.compared[-1]['lost']}")
+    before = user.seen["marks"]["look"]
+    user.drag("viewport", (0.5, 0.5), (0.62, 0.45), "ctrl")
+    user.until(lambda seen: seen["marks"]["look"] != before, "the light", 60.0)
+    user.saved()
+    user.killed("recover")
+    if user.compared[-1]["lost"]:
+        raise SystemExit(f"lost: {user.compared[-1]['lost']}")
 
 
-def keyboard(person: Person, _given: Path) -> None:
-    """From the first start to a saved picture and a bundle without the mouse."""
+def keyboard(user: User, _given: Path) -> None:
+    """From the first start to a saved image and a bundle without the mouse."""
     for _ in range(20):
-        if person.seen["focus"] == "Try the sample capture":
+        if user.seen["focus"] == "Try the sample capture":
             break
-        person.keys("Tab")
+        user.keys("Tab")
         time.sleep(PAUSE_S)
-    person.keys("space")
-    person.until(lambda seen: seen["marks"]["map"] is not None and not seen["jobs"], "the material", LONGEST_S)
-    person.keys("ctrl+5")
-    person.until(lambda seen: seen["workspace"] == "view" and seen["is_drawn"], "the picture", LONGEST_S)
+    user.keys("space")
+    user.until(lambda seen: seen["marks"]["map"] is not None and not seen["jobs"], "the material", LONGEST_S)
+    user.keys("ctrl+5")
+    user.until(lambda seen: seen["workspace"] == "view" and seen["is_drawn"], "the image", LONGEST_S)
     time.sleep(8 * PAUSE_S)
-    person.keys("ctrl+p")
-    person.until(lambda seen: "Save a picture" in seen["dialogs"], "the dialog", 60.0)
-    person.keys("Return")
+    user.keys("ctrl+p")
+    user.until(lambda seen: "Save an image" in seen["dialogs"], "the dialog", 60.0)
+    user.keys("Return")
     time.sleep(4 * PAUSE_S)
-    person.keys("Return")
-    picture = person.folder / "Woven sample.png"
-    person.until(lambda _seen: picture.exists(), "the picture", LONGEST_S)
-    person.keys("ctrl+e")
-    person.until(lambda seen: seen["workspace"] == "export", "the workspace", 60.0)
-    person.keys("ctrl+Return")
-    person.until(lambda _seen: (person.folder / "Woven sample.lightarc").exists(), "the bundle", LONGEST_S)
-    person.until(lambda seen: not seen["jobs"], "the end", LONGEST_S)
-    if person.clicks:
+    user.keys("Return")
+    image = user.folder / "Woven sample.png"
+    user.until(lambda _seen: image.exists(), "the image", LONGEST_S)
+    user.keys("ctrl+e")
+    user.until(lambda seen: seen["workspace"] == "export", "the workspace", 60.0)
+    user.keys("ctrl+Return")
+    user.until(lambda _seen: (user.folder / "Woven sample.lightarc").exists(), "the bundle", LONGEST_S)
+    user.until(lambda seen: not seen["jobs"], "the end", LONGEST_S)
+    if user.clicks:
         raise SystemExit("the mouse was used")
 
 
 TASKS: tuple[Task, ...] = (
-    *(sample, photographs, dome, compare, written, factor),
+    *(sample, photographs, dome, compare, write, factor),
     *(bake, cheapest, save, export, recover, keyboard),
 )
 
 
-def tried(task: Task, folder: Path, given: Path, *files: str, shows_steps: bool = False) -> dict[str, Any]:
+def try_out(task: Task, folder: Path, given: Path, *files: str, shows_steps: bool = False) -> dict[str, Any]:
     """One task from a first start, with `files` of `given`: its counts, and why it was not done; '' where it was."""
     name, place = task.__name__, folder / task.__name__
     place.mkdir(parents=True)
-    person, why_not = Person(place, shows_steps=shows_steps), ""
+    user, why_not = User(place, shows_steps=shows_steps), ""
     begun = time.monotonic()
-    person.start(*(given / file for file in files))
+    user.start(*(given / file for file in files))
     start_s = time.monotonic() - begun
-    person.clicks = person.pressed = 0
-    person.waited_s = 0.0
+    user.clicks = user.pressed = 0
+    user.waited_s = 0.0
     if files:
-        person.steps = [{"step": f"start with {', '.join(files)}", "waited_s": 0.0}]
+        user.steps = [{"step": f"start with {', '.join(files)}", "waited_s": 0.0}]
     try:
-        task(person, given)
+        task(user, given)
         time.sleep(4 * PAUSE_S)
-        person.shot(name)
+        user.shoot(name)
     except SystemExit as reason:
         why_not = str(reason)
-    if person.process is not None:
-        person.process.kill()
-        person.process.wait()
+    if user.process is not None:
+        user.process.kill()
+        user.process.wait()
     return {
         "task": name,
         "done": not why_not,
-        "clicks": person.clicks,
-        "keys": person.pressed,
-        "waiting_s": round(person.waited_s, 1),
+        "clicks": user.clicks,
+        "keys": user.pressed,
+        "waiting_s": round(user.waited_s, 1),
         "start_s": round(start_s, 1),
-        "steps": [{**step, "waited_s": round(step["waited_s"], 1)} for step in person.steps],
+        "steps": [{**step, "waited_s": round(step["waited_s"], 1)} for step in user.steps],
         "pictures": sorted(path.name for path in place.glob("*.png")),
         "why_not": why_not,
     }
@@ -348,7 +348,7 @@ def display() -> Iterator[None]:
             process.wait()
 
 
-def chosen(about: str | None, tasks: Sequence[Task]) -> tuple[Path, list[Task]]:
+def choose(about: str | None, tasks: Sequence[Task]) -> tuple[Path, list[Task]]:
     """The folder for the results and the tasks that the command line chooses of `tasks`."""
     parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--output", type=Path, required=True)
@@ -373,9 +373,9 @@ def try_each(
 
 
 def main() -> int:
-    folder, tasks = chosen(__doc__, TASKS)
-    given = made(folder)
-    done = try_each(tasks, folder, lambda task: tried(task, folder, given), "tasks")
+    folder, tasks = choose(__doc__, TASKS)
+    given = make(folder)
+    done = try_each(tasks, folder, lambda task: try_out(task, folder, given), "tasks")
     return 0 if all(each["done"] for each in done) else 1
 
 

@@ -4,7 +4,7 @@
 
 needs a display with a window manager (Xvfb and openbox do), and the programs xdotool and import (ImageMagick). Mouse,
 keys and eyes are those of `person`. Each moment of `DAY` is a piece of work in one workspace. Then the process is
-killed, and the next start has to show the same. Pictures of the window before and after each kill lie in FOLDER, to be
+killed, and the next start has to show the same. Images of the window before and after each kill lie in FOLDER, to be
 looked at; `trial.json` says what was compared. The exit code is 1 where something was missing.
 """
 
@@ -17,168 +17,166 @@ import sys
 import time
 from pathlib import Path
 
-from person import PATIENCE_S, PAUSE_S, Person
+from user import PATIENCE_S, PAUSE_S, User
 
 
-def importing(person: Person, photographs: Path) -> None:
+def importing(user: User, photographs: Path) -> None:
     """Capture: killed while the photographs are read."""
-    person.start(photographs)
-    person.until(
-        lambda seen: bool(seen["jobs"]) and seen["is_saved"] and seen["marks"]["photographs"] > 0, "the import"
-    )
-    person.killed("import")
-    person.go_on()
-    person.until(lambda seen: seen["marks"]["map"] is not None or seen["marks"]["planes"] is not None, "the material")
-    person.rest()
+    user.start(photographs)
+    user.until(lambda seen: bool(seen["jobs"]) and seen["is_saved"] and seen["marks"]["photographs"] > 0, "the import")
+    user.killed("import")
+    user.go_on()
+    user.until(lambda seen: seen["marks"]["map"] is not None or seen["marks"]["planes"] is not None, "the material")
+    user.rest()
 
 
-def a_material(person: Person) -> None:
+def a_material(user: User) -> None:
     """The material that the import has led to."""
-    person.killed("material")
+    user.killed("material")
 
 
-def excluded(person: Person) -> None:
+def exclude(user: User) -> None:
     """Capture: a photograph is left out by a key."""
-    person.keys("ctrl+1")
-    person.click("PhotographColumn", 0.5, 0.2)
-    person.keys("x")
-    person.saved()
-    person.killed("excluded")
+    user.keys("ctrl+1")
+    user.click("PhotographColumn", 0.5, 0.2)
+    user.keys("x")
+    user.saved()
+    user.killed("excluded")
 
 
-def rebuilt(person: Person) -> None:
+def rebuilt(user: User) -> None:
     """Material: built anew."""
-    person.keys("ctrl+2")
-    person.click("Rebuild material")
-    person.rest()
-    person.killed("rebuilt")
+    user.keys("ctrl+2")
+    user.click("Rebuild material")
+    user.rest()
+    user.killed("rebuilt")
 
 
-def compared(person: Person) -> None:
+def compare_with(user: User) -> None:
     """BRDF: two of the library."""
-    person.keys("ctrl+3", "ctrl+f")
-    person.write("ward")
-    person.keys("Return")
-    person.until(lambda seen: bool(seen["marks"]["compared"]), "a BRDF among the compared ones", 60.0)
-    person.saved()
-    person.killed("compared")
+    user.keys("ctrl+3", "ctrl+f")
+    user.write("ward")
+    user.keys("Return")
+    user.until(lambda seen: bool(seen["marks"]["compared"]), "a BRDF among the compared ones", 60.0)
+    user.saved()
+    user.killed("compared")
 
 
-def factored(person: Person) -> None:
+def factor(user: User) -> None:
     """Factor: killed in the run, which goes on."""
-    person.keys("ctrl+4", "ctrl+Return")
-    person.until(lambda seen: bool(seen["marks"]["runs"]), "the run", 60.0)
-    person.saved()
-    is_running = bool(person.seen["jobs"])
-    person.killed("factored")
+    user.keys("ctrl+4", "ctrl+Return")
+    user.until(lambda seen: bool(seen["marks"]["runs"]), "the run", 60.0)
+    user.saved()
+    is_running = bool(user.seen["jobs"])
+    user.killed("factored")
     if is_running:
-        person.go_on()
-    person.rest()
-    person.shot("factored")
+        user.go_on()
+    user.rest()
+    user.shoot("factored")
 
 
-def lit(person: Person) -> None:
+def light_up(user: User) -> None:
     """View: light and camera by the mouse."""
-    person.keys("ctrl+5")
-    person.until(lambda seen: seen["is_drawn"], "the picture")
-    time.sleep(8 * PAUSE_S)  # until the docks beside the picture have their place
-    light, camera = (person.seen["marks"][name] for name in ("look", "camera"))
-    person.drag("viewport", (0.5, 0.5), (0.62, 0.45), "ctrl")
-    person.drag("viewport", (0.5, 0.5), (0.4, 0.55))
-    person.until(lambda seen: seen["marks"]["look"] != light and seen["marks"]["camera"] != camera, "both", 60.0)
-    person.saved()
-    person.killed("lit")
+    user.keys("ctrl+5")
+    user.until(lambda seen: seen["is_drawn"], "the image")
+    time.sleep(8 * PAUSE_S)  # until the docks beside the image have their place
+    light, camera = (user.seen["marks"][name] for name in ("look", "camera"))
+    user.drag("viewport", (0.5, 0.5), (0.62, 0.45), "ctrl")
+    user.drag("viewport", (0.5, 0.5), (0.4, 0.55))
+    user.until(lambda seen: seen["marks"]["look"] != light and seen["marks"]["camera"] != camera, "both", 60.0)
+    user.saved()
+    user.killed("lit")
 
 
-def baked(person: Person) -> None:
+def bake(user: User) -> None:
     """View: killed in the middle of a bake, which goes on."""
-    person.keys("ctrl+5", "h")
-    person.until(lambda seen: "mode='sh'" in seen["marks"]["look"], "spherical harmonics", 60.0)
-    person.click("Bake")
-    person.until(lambda seen: any("aking" in job for job in seen["jobs"]), "the bake")
-    person.saved()
-    is_running = bool(person.seen["jobs"])
-    person.killed("baking")
+    user.keys("ctrl+5", "h")
+    user.until(lambda seen: "mode='sh'" in seen["marks"]["look"], "spherical harmonics", 60.0)
+    user.click("Bake")
+    user.until(lambda seen: any("aking" in job for job in seen["jobs"]), "the bake")
+    user.saved()
+    is_running = bool(user.seen["jobs"])
+    user.killed("baking")
     if is_running:
-        person.go_on()
-    person.rest()
-    person.shot("baked")
+        user.go_on()
+    user.rest()
+    user.shoot("baked")
 
 
-def undone(person: Person) -> None:
+def undo(user: User) -> None:
     """Steps that were undone can be done again after the kill."""
-    steps = person.rest()["marks"]["position"]
-    person.keys("ctrl+z", "ctrl+z", "ctrl+z")
-    person.until(lambda seen: seen["marks"]["position"] == steps - 3, "three steps back")
-    person.saved()
-    person.killed("undone")
-    person.keys("ctrl+shift+z", "ctrl+shift+z", "ctrl+shift+z")
-    person.until(lambda seen: seen["marks"]["position"] == steps, "three steps forth")
-    person.saved()
+    steps = user.rest()["marks"]["position"]
+    user.keys("ctrl+z", "ctrl+z", "ctrl+z")
+    user.until(lambda seen: seen["marks"]["position"] == steps - 3, "three steps back")
+    user.saved()
+    user.killed("undone")
+    user.keys("ctrl+shift+z", "ctrl+shift+z", "ctrl+shift+z")
+    user.until(lambda seen: seen["marks"]["position"] == steps, "three steps forth")
+    user.saved()
 
 
-def exported(person: Person) -> None:
-    """Export: killed while the bundle is written, which goes on where the person says."""
-    target = person.folder / "Felt.lightarc"
-    person.keys("ctrl+6")
-    person.click("Export bundle")
-    person.until(lambda seen: bool(seen["jobs"]), "the export", 60.0)
-    person.killed("exported")
-    person.go_on()
-    person.answer("Export bundle", target)
-    person.until(lambda seen: target.is_file(), "the bundle")
-    person.rest()
-    person.shot("exported")
+def export(user: User) -> None:
+    """Export: killed while the bundle is written, which goes on where the user says."""
+    target = user.folder / "Felt.lightarc"
+    user.keys("ctrl+6")
+    user.click("Export bundle")
+    user.until(lambda seen: bool(seen["jobs"]), "the export", 60.0)
+    user.killed("exported")
+    user.go_on()
+    user.answer("Export bundle", target)
+    user.until(lambda seen: target.is_file(), "the bundle")
+    user.rest()
+    user.shoot("exported")
 
 
-def saved_as(person: Person) -> None:
+def save_as(user: User) -> None:
     """File: saved as through the dialog; the project goes on at its place, and is found there after the kill."""
-    target = person.folder / "own place" / "Felt.lap"
+    target = user.folder / "own place" / "Felt.lap"
     target.parent.mkdir(exist_ok=True)
-    person.keys("ctrl+shift+s")
-    person.answer("Save as", target)
-    person.until(lambda seen: seen["path"] == str(target), "the copy")
-    person.saved()
-    person.killed("saved-as")
+    user.keys("ctrl+shift+s")
+    user.answer("Save as", target)
+    user.until(lambda seen: seen["path"] == str(target), "the copy")
+    user.saved()
+    user.killed("saved-as")
 
 
-def collected(person: Person) -> None:
+def collect(user: User) -> None:
     """File: collected through the menu and the dialogs; the copy opens where the photographs are not."""
-    target = person.folder / "collected" / "Felt.lap"
+    target = user.folder / "collected" / "Felt.lap"
     target.parent.mkdir(exist_ok=True)
-    person.keys("alt+f", "Down", "Down", "Down", "Return")
-    person.click("With results")
-    person.answer("Collect", target)
-    before = person.rest()
-    person.until(lambda seen: target.is_file(), "the collected project")
-    kept, hidden = person.folder / "photographs", person.folder / "photographs elsewhere"
+    user.keys("alt+f", "Down", "Down", "Down", "Return")
+    user.click("With results")
+    user.answer("Collect", target)
+    before = user.rest()
+    user.until(lambda seen: target.is_file(), "the collected project")
+    kept, hidden = user.folder / "photographs", user.folder / "photographs elsewhere"
     kept.rename(hidden)
-    person.killed("collected")
-    person.keys("ctrl+q")
-    assert person.process is not None
-    person.process.wait(PATIENCE_S)
-    person.start(target)
-    after = person.until(lambda seen: seen["path"] == str(target), "the collected project")
+    user.killed("collected")
+    user.keys("ctrl+q")
+    assert user.process is not None
+    user.process.wait(PATIENCE_S)
+    user.start(target)
+    after = user.until(lambda seen: seen["path"] == str(target), "the collected project")
     time.sleep(8 * PAUSE_S)
-    person.shot("collected-opened")
-    person.compare("opened elsewhere", before, after)
+    user.shoot("collected-opened")
+    user.compare("opened elsewhere", before, after)
     hidden.rename(kept)
 
 
 #: Work of the day after the import; each ends with a kill.
-DAY = (a_material, excluded, rebuilt, compared, factored, lit, baked, undone, exported, saved_as, collected)
+DAY = (a_material, exclude, rebuilt, compare_with, factor, light_up, bake, undo, export, save_as, collect)
 
 
-def closed(person: Person) -> None:
+def close(user: User) -> None:
     """Closed without a question; what was there is there when the file is opened again."""
-    before = person.rest()
-    code = person.close()
-    person.start(Path(before["path"]))
-    after = person.until(lambda seen: seen["path"] == before["path"], "the project")
+    before = user.rest()
+    code = user.close()
+    user.start(Path(before["path"]))
+    after = user.until(lambda seen: seen["path"] == before["path"], "the project")
     time.sleep(8 * PAUSE_S)
-    person.shot("closed-after")
+    user.shoot("closed-after")
     lost = {key: (old, after["marks"][key]) for key, old in before["marks"].items() if after["marks"][key] != old}
-    person.compared.append({"moment": "closed", "code": code, "lost": lost, "dialogs": before["dialogs"]})
+    user.compared.append({"moment": "closed", "code": code, "lost": lost, "dialogs": before["dialogs"]})
 
 
 def main() -> int:
@@ -189,21 +187,21 @@ def main() -> int:
     parser.add_argument("--from", dest="first", choices=names, help="go on in FOLDER with this moment")
     options = parser.parse_args()
     folder = options.folder.absolute()
-    person = Person(folder, shots=len(list(folder.glob("*.png"))))
+    user = User(folder, shots=len(list(folder.glob("*.png"))))
     if options.first is None:
         folder.mkdir(parents=True)
         photographs = folder / "photographs"
         shutil.copytree(options.photographs, photographs)
-        importing(person, photographs)
+        importing(user, photographs)
     else:
-        person.start()
+        user.start()
     for work in DAY[names.index(options.first) if options.first else 0 :]:
-        work(person)
-    closed(person)
-    code = person.close()
-    (folder / "trial.json").write_text(json.dumps(person.compared, indent=2))
-    lost = [each for each in person.compared if each["lost"] or each["dialogs"]]
-    print(f"{len(person.compared)} moments, {len(lost)} with something missing or asked; exit code {code}")
+        work(user)
+    close(user)
+    code = user.close()
+    (folder / "trial.json").write_text(json.dumps(user.compared, indent=2))
+    lost = [each for each in user.compared if each["lost"] or each["dialogs"]]
+    print(f"{len(user.compared)} moments, {len(lost)} with something missing or asked; exit code {code}")
     return 1 if lost or code else 0
 
 

@@ -60,18 +60,18 @@ class UnclearName(Exception):
 def build_wheel(directory: str, settings: dict[str, Any] | None = None, metadata: str | None = None) -> str:
     """The hook of PEP 517; `metadata` is not used, since it is made along with the wheel."""
     directory = os.path.abspath(directory)  # noqa: PTH100 - as the hook hands it on
-    with staged():
+    with stage_sources():
         return str(build_meta.build_wheel(directory, settings))
 
 
 def prepare_metadata_for_build_wheel(directory: str, settings: dict[str, Any] | None = None) -> str:
     directory = os.path.abspath(directory)  # noqa: PTH100 - as the hook hands it on
-    with staged():
+    with stage_sources():
         return str(build_meta.prepare_metadata_for_build_wheel(directory, settings))
 
 
 @contextmanager
-def staged() -> Iterator[None]:
+def stage_sources() -> Iterator[None]:
     """Within the block the working folder is a copy of the project as it is to be installed."""
     with TemporaryDirectory(prefix="lightarc-wheel-") as name:
         stage(PROJECT, Path(name))
@@ -92,7 +92,7 @@ def stage(project: Path, target: Path) -> None:
     modules = modules_of(target / PACKAGE)
     for path in sorted((target / PACKAGE).rglob("*.py")):
         try:
-            changed = rewritten(path.read_text(encoding="utf-8"), modules)
+            changed = rewrite(path.read_text(encoding="utf-8"), modules)
         except UnclearName as unclear:
             raise UnclearName(f"{path.relative_to(target / PACKAGE)}:{unclear}") from None
         path.write_text(changed, encoding="utf-8")
@@ -104,7 +104,7 @@ def modules_of(folder: Path) -> set[str]:
     return {".".join(place.parts) for path in paths for place in (path, *path.parents)}
 
 
-def rewritten(source: str, modules: set[str]) -> str:
+def rewrite(source: str, modules: set[str]) -> str:
     """`source` with all names of inner packages as they are once installed; UnclearName, by line, where one is not."""
     tree = ast.parse(source)
     lines = [line.encode() for line in source.split("\n")]

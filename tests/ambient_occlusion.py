@@ -33,7 +33,7 @@ from engine.transport.baking.file import (
 from engine.transport.baking.settings import NoLightSettings
 from engine.transport.baking.visibility import receivers, visibility_shares
 from engine.transport.method import Method, Relight, Subject
-from engine.transport.relit import Illuminated, Light, Shade
+from engine.transport.relight import Illuminated, Light, Shade
 
 NAME = "ambient-occlusion"
 
@@ -42,7 +42,7 @@ NAME = "ambient-occlusion"
 class Settings:
     """Settings of a bake."""
 
-    rays: int = whole(8, 4, 32, ladder=(4, 8, 16), words="rays along an edge", doc="rays along an edge of a cube map")
+    rays: int = whole(8, 4, 32, sweep=(4, 8, 16), words="rays along an edge", doc="rays along an edge of a cube map")
 
     def __post_init__(self) -> None:
         check(self)
@@ -103,10 +103,10 @@ class Baked:
     visibility_s: float
     chunks: int = 1
     resumed_chunks: int = 0
-    free_vertices: int = 0
+    unoccluded_vertices: int = 0
 
 
-def planned_file(surface: Mesh, first: int, values: NDArray[np.float32]) -> TransportPlan:
+def plan_file(surface: Mesh, first: int, values: NDArray[np.float32]) -> TransportPlan:
     return plan_transport(NAME, surface, {"ground_vertex": first}, {"open": values}, {}, np.zeros(1, np.int64))
 
 
@@ -115,7 +115,7 @@ def prepare(subject: Subject, settings: Settings, _tested: Any = None) -> Steps[
     mesh, first = subject.mesh, len(subject.mesh.positions)
     surface = mesh if subject.ground is None else with_ground(mesh, subject.ground)[0]
     albedo = float(albedos(cast(Any, subject.brdf)).mean.mean())
-    empty = planned_file(surface, first, np.zeros(len(surface.positions), np.float32))
+    empty = plan_file(surface, first, np.zeros(len(surface.positions), np.float32))
     return Work(surface, first, albedo, settings, empty)
 
 
@@ -129,7 +129,7 @@ def bake(path: Any, work: Work, _cluster: str | None = None) -> Steps[Baked]:
     counts = visibility_shares(receivers(work.surface), work.settings.rays, 1, np.arange(work.vertices))
     seen = np.concatenate([some.reshape(len(chunk), -1).mean(axis=1) for chunk, some in counts])
     values = (work.albedo * np.minimum(2.0 * seen, 1.0)).astype(np.float32)
-    write_transport(path, planned_file(work.surface, work.ground_vertex, values))
+    write_transport(path, plan_file(work.surface, work.ground_vertex, values))
     file = open_transport(path)
     took = time.perf_counter() - started
     return Baked(transport_of(file), file, took, took)
@@ -141,11 +141,11 @@ def transport_of(file: TransportFile) -> Occlusion:
     )
 
 
-def knobs(work: Work, _settings: Settings) -> dict[str, Any]:
+def parameters(work: Work, _settings: Settings) -> dict[str, Any]:
     return {"rays": work.settings.rays}
 
 
-def measured(_work: Work, _subject: Subject, _settings: Settings, _tested: Any) -> Steps[dict[str, Any]]:
+def measure(_work: Work, _subject: Subject, _settings: Settings, _tested: Any) -> Steps[dict[str, Any]]:
     yield Step(1.0, "nothing is measured")
     return {}
 
@@ -158,7 +158,7 @@ def lines(result: dict[str, Any]) -> list[str]:
     return [f"open by {100.0 * result['open_mean']:.0f} % on average"]
 
 
-def relit(transport: Occlusion, light: Light, _asked: Any) -> RelitOcclusion:
+def relight_transport(transport: Occlusion, light: Light, _asked: Any) -> RelitOcclusion:
     mean = np.zeros(3)
     if light.environment is not None:
         area = solid_angles(*light.environment.radiance.shape[:2])
@@ -172,7 +172,7 @@ def relit(transport: Occlusion, light: Light, _asked: Any) -> RelitOcclusion:
 def relighter(transport: Occlusion, _subject: Any) -> Relight:
     def relight(light: Light, asked: Any, _wanted: Any) -> Steps[RelitOcclusion]:
         yield Step(0.0, "relighting")
-        return relit(transport, light, asked)
+        return relight_transport(transport, light, asked)
 
     return relight
 
@@ -181,21 +181,21 @@ def why_baked_for_one(_transport: Occlusion) -> str:
     return "The albedo is part of what was baked."
 
 
-def restricted(work: Work, _chosen: Any) -> Work:
+def restrict(work: Work, _chosen: Any) -> Work:
     return work
 
 
-def completed(transport: Occlusion, _work: Work, _chosen: Any) -> Occlusion:
+def complete(transport: Occlusion, _work: Work, _chosen: Any) -> Occlusion:
     return transport
 
 
-def held(transport: Occlusion) -> list[NDArray[Any]]:
+def hold(transport: Occlusion) -> list[NDArray[Any]]:
     return [transport.open]
 
 
-def illuminated(file: TransportFile, light: Light, asked: Any, _brdf: str | None) -> Steps[Illuminated]:
+def illuminate(file: TransportFile, light: Light, asked: Any, _brdf: str | None) -> Steps[Illuminated]:
     yield Step(0.0, "relighting")
-    found = relit(transport_of(file), light, asked)
+    found = relight_transport(transport_of(file), light, asked)
     return Illuminated(found, {"light_s": 0.0, "relight_s": 0.0}, lambda _eye: 0.0, "nothing helps")
 
 

@@ -32,7 +32,7 @@ def suits(_offers: Any, _skipped: frozenset[str]) -> bool:
     return True
 
 
-def adapted(setting: Any, _diffuse: bool) -> Any:
+def adapt(setting: Any, _diffuse: bool) -> Any:
     return setting
 
 

@@ -53,7 +53,7 @@ GROUPS = (
 )
 
 #: Figures taken of one test: one that draws many examples would spend its time on being explained.
-MOST_FIGURES = 200
+MAX_FIGURES = 200
 
 #: Why a case has no test.
 WITHOUT_TEST: dict[str, str] = {}
@@ -150,7 +150,7 @@ def array_figure(assertion: str, names: Mapping[str, Any], where: str) -> Figure
     sides = (compared.left, compared.comparators[0])
     if isinstance(compared.ops[0], ast.Eq) or not all(map(_is_pure, sides)):
         return None
-    low, high = (_evaluated(side, names) for side in sides)
+    low, high = (_evaluate(side, names) for side in sides)
     if low is None or high is None:
         return None
     relation = _RELATIONS[type(compared.ops[0])]
@@ -170,7 +170,7 @@ def _is_pure(expression: ast.expr) -> bool:
     return True
 
 
-def _evaluated(expression: ast.expr, names: Mapping[str, Any]) -> NDArray[np.float64] | None:
+def _evaluate(expression: ast.expr, names: Mapping[str, Any]) -> NDArray[np.float64] | None:
     value = eval(compile(ast.Expression(expression), "<assertion>", "eval"), dict(names))
     array = np.asarray(value)
     return array.astype(np.float64) if array.dtype.kind in "fiu" and array.size <= 1_000_000 else None
@@ -236,7 +236,7 @@ def cases_of(outcomes: dict[str, dict[str, str]], figures: dict[str, list[Figure
 
 
 def as_table(cases: list[Case]) -> str:
-    """The report for people."""
+    """The report for users."""
     counts: dict[str, int] = defaultdict(int)
     for case in cases:
         counts[case.outcome] += 1
@@ -268,7 +268,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_assertion_pass(item: pytest.Item, lineno: int, orig: str, expl: str) -> None:
-    if len(item.user_properties) >= MOST_FIGURES:
+    if len(item.user_properties) >= MAX_FIGURES:
         return
     where = f"{item.location[0]}:{lineno}"
     figure = figure_of(expl, where)
@@ -285,7 +285,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
 
     def checked(actual: Any, desired: Any, rtol: float = 1e-7, atol: float = 0.0, **options: Any) -> None:
         check(actual, desired, rtol=rtol, atol=atol, **options)
-        if len(item.user_properties) >= MOST_FIGURES:
+        if len(item.user_properties) >= MAX_FIGURES:
             return
         figure = close_figure(actual, desired, rtol, atol, item.location[0])
         if figure is not None:

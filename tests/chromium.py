@@ -1,4 +1,4 @@
-"""Chromium without a window, driven through the DevTools protocol over two pipes: pointers, keys and pictures."""
+"""Chromium without a window, driven through the DevTools protocol over two pipes: pointers, keys and images."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ARGUMENTS = (
 #: Seconds after which a page that does not answer is given up.
 PATIENCE_S = 60
 
-#: Parts of what the browser says of itself: that it draws on the processor, and that a screenshot reads the picture.
+#: Parts of what the browser says of itself: that it draws on the CPU, and that a screenshot reads the image.
 OF_BROWSER = ("software WebGL", "GPU stall due to ReadPixels")
 
 #: Names of keys that are no letters, with their numbers.
@@ -118,7 +118,7 @@ class Page:
         """Let the page draw what is asked for."""
         self.value("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
-    def picture(self) -> NDArray[np.uint8]:
+    def image(self) -> NDArray[np.uint8]:
         """The window (H, W, 3), 8-bit sRGB."""
         self.drawn()
         content = base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])

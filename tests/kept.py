@@ -11,7 +11,7 @@ FAILED = Path(__file__).resolve().parents[1] / "build" / "failed"
 
 
 @contextmanager
-def kept(name: str, content: bytes) -> Iterator[None]:
+def keep(name: str, content: bytes) -> Iterator[None]:
     """Keep `content` as a file that ends in `name` if the block fails, and report where with the failure."""
     try:
         yield

@@ -44,7 +44,7 @@ def test_nothing_but_its_own_errors_leaves_the_library(tmp_path: Path, monkeypat
         lambda: lightarc.evaluate_brdf("ggx:alpha=.1,alpha=.2", [0, 0, 1], [0, 0, 1]),
         lambda: lightarc.evaluate_brdf("lambert", [[0, 0, 1]] * 2, [[0, 0, 1]] * 3),
         lambda: lightarc.open_stack("a\0b"),
-        lambda: lightarc.save_picture(tmp_path / "no" / "a.png", np.zeros((0, 0, 4), np.float32)),
+        lambda: lightarc.save_image(tmp_path / "no" / "a.png", np.zeros((0, 0, 4), np.float32)),
         lambda: lightarc.open_bundle(tmp_path),
     ):
         with pytest.raises(lightarc.LightarcError):

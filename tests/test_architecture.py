@@ -64,8 +64,8 @@ EXCEPTIONS = {
     "app/cli/bundle.py tempfile.mkdtemp": "a page that a browser reads after the command has ended",
     "app/window/projects.py tempfile.mkdtemp": "a project whose own folder cannot be written",
     "app/session/settings.py shutil.rmtree": WORKING,
-    "app/cli/transport/render_transport.py tempfile.TemporaryDirectory": "a bake for one picture, removed with it",
-    "engine/proof/blender.py tempfile.TemporaryDirectory": "a picture that Blender draws, removed with it",
+    "app/cli/transport/render_transport.py tempfile.TemporaryDirectory": "a bake for one image, removed with it",
+    "engine/proof/blender.py tempfile.TemporaryDirectory": "an image that Blender draws, removed with it",
     "engine/proof/libraries.py tempfile.TemporaryDirectory": "a model that another program reads, removed with it",
     "engine/proof/programs.py tempfile.TemporaryDirectory": "a page that a browser reads, removed with it",
     "engine/proof/programs.py (site / 'material.glb').symlink_to": "in that folder",
@@ -220,7 +220,7 @@ def test_every_verb_explains_itself(name: str, module_name: str, text: str) -> N
     assert verb.EXAMPLE.startswith(f"lightarc {name}")
 
 
-def locked(name: str) -> dict[str, list[str]]:
+def lock(name: str) -> dict[str, list[str]]:
     """Package → its locked versions; asserts that each entry is pinned exactly and carries hashes."""
     versions: dict[str, list[str]] = {}
     entries = re.split(r"\n(?=\S)", (PROJECT / "packaging" / name).read_text(encoding="utf-8").strip())
@@ -238,13 +238,13 @@ def locked(name: str) -> dict[str, list[str]]:
 def test_lock_files_pin_what_the_project_asks_for(name: str, extras: list[str]) -> None:
     project = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     wanted = [*project["dependencies"], *(line for extra in extras for line in project["optional-dependencies"][extra])]
-    versions = locked(name)
+    versions = lock(name)
     for requirement in map(Requirement, wanted):
         found = versions.get(canonicalize_name(requirement.name), [])
         assert found, f"{requirement.name} is not locked; see packaging/lock.py"
         assert all(requirement.specifier.contains(version) for version in found), f"{requirement} is locked at {found}"
 
 
-def test_tests_run_on_the_versions_that_people_get() -> None:
-    tests = locked("requirements-test.lock")
-    assert {name: tests.get(name) for name in locked("requirements.lock")} == locked("requirements.lock")
+def test_tests_run_on_the_versions_that_users_get() -> None:
+    tests = lock("requirements-test.lock")
+    assert {name: tests.get(name) for name in lock("requirements.lock")} == lock("requirements.lock")

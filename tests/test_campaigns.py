@@ -46,9 +46,9 @@ def test_campaigns_run_where_they_are_asked_for(tmp_path: Path, options: list[st
 
 def test_what_fails_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kept, "FAILED", tmp_path / "failed")
-    with kept.kept("good.png", b"good"):
+    with kept.keep("good.png", b"good"):
         pass
-    with pytest.raises(AssertionError) as caught, kept.kept("bad.png", b"bad"):
+    with pytest.raises(AssertionError) as caught, kept.keep("bad.png", b"bad"):
         raise AssertionError
     (path,) = (tmp_path / "failed").iterdir()
     assert path.read_bytes() == b"bad"

@@ -138,11 +138,11 @@ def test_another_python_is_set_up_anew(dev: ModuleType, installed: list[str], mo
 def test_an_interrupted_set_up_starts_from_a_fresh_environment(
     dev: ModuleType, installed: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def interrupted(purpose: str) -> None:
+    def interrupt(purpose: str) -> None:
         (dev.ENVIRONMENT / "half").touch()
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(dev, "install_packages", interrupted)
+    monkeypatch.setattr(dev, "install_packages", interrupt)
     assert dev.main(["run"]) == 4
     assert "takes the set-up up again" in capsys.readouterr().err
     monkeypatch.setattr(dev, "install_packages", installed.append)
@@ -290,12 +290,12 @@ def test_the_virtual_display_ends_with_its_block(dev: ModuleType, monkeypatch: p
     child = dev.child
 
     @contextlib.contextmanager
-    def watched(command: Sequence[str], **options: object) -> Iterator[subprocess.Popen[str]]:
+    def watch(command: Sequence[str], **options: object) -> Iterator[subprocess.Popen[str]]:
         with child(command, **options) as process:
             started.append(process)
             yield process
 
-    monkeypatch.setattr(dev, "child", watched)
+    monkeypatch.setattr(dev, "child", watch)
     monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
     with dev.virtual_display() as environment:
         assert "PYTHONDONTWRITEBYTECODE" not in environment

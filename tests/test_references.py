@@ -30,7 +30,7 @@ def test_citations_are_in_the_bibliography_and_equations_are_tagged() -> None:
 
 
 def test_works_are_cited_by_their_keys() -> None:
-    """Captions of the papers' figures, which people read, name the authors."""
+    """Captions of the papers' figures, which users read, name the authors."""
     by_name = re.compile(r"\bet al\.|\b[A-Z][a-z]+,? \(?(?:19|20)\d\d\b(?!,? \")")
     lines = [
         f"{path.relative_to(PROJECT).as_posix()}:{number} {line.strip()}"

@@ -100,7 +100,7 @@ def room_of(module: str) -> str:
     return modules()[module].parent.relative_to(PROJECT).as_posix()
 
 
-def imported(module: str) -> Iterator[tuple[int, str]]:
+def import_capture(module: str) -> Iterator[tuple[int, str]]:
     """Line and name of every module of ours that a module imports, wherever it does.
 
     Lists of modules by name (verbs, methods, measurements, figures) are the seams where a low room is given what it
@@ -130,7 +130,7 @@ def test_imports_point_down(room: str) -> None:
         f"{modules()[name].relative_to(PROJECT)}:{line} imports {other}"
         for name in modules()
         if room_of(name) == room
-        for line, other in imported(name)
+        for line, other in import_capture(name)
         if room_of(other) not in below and modules()[other].name != "__init__.py"
     ]
     assert upward == []

@@ -71,7 +71,7 @@ class Output:
     def __call__(self, text: str) -> Any:
         return self.make(text)
 
-    def named(self, text: str, options: argparse.Namespace) -> list[tuple[str, Kind]]:
+    def find_named(self, text: str, options: argparse.Namespace) -> list[tuple[str, Kind]]:
         return [(text, self.kind)] if isinstance(self.kind, Kind) else self.kind(text, options)
 
 
@@ -80,12 +80,12 @@ def check_results(parser: argparse.ArgumentParser, options: argparse.Namespace) 
 
     inputs: list[str] = []
     outputs: list[tuple[str, Kind]] = []
-    for action in _chosen_actions(parser, options):
+    for action in _choose_actions(parser, options):
         for text in _texts(getattr(options, action.dest, None)):
             if isinstance(action.type, Input):
                 inputs += action.type.paths(text)
             elif isinstance(action.type, Output):
-                outputs += action.type.named(text, options)
+                outputs += action.type.find_named(text, options)
     check_outputs(outputs, inputs, overwrite=getattr(options, "overwrite", False))
 
 
@@ -99,13 +99,13 @@ def add_overwrite(parser: argparse.ArgumentParser) -> None:
                 add_overwrite(below)
 
 
-def _chosen_actions(parser: argparse.ArgumentParser, options: argparse.Namespace) -> Iterator[argparse.Action]:
+def _choose_actions(parser: argparse.ArgumentParser, options: argparse.Namespace) -> Iterator[argparse.Action]:
     """The arguments of the verb that was chosen, and of its own actions."""
     for action in parser._actions:
         if not isinstance(action, argparse._SubParsersAction):
             yield action
         elif getattr(options, action.dest) is not None:
-            yield from _chosen_actions(action.choices[getattr(options, action.dest)], options)
+            yield from _choose_actions(action.choices[getattr(options, action.dest)], options)
 
 
 def _texts(value: Any) -> list[str]:
@@ -134,13 +134,13 @@ _PHOTOGRAPHS = ("woven_*", "hammered_*", "leather_*", "plain_*")
 
 
 def software(verb: str) -> str:
-    """The software tag of pictures that a verb writes."""
+    """The software tag of images that a verb writes."""
     return f"Lightarc {verb}"
 
 
-def picture_by(verb: str, *endings: str) -> Kind:
-    """A picture that a verb writes, known by its software tag."""
-    return Kind("a picture", endings, is_earlier=partial(has_tag, software=software(verb)))
+def image_by(verb: str, *endings: str) -> Kind:
+    """An image that a verb writes, known by its software tag."""
+    return Kind("an image", endings, is_earlier=partial(has_tag, software=software(verb)))
 
 
 def _folder(noun: str, marker: str, *members: str) -> Kind:
@@ -164,10 +164,10 @@ def _is_table(path: Path) -> bool:
         return False
 
 
-def _holds(path: Path, words: bytes, most_bytes: int) -> bool:
+def _holds(path: Path, words: bytes, max_bytes: int) -> bool:
     """True where the first bytes of a file have these words."""
     try:
-        return words in read_head(path, most_bytes)[0]
+        return words in read_head(path, max_bytes)[0]
     except InputError:
         return False
 

@@ -33,8 +33,8 @@ def relocate(parent: QWidget, bench: Workbench, lost: Path) -> None:
 
 
 def save(parent: QWidget, bench: Workbench, entry: Entry) -> None:
-    """Write `entry` as a table where the person says."""
-    proposed = f"{bench.proposed(entry.name, 'brdf')}.binary"
+    """Write `entry` as a table where the user says."""
+    proposed = f"{bench.propose(entry.name, 'brdf')}.binary"
     chosen, kind = QFileDialog.getSaveFileName(parent, "Save a table", proposed, TABLES)
     if chosen:
         path = Path(chosen)
@@ -46,7 +46,7 @@ def save(parent: QWidget, bench: Workbench, entry: Entry) -> None:
 
 def save_plots(parent: QWidget, bench: Workbench, save: Callable[[Path], object]) -> None:
     """Ask for a folder, new or old, for the files of the plots."""
-    proposed = bench.proposed("brdf-plots")
+    proposed = bench.propose("brdf-plots")
     chosen, _ = QFileDialog.getSaveFileName(parent, "Save the plots to a folder", str(proposed))
     if chosen:
         bench.write_into(Path(chosen).parent)

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from app.brdf.plots import ResidualPlot
 from app.brdf.ranking import Ranking, all_models
-from app.commands.brdf import FULL, FitSoFar, add, fitted
+from app.commands.brdf import FULL, FitSoFar, add, fit
 from app.commands.workbench import Workbench
 from app.document.comparison import Comparison, Entry, Fitted
 from app.jobs.jobs import Job
@@ -100,10 +100,10 @@ class FitSection(Rows):
         entry, model, weighting = self.entry, str(self.model.currentData()), self.weighting.value
         self._of, self._asked, self.so_far = entry, (model, weighting), None
         title = f"Fitting {BRDF_NAMES.get(model, model)} to {entry.name}"
-        job = self.bench.jobs.submit(title, lambda: fitted(entry.brdf, model, weighting), lane="compute")
+        job = self.bench.jobs.submit(title, lambda: fit(entry.brdf, model, weighting), lane="compute")
         self.job = job
         self.stop.show()
-        job.progressed.connect(self._progressed)
+        job.progressed.connect(self._on_progressed)
         job.succeeded.connect(self._finish)
         job.cancelled.connect(lambda: self._finish(self.so_far))
         job.failed.connect(lambda _error: self._finish(None))
@@ -137,7 +137,7 @@ class FitSection(Rows):
         if self.job is not None:
             self.bench.jobs.cancel(self.job)
 
-    def _progressed(self, step: Step) -> None:
+    def _on_progressed(self, step: Step) -> None:
         if step.partial is not None:
             self.so_far = step.partial
             self._show_errors(step.partial)

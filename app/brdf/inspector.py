@@ -71,7 +71,7 @@ class Inspector(Panel):
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.setToolTip("Tick the entries to show (Space); Del removes one")
         self.list.currentItemChanged.connect(self._row_changed)
-        self.list.itemChanged.connect(self._ticked)
+        self.list.itemChanged.connect(self._on_ticked)
         rows.wide(self.list)
         self.list.remove_wanted.connect(self.remove_wanted)
         self.remove = QToolButton()
@@ -230,7 +230,7 @@ class Inspector(Panel):
         if not self._filling and item is not None:
             self.current_wanted.emit(item.data(IDENTITY))
 
-    def _ticked(self, item: QListWidgetItem) -> None:
+    def _on_ticked(self, item: QListWidgetItem) -> None:
         if not self._filling:
             self.visible_wanted.emit(item.data(IDENTITY), item.checkState() == Qt.CheckState.Checked)
 

@@ -61,7 +61,7 @@ class Library(QWidget):
         role(self, "panel")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFixedWidth(WIDTH)
-        self.pictures: dict[str, QIcon] = {}
+        self.images: dict[str, QIcon] = {}
         self.sources: dict[str, Any] = {}
         self.missing: frozenset[Path] = frozenset()
         self._files: tuple[Path, ...] | None = None
@@ -154,7 +154,7 @@ class Library(QWidget):
         self.list.addItem(item)
 
     def _item(self, key: str, words: str, about: str) -> QListWidgetItem:
-        item = QListWidgetItem(self.pictures.get(key, _blank()), words)
+        item = QListWidgetItem(self.images.get(key, _blank()), words)
         item.setData(KEY, key)
         item.setData(WORDS, f"{words} {key} {about}".casefold())
         item.setToolTip(f"{words}\n{about}")
@@ -184,7 +184,7 @@ class Library(QWidget):
         self.search.selectAll()
 
     def add_current(self) -> None:
-        """Compare the row on which the person is, or the only one that the search leaves."""
+        """Compare the row on which the user is, or the only one that the search leaves."""
         item: QListWidgetItem | None = self.list.currentItem()
         if item is None or item.isHidden():
             found = [each for each in self.items() if each.data(KEY) is not None and not each.isHidden()]
@@ -235,7 +235,7 @@ class Library(QWidget):
         keys = []
         for item in self.items():
             key = item.data(KEY)
-            if key is None or item.isHidden() or key in self.pictures:
+            if key is None or item.isHidden() or key in self.images:
                 continue
             if (item.data(FILE) is None or key in self.sources) and self.list.visualItemRect(item).intersects(seen):
                 keys.append(key)
@@ -259,14 +259,14 @@ class Library(QWidget):
         if step.partial is None:
             return
         key, pixels = step.partial
-        self.pictures[key] = _icon(pixels, self.devicePixelRatioF())
+        self.images[key] = _icon(pixels, self.devicePixelRatioF())
         for item in self.items():
             if item.data(KEY) == key:
-                item.setIcon(self.pictures[key])
+                item.setIcon(self.images[key])
 
     def _over(self, given_up: Sequence[str]) -> None:
         self._drawing = None
-        self.pictures.update({key: _blank() for key in given_up if key not in self.pictures})
+        self.images.update({key: _blank() for key in given_up if key not in self.images})
         self._draw_next()
 
     def apply_theme(self) -> None:
@@ -293,6 +293,6 @@ def _blank() -> QIcon:
 def _icon(pixels: NDArray[np.uint8], scale: float) -> QIcon:
     height, width = pixels.shape[:2]
     image = QImage(np.ascontiguousarray(pixels).tobytes(), width, height, 4 * width, QImage.Format.Format_RGBA8888)
-    picture = QPixmap.fromImage(image)
-    picture.setDevicePixelRatio(scale)
-    return QIcon(picture)
+    pixmap = QPixmap.fromImage(image)
+    pixmap.setDevicePixelRatio(scale)
+    return QIcon(pixmap)

@@ -94,7 +94,7 @@ class LobeView(GlWidget):
         self._redraw()
 
     def _redraw(self) -> None:
-        """Coarse edges while something moves; the last picture is drawn again with smooth ones."""
+        """Coarse edges while something moves; the last image is drawn again with smooth ones."""
         self._still.start()
         self.update()
         self.overlay.update()
@@ -188,7 +188,7 @@ class LobeView(GlWidget):
 
 
 class _Markers(QWidget):
-    """The markers at the tips of the lobes, over the picture."""
+    """The markers at the tips of the lobes, over the image."""
 
     def __init__(self, view: LobeView) -> None:
         super().__init__(view)

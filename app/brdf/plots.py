@@ -22,7 +22,7 @@ from engine.core.figure_text import number
 
 Floats = NDArray[np.float64]
 
-#: Decades that the picture over half and difference angles shows below its highest value.
+#: Decades that the image over half and difference angles shows below its highest value.
 DECADES = 5.0
 MARK_PX = 9
 RINGS = (0.25, 0.5, 0.75, 1.0)
@@ -41,7 +41,7 @@ class Line:
 
 
 class _Lines:
-    """Curves of a plot and their markers, reused from picture to picture."""
+    """Curves of a plot and their markers, reused from image to image."""
 
     def __init__(self, plot: Plot) -> None:
         self.plot = plot
@@ -154,7 +154,7 @@ class HalfDifferencePlot(Plot):
             self.getPlotItem().getAxis(side).setTickSpacing(30, 30)
         self.setAccessibleName("Values over half and difference angle")
         self.setToolTip("The highlight is on the left, grazing reflection above, retro-reflection below")
-        self.scene().sigMouseMoved.connect(self._pointed)
+        self.scene().sigMouseMoved.connect(self._on_pointed)
 
     def apply_theme(self) -> None:
         super().apply_theme()
@@ -191,7 +191,7 @@ class HalfDifferencePlot(Plot):
         lowest = max(float(self.values.min()), highest * 10.0**-DECADES)
         return f"{number(lowest)}–{number(highest, 3)} sr⁻¹"
 
-    def _pointed(self, place: QPointF) -> None:
+    def _on_pointed(self, place: QPointF) -> None:
         if self.values is None:
             return
         at = self.getPlotItem().getViewBox().mapSceneToView(place)
@@ -277,10 +277,10 @@ def marker_path(marker: str, size: float) -> QPainterPath:
 
 def marker_icon(colour: str, marker: str) -> QIcon:
     """A marker on its line, as in the plots."""
-    picture = QPixmap(44, 32)
-    picture.setDevicePixelRatio(2.0)
-    picture.fill(Qt.GlobalColor.transparent)
-    painter = QPainter(picture)
+    image = QPixmap(44, 32)
+    image.setDevicePixelRatio(2.0)
+    image.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(image)
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setPen(QPen(QColor(colour), 1.8))
     painter.drawLine(QPointF(1, 8), QPointF(21, 8))
@@ -289,6 +289,6 @@ def marker_icon(colour: str, marker: str) -> QIcon:
     painter.setBrush(QColor(colour))
     painter.drawPath(marker_path(marker, 10.0))
     painter.end()
-    icon = QIcon(picture)
-    icon.addPixmap(picture, QIcon.Mode.Selected)
+    icon = QIcon(image)
+    icon.addPixmap(image, QIcon.Mode.Selected)
     return icon

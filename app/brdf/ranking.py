@@ -74,6 +74,6 @@ class Ranking(QDialog):
 def all_models(brdf: Any, weighting: Any) -> Steps[list[Offer]]:
     """Every model fitted to `brdf`, the best first; some seconds to a minute."""
     yield Step(0.0, "taking samples")
-    from engine.brdf.ranking import ranked
+    from engine.brdf.ranking import rank
 
-    return (yield from ranked(fit_data(brdf), [model() for model in MODELS.values()], weighting=weighting))
+    return (yield from rank(fit_data(brdf), [model() for model in MODELS.values()], weighting=weighting))

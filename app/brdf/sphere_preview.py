@@ -52,11 +52,11 @@ class SpherePreview(QWidget):
         self.brdf = brdf
         if self.mesh is None:
             job = self.jobs.submit("Loading the sphere", lambda: load_shape("sphere"), lane="screen")
-            job.succeeded.connect(self._loaded)
+            job.succeeded.connect(self._on_loaded)
             return
         self._prepare()
 
-    def _loaded(self, mesh: Mesh) -> None:
+    def _on_loaded(self, mesh: Mesh) -> None:
         self.mesh = mesh
         self.show_brdf(self.brdf)
 

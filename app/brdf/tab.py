@@ -34,7 +34,7 @@ from app.widgets import theme
 from app.widgets.empty_state import EmptyState
 from app.widgets.panels import Segments, text, tool
 from app.widgets.param_form import NumberEditor
-from app.widgets.plot_files import distinct, grid, saved, svg, table
+from app.widgets.plot_files import distinct, grid, save, svg, table
 from app.widgets.theme import PADDING
 from app.widgets.tiles import Tile, Tiles
 from app.widgets.workspace import bar_of_choices, put_beside, side_by_side, under
@@ -210,7 +210,7 @@ class BrdfTab(QWidget):
         inspector.current_wanted.connect(self.choose)
         inspector.visible_wanted.connect(self._set_visible)
         inspector.remove_wanted.connect(self.remove)
-        inspector.edited.connect(self._edited)
+        inspector.edited.connect(self._on_edited)
         inspector.use_wanted.connect(lambda: self._with_entry(lambda entry: commands_brdf.use(bench, entry)))
         inspector.copy_wanted.connect(lambda: self._with_entry(lambda entry: dialogs.copy_text(bench, entry)))
         inspector.save_wanted.connect(lambda: self._with_entry(lambda entry: dialogs.save(self, bench, entry)))
@@ -233,7 +233,7 @@ class BrdfTab(QWidget):
 
     @property
     def entry(self) -> Entry | None:
-        """The entry on which the person is."""
+        """The entry on which the user is."""
         return self.comparison.find(self.current)
 
     def _with_entry(self, work: Callable[[Entry], object]) -> None:
@@ -291,7 +291,7 @@ class BrdfTab(QWidget):
             words = f"{'Show' if visible else 'Hide'} {entry.name}"
             self.bench.document.change(words, comparison=self.comparison.changed(identity, visible=visible))
 
-    def _edited(self, brdf: Any, final: bool) -> None:
+    def _on_edited(self, brdf: Any, final: bool) -> None:
         entry, document = self.entry, self.bench.document
         if entry is not None and brdf != entry.brdf:
             changed = self.comparison.changed(entry.identity, brdf=brdf, fitted=None)
@@ -386,14 +386,14 @@ class BrdfTab(QWidget):
             if known is None or known.brdf != brdf or known.theta_i != theta:
                 missing.append((identity, brdf, known))
         if missing:
-            self.evaluating.ask(lambda: curves(missing, theta), self._evaluated)
+            self.evaluating.ask(lambda: curves(missing, theta), self._on_evaluated)
         on_screen = (self.current, [(one.number, one.live) for one in self.shown()])
         if not missing or on_screen != self._on_screen:
             self._show_curves()
         self._on_screen = on_screen
         self.at_rest.start()
 
-    def _evaluated(self, found: dict[int, Curves]) -> None:
+    def _on_evaluated(self, found: dict[int, Curves]) -> None:
         self.known |= found
         self._show_curves()
 
@@ -408,12 +408,12 @@ class BrdfTab(QWidget):
             if not one.live and (one.number not in self.albedos or self.albedos[one.number][0] != one.brdf)
         ]
         if missing:
-            self.integrating.ask(lambda: albedos(missing), self._integrated)
+            self.integrating.ask(lambda: albedos(missing), self._on_integrated)
         entry = self.entry
         if entry is not None and (self.facts is None or self.facts.brdf != entry.brdf):
             self.judging.ask(lambda: facts(entry.brdf), self._judged)
 
-    def _integrated(self, found: dict[int, tuple[Any, Any]]) -> None:
+    def _on_integrated(self, found: dict[int, tuple[Any, Any]]) -> None:
         self.albedos |= found
         self._show_albedos()
 
@@ -481,7 +481,7 @@ class BrdfTab(QWidget):
         found = {name: self.albedos[entry.identity][1] for name, entry in pairs if entry.identity in self.albedos}
         if found:
             files["albedo.csv"] = table("theta_o / °", np.array(ALBEDO_DEG, np.float64), found)
-        job = self.bench.jobs.submit(f"Saving plots to {folder.name}", lambda: saved(folder, files), lane="save")
+        job = self.bench.jobs.submit(f"Saving plots to {folder.name}", lambda: save(folder, files), lane="save")
         job.succeeded.connect(self.bench.said.emit)
         return job
 

@@ -11,7 +11,7 @@ from PySide6.QtCore import QRect, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QFontDatabase, QPainter, QPaintEvent, QResizeEvent, QTextCursor, QTextFormat
 from PySide6.QtWidgets import QDialog, QFileDialog, QHBoxLayout, QPlainTextEdit, QTextEdit, QVBoxLayout, QWidget
 
-from app.brdf.written_form import compiled
+from app.brdf.written_form import compile_text
 from app.commands.brdf import save_text
 from app.commands.workbench import Workbench
 from app.document.comparison import Entry
@@ -26,7 +26,7 @@ from engine.core.errors import FileError, MissingCapability
 #: Pause after the last key before the text is compiled.
 PAUSE_MS = 500
 
-SIZE_PX, LEAST_PX = QSize(680, 640), QSize(420, 300)
+SIZE_PX, MIN_PX = QSize(680, 640), QSize(420, 300)
 SPACES = 4
 
 
@@ -108,7 +108,7 @@ class TextEditor(QDialog):
     def __init__(self, parent: QWidget, bench: Workbench, entry: Entry) -> None:
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setMinimumSize(LEAST_PX)
+        self.setMinimumSize(MIN_PX)
         self.resize(SIZE_PX)
         self.bench, self.identity, self.name = bench, entry.identity, entry.name
         self.setWindowTitle(f"{entry.name}, written in GLSL")
@@ -120,7 +120,7 @@ class TextEditor(QDialog):
         self.edit = NumberedText()
         self.applied = entry.brdf.text
         self.edit.setPlainText(self.applied)
-        self.edit.textChanged.connect(self._typed)
+        self.edit.textChanged.connect(self._on_typed)
         self.verdict = text("", "secondary", wrap=True)
         self.verdict.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.save = button("Save as…", hint="As a .brdf file, which opens here and in BRDF Explorer")
@@ -146,18 +146,18 @@ class TextEditor(QDialog):
         """The text as it stands in the editor."""
         return self.edit.toPlainText()
 
-    def _typed(self) -> None:
+    def _on_typed(self) -> None:
         self.pause.start()
 
     def compile(self) -> None:
         """Compile what is written, beside the window, and let the views follow."""
         wanted = self.written
         if wanted != self.applied:
-            self.latest.ask(lambda: compiled(wanted, self.name), lambda found: self._compiled(wanted, found))
+            self.latest.ask(lambda: compile_text(wanted, self.name), lambda found: self._on_compiled(wanted, found))
         else:
             self._say("Compiled", "secondary")
 
-    def _compiled(self, wanted: str, found: WrittenBrdf | FileError | MissingCapability) -> None:
+    def _on_compiled(self, wanted: str, found: WrittenBrdf | FileError | MissingCapability) -> None:
         if isinstance(found, WrittenBrdf):
             self.applied = wanted
             doubts = " ".join(found.health.warnings)
@@ -190,7 +190,7 @@ class TextEditor(QDialog):
             self.edit.setTextCursor(cursor)
 
     def _save(self) -> None:
-        proposed = f"{self.bench.proposed(self.name, 'brdf')}.brdf"
+        proposed = f"{self.bench.propose(self.name, 'brdf')}.brdf"
         chosen, _ = QFileDialog.getSaveFileName(self, "Save the text", proposed, "BRDF Explorer (*.brdf)")
         if chosen:
             path = Path(chosen)

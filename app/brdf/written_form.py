@@ -12,7 +12,7 @@ from app.document.comparison import Entry
 from app.jobs.newest import Latest
 from app.widgets.panels import Rows
 from app.widgets.param_form import ColourEditor, NumberEditor
-from engine.brdf.written import Declared, WrittenBrdf, with_value, written
+from engine.brdf.written import Declared, WrittenBrdf, with_value, write
 from engine.core.errors import FileError, MissingCapability
 from engine.core.params import Colour, Parameter
 from engine.core.steps import Step, Steps
@@ -69,15 +69,15 @@ class WrittenForm(Rows):
         for each in parameters:
             editor = _editor(each)
             if isinstance(editor, QCheckBox):
-                editor.toggled.connect(lambda on, name=each.name: self._edited(name, on, True))
+                editor.toggled.connect(lambda on, name=each.name: self._on_edited(name, on, True))
             else:
-                editor.edited.connect(lambda value, final, name=each.name: self._edited(name, value, final))
+                editor.edited.connect(lambda value, final, name=each.name: self._on_edited(name, value, final))
             self.editors[each.name] = editor
             self.row(each.name, editor, f"Parameter {each.name} of the text")
 
-    def _edited(self, name: str, value: float | bool | Colour, final: bool) -> None:
+    def _on_edited(self, name: str, value: float | bool | Colour, final: bool) -> None:
         text = self._text = with_value(self._text, name, value)
-        self.latest.ask(lambda: _evaluated(text, self._name), lambda brdf: self.edited.emit(brdf, final))
+        self.latest.ask(lambda: _evaluate(text, self._name), lambda brdf: self.edited.emit(brdf, final))
 
 
 def _editor(declared: Declared) -> NumberEditor | ColourEditor | QCheckBox:
@@ -91,15 +91,15 @@ def _editor(declared: Declared) -> NumberEditor | ColourEditor | QCheckBox:
     return ColourEditor(parameter) if parameter.is_colour else NumberEditor(parameter)
 
 
-def _evaluated(text: str, name: str) -> Steps[WrittenBrdf]:
+def _evaluate(text: str, name: str) -> Steps[WrittenBrdf]:
     yield Step(0.0, "compiling")
-    return written(text, name)
+    return write(text, name)
 
 
-def compiled(text: str, name: str) -> Steps[WrittenBrdf | FileError | MissingCapability]:
+def compile_text(text: str, name: str) -> Steps[WrittenBrdf | FileError | MissingCapability]:
     """The BRDF of a text, or what is wrong with it: whoever types is told beside the text, not in a dialog."""
     yield Step(0.0, "compiling")
     try:
-        return written(text, name)
+        return write(text, name)
     except (FileError, MissingCapability) as error:
         return error

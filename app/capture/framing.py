@@ -1,6 +1,6 @@
-"""The framing, the part of the photographs that becomes the picture: its start, and the size that its corners give.
+"""The framing, the part of the photographs that becomes the image: its start, and the size that its corners give.
 
-It is shown as the big picture with handles for the four corners, and for a rectangle over a grey patch.
+It is shown as the big image with handles for the four corners, and for a rectangle over a grey patch.
 """
 
 from __future__ import annotations
@@ -69,14 +69,14 @@ class FramingView(ImageView):
         return self.to_screen(QPointF(x + 0.5, y + 0.5))
 
     def _place(self, point: QPointF) -> QPointF:
-        """The point of the picture under `point`, held inside it; its upper left corner is (0, 0)."""
-        assert self.picture is not None
-        width, height = self.picture.size
+        """The point of the image under `point`, held inside it; its upper left corner is (0, 0)."""
+        assert self.image is not None
+        width, height = self.image.size
         place = self.place_at(point)
         return QPointF(min(max(place.x(), 0.0), width), min(max(place.y(), 0.0), height))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        if self.picture is not None and event.button() == Qt.MouseButton.LeftButton:
+        if self.image is not None and event.button() == Qt.MouseButton.LeftButton:
             if self.drawing_patch:
                 self._patch_from = self._place(event.position())
                 return
@@ -124,7 +124,7 @@ class FramingView(ImageView):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
-        if self.picture is None:
+        if self.image is None:
             return
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -155,7 +155,7 @@ def _clockwise(corners: list[tuple[float, float]]) -> bool:
 INSET = 0.1
 
 
-def begun(path: Path, framing: Framing | None, how: str, width_px: int | None) -> Steps[Framing]:
+def begin(path: Path, framing: Framing | None, how: str, width_px: int | None) -> Steps[Framing]:
     """A framing of the photograph to begin with ('crop' or 'corners'), or `framing` at another width."""
     yield Step(0.0, "reading the photograph")
     from engine.capture.photograph.decode import read_photograph
@@ -173,12 +173,12 @@ def begun(path: Path, framing: Framing | None, how: str, width_px: int | None) -
     return Framing(corners, across, along)
 
 
-def framed(corners: Corners, size: tuple[int, int], *, upright: bool) -> Framing:
+def frame(corners: Corners, size: tuple[int, int], *, upright: bool) -> Framing:
     """The framing between `corners` of a photograph of `size` (width, height), as large as it is seen there."""
-    from engine.capture.registration.framing import Framing, estimated_aspect
+    from engine.capture.registration.framing import Framing, estimate_aspect
 
     width, height = size
-    return Framing(corners, *_natural_size(corners, estimated_aspect(corners, (height, width)), upright))
+    return Framing(corners, *_natural_size(corners, estimate_aspect(corners, (height, width)), upright))
 
 
 def _natural_size(corners: Corners, aspect: float, upright: bool) -> tuple[int, int]:

@@ -101,7 +101,7 @@ class ImportPanel(Rows):
         self.sphere = Segments(
             (
                 ("stated", "As stated", "From capture.toml, an .lp file, the file names, or entered"),
-                ("sphere", "Sphere", "Measured on a mirror sphere that is seen in the picture"),
+                ("sphere", "Sphere", "Measured on a mirror sphere that is seen in the image"),
             )
         )
         self.sphere.chosen.connect(self._lights_chosen)
@@ -109,7 +109,7 @@ class ImportPanel(Rows):
         self.spheres = Segments(
             (
                 ("one", "One", "Tells the direction of each lamp"),
-                ("two", "Two", "Tell where near lamps stand; the second is found in the picture"),
+                ("two", "Two", "Tell where near lamps stand; the second is found in the image"),
             )
         )
         self.spheres.chosen.connect(lambda value: self.chosen.emit("Mirror spheres", {"second_sphere": value == "two"}))
@@ -136,7 +136,7 @@ class ImportPanel(Rows):
         self.width_field = NumberField(1024.0, 1.0, 32768.0, unit="px", log=True)
         self.width_field.edited.connect(self._width_edited)
         self.row("Width", self.width_field)
-        self.size_figure = self.figure("Size", "Of the picture that is made")
+        self.size_figure = self.figure("Size", "Of the image that is made")
 
     def _box(self, name: str, label: str, hint: str, rows: Rows) -> QComboBox:
         box = ComboBox()
@@ -202,11 +202,11 @@ class ImportPanel(Rows):
         enable(self.spheres, why_not or ("" if measured else "The lights are not measured on a sphere"))
         for segments in (self.sphere, self.lamp):
             enable(segments, why_not)
-        enable(self.framing, why_not, "What becomes the picture: drag the handles on the photograph")
+        enable(self.framing, why_not, "What becomes the image: drag the handles on the photograph")
         distant = "" if self.choices.lamp_distance is not None else "Only a near lamp has a distance"
-        enable(self.distance, why_not or distant, "From the middle of the sample to the lamp, in widths of the picture")
-        whole = "" if self.choices.framing is not None else "Only a framed picture has a size of its own"
-        enable(self.width_field, why_not or whole, "Of the picture that is made; its height follows")
+        enable(self.distance, why_not or distant, "From the middle of the sample to the lamp, in widths of the image")
+        whole = "" if self.choices.framing is not None else "Only a framed image has a size of its own"
+        enable(self.width_field, why_not or whole, "Of the image that is made; its height follows")
 
     def _fill_frame(self, name: str) -> None:
         box, value = self.boxes[name], getattr(self.choices, name)

@@ -1,6 +1,6 @@
 """The lamps of a capture as dots on the disk of their hemisphere, from above: where to click, and where to draw.
 
-The middle is the zenith, the rim the plane of the sample, azimuth 0° is on the right and 90° on top as in the picture.
+The middle is the zenith, the rim the plane of the sample, azimuth 0° is on the right and 90° on top as in the image.
 Dots are coloured by how far the other photographs are from predicting theirs, from blue for not at all to red for the
 farthest; those of left out photographs are hollow.
 """
@@ -22,7 +22,7 @@ from app.widgets.panels import button, enable, text
 from app.widgets.theme import PADDING, STEP, role
 from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread
 from engine.capture.stack import ImageStack
-from engine.core.figure_text import fixed, percent
+from engine.core.figure_text import format_fixed, percent
 
 #: Radius of a dot, distance at which a click still meets one, and distance after which a drag is a lasso, in pixels.
 DOT, REACH, DRAG = 4.5, 9.0, 4.0
@@ -34,7 +34,7 @@ LEGEND = (
 )
 
 #: Relative error of predicting a photograph from the others below which no dot has the last colour.
-LEAST_WORST = 0.1
+MIN_WORST = 0.1
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def lamps_of(stack: ImageStack | None, excluded: frozenset[str]) -> tuple[Lamp, 
     return tuple(Lamp(name, float(el), float(az), error, name in excluded) for name, el, az, error in rows)
 
 
-class DomePicture(QWidget):
+class DomeImage(QWidget):
     """The disk. A click chooses a lamp, with Ctrl it picks one more or less; a line drawn round lamps picks them."""
 
     chosen = Signal(int)
@@ -144,7 +144,7 @@ class DomePicture(QWidget):
     def _words(lamp: Lamp) -> str:
         error = "" if lamp.error is None else f"\nThe other photographs predict it to {percent(lamp.error)}"
         state = "\nExcluded from the material" if lamp.excluded else ""
-        elevation, azimuth = fixed(lamp.elevation_deg, 1), fixed(lamp.azimuth_deg, 1)
+        elevation, azimuth = format_fixed(lamp.elevation_deg, 1), format_fixed(lamp.azimuth_deg, 1)
         return f"{lamp.name}\nelevation {elevation}°, azimuth {azimuth}°{error}{state}"
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -152,7 +152,7 @@ class DomePicture(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.fillRect(self.rect(), QColor(colours.panel))
         self._paint_disk(painter)
-        worst = max([LEAST_WORST, *(lamp.error for lamp in self.lamps if lamp.error is not None)])
+        worst = max([MIN_WORST, *(lamp.error for lamp in self.lamps if lamp.error is not None)])
         for place, lamp in enumerate(self.lamps):
             colour = QColor(*dot_colour((lamp.error or 0.0) / worst))
             painter.setBrush(QColor(colours.panel) if lamp.excluded else colour)
@@ -206,9 +206,9 @@ class LightDome(QWidget):
         super().__init__()
         role(self, "panel")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.picture = DomePicture()
-        self.picture.chosen.connect(self.chosen)
-        self.picture.picked.connect(self.picked)
+        self.image = DomeImage()
+        self.image.chosen.connect(self.chosen)
+        self.image.picked.connect(self.picked)
         self.azimuth = NumberField(0.0, 0.0, 360.0, unit="°")
         self.tolerance = NumberField(10.0, 0.0, 180.0, unit="°")
         self.lowest = NumberField(0.0, 0.0, 90.0, unit="°")
@@ -221,8 +221,8 @@ class LightDome(QWidget):
             field.edited.connect(lambda _value, _final: self._pick_range())
         self.only = button("Use only these")
         self.every = button("Use all")
-        self.only.clicked.connect(lambda: self.used.emit(sorted(self.picture.selection)))
-        self.every.clicked.connect(lambda: self.used.emit(list(range(len(self.picture.lamps)))))
+        self.only.clicked.connect(lambda: self.used.emit(sorted(self.image.selection)))
+        self.every.clicked.connect(lambda: self.used.emit(list(range(len(self.image.lamps)))))
         self.count = text("", "secondary")
         self._lay_out()
 
@@ -244,36 +244,36 @@ class LightDome(QWidget):
         beside.addStretch(1)
         outer = QHBoxLayout(self)
         outer.setContentsMargins(PADDING, PADDING, PADDING, PADDING)
-        outer.addWidget(self.picture, 1)
+        outer.addWidget(self.image, 1)
         outer.addLayout(beside)
 
     def show_lamps(self, lamps: Sequence[Lamp], current: int | None, selection: Sequence[int] = ()) -> None:
         """Show the lamps and mark that of the photograph on screen and those selected; hidden without lamps."""
-        self.picture.lamps, self.picture.current = tuple(lamps), current
+        self.image.lamps, self.image.current = tuple(lamps), current
         self.setVisible(bool(lamps))
         self.show_selection(selection)
 
     def show_selection(self, selection: Sequence[int]) -> None:
         """Mark the lamps that are selected."""
-        lamps = self.picture.lamps
-        self.picture.selection = frozenset(place for place in selection if place < len(lamps))
-        number = len(self.picture.selection)
+        lamps = self.image.lamps
+        self.image.selection = frozenset(place for place in selection if place < len(lamps))
+        number = len(self.image.selection)
         self.count.setText(f"{number} of {len(lamps)} selected")
         used = frozenset(place for place, lamp in enumerate(lamps) if not lamp.excluded)
         few = "Select two lamps or more: click, or draw a line round them"
         same = "These are the ones in use"
         enable(
             self.only,
-            few if number < 2 else same if self.picture.selection == used else "",
+            few if number < 2 else same if self.image.selection == used else "",
             "Leave all other photographs out of the material",
         )
         enable(self.every, "All are in use" if len(used) == len(lamps) else "", "Leave no photograph out")
-        self.picture.update()
+        self.image.update()
 
     def _pick_range(self) -> None:
         ranges = (self.azimuth.value, self.tolerance.value, (self.lowest.value, self.highest.value))
-        self.picked.emit([place for place, lamp in enumerate(self.picture.lamps) if lamp.is_within(*ranges)])
+        self.picked.emit([place for place, lamp in enumerate(self.image.lamps) if lamp.is_within(*ranges)])
 
     def apply_theme(self) -> None:
         """Redraw what does not follow the palette by itself."""
-        self.picture.update()
+        self.image.update()

@@ -1,4 +1,4 @@
-"""A loupe on the big picture: its pixels at 100 % or larger, at a place that stays while photographs change.
+"""A loupe on the big image: its pixels at 100 % or larger, at a place that stays while photographs change.
 
 It is dragged, or moved by the arrow keys while it has the focus (Ctrl: finer, Shift: farther); the wheel, + and −
 magnify.
@@ -24,7 +24,7 @@ FINE, PLAIN, FAR = 1.0, 16.0, 128.0
 
 
 class Loupe(QWidget):
-    """Lies over `view` and magnifies the picture in it around `place`. `closed` when a person closes it."""
+    """Lies over `view` and magnifies the image in it around `place`. `closed` when a user closes it."""
 
     closed = Signal()
 
@@ -43,12 +43,12 @@ class Loupe(QWidget):
         view.zoomed.connect(lambda _zoom: self._follow())
 
     def open(self) -> None:
-        """Show it under the pointer, or where the pointer is beside the picture, in its middle; there must be one.
+        """Show it under the pointer, or where the pointer is beside the image, in its middle; there must be one.
 
-        A picture that is itself magnified is magnified further: the loupe never shows it smaller.
+        An image that is itself magnified is magnified further: the loupe never shows it smaller.
         """
-        assert self.view.picture is not None
-        self._size = self.view.picture.size
+        assert self.view.image is not None
+        self._size = self.view.image.size
         pointer = QPointF(self.view.mapFromGlobal(self.view.cursor().pos()))
         is_over = self.view.underMouse() and self.view.texel_at(pointer) is not None
         width, height = self._size
@@ -60,7 +60,7 @@ class Loupe(QWidget):
         self._follow()
 
     def move_to(self, place: QPointF) -> None:
-        """Look at `place` of the picture, held inside it."""
+        """Look at `place` of the image, held inside it."""
         width, height = self._size
         self.place = QPointF(min(max(place.x(), 0.0), width), min(max(place.y(), 0.0), height))
         self._follow()
@@ -72,14 +72,14 @@ class Loupe(QWidget):
         self.update()
 
     def _follow(self) -> None:
-        """Lie over the place, within the view; in a picture of another size it is the same share of it."""
-        picture = self.view.picture
-        if picture is None:
+        """Lie over the place, within the view; in an image of another size it is the same share of it."""
+        image = self.view.image
+        if image is None:
             return
-        if picture.size != self._size and all(self._size):
-            ratio = picture.size[0] / self._size[0], picture.size[1] / self._size[1]
+        if image.size != self._size and all(self._size):
+            ratio = image.size[0] / self._size[0], image.size[1] / self._size[1]
             self.place = QPointF(self.place.x() * ratio[0], self.place.y() * ratio[1])
-            self._size = picture.size
+            self._size = image.size
         around = self.view.rect().adjusted(MARGIN_PX, MARGIN_PX, -MARGIN_PX, -MARGIN_PX)
         side = min(SIDE_PX, around.width(), around.height())
         middle = self.view.to_screen(self.place).toPoint()
@@ -116,7 +116,7 @@ class Loupe(QWidget):
         self._grabbed = None
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """The second click of two is no gesture of the picture below."""
+        """The second click of two is no gesture of the image below."""
         event.accept()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
@@ -147,16 +147,16 @@ class Loupe(QWidget):
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter, colours = QPainter(self), theme.current()
         painter.fillRect(self.rect(), QColor(colours.canvas))
-        picture = self.view.picture
-        if picture is not None:
+        image = self.view.image
+        if image is not None:
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, False)
             across = QSizeF(self.size()) / self._scale
             corner = self.place - QPointF(across.width() / 2, across.height() / 2)
             source = QRectF(QPointF(math.floor(corner.x()), math.floor(corner.y())), across)
-            inside = source.intersected(QRectF(picture.levels[0].rect()))
+            inside = source.intersected(QRectF(image.levels[0].rect()))
             target = QRectF((inside.topLeft() - source.topLeft()) * self._scale, inside.size() * self._scale)
-            marks = picture.marks[:1] if self.view.marks_visible else ()
-            for layer in (picture.levels[0], *marks):
+            marks = image.marks[:1] if self.view.marks_visible else ()
+            for layer in (image.levels[0], *marks):
                 painter.drawImage(target, layer, inside)
         self._paint_frame(painter)
 

@@ -1,4 +1,4 @@
-"""The big picture with numbered markers: click to set one, drag it, or move it by the arrow keys.
+"""The big image with numbered markers: click to set one, drag it, or move it by the arrow keys.
 
 While a marker is dragged, the corner away from it magnifies what lies under it.
 """
@@ -12,7 +12,7 @@ from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
 
 from app.widgets import theme
-from app.widgets.image_view import ImageView, Picture
+from app.widgets.image_view import Image, ImageView
 
 Place = tuple[float, float]
 
@@ -56,11 +56,11 @@ class MarkerView(ImageView):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setCursor(Qt.CursorShape.CrossCursor)
 
-    def show_picture(self, picture: Picture | None) -> None:
-        """Replace the picture; without one, nothing is held any more."""
-        if picture is None:
+    def show_image(self, image: Image | None) -> None:
+        """Replace the image; without one, nothing is held any more."""
+        if image is None:
             self._held = self._pressed = None
-        super().show_picture(picture)
+        super().show_image(image)
 
     def show_markers(self, markers: Sequence[Place], current: int | None, pending: Place | None = None) -> None:
         """Show numbered `markers`, of which number `current` is chosen, and one that waits for its counterpart."""
@@ -74,15 +74,15 @@ class MarkerView(ImageView):
         return self.to_screen(QPointF(place[0] + 0.5, place[1] + 0.5))
 
     def held(self, point: QPointF) -> Place:
-        """The place of the photograph under `point`, held inside the picture."""
-        assert self.picture is not None
-        width, height = self.picture.size
+        """The place of the photograph under `point`, held inside the image."""
+        assert self.image is not None
+        width, height = self.image.size
         place = self.place_at(point)
         return min(max(place.x() - 0.5, -0.5), width - 0.5), min(max(place.y() - 0.5, -0.5), height - 0.5)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         super().mousePressEvent(event)
-        if self.picture is None or event.button() != Qt.MouseButton.LeftButton:
+        if self.image is None or event.button() != Qt.MouseButton.LeftButton:
             return
         self._pressed, self._dragged = event.position(), False
         offsets = [self.on_screen(marker) - event.position() for marker in self.markers]
@@ -107,7 +107,7 @@ class MarkerView(ImageView):
         super().mouseReleaseEvent(event)
         held, self._held = self._held, None
         pressed, self._pressed = self._pressed, None
-        if self.picture is None or pressed is None:
+        if self.image is None or pressed is None:
             return
         if held is not None and self._dragged:
             self.moved.emit(held, *self.held(event.position() + self._offset), True)
@@ -116,7 +116,7 @@ class MarkerView(ImageView):
         self.update()
 
     def mouseDoubleClickEvent(self, _event: QMouseEvent) -> None:
-        """The second click of two sets nothing, nor does it fit the picture."""
+        """The second click of two sets nothing, nor does it fit the image."""
 
     def event(self, event: QEvent) -> bool:
         """The arrow keys move the chosen marker, where there is one, before they mean anything else."""
@@ -128,14 +128,14 @@ class MarkerView(ImageView):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         step = STEPS.get(Qt.Key(event.key()))
-        if step is None or self.current is None or self.picture is None or self.current >= len(self.markers):
+        if step is None or self.current is None or self.image is None or self.current >= len(self.markers):
             super().keyPressEvent(event)
             return
         modifiers = event.modifiers()
         fine, coarse = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
         by = 0.1 if modifiers & fine else 10.0 if modifiers & coarse else 1.0
         x, y = self.markers[self.current]
-        width, height = self.picture.size
+        width, height = self.image.size
         moved = min(max(x + by * step[0], -0.5), width - 0.5), min(max(y + by * step[1], -0.5), height - 0.5)
         self._nudging = True
         self.moved.emit(self.current, *moved, False)
@@ -148,7 +148,7 @@ class MarkerView(ImageView):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
-        if self.picture is None:
+        if self.image is None:
             return
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -168,7 +168,7 @@ class MarkerView(ImageView):
 
     def _draw_loupe(self, painter: QPainter, place: Place) -> None:
         """Magnify the surroundings of `place` in the corner farthest from it."""
-        assert self.picture is not None
+        assert self.image is not None
         at = self.on_screen(place)
         right, low = at.x() < self.width() / 2, at.y() < self.height() / 2
         corner = QPointF(self.width() - LOUPE_PX - 12 if right else 12, self.height() - LOUPE_PX - 12 if low else 12)
@@ -177,10 +177,10 @@ class MarkerView(ImageView):
         half = LOUPE_TEXELS / 2
         source = QRectF(place[0] + 0.5 - half, place[1] + 0.5 - half, LOUPE_TEXELS, LOUPE_TEXELS)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, False)
-        inside = source.intersected(QRectF(self.picture.levels[0].rect()))
+        inside = source.intersected(QRectF(self.image.levels[0].rect()))
         scale = LOUPE_PX / LOUPE_TEXELS
         target = QRectF(frame.topLeft() + (inside.topLeft() - source.topLeft()) * scale, inside.size() * scale)
-        painter.drawImage(target, self.picture.levels[0], inside)
+        painter.drawImage(target, self.image.levels[0], inside)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(QColor(theme.current().line), 1.0))
         painter.drawRect(frame)

@@ -78,7 +78,7 @@ class CapturePanel(Panel):
         size = (stack.radiance.shape[2], stack.radiance.shape[1]) if stack is not None else None
         self.options.show_choices(project.import_choices, size)
         points = points_of(project)
-        self.options.show_points({name: len(pairs) for name, pairs in points.items()}, unaligned(stack))
+        self.options.show_points({name: len(pairs) for name, pairs in points.items()}, find_unaligned(stack))
         why_not = "" if project.sources is not None and stack is not None else "Needs the photographs"
         measured = project.import_choices.sphere or (project.sources is not None and project.sources.sphere is not None)
         self.options.disable(why_not, measured=measured)
@@ -117,7 +117,7 @@ class CapturePanel(Panel):
         self.report.show_health(self.report.health)
 
 
-def unaligned(stack: ImageStack | None) -> tuple[str, ...]:
+def find_unaligned(stack: ImageStack | None) -> tuple[str, ...]:
     """The photographs that the last import was asked to align and could not."""
     if stack is None or not stack.quality or stack.provenance.get("motion", "none") == "none":
         return ()
@@ -128,7 +128,11 @@ def unaligned(stack: ImageStack | None) -> tuple[str, ...]:
 
 def first_to_mark(project: Project, current: str | None) -> str | None:
     """The photograph in which points are marked first: the current one, unless another needs it more."""
-    names, lost, reference = project.stack.sources if project.stack is not None else (), unaligned(project.stack), None
+    names, lost, reference = (
+        project.stack.sources if project.stack is not None else (),
+        find_unaligned(project.stack),
+        None,
+    )
     reference = reference_of(project)
     if lost and current not in lost:
         return next((name for name in lost if name != reference), current)

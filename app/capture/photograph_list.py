@@ -42,7 +42,7 @@ from app.widgets.status_bar import VERDICTS
 from app.widgets.theme import PADDING, STEP, role
 from engine.capture.stack import ImageStack
 from engine.core.errors import UsageError
-from engine.core.figure_text import fixed
+from engine.core.figure_text import format_fixed
 from engine.core.health import Health, Verdict
 
 LIST_WIDTH = 232
@@ -131,7 +131,7 @@ class PhotographModel(QAbstractListModel):
             self.dataChanged.emit(self.index(0), self.index(len(rows) - 1))
 
     def show_thumbnail(self, name: str, image: QImage) -> None:
-        """The small picture of one photograph."""
+        """The small image of one photograph."""
         self.thumbnails[name] = image
         for place, row in enumerate(self.rows):
             if row.name == name:
@@ -179,7 +179,7 @@ class PhotographList(QListView):
 
     Signals
     -------
-    chosen : the row on which the person is.
+    chosen : the row on which the user is.
     picked : those that are selected.
     filtered : the filter, where another one came.
     use_toggled : the space bar was pressed.
@@ -229,7 +229,7 @@ class PhotographList(QListView):
             self.filtered.emit(name)
 
     def _filter_rows(self) -> None:
-        """Hide the other rows; nothing that is hidden stays selected, and the person is on a row that is seen."""
+        """Hide the other rows; nothing that is hidden stays selected, and the user is on a row that is seen."""
         belongs = FILTERS[self.filter][-1]
         picked = self.selection
         for place, row in enumerate(self.photographs.rows):
@@ -262,7 +262,7 @@ class PhotographList(QListView):
             self.choose(min(ahead, key=lambda place: abs(place - now)))
 
     def pick(self, places: Sequence[int]) -> None:
-        """Select the rows `places`, and go to the first unless the person is on one of them."""
+        """Select the rows `places`, and go to the first unless the user is on one of them."""
         if any(self.isRowHidden(place) for place in places):
             self.show_only("all")
         chosen = QItemSelection()
@@ -380,15 +380,17 @@ class _Delegate(QStyledItemDelegate):
         bottom = QRect(left, rect.top() + 26, width + 20, 18)
         painter.setFont(theme.font())
         painter.setPen(QColor(colours.disabled if row.excluded else colours.text))
-        angles = " / ".join(f"{fixed(each, 1)}°" for each in (row.elevation_deg, row.azimuth_deg) if each is not None)
+        angles = " / ".join(
+            f"{format_fixed(each, 1)}°" for each in (row.elevation_deg, row.azimuth_deg) if each is not None
+        )
         painter.drawText(top, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, angles)
         painter.setFont(theme.font(12))
         painter.setPen(QColor(colours.disabled if row.excluded else colours.secondary))
         name = painter.fontMetrics().elidedText(row.name, Qt.TextElideMode.ElideMiddle, bottom.width())
         painter.drawText(bottom, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, name)
         if row.done:
-            picture, look, _ = VERDICTS[row.verdict]
-            mark = "exclude" if row.excluded else picture
+            image, look, _ = VERDICTS[row.verdict]
+            mark = "exclude" if row.excluded else image
             colour = colours.disabled if row.excluded else getattr(colours, look)
             painter.drawPixmap(
                 rect.right() - PADDING - 15,

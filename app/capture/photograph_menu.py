@@ -95,25 +95,25 @@ def _ask_for_another(parent: QWidget, bench: Workbench, name: str | None) -> Non
 
 def replace_file(bench: Workbench, name: str, path: Path) -> None:
     """Import the capture again with the file `path` in place of the photograph `name`, as one step of the history."""
-    sources, choices, place = _found(bench, name)
+    sources, choices, place = _find(bench, name)
     if sources is not None and place is not None:
         words, kept = f"Replace {name}", choices_without(choices, {name})
-        job = bench.jobs.submit(words, lambda: _changed(partial(with_file, sources, place, path)), lane="open")
+        job = bench.jobs.submit(words, lambda: _change(partial(with_file, sources, place, path)), lane="open")
         job.succeeded.connect(lambda changed: _import(bench, changed, kept, words))
 
 
 def use_as_frame(bench: Workbench, frame: str, name: str | None) -> None:
     """Import the capture again without the photograph `name`, which becomes its 'dark' frame or its 'flat' field."""
-    sources, choices, place = _found(bench, name)
+    sources, choices, place = _find(bench, name)
     if sources is not None and place is not None and name is not None:
         words, path = f"{FRAMES[frame]}: {name}", sources.photographs[place]
         kept = choices_without(choices, {name})
         kept = dataclasses.replace(kept, dark=path) if frame == "dark" else dataclasses.replace(kept, flat=path)
-        job = bench.jobs.submit(words, lambda: _changed(partial(without, sources, {place})), lane="open")
+        job = bench.jobs.submit(words, lambda: _change(partial(without, sources, {place})), lane="open")
         job.succeeded.connect(lambda changed: _import(bench, changed, kept, words))
 
 
-def _found(bench: Workbench, name: str | None) -> tuple[Sources | None, ImportChoices, int | None]:
+def _find(bench: Workbench, name: str | None) -> tuple[Sources | None, ImportChoices, int | None]:
     """The photographs, the choices of their import, and the number of the photograph `name`."""
     project = bench.document.project
     path = path_of(project, name)
@@ -126,6 +126,6 @@ def _import(bench: Workbench, sources: Sources, choices: ImportChoices, words: s
     bench.import_photographs(sources, choices, bench.document.project.name, words)
 
 
-def _changed(change: Callable[[], Sources]) -> Steps[Sources]:
+def _change(change: Callable[[], Sources]) -> Steps[Sources]:
     yield Step(0.0, "looking at the photographs")
     return change()

@@ -1,6 +1,6 @@
 """Control points by hand: the same spots marked in the reference photograph and in another, side by side.
 
-A click in one picture waits for its counterpart in the other; the pair is one undo step. Both pictures zoom and move
+A click in one image waits for its counterpart in the other; the pair is one undo step. Both images zoom and move
 together, as far as the points, or else the last import, show how they lie on each other.
 """
 
@@ -13,11 +13,11 @@ from PySide6.QtCore import QPointF, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
+from app.capture.images_kept import Shelf, as_taken
 from app.capture.marker_view import MarkerView
-from app.capture.pictures_kept import Shelf, as_taken
 from app.commands.workbench import Workbench
 from app.document.document import Pair, Project
-from app.document.import_choices import choose, path_of, points_of, reference_of, stated_points, transfer_of
+from app.document.import_choices import choose, path_of, points_of, read_stated_points, reference_of, transfer_of
 from app.widgets.controls import ComboBox
 from app.widgets.figure_table import FigureTable
 from app.widgets.panels import button, enable, fill_stacked, text
@@ -25,13 +25,13 @@ from app.widgets.theme import PADDING, ROW, STEP, role
 from app.widgets.workspace import side_by_side
 from engine.capture.lights.sources import printable
 from engine.capture.registration.control_points import (
-    LEAST_POINTS,
+    MIN_POINTS,
     MarkedMotion,
-    marked_kind,
-    marked_motion,
-    moved,
+    choose_marked_kind,
+    fit_marked_motion,
+    move,
 )
-from engine.core.figure_text import fixed
+from engine.core.figure_text import format_fixed
 
 if TYPE_CHECKING:
     from app.widgets.image_view import ImageView
@@ -47,7 +47,7 @@ KINDS = {
 
 
 class PointsTool(QWidget):
-    """Shows the points of one photograph and asks the document to change them. `done`: back to the pictures."""
+    """Shows the points of one photograph and asks the document to change them. `done`: back to the images."""
 
     done = Signal()
 
@@ -67,7 +67,7 @@ class PointsTool(QWidget):
         self.caption = text("", "secondary")
         self.views = (MarkerView("Points in the reference"), MarkerView("Points in the photograph"))
         for side, view in enumerate(self.views):
-            view.placed.connect(lambda x, y, side=side: self._placed(side, x, y))
+            view.placed.connect(lambda x, y, side=side: self._on_placed(side, x, y))
             view.moved.connect(lambda number, x, y, final, side=side: self._moved(side, number, x, y, final))
             view.chosen.connect(self._choose)
             view.zoomed.connect(lambda _zoom, side=side: self._follow(side))
@@ -80,16 +80,16 @@ class PointsTool(QWidget):
         self.table = FigureTable("Control points", HEADINGS)
         self.table.picked.connect(self._choose)
         self.status = text("", "", wrap=True)
-        self.add = button("Add a point", hint="In the middle of both pictures, to be moved from there (Ins)")
+        self.add = button("Add a point", hint="In the middle of both images, to be moved from there (Ins)")
         self.delete = button("Delete", hint="The chosen point (Del)")
         self.reset = button("Remove all", hint="The points of all photographs")
-        self.close_button = button("Done", "primary", hint="Back to the pictures (Esc)")
+        self.close_button = button("Done", "primary", hint="Back to the images (Esc)")
         self._connect()
         self._lay_out()
 
     @property
     def main_view(self) -> ImageView:
-        """The view that the bar above the pictures acts on."""
+        """The view that the bar above the images acts on."""
         return self.views[0] if self.views[0].hasFocus() else self.views[1]
 
     def _connect(self) -> None:
@@ -99,7 +99,7 @@ class PointsTool(QWidget):
         self.close_button.clicked.connect(self.done)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Handle the keys that pictures and table leave: Del, Ins and Esc, as the buttons say."""
+        """Handle the keys that images and table leave: Del, Ins and Esc, as the buttons say."""
         keys = {Qt.Key.Key_Delete: self._delete, Qt.Key.Key_Insert: self._add_in_the_middle}
         run = {**keys, Qt.Key.Key_Escape: self._escape}.get(Qt.Key(event.key()))
         if run is None:
@@ -109,8 +109,8 @@ class PointsTool(QWidget):
 
     def _lay_out(self) -> None:
         halves = side_by_side(
-            _captioned(self.views[0], text("Reference", "secondary"), self.reference),
-            _captioned(self.right, self.caption),
+            _caption(self.views[0], text("Reference", "secondary"), self.reference),
+            _caption(self.right, self.caption),
             stretch=0,
         )
         layout = halves.layout()
@@ -153,11 +153,15 @@ class PointsTool(QWidget):
         self.right.setCurrentIndex(1 if itself else 0)
         self._show_markers(pairs)
         fit = self._fit(project, pairs)
-        known = fit is not None and len(pairs) > LEAST_POINTS[fit.motion]
-        missed = [f"{fixed(one, 2)} px" if known else "–" for one in self._missed(project, pairs, fit)]
+        known = fit is not None and len(pairs) > MIN_POINTS[fit.motion]
+        missed = [f"{format_fixed(one, 2)} px" if known else "–" for one in self._measure_misses(project, pairs, fit)]
         self.table.show_rows(
             [
-                (f"{at + 1}", *(f"{fixed(x, 2)} / {fixed(y, 2)} px" for x, y in (pair[:2], pair[2:])), missed[at])
+                (
+                    f"{at + 1}",
+                    *(f"{format_fixed(x, 2)} / {format_fixed(y, 2)} px" for x, y in (pair[:2], pair[2:])),
+                    missed[at],
+                )
                 for at, pair in enumerate(pairs)
             ],
             self.current,
@@ -166,12 +170,12 @@ class PointsTool(QWidget):
         self.status.setText(words)
         role(self.status, look)
         none = "" if points_of(project) or project.import_choices.reference is not None else "There are no points"
-        enable(self.add, "This is the reference itself" if itself else "", "In the middle of both pictures (Ins)")
+        enable(self.add, "This is the reference itself" if itself else "", "In the middle of both images (Ins)")
         enable(self.delete, "" if self.current is not None else "No point is chosen", "The chosen point (Del)")
         enable(self.reset, none, "The points of all photographs")
 
     def reload(self) -> None:
-        """Load both pictures anew, as after another choice of the reference."""
+        """Load both images anew, as after another choice of the reference."""
         self._load()
 
     def _load(self) -> None:
@@ -179,7 +183,7 @@ class PointsTool(QWidget):
         for view, name in zip(self.views, (reference_of(project), self.name), strict=True):
             path = path_of(project, name)
             self.shelf.drop(view)
-            view.show_picture(None)
+            view.show_image(None)
             if path is None or project.sources is None or (view is self.views[1] and name == reference_of(project)):
                 continue
             transfer = transfer_of(project.sources, project.import_choices)
@@ -195,12 +199,12 @@ class PointsTool(QWidget):
         if self.name is None or self.name == reference_of(project):
             return
         points = {**project.import_choices.control_points, self.name: pairs}
-        if not pairs and self.name not in stated_points(project.sources):
+        if not pairs and self.name not in read_stated_points(project.sources):
             del points[self.name]
         choose(self.bench.document, words, gesture, control_points=points, reference=reference_of(project))
 
-    def _placed(self, side: int, x: float, y: float) -> None:
-        """A click: the first half of a pair, or the second in the other picture."""
+    def _on_placed(self, side: int, x: float, y: float) -> None:
+        """A click: the first half of a pair, or the second in the other image."""
         project = self.bench.document.project
         if self.name == reference_of(project):
             return
@@ -221,7 +225,7 @@ class PointsTool(QWidget):
     def _add_in_the_middle(self) -> None:
         left, right = self.views
         project = self.bench.document.project
-        if left.picture is None or right.picture is None or self.name == reference_of(project):
+        if left.image is None or right.image is None or self.name == reference_of(project):
             return
         self.waiting = None
         here = left.held(QPointF(left.width() / 2, left.height() / 2))
@@ -249,7 +253,7 @@ class PointsTool(QWidget):
     def _remove_all(self) -> None:
         self.current, self.waiting = None, None
         document = self.bench.document
-        none: dict[str, tuple[Pair, ...]] = dict.fromkeys(stated_points(document.project.sources), ())
+        none: dict[str, tuple[Pair, ...]] = dict.fromkeys(read_stated_points(document.project.sources), ())
         choose(document, "Remove all points", control_points=none, reference=None)
 
     def _reference_chosen(self, name: str) -> None:
@@ -257,7 +261,7 @@ class PointsTool(QWidget):
         document = self.bench.document
         if name != reference_of(document.project):
             self.current, self.waiting = None, None
-            none: dict[str, tuple[Pair, ...]] = dict.fromkeys(stated_points(document.project.sources), ())
+            none: dict[str, tuple[Pair, ...]] = dict.fromkeys(read_stated_points(document.project.sources), ())
             choose(document, "Reference photograph", control_points=none, reference=name)
 
     def _escape(self) -> None:
@@ -285,21 +289,21 @@ class PointsTool(QWidget):
         azimuth = project.stack.azimuth if project.stack is not None else None
         if azimuth is None and project.sources is not None:
             azimuth = project.sources.azimuth
-        return marked_kind(project.import_choices.motion, azimuth)
+        return choose_marked_kind(project.import_choices.motion, azimuth)
 
     def _fit(self, project: Project, pairs: tuple[Pair, ...]) -> MarkedMotion | None:
-        return marked_motion(pairs, self._kind(project)) if pairs else None
+        return fit_marked_motion(pairs, self._kind(project)) if pairs else None
 
-    def _missed(self, project: Project, pairs: tuple[Pair, ...], fit: MarkedMotion | None) -> np.ndarray:
+    def _measure_misses(self, project: Project, pairs: tuple[Pair, ...], fit: MarkedMotion | None) -> np.ndarray:
         """The distance of each point from its place after the last import, or after the next one."""
         if fit is None:
             return np.zeros(0)
-        matrix = _imported(project, self.name) if self._followed(project, pairs) else fit.matrix
+        matrix = _import(project, self.name) if self._has_followed(project, pairs) else fit.matrix
         table = np.asarray(pairs, np.float64)
-        missed: np.ndarray = np.hypot(*(moved(fit.matrix if matrix is None else matrix, table[:, :2]) - table[:, 2:]).T)
+        missed: np.ndarray = np.hypot(*(move(fit.matrix if matrix is None else matrix, table[:, :2]) - table[:, 2:]).T)
         return missed
 
-    def _followed(self, project: Project, pairs: tuple[Pair, ...]) -> bool:
+    def _has_followed(self, project: Project, pairs: tuple[Pair, ...]) -> bool:
         """True if the last import followed exactly these points."""
         record = project.stack.provenance.get("control_points_px", {}) if project.stack is not None else {}
         followed = record.get(self.name, ())
@@ -308,7 +312,7 @@ class PointsTool(QWidget):
     def _verdict(self, project: Project, pairs: tuple[Pair, ...], fit: MarkedMotion | None) -> tuple[str, str]:
         """The next step, or the quality of the points; and the look of the sentence."""
         kind = self._kind(project)
-        need = LEAST_POINTS[kind]
+        need = MIN_POINTS[kind]
         if self.waiting is not None:
             other = self.name if self.waiting[0] == 0 else reference_of(project)
             return f"Now click the same spot in {other}. Esc forgets it.", ""
@@ -316,9 +320,7 @@ class PointsTool(QWidget):
             return "Points are marked in a photograph and in the reference that it is moved to.", "secondary"
         if fit is None:
             points = "One point gives" if need == 1 else f"{need} points give"
-            words = (
-                f"Click a spot in one picture, then the same spot in the other. {points} {KINDS[kind]}; more of them"
-            )
+            words = f"Click a spot in one image, then the same spot in the other. {points} {KINDS[kind]}; more of them"
             return f"{words} average out what each misses.", "secondary"
         if fit.motion != kind and len(pairs) < need:
             return f"{len(pairs)} of the {need} points that {KINDS[kind]} needs: so far {KINDS[fit.motion]}.", "warning"
@@ -327,24 +329,24 @@ class PointsTool(QWidget):
                 f"These points do not determine {KINDS[kind]}: they lie on one line, too close together, or swapped."
             )
             return f"{words} {KINDS[fit.motion].capitalize()} is used.", "warning"
-        done = "Imported" if self._followed(project, pairs) else "For the next import"
+        done = "Imported" if self._has_followed(project, pairs) else "For the next import"
         if len(pairs) == need:
             return f"{done}: {KINDS[kind]} from {len(pairs)} points, so nothing shows what they miss; add one.", ""
-        missed = float(np.sqrt((self._missed(project, pairs, fit) ** 2).mean()))
-        return f"{done}: {KINDS[kind]} from {len(pairs)} points, which misses them by {fixed(missed, 2)} px.", ""
+        missed = float(np.sqrt((self._measure_misses(project, pairs, fit) ** 2).mean()))
+        return f"{done}: {KINDS[kind]} from {len(pairs)} points, which misses them by {format_fixed(missed, 2)} px.", ""
 
     def _through(self, project: Project, side: int, place: tuple[float, float]) -> tuple[float, float]:
-        """The place in the other picture that a place of one picture should match."""
+        """The place in the other image that a place of one image should match."""
         fit = self._fit(project, self._pairs(project))
-        last = _imported(project, self.name) if _aligned_to(project) == reference_of(project) else None
+        last = _import(project, self.name) if _find_alignment(project) == reference_of(project) else None
         matrix = fit.matrix if fit is not None else last if last is not None else np.eye(3)
-        there = moved(matrix if side == 0 else np.linalg.inv(matrix), np.array([place]))[0]
+        there = move(matrix if side == 0 else np.linalg.inv(matrix), np.array([place]))[0]
         return float(there[0]), float(there[1])
 
     def _follow(self, side: int) -> None:
-        """The other picture looks at the same spot, as large."""
+        """The other image looks at the same spot, as large."""
         one, other = self.views[side], self.views[1 - side]
-        if self._following or one.picture is None or other.picture is None:
+        if self._following or one.image is None or other.image is None:
             return
         self._following = True
         if one.fitted:
@@ -356,15 +358,15 @@ class PointsTool(QWidget):
         self._following = False
 
     def _look_for_counterpart(self, side: int, x: float, y: float) -> None:
-        """Bring the spot where the counterpart is expected into the other picture, if it is outside."""
+        """Bring the spot where the counterpart is expected into the other image, if it is outside."""
         other = self.views[1 - side]
         there = self._through(self.bench.document.project, side, (x, y))
-        if other.picture is not None and not other.rect().contains(other.on_screen(there).toPoint()):
+        if other.image is not None and not other.rect().contains(other.on_screen(there).toPoint()):
             other.look_through(other.zoom, QPointF(there[0] + 0.5, there[1] + 0.5))
 
 
-def _captioned(view: QWidget, *caption: QWidget) -> QWidget:
-    """A picture below its caption."""
+def _caption(view: QWidget, *caption: QWidget) -> QWidget:
+    """An image below its caption."""
     holder = role(QWidget(), "bar")
     holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
     column = QVBoxLayout(holder)
@@ -383,11 +385,11 @@ def _captioned(view: QWidget, *caption: QWidget) -> QWidget:
     return holder
 
 
-def _aligned_to(project: Project) -> str | None:
+def _find_alignment(project: Project) -> str | None:
     return project.stack.provenance.get("aligned_to") if project.stack is not None else None
 
 
-def _imported(project: Project, name: str | None) -> np.ndarray | None:
+def _import(project: Project, name: str | None) -> np.ndarray | None:
     """The matrix by which the last import moved the photograph `name`."""
     recorded = project.stack.provenance.get("photographs", ()) if project.stack is not None else ()
     for one in recorded:

@@ -16,7 +16,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
-from app.capture.pictures_kept import Shelf, as_taken
+from app.capture.images_kept import Shelf, as_taken
 from app.capture.sphere_view import Outline, SphereView, Spot
 from app.commands.workbench import Workbench
 from app.document.document import Project
@@ -29,7 +29,7 @@ from app.widgets.theme import PADDING, STEP, role
 from engine.capture.lights.mirror_sphere import Circle, light_direction
 from engine.capture.lights.sources import Sources, printable
 from engine.core.errors import InputError, UsageError
-from engine.core.figure_text import fixed
+from engine.core.figure_text import format_fixed
 from engine.core.steps import Step, Steps, part
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ class SphereTool(QWidget):
             self.fields[label] = field
         self.again = button("Find again", hint="Undo all moves by hand")
         self.again.clicked.connect(self._find_again)
-        self.close_button = button("Done", "primary", hint="Back to the pictures (Esc)")
+        self.close_button = button("Done", "primary", hint="Back to the images (Esc)")
         self.close_button.clicked.connect(self.done)
         self._lay_out()
 
@@ -100,7 +100,7 @@ class SphereTool(QWidget):
 
     @property
     def main_view(self) -> ImageView:
-        """The view that the bar above the pictures acts on."""
+        """The view that the bar above the images acts on."""
         return self.view
 
     def _lay_out(self) -> None:
@@ -134,7 +134,7 @@ class SphereTool(QWidget):
             self._looked_at = None
         path = path_of(project, name)
         self.shelf.drop(self.view)
-        self.view.show_picture(None)
+        self.view.show_image(None)
         if path is not None and project.sources is not None:
             transfer = transfer_of(project.sources, project.import_choices)
             show = lambda: self.show_project(self.bench.document.project)  # noqa: E731
@@ -154,7 +154,7 @@ class SphereTool(QWidget):
             self._near_at_first = True
             self.looking.ask(lambda: _look(sources, transfer), self._seen)
         outline, sure = self._outline(project)
-        if self._near_at_first and sure and outline is not None and self.view.picture is not None:
+        if self._near_at_first and sure and outline is not None and self.view.image is not None:
             self._near_at_first = False
             self.view.look_near(outline)
         highlight = self._highlights(project).get(self.name or "")
@@ -210,9 +210,9 @@ class SphereTool(QWidget):
             rows.append(
                 (
                     name,
-                    f"{fixed(spot[0], 1)} / {fixed(spot[1], 1)} px" if spot is not None else "–",
-                    f"{fixed(light[0], 1)}°" if light is not None else "–",
-                    f"{fixed(light[1], 1)}°" if light is not None else "–",
+                    f"{format_fixed(spot[0], 1)} / {format_fixed(spot[1], 1)} px" if spot is not None else "–",
+                    f"{format_fixed(light[0], 1)}°" if light is not None else "–",
+                    f"{format_fixed(light[1], 1)}°" if light is not None else "–",
                     "by hand" if name in by_hand else "found" if spot is not None else "not found",
                 )
             )
@@ -230,7 +230,7 @@ class SphereTool(QWidget):
             more = f" and {len(lost) - 2} more" if len(lost) > 2 else ""
             words = f"No light from {', '.join(lost[:2])}{more}: click the lamp's reflection inside the circle."
             return words, "warning"
-        words = "Drag the circle and its rim onto the sphere, and the marker onto the lamp in each picture."
+        words = "Drag the circle and its rim onto the sphere, and the marker onto the lamp in each image."
         return words, "secondary"
 
     def _outline_moved(self, outline: Outline, final: bool) -> None:
@@ -263,7 +263,7 @@ class SphereTool(QWidget):
         if looked is None or outline is None or not sure or outline == self._found_for:
             return
         self._found_for = outline
-        self.looking.ask(lambda: _found_in(looked, outline), self._found)
+        self.looking.ask(lambda: _find_in(looked, outline), self._found)
 
     def _found(self, looked: Looked) -> None:
         self.looked = looked
@@ -284,20 +284,20 @@ def light_on(outline: Outline | None, spot: Spot | None) -> tuple[float, float] 
 def _look(sources: Sources, transfer: Any) -> Steps[Looked]:
     """The luminance of all photographs, and the sphere in their mean."""
     yield Step(0.0, "looking at the sphere")
-    from engine.capture.lights.sphere_lights import found_outline, luminances
+    from engine.capture.lights.sphere_lights import find_outline, luminances
 
-    pictures = yield from part(luminances(sources, transfer), 0.0, 0.9)
+    images = yield from part(luminances(sources, transfer), 0.0, 0.9)
     names = tuple(printable(path) for path in sources.photographs)
     if isinstance(sources.sphere, Circle):
-        return Looked(names, pictures, None, {})
+        return Looked(names, images, None, {})
     try:
-        found = found_outline(sources, pictures)
+        found = find_outline(sources, images)
     except InputError:
-        return Looked(names, pictures, None, {})
-    return Looked(names, pictures, (found.column, found.row, found.radius), {})
+        return Looked(names, images, None, {})
+    return Looked(names, images, (found.column, found.row, found.radius), {})
 
 
-def _found_in(looked: Looked, outline: Outline) -> Steps[Looked]:
+def _find_in(looked: Looked, outline: Outline) -> Steps[Looked]:
     """The reflections inside `outline`."""
     from engine.capture.lights.sphere_lights import highlight_in
 

@@ -1,4 +1,4 @@
-"""The big picture with the outline of a mirror sphere, its middle, and the lamp's reflection, all to be dragged."""
+"""The big image with the outline of a mirror sphere, its middle, and the lamp's reflection, all to be dragged."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent,
 
 from app.capture.marker_view import CLICK_PX, REACH_PX, STEPS, draw_markers
 from app.widgets import theme
-from app.widgets.image_view import ImageView, Picture
+from app.widgets.image_view import Image, ImageView
 
 Spot = tuple[float, float]
 Outline = tuple[float, float, float]
@@ -46,11 +46,11 @@ class SphereView(ImageView):
         self.setAccessibleName("Mirror sphere")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 
-    def show_picture(self, picture: Picture | None) -> None:
-        """Replace the picture; without one, nothing is held any more."""
-        if picture is None:
+    def show_image(self, image: Image | None) -> None:
+        """Replace the image; without one, nothing is held any more."""
+        if image is None:
             self._held = ""
-        super().show_picture(picture)
+        super().show_image(image)
 
     def show_sphere(self, outline: Outline | None, highlight: Spot | None, *, sure: bool) -> None:
         """Show the outline, dashed where it is not `sure`, and the reflection."""
@@ -90,7 +90,7 @@ class SphereView(ImageView):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         super().mousePressEvent(event)
-        if self.picture is None or event.button() != Qt.MouseButton.LeftButton:
+        if self.image is None or event.button() != Qt.MouseButton.LeftButton:
             return
         self._held, self._pressed, self._dragged = self._under(event.position()), event.position(), False
         if self._held in ("inside", "highlight"):
@@ -109,15 +109,15 @@ class SphereView(ImageView):
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         super().mouseReleaseEvent(event)
         held = self._held
-        if self.picture is not None and held == "inside" and not self._dragged:
-            spot = self._clamped(self.place_at(event.position()))
+        if self.image is not None and held == "inside" and not self._dragged:
+            spot = self._clamp(self.place_at(event.position()))
             self.highlight_moved.emit(*spot, True)
         elif held and self._dragged:
             self._drag(event.position(), final=True)
         self._held = ""
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """The second click of two sets nothing; beside the sphere it fits the picture."""
+        """The second click of two sets nothing; beside the sphere it fits the image."""
         if not self._under(event.position()):
             super().mouseDoubleClickEvent(event)
 
@@ -129,15 +129,15 @@ class SphereView(ImageView):
             away = self.place_at(point) - QPointF(column, row)
             self.outline_moved.emit((column, row, max(SMALLEST_PX, hypot(away.x(), away.y()))), final)
             return
-        x, y = self._clamped(self.place_at(point + self._offset))
+        x, y = self._clamp(self.place_at(point + self._offset))
         if self._held == "inside":
             self.outline_moved.emit((x, y, radius), final)
         else:
             self.highlight_moved.emit(x, y, final)
 
-    def _clamped(self, place: QPointF) -> Spot:
-        assert self.picture is not None
-        width, height = self.picture.size
+    def _clamp(self, place: QPointF) -> Spot:
+        assert self.image is not None
+        width, height = self.image.size
         return min(max(place.x(), 0.0), float(width)), min(max(place.y(), 0.0), float(height))
 
     def event(self, event: QEvent) -> bool:
@@ -150,7 +150,7 @@ class SphereView(ImageView):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         step = STEPS.get(Qt.Key(event.key()))
-        if step is None or self.highlight is None or self.picture is None:
+        if step is None or self.highlight is None or self.image is None:
             super().keyPressEvent(event)
             return
         modifiers = event.modifiers()
@@ -158,7 +158,7 @@ class SphereView(ImageView):
         by = 0.1 if modifiers & fine else 10.0 if modifiers & coarse else 1.0
         x, y = self.highlight
         self._nudging = True
-        self.highlight_moved.emit(*self._clamped(QPointF(x + by * step[0], y + by * step[1])), False)
+        self.highlight_moved.emit(*self._clamp(QPointF(x + by * step[0], y + by * step[1])), False)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
         if self._nudging and not event.isAutoRepeat() and self.highlight is not None:
@@ -168,7 +168,7 @@ class SphereView(ImageView):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
-        if self.picture is None or self.outline is None:
+        if self.image is None or self.outline is None:
             return
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)

@@ -1,4 +1,4 @@
-"""The Capture workspace: photographs by angle, the big picture, the measurements, and the findings."""
+"""The Capture workspace: photographs by angle, the big image, the measurements, and the findings."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence, QShortcut
 from PySide6.QtWidgets import QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
-from app.capture.framing import Corners, FramingView, begun, framed
+from app.capture.framing import Corners, FramingView, begin, frame
+from app.capture.image_bar import ImageBar
+from app.capture.images_kept import Shelf, as_taken, thumbnails
 from app.capture.import_panel import is_upright
 from app.capture.light_dome import LightDome, lamps_of
 from app.capture.loupe import Loupe
 from app.capture.panel import CapturePanel, first_to_mark
 from app.capture.photograph_list import PhotographColumn, file_name, rows_of
 from app.capture.photograph_menu import menu_of
-from app.capture.picture_bar import PictureBar
-from app.capture.pictures_kept import Shelf, as_taken, thumbnails
 from app.capture.points_tool import PointsTool
 from app.capture.sphere_tool import SphereTool
 from app.commands.workbench import Workbench
@@ -27,11 +27,11 @@ from app.project.pixels import are_there
 from app.widgets import theme
 from app.widgets.elevation_plot import ElevationPlot
 from app.widgets.empty_state import EmptyState, with_empty_state
-from app.widgets.image_view import Picture, photograph, rgb_image
+from app.widgets.image_view import Image, photograph, rgb_image
 from app.widgets.workspace import side_by_side
 from engine.capture.stack import ImageStack
 from engine.core.errors import InputError
-from engine.core.figure_text import fixed
+from engine.core.figure_text import format_fixed
 from engine.core.steps import Step
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class CaptureTab(QWidget):
     def _make_actions(self) -> None:
         self.previous = self._action("Previous photograph", "previous", "Left", lambda: self.list.step(-1))
         self.next = self._action("Next photograph", "next", "Right", lambda: self.list.step(1))
-        self.fit_action = self._action("Fit picture", "fit", "F", lambda: self.fit())
+        self.fit_action = self._action("Fit image", "fit", "F", lambda: self.fit())
         self.actual = self._action("100 %", "actual-size", "1", lambda: self._view().actual_size())
         self.magnify = self._action("Loupe", "loupe", "Z", lambda: self._toggle_loupe())
         self.magnify.setCheckable(True)
@@ -125,7 +125,7 @@ class CaptureTab(QWidget):
         return action
 
     def _make_tools(self) -> None:
-        """The tools that take the place of the picture while something is set by hand."""
+        """The tools that take the place of the image while something is set by hand."""
         self.points = PointsTool(self.bench, self.shelf)
         self.sphere = SphereTool(self.bench, self.shelf)
         self.sphere.wanted.connect(self._show_source)
@@ -155,22 +155,22 @@ class CaptureTab(QWidget):
 
     def _make_centre(self) -> QWidget:
         actions = (self.previous, self.next, self.fit_action, self.actual, self.magnify, self.marks, self.exclude)
-        self.bar = PictureBar(actions)
+        self.bar = ImageBar(actions)
         self.when = self.bar.when
-        self.when.chosen.connect(lambda _value: self._load_picture())
+        self.when.chosen.connect(lambda _value: self._load_image())
         self.image.pointed.connect(self._show_readout)
         for view in (self.image, *self.points.views, self.sphere.view):
             view.zoomed.connect(self._show_zoom)
-        pictures = QSplitter(Qt.Orientation.Vertical)
-        pictures.setHandleWidth(1)
-        pictures.addWidget(self.image)
+        images = QSplitter(Qt.Orientation.Vertical)
+        images.setHandleWidth(1)
+        images.addWidget(self.image)
         self.lights = side_by_side(self.plot, self.dome, stretch=0)
-        pictures.addWidget(self.lights)
-        pictures.setStretchFactor(0, 1)
-        pictures.setSizes([560, 190])
-        pictures.setChildrenCollapsible(False)
+        images.addWidget(self.lights)
+        images.setStretchFactor(0, 1)
+        images.setSizes([560, 190])
+        images.setChildrenCollapsible(False)
         self.tools = QStackedWidget()
-        for page in (pictures, self.points, self.sphere):
+        for page in (images, self.points, self.sphere):
             self.tools.addWidget(page)
         centre = QWidget()
         column = QVBoxLayout(centre)
@@ -181,7 +181,7 @@ class CaptureTab(QWidget):
         return centre
 
     def fit(self) -> None:
-        """Show the whole picture."""
+        """Show the whole image."""
         self._view().fit()
 
     def open_tool(self, which: str) -> None:
@@ -192,18 +192,18 @@ class CaptureTab(QWidget):
         if name is not None and name != self.current:
             self._show_source(name)
         else:
-            self._load_picture()
+            self._load_image()
         self._show_choices(project)
         self._view().setFocus()
 
     def close_tool(self) -> None:
-        """Back to the picture and the plot."""
+        """Back to the image and the plot."""
         self.tools.setCurrentIndex(0)
-        self._load_picture()
+        self._load_image()
         self.list.setFocus()
 
     def _tool(self) -> PointsTool | SphereTool | None:
-        """The tool in use, None for the picture."""
+        """The tool in use, None for the image."""
         return (None, self.points, self.sphere)[self.tools.currentIndex()]
 
     @property
@@ -212,7 +212,7 @@ class CaptureTab(QWidget):
         return cast(QWidget, self._view())
 
     def _view(self) -> Any:
-        """The picture that the bar is about."""
+        """The image that the bar is about."""
         tool_in_use = self._tool()
         return self.image if tool_in_use is None else tool_in_use.main_view
 
@@ -235,7 +235,7 @@ class CaptureTab(QWidget):
             self.shelf.forget("marked")
         if new.stack is not old.stack:
             self.shelf.forget("stack")
-            self.image.show_picture(None)
+            self.image.show_image(None)
             self._choose(self.list.currentIndex().row())
         self.lights.setVisible(new.stack is not None)
         self._show_choices(new)
@@ -290,10 +290,10 @@ class CaptureTab(QWidget):
         self.current = rows[place].name
         self._show_plot()
         self._update_buttons()
-        self._load_picture()
+        self._load_image()
 
-    def _load_picture(self) -> None:
-        """Show the current photograph where the person is: in the tool in use, else as taken or as imported."""
+    def _load_image(self) -> None:
+        """Show the current photograph where the user is: in the tool in use, else as taken or as imported."""
         self._show_choices(self.bench.document.project)
         in_use = self._tool()
         if in_use is not None:
@@ -321,14 +321,14 @@ class CaptureTab(QWidget):
         self.shelf.show(
             self.image,
             ("stack", id(stack), self.current),
-            "Preparing the picture",
+            "Preparing the image",
             lambda: photograph(stack.radiance[place], stack.saturated[place]),
         )
 
     def _show_small(self) -> None:
-        """Until the import is done, the thumbnail stands for the picture."""
+        """Until the import is done, the thumbnail stands for the image."""
         image = self.list.photographs.thumbnails.get(self.current or "")
-        self.image.show_picture(Picture((image,)) if image is not None else None)
+        self.image.show_image(Image((image,)) if image is not None else None)
 
     def _show_thumbnail(self, ready: ThumbnailReady) -> None:
         name = file_name(ready.path)
@@ -360,7 +360,7 @@ class CaptureTab(QWidget):
     def show_again(self) -> None:
         """The pixels of the stack had been gone, and are there again."""
         self._bring_thumbnails(self.bench.document.project.stack)
-        self._load_picture()
+        self._load_image()
 
     def _show_source(self, name: str) -> None:
         names = [row.name for row in self.list.photographs.rows]
@@ -385,13 +385,15 @@ class CaptureTab(QWidget):
         except InputError as error:
             self.bar.readout.setText(error.problem)
             return
-        self.bar.readout.setText(f"{column}, {row}   {fixed(red, 3)}  {fixed(green, 3)}  {fixed(blue, 3)}{clipped}")
+        self.bar.readout.setText(
+            f"{column}, {row}   {format_fixed(red, 3)}  {format_fixed(green, 3)}  {format_fixed(blue, 3)}{clipped}"
+        )
 
     def _show_menu(self, at: QPoint) -> None:
         menu_of(self, self.bench, self.list, (self.magnify,)).popup(self.list.viewport().mapToGlobal(at))
 
     def _toggle_loupe(self) -> None:
-        if self.magnify.isChecked() and self.image.picture is not None:
+        if self.magnify.isChecked() and self.image.image is not None:
             self.loupe.open()
         else:
             self.magnify.setChecked(False)
@@ -451,12 +453,12 @@ class CaptureTab(QWidget):
         if reference in names and reference != self.current:
             self.list.choose(names.index(str(reference)))
         else:
-            self._load_picture()
+            self._load_image()
 
     def _frame(self, how: str, width_px: int | None) -> None:
         """Begin, change or end a framing: 'all', 'crop' or 'corners'."""
         if how == "all":
-            choose(self.bench.document, "Whole picture", framing=None)
+            choose(self.bench.document, "Whole image", framing=None)
             return
         self._look_before()
         project = self.bench.document.project
@@ -464,16 +466,16 @@ class CaptureTab(QWidget):
         if path is None:
             return
         job = self.bench.jobs.submit(
-            "Looking at the photograph", lambda: begun(path, framing, how, width_px), lane="open"
+            "Looking at the photograph", lambda: begin(path, framing, how, width_px), lane="open"
         )
-        job.succeeded.connect(lambda made: choose(self.bench.document, "Frame the picture", framing=made))
+        job.succeeded.connect(lambda made: choose(self.bench.document, "Frame the image", framing=made))
 
     def _corners_moved(self, corners: Corners, final: bool) -> None:
         """Handles were dragged: one step for the whole gesture."""
         document = self.bench.document
-        if document.project.import_choices.framing is not None and self.image.picture is not None:
-            framing = framed(corners, self.image.picture.size, upright=self.image.upright)
-            choose(document, "Frame the picture", "framing", framing=framing)
+        if document.project.import_choices.framing is not None and self.image.image is not None:
+            framing = frame(corners, self.image.image.size, upright=self.image.upright)
+            choose(document, "Frame the image", "framing", framing=framing)
         if final:
             document.end_gesture()
 

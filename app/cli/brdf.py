@@ -17,7 +17,7 @@ from engine.brdf.analysis import conserves_energy, doubts, maximum_albedo, recip
 from engine.brdf.brdf import brdf_from_text, brdf_to_text, model_name
 from engine.brdf.fit import fit_data
 from engine.brdf.models.presets import PRESETS
-from engine.brdf.ranking import fit_both, missed, offer, warning
+from engine.brdf.ranking import fit_both, miss, offer, warning
 from engine.brdf.readers.csv_samples import directions_from_degrees
 from engine.brdf.readers.merl import SIZE_BYTES, write_merl
 from engine.brdf.readers.read import FORMATS
@@ -28,7 +28,7 @@ from engine.brdf.samples import BELOW_HORIZON
 from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.brdf.written import one_request
 from engine.core.errors import UsageError
-from engine.core.figure_text import number, percent, shortened
+from engine.core.figure_text import number, percent, shorten
 from engine.core.params import parameters
 from engine.core.steps import Step, drain
 from engine.factor.factor_file import open_reflectance
@@ -230,13 +230,13 @@ def _fit(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[st
 def _ranking(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """`ranking`: each model fitted, from the least error up; `best` in the linear and in the logarithmic norm."""
     from engine.brdf.brdf import MODELS
-    from engine.brdf.ranking import best, missed, ranked
+    from engine.brdf.ranking import best, miss, rank
 
     show(Step(0.0, "reading"))
     brdf = _open(arguments.brdf)
     data = fit_data(brdf, count=arguments.samples, seed=arguments.seed)
     models = [model() for model in MODELS.values()]
-    offers = drain(ranked(data, models, weighting=arguments.weighting, seed=arguments.seed), show)
+    offers = drain(rank(data, models, weighting=arguments.weighting, seed=arguments.seed), show)
     nearest = best(offers)
     return {
         "brdf": arguments.brdf,
@@ -244,7 +244,7 @@ def _ranking(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dic
         "samples": len(data.value),
         "ranking": [_offer(each) for each in offers],
         "best": {norm: _offer(each) for norm, each in nearest.items()},
-        "warnings": [*doubts_of_brdf(brdf), *filter(None, [missed(nearest["linear"])])],
+        "warnings": [*doubts_of_brdf(brdf), *filter(None, [miss(nearest["linear"])])],
     }
 
 
@@ -293,7 +293,7 @@ def _fit_one(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dic
         "residual_by_angle": {name: _bands(remains) for name, remains in found.by_angle.items()},
         "rmse_log_before": before.log,
         "rmse_log_after": after.log,
-        "warnings": [*doubts_of_brdf(brdf), *filter(None, [grown, missed(after)])],
+        "warnings": [*doubts_of_brdf(brdf), *filter(None, [grown, miss(after)])],
         "best": {norm: _offer(each) for norm, each in best.items()},
         "evaluations": found.evaluations,
     }
@@ -332,7 +332,7 @@ def _convert(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dic
 
 
 def report(result: dict[str, Any]) -> str:
-    """The result in words, for people who did not ask for JSON."""
+    """The result in words, for users who did not ask for JSON."""
     if "models" in result:
         return _catalogue(result)
     if "values" in result:
@@ -342,7 +342,7 @@ def report(result: dict[str, Any]) -> str:
         return _report_ranking(result)
     if "fitted" in result:
         bands = result["residual_by_angle"]["theta_h"]
-        lines = [shortened(result["fitted"])]
+        lines = [shorten(result["fitted"])]
         lines += [f"error {percent(result['rmse_rel_before'], 3)} before, {percent(result['rmse_rel_after'], 3)} after"]
         lines += [
             f"  theta_h {band['from_deg']:2.0f} to {band['to_deg']:2.0f} deg: {percent(band['rmse_rel'], 3):>9}"
@@ -361,7 +361,7 @@ def _report_ranking(result: dict[str, Any]) -> str:
 
 
 def _line(offer: dict[str, Any]) -> str:
-    return f"{percent(offer['rmse_rel'], 3):>9}{number(offer['rmse_log'], 3):>10}  {shortened(offer['fitted'])}"
+    return f"{percent(offer['rmse_rel'], 3):>9}{number(offer['rmse_log'], 3):>10}  {shorten(offer['fitted'])}"
 
 
 def _best(result: dict[str, Any]) -> list[str]:

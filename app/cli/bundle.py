@@ -123,7 +123,7 @@ def _make(source: Path, output: Path, show: Callable[[Step], None]) -> None:
 
 
 def _make_of_project(project: Path, output: Path, show: Callable[[Step], None]) -> None:
-    from app.commands.export_bundle import exported
+    from app.commands.export_bundle import export
     from app.commands.rebuilding import set_up_whole
     from app.project.project_file import read
     from app.project.report import chain_of, identity
@@ -134,7 +134,7 @@ def _make_of_project(project: Path, output: Path, show: Callable[[Step], None]) 
         raise InputError(project, "has no material yet", "Build one in the window, or with lightarc shade")
     opened = read(project)
     chain = chain_of(project, setup.project, opened.steps[: opened.position])
-    drain(exported(setup.project, output, setup.scene, origin={"project": identity(project), **chain}), show)
+    drain(export(setup.project, output, setup.scene, origin={"project": identity(project), **chain}), show)
 
 
 def report(result: dict[str, Any]) -> str:
@@ -153,7 +153,7 @@ def report(result: dict[str, Any]) -> str:
 
 
 def _summary(manifest: dict[str, Any]) -> Iterator[str]:
-    """Lines on a bundle that answer what a person asks first; --json prints all of the manifest."""
+    """Lines on a bundle that answer what a user asks first; --json prints all of the manifest."""
     provenance, elevations = manifest["provenance"], manifest["elevation_deg"]
     photographs = len(provenance.get("photographs") or [])
     yield f"{manifest['name']}, written by lightarc {manifest['software'].get('lightarc', 'of an unknown version')}"

@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--proof",
         action="store_true",
-        help="write all targets, and a sheet with the picture that each of their programs on this machine draws beside "
+        help="write all targets, and a sheet with the image that each of their programs on this machine draws beside "
         "ours (MaterialX, three.js in Chromium, Blender, Mitsuba, RTI files; USD, glTF validator and glslang check)",
     )
     parser.add_argument(
@@ -85,18 +85,18 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     if arguments.proof == bool(arguments.to):
         raise UsageError("give either --to with one or more targets, or --proof, which writes all of them")
     show(Step(0.0, "reading the material"))
-    from app.commands.export_elsewhere import Known, known_entries, own_errors
+    from app.commands.export_elsewhere import Known, find_known_entries, own_errors
     from engine.exchange.export import export
     from engine.exchange.subject import Settings
 
     settings = Settings(arguments.preset, arguments.coding, arguments.normal, arguments.width_mm)
-    material, stack, project = _opened(arguments)
+    material, stack, project = _open(arguments)
     if arguments.proof:
         from engine.proof.proof import prove
 
-        return _reported(material, drain(prove(arguments.output, material, stack), show))
+        return _select_reported(material, drain(prove(arguments.output, material, stack), show))
     names = list(dict.fromkeys(arguments.to))
-    known = _measured_before(arguments, project) if project is not None else Known()
+    known = _find_measured_before(arguments, project) if project is not None else Known()
     exporting = export(
         arguments.output,
         material,
@@ -104,26 +104,26 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         settings=settings,
         stack=stack,
         error=arguments.error,
-        known=known_entries(known),
+        known=find_known_entries(known),
         own=own_errors(material, known),
     )
     record = drain(exporting, show)
-    return _reported(material, record)
+    return _select_reported(material, record)
 
 
-def _reported(material: Material, record: dict[str, Any]) -> dict[str, Any]:
-    """The part of a record that scripts and people are told."""
+def _select_reported(material: Material, record: dict[str, Any]) -> dict[str, Any]:
+    """The part of a record that scripts and users are told."""
     names = ("folder", "material", "targets", "auto", "proof")
     return {
         **{name: record[name] for name in names if name in record},
         "warnings": [
             *(material.health.warnings if material.pbr is not None else ()),
-            *_grouped(record["targets"]),
+            *_group(record["targets"]),
         ],
     }
 
 
-def _grouped(targets: list[dict[str, Any]]) -> list[str]:
+def _group(targets: list[dict[str, Any]]) -> list[str]:
     """Warnings of targets, each once behind the names of those that it holds for."""
     said: dict[str, list[str]] = {}
     for made in targets:
@@ -132,18 +132,18 @@ def _grouped(targets: list[dict[str, Any]]) -> list[str]:
     return [f"{', '.join(names)}: {words}" for words, names in said.items()]
 
 
-def _measured_before(arguments: argparse.Namespace, project: Project) -> Known:
+def _find_measured_before(arguments: argparse.Namespace, project: Project) -> Known:
     """Errors that the window measured for the project and kept beside it; none of them is written here."""
-    from app.commands.export_elsewhere import measured_before
+    from app.commands.export_elsewhere import find_measured_before
     from app.document.exporting import Exporting
     from app.project.project_file import data_folder
 
     textures = Exporting(preset=arguments.preset, coding=arguments.coding, normal=arguments.normal or "")
     asked = replace(project, exporting=textures)
-    return drain(measured_before(asked, TARGETS[:-1], [data_folder(Path(arguments.source))]))
+    return drain(find_measured_before(asked, TARGETS[:-1], [data_folder(Path(arguments.source))]))
 
 
-def _opened(arguments: argparse.Namespace) -> tuple[Material, ImageStack | None, Project | None]:
+def _open(arguments: argparse.Namespace) -> tuple[Material, ImageStack | None, Project | None]:
     """The material of a bundle or a project, the photographs where they are at hand, and the project.
 
     A project whose photographs are not at hand, or others than its own, counts as none: its errors are others.
@@ -194,7 +194,7 @@ def report(result: dict[str, Any]) -> str:
     lines.append(f"Written to {result['folder']}.")
     if "proof" in result:
         for row in result["proof"]["consumers"]:
-            error = "" if row["rmse_rel"] is None else f"{percent(row['rmse_rel'], 3)} from our picture. "
+            error = "" if row["rmse_rel"] is None else f"{percent(row['rmse_rel'], 3)} from our image. "
             lines.append(f"{row['consumer']}: {error}{row['words']}")
         lines.append(f"The sheet is {result['proof']['sheet']}.")
     return "\n".join(lines)

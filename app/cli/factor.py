@@ -24,7 +24,7 @@ from engine.core.steps import Step, drain
 from engine.factor.errors import BANDS, uses
 from engine.factor.factor import search_settings
 from engine.factor.factor_file import open_reflectance, read_factors, write_factors
-from engine.factor.settings import HOMOMORPHIC_KNOBS, SEPARABLE_KNOBS, FactorSettings
+from engine.factor.settings import HOMOMORPHIC_PARAMETERS, SEPARABLE_PARAMETERS, FactorSettings
 
 if TYPE_CHECKING:
     from engine.factor.errors import Factorisation
@@ -143,8 +143,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "negative_energy_rel": found.negative_energy,
         "evaluations": found.evaluations,
         "projections": [_projection(each) for each in found.projections],
-        "terms": [_rung(rung) for rung in found.ladder],
-        "terms_not_stored": [_rung(rung) for rung in found.left_out],
+        "terms": [_term_error(term_error) for term_error in found.term_errors],
+        "terms_not_stored": [_term_error(term_error) for term_error in found.left_out],
         "best_terms": found.best_terms,
         "held_out_by": found.held_out_by or None,
         "unmeasured": found.unmeasured or None,
@@ -192,7 +192,7 @@ def _settings(arguments: argparse.Namespace) -> FactorSettings:
         arguments.method, arguments.parametrisation = "search", None
     separable = FactorSettings(arguments.method or FactorSettings.method).separable
     settings: FactorSettings = settings_from(
-        arguments, FactorSettings, without=HOMOMORPHIC_KNOBS if separable else SEPARABLE_KNOBS
+        arguments, FactorSettings, without=HOMOMORPHIC_PARAMETERS if separable else SEPARABLE_PARAMETERS
     )
     if settings.method == "auto":  # bounds of a sum are those of a product too
         settings = settings.with_terms(settings.products) if arguments.terms else settings
@@ -202,8 +202,8 @@ def _settings(arguments: argparse.Namespace) -> FactorSettings:
     return settings
 
 
-def _rung(rung: Any) -> dict[str, Any]:
-    return {**_flat(asdict(rung)), "rms_by_elevation_band": list(rung.rms_by_elevation_band)}
+def _term_error(term_error: Any) -> dict[str, Any]:
+    return {**_flat(asdict(term_error)), "rms_by_elevation_band": list(term_error.rms_by_elevation_band)}
 
 
 def _projection(projection: Any) -> dict[str, Any]:
@@ -212,15 +212,15 @@ def _projection(projection: Any) -> dict[str, Any]:
 
 
 def report(result: dict[str, Any]) -> str:
-    """The result in words, for people who did not ask for JSON."""
+    """The result in words, for users who did not ask for JSON."""
     if "table" in result:
         return _report_table(result["table"])
     form = {"in-out": "light and viewer", "half-diff": "half and difference vector"}[result["parametrisation"]]
     title = f"{result['method']}, {form}, textures of {result['size']}²"
     lines = [f"{title}, {result['map']} map" if result["map"] else title]
     lines.append("".join(f"{word:>{width}}" for word, width in _COLUMNS))
-    lines += [_line(rung) for rung in result["terms"]]
-    lines += [f"{_line(rung)}  not stored" for rung in result["terms_not_stored"]]
+    lines += [_line(term_error) for term_error in result["terms"]]
+    lines += [f"{_line(term_error)}  not stored" for term_error in result["terms_not_stored"]]
     lines.append(
         f"RMS over 80,000 pairs of the hemisphere; logarithms over {result['samples']:,} samples up to "
         f"{result['max_theta_deg']:g}° of a formula, or the measured ones"
@@ -252,13 +252,13 @@ def report(result: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _line(rung: dict[str, Any]) -> str:
-    held = [rung[name] for name in ("held_out_rms_cosine_weighted", "held_out_sq_log")]
+def _line(term_error: dict[str, Any]) -> str:
+    held = [term_error[name] for name in ("held_out_rms_cosine_weighted", "held_out_sq_log")]
     columns = "".join(f"{number(value, 4):>14}" if value is not None else f"{'–':>14}" for value in held)
-    rms, log = number(rung["rms_cosine_weighted"], 4), number(rung["sq_log"], 4)
+    rms, log = number(term_error["rms_cosine_weighted"], 4), number(term_error["sq_log"], 4)
     return (
-        f"{rung['terms']:6d}{rung['textures']:10d}{rms:>14}{log:>10}{columns}"
-        f"{size_text(rung['size_bytes']):>12}{time_text(rung['time_s'], 3):>10}"
+        f"{term_error['terms']:6d}{term_error['textures']:10d}{rms:>14}{log:>10}{columns}"
+        f"{size_text(term_error['size_bytes']):>12}{time_text(term_error['time_s'], 3):>10}"
     )
 
 

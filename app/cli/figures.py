@@ -1,4 +1,4 @@
-"""`lightarc figures`: the papers' figures as pictures, each panel with its error against the reference."""
+"""`lightarc figures`: the papers' figures as images, each panel with its error against the reference."""
 
 from __future__ import annotations
 
@@ -51,18 +51,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.figures.write import drawn_into
+    from engine.figures.write import draw_into
 
-    names = _chosen(arguments.names)
+    names = _choose(arguments.names)
     settings = _settings(arguments)
     figures: list[dict[str, Any]] = []
     cancelled = False
     for index, name in enumerate(names):
         started = time.perf_counter()
-        steps = drawn_into(arguments.output, name, _function(FIGURES[name][0])(settings))
+        steps = draw_into(arguments.output, name, _function(FIGURES[name][0])(settings))
         share = part(steps, index / len(names), (index + 1) / len(names))
         try:
-            record = drain(share, _named(name, show))
+            record = drain(share, _name_notes(name, show))
         except KeyboardInterrupt:
             if not figures:
                 raise
@@ -72,14 +72,14 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     return {
         "output": str(arguments.output),
         "figures": [{key: value for key, value in figure.items() if key != "pictures"} for figure in figures],
-        "pictures": [picture for figure in figures for picture in figure["pictures"]],
+        "pictures": [image for figure in figures for image in figure["pictures"]],
         "warnings": list(settings.warnings),
         "cancelled": cancelled,
         "exit_code": CANCELLED if cancelled else DONE,
     }
 
 
-def _named(name: str, show: Callable[[Step], None]) -> Callable[[Step], None]:
+def _name_notes(name: str, show: Callable[[Step], None]) -> Callable[[Step], None]:
     """`show` with the name of the figure before each note."""
     return lambda step: show(Step(step.done, f"{name}: {step.note}"))
 
@@ -89,19 +89,19 @@ def report(result: dict[str, Any]) -> str:
     for figure in result["figures"]:
         folder = Path(result["output"]) / figure["name"]
         lines.append(f"{folder / figure['picture']}: {figure['title']}, {time_text(figure['time_s'])}")
-        lines += [_line(picture) for picture in result["pictures"] if picture["name"] == figure["name"]]
+        lines += [_line(image) for image in result["pictures"] if image["name"] == figure["name"]]
     end = ["Cancelled; the figures above are complete."] if result["cancelled"] else []
     return "\n".join([*filter(None, lines), *end])
 
 
-def _line(picture: dict[str, Any]) -> str:
-    if picture["error_rmse_rel"] is None:
+def _line(image: dict[str, Any]) -> str:
+    if image["error_rmse_rel"] is None:
         return ""
-    error = percent_within(picture["error_rmse_rel"], picture["error_uncertainty"])
-    return f"  {picture['panel']:60} {error:>16}"
+    error = percent_within(image["error_rmse_rel"], image["error_uncertainty"])
+    return f"  {image['panel']:60} {error:>16}"
 
 
-def _chosen(names: list[str]) -> list[str]:
+def _choose(names: list[str]) -> list[str]:
     """All names, each once, in the order given."""
     wanted = [each for name in names for each in (FIGURES if name == "all" else (name,))]
     strange = [name for name in wanted if name not in FIGURES]

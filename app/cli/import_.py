@@ -17,7 +17,8 @@ from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.selection import Arc, Azimuth, Listed
 from engine.capture.lights.sources import find_packed
 from engine.capture.photograph.grey_patch import GreyPatch
-from engine.capture.registration.framing import Framing, cropped
+from engine.capture.registration.framing import Framing
+from engine.capture.registration.framing import crop as cropped
 from engine.capture.registration.warp import Region
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, time_text
@@ -59,7 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="camera",
         type=_white_balance,
         metavar="camera|none|R,G,B|patch:LEFT,TOP,WIDTH,HEIGHT",
-        help="white balance of RAW files (camera); a grey patch of the picture balances all files",
+        help="white balance of RAW files (camera); a grey patch of the image balances all files",
     )
     parser.add_argument(
         "--transfer",
@@ -78,7 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "clockwise from its top left",
     )
     parser.add_argument(
-        "--size", type=_size, metavar="WIDTHxHEIGHT", help="size of the pictures in the stack, with --corners or --crop"
+        "--size", type=_size, metavar="WIDTHxHEIGHT", help="size of the images in the stack, with --corners or --crop"
     )
     parser.add_argument(
         "--dark", type=Input(Path), metavar="FILE", help="photograph without light, which is subtracted"
@@ -92,13 +93,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--lamp-distance",
         type=float,
         metavar="WIDTHS",
-        help="distance of a near lamp from the middle of the picture, in picture widths; inf: a distant lamp",
+        help="distance of a near lamp from the middle of the image, in image widths; inf: a distant lamp",
     )
     parser.add_argument(
         "--sphere",
         type=_sphere,
         metavar="COLUMN,ROW,RADIUS|auto",
-        help="measure the lights on the mirror sphere with this outline in the picture",
+        help="measure the lights on the mirror sphere with this outline in the image",
     )
     parser.add_argument(
         "--second-sphere",
@@ -110,7 +111,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--equalise",
         type=_equalise,
         metavar="object|LEFT,TOP,WIDTH,HEIGHT",
-        help="divide out that lamps differ in intensity, by a white patch of the picture, or by the object itself, "
+        help="divide out that lamps differ in intensity, by a white patch of the image, or by the object itself, "
         "of which differences that change smoothly from lamp to lamp stay",
     )
     parser.add_argument(
@@ -127,7 +128,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--azimuth",
         type=azimuth_range,
         metavar="DEGREES[±TOLERANCE]",
-        help="keep the lights of this azimuth alone, in degrees, 0 = right, 90 = up in the picture (±2.5); "
+        help="keep the lights of this azimuth alone, in degrees, 0 = right, 90 = up in the image (±2.5); "
         "+- stands for ±: 90+-10",
     )
     lights.add_argument(
@@ -170,15 +171,15 @@ processes."""
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     if not any(map(is_archive, arguments.photographs)):
-        return _imported(arguments, show, None)
+        return _import(arguments, show, None)
     folder = open_session()
     try:
-        return _imported(arguments, show, folder)
+        return _import(arguments, show, folder)
     finally:
         close_session(folder)
 
 
-def _imported(arguments: argparse.Namespace, show: Callable[[Step], None], scratch: Path | None) -> dict[str, Any]:
+def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch: Path | None) -> dict[str, Any]:
     """Import what `arguments` say; archives are unpacked in the folder `scratch`."""
     start = time.perf_counter()
     memory = _Memory(show)
@@ -221,7 +222,7 @@ def _imported(arguments: argparse.Namespace, show: Callable[[Step], None], scrat
 
 
 def report(result: dict[str, Any]) -> str:
-    """A table for people."""
+    """A table for users."""
     rows = zip(
         result["elevations_deg"],
         result["mean_radiance"],

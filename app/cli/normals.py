@@ -12,7 +12,7 @@ from app.arguments.results import MAPS, Input, Output, software
 from engine.core.errors import UsageError
 from engine.core.figure_text import number
 from engine.core.steps import Step, drain, part
-from engine.shading.shading_map import included
+from engine.shading.shading_map import include
 from engine.surface.recover import recover
 from engine.surface.write import record, write_surface
 
@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     if arguments.white is not None and not 1e-6 <= arguments.white <= 1e6:
         raise UsageError(f"--white {arguments.white} is not a positive radiance")
     stack = open_stack(arguments.stack)
-    used = included(stack, arguments.exclude)
+    used = include(stack, arguments.exclude)
     finding = recover(stack, used, white=arguments.white, left_out=not arguments.no_errors)
     surface = drain(part(finding, 0.0, 0.95), show)
     provenance = {**stack.provenance, "stack": str(arguments.stack), "excluded_photographs": arguments.exclude}

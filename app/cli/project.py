@@ -46,11 +46,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """The description that `app.project.report` gives; exit code 3 where a verified project is not sound."""
-    from app.commands.replay import replayed
+    from app.commands.replay import replay
     from app.project.cleaning import clean_up
     from app.project.copying import collect
     from app.project.recovery import recover
-    from app.project.report import described, problems_of
+    from app.project.report import describe, problems_of
 
     show(Step(0.0, "reading the project"))
     if arguments.action in ("collect", "recover", "replay") and arguments.output is None:
@@ -58,24 +58,24 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
             f"{arguments.action} needs -o, the {'folder' if arguments.action == 'replay' else 'project'} to write"
         )
     if arguments.action == "replay":
-        results = drain(replayed(arguments.path, arguments.output), show)
+        results = drain(replay(arguments.path, arguments.output), show)
         different = [f"{each['name']}: {each['reason']}" for each in results if each["bit_equal"] is False]
         return {"results": results, "output": str(arguments.output), "warnings": different}
     if arguments.action == "collect":
         with_derived, include_outside = not arguments.without_derived, arguments.include_outside
         drain(collect(arguments.path, arguments.output, with_derived, include_outside=include_outside), show)
-        return described(arguments.output)
+        return describe(arguments.output)
     if arguments.action == "recover":
         lost = drain(recover(arguments.path, arguments.output), show)
-        result = described(arguments.output)
+        result = describe(arguments.output)
         return result | {"lost": lost, "warnings": [*(f"not recovered: {each}" for each in lost), *result["warnings"]]}
     if arguments.action == "clean-up":
         cleaned = drain(clean_up(arguments.path), show)
         sizes = {"bytes_before": cleaned.before_bytes, "bytes": cleaned.after_bytes, "bytes_freed": cleaned.freed_bytes}
-        return {**described(arguments.path), **sizes, "kept": list(cleaned.kept)}
+        return {**describe(arguments.path), **sizes, "kept": list(cleaned.kept)}
     if arguments.action == "find":
         _find(arguments.path, arguments.photographs, show)
-    result = described(arguments.path)
+    result = describe(arguments.path)
     if arguments.action == "verify":
         problems = drain(problems_of(arguments.path), show)
         result |= {"ok": not problems, "problems": problems, "exit_code": BAD_FILE if problems else DONE}
@@ -85,7 +85,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def _find(path: Path, folder: Path | None, show: Callable[[Step], None]) -> None:
     """Note where photographs are that moved; UsageError without a folder, or where a window has the project open."""
-    from app.project.photographs import files_of, find_moved, keep, marks_of, relocate, taken
+    from app.project.photographs import files_of, find_moved, keep, marks_of, relocate, take_marks
     from app.project.places import claim, release
     from app.project.project_file import read
     from app.project.values import in_full, is_file
@@ -100,13 +100,13 @@ def _find(path: Path, folder: Path | None, show: Callable[[Step], None]) -> None
         places = drain(find_moved(path, gone, folder), show)
         relocate(path, places)
         unmarked = (new for old, new in places.items() if in_full(old) not in marks)
-        keep(path, drain(taken(unmarked), show))
+        keep(path, drain(take_marks(unmarked), show))
     finally:
         release(path)
 
 
 def report(result: dict[str, Any]) -> str:
-    """A few lines for a person."""
+    """A few lines for a user."""
     if "results" in result:
         verdicts = {True: "bit-equal", False: "not bit-equal", None: "not compared"}
         return "\n".join(
@@ -133,9 +133,9 @@ def _beside(derived: list[dict[str, Any]]) -> list[str]:
         known = [each["seconds"] for each in of_kind if each["seconds"] is not None]
         count = f"{len(of_kind)} files, " if len(of_kind) > 1 else ""
         size = size_text(sum(each["bytes"] for each in of_kind))
-        lines.append(f"{kind}: {count}{size if present else _made_again(sum(known) if known else None)}")
+        lines.append(f"{kind}: {count}{size if present else _make_again(sum(known) if known else None)}")
     return lines
 
 
-def _made_again(seconds: float | None) -> str:
+def _make_again(seconds: float | None) -> str:
     return "gone, can be made again" + (f" in about {time_text(seconds)}" if seconds is not None else "")

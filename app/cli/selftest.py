@@ -53,9 +53,9 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         raise UsageError("--long draws new cases, --repeat asks those of a file: choose one")
     started = time.perf_counter()
     if arguments.long:
-        found = _drawn(arguments, show)
+        found = _draw(arguments, show)
     else:
-        found = {"cases": _asked(arguments, show)}
+        found = {"cases": _ask(arguments, show)}
     failed = sum(not each["pass"] for each in found["cases"])
     return {
         **found,
@@ -92,7 +92,7 @@ def _about_drawn(result: dict[str, Any], seconds: str) -> list[str]:
     return [*lines, "The smallest cases that break them follow; -o keeps them in a file.", *cases]
 
 
-def _asked(arguments: argparse.Namespace, show: Callable[[Step], None]) -> list[dict[str, Any]]:
+def _ask(arguments: argparse.Namespace, show: Callable[[Step], None]) -> list[dict[str, Any]]:
     from engine.selftest.run import selftest
 
     if arguments.repeat:
@@ -103,7 +103,7 @@ def _asked(arguments: argparse.Namespace, show: Callable[[Step], None]) -> list[
     return [_record(case) for case in drain(selftest(tuple(arguments.only or ())), show)]
 
 
-def _drawn(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+def _draw(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     _need_hypothesis()
     from engine.selftest.generated.search import CASES, search, write_broken
 

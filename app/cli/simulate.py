@@ -19,7 +19,7 @@ EXAMPLE = """lightarc simulate -o woven --sample woven --elevations-deg 5,20,40,
          lightarc simulate -o dome --sample leather --azimuths 8 --elevations 5"""
 
 #: Lamps of a dome along each circle or arc, at most.
-MOST_LAMPS = 360
+MAX_LAMPS = 360
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=_numbers,
         default=(0.0,),
         metavar="A,B,…",
-        help="azimuths of the lamp: 0 = right, 90 = up in the picture (0)",
+        help="azimuths of the lamp: 0 = right, 90 = up in the image (0)",
     )
     parser.add_argument("--size", type=int, default=512, metavar="PX", help="width and height of a photograph (512)")
     parser.add_argument(
@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--exposures", type=_numbers, default=(1.0,), metavar="A,B,…", help="relative exposures of every light (1)"
     )
     parser.add_argument(
-        "--lamp-distance", type=float, metavar="D", help="distance of a near lamp, in picture widths (infinite)"
+        "--lamp-distance", type=float, metavar="D", help="distance of a near lamp, in image widths (infinite)"
     )
     parser.add_argument(
         "--corner-loss", type=float, default=0.0, help="share of the light that the lens loses in the corners (0)"
@@ -130,7 +130,7 @@ def _numbers(text: str) -> tuple[float, ...]:
 
 
 def _count(text: str) -> int:
-    count = whole_number(text, MOST_LAMPS)
+    count = whole_number(text, MAX_LAMPS)
     if not count:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number from 1 to {MOST_LAMPS}")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number from 1 to {MAX_LAMPS}")
     return count

@@ -19,7 +19,7 @@ from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text, model_name
 from engine.brdf.models.microfacet import Ggx
 from engine.brdf.resample import SHAPE, resample
 from engine.brdf.table import DirectionTable, HalfDifferenceTable
-from engine.brdf.written import WrittenBrdf, written
+from engine.brdf.written import WrittenBrdf, write
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
 from engine.gl.brdf_textures import factor_source
@@ -85,11 +85,11 @@ def add(bench: Workbench, name: str, brdf: Any, path: Path | None = None, fitted
 def open_file(bench: Workbench, path: Path, *, instead_of: Path | None = None) -> Job:
     """Read a measured BRDF and compare it; in the library it takes the place of `instead_of`."""
     job = bench.jobs.submit(f"Opening {path.name}", lambda: _read(path), lane="open")
-    job.succeeded.connect(lambda brdf: _opened(bench, path, brdf, instead_of))
+    job.succeeded.connect(lambda brdf: _open(bench, path, brdf, instead_of))
     return job
 
 
-def _opened(bench: Workbench, path: Path, brdf: Any, instead_of: Path | None) -> None:
+def _open(bench: Workbench, path: Path, brdf: Any, instead_of: Path | None) -> None:
     if instead_of is not None:
         moved = bench.document.project.comparison.with_file(path, instead_of)
         entries = tuple(dataclasses.replace(e, path=path) if e.path == instead_of else e for e in moved.entries)
@@ -116,11 +116,11 @@ def add_written(bench: Workbench, template: str) -> Job:
 
 def _from_template(template: str, name: str) -> Steps[WrittenBrdf]:
     yield Step(0.0, "compiling")
-    return written((RESOURCES / "brdf" / f"{template}.brdf").read_text(encoding="utf-8"), name)
+    return write((RESOURCES / "brdf" / f"{template}.brdf").read_text(encoding="utf-8"), name)
 
 
 def save_text(bench: Workbench, text: str, path: Path) -> Job:
-    """Write the text of a BRDF to a file. A person was asked before a file is replaced."""
+    """Write the text of a BRDF to a file. A user was asked before a file is replaced."""
     job = bench.jobs.submit(f"Writing {path.name}", lambda: _write_text(text, path), lane="save", resource=str(path))
     job.succeeded.connect(bench.said.emit)
     return job
@@ -135,14 +135,14 @@ def _write_text(text: str, path: Path) -> Steps[str]:
 def use(bench: Workbench, entry: Entry) -> Job | None:
     """Make `entry` the BRDF of the material; a measurement becomes a table first, in a job. Factors stay."""
     if is_model(entry.brdf):
-        _used(bench, entry.name, {"brdf": brdf_to_text(entry.brdf), "measured": None})
+        _use(bench, entry.name, {"brdf": brdf_to_text(entry.brdf), "measured": None})
         return None
     job = bench.jobs.submit(f"Preparing {entry.name}", lambda: _as_material(entry.brdf), lane="compute")
-    job.succeeded.connect(lambda parts: _used(bench, entry.name, parts))
+    job.succeeded.connect(lambda parts: _use(bench, entry.name, parts))
     return job
 
 
-def _used(bench: Workbench, name: str, parts: dict[str, Any]) -> None:
+def _use(bench: Workbench, name: str, parts: dict[str, Any]) -> None:
     material = dataclasses.replace(bench.document.project.material, **parts)
     bench.document.change(f"Use {name} for the material", material=material)
     bench.said.emit(f"The material reflects as {name}")
@@ -152,9 +152,9 @@ def _as_material(brdf: Any) -> Steps[dict[str, Any]]:
     """The table of a measurement, or factors as they are, and the model nearest to it for what holds neither."""
     yield Step(0.0, "preparing kernels")
     from engine.brdf.fit import fit, fit_data
-    from engine.brdf.readers.table_file import kept_table
+    from engine.brdf.readers.table_file import keep_table
 
-    measured = brdf if has_shader(brdf) else (yield from part(kept_table(brdf), 0.0, 0.5))
+    measured = brdf if has_shader(brdf) else (yield from part(keep_table(brdf), 0.0, 0.5))
     nearest = yield from part(fit(fit_data(measured, count=NEAREST), Ggx()), 0.5, 1.0)
     return {"brdf": brdf_to_text(nearest.brdf), "measured": measured}
 
@@ -168,7 +168,7 @@ def save_table(bench: Workbench, brdf: Any, path: Path) -> Job:
 
 
 def _write(brdf: Any, path: Path, inputs: Sequence[str]) -> Steps[str]:
-    """Write the table and report its error in a sentence. A person was asked before a file is replaced."""
+    """Write the table and report its error in a sentence. A user was asked before a file is replaced."""
     yield Step(0.0, "preparing kernels")
     from engine.brdf.readers.merl import write_merl
     from engine.brdf.readers.table_file import write_table
@@ -189,7 +189,7 @@ def _write(brdf: Any, path: Path, inputs: Sequence[str]) -> Steps[str]:
     return f"{path.name} written{lost}"
 
 
-def fitted(brdf: Any, model: str, weighting: Any) -> Steps[FitSoFar]:
+def fit(brdf: Any, model: str, weighting: Any) -> Steps[FitSoFar]:
     """Fit `model` to `brdf`; steps carry the best so far."""
     yield Step(0.0, "taking samples")
     from engine.brdf.fit import fit, fit_data, fit_error, residual_by_angle

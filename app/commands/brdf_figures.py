@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-#: Azimuth of the light in the surface frame: it stands on the left of every picture.
+#: Azimuth of the light in the surface frame: it stands on the left of every image.
 LIGHT_PHI = float(np.pi)
 
 #: Of the table of a brushed BRDF, which is a mean over many azimuths.
 COARSE = (45, 45, 60)
 
-#: Beyond this angle from the normal, in radians, values do not decide the scale of a picture.
+#: Beyond this angle from the normal, in radians, values do not decide the scale of an image.
 NEAR_HORIZON = float(np.radians(80.0))
 
 ALBEDO_DEG = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 77.5, 85.0, 89.0, 89.9)
@@ -140,8 +140,8 @@ def thumbnail(brdf: Any, size: int) -> NDArray[np.uint8]:
     for light, strength in (((-0.5, 0.62, 0.6), 2.6), ((0.35, 0.1, 1.0), 0.7)):
         wi = normalize(frame @ normalize(np.array(light)))
         radiance += strength * brdf.f(wi, normalize(frame[:, :, 2])) * np.maximum(wi[:, 2:], 0.0)
-    picture = np.zeros((fine, fine, 4))
-    picture[inside, :3], picture[inside, 3] = np.clip(radiance, 0.0, 1.0), 1.0
-    small = picture.reshape(size, 2, size, 2, 4).mean(axis=(1, 3))
+    image = np.zeros((fine, fine, 4))
+    image[inside, :3], image[inside, 3] = np.clip(radiance, 0.0, 1.0), 1.0
+    small = image.reshape(size, 2, size, 2, 4).mean(axis=(1, 3))
     small[..., :3] = srgb_encode(small[..., :3] / np.maximum(small[..., 3:], 0.25))
     return np.asarray(np.round(255.0 * small), np.uint8)

@@ -57,7 +57,7 @@ MODES = ("mode", "against")
 LAMPS: dict[str, type[Any]] = {"lamps": LampSettings, "near_lamps": NearLampSettings}
 
 #: Lamps that are read, and bytes of a file that a reference leads to.
-MOST_LAMPS, MOST_BYTES = 64, 2**32
+MAX_LAMPS, MAX_BYTES = 64, 2**32
 
 #: Endings of models that may bring a material.
 GLTF_SUFFIXES = (".glb", ".gltf")
@@ -81,7 +81,7 @@ def view_of(project: Project, bundle: Path) -> dict[str, Any]:
     said: dict[str, Any] = {name: getattr(look, name) for name in (*NUMBERS, *FLAGS, *WHOLE, *CHOICES, *MODES)}
     for kind in LAMPS:
         said[kind] = [{**dataclasses.asdict(lamp), "colour": list(lamp.colour)} for lamp in getattr(look, kind)]
-    said["camera"] = None if camera is None else {name: _listed(each) for name, each in vars(camera).items()}
+    said["camera"] = None if camera is None else {name: _as_list(each) for name, each in vars(camera).items()}
     name = DEFAULT_MODEL if project.mesh is None else project.mesh.name
     said["model"] = _reference(name, files.get(name), bundle)
     if project.mesh is not None and project.mesh.health.figures.get("flipped"):
@@ -91,7 +91,7 @@ def view_of(project: Project, bundle: Path) -> dict[str, Any]:
     return said
 
 
-def _listed(value: Any) -> Any:
+def _as_list(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
@@ -123,7 +123,7 @@ def with_view(look: Look, provenance: Mapping[str, Any]) -> Look:
     try:
         for kind, settings in LAMPS.items():
             if isinstance(view.get(kind), list):
-                found[kind] = tuple(_lamp(said, settings) for said in view[kind][:MOST_LAMPS])
+                found[kind] = tuple(_lamp(said, settings) for said in view[kind][:MAX_LAMPS])
         return dataclasses.replace(look, **found)
     except (UsageError, KeyError, TypeError, ValueError):
         return look
@@ -135,7 +135,7 @@ def _lamp(said: Any, settings: type[Any]) -> Any:
     return settings(**others, colour=(red, green, blue))
 
 
-def referred(provenance: Mapping[str, Any], bundle: Path, size: tuple[int, int]) -> Steps[Referred]:
+def find_referred(provenance: Mapping[str, Any], bundle: Path, size: tuple[int, int]) -> Steps[Referred]:
     """Model, camera and environment of the view that `bundle` was exported with; none where it says none.
 
     `size` are rows and columns of its material, which a flat image has the proportions of.
@@ -203,7 +203,7 @@ def _places(said: Any, bundle: Path, endings: tuple[str, ...]) -> Iterator[Path]
 def _is_file(path: Path, size: Any, content: Any) -> bool:
     """True for a regular file of this size and hash; of another size it is not even read."""
     try:
-        is_it = path.is_file() and path.stat().st_size == size and path.stat().st_size <= MOST_BYTES
+        is_it = path.is_file() and path.stat().st_size == size and path.stat().st_size <= MAX_BYTES
         return is_it and hash_of(path) == content
     except (OSError, ValueError):
         return False
@@ -237,12 +237,12 @@ def load_bundle(path: Path) -> Steps[OpenedBundle]:
     from engine.bundle.bundle import describe_bundle, open_bundle
 
     material, provenance = open_bundle(path), describe_bundle(path)["provenance"]
-    found = yield from part(referred(provenance, path, material.size if material.has_map else (1, 1)), 0.5, 1.0)
+    found = yield from part(find_referred(provenance, path, material.size if material.has_map else (1, 1)), 0.5, 1.0)
     return OpenedBundle(path.name.removesuffix(".lightarc"), material, provenance, found)
 
 
 def load_pbr_maps(path: Path, *others: Path) -> Steps[OpenedBundle]:
-    """The PBR maps of another program at `path`, or in several pictures, as a material without a view of its own."""
+    """The PBR maps of another program at `path`, or in several images, as a material without a view of its own."""
     yield Step(0.0, "opening the material")
     from engine.exchange.readers.read import read_material, read_textures
 

@@ -1,4 +1,4 @@
-"""The material of a project as a bundle, with a preview that is drawn on the processor: no viewport is needed."""
+"""The material of a project as a bundle, with a preview that is drawn on the CPU: no viewport is needed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from app.commands.surface import material_with_surface
 from app.document.document import Look, Project
 from app.document.exporting import PARTS
 from engine.core.steps import Step, Steps, part
-from engine.render.display import Display, displayed_apart
+from engine.render.display import Display, display_apart
 from engine.scene.material import error_figures, material_of_maps
 
 if TYPE_CHECKING:
@@ -29,14 +29,14 @@ SIZE = (640, 480)
 DIRECTIONS = 16
 
 
-def drawn(scene: Scene, look: Look) -> Steps[NDArray[np.uint8]]:
+def draw(scene: Scene, look: Look) -> Steps[NDArray[np.uint8]]:
     """(480, 640, 4) uint8: `scene` with the exposure and tone mapping of `look`, sRGB-coded, and its opacity."""
     yield Step(0.0, "preparing kernels")
     from engine.render.direct import radiance
 
     scene = dataclasses.replace(scene, directions=min(scene.directions, DIRECTIONS))
-    picture = yield from radiance(scene, SIZE, samples=1)
-    return displayed_apart(picture, Display(look.exposure_ev, look.tone_map))
+    image = yield from radiance(scene, SIZE, samples=1)
+    return display_apart(image, Display(look.exposure_ev, look.tone_map))
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Exported:
     members: dict[str, int]
 
 
-def exported(
+def export(
     project: Project,
     path: Path,
     scene: Scene | None,
@@ -79,7 +79,7 @@ def exported(
     check_replaceable(path)
     preview = None
     if scene is not None:
-        preview = encode_png((yield from part(drawn(scene, project.look), 0.0, 0.2)))
+        preview = encode_png((yield from part(draw(scene, project.look), 0.0, 0.2)))
     figures = error_figures(material)
     provenance = {**project.provenance, **origin, "view": view_of(project, path)}
     saving = save_bundle(path, material, provenance=provenance, figures=figures, preview=preview)

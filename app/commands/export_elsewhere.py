@@ -16,8 +16,8 @@ from app.commands.making import readable_stack
 from app.commands.surface import material_with_surface, needs_surface, surface_of, with_surface
 from app.document.document import Project
 from app.project.losses import OWN, find_kept, keep, keys_of
-from engine.core.steps import Step, Steps, part, relayed, without_partials
-from engine.exchange.export import CANDIDATES, RECORD, Offer, cannot_hold, choice, offers, written
+from engine.core.steps import Step, Steps, part, relay, without_partials
+from engine.exchange.export import CANDIDATES, RECORD, Offer, cannot_hold, choice, offers, write
 from engine.scene.material import Material
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ class Known:
     keys: Mapping[str, str] = field(default_factory=dict)
 
 
-def measured_before(project: Project, names: Sequence[str], folders: Sequence[Path]) -> Steps[Known]:
+def find_measured_before(project: Project, names: Sequence[str], folders: Sequence[Path]) -> Steps[Known]:
     """The targets `names` and the material itself, as far as they were measured before; nothing is measured.
 
     A target that cannot hold the material is known to be none.
@@ -103,7 +103,7 @@ def own_errors(material: Material, known: Known) -> dict[str, Any] | None:
     return {"name": material.name, "brdf": material.brdf, **figures}
 
 
-def known_entries(known: Known) -> dict[str, dict[str, Any]]:
+def find_known_entries(known: Known) -> dict[str, dict[str, Any]]:
     """The entries of targets that were measured, by target."""
     return {name: offer.entry for name, offer in known.offers.items() if not offer.why_not and name != OWN}
 
@@ -111,10 +111,10 @@ def known_entries(known: Known) -> dict[str, dict[str, Any]]:
 def own_offer(leaving: Departure) -> Offer:
     """The material itself as a target that loses nothing: its card has a ball and its error against photographs."""
     nothing = {"rmse_rel_reference": 0.0, "flip": 0.0, "bytes": None, "bytes_per_texel": None}
-    return Offer(OWN, {**leaving.own, **nothing}, leaving.ball())
+    return Offer(OWN, {**leaving.own, **nothing}, leaving.sphere())
 
 
-def offered(
+def offer(
     project: Project, leaving: Departure | None, known: Known, names: Sequence[str], folder: Path
 ) -> Steps[list[Offer]]:
     """Measure the targets `names`, and keep what was found in `folder`.
@@ -122,7 +122,7 @@ def offered(
     A surface that had to be measured, the material that is ready, the material itself and each target are the `partial`
     of a step once.
     """
-    known = yield from _looked_up(project, known, names, folder)
+    known = yield from _look_up(project, known, names, folder)
     for name in names:
         if name in known.offers:
             yield Step(0.0, "measured before", known.offers[name])
@@ -131,27 +131,27 @@ def offered(
         return list(known.offers.values())
     leaving = yield from part(prepare_export(project, leaving, known), 0.0, 0.4)
 
-    known = _of_these_photographs(known, project, leaving)
+    known = _select_these_photographs(known, project, leaving)
     if OWN not in known.offers:
-        yield _kept(Step(0.4, "comparing", own_offer(leaving)), known, folder)
-    measuring = relayed(offers(leaving, project.exporting.settings, names), lambda step: _kept(step, known, folder))
+        yield _keep(Step(0.4, "comparing", own_offer(leaving)), known, folder)
+    measuring = relay(offers(leaving, project.exporting.settings, names), lambda step: _keep(step, known, folder))
     return (yield from part(measuring, 0.4, 1.0))
 
 
-def _looked_up(project: Project, known: Known, names: Sequence[str], folder: Path) -> Steps[Known]:
+def _look_up(project: Project, known: Known, names: Sequence[str], folder: Path) -> Steps[Known]:
     """`known` with what was measured before, where nobody has looked for that yet."""
     if known.keys:
         return known
-    before = yield from without_partials(measured_before(project, names, (folder,)))
+    before = yield from without_partials(find_measured_before(project, names, (folder,)))
     return Known({**before.offers, **known.offers}, before.keys)
 
 
-def _of_these_photographs(known: Known, project: Project, leaving: Departure) -> Known:
+def _select_these_photographs(known: Known, project: Project, leaving: Departure) -> Known:
     """`known` without keys where the photographs are not at hand: what is measured without them is not kept."""
     return known if leaving.subject.stack is project.stack else Known(known.offers)
 
 
-def _kept(step: Step, known: Known, folder: Path) -> Step:
+def _keep(step: Step, known: Known, folder: Path) -> Step:
     """`step`, whose offer is written beside the project."""
     offer = step.partial
     if offer is not None and offer.target in known.keys:
@@ -159,7 +159,7 @@ def _kept(step: Step, known: Known, folder: Path) -> Step:
     return step
 
 
-def sent(
+def send(
     project: Project, leaving: Departure | None, known: Known, names: Sequence[str], place: Path, folder: Path
 ) -> Steps[Sent]:
     """Write the targets `names` into `place`; OutputError where that is something else, or cannot be written.
@@ -167,14 +167,14 @@ def sent(
     Targets that are not `known` are measured, since their files state their errors, and kept in `folder`; what is found
     on the way is the `partial` of a step, as that of `offered`.
     """
-    known = yield from _looked_up(project, known, names, folder)
+    known = yield from _look_up(project, known, names, folder)
     leaving = yield from part(prepare_export(project, leaving, known), 0.0, 0.4)
 
-    known = _of_these_photographs(known, project, leaving)
+    known = _select_these_photographs(known, project, leaving)
     if OWN not in known.offers:
-        yield _kept(Step(0.4, "writing", own_offer(leaving)), known, folder)
-    writing = written(place, leaving, names, project.exporting.settings, known=known_entries(known))
-    record = yield from part(relayed(writing, lambda step: _kept(step, known, folder)), 0.4, 1.0)
+        yield _keep(Step(0.4, "writing", own_offer(leaving)), known, folder)
+    writing = write(place, leaving, names, project.exporting.settings, known=find_known_entries(known))
+    record = yield from part(relay(writing, lambda step: _keep(step, known, folder)), 0.4, 1.0)
     listed = [name for entry in record["targets"] for name in entry["files"]]
     return Sent(place, {name: (place / name).stat().st_size for name in (*listed, RECORD)}, record)
 

@@ -28,7 +28,7 @@ Pixels = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class Difference:
-    """A picture (H, W, 4) uint8 of the difference in luminance, full colour at ±`scale`; the RMS over the model."""
+    """An image (H, W, 4) uint8 of the difference in luminance, full colour at ±`scale`; the RMS over the model."""
 
     pixels: Pixels
     scale: float
@@ -36,15 +36,15 @@ class Difference:
 
 
 def difference(factored: Scene, unfactored: Scene, size: tuple[int, int]) -> Steps[Difference]:
-    """Both scenes on the processor, which reads every BRDF as it is, and one minus the other."""
+    """Both scenes on the CPU, which reads every BRDF as it is, and one minus the other."""
     yield Step(0.0, "preparing kernels")
     from engine.render.direct import radiance
 
-    pictures = []
+    images = []
     for place, scene in enumerate((factored, unfactored)):
-        pictures.append((yield from part(radiance(scene, size, samples=1), 0.5 * place, 0.5 * place + 0.5)))
-    covered = pictures[1][..., 3] > 0.0
-    apart = luminance(pictures[0][..., :3]) - luminance(pictures[1][..., :3])
+        images.append((yield from part(radiance(scene, size, samples=1), 0.5 * place, 0.5 * place + 0.5)))
+    covered = images[1][..., 3] > 0.0
+    apart = luminance(images[0][..., :3]) - luminance(images[1][..., :3])
     inside = np.abs(apart[covered])
     scale = scale_of(inside) if inside.size else 1.0
     pixels = np.zeros((*apart.shape, 4), np.uint8)
@@ -54,29 +54,33 @@ def difference(factored: Scene, unfactored: Scene, size: tuple[int, int]) -> Ste
     return Difference(pixels, scale, rms)
 
 
-def judged(factorisation: Factorisation, terms: int, brdf: Any) -> Steps[tuple[str, ...]]:
+def judge(factorisation: Factorisation, terms: int, brdf: Any) -> Steps[tuple[str, ...]]:
     """Sentences on the possible uses of the first `terms` terms."""
     yield Step(0.0, "judging factors")
 
-    return uses(_of(factorisation, terms), brdf)
+    return uses(_make(factorisation, terms), brdf)
 
 
-def _of(factorisation: Factorisation, terms: int) -> Factorisation:
+def _make(factorisation: Factorisation, terms: int) -> Factorisation:
     """The same with so many terms at most."""
     if factorisation.factors.terms == terms:
         return factorisation
-    factors = factorisation.factors.truncated(terms)
-    ladder = tuple(rung for rung in factorisation.ladder if rung.terms <= terms)
+    factors = factorisation.factors.truncate(terms)
+    term_errors = tuple(term_error for term_error in factorisation.term_errors if term_error.terms <= terms)
     return replace(
-        factorisation, factors=factors, ladder=ladder, projections=getattr(factors, "projections", ()), searching=False
+        factorisation,
+        factors=factors,
+        term_errors=term_errors,
+        projections=getattr(factors, "projections", ()),
+        searching=False,
     )
 
 
-def exported(factorisation: Factorisation, terms: int, folder: Path) -> Steps[str]:
+def export(factorisation: Factorisation, terms: int, folder: Path) -> Steps[str]:
     """Write so many terms to `folder`; says what stands there."""
     yield Step(0.0, "writing factors")
 
     check_outputs([(str(folder), FACTORS)], ())
-    kept = write_factors(folder, _of(factorisation, terms))
-    textures = kept.ladder[-1].textures if kept.ladder else 0
+    kept = write_factors(folder, _make(factorisation, terms))
+    textures = kept.term_errors[-1].textures if kept.term_errors else 0
     return f"{folder.name} written: {textures} textures"

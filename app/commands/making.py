@@ -11,9 +11,9 @@ from pathlib import Path
 
 import engine
 from app.document.document import ImportChoices, Project
-from app.document.import_choices import lit_by, settings_of
-from app.project.made import built_before, key_of, note
-from app.project.photographs import Mark, keep, taken
+from app.document.import_choices import choose_lights_of, settings_of
+from app.project.made import find_built_before, key_of, note
+from app.project.photographs import Mark, keep, take_marks
 from app.project.pixels import are_packed, are_there, open_kept, take_again, take_in, unpack_pixels
 from app.project.project_file import path_of
 from app.session import cache
@@ -25,13 +25,13 @@ from engine.core.steps import Step, Steps, part
 from engine.scene.material import Material
 from engine.shading.power_law import PowerLawMap, fit
 from engine.shading.representation import choose
-from engine.shading.shading_map import ShadingMap, included
+from engine.shading.shading_map import ShadingMap, include
 from engine.storage.writer import writer
 
 log = logging.getLogger(__name__)
 
 
-def kept_stack_of(
+def keep_stack(
     sources: Sources,
     choices: ImportChoices,
     marks: Mapping[Path, Mark],
@@ -65,7 +65,7 @@ def new_stack_of(sources: Sources, choices: ImportChoices, target: Path) -> Step
     if made is None:
         return (yield from stack_of(sources, choices, target))
     began = time.perf_counter()
-    yield from _imported(sources, choices, made)
+    yield from _import(sources, choices, made)
     stack = take_in(made, target, path_of(target.parent), sources.photographs)
     note(target, "stack", time.perf_counter() - began)
     return stack
@@ -89,7 +89,7 @@ def pixels_made(stack: ImageStack, sources: Sources | None, choices: ImportChoic
         raise InputError(stack.folder, "has lost its pixels", "Open the photographs that it was made of")
     yield Step(0.0, "reading the photographs again")
     made = _importing() or stack.folder.with_name(f"again-{writer()}-{secrets.token_hex(4)}")
-    yield from _imported(sources, choices, made)
+    yield from _import(sources, choices, made)
     take_again(made, stack, path_of(stack.folder.parent), sources.photographs)
 
 
@@ -116,7 +116,7 @@ def _importing() -> Path | None:
     return cache.entry(f"importing-{writer()}-{secrets.token_hex(4)}")
 
 
-def marked_stack(
+def mark_stack(
     sources: Sources,
     choices: ImportChoices,
     folders: tuple[Path, Path],
@@ -124,8 +124,8 @@ def marked_stack(
     now: ImageStack | None,
 ) -> Steps[ImageStack]:
     """As `kept_stack_of`; the project keeps the marks of `files`, by which they are known again."""
-    marks = yield from part(taken(files), 0.0, 0.1)
-    stack = yield from part(kept_stack_of(sources, choices, marks, folders, now), 0.1, 1.0)
+    marks = yield from part(take_marks(files), 0.0, 0.1)
+    stack = yield from part(keep_stack(sources, choices, marks, folders, now), 0.1, 1.0)
     keep_marks(folders[-1], marks)
     return stack
 
@@ -141,26 +141,26 @@ def keep_marks(folder: Path, marks: Mapping[Path, Mark]) -> None:
 def stack_of(sources: Sources, choices: ImportChoices, target: Path) -> Steps[ImageStack]:
     """Import the photographs into the folder `target`, with their pixels."""
     began = time.perf_counter()
-    stack = yield from _imported(sources, choices, target)
+    stack = yield from _import(sources, choices, target)
     note(target, "stack", time.perf_counter() - began)
     return stack
 
 
-def _imported(sources: Sources, choices: ImportChoices, target: Path) -> Steps[ImageStack]:
+def _import(sources: Sources, choices: ImportChoices, target: Path) -> Steps[ImageStack]:
     yield Step(0.0, "preparing the import")
     from engine.capture.import_stack import import_stack
 
-    return (yield from import_stack(lit_by(sources, choices), settings_of(choices), target))
+    return (yield from import_stack(choose_lights_of(sources, choices), settings_of(choices), target))
 
 
-def kept_material_of(project: Project, folder: Path, own: Path) -> Steps[Material]:
+def keep_material(project: Project, folder: Path, own: Path) -> Steps[Material]:
     """As `material_of`; the one that the project had by the same settings before, where its data `folder` has it.
 
     `own` is the folder of a stack that the project file does not know of.
     """
     yield Step(0.0, "looking for the material")
     try:
-        found = built_before(path_of(folder), project.recipe, own)
+        found = find_built_before(path_of(folder), project.recipe, own)
     except FileError as error:
         log.info("%s", error)
         found = None
@@ -174,38 +174,38 @@ def material_of(project: Project) -> Steps[Material]:
     yield Step(0.0, "preparing kernels")
     if project.stack is not None:
         yield from part(pixels_made(project.stack, project.sources, project.imported_with), 0.0, 0.5)
-    from engine.capture.evenness import evened
-    from engine.shading.tile import make_tile, tile_health, tiled_planes
+    from engine.capture.evenness import even_out
+    from engine.shading.tile import make_tile, tile_health, tile_planes
 
     assert project.stack is not None
     stack, excluded, evenness = project.stack, project.excluded, Health()
     if project.tileable and project.evened:
-        stack, evenness = yield from part(evened(stack), 0.0, 0.1)
+        stack, evenness = yield from part(even_out(stack), 0.0, 0.1)
     chosen = yield from part(choose(stack, project.slices, excluded=excluded, wanted=project.representation), 0.1, 0.3)
-    elevation_deg = tuple(float(angle) for angle in stack.elevation_deg[included(stack, excluded)])
-    health = stack.health.without(excluded).merged(chosen.health)
+    elevation_deg = tuple(float(angle) for angle in stack.elevation_deg[include(stack, excluded)])
+    health = stack.health.without(excluded).merge(chosen.health)
     if not isinstance(chosen.map, ShadingMap):
-        planes, health = chosen.map, health.merged(evenness)
+        planes, health = chosen.map, health.merge(evenness)
         if project.tileable:
             sample = planes.planes.shape[1], planes.planes.shape[2]
-            planes, tile = yield from part(tiled_planes(planes, name=stack.folder or "the stack"), 0.3, 1.0)
-            health = health.merged(tile_health(tile, sample))
+            planes, tile = yield from part(tile_planes(planes, name=stack.folder or "the stack"), 0.3, 1.0)
+            health = health.merge(tile_health(tile, sample))
         return Material(None, None, elevation_deg=elevation_deg, name=project.name, health=health, directional=planes)
     shading_map = chosen.map
     if project.tileable:
         shading_map = (yield from part(make_tile(stack, shading_map, excluded=excluded), 0.3, 0.6)).shading_map
-        shading_map = dataclasses.replace(shading_map, health=shading_map.health.merged(evenness))
-    power_law = yield from part(_compressed(project, shading_map), 0.6, 1.0)
+        shading_map = dataclasses.replace(shading_map, health=shading_map.health.merge(evenness))
+    power_law = yield from part(_compress(project, shading_map), 0.6, 1.0)
     return Material(
         shading_map=shading_map,
         power_law=power_law,
         elevation_deg=elevation_deg,
         name=project.name,
-        health=health.merged(shading_map.health).merged(power_law.health),
+        health=health.merge(shading_map.health).merge(power_law.health),
     )
 
 
-def _compressed(project: Project, shading_map: ShadingMap) -> Steps[PowerLawMap]:
+def _compress(project: Project, shading_map: ShadingMap) -> Steps[PowerLawMap]:
     """The power law of `shading_map`, rounded and with kept slices as the project says."""
     from engine.shading.mixed import keep_tiles
     from engine.shading.quantise import quantise

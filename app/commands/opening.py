@@ -11,9 +11,9 @@ from pathlib import Path
 from engine.core.steps import Step, Steps
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import open_mesh
-from engine.light.environment import EnvironmentMap, reduced
-from engine.light.light_tree import CELL_ROWS, chosen_lights
-from engine.light.sky import SKIES, built_in
+from engine.light.environment import EnvironmentMap, reduce
+from engine.light.light_tree import CELL_ROWS, choose_lights
+from engine.light.sky import SKIES, make_built_in
 
 
 def load_shape(name_or_path: str) -> Steps[Mesh]:
@@ -31,19 +31,19 @@ def load_environment(name_or_path: str) -> Steps[EnvironmentMap]:
     from engine.light.environment_file import open_environment
 
     if name_or_path in SKIES:
-        return _built_in(name_or_path)
+        return _open_built_in(name_or_path)
     environment = open_environment(name_or_path)
     yield Step(0.7, "choosing directions")
     return _with_lights(environment)
 
 
 @lru_cache(maxsize=len(SKIES))
-def _built_in(name: str) -> EnvironmentMap:
+def _open_built_in(name: str) -> EnvironmentMap:
     """One object for each, so that the steps of a history that name it share its texels."""
-    return _with_lights(built_in(name))
+    return _with_lights(make_built_in(name))
 
 
 def _with_lights(environment: EnvironmentMap) -> EnvironmentMap:
-    small = reduced(environment, 2 * CELL_ROWS)
-    chosen_lights(small, 1)
+    small = reduce(environment, 2 * CELL_ROWS)
+    choose_lights(small, 1)
     return small

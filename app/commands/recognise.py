@@ -30,7 +30,7 @@ SINGLE = {"mesh": "model", "environment": "environment", **dict.fromkeys(CONTENT
 #: Order in which groups open: the workspace of the last one comes to the front.
 ORDER: tuple[Kind, ...] = ("brdf", "factors", "environment", "mesh", *CONTENT)
 
-_PICTURE_STARTS = (
+_IMAGE_STARTS = (
     b"\xff\xd8\xff",
     b"\x89PNG",
     b"II*\0",
@@ -104,7 +104,7 @@ def recognise(paths: Sequence[Path]) -> Opening:
         else:
             found[path] = kind
     beside = [Path(each.path) for each in excluded if belongs(Path(each.path)) and Path(each.path).is_file()]
-    groups = _grouped(found, beside)
+    groups = _group(found, beside)
     if any(group.kind == "photographs" for group in groups):
         excluded = [each for each in excluded if Path(each.path) not in beside]
     opened, names = list[Recognised](), dict[str, str]()
@@ -119,7 +119,7 @@ def recognise(paths: Sequence[Path]) -> Opening:
     return Opening(tuple(sorted(opened, key=lambda group: ORDER.index(group.kind))), tuple(excluded))
 
 
-def _grouped(found: dict[Path, Kind], beside: Sequence[Path]) -> list[Recognised]:
+def _group(found: dict[Path, Kind], beside: Sequence[Path]) -> list[Recognised]:
     """Groups in the order of their first file; photographs come with the files `beside` that describe them."""
     given = [path for path, kind in found.items() if kind == "photographs"]
     loose = [path for path in given if path.is_file() and not is_archive(path)]
@@ -232,10 +232,10 @@ def _belonging(paths: Sequence[Path]) -> set[Path]:
 
 
 def _names(content: bytes, path: Path) -> bool:
-    return any(name.encode("utf-8", "surrogateescape") in content for name in (path.name, _quoted(path.name)))
+    return any(name.encode("utf-8", "surrogateescape") in content for name in (path.name, _quote(path.name)))
 
 
-def _quoted(name: str) -> str:
+def _quote(name: str) -> str:
     return quote(name.encode("utf-8", "surrogateescape"))
 
 
@@ -249,7 +249,7 @@ def _kind(path: Path) -> Kind | None:
         return _kind_of_zip(path)
     if is_archive(path):
         return "photographs"
-    if start.startswith(_PICTURE_STARTS):
+    if start.startswith(_IMAGE_STARTS):
         return "brdf" if _is_hdr(path) and _is_brdf(path, start) else "photographs"
     if path.suffix.lower() == ".mtlx" or b"<materialx" in start[:4096]:
         return "material"

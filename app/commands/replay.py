@@ -23,7 +23,7 @@ from app.commands.making import material_of, stack_of
 from app.commands.replay_made import SAME, bakes_again, factors_again, fits_again, or_why_not
 from app.commands.surface import surface_of
 from app.document.document import Project
-from app.project.made import noted
+from app.project.made import list_notes
 from app.project.photographs import photographs
 from app.project.pixels import are_there
 from app.project.project_file import data_folder, read
@@ -33,7 +33,7 @@ from engine.core.errors import InputError
 from engine.core.steps import Step, Steps, part
 from engine.storage.atomic import make_folder, write_bytes
 from engine.storage.file_array import FileArray
-from engine.surface.write import known_maps, write_surface
+from engine.surface.write import find_known_maps, write_surface
 
 Array = NDArray[Any] | FileArray
 
@@ -47,7 +47,7 @@ REIMPORTED = "the photographs were imported again after they were made"
 REBUILT = "the settings were changed after it was built"
 
 
-def replayed(path: Path, folder: Path) -> Steps[list[dict[str, Any]]]:
+def replay(path: Path, folder: Path) -> Steps[list[dict[str, Any]]]:
     """Make all results of the project at `path` anew in `folder`: `name`, `bit_equal` and `reason` of each.
 
     Raises InputError where nothing in the project can be made anew, or where some of its photographs are gone.
@@ -55,7 +55,7 @@ def replayed(path: Path, folder: Path) -> Steps[list[dict[str, Any]]]:
     opened = read(path)
     project, has_maps = opened.current, opened.current.surface is not None or "surface" in opened.missing
     gone = [file for file in photographs(project) if not file.is_file()]
-    made = [each for each in noted(path) if each.kind == "bake"]
+    made = [each for each in list_notes(path) if each.kind == "bake"]
     runs = [run for run in project.factoring.runs if run.choices is not None]
     fits = [entry for entry in project.comparison.entries if entry.fitted is not None]
     has_stack = project.sources is not None or project.stack is not None
@@ -90,7 +90,7 @@ def _from_photographs(project: Project, has_maps: bool, folder: Path) -> Steps[l
         choices = project.imported_with or project.import_choices
         stack = yield from part(stack_of(project.sources, choices, folder / "stack"), 0.0, 0.5)
         before = _arrays(project.stack) if project.stack is not None and are_there(project.stack) else {}
-        results = [_compared("stack", before, _arrays(stack), _why(project))]
+        results = [_compare("stack", before, _arrays(stack), _why(project))]
     else:
         assert project.stack is not None
         stack, results = project.stack, [_verdict("stack", None, NO_PHOTOGRAPHS)]
@@ -101,7 +101,7 @@ def _from_photographs(project: Project, has_maps: bool, folder: Path) -> Steps[l
     for name in ("shading_map", "power_law", "directional"):
         before, now = getattr(project.material, name), getattr(material, name)
         if before is not None or now is not None:
-            results.append(_compared(NAMES[name], _arrays(before), _arrays(now), why))
+            results.append(_compare(NAMES[name], _arrays(before), _arrays(now), why))
     if has_maps:
         steps = or_why_not(_surface_again(project, stack, folder))
         results.append({"name": "surface maps", **(yield from part(steps, 0.75, 1.0))})
@@ -115,9 +115,9 @@ def _surface_again(project: Project, stack: ImageStack, folder: Path) -> Steps[d
     surface = yield from part(surface_of(again), 0.0, 0.8)
     provenance = {**stack.provenance, "excluded_photographs": sorted(excluded)}
     yield from part(write_surface(folder / "surface", surface, provenance, software("normals")), 0.8, 1.0)
-    before = known_maps(project.surface.maps) if project.surface is not None else {}
+    before = find_known_maps(project.surface.maps) if project.surface is not None else {}
     why = _why(project, REIMPORTED if of is not project.stack else "")
-    return _compared("surface maps", before, known_maps(surface.maps), why)
+    return _compare("surface maps", before, find_known_maps(surface.maps), why)
 
 
 def _arrays(value: Any) -> dict[str, Array]:
@@ -135,7 +135,7 @@ def _why(project: Project, known: str = "") -> str:
     return f"it was made by {made_by}, not {now}" if made_by != now else "photographs, settings or machine differ"
 
 
-def _compared(name: str, before: Mapping[str, Array], now: Mapping[str, Array], why: str) -> dict[str, Any]:
+def _compare(name: str, before: Mapping[str, Array], now: Mapping[str, Array], why: str) -> dict[str, Any]:
     """The verdict on one result."""
     if not before:
         return _verdict(name, None, NOTHING)

@@ -10,18 +10,19 @@ from typing import Any
 import numpy as np
 
 import engine
-from app.commands.brdf import fitted, has_shader
+from app.commands.brdf import fit, has_shader
 from app.commands.brdf_figures import drawable
-from app.document.bake_request import Wanted, baked, choices_for, estimated, setting_for
+from app.document.bake_request import Wanted, bake, choices_for, setting_for
+from app.document.bake_request import estimate as estimated
 from app.document.comparison import Entry
 from app.document.document import Project
 from app.document.factoring import METHODS, Run
 from app.document.scene import DEFAULT_MODEL
-from app.document.variation import baked_by
+from app.document.variation import select_baked
 from app.project.bakes import place_of as place_of_bake
 from app.project.bakes import with_effects
 from app.project.factors import place_of as place_of_factors
-from app.project.made import Made, noted_of
+from app.project.made import Made, find_note
 from engine.brdf.brdf import model_name
 from engine.brdf.readers.read import read_brdf_steps
 from engine.core.errors import FileError, UsageError
@@ -51,16 +52,16 @@ def fits_again(entries: Sequence[Entry]) -> Steps[list[Result]]:
         if target is None:
             verdict = _verdict(None, TARGET_GONE)
         else:
-            steps = _fitted_again(entry, target)
+            steps = _fit_again(entry, target)
             verdict = yield from part(or_why_not(steps), at / len(entries), (at + 1) / len(entries))
         results.append({"name": f"fit {entry.name}", **verdict})
     return results
 
 
-def _fitted_again(entry: Entry, target: Entry) -> Steps[Result]:
+def _fit_again(entry: Entry, target: Entry) -> Steps[Result]:
     assert entry.fitted is not None
-    found = yield from fitted(target.brdf, model_name(entry.brdf), entry.fitted.weighting)
-    return _compared(dataclasses.asdict(entry.brdf), dataclasses.asdict(found.brdf), EDITED)
+    found = yield from fit(target.brdf, model_name(entry.brdf), entry.fitted.weighting)
+    return _compare(dataclasses.asdict(entry.brdf), dataclasses.asdict(found.brdf), EDITED)
 
 
 def factors_again(runs: Sequence[Run], kept: Path, folder: Path) -> Steps[list[Result]]:
@@ -69,7 +70,7 @@ def factors_again(runs: Sequence[Run], kept: Path, folder: Path) -> Steps[list[R
     for at, run in enumerate(runs):
         assert run.choices is not None
         name = f"factors of {run.name}, {METHODS[run.choices.method]}"
-        steps = _factored_again(run, kept, folder / f"factors-{at + 1}")
+        steps = _factor_again(run, kept, folder / f"factors-{at + 1}")
         verdict = yield from part(or_why_not(steps), at / len(runs), (at + 1) / len(runs))
         results.append({"name": name, **verdict})
     return results
@@ -89,28 +90,28 @@ def bakes_again(project: Project, made: Sequence[Made], kept: Path, folder: Path
         try:
             values = {key: tuple(v) if isinstance(v, list) else v for key, v in each.made_with["settings"].items()}
             choices = choices_for(str(each.made_with["method"]), **values)
-            varied = baked_by(choices.method, brdf, project.variations)
+            varied = select_baked(choices.method, brdf, project.variations)
             wanted = Wanted(mesh, project.look.ground, brdf, choices, variations=varied)
             wanted = with_effects(wanted, each.made_with["effects"])
         except (KeyError, TypeError, ValueError, AttributeError):
             results.append(_verdict(None, "nobody noted how it was made") | {"name": name})
             continue
         name = f"bake {setting_for(choices)}"
-        steps = _baked_again(wanted, each, kept, folder / f"bake-{at + 1}.transport")
+        steps = _bake_again(wanted, each, kept, folder / f"bake-{at + 1}.transport")
         verdict = yield from part(or_why_not(steps), at / len(made), (at + 1) / len(made))
         results.append({"name": name, **verdict})
     return results
 
 
 def or_why_not(steps: Steps[Result]) -> Steps[Result]:
-    """The verdict of `steps`; where a person's file or wish keeps them from one, the reason."""
+    """The verdict of `steps`; where a user's file or wish keeps them from one, the reason."""
     try:
         return (yield from steps)
     except (FileError, UsageError) as error:
         return _verdict(None, f"it cannot be made anew: {error}")
 
 
-def _factored_again(run: Run, kept: Path, target: Path) -> Steps[Result]:
+def _factor_again(run: Run, kept: Path, target: Path) -> Steps[Result]:
     from engine.factor.factor import factor
 
     brdf = run.given
@@ -120,24 +121,24 @@ def _factored_again(run: Run, kept: Path, target: Path) -> Steps[Result]:
     write_factors(target, (yield from part(factor(brdf, run.choices, None), 0.1, 1.0)))
     place = place_of_factors(run, kept)
     if not holds_factors(place):
-        return _verdict(None, LOST if noted_of(place) is not None else NOT_FOUND_YET)
+        return _verdict(None, LOST if find_note(place) is not None else NOT_FOUND_YET)
     before, why = fingerprints(place), "settings are the same, versions or machine differ"
-    return _compared(before, fingerprints(target), NOT_AT_END if read_factors(place).searching else why)
+    return _compare(before, fingerprints(target), NOT_AT_END if read_factors(place).searching else why)
 
 
-def _baked_again(wanted: Wanted, made: Made, kept: Path, target: Path) -> Steps[Result]:
+def _bake_again(wanted: Wanted, made: Made, kept: Path, target: Path) -> Steps[Result]:
     if place_of_bake(wanted, kept).name != made.name:
         return _verdict(None, OTHER_STATE)
     estimate = yield from part(estimated(wanted), 0.0, 0.2)
     if estimate.why_not:
         raise UsageError(estimate.why_not)
-    yield from part(baked(target, estimate), 0.2, 1.0)
+    yield from part(bake(target, estimate), 0.2, 1.0)
     if not made.present:
         return _verdict(None, LOST)
     before, now = open_transport(kept / made.name), open_transport(target)
     by, own = str(before.settings.get("software", "an unknown version")), f"lightarc {engine.__version__}"
     why = f"it was made by {by}, not {own}" if by != own else "settings are the same, the machine differs"
-    return _compared(_numbers(before.arrays), _numbers(now.arrays), why)
+    return _compare(_numbers(before.arrays), _numbers(now.arrays), why)
 
 
 def _numbers(arrays: Mapping[str, Any]) -> dict[str, tuple[Any, ...]]:
@@ -145,7 +146,7 @@ def _numbers(arrays: Mapping[str, Any]) -> dict[str, tuple[Any, ...]]:
     return {name: (array.dtype.str, array.shape, np.asarray(array).tobytes()) for name, array in arrays.items()}
 
 
-def _compared(before: Mapping[str, object], now: Mapping[str, object], why: str) -> Result:
+def _compare(before: Mapping[str, object], now: Mapping[str, object], why: str) -> Result:
     other = sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
     return _verdict(not other, f"{' and '.join(other[:3])} differ: {why}" if other else SAME)
 

@@ -21,7 +21,7 @@ def samples_folder() -> Path:
 
 def capture_of_sample(folder: Path) -> Steps[Sources]:
     """The photographs of the built-in capture, simulated into `folder` where they are not there."""
-    from engine.simulate.built_in import built_in_sample
+    from engine.simulate.built_in import make_built_in_sample
 
-    capture = yield from built_in_sample(folder)
+    capture = yield from make_built_in_sample(folder)
     return find([capture])

@@ -15,7 +15,7 @@ from app.document.document import Project
 from app.jobs.jobs import Job
 from engine.core.steps import Step, Steps, part
 from engine.scene.material import Material
-from engine.shading.shading_map import included
+from engine.shading.shading_map import include
 from engine.storage.outputs import check_outputs
 from engine.surface.pbr_maps import SurfaceMaps
 
@@ -39,7 +39,7 @@ def surface_of(project: Project) -> Steps[Surface]:
 
     assert project.stack is not None
     yield from part(pixels_made(project.stack, project.sources, project.imported_with), 0.0, 0.3)
-    return (yield from recover(project.stack, included(project.stack, project.excluded), white=project.white))
+    return (yield from recover(project.stack, include(project.stack, project.excluded), white=project.white))
 
 
 def is_current(project: Project) -> bool:
@@ -87,12 +87,12 @@ def take_maps(bench: Workbench, project: Project, surface: Surface) -> None:
 def save_maps(bench: Workbench, folder: Path) -> Job:
     """Write the maps of the document into `folder`, which is new or holds maps already."""
     project = bench.document.project
-    job = bench.jobs.submit("Writing surface maps", lambda: saved(project, folder), lane="save", resource=str(folder))
+    job = bench.jobs.submit("Writing surface maps", lambda: save(project, folder), lane="save", resource=str(folder))
     job.succeeded.connect(lambda files: bench.said.emit(f"{len(files)} files written to {folder}"))
     return job
 
 
-def saved(project: Project, folder: Path) -> Steps[list[str]]:
+def save(project: Project, folder: Path) -> Steps[list[str]]:
     """Write maps, previews and record; names of the files. Raises OutputError where `folder` cannot become theirs."""
     yield Step(0.0, "writing maps")
     from engine.surface.write import write_surface

@@ -28,8 +28,9 @@ from app.commands.bundle_view import (
     settings_of_bundle,
     with_view,
 )
-from app.commands.export_bundle import Exported, exported
-from app.commands.making import kept_material_of, marked_stack
+from app.commands.export_bundle import Exported
+from app.commands.export_bundle import export as exported
+from app.commands.making import keep_material, mark_stack
 from app.commands.opening import load_environment, load_shape
 from app.commands.recognise import CONTENT, Opening, Recognised, recognise
 from app.commands.sample import NAME as SAMPLE
@@ -42,7 +43,7 @@ from app.project.places import file_name
 from app.project.project_file import path_of, state_name
 from app.project.report import chain_of
 from engine.capture.doubts import Doubtful
-from engine.capture.lights.joined import joined
+from engine.capture.lights.joined import join
 from engine.capture.lights.sources import Sources, find_packed
 from engine.capture.stack import ImageStack, open_stack
 from engine.core.steps import Step, Steps
@@ -86,7 +87,7 @@ class Workbench(QObject):
     ----------
     folder : data of the project.
     own : the folder of new stacks, and of what archives held; another one where the project is read-only.
-    output_folder : where a person wrote something last, proposed for what is written next.
+    output_folder : where a user wrote something last, proposed for what is written next.
 
     Signals
     -------
@@ -120,7 +121,7 @@ class Workbench(QObject):
         self.loading: Job | None = None
         self._taken: set[Path] = set()
 
-    def proposed(self, name: str, instead: str = "untitled") -> Path:
+    def propose(self, name: str, instead: str = "untitled") -> Path:
         """A path without ending for what is called `name`, where something was written last."""
         return self.output_folder / file_name(name, instead)
 
@@ -133,7 +134,7 @@ class Workbench(QObject):
     def open(self, paths: Sequence[Path]) -> None:
         """Open `paths`, files and folders of any kinds, each by its content where it belongs."""
         count = len(paths)
-        job = self.jobs.submit("Opening", lambda: _recognised(tuple(paths)), lane="open")
+        job = self.jobs.submit("Opening", lambda: _recognise(tuple(paths)), lane="open")
         job.succeeded.connect(lambda found: self._open_recognised(found, count))
 
     def rebuild_sample(self) -> None:
@@ -272,7 +273,7 @@ class Workbench(QObject):
         return self.jobs.submit("Looking for photographs", lambda: find_packed(own, keep=place), lane="open")
 
     def _import_joined(self, before: Sources, found: Sources) -> None:
-        job = self.jobs.submit("Joining the photographs", lambda: _joined(before, found), lane="open")
+        job = self.jobs.submit("Joining the photographs", lambda: _join(before, found), lane="open")
         name = self.document.project.name
         job.succeeded.connect(lambda sources: self.import_photographs(sources, name=name))
 
@@ -318,19 +319,19 @@ class Workbench(QObject):
         folders, now = (self.folder, self.own), self.document.project.stack
         job = self.jobs.submit(
             "Importing photographs",
-            lambda: marked_stack(sources, choices, folders, files, now),
+            lambda: mark_stack(sources, choices, folders, files, now),
             lane="compute",
             again=again,
             resource=f"stacks of {self.own}",
         )
         job.progressed.connect(self._show_partial)
         parts = {"sources": sources, "import_choices": choices}
-        job.succeeded.connect(lambda stack: self._imported(stack, name, choices, parts, words))
+        job.succeeded.connect(lambda stack: self._on_imported(stack, name, choices, parts, words))
         self.importing, self._last_import = job, (sources, choices, name)
         return job
 
     def import_all_the_same(self, consent: str) -> None:
-        """Import again what was imported last, with the `consent` of a person to what was doubtful."""
+        """Import again what was imported last, with the `consent` of a user to what was doubtful."""
         if self._last_import is not None:
             sources, choices, name = self._last_import
             agreed: dict[str, Any] = {consent: True}
@@ -349,7 +350,7 @@ class Workbench(QObject):
         if step.partial is not None:
             self.partial.emit(step.partial)
 
-    def _imported(
+    def _on_imported(
         self,
         stack: ImageStack,
         name: str,
@@ -359,7 +360,7 @@ class Workbench(QObject):
     ) -> None:
         now = self.document.project
         if parts.get("sources") is now.sources:
-            parts = {}  # what a person set meanwhile stays
+            parts = {}  # what a user set meanwhile stays
         excluded = now.excluded & frozenset(stack.sources)
         gone = {"surface": None, "surface_from": None}
         made = {"stack": stack, "excluded": excluded, "name": name, **gone}
@@ -401,14 +402,14 @@ class Workbench(QObject):
         folder, own = self.folder, self.own
         self.building = self.jobs.submit(
             "Building the material",
-            lambda: kept_material_of(project, folder, own),
+            lambda: keep_material(project, folder, own),
             lane="compute",
             again=again,
             resource="material",
         )
-        self.building.succeeded.connect(lambda material: self._built(project, material))
+        self.building.succeeded.connect(lambda material: self._on_built(project, material))
 
-    def _built(self, project: Project, material: Material) -> None:
+    def _on_built(self, project: Project, material: Material) -> None:
         now = self.document.project
         if now.stack is not project.stack or project.stack is None:
             return  # undone, or another capture was opened in the meantime
@@ -528,14 +529,14 @@ class Workbench(QObject):
         self.said.emit(". ".join([f"{what} {bundle.name} opened", *found.missing]))
 
 
-def _recognised(paths: tuple[Path, ...]) -> Steps[Opening]:
+def _recognise(paths: tuple[Path, ...]) -> Steps[Opening]:
     yield Step(0.0, "recognising files")
     return recognise(paths)
 
 
-def _joined(one: Sources, other: Sources) -> Steps[Sources]:
+def _join(one: Sources, other: Sources) -> Steps[Sources]:
     yield Step(0.0, "joining the photographs")
-    return joined(one, other)
+    return join(one, other)
 
 
 def _stack(folder: Path) -> Steps[ImageStack]:

@@ -23,11 +23,13 @@ from app.document.measured import (
     AXES,
     Accuracy,
     accuracy_of,
-    measured,
     same_key,
     scene_key,
     setting_text,
     size_of,
+)
+from app.document.measured import (
+    measure as measured,
 )
 from app.document.modes import mode_named, modes, why_not
 from app.jobs.jobs import Job
@@ -297,19 +299,19 @@ class AccuracyDock(QDockWidget):
             alone=True,
         )
         self.job = job
-        job.progressed.connect(lambda step: self._progressed(step, of))
+        job.progressed.connect(lambda step: self._on_progressed(step, of))
         job.succeeded.connect(lambda found: self._keep(accuracy_of(found, of)))
-        job.cancelled.connect(self._stopped)
-        job.failed.connect(lambda _error: self._stopped())
+        job.cancelled.connect(self._on_stopped)
+        job.failed.connect(lambda _error: self._on_stopped())
         self._show()
 
-    def _progressed(self, step: Step, of: tuple[Any, ...]) -> None:
+    def _on_progressed(self, step: Step, of: tuple[Any, ...]) -> None:
         if step.partial is not None:
             before = self.bench.document.project.accuracy
             self.live = accuracy_of(step.partial, of).with_before(before)
             self._show()
 
-    def _stopped(self) -> None:
+    def _on_stopped(self) -> None:
         """Keep what was measured, and apply nothing."""
         self._is_to_apply = False
         self._keep(self.live)

@@ -1,7 +1,7 @@
 """The docks of the window: where they stand, how large they are, and which of them belong to the View workspace.
 
-Effects and accuracy belong to the View workspace and stand below its picture, or right of it where the window is wide
-enough, unless a person has put one of them elsewhere. What else lies below shares the place of accuracy: three docks
+Effects and accuracy belong to the View workspace and stand below its image, or right of it where the window is wide
+enough, unless a user has put one of them elsewhere. What else lies below shares the place of accuracy: three docks
 beside each other are too narrow for their words.
 """
 
@@ -22,7 +22,7 @@ from app.docks.jobs_and_log import DocksOf, JobsDock, LogDock
 from app.view.lobe_inspector import LobeInspector
 from app.view.tab import ViewTab
 
-#: Areas of the docks. From the width `WIDE` of the window on, those of the View workspace stand right of the picture.
+#: Areas of the docks. From the width `WIDE` of the window on, those of the View workspace stand right of the image.
 BOTTOM, RIGHT = Qt.DockWidgetArea.BottomDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
 WIDE = 1700
 
@@ -53,7 +53,7 @@ class Docks(QObject):
         self._place(BOTTOM)
         for dock in self.others:
             dock.toggleViewAction().triggered.connect(lambda shown, dock=dock: dock.raise_() if shown else None)
-        view.drawn.connect(lambda _seconds: self._picture_drawn())
+        view.drawn.connect(lambda _seconds: self._image_drawn())
 
     @property
     def actions(self) -> list[QAction]:
@@ -62,7 +62,7 @@ class Docks(QObject):
         return [*self.of_view.actions, *(dock.toggleViewAction() for dock in others)]
 
     def show_of_view(self, is_view_in_front: bool) -> None:
-        """Show those of the View workspace beside it, at the earliest when its picture is on screen."""
+        """Show those of the View workspace beside it, at the earliest when its image is on screen."""
         if self._is_view_in_front and not is_view_in_front:
             self._note_sizes()
         self._is_view_in_front = is_view_in_front
@@ -90,7 +90,7 @@ class Docks(QObject):
     def restore(self, layout: str, closed: Sequence[str], sizes: Sequence[int]) -> None:
         """Let them stand as they did when the program ended, which `layout` describes in Qt's words, in hexadecimal.
 
-        `closed` are those that the person had closed, `sizes` those of the View workspace, which are hidden now.
+        `closed` are those that the user had closed, `sizes` those of the View workspace, which are hidden now.
         """
         if layout:
             self._is_sized = self.window.restoreState(QByteArray(bytes.fromhex(layout)))
@@ -103,7 +103,7 @@ class Docks(QObject):
             dock.apply_theme()
 
     def _place(self, area: Qt.DockWidgetArea) -> None:
-        """Effects and accuracy beside each other below the picture, or above each other right of it."""
+        """Effects and accuracy beside each other below the image, or above each other right of it."""
         window, is_lying = self.window, area == BOTTOM
         for dock in self.of_view.docks:
             window.addDockWidget(area, dock)
@@ -121,7 +121,7 @@ class Docks(QObject):
         if is_shown:
             QTimer.singleShot(0, self, self._size)
 
-    def _picture_drawn(self) -> None:
+    def _image_drawn(self) -> None:
         if not self._has_drawn:
             self._has_drawn = True
             QTimer.singleShot(0, self, self._show_of_view)
@@ -133,7 +133,7 @@ class Docks(QObject):
         return tuple(side for size in self._sizes for side in (size.width(), size.height()))
 
     def _note_sizes(self) -> None:
-        """Note how large a person has them: as docks hide one after the other, each leaves its room to the next."""
+        """Note how large a user has them: as docks hide one after the other, each leaves its room to the next."""
         docks = self.of_view.docks
         if not self._sizes and all(dock.isVisible() for dock in docks):  # or else they are on their way
             is_whole = self._is_sized and not any(dock.isFloating() for dock in docks)

@@ -26,7 +26,7 @@ from app.document.measured import setting_text
 from app.view.tab import ViewTab
 from app.widgets import theme
 from app.widgets.controls import ComboBox
-from app.widgets.labels import LEAST_ERROR, NAMES
+from app.widgets.labels import MIN_ERROR, NAMES
 from app.widgets.number_field import NUMERIC
 from app.widgets.panels import button, enable, sheet, text
 from app.widgets.theme import ROW, STEP
@@ -35,11 +35,11 @@ from engine.core.figure_text import percent, percent_range, size_text, time_text
 if TYPE_CHECKING:
     from engine.planning.plan import Beyond, Effect, EffectsPlan
 
-#: Requests that a person can make for an effect, and their labels.
+#: Requests that a user can make for an effect, and their labels.
 WISHES = (("", "Auto"), ("on", "On"), ("off", "Off"))
 
 #: Seconds and bytes below these are not worth a word.
-LEAST_S, LEAST_BYTES = 0.05, 1e5
+MIN_S, MIN_BYTES = 0.05, 1e5
 
 #: Pixels between the words of a row and the edge of their column.
 CELL = 12
@@ -105,7 +105,7 @@ class EffectsDock(QDockWidget):
         caption.setBuddy(self.budget)
         self.budget.setAccessibleName("Budget of the plan")
         for widget in (caption, self.budget):
-            widget.setToolTip("Largest error of a picture, '1 %', or longest time of a frame, '8 ms'")
+            widget.setToolTip("Largest error of an image, '1 %', or longest time of a frame, '8 ms'")
         self.apply = button("Use this plan", hint="Show the mode with the settings that the plan has chosen")
         self.apply.clicked.connect(self._apply)
         foot = QHBoxLayout()
@@ -236,7 +236,7 @@ class _Table(QTableWidget):
 def _beyond_text(beyond: Beyond) -> str:
     """The setting that keeps within the budget beyond the ceilings of a plan, and its cost."""
     cost = beyond.cost
-    takes = [f"{time_text(cost.frame_s)} a picture"]
+    takes = [f"{time_text(cost.frame_s)} an image"]
     takes += (
         [f"{time_text(cost.bake_s)} to bake", f"{size_text(cost.memory_bytes)} of memory"] if cost.bake_s > 0.0 else []
     )
@@ -250,14 +250,14 @@ def row_text(effect: Effect) -> str:
 
 def row_forms(effect: Effect) -> tuple[str, ...]:
     """The same and shorter, the longest first."""
-    error = percent(effect.estimated_error_rel) if effect.estimated_error_rel >= LEAST_ERROR else "no loss"
+    error = percent(effect.estimated_error_rel) if effect.estimated_error_rel >= MIN_ERROR else "no loss"
     short = (f"{effect.decision}, {error}", error)
     if effect.on:
         return (f"{effect.decision}, {error} without it", *short)
     saved = []
-    if effect.saves_s >= LEAST_S:
+    if effect.saves_s >= MIN_S:
         saved.append(time_text(effect.saves_s))
-    if effect.saves_bytes >= LEAST_BYTES:
+    if effect.saves_bytes >= MIN_BYTES:
         saved.append(size_text(effect.saves_bytes))
     longer = [" and ".join(saved[:count]) for count in range(len(saved), 0, -1)]
     return (*(f"{effect.decision}, {error} for {words}" for words in longer), *short)

@@ -103,26 +103,26 @@ def worst_of(parts: Iterable[Part]) -> Health:
     """All of them together, for one verdict."""
     whole = Health()
     for part in parts:
-        whole = whole.merged(part.health)
+        whole = whole.merge(part.health)
     return whole
 
 
 def figures_of(health: Health) -> Iterator[tuple[str, str, bool]]:
-    """Each figure for the person: its name, its value with the unit, and True if it counts defects."""
+    """Each figure for the user: its name, its value with the unit, and True if it counts defects."""
     for name, value in sorted(health.figures.items()):
-        words, unit = _named(name)
+        words, unit = _split_name(name)
         is_doubtful = bool(COUNTS.search(name)) and value > 0
-        yield words, _valued(100.0 * value if name.endswith("_rel") else value, unit), is_doubtful
+        yield words, _format_value(100.0 * value if name.endswith("_rel") else value, unit), is_doubtful
 
 
-def _valued(value: float, unit: str) -> str:
+def _format_value(value: float, unit: str) -> str:
     """A number with its unit, in digits that are read at a glance."""
     if unit == "B":
         return size_text(value)
     return f"{number(value, 4)} {unit}".strip() if isfinite(value) else number(value)
 
 
-def _named(name: str) -> tuple[str, str]:
+def _split_name(name: str) -> tuple[str, str]:
     """'edge_error_px' → 'Edge error', 'px'."""
     ending, unit = next(((ending, unit) for ending, unit in UNITS if name.endswith(ending)), ("", ""))
     words = name.removesuffix(ending).replace("_", " ").strip() or name
@@ -259,14 +259,14 @@ class HealthDock(QDockWidget):
         if self.job is not None:
             self.bench.jobs.cancel(self.job)
             return
-        self.job = self.bench.jobs.submit("Self-test", _tested, lane="compute")
+        self.job = self.bench.jobs.submit("Self-test", _on_tested, lane="compute")
         self.job.progressed.connect(lambda step: self.words.setText(f"{step.note[:1].upper()}{step.note[1:]}"))
-        self.job.succeeded.connect(self._tested)
+        self.job.succeeded.connect(self._on_tested)
         for ended in (self.job.failed, self.job.cancelled):
-            ended.connect(lambda *_error: self._tested(None))
+            ended.connect(lambda *_error: self._on_tested(None))
         self.test.setText("Stop")
 
-    def _tested(self, report: Any) -> None:
+    def _on_tested(self, report: Any) -> None:
         self.job = None
         self.test.setText("Self-test")
         self._report = report
@@ -297,7 +297,7 @@ def report_text(cases: Any) -> str:
     return f"{len(failed)} of {len(cases)} cases of the self-test fail: {', '.join(failed)}."
 
 
-def _tested() -> Steps[Any]:
+def _on_tested() -> Steps[Any]:
     yield Step(0.0, "preparing kernels")
     from engine.selftest.run import selftest
 

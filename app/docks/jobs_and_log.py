@@ -154,7 +154,7 @@ class LogDock(QDockWidget):
 class DocksOf(QObject):
     """Docks that belong to one workspace: other workspaces hide them, and they come back unchanged.
 
-    `closed` are the names of those that the person has closed.
+    `closed` are the names of those that the user has closed.
     """
 
     def __init__(self, parent: QWidget, docks: Sequence[QDockWidget]) -> None:

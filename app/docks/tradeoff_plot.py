@@ -28,7 +28,7 @@ from engine.tradeoff.point import Point
 MARK_PX = 9
 
 #: Errors below this are drawn on it: a logarithm needs an end.
-LEAST = 1e-6
+MINIMUM = 1e-6
 
 
 class TradeoffPlot(Plot):
@@ -59,7 +59,7 @@ class TradeoffPlot(Plot):
             marks = pg.ScatterPlotItem(
                 size=MARK_PX, symbol=mode.mark[0], hoverable=True, hoverSize=MARK_PX + 4, tip=self._tip
             )
-            marks.sigClicked.connect(self._clicked)
+            marks.sigClicked.connect(self._on_clicked)
             marks.setZValue(4)
             item.addItem(marks, ignoreBounds=True)
             self.marks[mode.value] = marks
@@ -122,13 +122,13 @@ class TradeoffPlot(Plot):
         )
 
     def _spread(self, point: Point) -> tuple[float, float]:
-        error = max(point.error_rmse_rel, LEAST)
+        error = max(point.error_rmse_rel, MINIMUM)
         low = max(error - point.error_uncertainty, 0.05 * error)
         return log10((error + point.error_uncertainty) / error), log10(error / low)
 
     def _place(self, point: Point) -> tuple[float, float]:
         x = AXES[self.axis][1] * point.cost(self.axis)
-        return log10(x), log10(100.0 * max(point.error_rmse_rel, LEAST))
+        return log10(x), log10(100.0 * max(point.error_rmse_rel, MINIMUM))
 
     def _ring(self) -> None:
         for ring, setting, colour in (
@@ -182,7 +182,7 @@ class TradeoffPlot(Plot):
             self.setAccessibleDescription(describe(order[settings.index(self.focused)], self.accuracy))
             self._ring()
 
-    def _clicked(self, _points: Any, clicked: Sequence[Any], _event: Any) -> None:
+    def _on_clicked(self, _points: Any, clicked: Sequence[Any], _event: Any) -> None:
         if len(clicked):
             self.picked.emit(clicked[0].data().setting)
 

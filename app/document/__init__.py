@@ -1,1 +1,1 @@
-"""The project that a person works on, as one immutable value, and its undo."""
+"""The project that a user works on, as one immutable value, and its undo."""

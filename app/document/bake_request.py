@@ -1,8 +1,8 @@
 """A bake of the View workspace: its request, its estimate and the bake itself, on the threads of jobs.
 
 A bake shows all that its method can show of the scene, shadows first of all: a plan (`engine.planning.plan`) advises,
-and only an effect that the person switches off there is left out. What adds nothing to the scene costs nothing. The
-knobs are the person's own; interreflection follows the plan where they leave it open.
+and only an effect that the user switches off there is left out. What adds nothing to the scene costs nothing. The
+parameters are the user's own; interreflection follows the plan where they leave it open.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.document.variation import Variation, as_baked, baked_by, settings_with
+from app.document.variation import Variation, as_baked, select_baked, settings_with
 from engine.brdf.brdf import Brdf
 from engine.core.errors import InputError, UsageError
 from engine.core.steps import Step, Steps, part
@@ -82,7 +82,8 @@ def choices_for(method: str, **values: Any) -> BakeChoices:
 
 @dataclass(frozen=True, eq=False)
 class Wanted:
-    """The request for a bake. `plan` has the effects as the bake decides them, and the knobs of `choices`, or is None.
+    """The request for a bake. `plan` has the effects as the bake decides them, and the parameters of `choices`, or is
+    None.
 
     `variations` are those of the project that are part of the bake.
     `predicted_s` is how long the machine profile says that it takes, where it is the very bake that the plan chose.
@@ -113,35 +114,37 @@ class Wanted:
         return self.mesh is other.mesh and self.ground == other.ground
 
     def asks_for_the_same(self, other: Wanted) -> bool:
-        """True if both have the same knobs and leave out the same effects."""
+        """True if both have the same parameters and leave out the same effects."""
         return self.choices == other.choices and self.decided == other.decided
 
     @property
     def decided(self) -> tuple[object, ...]:
         """The decisions that a bake depends on: equal for plans that lead to the same bake, empty without wishes."""
         effects = self.plan.effects if self.plan is not None else ()
-        made = (_baked_as(effect) for effect in effects if effect.effect in DECIDED or self._is_held_at_mean(effect))
+        made = (
+            _describe_effect(effect) for effect in effects if effect.effect in DECIDED or self._is_held_at_mean(effect)
+        )
         return tuple((name, on, idle) for name, on, idle in made if idle or not on)
 
     def _is_held_at_mean(self, effect: Effect) -> bool:
-        """True if a person wants nothing to vary although something does."""
+        """True if a user wants nothing to vary although something does."""
         return effect.effect == VARYING and effect.decision == "forced off" and bool(self.variations)
 
     @property
     def left_out(self) -> tuple[Effect, ...]:
-        """The effects that the bake leaves out although the scene has them, or because a person says so."""
+        """The effects that the bake leaves out although the scene has them, or because a user says so."""
         effects = self.plan.effects if self.plan is not None else ()
         off = (effect for effect in effects if effect.effect in LEFT_OUT and not effect.on)
         return tuple(each for each in off if each.decision == "forced off" or each.estimated_error_rel > 0.0)
 
 
-def _baked_as(effect: Effect) -> tuple[str, bool, bool]:
+def _describe_effect(effect: Effect) -> tuple[str, bool, bool]:
     """An effect, whether it is worked out, and whether even where the scene does not call for it."""
     is_idle = effect.effect == "self-shadowing" or effect.estimated_error_rel == 0.0
     return effect.effect, effect.on, effect.decision == "forced on" and is_idle
 
 
-def wanted_of(
+def make_request(
     mesh: Mesh,
     ground: Ground | None,
     brdf: Brdf,
@@ -149,11 +152,12 @@ def wanted_of(
     plan: EffectsPlan | None,
     variations: Sequence[Variation] = (),
 ) -> Wanted:
-    """The request for a bake with the knobs of `choices`, and without the effects that were switched off in `plan`.
+    """The request for a bake with the parameters of `choices`, and without the effects that were switched off in
+    `plan`.
 
     Of the `variations` of a project it has those that the method bakes.
     """
-    chosen, varied = decided_by(choices, plan).baked, baked_by(choices.method, brdf, variations)
+    chosen, varied = decide(choices, plan).baked, select_baked(choices.method, brdf, variations)
     if plan is None:
         return Wanted(mesh, ground, brdf, chosen, variations=varied)
     effects = tuple(_for_method(effect, chosen) for effect in plan.effects)
@@ -164,7 +168,7 @@ def wanted_of(
     return Wanted(mesh, ground, brdf, chosen, replace(plan, effects=effects, setting=setting), predicted_s, varied)
 
 
-def decided_by(choices: BakeChoices, plan: EffectsPlan | None) -> BakeChoices:
+def decide(choices: BakeChoices, plan: EffectsPlan | None) -> BakeChoices:
     """`choices` with all that was left to the plan, or is forced there."""
     if not hasattr(choices.settings, "interreflection"):
         return choices
@@ -188,9 +192,9 @@ def _for_method(effect: Effect, choices: BakeChoices) -> Effect:
 
 
 def setting_for(choices: BakeChoices) -> Setting:
-    """The knobs of `choices`."""
+    """The parameters of `choices`."""
     method = choices.method
-    return Setting(method.name, {each.name: int(choices.value(each.name) or 0) for each in method.knobs})
+    return Setting(method.name, {each.name: int(choices.value(each.name) or 0) for each in method.parameters})
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,18 +232,18 @@ class Made:
         return self.wanted.choices.method.baking.why_baked_for_one(self.transport)
 
 
-def estimated(wanted: Wanted) -> Steps[Estimate]:
+def estimate(wanted: Wanted) -> Steps[Estimate]:
     """Estimate the time and bytes of a bake; modules and kernels are loaded on the thread that asks."""
     yield Step(0.0, "preparing kernels")
     try:
-        work, start = yield from part(_prepared(wanted), 0.0, 0.8)
+        work, start = yield from part(_prepare(wanted), 0.0, 0.8)
     except (UsageError, InputError) as reason:
         return Estimate(wanted, None, 0.0, why_not=f"{str(reason)[:1].upper()}{str(reason)[1:]}.")
     yield Step(0.8, "estimating")
     return Estimate(wanted, work, wanted.choices.method.baking.estimate_s(work), start)
 
 
-def _prepared(wanted: Wanted) -> Steps[tuple[Any, Callable[[Path], Steps[Any]]]]:
+def _prepare(wanted: Wanted) -> Steps[tuple[Any, Callable[[Path], Steps[Any]]]]:
     """The work of a bake, and its baker."""
     settings, subject = settings_with(wanted.choices.settings, wanted.variations), wanted.subject
     if wanted.plan is None:
@@ -255,18 +259,18 @@ def _prepared(wanted: Wanted) -> Steps[tuple[Any, Callable[[Path], Steps[Any]]]]
     return ready.work, ready.start
 
 
-def baked(path: Path, estimate: Estimate) -> Steps[Made]:
+def bake(path: Path, estimate: Estimate) -> Steps[Made]:
     """Bake into the file `path`; an equal bake that was interrupted goes on.
 
     The machine profile learns from one that it predicted and that ran from its start to its end.
     """
     from app.session.machine_profile import learn
-    from engine.core.stopwatch import spent
+    from engine.core.stopwatch import read_clock
 
     yield Step(0.0, "preparing kernels")
     assert estimate.start is not None
     wanted = estimate.wanted
-    since = spent()
+    since = read_clock()
     made = yield from estimate.start(path)
     if wanted.predicted_s is not None and not made.resumed_chunks:
         learn(wanted.choices.method.name, wanted.predicted_s, made.bake_s, since)

@@ -1,4 +1,4 @@
-"""The document that the person edits: one frozen value, one undo command, one signal.
+"""The document that the user edits: one frozen value, one undo command, one signal.
 
 A change swaps the whole `Project`; arrays are shared between old and new, so undo costs a pointer, and what only
 earlier states hold is bounded (`app.document.history`). A view compares its part of old and new by identity and redraws
@@ -22,7 +22,7 @@ from app.document import history
 from app.document.comparison import Comparison
 from app.document.exporting import Exporting
 from app.document.factoring import Factoring
-from app.document.history import KEPT_STEPS, given_up_bytes, steps_to_keep
+from app.document.history import KEPT_STEPS, count_freed_bytes, steps_to_keep
 from app.document.variation import Variation
 from engine.capture.lights.sources import Sources
 from engine.capture.stack import ImageStack
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from engine.capture.registration.framing import Framing
     from engine.surface.recover import Surface
 
-#: Arrangements of two pictures.
+#: Arrangements of two images.
 Comparing = Literal["", "wipe", "difference"]
 
 #: Appearances of the environment behind the model.
@@ -74,16 +74,16 @@ class ImportChoices:
     Attributes
     ----------
     dark, flat : calibration frames: 'auto' for those found beside the photographs, 'none', or a file.
-    lamp_distance : of a near lamp in widths of the picture; None for what the sources say.
-    sphere : measure the lights on a mirror sphere in the picture.
+    lamp_distance : of a near lamp in widths of the image; None for what the sources say.
+    sphere : measure the lights on a mirror sphere in the image.
     outline, highlights : column, row and radius of the sphere, and column and row of the lamp's reflection by file
-        name, where a person corrected what was found (pixels, the upper left corner of the picture is (0, 0)).
-    second_sphere : a second mirror sphere is in the picture, which tells where near lamps stand.
+        name, where a user corrected what was found (pixels, the upper left corner of the image is (0, 0)).
+    second_sphere : a second mirror sphere is in the image, which tells where near lamps stand.
     equalise : lamps differ in intensity, which is divided out by the 'object' or by the grey 'patch'; '' for not.
     reference : file name of the photograph that the others are aligned to, None for what the sources say.
     control_points : by file name, x and y in the reference and in the photograph (pixel centres at integers).
     patch : (left, top, width, height) in pixels of a grey patch, which then decides the white balance.
-    framing : the part of the photographs that becomes the picture, and its size; None for all.
+    framing : the part of the photographs that becomes the image, and its size; None for all.
     trust_angles : take angles that nobody stated also where the photographs do not grow brighter with them.
     leave_out : leave photographs out that cannot be read or show nothing, where enough remain.
     use_all : use photographs that show nothing too: black ones, and ones that are clipped all over.
@@ -110,7 +110,7 @@ class ImportChoices:
 
     @property
     def for_another_capture(self) -> ImportChoices:
-        """The choices that hold for other photographs too: no positions in these pictures, no frames, no lamps."""
+        """The choices that hold for other photographs too: no positions in these images, no frames, no lamps."""
         return ImportChoices(self.motion, self.white_balance, self.transfer)
 
 
@@ -121,11 +121,11 @@ class Look:
     Attributes
     ----------
     mode, against : what is drawn, and what that is compared with (`app.document.modes`).
-    comparing : two pictures side by side, their difference, or the first alone.
+    comparing : two images side by side, their difference, or the first alone.
     bounces : interreflections in the reference: path segments after the first surface.
     lamps : lights beside the one or the environment; `only_lamps` puts out the one. near_lamps : lights near the model.
     forced, skipped : effects that the plan works out, or leaves out, whatever they add (`engine.planning`).
-    plan_budget : what the plan keeps within, as a person writes it: '1 %' or '8 ms'.
+    plan_budget : what the plan keeps within, as a user writes it: '1 %' or '8 ms'.
     behind : the environment behind the model, and how blurred it is; '' for the plain canvas.
     """
 
@@ -136,7 +136,7 @@ class Look:
     gain: float = param(1.0, 0.0, 100.0, slider=(0.1, 10.0), log=True, doc="Strength of the environment.")
     directions: int = 64
     repeats: float = param(3.0, 0.1, 100.0, slider=(0.5, 16.0), log=True, doc="Repeats of the material on the model.")
-    exposure_ev: float = param(0.0, -20.0, 20.0, slider=(-6.0, 6.0), unit="EV", doc="Brightness of the picture.")
+    exposure_ev: float = param(0.0, -20.0, 20.0, slider=(-6.0, 6.0), unit="EV", doc="Brightness of the image.")
     tone_map: Operator = "neutral"
     source: Source = "slices"
     lookup: Lookup = "radiance"
@@ -178,11 +178,11 @@ class Project:
     `bakes` are the settings of bakes in the View workspace by method, those that are not its defaults, by name.
     `exporting` are the settings of exports. `accuracy` is what was measured of settings in View.
     `came_from` are files of models and environments by their names.
-    `camera` is where the model is seen from; None where it is framed. `views` are those that a person keeps, by name.
-    `notes` are a person's own words.
+    `camera` is where the model is seen from; None where it is framed. `views` are those that a user keeps, by name.
+    `notes` are a user's own words.
     `surface` are the maps of the surface behind the photographs, and `surface_from` the stack and the photographs left
     out of which they were made. `white` is the radiance of a white card that faces a lamp, in units of the photographs'
-    white level, where a person knows it.
+    white level, where a user knows it.
     """
 
     sources: Sources | None = None
@@ -262,7 +262,7 @@ class Project:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """One step of the undo history: its words for a person, its gesture, and the projects before and after it.
+    """One step of the undo history: its words for a user, its gesture, and the projects before and after it.
 
     A project that was not read yet is the name of its state in the project file.
     """
@@ -443,7 +443,7 @@ class _Change(QUndoCommand):
         """Lead to another project, as a drag that goes on."""
         self.new = new
         is_in_memory = isinstance(self.old, Project) and isinstance(new, Project)
-        self.given_up_bytes = given_up_bytes(self.old, new) if is_in_memory else 0
+        self.given_up_bytes = count_freed_bytes(self.old, new) if is_in_memory else 0
 
     def redo(self) -> None:
         if self._is_pushed:

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QWidget
 
 from app.document.document import Document, Project
 
-#: Milliseconds between two parts, in which the window draws and hears the person.
+#: Milliseconds between two parts, in which the window draws and hears the user.
 BETWEEN_MS = 5
 
 #: Returned by parts when none is left.

@@ -21,7 +21,7 @@ KEPT_BYTES = 512 * 2**20
 KEPT_STEPS = 500
 
 
-def given_up_bytes(old: Any, new: Any) -> int:
+def count_freed_bytes(old: Any, new: Any) -> int:
     """Size of the arrays that `old` holds and `new` does not; both are values of one frozen dataclass."""
     pairs = [(getattr(old, part.name), getattr(new, part.name)) for part in fields(old)]
     pairs = [pair for pair in pairs if pair[0] is not pair[1]]
@@ -29,9 +29,9 @@ def given_up_bytes(old: Any, new: Any) -> int:
     return sum(array.nbytes for identity, array in before.items() if identity not in after)
 
 
-def steps_to_keep(sizes: Sequence[int], most_bytes: int) -> int:
-    """Number of the latest steps that give up `most_bytes` together, at least 1; `sizes` begin at the oldest."""
-    return max(1, sum(total <= most_bytes for total in accumulate(reversed(sizes))))
+def steps_to_keep(sizes: Sequence[int], max_bytes: int) -> int:
+    """Number of the latest steps that give up `max_bytes` together, at least 1; `sizes` begin at the oldest."""
+    return max(1, sum(total <= max_bytes for total in accumulate(reversed(sizes))))
 
 
 def _arrays(values: Iterable[Any]) -> dict[int, NDArray[Any]]:

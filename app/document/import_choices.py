@@ -1,4 +1,4 @@
-"""The person's choices for an import as settings of the engine, and the one way in which they change."""
+"""The user's choices for an import as settings of the engine, and the one way in which they change."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def settings_of(choices: ImportChoices) -> ImportSettings:
     )
 
 
-def lit_by(sources: Sources, choices: ImportChoices) -> Sources:
+def choose_lights_of(sources: Sources, choices: ImportChoices) -> Sources:
     """`sources`, with the mirror sphere that their lights are to be measured on where `choices` ask for one."""
     if not choices.sphere:
         return sources
@@ -83,7 +83,7 @@ def with_angle(sources: Sources, place: int, angle_deg: float, azimuth_deg: floa
     outdated = about_azimuth(sources.azimuth)
     findings = [finding for finding in sources.findings if finding not in outdated]
     lit = dataclasses.replace(sources, elevation=elevation, azimuth=azimuth, angle_source="user")
-    return dataclasses.replace(_kept(lit, order.tolist()), findings=(*findings, *about_azimuth(azimuth)))
+    return dataclasses.replace(_keep(lit, order.tolist()), findings=(*findings, *about_azimuth(azimuth)))
 
 
 def without(sources: Sources, places: Collection[int]) -> Sources:
@@ -94,7 +94,7 @@ def without(sources: Sources, places: Collection[int]) -> Sources:
         raise InputError(first, "cannot be taken out of so few photographs", "At least two under different lights stay")
     names = {printable(sources.photographs[place]) for place in places}
     findings = tuple(finding for finding in sources.findings if finding.source not in names)
-    return dataclasses.replace(_kept(sources, kept), findings=findings)
+    return dataclasses.replace(_keep(sources, kept), findings=findings)
 
 
 def with_file(sources: Sources, place: int, path: Path) -> Sources:
@@ -124,7 +124,7 @@ def _with(values: tuple[Each, ...], place: int, value: Each) -> tuple[Each, ...]
     return (*values[:place], value, *values[place + 1 :])
 
 
-def _kept(sources: Sources, places: Sequence[int]) -> Sources:
+def _keep(sources: Sources, places: Sequence[int]) -> Sources:
     """The photographs number `places` of `sources`, in that order, with what is known of each."""
     chosen = [sources.photographs[place] for place in places]
     return dataclasses.replace(
@@ -156,7 +156,7 @@ def path_of(project: Project, name: str | None) -> Path | None:
     return next((path for path in paths if printable(path) == name), None)
 
 
-def stated_points(sources: Sources | None) -> dict[str, tuple[Pair, ...]]:
+def read_stated_points(sources: Sources | None) -> dict[str, tuple[Pair, ...]]:
     """The control points that `capture.toml` gives, by file name."""
     if sources is None:
         return {}
@@ -168,7 +168,7 @@ def stated_points(sources: Sources | None) -> dict[str, tuple[Pair, ...]]:
 
 def points_of(project: Project) -> dict[str, tuple[Pair, ...]]:
     """The control points that an import would follow, by file name."""
-    stated = {**stated_points(project.sources), **project.import_choices.control_points}
+    stated = {**read_stated_points(project.sources), **project.import_choices.control_points}
     return {name: pairs for name, pairs in stated.items() if pairs}
 
 

@@ -11,7 +11,7 @@ from app.document.document import Look
 from app.document.modes import mode_named
 from engine.core.figure_text import number, percent_within, size_text, time_text
 from engine.core.steps import Step, Steps, part
-from engine.planning.costs.setting import Setting, knobs_of
+from engine.planning.costs.setting import Setting, parameters_of
 from engine.scene.scene import Scene
 from engine.tradeoff.front import break_even_frames, effort
 from engine.tradeoff.point import Point
@@ -27,10 +27,10 @@ AXES = {
     "memory": ("Memory / MB", 1e-6),
 }
 
-#: Pixels of the pictures that are measured, at most: ꟻLIP of more would take longer than the pictures.
-MOST_PIXELS = 120_000
+#: Pixels of the images that are measured, at most: ꟻLIP of more would take longer than the images.
+MAX_PIXELS = 120_000
 
-#: Knobs that are on or off, as they are called where they are on.
+#: Parameters that are on or off, as they are called where they are on.
 FLAGS = {"interreflection": "interreflection", "power_law": "power law"}
 
 
@@ -84,35 +84,35 @@ def setting_of(mode: str, look: Look, choices: Mapping[str, BakeChoices]) -> Set
     if mode in choices:
         return setting_for(choices[mode])
     own = {"directions": look.directions, "power_law": int(look.source == "power-law")}
-    return Setting(mode, {name: value for name, value in own.items() if name in knobs_of(mode)})
+    return Setting(mode, {name: value for name, value in own.items() if name in parameters_of(mode)})
 
 
 def look_with(setting: Setting, look: Look) -> dict[str, Any]:
     """The parts of a look that a setting turns, its mode among them."""
     against = look.mode if setting.mode == look.against else look.against
     parts: dict[str, Any] = {"mode": setting.mode, "against": against}
-    if "directions" in setting.knobs:
+    if "directions" in setting.parameters:
         parts["directions"] = setting["directions"]
-    if "power_law" in setting.knobs:
+    if "power_law" in setting.parameters:
         parts["source"] = "power-law" if setting["power_law"] else "slices"
     return parts
 
 
 def choices_with(setting: Setting, choices: BakeChoices) -> BakeChoices:
-    """`choices` for a bake with the knobs of a setting."""
-    return choices.with_values(setting.knobs)
+    """`choices` for a bake with the parameters of a setting."""
+    return choices.with_values(setting.parameters)
 
 
 def size_of(screen: tuple[int, int]) -> tuple[int, int]:
-    """Width and height of the pictures that are measured for a screen of so many pixels, as nearly of its shape."""
+    """Width and height of the images that are measured for a screen of so many pixels, as nearly of its shape."""
     width, height = max(1, screen[0]), max(1, screen[1])
-    most = height * min(1.0, (MOST_PIXELS / (width * height)) ** 0.5)
+    most = height * min(1.0, (MAX_PIXELS / (width * height)) ** 0.5)
     rows = range(max(1, round(0.9 * most)), max(1, round(most)) + 1)
     best = min(reversed(rows), key=lambda count: abs(round(count * width / height) * height / (count * width) - 1.0))
     return max(32, round(best * width / height)), max(32, best)
 
 
-def measured(
+def measure(
     scene: Scene,
     modes: Sequence[str],
     bases: Sequence[Setting],
@@ -120,13 +120,13 @@ def measured(
     seconds: float,
     bounces: int,
 ) -> Steps[Tradeoff]:
-    """The sweep of all ladders of some modes, without lamps near the model, which the reference does not show.
+    """The sweep of all sweeps of some modes, without lamps near the model, which the reference does not show.
 
     Slow modules are imported on the thread that asks for it.
     """
     yield Step(0.0, "preparing kernels")
     from app.session.machine_profile import cost_model, learn_from
-    from engine.core.stopwatch import spent
+    from engine.core.stopwatch import read_clock
     from engine.tradeoff.agenda import settings_of
     from engine.tradeoff.sweep import sweep
 
@@ -134,7 +134,7 @@ def measured(
     settings = settings_of(scene, modes, bases, bounces=bounces > 0)
     costs = yield from part(cost_model(), 0.0, 0.05)
     steps = sweep(scene, settings, size, seconds=seconds, max_depth=bounces + 1, costs=costs)
-    since = spent()
+    since = read_clock()
     found = yield from part(steps, 0.05, 1.0)
     learn_from(found.points, since)
     return found
@@ -142,11 +142,11 @@ def measured(
 
 def setting_text(setting: Setting) -> str:
     """'SH, order 15, interreflection'."""
-    knobs = [FLAGS.get(name, f"{name} {value}") for name, value in setting.knobs.items() if value]
-    return ", ".join((mode_named(setting.mode).label, *knobs))
+    parameters = [FLAGS.get(name, f"{name} {value}") for name, value in setting.parameters.items() if value]
+    return ", ".join((mode_named(setting.mode).label, *parameters))
 
 
-def _predicted_text(point: Point) -> str:
+def _describe_prediction(point: Point) -> str:
     """The seconds that the cost model predicted: 'frame 8.2 ms, bake 4.1 s'."""
     words = {"frame_s": "frame", "relight_s": "relighting", "bake_s": "bake"}
     return ", ".join(f"{words[name]} {time_text(said)}" for name, said in point.predicted.items() if name in words)
@@ -162,7 +162,7 @@ def describe(point: Point, accuracy: Accuracy | None = None) -> str:
         f"bake {time_text(point.bake_s, 3)}, memory {size_text(point.memory_bytes)}",
     ]
     if point.predicted:
-        lines.append(f"predicted: {_predicted_text(point)}")
+        lines.append(f"predicted: {_describe_prediction(point)}")
     frames = accuracy.break_even(point) if accuracy is not None else None
     if frames is not None:
         lines.append(f"pays off after {frames} frame{'s' if frames != 1 else ''} against the reference")

@@ -103,7 +103,7 @@ def why_not(mode: Mode, project: Project) -> str:
 
 
 def shows_near_lamps(mode: Mode) -> bool:
-    """True if lamps near the model are part of a picture in `mode`."""
+    """True if lamps near the model are part of an image in `mode`."""
     return mode.baked and transport.method_of(mode.value).near_light
 
 
@@ -114,6 +114,6 @@ def scene_of(mode: Mode, scene: Scene, relit: Any = None) -> Scene:
     return dataclasses.replace(scene, material=None) if mode.value == "direct" else scene
 
 
-def flipped(look: Look) -> Look:
+def exchange_modes(look: Look) -> Look:
     """The same with the two modes exchanged."""
     return dataclasses.replace(look, mode=look.against, against=look.mode)

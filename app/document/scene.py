@@ -1,4 +1,4 @@
-"""The scene of a project: everything that a person set up in the View workspace, as one value.
+"""The scene of a project: everything that a user set up in the View workspace, as one value.
 
 The window puts in the BRDF in the form that it draws and its own camera; the command line takes the project's.
 """

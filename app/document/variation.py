@@ -1,10 +1,10 @@
-"""Ways in which the reflectance of the model is not the same all over it, as a person sets them: `Project.variations`.
+"""Ways in which the reflectance of the model is not the same all over it, as a user sets them: `Project.variations`.
 
     a parameter of the BRDF      goes from one value to another    spherical harmonics, Gaussians
     another BRDF                 is mixed in                       wavelets
-    a picture                    multiplies the radiance           wavelets
+    an image                    multiplies the radiance           wavelets
 
-Each follows the place in the bounding box of the model, or a picture at its texture coordinates
+Each follows the place in the bounding box of the model, or an image at its texture coordinates
 (`engine.transport.baking.spatially_varying`, `engine.transport.baking.blend`). A transport method shows what its
 settings have a place for; every other mode draws the one BRDF.
 """
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from engine.brdf.brdf import Brdf
     from engine.transport.baking.spatially_varying import Variation as EngineVariation
 
-#: "x", "y" or "z" across the bounding box, or a picture.
+#: "x", "y" or "z" across the bounding box, or an image.
 AXES = ("x", "y", "z")
 Source = str | Path
 
@@ -72,9 +72,9 @@ class Blend:
 
 @dataclass(frozen=True)
 class Colours:
-    """A picture that multiplies the radiance."""
+    """An image that multiplies the radiance."""
 
-    picture: Path
+    image: Path
 
     def __str__(self) -> str:
         return "Colours"
@@ -88,32 +88,32 @@ def _check_source(source: Source) -> None:
 Variation = VariedParameter | Blend | Colours
 
 
-def pictures_of(variations: Iterable[Variation]) -> tuple[Path, ...]:
+def images_of(variations: Iterable[Variation]) -> tuple[Path, ...]:
     """The files that variations are read from, each once."""
-    named = (getattr(each, name, None) for each in variations for name in ("source", "picture", "brdf"))
+    named = (getattr(each, name, None) for each in variations for name in ("source", "image", "brdf"))
     return tuple(dict.fromkeys(each for each in named if isinstance(each, Path)))
 
 
-def varied_in(brdf: Brdf, variations: Iterable[Variation]) -> tuple[VariedParameter, ...]:
+def find_varied_in(brdf: Brdf, variations: Iterable[Variation]) -> tuple[VariedParameter, ...]:
     """The varied parameters that a BRDF has; only analytic models have any."""
     names = {each.name for each in (parameters(brdf) if type(brdf) in MODELS.values() else ())}
     return tuple(each for each in variations if isinstance(each, VariedParameter) and each.parameter in names)
 
 
-def shown_by(method: Method, brdf: Brdf, variations: Sequence[Variation]) -> tuple[Variation, ...]:
-    """The variations that pictures of a method have: of parameters the first that it has room for."""
+def select_shown(method: Method, brdf: Brdf, variations: Sequence[Variation]) -> tuple[Variation, ...]:
+    """The variations that images of a method have: of parameters the first that it has room for."""
     takes = {each.name for each in parameters(method.settings)}
-    kept = {id(each) for each in varied_in(brdf, variations)[: method.variations]}
+    kept = {id(each) for each in find_varied_in(brdf, variations)[: method.variations]}
     kept |= {id(each) for each in variations if isinstance(each, Blend) and "blend" in takes}
     colours = [each for each in variations if isinstance(each, Colours) and "albedo" in takes]
     kept |= {id(each) for each in colours[:1]}
     return tuple(each for each in variations if id(each) in kept)
 
 
-def baked_by(method: Method, brdf: Brdf, variations: Sequence[Variation]) -> tuple[Variation, ...]:
+def select_baked(method: Method, brdf: Brdf, variations: Sequence[Variation]) -> tuple[Variation, ...]:
     """Those that are part of a bake: colours that can be put on a finished one are not."""
     of_light = {each.name for each in parameters(method.light)}
-    shown = shown_by(method, brdf, variations)
+    shown = select_shown(method, brdf, variations)
     return tuple(each for each in shown if not (isinstance(each, Colours) and "albedo" in of_light))
 
 
@@ -129,7 +129,7 @@ def settings_with(settings: Any, variations: Iterable[Variation]) -> Any:
     """Settings of a bake with the other BRDFs and the colours, where they have a place for them."""
     found = tuple(variations)
     said: dict[str, Any] = {"blend": tuple(f"{each.brdf}:{each.source}" for each in found if isinstance(each, Blend))}
-    said["albedo"] = next((str(each.picture) for each in found if isinstance(each, Colours)), None)
+    said["albedo"] = next((str(each.image) for each in found if isinstance(each, Colours)), None)
     return _with_known(settings, said)
 
 
@@ -139,7 +139,7 @@ def light_with(light: Any, variations: Iterable[Variation]) -> Any:
 
     found = tuple(variations)
     said: dict[str, Any] = {"vary": tuple(variation_to_text(each) for each in as_baked(found))}
-    said["albedo"] = next((str(each.picture) for each in found if isinstance(each, Colours)), None)
+    said["albedo"] = next((str(each.image) for each in found if isinstance(each, Colours)), None)
     return _with_known(light, said)
 
 
@@ -149,18 +149,20 @@ def _with_known(settings: Any, said: dict[str, Any]) -> Any:
     return dataclasses.replace(settings, **{name: value for name, value in said.items() if name in free and value})
 
 
-def left_out_by(mode: str, brdf: Brdf, variations: Sequence[Variation]) -> tuple[Variation, ...]:
-    """The variations that pictures of a mode leave out."""
-    shown = shown_by(transport.method_of(mode), brdf, variations) if mode in transport.names() else ()
+def list_left_out_by(mode: str, brdf: Brdf, variations: Sequence[Variation]) -> tuple[Variation, ...]:
+    """The variations that images of a mode leave out."""
+    shown = select_shown(transport.method_of(mode), brdf, variations) if mode in transport.names() else ()
     return tuple(each for each in variations if not any(each is kept for kept in shown))
 
 
 def words_on_left_out(label: str, mode: str, brdf: Brdf, variations: Sequence[Variation]) -> str:
-    """A sentence on what pictures of a mode leave out, and which bakes would show; empty where nothing is left out."""
-    left_out = left_out_by(mode, brdf, variations)
+    """A sentence on what images of a mode leave out, and which bakes would show; empty where nothing is left out."""
+    left_out = list_left_out_by(mode, brdf, variations)
     if not left_out:
         return ""
-    nouns = {method.noun: None for each in left_out for method in transport.METHODS if shown_by(method, brdf, (each,))}
+    nouns = {
+        method.noun: None for each in left_out for method in transport.METHODS if select_shown(method, brdf, (each,))
+    }
     what = ", ".join(f"‘{each}’" for each in left_out)
     where = f"bakes in {' or '.join(nouns)} show it" if nouns else "this BRDF has no such parameter"
     return f"{label} leaves out what varies over the model, {what}: {where}."

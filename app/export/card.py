@@ -20,7 +20,7 @@ from app.widgets.theme import PADDING, ROW, STEP, role
 from engine.core.figure_text import number, percent, size_text
 
 #: Pixels across a ball, from small to large, and what a card has beside it and above it, its margins included.
-BALLS, BESIDE, ABOVE = (96, 128, 160, 224), 200, 52
+SPHERES, BESIDE, ABOVE = (96, 128, 160, 224), 200, 52
 
 #: Pixels of the gap between cards, and of the bar that scrolls them.
 GAP, BAR = 1, 14
@@ -28,15 +28,15 @@ GAP, BAR = 1, 14
 #: Figures on a card: label, hint.
 FIGURES = (
     ("Material", "Relative RMSE against the material itself under studio, noon and overcast"),
-    ("FLIP", "Mean difference that a person sees, against the material itself under the same environments"),
+    ("FLIP", "Mean difference that a user sees, against the material itself under the same environments"),
     ("Photographs", "Relative RMSE against the photographs, each under its own lamp, seen from above"),
     ("Size", "Bytes of all files"),
     ("Bytes per point", "Bytes of the maps that shading one point reads: what its evaluation costs"),
 )
 
 
-class Ball(QWidget):
-    """A picture with coverage, in the middle of its place."""
+class Sphere(QWidget):
+    """An image with coverage, in the middle of its place."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -76,7 +76,7 @@ class Card(QWidget):
         head: QWidget = self.box or text(title, "title")
         head.setMinimumHeight(ROW - 4)
         keep_hint(head, hint)
-        self.ball = Ball(f"{title}, as a ball")
+        self.sphere = Sphere(f"{title}, as a ball")
         self.figures: list[QLabel] = []
         self.labels: list[QLabel] = []
         lines = QGridLayout()
@@ -105,16 +105,16 @@ class Card(QWidget):
         whole.setHorizontalSpacing(PADDING)
         whole.setVerticalSpacing(2 * STEP)
         whole.addWidget(head, 0, 0, 1, 2)
-        whole.addWidget(self.ball, 1, 0, Qt.AlignmentFlag.AlignTop)
+        whole.addWidget(self.sphere, 1, 0, Qt.AlignmentFlag.AlignTop)
         whole.addLayout(beside, 1, 1, Qt.AlignmentFlag.AlignTop)
         whole.setColumnStretch(1, 1)
-        self.enlarge(BALLS[0])
+        self.enlarge(SPHERES[0])
 
-    def enlarge(self, ball: int) -> None:
+    def enlarge(self, sphere: int) -> None:
         """Show the ball with so many pixels across, and be as large as that takes."""
-        self.ball.setFixedSize(ball, ball)
-        self.setMinimumWidth(ball + BESIDE)
-        self.setFixedHeight(ball + ABOVE)
+        self.sphere.setFixedSize(sphere, sphere)
+        self.setMinimumWidth(sphere + BESIDE)
+        self.setFixedHeight(sphere + ABOVE)
 
     def sizeHint(self) -> QSize:
         return self.minimumSize()
@@ -132,23 +132,23 @@ class Card(QWidget):
     def forget(self) -> None:
         """Show that nothing is known yet."""
         self._say("")
-        self.ball.show_codes(None)
+        self.sphere.show_codes(None)
         for figure in self.figures:
             figure.setText("–")
         self._enable("")
 
     def refuse(self, why: str) -> None:
         """Show the sentence why this material cannot be written to the target."""
-        self.ball.show_codes(None)
+        self.sphere.show_codes(None)
         self._say(why)
         self._enable(why)
 
     def show_entry(self, entry: dict[str, Any], codes: NDArray[np.uint8] | None) -> None:
         """Show the figures of an entry of the record of an export, and the ball (H, W, 4)."""
         self._enable("")
-        self.ball.show_codes(codes)
+        self.sphere.show_codes(codes)
         if codes is None:
-            said = entry["warnings"] or ("It shows no picture of the surface",)
+            said = entry["warnings"] or ("It shows no image of the surface",)
             self._say(f"{said[-1]}. {size_text(entry['bytes'])}.")
             return
         self._say("")
@@ -180,7 +180,7 @@ class Board(Scrolled):
     def __init__(self, cards: Sequence[Card]) -> None:
         super().__init__()
         self.cards = list(cards)
-        self.columns = self.ball = 0
+        self.columns = self.sphere = 0
         role(self, "canvas")
         inside = role(QWidget(), "canvas")
         self.grid = QGridLayout(inside)
@@ -190,29 +190,29 @@ class Board(Scrolled):
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setWidget(inside)
-        self._lay_out(2, BALLS[0])
+        self._lay_out(2, SPHERES[0])
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(BALLS[0] + BESIDE + 20, 160)
+        return QSize(SPHERES[0] + BESIDE + 20, 160)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        fitting = [ball for ball in BALLS if self._height(ball) <= self.height()]
-        ball = max(fitting, default=BALLS[0])
-        self._lay_out(self._columns(ball), ball)
+        fitting = [sphere for sphere in SPHERES if self._height(sphere) <= self.height()]
+        sphere = max(fitting, default=SPHERES[0])
+        self._lay_out(self._columns(sphere), sphere)
 
-    def _columns(self, ball: int) -> int:
-        return max(1, min(len(self.cards), (self.width() - BAR) // (ball + BESIDE + GAP)))
+    def _columns(self, sphere: int) -> int:
+        return max(1, min(len(self.cards), (self.width() - BAR) // (sphere + BESIDE + GAP)))
 
-    def _height(self, ball: int) -> int:
+    def _height(self, sphere: int) -> int:
         """Pixels of all rows of cards with such balls."""
-        return -(-len(self.cards) // self._columns(ball)) * (ball + ABOVE + GAP)
+        return -(-len(self.cards) // self._columns(sphere)) * (sphere + ABOVE + GAP)
 
-    def _lay_out(self, columns: int, ball: int) -> None:
-        if ball != self.ball:
-            self.ball = ball
+    def _lay_out(self, columns: int, sphere: int) -> None:
+        if sphere != self.sphere:
+            self.sphere = sphere
             for card in self.cards:
-                card.enlarge(ball)
+                card.enlarge(sphere)
         if columns == self.columns:
             return
         for column in range(self.columns):

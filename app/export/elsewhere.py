@@ -25,11 +25,13 @@ from PySide6.QtWidgets import (
 from app.commands.export_elsewhere import (
     Known,
     Sent,
-    measured_before,
-    offered,
+    find_measured_before,
     seconds_to_measure,
-    sent,
+    send,
     smallest_of,
+)
+from app.commands.export_elsewhere import (
+    offer as offered,
 )
 from app.commands.surface import take_maps
 from app.commands.workbench import Workbench
@@ -38,7 +40,7 @@ from app.document.exporting import MAX_ERROR_PERCENT, MAX_WIDTH_MM, Exporting
 from app.export.card import Board, Card
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
-from app.project.interrupted import proposed_parts, proposed_place
+from app.project.interrupted import propose_parts, propose_place
 from app.project.losses import OWN
 from app.session.settings import UNITS_MM
 from app.widgets.controls import ComboBox
@@ -49,7 +51,7 @@ from app.widgets.theme import role
 from app.widgets.workspace import side_by_side
 from engine.core.errors import OutputError
 from engine.core.figure_text import percent, size_text, time_text
-from engine.core.steps import Step, Steps, relayed
+from engine.core.steps import Step, Steps, relay
 
 if TYPE_CHECKING:
     from engine.exchange.export import Departure, Offer
@@ -106,7 +108,9 @@ class Elsewhere(QWidget):
         self.asked = 0
         self.is_looked_up = self.is_measuring = self.goes_on = False
         self.looking = Latest(bench.jobs, "Looking for measured export errors")
-        self.latest = Latest(bench.jobs, "Measuring the export error", self._progressed, self._stopped, lane="compute")
+        self.latest = Latest(
+            bench.jobs, "Measuring the export error", self._on_progressed, self._on_stopped, lane="compute"
+        )
         self.own = Card(
             "", "The material itself", "What a bundle holds; all others are compared with it", is_choice=False
         )
@@ -260,7 +264,7 @@ class Elsewhere(QWidget):
             self.offer(new.name)
         if old is new or old.exporting != new.exporting or old.material is not new.material:
             self._show_settings(new.exporting)
-        if old is new or _measured_of(old) != _measured_of(new):
+        if old is new or _list_dependencies(old) != _list_dependencies(new):
             self.looking.drop()
             self.goes_on = False
             self._drop()
@@ -286,34 +290,34 @@ class Elsewhere(QWidget):
             return
         self.is_looked_up = True
         folders = tuple(dict.fromkeys((self.bench.own, self.bench.folder)))
-        self.looking.ask(lambda: measured_before(project, tuple(self.cards), folders), self._found_before)
+        self.looking.ask(lambda: find_measured_before(project, tuple(self.cards), folders), self._on_found_before)
 
-    def _found_before(self, known: Known) -> None:
+    def _on_found_before(self, known: Known) -> None:
         self.keys = known.keys
         for name, offer in known.offers.items():
             if name not in self.found:
                 self._show_offer(offer)
         self._update()
 
-    def _unmeasured(self) -> tuple[str, ...]:
+    def _find_unmeasured(self) -> tuple[str, ...]:
         return tuple(name for name in self.cards if name not in self.found)
 
     def ask(self) -> None:
         """Measure all targets that were not measured yet, and keep what is found with the project."""
-        project, leaving, wanted = self.bench.document.project, self.leaving, self._unmeasured()
+        project, leaving, wanted = self.bench.document.project, self.leaving, self._find_unmeasured()
         if not project.has_map or not wanted:
             return
         self.asked += 1
         number, known, folder = self.asked, Known(dict(self.found), self.keys), self.bench.own
         self.latest.ask(
-            lambda: _numbered(number, project, offered(project, leaving, known, wanted, folder)),
+            lambda: _number(number, project, offered(project, leaving, known, wanted, folder)),
             lambda _found: self._end(),
             lambda _error: self._end("Not measured: see the message."),
         )
         self.is_measuring = True
         self._update("Measuring…")
 
-    def _progressed(self, step: Step) -> None:
+    def _on_progressed(self, step: Step) -> None:
         """Show what the newest job has found so far."""
         number, project, found = step.partial
         if number != self.asked:
@@ -339,14 +343,14 @@ class Elsewhere(QWidget):
         if offer.why_not:
             card.refuse(offer.why_not)
         else:
-            card.show_entry(offer.entry, offer.ball)
+            card.show_entry(offer.entry, offer.sphere)
 
     def _stop(self) -> None:
         self.goes_on = False
         self._drop()
-        self._stopped()
+        self._on_stopped()
 
-    def _stopped(self) -> None:
+    def _on_stopped(self) -> None:
         self._end("Stopped. What was measured is kept.")
 
     def _drop(self) -> None:
@@ -379,14 +383,14 @@ class Elsewhere(QWidget):
         again = {"kind": "exports", "folder": str(folder.parent), "name": folder.name, "parts": names}
         self.exporting = self.bench.jobs.submit(
             f"Exporting to {folder.name}",
-            lambda: sent(project, leaving, known, names, folder, own),
+            lambda: send(project, leaving, known, names, folder, own),
             lane="compute",
             again=again,
             resource=str(folder),
             on_stop="Nothing is written if you stop it.",
         )
         self.exporting.progressed.connect(lambda step: self._export_progressed(project, step))
-        self.exporting.succeeded.connect(self._exported)
+        self.exporting.succeeded.connect(self._on_exported)
         self.exporting.failed.connect(lambda error: self._say(f"Not written: {_problem(error)}", "bad"))
         self.exporting.cancelled.connect(lambda: self._say("Cancelled. Nothing was written.", "secondary"))
         for ended in (self.exporting.succeeded, self.exporting.failed, self.exporting.cancelled):
@@ -396,7 +400,7 @@ class Elsewhere(QWidget):
     def _export_progressed(self, project: Project, step: Step) -> None:
         """Take what an export has found on its way, unless it is of another material than that of the project now."""
         now, found = self.bench.document.project, step.partial
-        is_current = _measured_of(project) == _measured_of(now)
+        is_current = _list_dependencies(project) == _list_dependencies(now)
         if getattr(found, "target", "") == "textures":
             is_current &= project.exporting.of_textures == now.exporting.of_textures
         if found is not None and is_current:
@@ -414,13 +418,13 @@ class Elsewhere(QWidget):
 
         A material that has gone since leaves nothing to ask for.
         """
-        place = proposed_place(again, self.bench.output_folder, self.name.text())
+        place = propose_place(again, self.bench.output_folder, self.name.text())
         self.name.setText(place.name)
-        self._choose("Targets of an export", proposed_parts(again))
+        self._choose("Targets of an export", propose_parts(again))
         if self.names and self.bench.document.project.has_map and self._choose_folder(place.parent):
             self.export.click()
 
-    def _exported(self, done: Sent) -> None:
+    def _on_exported(self, done: Sent) -> None:
         self.written = done.folder
         count, total = len(done.files), size_text(sum(done.files.values()))
         self._say(f"{done.folder.name} written: {count} files, {total}.", "good", done.files)
@@ -454,7 +458,7 @@ class Elsewhere(QWidget):
 
     def _update(self, words: str = "") -> None:
         """Show what can be done now; `words` are the state of measuring, where it is not that of the figures."""
-        busy, names, left = self.is_measuring, self.names, self._unmeasured()
+        busy, names, left = self.is_measuring, self.names, self._find_unmeasured()
         self.stop.setVisible(busy or self.goes_on)
         self.measure.setVisible(not busy and not self.goes_on and bool(left))
         cost = f"about {time_text(self._seconds(len(left)))}" if left else ""
@@ -463,7 +467,7 @@ class Elsewhere(QWidget):
         resting = f"{len(left)} {plural} not measured. Measuring takes {cost}." if left else MEASURED
         if words or not (busy or self.goes_on):
             self.state.setText(words or resting)
-        measured = [offer for name, offer in self.found.items() if name in self.cards and offer.ball is not None]
+        measured = [offer for name, offer in self.found.items() if name in self.cards and offer.sphere is not None]
         enable(self.choose, "" if measured else "Nothing is measured yet", "Choose the one that --to auto would write")
         self.remarks.setText("\n".join(self._remarks()))
         self.remarks.setVisible(bool(self.remarks.text()))
@@ -497,15 +501,15 @@ class Elsewhere(QWidget):
         return ""
 
 
-def _measured_of(project: Project) -> tuple[int, ...]:
+def _list_dependencies(project: Project) -> tuple[int, ...]:
     """What the errors of all targets depend on, by identity; settings of textures concern these alone."""
     parts = (project.material, project.stack, project.excluded, project.white)
     return tuple(map(id, parts))
 
 
-def _numbered(number: int, project: Project, steps: Steps[Any]) -> Steps[Any]:
+def _number(number: int, project: Project, steps: Steps[Any]) -> Steps[Any]:
     """`steps` that say which request they belong to, and to which project, beside their partial results."""
-    return relayed(steps, lambda step: Step(step.done, step.note, (number, project, step.partial)))
+    return relay(steps, lambda step: Step(step.done, step.note, (number, project, step.partial)))
 
 
 def _problem(error: Any) -> str:

@@ -12,7 +12,7 @@ from PySide6.QtCore import Qt, QUrl, Signal
 from PySide6.QtGui import QDesktopServices, QKeySequence, QShortcut, QShowEvent
 from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QLineEdit, QWidget
 
-from app.commands.export_bundle import Exported, drawn
+from app.commands.export_bundle import Exported, draw
 from app.commands.surface import is_current, material_with_surface
 from app.commands.workbench import Workbench
 from app.document.document import Look, Project
@@ -20,11 +20,11 @@ from app.document.following import Following
 from app.export.elsewhere import Elsewhere
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
-from app.project.interrupted import proposed_parts, proposed_place
+from app.project.interrupted import propose_parts, propose_place
 from app.view.tab import ViewTab
 from app.viewport.refining import same
 from app.widgets.empty_state import EmptyState, with_empty_state
-from app.widgets.image_view import ImageView, Picture, rgb_image
+from app.widgets.image_view import Image, ImageView, rgb_image
 from app.widgets.panels import Pages, Panel, Rows, Segments, button, enable, text, with_buttons
 from app.widgets.theme import ROW, STEP, role
 from app.widgets.workspace import bar_of_choices, side_by_side, under
@@ -210,7 +210,7 @@ class ExportTab(QWidget):
         look, before = project.look, self.previewed
         if before is None or before[1] != look or not same(before[0], scene):
             self.previewed = scene, look
-            self.latest.ask(lambda: _preview(drawn(scene, look)), self.image.show_picture, self._preview_failed)
+            self.latest.ask(lambda: _preview(draw(scene, look)), self.image.show_image, self._preview_failed)
 
     def _preview_failed(self, _error: BaseException | None = None) -> None:
         self.previewed = None
@@ -225,7 +225,7 @@ class ExportTab(QWidget):
         self._say("Writing…", "secondary")
         scene = self.view.scene(self.bench.document.project)
         self.exporting = self.bench.export(self.target, frozenset(self._chosen()), scene)
-        self.exporting.succeeded.connect(self._exported)
+        self.exporting.succeeded.connect(self._on_exported)
         self.exporting.failed.connect(lambda error: self._say(f"Not written: {_problem(error)}", "bad"))
         self.exporting.cancelled.connect(lambda: self._say("Cancelled. Nothing was written.", "secondary"))
         self._update_buttons()
@@ -236,9 +236,9 @@ class ExportTab(QWidget):
         A material that has gone since leaves nothing to ask for.
         """
         self.show_form("bundle")
-        place = proposed_place(again, self.bench.output_folder, self.name.text())
+        place = propose_place(again, self.bench.output_folder, self.name.text())
         self.name.setText(place.name)
-        self._leave_out(frozenset(self.parts) - proposed_parts(again))
+        self._leave_out(frozenset(self.parts) - propose_parts(again))
         if not self._chosen():
             return
         chosen, _ = QFileDialog.getSaveFileName(self, "Export bundle", str(place), BUNDLES)
@@ -251,7 +251,7 @@ class ExportTab(QWidget):
         """Show the whole preview."""
         self.image.fit()
 
-    def _exported(self, done: Exported) -> None:
+    def _on_exported(self, done: Exported) -> None:
         if done.problems:
             self._say("Written, but not sound: " + " ".join(done.problems), "bad")
             return
@@ -327,7 +327,7 @@ class ExportTab(QWidget):
             why_not = _why_no_maps(project) if value == "pbr" else why_not
             box.setChecked(bool(sizes[value]) and value not in project.exporting.left_out)
             enable(box, "" if sizes[value] else f"This material has none: {why_not}", hint)
-            box.setText(_described(project.material.power_law) if value == "power-law" else words)
+            box.setText(_describe(project.material.power_law) if value == "power-law" else words)
             figure.setText(size_text(sizes[value]) if sizes[value] else why_not)
 
     def _chosen(self) -> list[str]:
@@ -398,7 +398,7 @@ def _add(rows: Rows, left: QWidget, right: QWidget) -> None:
     rows.wide(holder)
 
 
-def _described(power_law: PowerLawMap | None) -> str:
+def _describe(power_law: PowerLawMap | None) -> str:
     """The row of the power law: how it is stored, and whether tiles keep their slices."""
     if power_law is None:
         return "Power law"
@@ -406,8 +406,8 @@ def _described(power_law: PowerLawMap | None) -> str:
     return f"Power law, {power_law.storage.exponent_bits} bits{kept}"
 
 
-def _preview(drawing: Steps[Any]) -> Steps[Picture]:
-    return Picture((rgb_image((yield from drawing)),))
+def _preview(drawing: Steps[Any]) -> Steps[Image]:
+    return Image((rgb_image((yield from drawing)),))
 
 
 def _problem(error: Any) -> str:

@@ -32,12 +32,12 @@ from app.widgets.status_bar import waiting_text
 from app.widgets.theme import ROW, STEP
 from engine.core.figure_text import number, size_text, time_text
 from engine.core.steps import time_left
-from engine.factor.settings import MOST_PRODUCTS, MOST_TEXTURES
+from engine.factor.settings import MAX_PRODUCTS, MAX_TEXTURES
 
 NUMBER = Qt.ItemDataRole.UserRole
 NOTHING = "Start a run first"
 #: Most terms of sums of products and of one product.
-MOST = {True: MOST_PRODUCTS, False: MOST_TEXTURES}
+MAXIMUM = {True: MAX_PRODUCTS, False: MAX_TEXTURES}
 
 
 class FactorInspector(Panel):
@@ -160,7 +160,7 @@ class FactorInspector(Panel):
         over = "" if job is not None and not job.stopping else "It has ended"
         paused = job is not None and job.state == "paused"
         again = run is not None and run.choices is not None and live is not None and live.may_go_on
-        anew = again and live is not None and not live.ladder
+        anew = again and live is not None and not live.term_errors
         self.pause.setText("Factor again" if anew else "Resume" if paused or again else "Pause")
         hint = "Pause and let other jobs run, or resume (Space in the list)"
         enable(
@@ -176,29 +176,31 @@ class FactorInspector(Panel):
                 why = "These factors come from a file; start a run for more terms"
             elif run.choices.method in ("homomorphic", "normalised"):
                 why = f"{METHODS[run.choices.method]} has no further terms"
-            elif live.brdf is None or (live.why and not live.ladder):
+            elif live.brdf is None or (live.why and not live.term_errors):
                 why = live.why or "It ended before it began"
-            most = MOST[live.is_sum if live.factorisation is not None or run.choices is None else run.choices.separable]
-            have = live.ladder[-1].terms if live.ladder else 0
+            most = MAXIMUM[
+                live.is_sum if live.factorisation is not None or run.choices is None else run.choices.separable
+            ]
+            have = live.term_errors[-1].terms if live.term_errors else 0
             self.terms.high = float(most)
             if not why and have >= most and not (live.factorisation is not None and live.factorisation.searching):
                 why = f"{most} terms are the most"
             if (run.number, have) != self._offered:
                 self._offered = (run.number, have)
-                self.terms.show_value(float(min(most, have + (1 if most == MOST[False] else 8))))
+                self.terms.show_value(float(min(most, have + (1 if most == MAXIMUM[False] else 8))))
         enable(self.more, why, "Go on to so many terms")
         enable(self.terms, why)
 
     def show_chosen(self, run: Run | None, live: Live | None, terms: int | None) -> None:
         """The figures of the chosen run at so many terms."""
-        rung = live.rung(terms) if live is not None else None
+        term_error = live.term_error(terms) if live is not None else None
         failed = live.why if live is not None else ""
-        why_not = NOTHING if run is None else "" if rung is not None else failed or "Nothing has been found yet"
+        why_not = NOTHING if run is None else "" if term_error is not None else failed or "Nothing has been found yet"
         self.failed.setText(failed)
         self.failed.setVisible(bool(failed))
         enable(self.export, why_not, "Write the textures as EXR and their description as JSON, into a folder")
         enable(self.use, why_not, "Use these factors as the BRDF of the material in the View workspace")
-        if run is None or live is None or rung is None or live.factorisation is None:
+        if run is None or live is None or term_error is None or live.factorisation is None:
             for figure in (self.of, self.many, self.bytes, self.time, *self.errors.values()):
                 figure.setText("–")
             self.remark.setText("")
@@ -208,18 +210,19 @@ class FactorInspector(Panel):
         self.of.setText(breakable(f"{run.name}, {method_of(run, live)}"))
         self.of.setToolTip(f"{run.name}, {method_of(run, live)}")
         self.many.setText(
-            f"{rung.terms} of {live.ladder[-1].terms} · {rung.textures} texture{'s'[: rung.textures != 1]}"
+            f"{term_error.terms} of {live.term_errors[-1].terms} · "
+            f"{term_error.textures} texture{'s'[: term_error.textures != 1]}"
         )
         fewer = why_fewer(run, live)
         self.fewer.setText(fewer)
         self.fewer.setVisible(bool(fewer))
-        self.bytes.setText(size_text(rung.size_bytes))
-        self.time.setText(time_text(rung.time_s, 3))
+        self.bytes.setText(size_text(term_error.size_bytes))
+        self.time.setText(time_text(term_error.time_s, 3))
         for name, figure in self.errors.items():
-            value, unit = rung.error(name), METRICS[name][1]
+            value, unit = term_error.error(name), METRICS[name][1]
             figure.setText("–" if value is None else f"{number(value, 3)} {unit}".strip())
         self.remark.setText(remark_of(live.factorisation))
-        self.bands.show_bands(rung.rms_by_elevation_band, run.colour)
+        self.bands.show_bands(term_error.rms_by_elevation_band, run.colour)
 
     def show_uses(self, sentences: Sequence[str]) -> None:
         """Show the sentences on the possible uses of the chosen factors."""
@@ -305,7 +308,7 @@ def state_of(live: Live) -> str:
     """The state of a run, in a few words with its time."""
     job = live.job
     if job is None:
-        last = live.ladder[-1] if live.ladder else None
+        last = live.term_errors[-1] if live.term_errors else None
         if last is None:
             return live.state or "nothing found"
         return f"{live.state}, {time_text(last.time_s)}" if live.state != "opened" else live.state
@@ -322,11 +325,11 @@ def state_of(live: Live) -> str:
 def why_fewer(run: Run, live: Live) -> str:
     """Why a run that has ended has fewer terms than were asked for; empty where it has as many."""
     found, choices = live.factorisation, run.choices
-    if found is None or choices is None or live.job is not None or not found.ladder:
+    if found is None or choices is None or live.job is not None or not found.term_errors:
         return ""
     from engine.factor.errors import stop_reason  # loaded with the first result
 
-    have = found.ladder[-1].terms
+    have = found.term_errors[-1].terms
     limit = choices.products if live.is_sum else choices.textures
     wanted = choices.products if choices.method == "auto" else limit
     reason = stop_reason(found) if have < limit else "a search makes no more textures" if have < wanted else ""
@@ -345,9 +348,9 @@ def remark_of(factorisation: Any) -> str:
     if factorisation.evaluations:
         tried = f"{factorisation.evaluations:,}".replace(",", " ")
         lines.append(f"{tried} projections tried")
-    ladder = factorisation.ladder
-    lowest = min(ladder, key=lambda rung: rung.rms_cosine_weighted) if ladder else None
-    if lowest is not None and lowest.terms < ladder[-1].terms:
+    term_errors = factorisation.term_errors
+    lowest = min(term_errors, key=lambda term_error: term_error.rms_cosine_weighted) if term_errors else None
+    if lowest is not None and lowest.terms < term_errors[-1].terms:
         lines.append(f"RMS × cos is lowest with {lowest.terms} term{'s'[: lowest.terms != 1]}")
     best = factorisation.best_terms
     if best is not None:

@@ -31,7 +31,7 @@ SAVE = "Save plot as PNG, SVG or CSV…"
 AGAINST = {"terms": "Number of terms", "time": "Time / s", "bytes": "Size / kB"}
 
 #: Errors below this are drawn on it: they are rounding, and a logarithm needs an end. So do times and sizes.
-LEAST, SHORTEST = 1e-12, 1e-3
+MINIMUM, SHORTEST = 1e-12, 1e-3
 
 #: Steps of ticks within a decade, from coarse to fine, and the fewest ticks that an axis can be read by.
 STEPS = ((1,), (1, 2, 5), (1, 2, 3, 5, 7), (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 9), (*np.arange(1.0, 9.9, 0.2),))
@@ -77,7 +77,7 @@ class ErrorPlot(Plot):
         self._label(against, metric)
         while len(self.lines) < len(self.shown):
             marks = pg.ScatterPlotItem(size=MARK_PX, hoverable=True, hoverSize=MARK_PX + 3, tip=None)
-            marks.sigClicked.connect(self._clicked)
+            marks.sigClicked.connect(self._on_clicked)
             pair = pg.PlotCurveItem(), marks
             for item in pair:
                 self.addItem(item, ignoreBounds=True)
@@ -153,7 +153,7 @@ class ErrorPlot(Plot):
         if any((line.run.number, of) == (number, terms + step) for line in self.shown for _, _, of in line.marks):
             self.picked.emit(number, terms + step)
 
-    def _clicked(self, _points: Any, clicked: Sequence[Any], _event: Any) -> None:
+    def _on_clicked(self, _points: Any, clicked: Sequence[Any], _event: Any) -> None:
         if len(clicked):
             number, terms = clicked[0].data()
             self.picked.emit(number, terms)
@@ -181,11 +181,11 @@ def errors_as_csv(runs: Sequence[tuple[Run, Live]]) -> bytes:
         (
             run.name,
             live.factorisation.method if live.factorisation is not None else "",
-            *(rung.terms, rung.textures, rung.time_s, rung.size_bytes),
-            *(rung.error(metric) for metric in METRICS),
+            *(term_error.terms, term_error.textures, term_error.time_s, term_error.size_bytes),
+            *(term_error.error(metric) for metric in METRICS),
         )
         for run, live in runs
-        for rung in live.ladder
+        for term_error in live.term_errors
     )
     return rows_of(headings, lines)
 
@@ -208,22 +208,28 @@ def line_of(run: Run, live: Live, against: str, metric: str) -> ErrorLine | None
 
     Against time the line goes through everything that was found on the way, against the others through the terms.
     """
-    ladder = [rung for rung in live.ladder if rung.error(metric) is not None]
-    if not ladder:
+    term_errors = [term_error for term_error in live.term_errors if term_error.error(metric) is not None]
+    if not term_errors:
         return None
 
-    def error(rung: Any) -> float:
-        return log10(max(rung.error(metric), LEAST))
+    def error(term_error: Any) -> float:
+        return log10(max(term_error.error(metric), MINIMUM))
 
-    def place(rung: Any) -> float:
+    def place(term_error: Any) -> float:
         if against == "terms":
-            return float(rung.terms)
-        return log10(max(rung.time_s if against == "time" else rung.size_bytes / 1e3, SHORTEST))
+            return float(term_error.terms)
+        return log10(max(term_error.time_s if against == "time" else term_error.size_bytes / 1e3, SHORTEST))
 
-    way = ladder
+    way = term_errors
     if against == "time":
-        way = [rung for rung in live.history if rung.error(metric) is not None]
-        way += [rung for rung in ladder if rung not in way]
-        way.sort(key=lambda rung: rung.time_s)
-    marks = [(place(rung), error(rung), rung.terms) for rung in ladder]
-    return ErrorLine(run, [place(rung) for rung in way], [error(rung) for rung in way], marks, live.job is not None)
+        way = [term_error for term_error in live.history if term_error.error(metric) is not None]
+        way += [term_error for term_error in term_errors if term_error not in way]
+        way.sort(key=lambda term_error: term_error.time_s)
+    marks = [(place(term_error), error(term_error), term_error.terms) for term_error in term_errors]
+    return ErrorLine(
+        run,
+        [place(term_error) for term_error in way],
+        [error(term_error) for term_error in way],
+        marks,
+        live.job is not None,
+    )

@@ -1,7 +1,7 @@
 """The factors and the BRDF itself on a model, side by side under one light and one camera, and the difference.
 
-The two are drawn by the renderer of the View workspace; the difference is computed on the processor in a job, once the
-picture has come to rest, from the values themselves.
+The two are drawn by the renderer of the View workspace; the difference is computed on the CPU in a job, once the
+image has come to rest, from the values themselves.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ AT_REST_MS, LONGEST_PX = 250, 320
 
 
 class FactorPreview(QWidget):
-    """`say(words)` of each picture goes into the line above it; the light is dragged in either picture."""
+    """`say(words)` of each image goes into the line above it; the light is dragged in either image."""
 
     drawn = Signal(float)
     broken = Signal(object)
@@ -55,7 +55,7 @@ class FactorPreview(QWidget):
         self._loading = False
         self.drawable = Drawable(jobs)
         self.drawable.ready.connect(self._draw)
-        self.comparing = Latest(jobs, "Comparing pictures")
+        self.comparing = Latest(jobs, "Comparing images")
         self.at_rest = QTimer(self)
         self.at_rest.setSingleShot(True)
         self.at_rest.setInterval(AT_REST_MS)
@@ -70,7 +70,7 @@ class FactorPreview(QWidget):
         parts: dict[str, QWidget] = {**self.views, "difference": self.difference}
         for side, title in titles.items():
             self.captions[side] = Fitting()
-            row.addWidget(_titled(title, self.captions[side], parts[side]), 1)
+            row.addWidget(_title(title, self.captions[side], parts[side]), 1)
         for side, view in self.views.items():
             view.setAccessibleName(f"Model, {titles[side].lower()}")
             policy = view.sizePolicy()
@@ -99,14 +99,14 @@ class FactorPreview(QWidget):
             self.refresh()
 
     def refresh(self) -> None:
-        """Draw the present pictures, and request the missing ones. A hidden preview does nothing."""
+        """Draw the present images, and request the missing ones. A hidden preview does nothing."""
         if not self.isVisible():
             return
         if self.mesh is None and self.sphere is None:
             if not self._loading:
                 self._loading = True
                 job = self.jobs.submit("Loading the sphere", lambda: load_shape("sphere"), lane="screen")
-                job.succeeded.connect(self._loaded)
+                job.succeeded.connect(self._on_loaded)
             return
         self._draw()
         self.at_rest.start()
@@ -115,12 +115,12 @@ class FactorPreview(QWidget):
         super().showEvent(event)
         self.refresh()
 
-    def _loaded(self, mesh: Mesh) -> None:
+    def _on_loaded(self, mesh: Mesh) -> None:
         self.sphere = mesh
         self.refresh()
 
     def say(self, side: str, *forms: str) -> None:
-        """Set the caption of a picture to the first of `forms` that there is room for."""
+        """Set the caption of an image to the first of `forms` that there is room for."""
         self.captions[side].say(*forms)
 
     def scene(self, brdf: Any) -> Scene | None:
@@ -133,7 +133,7 @@ class FactorPreview(QWidget):
         return Scene(mesh, camera, brdf, light=(x, y, z), irradiance=IRRADIANCE)
 
     def _draw(self) -> None:
-        """Both pictures; while a measurement becomes a table, the last one of it stays."""
+        """Both images; while a measurement becomes a table, the last one of it stays."""
         unfactored = self.drawable.of(self.brdf) if self.brdf is not None else None
         self.say("unfactored", self.drawable.note)
         for side, brdf in (("factored", self.factors), ("unfactored", unfactored)):
@@ -148,7 +148,7 @@ class FactorPreview(QWidget):
         self.at_rest.start()
 
     def _follow(self, side: str) -> None:
-        """Look at the other picture from the same place."""
+        """Look at the other image from the same place."""
         other = self.views["unfactored" if side == "factored" else "factored"]
         if self.views[side].camera != other.camera and other.scene is not None:
             other.camera = self.views[side].camera
@@ -172,7 +172,7 @@ class FactorPreview(QWidget):
         self.comparing.ask(lambda: difference(factored, unfactored, size), show)
 
     def show_difference(self, found: Difference | None) -> None:
-        """The picture of the difference, with its scale."""
+        """The image of the difference, with its scale."""
         self.shown = found
         self.difference.show_difference(found)
         forms: tuple[str, ...] = ()
@@ -182,7 +182,7 @@ class FactorPreview(QWidget):
         self.say("difference", *forms)
 
 
-def _titled(title: str, caption: QWidget, view: QWidget) -> QWidget:
+def _title(title: str, caption: QWidget, view: QWidget) -> QWidget:
     holder = role(QWidget(), "panel")
     holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
     head = QHBoxLayout()
@@ -205,13 +205,13 @@ class DifferenceView(QWidget):
         super().__init__()
         self.image: QImage | None = None
         self.setMinimumSize(120, 100)
-        self.setAccessibleName("Difference of the two pictures")
+        self.setAccessibleName("Difference of the two images")
         self.setToolTip(
             "Luminance, factored minus unfactored: orange where the factors are too bright, blue where too dark"
         )
 
     def show_difference(self, found: Difference | None) -> None:
-        """Show the picture, or nothing."""
+        """Show the image, or nothing."""
         if found is None:
             self.image = None
         else:

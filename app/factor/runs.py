@@ -80,21 +80,24 @@ class Live:
         return self.factorisation if self.factorisation is not None and self.factorisation.method == "search" else None
 
     @property
-    def ladder(self) -> tuple[TermError, ...]:
+    def term_errors(self) -> tuple[TermError, ...]:
         """The errors of each number of terms."""
-        return self.factorisation.ladder if self.factorisation is not None else ()
+        return self.factorisation.term_errors if self.factorisation is not None else ()
 
-    def rung(self, terms: int | None) -> TermError | None:
+    def term_error(self, terms: int | None) -> TermError | None:
         """The errors of so many terms; of all for None, and where there are no longer so many."""
-        return next((rung for rung in self.ladder if rung.terms == terms), self.ladder[-1] if self.ladder else None)
+        return next(
+            (term_error for term_error in self.term_errors if term_error.terms == terms),
+            self.term_errors[-1] if self.term_errors else None,
+        )
 
     def factors(self, terms: int | None) -> Any:
         """The factors of so many terms, as `rung`."""
-        rung = self.rung(terms)
-        if rung is None or self.factorisation is None:
+        term_error = self.term_error(terms)
+        if term_error is None or self.factorisation is None:
             return None
         factors = self.factorisation.factors
-        return factors if factors.terms == rung.terms else factors.truncated(rung.terms)
+        return factors if factors.terms == term_error.terms else factors.truncate(term_error.terms)
 
 
 class FactorRuns(QObject):
@@ -180,7 +183,7 @@ class FactorRuns(QObject):
         """Read factors that were exported; they are compared with the BRDF chosen then."""
         project = self.bench.document.project
         given = source_of(project, project.factoring.source)
-        job = self.bench.jobs.submit(f"Opening {path.name}", lambda: _opened(path, given), lane="open")
+        job = self.bench.jobs.submit(f"Opening {path.name}", lambda: _open(path, given), lane="open")
         job.succeeded.connect(lambda found: self._add_opened(path, found))
         return job
 
@@ -191,7 +194,7 @@ class FactorRuns(QObject):
             self.bench.said.emit(FULL)
             return
         run = Run(self._next_number(), identity, path.name, factoring.source, None, found.brdf, path.absolute())
-        self.live[run.number] = Live(None, found.brdf, found.factorisation, list(_ladder(found)), "opened")
+        self.live[run.number] = Live(None, found.brdf, found.factorisation, list(_term_errors(found)), "opened")
         self.bench.document.change(f"Open factors {path.name}", factoring=factoring.with_run(run))
 
     def pause(self, run: Run) -> None:
@@ -223,22 +226,22 @@ class FactorRuns(QObject):
         again = {"kind": "factor", "number": run.number}
         job = self.bench.jobs.submit(
             title,
-            lambda: _factored(run, given, choices, resume, folder),
+            lambda: _factor(run, given, choices, resume, folder),
             lane="compute",
             again=again,
             resource=f"factors {run.number}",
         )
         live.job, live.state, live.why = job, "", ""
-        job.progressed.connect(lambda step: self._progressed(run.number, live, step))
-        job.succeeded.connect(lambda found: self._ended(run.number, live, "done", found))
-        job.cancelled.connect(lambda: self._ended(run.number, live, "stopped", None))
-        job.failed.connect(lambda error: self._failed(run.number, live, error))
+        job.progressed.connect(lambda step: self._on_progressed(run.number, live, step))
+        job.succeeded.connect(lambda found: self._on_ended(run.number, live, "done", found))
+        job.cancelled.connect(lambda: self._on_ended(run.number, live, "stopped", None))
+        job.failed.connect(lambda error: self._on_failed(run.number, live, error))
         self.changed.emit(run.number)
 
     def _read(self, *runs: Run) -> None:
         """Read the results that runs found before this start."""
         for run in runs:
-            live, reading = self.of(run), partial(_kept, run, self.bench.folder)
+            live, reading = self.of(run), partial(_keep, run, self.bench.folder)
             live.state = READING
             job = self.bench.jobs.submit("Reading factors", reading, lane="open")
             job.succeeded.connect(partial(self._was_read, run.number, live))
@@ -247,8 +250,8 @@ class FactorRuns(QObject):
         if live.job is None and live.factorisation is None:
             live.why = found.why
             whole = found.factorisation is not None and not found.factorisation.searching
-            self._ended(number, live, "done" if whole else "not finished", found)
-            live.history = list(live.ladder)
+            self._on_ended(number, live, "done" if whole else "not finished", found)
+            live.history = list(live.term_errors)
             if number == self._awaited:
                 self._awaited = -1
                 self.go_on(number)
@@ -258,7 +261,7 @@ class FactorRuns(QObject):
             if live.job is job and not job.over:
                 self.changed.emit(number)
 
-    def _progressed(self, number: int, live: Live, step: Step) -> None:
+    def _on_progressed(self, number: int, live: Live, step: Step) -> None:
         if step.partial is not None:
             self._take(live, step.partial)
             self.found.emit(number)
@@ -269,15 +272,15 @@ class FactorRuns(QObject):
         if found.factorisation is None or found.factorisation is live.factorisation:
             return
         live.factorisation = found.factorisation
-        rungs = found.factorisation.ladder
-        if rungs and (not live.history or live.history[-1] is not rungs[-1]):
-            live.history.append(rungs[-1])
+        term_errors = found.factorisation.term_errors
+        if term_errors and (not live.history or live.history[-1] is not term_errors[-1]):
+            live.history.append(term_errors[-1])
 
-    def _failed(self, number: int, live: Live, error: Exception) -> None:
+    def _on_failed(self, number: int, live: Live, error: Exception) -> None:
         live.why = str(error)
-        self._ended(number, live, "failed", None)
+        self._on_ended(number, live, "failed", None)
 
-    def _ended(self, number: int, live: Live, state: str, found: Found | None) -> None:
+    def _on_ended(self, number: int, live: Live, state: str, found: Found | None) -> None:
         live.job, live.state = None, state
         if found is not None:
             self._take(live, found)
@@ -356,9 +359,7 @@ def _brdf(given: Any) -> Steps[Any]:
     return (yield from read_brdf_steps(given))
 
 
-def _factored(
-    run: Run, given: Any, choices: FactorSettings, resume: Factorisation | None, folder: Path
-) -> Steps[Found]:
+def _factor(run: Run, given: Any, choices: FactorSettings, resume: Factorisation | None, folder: Path) -> Steps[Found]:
     """Factor; each step's `partial` is the result so far. The best is kept in `folder`, however this ends."""
     yield Step(0.0, "preparing kernels")
     from engine.factor.factor import factor
@@ -385,7 +386,7 @@ def _factored(
         keeping.keep(best)
 
 
-def _kept(run: Run, folder: Path) -> Steps[Found]:
+def _keep(run: Run, folder: Path) -> Steps[Found]:
     """A result that was found before, and the BRDF that it is of; what is gone is said and not raised."""
     yield Step(0.0, "reading factors")
     brdf, factorisation, why = None, None, ""
@@ -401,7 +402,7 @@ def _kept(run: Run, folder: Path) -> Steps[Found]:
     return Found(brdf, factorisation, why)
 
 
-def _opened(path: Path, given: Any) -> Steps[Found]:
+def _open(path: Path, given: Any) -> Steps[Found]:
     yield Step(0.0, "reading factors")
 
     factorisation = read_factors(path)
@@ -409,5 +410,5 @@ def _opened(path: Path, given: Any) -> Steps[Found]:
     return Found(brdf, factorisation)
 
 
-def _ladder(found: Found) -> tuple[TermError, ...]:
-    return found.factorisation.ladder if found.factorisation is not None else ()
+def _term_errors(found: Found) -> tuple[TermError, ...]:
+    return found.factorisation.term_errors if found.factorisation is not None else ()

@@ -98,7 +98,7 @@ class FactorSettingsPanel(Panel):
         self.separable.wide(self._form(SEPARABLE))
         self.homomorphic = self._part(HOMOMORPHIC)
         self.reciprocal = QCheckBox("Enforced")
-        self.reciprocal.clicked.connect(lambda on: self._edited(replace(self.choices, reciprocal=on), True))
+        self.reciprocal.clicked.connect(lambda on: self._on_edited(replace(self.choices, reciprocal=on), True))
         self.homomorphic.row(
             "Reciprocal",
             self.reciprocal,
@@ -147,15 +147,15 @@ class FactorSettingsPanel(Panel):
         made = ComboBox()
         for value, words in choices.items():
             made.addItem(words, value)
-        made.activated.connect(lambda _at: self._edited(replace(self.choices, **{name: made.currentData()}), True))
+        made.activated.connect(lambda _at: self._on_edited(replace(self.choices, **{name: made.currentData()}), True))
         rows.row(label, made, hint)
         made.setProperty("choice", name)
         return made
 
     def _form_edited(self, choices: FactorSettings, final: bool) -> None:
-        self._edited(choices, final)
+        self._on_edited(choices, final)
 
-    def _edited(self, choices: FactorSettings, final: bool) -> None:
+    def _on_edited(self, choices: FactorSettings, final: bool) -> None:
         self.edited.emit(choices, final)
 
     def show_sources(self, own: Sequence[tuple[str, str]], files: Sequence[Path], current: str, name: str) -> None:

@@ -11,14 +11,15 @@ from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QFileDialog, QStackedWidget, QVBoxLayout, QWidget
 
 from app.commands import brdf as commands_brdf
-from app.commands.factor import exported, judged
+from app.commands.factor import export as exported
+from app.commands.factor import judge
 from app.commands.workbench import Workbench
 from app.document.comparison import Entry
 from app.document.document import Project
 from app.document.factoring import METRICS, Factoring, Run
 from app.document.following import Following
+from app.factor.images import ProjectionsView, TextureImage, TexturesView, texture_images
 from app.factor.inspector import FactorInspector
-from app.factor.pictures import ProjectionsView, TexturePicture, TexturesView, texture_pictures
 from app.factor.plot import AGAINST, SAVE, ErrorPlot, errors_as_csv
 from app.factor.preview import FactorPreview
 from app.factor.runs import GONE, FactorRuns, Live, choices_of, files_of, name_of, source_of
@@ -30,7 +31,7 @@ from app.widgets.controls import ComboBox
 from app.widgets.empty_state import EmptyState
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Segments, small_button
-from app.widgets.plot_files import png, saved, svg
+from app.widgets.plot_files import png, save, svg
 from app.widgets.tiles import Tile, Tiles
 from app.widgets.workspace import bar_of_choices, put_beside, side_by_side, under
 from engine.factor.settings import FactorSettings
@@ -64,7 +65,7 @@ class FactorTab(QWidget):
         for timer, shows in ((self.showing, self._show_live), (self.previewing, self._show_preview)):
             timer.setSingleShot(True)
             timer.timeout.connect(shows)
-        self._pictured: tuple[object, float] = (None, 0.0)
+        self._imaged: tuple[object, float] = (None, 0.0)
         self._judged: tuple[object, int] = (None, 0)
 
     def fill(self) -> Iterator[None]:
@@ -160,7 +161,7 @@ class FactorTab(QWidget):
     def _connect(self) -> None:
         settings, inspector, runs = self.settings, self.inspector, self.runs
         settings.source_wanted.connect(self._set_source)
-        settings.edited.connect(self._edited)
+        settings.edited.connect(self._on_edited)
         settings.start_wanted.connect(self.start)
         settings.open_wanted.connect(self._browse)
         inspector.run_wanted.connect(lambda number: self.choose(number, None))
@@ -218,7 +219,7 @@ class FactorTab(QWidget):
         if source != self.factoring.source:
             self._change(f"Factor {name_of(self.bench.document.project, source)} next", source=source)
 
-    def _edited(self, choices: FactorSettings, final: bool) -> None:
+    def _on_edited(self, choices: FactorSettings, final: bool) -> None:
         if choices != self.factoring.choices:
             self._change("Change how to factor", gesture="factor choices", choices=choices)
         else:
@@ -244,7 +245,7 @@ class FactorTab(QWidget):
             self.runs.open(Path(chosen))
 
     def _export(self, run: Run) -> None:
-        proposed = self.bench.proposed(f"{run.name} factors")
+        proposed = self.bench.propose(f"{run.name} factors")
         chosen, _ = QFileDialog.getSaveFileName(self, "Export factors to a new folder", str(proposed))
         if chosen:
             self.bench.write_into(Path(chosen).parent)
@@ -253,12 +254,12 @@ class FactorTab(QWidget):
     def export(self, folder: Path) -> None:
         """Write the chosen factors to `folder`, in a job."""
         live = self.live
-        rung = live.rung(self.factoring.terms) if live is not None else None
-        if live is None or rung is None or live.factorisation is None:
+        term_error = live.term_error(self.factoring.terms) if live is not None else None
+        if live is None or term_error is None or live.factorisation is None:
             return
         factorisation = live.factorisation
         job = self.bench.jobs.submit(
-            f"Writing {folder.name}", lambda: exported(factorisation, rung.terms, folder), lane="save"
+            f"Writing {folder.name}", lambda: exported(factorisation, term_error.terms, folder), lane="save"
         )
         job.succeeded.connect(self.bench.said.emit)
 
@@ -272,7 +273,7 @@ class FactorTab(QWidget):
 
     def _save_plot(self) -> None:
         """Ask for a file of the plot, whose ending says what it holds."""
-        proposed = f"{self.bench.proposed('factor-errors')}.png"
+        proposed = f"{self.bench.propose('factor-errors')}.png"
         chosen, kind = QFileDialog.getSaveFileName(self, "Save the error plot", proposed, PLOT_FILES)
         if chosen:
             path = Path(chosen)
@@ -287,7 +288,7 @@ class FactorTab(QWidget):
         make = {".png": lambda: png(self.plot), ".svg": lambda: svg(self.plot), ".csv": lambda: errors_as_csv(runs)}
         content = make[path.suffix.lower()]()
         job = self.bench.jobs.submit(
-            f"Saving {path.name}", lambda: saved(path.parent, {path.name: content}), lane="save"
+            f"Saving {path.name}", lambda: save(path.parent, {path.name: content}), lane="save"
         )
         job.succeeded.connect(self.bench.said.emit)
         return job
@@ -359,8 +360,10 @@ class FactorTab(QWidget):
 
     def _show_plot(self) -> None:
         factoring, live = self.factoring, self.live
-        rung = live.rung(factoring.terms) if live is not None else None
-        chosen = (factoring.current, rung.terms) if rung is not None and factoring.current is not None else None
+        term_error = live.term_error(factoring.terms) if live is not None else None
+        chosen = (
+            (factoring.current, term_error.terms) if term_error is not None and factoring.current is not None else None
+        )
         pairs = [(run, self.runs.of(run)) for run in factoring.runs]
         self.plot.show_errors(pairs, self.against.value, str(self.measure.currentData()), chosen)
 
@@ -368,22 +371,22 @@ class FactorTab(QWidget):
         """All textures of separable factors, the unused ones pale; of others those of the chosen number of terms."""
         factoring, live = self.factoring, self.live
         if live is None or live.factorisation is None:
-            self._pictured = (None, 0.0)
-            self.textures.show_pictures([], None)
+            self._imaged = (None, 0.0)
+            self.textures.show_images([], None)
             return
         chosen = live.factors(factoring.terms)
         shown = live.factorisation.factors if hasattr(chosen, "hemisphere_map") else chosen
         terms = chosen.terms
-        if self._pictured == (shown, self.exposure_ev):
-            self.textures.show_pictures(self.textures.strip.pictures, terms)
+        if self._imaged == (shown, self.exposure_ev):
+            self.textures.show_images(self.textures.strip.images, terms)
             return
         asked = (shown, self.exposure_ev)
 
-        def show(pictures: list[TexturePicture]) -> None:
-            self._pictured = asked
-            self.textures.show_pictures(pictures, terms)
+        def show(images: list[TextureImage]) -> None:
+            self._imaged = asked
+            self.textures.show_images(images, terms)
 
-        self.picturing.ask(lambda: texture_pictures(*asked), show)
+        self.picturing.ask(lambda: texture_images(*asked), show)
 
     def _show_mesh(self) -> None:
         self.preview.show_mesh(self.bench.document.project.mesh if self.model.value == "view" else None)
@@ -393,15 +396,15 @@ class FactorTab(QWidget):
     def _judge(self) -> None:
         """Judge the possible uses of the chosen factors, once no better ones are coming."""
         factoring, live = self.factoring, self.live
-        rung = live.rung(factoring.terms) if live is not None else None
-        if live is None or rung is None or live.factorisation is None:
+        term_error = live.term_error(factoring.terms) if live is not None else None
+        if live is None or term_error is None or live.factorisation is None:
             self._judged = (None, 0)
             self.inspector.show_uses(())
             return
         factorisation, brdf = live.factorisation, live.brdf
-        if self._judged != (factorisation, rung.terms):
-            self._judged = (factorisation, rung.terms)
-            self.judging.ask(lambda: judged(factorisation, rung.terms, brdf), self.inspector.show_uses)
+        if self._judged != (factorisation, term_error.terms):
+            self._judged = (factorisation, term_error.terms)
+            self.judging.ask(lambda: judge(factorisation, term_error.terms, brdf), self.inspector.show_uses)
 
     def showEvent(self, event: object) -> None:
         super().showEvent(event)  # type: ignore[arg-type]

@@ -15,18 +15,18 @@ Left-drag\trotate the model
 Middle-drag\tmove
 Wheel\tzoom
 Ctrl+left-drag\tmove the light, rotate the environment
-F\tframe the model, fit the picture
+F\tframe the model, fit the image
 H, W, G\tbaked light: SH, wavelet, Gaussian
 Ctrl+Enter\tbake, or stop baking
 M, D, R\tshading map, direct light, reference
 Tab\tswap the two modes while both are shown
-Ctrl+P\tsave a picture (Ctrl+Shift+P: a turntable)
+Ctrl+P\tsave an image (Ctrl+Shift+P: a turntable)
 B, E\tboth modes separated by a line, their difference
 
 Photographs and materials
 Ctrl+Enter\timport again with changed settings, build the material, make surface maps
 
-Pictures
+Images
 Wheel\tzoom under the pointer
 1\t100 %
 Left, Right\tprevious, next photograph

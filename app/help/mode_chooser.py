@@ -1,4 +1,4 @@
-"""The choice of a mode: the use of each, and what was measured of it on the person's scene and machine."""
+"""The choice of a mode: the use of each, and what was measured of it on the user's scene and machine."""
 
 from __future__ import annotations
 

@@ -72,11 +72,11 @@ class Latest:
         self._running, self._is_dropped = job, False
         if self.progressed is not None:
             job.progressed.connect(self.progressed)
-        job.succeeded.connect(lambda result: self._ended(lambda: done(result)))
-        job.failed.connect(lambda error: self._ended(partial(failed, error) if failed is not None else None))
-        job.cancelled.connect(lambda: self._ended(None if self._is_dropped else self.stopped))
+        job.succeeded.connect(lambda result: self._on_ended(lambda: done(result)))
+        job.failed.connect(lambda error: self._on_ended(partial(failed, error) if failed is not None else None))
+        job.cancelled.connect(lambda: self._on_ended(None if self._is_dropped else self.stopped))
 
-    def _ended(self, show: Callable[[], None] | None) -> None:
+    def _on_ended(self, show: Callable[[], None] | None) -> None:
         self._running = None
         if show is not None:
             show()

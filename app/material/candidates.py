@@ -20,8 +20,8 @@ COLUMNS = (
     ("Bytes", "Of a texel, before compression"),
 )
 
-#: Rows at most: both representations and the mean picture.
-MOST = 3
+#: Rows at most: both representations and the mean image.
+MAXIMUM = 3
 
 #: Words for representations, by the name that figures have of them.
 NAMES = {"directional": "Directional map", "shading_map": "Shading map"}
@@ -38,7 +38,7 @@ class Candidate:
 
 
 def candidates_of(material: Material) -> list[Candidate]:
-    """The representation of `material` first, the other, and the mean picture; empty where nothing was weighed."""
+    """The representation of `material` first, the other, and the mean image; empty where nothing was weighed."""
     found, figures = material.directional, dict(material.health.figures)
     if found is not None:
         own = {"leave_one_out_rmse_srgb8": found.leave_one_out, "in_sample_rmse_srgb8": found.in_sample}
@@ -58,7 +58,7 @@ def candidates_of(material: Material) -> list[Candidate]:
         if math.isfinite(figures.get(f"{name}_leave_one_out_rmse_srgb8", math.nan))
     ]
     mean = figures.get("mean_picture_rmse_srgb8", math.nan)
-    return [*rows, Candidate("Mean picture", mean, math.nan, 3.0)] if rows and math.isfinite(mean) else []
+    return [*rows, Candidate("Mean image", mean, math.nan, 3.0)] if rows and math.isfinite(mean) else []
 
 
 def verdict(rows: list[Candidate]) -> tuple[str, str]:
@@ -87,7 +87,7 @@ class Candidates(Rows):
             caption.setText(heading)
             caption.setToolTip(hint)
             grid.addWidget(caption, 0, column)
-        self.lines = [[text(""), *(_right() for _ in COLUMNS)] for _ in range(MOST)]
+        self.lines = [[text(""), *(_right() for _ in COLUMNS)] for _ in range(MAXIMUM)]
         for row, line in enumerate(self.lines, start=1):
             grid.setRowMinimumHeight(row, ROW)
             for column, cell in enumerate(line):

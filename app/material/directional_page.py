@@ -1,4 +1,4 @@
-"""The Material workspace of a directional map: the picture under a light that is dragged, and what was chosen why."""
+"""The Material workspace of a directional map: the image under a light that is dragged, and what was chosen why."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from app.material.light_pad import LightPad
 from app.material.surface_page import page_switch
 from app.material.tiling import Tiling
 from app.widgets.controls import ComboBox
-from app.widgets.image_view import ImageView, Picture, photograph
+from app.widgets.image_view import Image, ImageView, photograph
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Panel, button
 from app.widgets.report import Report
@@ -24,7 +24,7 @@ from engine.core.figure_text import size_text
 from engine.core.steps import Step, Steps
 from engine.shading.directional.planes import DirectionalMap
 
-#: Representations that a person may choose, with their words.
+#: Representations that a user may choose, with their words.
 REPRESENTATIONS = (("auto", "Automatic"), ("shading-map", "Shading map"), ("directional", "Directional map"))
 
 
@@ -62,7 +62,7 @@ class DirectionalPage(QWidget):
         self.angles = light.figure("Direction", "Elevation and azimuth of the light; dots are the lamps of the capture")
         self.exposure = NumberField(0.0, -10.0, 10.0, unit="EV")
         self.exposure.edited.connect(lambda _value, _final: self._relight())
-        light.row("Exposure", self.exposure, "Brightness of this picture alone; the material stays as it is")
+        light.row("Exposure", self.exposure, "Brightness of this image alone; the material stays as it is")
         self.candidates = Candidates()
         panel.add(self.candidates)
         settings = panel.section("Directional map")
@@ -71,7 +71,7 @@ class DirectionalPage(QWidget):
         settings.row("Kind", self.representation, "Automatic: the one that shows photographs better that are left out")
         self.tiling = Tiling(settings)
         self.resolution = settings.figure("Size")
-        self.planes = settings.figure("Planes", "Pictures in 8 bits, whose weighted sum is the picture under a light")
+        self.planes = settings.figure("Planes", "Images in 8 bits, whose weighted sum is the image under a light")
         self.lamps = settings.figure("Photographs")
         self.byte_count = settings.figure("Bytes")
         report = panel.section("Report")
@@ -106,7 +106,7 @@ class DirectionalPage(QWidget):
         elevation, azimuth = np.degrees([np.arcsin(light[2]), np.arctan2(light[1], light[0])])
         self.angles.setText(f"Elevation {elevation:.0f}°, azimuth {azimuth % 360.0:.0f}°")
         if found is not None:
-            self.latest.ask(lambda: _relit(found, light, exposure_ev), self.image.show_picture)
+            self.latest.ask(lambda: _relight_planes(found, light, exposure_ev), self.image.show_image)
 
     def apply_theme(self) -> None:
         """Redraw what does not follow the palette by itself."""
@@ -114,6 +114,6 @@ class DirectionalPage(QWidget):
         self.pad.update()
 
 
-def _relit(directional: DirectionalMap, light: NDArray[np.float64], exposure_ev: float) -> Steps[Picture]:
+def _relight_planes(directional: DirectionalMap, light: NDArray[np.float64], exposure_ev: float) -> Steps[Image]:
     yield Step(0.0, "relighting the material")
-    return (yield from photograph(directional.picture(light), exposure_ev=exposure_ev))
+    return (yield from photograph(directional.image(light), exposure_ev=exposure_ev))

@@ -1,6 +1,6 @@
 """A disk of directions from above, on which a light is dragged; dots are the lamps of the capture.
 
-The middle is overhead, the rim the plane of the sample, azimuth 0° on the right and 90° on top as in the picture.
+The middle is overhead, the rim the plane of the sample, azimuth 0° on the right and 90° on top as in the image.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class LightPad(QWidget):
 
     @property
     def direction(self) -> NDArray[np.float64]:
-        """(3,) unit vector towards the light: x to the right of the picture, y up, z towards the camera."""
+        """(3,) unit vector towards the light: x to the right of the image, y up, z towards the camera."""
         x, y = self.place
         return np.array([x, y, math.sqrt(max(1.0 - x * x - y * y, 0.0))])
 

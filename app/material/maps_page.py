@@ -1,4 +1,4 @@
-"""The Material workspace of PBR maps: each map as a picture, and what was assumed when they were read."""
+"""The Material workspace of PBR maps: each map as an image, and what was assumed when they were read."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from app.document.document import Project
 from app.jobs.jobs import Jobs
 from app.jobs.newest import Latest
 from app.widgets.controls import ComboBox
-from app.widgets.image_view import ImageView, Picture, photograph
+from app.widgets.image_view import Image, ImageView, photograph
 from app.widgets.panels import Panel, text
 from app.widgets.report import Report
 from app.widgets.workspace import side_by_side
 from engine.core.colour import srgb_decode
-from engine.core.figure_text import fixed
+from engine.core.figure_text import format_fixed
 from engine.core.steps import Step, Steps
 from engine.surface.pbr_maps import PbrMaps
 
@@ -82,15 +82,15 @@ class MapsPage(QWidget):
         name: str = self.which.currentData()
         values = getattr(self.maps, name)
         mean = np.atleast_1d(values.mean(axis=(0, 1), dtype=np.float64))
-        self.mean.setText(", ".join(fixed(each, 3) for each in mean))
-        self.latest.ask(lambda: _picture(name, values), self.image.show_picture)
+        self.mean.setText(", ".join(format_fixed(each, 3) for each in mean))
+        self.latest.ask(lambda: _image(name, values), self.image.show_image)
 
     def apply_theme(self) -> None:
         """Redraw what does not follow the palette by itself."""
         self.report.show_health(self.report.health)
 
 
-def _picture(name: str, values: NDArray[np.float32]) -> Steps[Picture]:
+def _image(name: str, values: NDArray[np.float32]) -> Steps[Image]:
     """A map as its textures show it: colours as light, all else as codes."""
     yield Step(0.0, "preparing the map")
     if name == "height":

@@ -1,4 +1,4 @@
-"""A map of a surface, or its uncertainty, as a picture with a scale, and its error in words."""
+"""A map of a surface, or its uncertainty, as an image with a scale, and its error in words."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from app.widgets.image_view import Picture, pixels_picture, scalar_map
+from app.widgets.image_view import Image, pixels_image, scalar_map
 from app.widgets.plots import colour_table
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps
-from engine.surface.write import known_maps, preview
+from engine.surface.write import find_known_maps, preview
 
 if TYPE_CHECKING:
     from engine.surface.recover import Surface
 
 #: Maps in the order in which they are offered: a name, its label, and what it is.
 MAPS = (
-    ("normal", "Normals", "Directions of the surface: red to the right, green up, blue out of the picture"),
+    ("normal", "Normals", "Directions of the surface: red to the right, green up, blue out of the image"),
     ("height", "Height", "Height of the surface in widths of a texel, from its lowest to its highest"),
     ("base_colour", "Base colour", "Colour of the surface without light: of diffuse reflection, or of metal"),
     ("roughness", "Roughness", "Roughness of the surface: 0 reflects like a mirror, 1 has the broadest highlights"),
@@ -50,9 +50,9 @@ Values = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """A picture, its colours from 0 to `high` (0: no scale) with a caption, the values of the map and its error."""
+    """An image, its colours from 0 to `high` (0: no scale) with a caption, the values of the map and its error."""
 
-    picture: Picture
+    image: Image
     table: NDArray[np.uint8]
     high: float
     caption: str
@@ -60,29 +60,29 @@ class Shown:
     error: str
 
 
-def shown(surface: Surface, name: str, of_error: bool) -> Steps[Shown]:
+def show(surface: Surface, name: str, of_error: bool) -> Steps[Shown]:
     """The map `name`, or its standard deviation."""
     yield Step(0.0, "preparing the map")
 
-    known = known_maps(surface.maps)
+    known = find_known_maps(surface.maps)
     values, sigma = known[name], known[f"{name}_sigma"]
     _, unit, factor = WORDS[name]
     said = (_range(name, values), error_words(name, sigma))
     if of_error:
         spread = factor * (sigma.mean(axis=2) if sigma.ndim == 3 else sigma)
         high = max(float(np.quantile(_sample(spread), 0.99)), 1e-6)
-        picture = yield from scalar_map(spread, high, colour_table())
-        return Shown(picture, colour_table(), high, f"± {unit.split()[-1]}" if unit.strip() else "±", *said)
+        image = yield from scalar_map(spread, high, colour_table())
+        return Shown(image, colour_table(), high, f"± {unit.split()[-1]}" if unit.strip() else "±", *said)
     if values.ndim == 3:
-        return Shown(pixels_picture(preview(name, values)), GREY, 0.0, "", *said)
+        return Shown(pixels_image(preview(name, values)), GREY, 0.0, "", *said)
     low, high = 0.0, 1.0
     if name == "height":
         low, high = (float(each) for each in np.quantile(_sample(values), (0.001, 0.999)))
     elif name == "specular":
         high = max(float(np.quantile(_sample(values), 0.995)), 1e-3)
     span = max(high - low, 1e-6)
-    picture = yield from scalar_map(np.asarray(values - np.float32(low), np.float32), span, GREY)
-    return Shown(picture, GREY, span, "texels" if name == "height" else "", *said)
+    image = yield from scalar_map(np.asarray(values - np.float32(low), np.float32), span, GREY)
+    return Shown(image, GREY, span, "texels" if name == "height" else "", *said)
 
 
 def error_words(name: str, sigma: Values) -> str:

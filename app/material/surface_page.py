@@ -13,7 +13,7 @@ from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
-from app.material.surface_maps import GREY, MAPS, Shown, shown
+from app.material.surface_maps import GREY, MAPS, Shown, show
 from app.widgets.empty_state import EmptyState
 from app.widgets.image_view import ImageView
 from app.widgets.number_field import NumberField
@@ -33,7 +33,7 @@ PAGES = (
     ("surface", "Surface maps", "Normals, height, base colour, roughness and specular, found from the photographs"),
 )
 
-#: Pictures of a map.
+#: Images of a map.
 SHOWS = (
     ("map", "Map", "The map itself"),
     ("error", "Uncertainty", "One standard deviation of the map in each texel"),
@@ -113,7 +113,7 @@ class SurfacePage(QWidget):
         errors.wide(text("Of photographs as the maps show them", "secondary", wrap=True))
         self.left_out = errors.figure("Held out", "Photographs that the maps were made without, each in turn")
         self.in_sample = errors.figure("Training", "Photographs that the maps were made of")
-        self.mean = errors.figure("Mean picture", "The mean of the other photographs in place of each")
+        self.mean = errors.figure("Mean image", "The mean of the other photographs in place of each")
         report = panel.section("Report")
         self.report = Report("Follows the maps.")
         report.wide(self.report)
@@ -162,7 +162,7 @@ class SurfacePage(QWidget):
 
     def _show_nothing(self) -> None:
         self.latest.drop()
-        self.image.show_picture(None)
+        self.image.show_image(None)
         labels = (self.values, self.resolution, self.lamps, self.slopes, self.left_out, self.in_sample, self.mean)
         for label in labels:
             label.setText("–")
@@ -173,10 +173,10 @@ class SurfacePage(QWidget):
     def _load(self) -> None:
         found, name, of_error = self.surface, self.which.value, self.show_what.value == "error"
         if found is not None:
-            self.latest.ask(lambda: shown(found, name, of_error), self._show)
+            self.latest.ask(lambda: show(found, name, of_error), self._show)
 
     def _show(self, made: Shown) -> None:
-        self.image.show_picture(made.picture)
+        self.image.show_image(made.image)
         self.bar.table = made.table
         self.bar.setVisible(made.high > 0.0)
         self.bar.show_scale(made.high, made.caption)
@@ -196,7 +196,7 @@ class SurfacePage(QWidget):
         self.update_buttons(self.bench.document.project)
 
     def _choose_folder(self) -> None:
-        proposed = self.bench.proposed(f"{self.bench.document.project.name} maps")
+        proposed = self.bench.propose(f"{self.bench.document.project.name} maps")
         chosen, _ = QFileDialog.getSaveFileName(self, "Save maps in a new folder", str(proposed))
         if chosen:
             self.bench.write_into(Path(chosen).parent)
@@ -220,7 +220,7 @@ class SurfacePage(QWidget):
         enable(self.save, "" if project.surface is not None else "There are no maps yet", "As EXR and PNG, with errors")
 
     def fit(self) -> None:
-        """Show the whole picture."""
+        """Show the whole image."""
         self.image.fit()
 
     def apply_theme(self) -> None:

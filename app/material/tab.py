@@ -23,7 +23,7 @@ from app.material.texel_panel import TexelFigures, WorstTexels, worst
 from app.material.tiling import Tiling
 from app.widgets.controls import ComboBox, Slider
 from app.widgets.empty_state import EmptyState, with_empty_state
-from app.widgets.image_view import ImageView, Picture, photograph, scalar_map
+from app.widgets.image_view import Image, ImageView, photograph, scalar_map
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Panel, Segments, button, enable, text
 from app.widgets.plots import ColourBar, RadiancePlot, TexelPlot, colour_table
@@ -64,7 +64,7 @@ class MaterialTab(QWidget):
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
         self.bench = bench
-        self.latest = Latest(bench.jobs, "Preparing the picture")
+        self.latest = Latest(bench.jobs, "Preparing the image")
         self.share = 1.0
         self.place: tuple[int, int] | None = None
         self.page = "material"
@@ -72,7 +72,7 @@ class MaterialTab(QWidget):
     def fill(self) -> Iterator[None]:
         """Make what is in it, a part with each step, and each at once where it stays: moving widgets costs time."""
         self.image = ImageView()
-        self.image.picked.connect(self._picked)
+        self.image.picked.connect(self._on_picked)
         self.bar = ColourBar(colour_table())
         self.radiance = RadiancePlot()
         yield
@@ -123,7 +123,7 @@ class MaterialTab(QWidget):
     def _make_centre(self) -> QWidget:
         self.show_what = Segments(SHOWS)
         self.show_what.choose("slices")
-        self.show_what.chosen.connect(lambda _value: self._load_picture())
+        self.show_what.chosen.connect(lambda _value: self._load_image())
         self.slider = Slider()
         self.slider.setAccessibleName("r, BRDF times cosine")
         self.slider.setValue(self.slider.maximum())
@@ -199,7 +199,7 @@ class MaterialTab(QWidget):
         self.mode.chosen.connect(lambda value: self._set("Compression", mixed=value == "mixed"))
         compression.row("Mode", self.mode)
         self.bound = NumberField(5.0, 0.0, 100.0, unit="%")
-        self.bound.edited.connect(self._bound_edited)
+        self.bound.edited.connect(self._on_bound_edited)
         compression.row("Error bound", self.bound)
         self.kept = compression.figure("Kept tiles", "Share of the tiles that keep their slices")
         self.rms = compression.figure("RMS error", "Over all texels, slices and channels, in units of radiance")
@@ -223,7 +223,7 @@ class MaterialTab(QWidget):
         return panel
 
     def fit(self) -> None:
-        """Show the whole picture."""
+        """Show the whole image."""
         shown = self.pages.currentWidget()
         (shown.image if isinstance(shown, DirectionalPage | MapsPage | SurfacePage) else self.image).fit()
 
@@ -274,7 +274,7 @@ class MaterialTab(QWidget):
             yield
             self._show_plots(new)
             yield
-            self._load_picture()
+            self._load_image()
             self.finding.ask(lambda: worst(new.material.power_law), self.worst_texels.show_texels)
         self._update_buttons()
 
@@ -282,7 +282,7 @@ class MaterialTab(QWidget):
         shading_map, power_law = project.material.shading_map, project.material.power_law
         either = shading_map or power_law
         parts = [part.health for part in (shading_map, power_law) if part is not None]
-        self.report.show_health(reduce(Health.merged, parts) if parts else None)
+        self.report.show_health(reduce(Health.merge, parts) if parts else None)
         if either is None:
             return
         height, width = (power_law.scale if power_law is not None else shading_map.slices[0]).shape[:2]  # type: ignore[union-attr]
@@ -350,35 +350,35 @@ class MaterialTab(QWidget):
         self.texel.show_texel(r, values, fitted, CURVE_SHARES * either.r_max)
         self.texel_figures.show_texel(material, column, row)
 
-    def _picked(self, column: int, row: int) -> None:
+    def _on_picked(self, column: int, row: int) -> None:
         if self.show_what.value != "tiles":
             self._pick(column, row)
 
     def _show_place(self) -> None:
-        """Mark the picked texel, but not where pictures are repeated and smaller."""
+        """Mark the picked texel, but not where images are repeated and smaller."""
         self.image.show_probe(self.place if self.show_what.value != "tiles" else None)
 
     def _go_to(self, column: int, row: int) -> None:
-        """Bring a texel of the list to the middle, in the map of errors unless another whole picture is shown."""
+        """Bring a texel of the list to the middle, in the map of errors unless another whole image is shown."""
         if self.show_what.value == "tiles":
             self.show_what.choose("error")
-            self._load_picture()
+            self._load_image()
         self._pick(column, row)
         self.image.look_at(column, row)
 
     def _slid(self, ticks: int) -> None:
         self.share = ticks / self.slider.maximum()
         if self.show_what.value != "error":
-            self._load_picture()
+            self._load_image()
 
-    def _load_picture(self) -> None:
+    def _load_image(self) -> None:
         project, what = self.bench.document.project, self.show_what.value
         self.bar.setVisible(what == "error")
         for widget in (self.slider, self.r_label, self.r_figure):
             widget.setEnabled(what != "error")
         if project.material.shading_map is None and project.material.power_law is None:
             self.latest.drop()
-            self.image.show_picture(None)
+            self.image.show_image(None)
             return
         either = project.material.shading_map or project.material.power_law
         assert either is not None
@@ -388,7 +388,7 @@ class MaterialTab(QWidget):
         self.r_figure.setText(f"{number(r, 4)} of {number(either.r_max, 4)}")
         high = _error_scale(project) if what == "error" else 0.0
         self.bar.show_scale(high, "RMS error")
-        self.latest.ask(lambda: _picture(project, what, r, high), self.image.show_picture)
+        self.latest.ask(lambda: _image(project, what, r, high), self.image.show_image)
 
     def _slices_chosen(self, _index: int) -> None:
         count = int(self.slices.currentData())
@@ -404,7 +404,7 @@ class MaterialTab(QWidget):
         words = {"auto": "Representation by itself", "shading-map": "Shading map", "directional": "Directional map"}
         self._set(words[value], representation=value)
 
-    def _bound_edited(self, percent: float, final: bool) -> None:
+    def _on_bound_edited(self, percent: float, final: bool) -> None:
         document = self.bench.document
         if percent != document.project.error_bound_percent:
             document.change("Error bound", gesture="error bound", error_bound_percent=percent)
@@ -465,8 +465,8 @@ def _error_scale(project: Project) -> float:
     return float(np.quantile(power_law.error_map[::4, ::4], 0.995)) if power_law is not None else 0.0
 
 
-def _picture(project: Project, what: str, r: float, high: float) -> Steps[Picture]:
-    yield Step(0.0, "preparing the picture")
+def _image(project: Project, what: str, r: float, high: float) -> Steps[Image]:
+    yield Step(0.0, "preparing the image")
     material = project.material
     if what == "error":
         assert material.power_law is not None
@@ -475,7 +475,7 @@ def _picture(project: Project, what: str, r: float, high: float) -> Steps[Pictur
     assert chosen is not None
     image = chosen.slice_image(r)
     if what == "tiles":
-        from engine.figures.contact_sheet import repeated  # with OpenCV, 20 MB
+        from engine.figures.contact_sheet import repeat  # with OpenCV, 20 MB
 
-        image = repeated(image)
+        image = repeat(image)
     return (yield from photograph(image))

@@ -30,7 +30,7 @@ class WorstTexels(Rows):
         self.links = [button("–", "link", hint="Show this texel") for _ in range(WORST_SHOWN)]
         self.errors = [text("–", "") for _ in range(WORST_SHOWN)]
         for place, (link, error) in enumerate(zip(self.links, self.errors, strict=True)):
-            link.clicked.connect(partial(self._clicked, place))
+            link.clicked.connect(partial(self._on_clicked, place))
             error.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             row = self.grid.rowCount()
             self.grid.addWidget(link, row, 0)
@@ -49,7 +49,7 @@ class WorstTexels(Rows):
                 link.setAccessibleName(f"Texel in column {texel.column}, row {texel.row}")
                 error.setText(number(texel.error, 3))
 
-    def _clicked(self, place: int) -> None:
+    def _on_clicked(self, place: int) -> None:
         self.chosen.emit(self.texels[place].column, self.texels[place].row)
 
 
@@ -58,7 +58,7 @@ class TexelFigures(Rows):
 
     def __init__(self) -> None:
         super().__init__()
-        self.place = self.figure("Place", "Column and row; click the picture to choose another")
+        self.place = self.figure("Place", "Column and row; click the image to choose another")
         self.residual = self.figure("Residual", "Root mean square over slices and channels, in units of radiance")
         self.scale = self.figure("Scale k", "Red, green and blue")
         self.exponent = self.figure("Exponent K", "Red, green and blue")

@@ -1,6 +1,6 @@
 """Reports of crashes: what was done, with what, and the stacks of all threads when the process ended by a fault.
 
-While the window is open, two files named after its process lie in the person's folder for logs. Into one of them
+While the window is open, two files named after its process lie in the user's folder for logs. Into one of them
 `faulthandler` writes when a library written in C fails (with `app.process.native_stack` behind it), and `note` when
 Python code does. The other says versions and drivers (`state`), and the latest of what was done and logged (`did`). An
 end without a fault removes both. The next start puts what it finds of processes that are gone into one report, so that
@@ -33,15 +33,15 @@ log = logging.getLogger(__name__)
 OPEN, KEPT = "running-", "crash-"
 
 #: Reports that are kept, and bytes of Python tracebacks in one of them.
-MOST_REPORTS, MOST_BYTES = 10, 2**18
+MAX_REPORTS, MAX_BYTES = 10, 2**18
 
 #: Lines about what was done and logged that a report keeps, characters of each, and bytes until the older ones go.
-MOST_LINES, MOST_LENGTH, MOST_TRACE = 200, 500, 2**17
+MAX_LINES, MAX_LENGTH, MAX_TRACE = 200, 500, 2**17
 
 _report: IO[bytes] | None = None
 _trace: IO[bytes] | None = None
 _states: dict[str, str] = {}
-_lines: deque[str] = deque(maxlen=MOST_LINES)
+_lines: deque[str] = deque(maxlen=MAX_LINES)
 _writing = threading.RLock()
 
 
@@ -56,7 +56,7 @@ def begin() -> str:
     folder = report_folder()
     try:
         make_folder(folder)
-        crashed = _of_the_dead(folder)
+        crashed = _list_orphaned_reports(folder)
         path = folder / f"{OPEN}{writer()}.txt"
         _report = path.open("wb", buffering=0)
         path = path.with_suffix(".log")
@@ -94,23 +94,23 @@ def state(what: str, words: str) -> None:
             _write_anew()
 
 
-def stated(what: str) -> str:
+def read_stated(what: str) -> str:
     """The version or driver that was told of, or nothing."""
     return _states.get(what, "")
 
 
 def did(words: str) -> None:
     """Add a line about what was done, or logged; the oldest lines go."""
-    line = f"{time.strftime('%H:%M:%S')} {words}".replace("\n", " | ")[:MOST_LENGTH]
+    line = f"{time.strftime('%H:%M:%S')} {words}".replace("\n", " | ")[:MAX_LENGTH]
     with _writing:
         _lines.append(line)
         if _trace is None:
             return
-        with contextlib.suppress(OSError):  # a full disk; the report is none of what a person needs now
-            if _trace.tell() > MOST_TRACE:
+        with contextlib.suppress(OSError):  # a full disk; the report is none of what a user needs now
+            if _trace.tell() > MAX_TRACE:
                 _write_anew()
             else:
-                _trace.write(_coded(line))
+                _trace.write(_code(line))
 
 
 def _write_anew() -> None:
@@ -119,16 +119,16 @@ def _write_anew() -> None:
             _trace.seek(0)
             _trace.truncate()
             lines = (*(f"{what}: {words}" for what, words in _states.items()), "", *_lines)
-            _trace.write(b"".join(map(_coded, lines)))
+            _trace.write(b"".join(map(_code, lines)))
 
 
-def _coded(line: str) -> bytes:
+def _code(line: str) -> bytes:
     return line.encode(errors="backslashreplace") + b"\n"
 
 
 def note(words: str) -> None:
     """Add a traceback of Python code to the report, as long as there is room in it."""
-    if _report is not None and _report.tell() + len(words) < MOST_BYTES:
+    if _report is not None and _report.tell() + len(words) < MAX_BYTES:
         _report.write(words.encode(errors="backslashreplace") + b"\n")
 
 
@@ -150,7 +150,7 @@ def end() -> None:
         _remove(path)
 
 
-def _of_the_dead(folder: Path) -> list[Path]:
+def _list_orphaned_reports(folder: Path) -> list[Path]:
     """Reports that processes left which are gone, under their last names, the latest last; only a few stay."""
     found = []
     for path in sorted(folder.glob(f"{OPEN}*.txt"), key=lambda path: path.stat().st_mtime):
@@ -162,7 +162,7 @@ def _of_the_dead(folder: Path) -> list[Path]:
         _join(path)
         when = time.strftime("%Y-%m-%d-%H%M%S", time.localtime(path.stat().st_mtime))
         found.append(path.replace(folder / f"{KEPT}{when}-{path.stem.removeprefix(OPEN)}.txt"))
-    for path in sorted(folder.glob(f"{KEPT}*.txt"))[:-MOST_REPORTS]:
+    for path in sorted(folder.glob(f"{KEPT}*.txt"))[:-MAX_REPORTS]:
         path.unlink()
     return found
 
@@ -174,7 +174,7 @@ def _remove(stacks: Path) -> None:
 
 def _join(path: Path) -> None:
     """Put what a process did above the stacks that it left."""
-    said, found = _start_of(path.with_suffix(".log"), 2 * MOST_TRACE), _start_of(path, 4 * MOST_BYTES)
+    said, found = _start_of(path.with_suffix(".log"), 2 * MAX_TRACE), _start_of(path, 4 * MAX_BYTES)
     with path.open("wb") as report:
         report.write(said + b"\n" + found)
     path = path.with_suffix(".log")

@@ -1,4 +1,4 @@
-"""The end that a person or the system asks for: Ctrl+C, SIGTERM, SIGHUP, at any moment of the process.
+"""The end that a user or the system asks for: Ctrl+C, SIGTERM, SIGHUP, at any moment of the process.
 
 `watch` comes before any other import. From then on `during` sets the answer to a wish: the process ends at once
 (`END`, while there is nothing to unwind), the work is interrupted so that every `finally` runs (`INTERRUPT`), the
@@ -82,7 +82,7 @@ def watch() -> None:
     sys.unraisablehook = _unraisable
 
 
-def wished() -> bool:
+def is_end_wished() -> bool:
     """True once the end was asked for."""
     return _wished.is_set()
 
@@ -114,7 +114,7 @@ def during(answer: Answer, grace_s: float = GRACE_S) -> Iterator[None]:
     try:
         yield
     except BaseException:
-        if answer is INTERRUPT and wished():
+        if answer is INTERRUPT and is_end_wished():
             raise KeyboardInterrupt from None
         raise
     finally:
@@ -159,7 +159,7 @@ def _handle(number: int, _frame: FrameType | None) -> None:
     """Runs in the main thread, some time after the byte was written."""
     if _answer is END:
         END()
-    if _answer is INTERRUPT and not wished():
+    if _answer is INTERRUPT and not is_end_wished():
         _wished.set()
         raise KeyboardInterrupt
 
@@ -213,5 +213,5 @@ def _tidy_up(words: str) -> None:
 
 def _unraisable(hook: Any) -> None:
     """Drop an interrupt that fell into a destructor: the end that was asked for comes all the same."""
-    if not (wished() and issubclass(hook.exc_type, KeyboardInterrupt)):
+    if not (is_end_wished() and issubclass(hook.exc_type, KeyboardInterrupt)):
         sys.__unraisablehook__(hook)

@@ -3,8 +3,8 @@
 glibc keeps a pool for each thread. As soon as one large array was freed, it takes all of up to 32 MiB from these pools,
 where what is freed stays as long as anything small lies above it: after four minutes of the soak of the window 990 of
 the 1,500 MB in the pools were free. Arrays of `OWN_PAGES_BYTES` or more get pages of their own instead. Setting one of
-the two limits ends glibc's own choice of both, so both are set: with its first choice of 128 KiB for the other, a
-picture that the processor renders had 3.7 times the page faults; with these it has 13 % more, and takes no longer.
+the two limits ends glibc's own choice of both, so both are set: with its first choice of 128 KiB for the other, an
+image that the CPU renders had 3.7 times the page faults; with these it has 13 % more, and takes no longer.
 
 Smaller arrays leave holes in the pools of all threads. A thread of its own gives the pages in them back every few
 seconds, in 10 to 30 ms, where they are worth it.
@@ -23,7 +23,7 @@ OWN_PAGES_BYTES = 2**20
 KEPT_FREE_BYTES = 8 * 2**20
 
 #: Free bytes within the pools from which on they are looked through, and how often, in s.
-MOST_FREE_BYTES, EVERY_S = 64 * 2**20, 10.0
+MAX_FREE_BYTES, EVERY_S = 64 * 2**20, 10.0
 
 #: Of mallinfo2(3), in its order.
 _FIELDS = ["arena", "ordblks", "smblks", "hblks", "hblkhd", "usmblks", "fsmblks", "uordblks", "fordblks", "keepcost"]
@@ -59,5 +59,5 @@ class _Mallinfo(ctypes.Structure):
 def _trim_for_ever(libc: ctypes.CDLL) -> None:
     while True:
         time.sleep(EVERY_S)
-        if libc.mallinfo2().fordblks > MOST_FREE_BYTES:
+        if libc.mallinfo2().fordblks > MAX_FREE_BYTES:
             libc.malloc_trim(0)

@@ -1,7 +1,7 @@
 """A sentence for C++ libraries that run out of memory or threads outside the reach of Python's exceptions.
 
 Their exceptions (`std::bad_alloc`, `std::system_error`) end the process through `std::terminate`, without a word that a
-person understands. On Linux most of them share one libstdc++, which lets a program say something first. It runs in the
+user understands. On Linux most of them share one libstdc++, which lets a program say something first. It runs in the
 thread that failed, in which nothing can be cleaned up: what was half-written is removed by the next write.
 """
 

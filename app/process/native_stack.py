@@ -17,7 +17,7 @@ from typing import IO, Any
 log = logging.getLogger(__name__)
 
 #: Frames that are written, at most.
-MOST = 128
+MAXIMUM = 128
 
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL"))
 
@@ -29,7 +29,7 @@ def make_handler(descriptor: int) -> Any:
     if not sys.platform.startswith("linux") or sys.version_info >= (3, 14):
         return None
     try:
-        return _compiled(descriptor)
+        return _compile(descriptor)
     except (AttributeError, ImportError, OSError) as error:  # another C library than glibc
         log.info("crashes are reported without their native stack: %s", error)
         return None
@@ -67,7 +67,7 @@ def _libc() -> ctypes.CDLL:
     return libc
 
 
-def _compiled(descriptor: int) -> Any:
+def _compile(descriptor: int) -> Any:
     """The handler, which writes to `descriptor`."""
     from numba import cfunc, types
 
@@ -78,13 +78,13 @@ def _compiled(descriptor: int) -> Any:
         libc.signal,
         getattr(libc, "raise"),
     )
-    frames = (ctypes.c_void_p * MOST)()
+    frames = (ctypes.c_void_p * MAXIMUM)()
     place = ctypes.addressof(frames)
     backtrace(place, 1)  # its first call loads a library, which no handler of signals may do
 
     @cfunc(types.void(types.int32))
     def handle(number):  # type: ignore[no-untyped-def]
-        symbols(place, backtrace(place, MOST), descriptor)
+        symbols(place, backtrace(place, MAXIMUM), descriptor)
         be_default(number, 0)
         again(number)
 

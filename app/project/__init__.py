@@ -1,1 +1,1 @@
-"""The project file: everything a person chose and did, on disk at any moment, and what was made of it beside it."""
+"""The project file: everything a user chose and did, on disk at any moment, and what was made of it beside it."""

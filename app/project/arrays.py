@@ -31,7 +31,7 @@ from engine.storage.guarded import GuardedMapping, map_file
 from engine.storage.packed import PackedFile, pack
 from engine.storage.partial_names import is_partial
 from engine.storage.scratch import scratch_array
-from engine.storage.untrusted import opened
+from engine.storage.untrusted import open_checked
 
 log = logging.getLogger(__name__)
 
@@ -115,10 +115,10 @@ def cache_array(name: str, header: bytes, numbers: memoryview) -> bool:
 def array_name(array: Array) -> str:
     """The hash of an array as an .npy file; of one that is mapped that of its file, without reading it."""
     header, numbers = array_parts(array)
-    return _known_name(array, header) or name_of(header, numbers)
+    return _find_known_name(array, header) or name_of(header, numbers)
 
 
-def _known_name(array: Array, header: bytes) -> str:
+def _find_known_name(array: Array, header: bytes) -> str:
     """The name of the file that an array is all of; empty where it is part of one, or of none."""
     owner: object = array
     while isinstance(owner, np.ndarray):
@@ -135,10 +135,10 @@ def find_beside(data: Path, name: str) -> Array:
     """
     old, place = folder_of(data) / f"{name}.npy", cache.entry(f"array-{name}")
     try:
-        mapped = _mapped(old, name) if place is None else _mapped(place / CONTENT, name) or _mapped(old, name)
+        mapped = _map(old, name) if place is None else _map(place / CONTENT, name) or _map(old, name)
         if mapped is not None:
             if place is not None and place.exists():
-                cache.used(place)
+                cache.mark_used(place)
             return array_from(mapped)
         content = _content(data, name, place)
     except OSError as error:
@@ -155,7 +155,7 @@ def find_beside(data: Path, name: str) -> Array:
     if _size_of(place / CONTENT) != len(content):  # a working copy that was cut short
         discard(place)
     cache_array(name, *array_parts(array))
-    mapped = _mapped(place / CONTENT, name)
+    mapped = _map(place / CONTENT, name)
     return array_from(mapped) if mapped is not None else array
 
 
@@ -166,7 +166,7 @@ def _content(data: Path, name: str, place: Path | None) -> memoryview:
     """
     path = file_of(data, name)
     if path.suffix == PACKED and path.exists():
-        return _unpacked(path)
+        return _unpack(path)
     path = path if path.exists() or place is None else place / CONTENT
     if not path.exists():
         raise FileNotFoundError(path)
@@ -176,17 +176,17 @@ def _content(data: Path, name: str, place: Path | None) -> memoryview:
     return content
 
 
-def _unpacked(path: Path) -> memoryview:
+def _unpack(path: Path) -> memoryview:
     """The content of a packed file, its declared size checked against its shape before room is made for it.
 
     InputError where it is gone or damaged.
     """
-    with opened(path, MAX_BYTES) as (file, _):
+    with open_checked(path, MAX_BYTES) as (file, _):
         packed = PackedFile(path, cast("BinaryIO", file), MAX_BYTES)
         content, filled = None, 0
         for chunk in packed.chunks():
             if content is None:
-                content = scratch_array((_declared(path, chunk, packed.size_bytes),), np.uint8).data
+                content = scratch_array((_declare(path, chunk, packed.size_bytes),), np.uint8).data
             content[filled : filled + len(chunk)] = chunk.data
             filled += len(chunk)
     if content is None:
@@ -194,7 +194,7 @@ def _unpacked(path: Path) -> memoryview:
     return content
 
 
-def _declared(path: Path, beginning: NDArray[np.uint8], size: int) -> int:
+def _declare(path: Path, beginning: NDArray[np.uint8], size: int) -> int:
     """The size of the array that begins so, which is the `size` that its file declares; InputError else."""
     try:
         shape, dtype, start = header_of(beginning[:MAX_HEADER].data)
@@ -205,7 +205,7 @@ def _declared(path: Path, beginning: NDArray[np.uint8], size: int) -> int:
     return size
 
 
-def _mapped(path: Path, name: str) -> GuardedMapping | None:
+def _map(path: Path, name: str) -> GuardedMapping | None:
     """A large file on a drive that stays; None for any other."""
     try:
         about = path.stat()
@@ -217,7 +217,7 @@ def _mapped(path: Path, name: str) -> GuardedMapping | None:
     if mapped is None:
         return None
     try:
-        _declared(path, np.frombuffer(mapped, np.uint8), len(mapped))
+        _declare(path, np.frombuffer(mapped, np.uint8), len(mapped))
     except InputError as error:  # cut short
         log.warning("%s", error)
         return None
@@ -234,28 +234,28 @@ def _size_of(path: Path) -> int:
 
 
 def _lasting_drives() -> set[int]:
-    """Numbers of the drives of temporary files and of the person's home."""
+    """Numbers of the drives of temporary files and of the user's home."""
     places = (Path(tempfile.gettempdir()), Path(os.path.expanduser("~")))  # noqa: PTH111 - Path.home raises without one
     return {place.stat().st_dev for place in places if place.is_dir()}
 
 
 def _read(path: Path) -> memoryview:
     """The content of a file, of which no other copy is made; InputError where it is gone, too large or changes."""
-    with opened(path, MAX_BYTES) as (file, size):
+    with open_checked(path, MAX_BYTES) as (file, size):
         content, read = scratch_array((size,), np.uint8).data, 0
         while part := file.readinto(content[read : read + PIECE_BYTES]):  # type: ignore[attr-defined]
             read += part
     return content
 
 
-def damaged(data: Path) -> Steps[list[str]]:
+def find_damaged(data: Path) -> Steps[list[str]]:
     """Names of the arrays in the data folder of a project whose content is another than it was; all are read."""
     there = (each for each in folder_of(data).glob("*") if each.suffix in (".npy", PACKED))
     found, paths = list[str](), sorted(each for each in there if not is_partial(each.name))
     for at, path in enumerate(paths):
         yield Step(at / len(paths), f"reading {path.name}")
         try:
-            is_whole = name_of(_unpacked(path) if path.suffix == PACKED else _read(path)) == path.stem
+            is_whole = name_of(_unpack(path) if path.suffix == PACKED else _read(path)) == path.stem
         except (OSError, InputError):
             is_whole = False
         if not is_whole:

@@ -15,9 +15,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from app.document.bake_request import Estimate, Made, Wanted, baked, estimated, setting_for
-from app.document.variation import pictures_of
-from app.project.made import keep_newest, key_of, note, noted_of, used
+from app.document.bake_request import Estimate, Made, Wanted, bake, estimate, setting_for
+from app.document.variation import images_of
+from app.project.made import find_note, keep_newest, key_of, note, use
 from engine.core.errors import FileError, InputError
 from engine.core.steps import Step, Steps, part
 from engine.geometry.mesh import Mesh
@@ -27,7 +27,7 @@ from engine.storage.resumable import discard_unfinished
 log = logging.getLogger(__name__)
 
 #: Bakes that a data folder keeps, and their bytes together.
-KEPT, MOST_BYTES = 100, 8 * 2**30
+KEPT, MAX_BYTES = 100, 8 * 2**30
 
 #: Interrupted bakes that it keeps.
 UNFINISHED = 3
@@ -43,7 +43,7 @@ _SUFFIX = ".transport"
 def place_of(wanted: Wanted, folder: Path) -> Path:
     """Place of the bake that is `wanted`.
 
-    TypeError for a BRDF that is no value of the document, OSError where a picture that it follows cannot be read.
+    TypeError for a BRDF that is no value of the document, OSError where an image that it follows cannot be read.
     """
     return folder / f"{_subject(wanted)}{key_of(wanted.decided)[:12]}{_SUFFIX}"
 
@@ -53,12 +53,12 @@ def _subject(wanted: Wanted) -> str:
     choices, ground = wanted.choices, wanted.ground
     settings = sorted(vars(choices.settings).items())
     of = (FORMAT, choices.method.name, _key_of_mesh(wanted.mesh), astuple(ground) if ground is not None else None)
-    return f"{KIND}-{key_of(of, wanted.brdf, settings, *_varied(wanted))[:24]}-"
+    return f"{KIND}-{key_of(of, wanted.brdf, settings, *_vary(wanted))[:24]}-"
 
 
-def _varied(wanted: Wanted) -> list[Any]:
+def _vary(wanted: Wanted) -> list[Any]:
     """All that varies over the model, and the content of the files that it follows; nothing where nothing does."""
-    files = pictures_of(wanted.variations)
+    files = images_of(wanted.variations)
     numbers: dict[Any, Any] = {path: f"file {number}" for number, path in enumerate(files)}
     said = ([type(each).__name__, *vars(each).values()] for each in wanted.variations)
     return [*([numbers.get(part, part) for part in parts] for parts in said), *files]
@@ -73,14 +73,14 @@ def _key_of_mesh(mesh: Mesh) -> str:
 def bake_or_cost(wanted: Wanted, folders: Sequence[Path]) -> Steps[tuple[Made | None, Estimate | None]]:
     """The bake that is `wanted`, if one of `folders` has it; or the cost of one, and one of another plan, if any."""
     yield Step(0.0, "looking for a bake")
-    found = [made for folder in folders if (made := kept(wanted, folder)) is not None]
+    found = [made for folder in folders if (made := keep(wanted, folder)) is not None]
     whole = next((made for made in found if made.wanted.is_as(wanted)), None)
     if whole is not None:
         return whole, None
-    return found[0] if found else None, (yield from part(estimated(wanted), 0.1, 1.0))
+    return found[0] if found else None, (yield from part(estimate(wanted), 0.1, 1.0))
 
 
-def kept(wanted: Wanted, folder: Path) -> Made | None:
+def keep(wanted: Wanted, folder: Path) -> Made | None:
     """The bake of `folder` that is `wanted`, or the last one that differs from it only by the plan; else None.
 
     One that is damaged is left out, and the log names it.
@@ -92,21 +92,21 @@ def kept(wanted: Wanted, folder: Path) -> Made | None:
         return None
     others = sorted(folder.glob(f"{subject}*{_SUFFIX}"), key=lambda each: each.stat().st_mtime, reverse=True)
     for each in ([place] if place in others else []) + [other for other in others if other != place]:
-        noted = noted_of(each)
+        noted = find_note(each)
         as_made = wanted if each == place else _as_noted(wanted, noted.made_with if noted is not None else {})
         if as_made is None or place_of(as_made, folder) != each:
             continue
         try:
-            made = _opened(each, as_made, noted.seconds if noted is not None else None)
+            made = _open(each, as_made, noted.seconds if noted is not None else None)
         except InputError as error:
             log.warning("%s", error)
             continue
-        used(each)
+        use(each)
         return made
     return None
 
 
-def _opened(place: Path, wanted: Wanted, seconds: float | None) -> Made:
+def _open(place: Path, wanted: Wanted, seconds: float | None) -> Made:
     from engine.transport.baking.file import open_transport
 
     file = open_transport(place)
@@ -121,15 +121,15 @@ def bake_and_keep(estimate: Estimate, folder: Path) -> Steps[Made]:
         place = place_of(wanted, folder)
     except (TypeError, OSError):
         place = folder / f"{KIND}-of-{wanted.choices.method.name}{_SUFFIX}"  # nobody finds it again
-    made = yield from baked(place, estimate)
-    note(place, KIND, made.bake_s or 0.0, noted_as(wanted))
+    made = yield from bake(place, estimate)
+    note(place, KIND, made.bake_s or 0.0, encode_note(wanted))
     tidy(folder)
     return made
 
 
 def tidy(folder: Path) -> None:
     """Keep no more than there is room for; bakes that another process goes on with stay."""
-    keep_newest(folder, f"{KIND}-*{_SUFFIX}", KEPT, MOST_BYTES)
+    keep_newest(folder, f"{KIND}-*{_SUFFIX}", KEPT, MAX_BYTES)
     begun = sorted(folder.glob(f".{KIND}-*.unfinished"), key=lambda each: each.stat().st_mtime)
     for each in begun[:-UNFINISHED]:
         try:
@@ -143,7 +143,7 @@ def is_begun(folder: Path) -> bool:
     return any(folder.glob(f".{KIND}-*.unfinished"))
 
 
-def noted_as(wanted: Wanted) -> dict[str, Any]:
+def encode_note(wanted: Wanted) -> dict[str, Any]:
     """The settings of a bake and what its plan decided, as JSON can say it."""
     effects = wanted.plan.effects if wanted.plan is not None else None
     decided = None if effects is None else [[each.effect, each.decision, each.estimated_error_rel] for each in effects]

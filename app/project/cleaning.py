@@ -17,14 +17,14 @@ from typing import Any
 import engine
 from app.document.document import Project
 from app.project.arrays import PACKED, compress, folder_of
-from app.project.database import connected, explained
+from app.project.database import connect, explain
 from app.project.made import forget, size_of
-from app.project.photographs import checked, marks_of, named, photographs
+from app.project.photographs import check, marks_of, name_files, photographs
 from app.project.pixels import FILES, are_packed, are_there, keep_pixels, open_kept, place_of
-from app.project.places import held
+from app.project.places import hold
 from app.project.project_file import Opened, data_folder, read
 from app.project.tidying import forget_unused, is_own, names_in, remove_whole
-from app.project.values import DAMAGE, Absent, in_full, parsed
+from app.project.values import DAMAGE, Absent, in_full, parse
 from app.session import cache
 from engine.capture.stack import read_record
 from engine.core.errors import FileError, InputError
@@ -71,18 +71,18 @@ def clean_up(path: Path) -> Steps[CleanedUp]:
     folder, before = data_folder(path), _bytes_of(path)
     if not is_own(folder) or any(each.is_symlink() for each in folder.glob("*")):
         raise InputError(folder, "is or holds a link to elsewhere", "Copy the project, and clean up the copy")
-    with held(path) as is_open_here:
+    with hold(path) as is_open_here:
         states = list(_states(path, read(path)))
         files = {file for state in states for file in photographs(state.project)}
         gone, kept = yield from part(_doubtful(path, files), 0.0, 0.5)
-        again = [_made_again(state.project, folder, gone) for state in states]
+        again = [_make_again(state.project, folder, gone) for state in states]
         kept += _other_versions(states, again, gone)
-        named, needed = _named(path, states, again)
+        named, needed = _collect_names(path, states, again)
         freed = yield from part(_without_pixels(folder, states, again), 0.5, 0.7)
         freed += yield from part(_without_arrays(folder, named, needed), 0.7, 0.9)
         if not is_open_here:
             _without_bakes(folder)
-            with connected(path) as connection, explained(path):
+            with connect(path) as connection, explain(path):
                 forget_unused(connection, folder, stacks=True)
         elif any(folder.glob("bake-*")):
             kept += ["Bakes stay while the project is open"]
@@ -96,15 +96,15 @@ def _bytes_of(path: Path) -> int:
 
 def _states(path: Path, opened: Opened) -> Iterator[_State]:
     """All states in the file."""
-    with connected(path) as connection, explained(path):
+    with connect(path) as connection, explain(path):
         rows = connection.execute("SELECT name, parts FROM state").fetchall()
     for name, parts in rows:
-        with _undamaged(path):
-            yield _State(opened.state(str(name)), parsed(parts))
+        with _check_undamaged(path):
+            yield _State(opened.state(str(name)), parse(parts))
 
 
 @contextmanager
-def _undamaged(path: Path) -> Iterator[None]:
+def _check_undamaged(path: Path) -> Iterator[None]:
     """What cannot be read within the block is an InputError: nothing is removed where it is not known what is held."""
     try:
         yield
@@ -115,18 +115,18 @@ def _undamaged(path: Path) -> Iterator[None]:
 def _doubtful(path: Path, files: Iterable[Path]) -> Steps[tuple[set[Path], list[str]]]:
     """Photographs that are gone, changed or without a mark, and sentences on them."""
     known = marks_of(path)
-    about = yield from checked(path, sorted(files), thorough=True)
+    about = yield from check(path, sorted(files), thorough=True)
     unmarked = {file for file in files if in_full(file) not in known} - {*about.missing, *about.changed}
     words = ("missing", "not as they were when they were imported", "not marked as they were imported")
     kept = [
-        f"{named(sorted(some))} {why}. The results made of them stay"
+        f"{name_files(sorted(some))} {why}. The results made of them stay"
         for some, why in zip((about.missing, about.changed, unmarked), words, strict=True)
         if some
     ]
     return {*about.missing, *about.changed, *unmarked}, kept
 
 
-def _made_again(project: Project, folder: Path, gone: set[Path]) -> frozenset[str]:
+def _make_again(project: Project, folder: Path, gone: set[Path]) -> frozenset[str]:
     """The parts of a state that can be made again: 'stack', 'material' and 'surface'."""
     stack = project.stack
     if stack is None or stack.folder is None or stack.folder.parent != folder:
@@ -200,16 +200,16 @@ def _without_arrays(folder: Path, named: set[str], kept: set[str]) -> Steps[int]
     return sum(size for place, size in sizes if cache.remove(place))
 
 
-def _named(path: Path, states: Iterable[_State], again: Iterable[frozenset[str]]) -> tuple[set[str], set[str]]:
+def _collect_names(path: Path, states: Iterable[_State], again: Iterable[frozenset[str]]) -> tuple[set[str], set[str]]:
     """Names of all arrays of the states, and of those that cannot be made again for a state."""
     arrays: dict[str, set[str]] = {}
-    with connected(path) as connection, explained(path), _undamaged(path):
+    with connect(path) as connection, explain(path), _check_undamaged(path):
 
         def text_of(name: str) -> Any:
             row = connection.execute("SELECT text FROM value WHERE name = ?", (name,)).fetchone()
             if row is None:
                 raise ValueError("a value is gone")
-            return parsed(row[0])
+            return parse(row[0])
 
         def arrays_of(said: Any) -> set[str]:
             found = set[str]()

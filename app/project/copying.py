@@ -20,7 +20,7 @@ from pathlib import Path
 
 from app.document.document import Project
 from app.document.variation import Blend
-from app.project.database import connected, explained, upgrade
+from app.project.database import connect, explain, upgrade
 from app.project.photographs import INSIDE, Mark, copy_places, files_of, marks_of, outside_of, relocate
 from app.project.places import is_open_elsewhere, remove
 from app.project.project_file import WAITING, History, Writer, data_folder, is_waiting, read, settle, waiting_name
@@ -39,12 +39,12 @@ from engine.storage.atomic import (
     remove_leftovers,
     replaceable,
     require_space,
-    spelled,
+    spell,
     standing_for,
     synchronise,
 )
 from engine.storage.partial_names import is_aside, is_partial, partial_name
-from engine.storage.untrusted import FILE_LIMIT_BYTES, opened
+from engine.storage.untrusted import FILE_LIMIT_BYTES, open_checked
 from engine.storage.writer import is_gone
 
 #: Bytes that are copied between two steps.
@@ -84,7 +84,7 @@ def copy(
     Raises OutputError where `target` is open or cannot be written; it is then as it was.
     """
     with becoming(target) as partial:
-        yield from _copied(source, partial, with_derived, now, own, is_unreadable, with_links)
+        yield from _copy(source, partial, with_derived, now, own, is_unreadable, with_links)
     return target
 
 
@@ -118,7 +118,7 @@ def collect(source: Path, target: Path, with_derived: bool = True, *, include_ou
         raise OutsideFiles(source, outside)
     marks = marks_of(source)
     with becoming(target) as partial:
-        yield from _copied(source, partial, with_derived, None, None)
+        yield from _copy(source, partial, with_derived, None, None)
         yield from _with_photographs_inside(partial, marks)
     return target
 
@@ -139,14 +139,14 @@ def becoming(target: Path) -> Iterator[Path]:
             settle(target)
     remove_leftovers(target.parent)
     _remove_waiting(target)
-    partial = spelled(target.parent) / partial_name(target, max(map(len, BESIDE)))
+    partial = spell(target.parent) / partial_name(target, max(map(len, BESIDE)))
     data, journal = data_folder(partial), partial.with_name(partial.name + BESIDE[1])
     waiting, is_whole = data.with_name(waiting_name(data.name)), False
     with standing_for(partial, target), standing_for(data, data_folder(target)), standing_for(journal, target):
         try:
             with explaining(target):
                 yield partial
-            with connected(partial) as connection, connection:
+            with connect(partial) as connection, connection:
                 connection.execute("INSERT INTO meta VALUES (?, ?)", (WAITING, waiting.name))
             if existing is not None:
                 _finish_journal(target)
@@ -173,12 +173,12 @@ def _remove_waiting(target: Path) -> None:
 
 def _finish_journal(target: Path) -> None:
     """Let SQLite finish what an interrupted process left of the old file: it would take that for the new one's."""
-    with suppress(FileError), connected(target):
+    with suppress(FileError), connect(target):
         pass
     discard(target.with_name(target.name + "-journal"))
 
 
-def _copied(
+def _copy(
     source: Path,
     partial: Path,
     with_derived: bool,
@@ -243,7 +243,7 @@ def _copy_marked(source: Path, target: Path, mark: Mark | None) -> None:
         raise InputError(source, "is named by the project, which has no record of its content", remedy)
     digest = hashlib.blake2b(digest_size=20)
     make_folder(target.parent)
-    with opened(source, FILE_LIMIT_BYTES) as (there, size_bytes):
+    with open_checked(source, FILE_LIMIT_BYTES) as (there, size_bytes):
         if size_bytes != mark.size:
             raise InputError(source, "is not the file that the project recorded", remedy)
         with atomic_file(target, size_bytes) as here:
@@ -289,7 +289,7 @@ def copy_files(source: Path, target: Path, with_derived: bool, with_links: bool 
         require_space(target, total)
     for path, size in sizes.items():
         yield Step(so_far / max(1, total), f"copying {path.name}")
-        yield from _copied_file(path, target / path.relative_to(source), with_links, _portion(so_far, size, total))
+        yield from _copy_file(path, target / path.relative_to(source), with_links, _portion(so_far, size, total))
         so_far += size
 
 
@@ -301,7 +301,7 @@ def _is_ours(path: Path, with_derived: bool) -> bool:
 def _is_written(path: Path, folder: Path) -> bool:
     """True for what is being written in the data folder `folder`."""
     parts = path.relative_to(folder).parts
-    return any(is_partial(part) or is_aside(part) for part in parts) or is_in_use(spelled(path))
+    return any(is_partial(part) or is_aside(part) for part in parts) or is_in_use(spell(path))
 
 
 def _portion(start: int, size: int, total: int) -> Callable[[float], float]:
@@ -316,7 +316,7 @@ def _size_of(path: Path) -> int | None:
         return None  # it has just been removed
 
 
-def _copied_file(source: Path, target: Path, with_links: bool, share: Callable[[float], float]) -> Steps[None]:
+def _copy_file(source: Path, target: Path, with_links: bool, share: Callable[[float], float]) -> Steps[None]:
     """One file, or a link to it; nothing where it has just been removed. `share` makes progress of the part done."""
     make_folder(target.parent)
     if with_links and not source.name.endswith(UNFINISHED) and link(source, target):
@@ -331,6 +331,6 @@ def _copied_file(source: Path, target: Path, with_links: bool, share: Callable[[
 
 def copy_database(source: Path, target: Path) -> None:
     """Copy the project file alone, in this schema. Raises InputError or OutputError."""
-    with connected(source) as there, explained(target), closing(sqlite3.connect(target)) as copy_:
+    with connect(source) as there, explain(target), closing(sqlite3.connect(target)) as copy_:
         there.backup(copy_)
         upgrade(copy_, target)

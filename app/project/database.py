@@ -144,7 +144,7 @@ class Guarded(sqlite3.Connection):
         self.set_progress_handler(self._spend, _STEPS_PER_LOOK)
         for statement in ("trusted_schema=OFF", "cell_size_check=ON", "mmap_size=0"):
             super().execute(f"PRAGMA {statement}").fetchall()
-        self.set_authorizer(_permitted)
+        self.set_authorizer(_permit)
 
     def execute(self, *arguments: Any) -> sqlite3.Cursor:
         self._left = self._budget
@@ -168,7 +168,7 @@ class Guarded(sqlite3.Connection):
         return int(self._left < 0)
 
 
-def _permitted(action: int, first: str | None, second: str | None, _: str | None, __: str | None) -> int:
+def _permit(action: int, first: str | None, second: str | None, _: str | None, __: str | None) -> int:
     """The authorizer: selects, inserts, updates and deletions in the tables of a project, and transactions."""
     is_permitted = (
         action in (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_TRANSACTION)
@@ -181,13 +181,13 @@ def _permitted(action: int, first: str | None, second: str | None, _: str | None
 
 
 @contextlib.contextmanager
-def connected(path: Path, *, create: bool = False) -> Iterator[Guarded]:
+def connect(path: Path, *, create: bool = False) -> Iterator[Guarded]:
     """The database of a project, checked and guarded as the head of this module says, closed at the end.
 
     Raises InputError where it is no project, is damaged or of a newer version, OutputError where it cannot be written.
     """
-    with _opened(path, create=create) as connection:
-        with explained(path):
+    with _open(path, create=create) as connection:
+        with explain(path):
             if create and _is_new(connection):
                 _make(connection)
             else:
@@ -196,14 +196,14 @@ def connected(path: Path, *, create: bool = False) -> Iterator[Guarded]:
 
 
 @contextlib.contextmanager
-def salvaged(path: Path) -> Iterator[tuple[Guarded, list[str]]]:
+def salvage(path: Path) -> Iterator[tuple[Guarded, list[str]]]:
     """The database of a damaged project, to read what is sound, and the names of its tables that can be read at all.
 
     It is guarded as that of `connected`, and nothing but these tables is read. Columns may hold values of any type.
     Within the block `reading` gives this connection.
     Raises InputError where it is no project at all.
     """
-    with _opened(path, create=False) as connection, explained(path):
+    with _open(path, create=False) as connection, explain(path):
         _check_kind(connection, path)
         known, found = _tables_of(SCHEMA), _objects(connection, path)
         whole = [name for kind, name in known if kind == "table" and found.get((kind, name)) == known[kind, name]]
@@ -212,7 +212,7 @@ def salvaged(path: Path) -> Iterator[tuple[Guarded, list[str]]]:
 
 
 @contextlib.contextmanager
-def _opened(path: Path, *, create: bool) -> Iterator[Guarded]:
+def _open(path: Path, *, create: bool) -> Iterator[Guarded]:
     """A guarded connection to a file that is not yet known to be a project."""
     if not create and not path.is_file():
         raise InputError(path, "there is no such project", "Check the name, or open the folder that it was moved to")
@@ -225,7 +225,7 @@ def _opened(path: Path, *, create: bool) -> Iterator[Guarded]:
         said = f"cannot be opened ({error})", "Check the folder's permissions and free space"
         raise OutputError(path, *(_TOO_LONG if _is_too_long(path) else said)) from error
     with contextlib.closing(connection):
-        with explained(path):
+        with explain(path):
             connection.guard(size_bytes)
         yield connection
 
@@ -240,7 +240,7 @@ def reading(path: Path) -> Iterator[Guarded]:
     if str(path) in lent:
         yield lent[str(path)]
         return
-    with connected(path) as connection, _lending(path, connection):
+    with connect(path) as connection, _lending(path, connection):
         yield connection
 
 
@@ -287,7 +287,7 @@ def _make(connection: Guarded) -> None:
     with connection:
         connection.executescript(f"BEGIN; PRAGMA application_id={APPLICATION}; {_TABLES}")
         connection.execute("INSERT INTO meta VALUES ('schema', ?)", (str(SCHEMA),))
-    connection.set_authorizer(_permitted)
+    connection.set_authorizer(_permit)
 
 
 #: Files whose pages were found sound in this process, by device and number.
@@ -382,7 +382,7 @@ def migrate(path: Path) -> Path | None:
     The original is kept beside it: its path, or None where the project is of this schema. Raises OutputError where
     either cannot be written; the project is then as it was.
     """
-    with connected(path) as connection, explained(path):
+    with connect(path) as connection, explain(path):
         schema = schema_of(connection, path)
         if schema == SCHEMA:
             return None
@@ -429,7 +429,7 @@ def _is_too_long(path: Path) -> bool:
 
 
 @contextlib.contextmanager
-def explained(path: Path) -> Iterator[None]:
+def explain(path: Path) -> Iterator[None]:
     try:
         yield
     except UnicodeDecodeError as error:  # of a message of SQLite's that quotes the file

@@ -291,7 +291,7 @@ def class_named(name: str) -> type:
 
 
 @cache
-def _declared(kind: type) -> Mapping[str, Any]:
+def _declare(kind: type) -> Mapping[str, Any]:
     """The types of the fields of a class, with those that stand for open ones."""
     instead: dict[tuple[str, str], Any] = {
         ("Project", "provenance"): Mapping[str, Json],
@@ -311,7 +311,7 @@ def problem_of(kind: type, values: Mapping[str, Any], *, thorough: bool = False)
 
     `thorough` also searches large arrays.
     """
-    declared, ranges, lengths = _declared(kind), RANGES.get(kind.__name__, {}), dict[str, int]()
+    declared, ranges, lengths = _declare(kind), RANGES.get(kind.__name__, {}), dict[str, int]()
     for name, value in values.items():
         hint = declared[name]
         found = _problem(value, hint, kind.__name__ not in DESCRIBED)
@@ -324,12 +324,12 @@ def problem_of(kind: type, values: Mapping[str, Any], *, thorough: bool = False)
         if found:
             return f"{name.strip('_')} {found}"
     rule = RULES.get(kind.__name__)
-    fits = rule is None or not _required(kind) <= set(values) or rule(values)
+    fits = rule is None or not _list_required(kind) <= set(values) or rule(values)
     return "" if fits else f"the parts of a {words_of(kind)} do not fit together"
 
 
 @cache
-def _required(kind: type) -> frozenset[str]:
+def _list_required(kind: type) -> frozenset[str]:
     """Fields that a constructor needs."""
     if not dataclasses.is_dataclass(kind):
         return frozenset()

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.document.factoring import Run
-from app.project.made import keep_newest, key_of, note, used
+from app.project.made import keep_newest, key_of, note, use
 from engine.core.errors import FileError
 from engine.factor.factor_file import holds_factors, is_whole, read_factors, write_factors
 
@@ -49,7 +49,7 @@ class Keeping:
 
     def keep(self, found: Factorisation | None) -> None:
         """Write `found`, if it is new and its errors are known."""
-        if found is None or found is self._written or not found.ladder:
+        if found is None or found is self._written or not found.term_errors:
             return
 
         if not is_whole(found):
@@ -61,7 +61,7 @@ class Keeping:
         except (FileError, OSError) as error:
             log.warning("The result of %s is not kept: %s", self._run.name, error)
             return
-        note(place, "factors", found.ladder[-1].time_s)
+        note(place, "factors", found.term_errors[-1].time_s)
         keep_newest(self._folder, f"{_NAME}*", KEPT)
 
 
@@ -75,5 +75,5 @@ def read_kept(run: Run, folder: Path) -> Factorisation | None:
         return None
     if not holds_factors(place):
         return None
-    used(place)
+    use(place)
     return read_factors(place)

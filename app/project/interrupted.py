@@ -4,7 +4,7 @@ A file holds the title of the job and how to go on with it. Its name says whose 
 the jobs of a process that is gone are told from those that run.
 
 An export says its place and its parts. The file may come from anybody with the project, so that nothing is written on
-its word: it only fills in a dialog, in which the person says where the export goes.
+its word: it only fills in a dialog, in which the user says where the export goes.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _NAME = "job-"
 _numbers = itertools.count()
 
 #: Size of such a file and jobs that are listed, at most.
-MOST_BYTES, MOST = 1 << 16, 20
+MAX_BYTES, MAXIMUM = 1 << 16, 20
 
 
 @dataclass(frozen=True)
@@ -56,17 +56,17 @@ def running(folder: Path, title: str, again: Mapping[str, Any] | None = None) ->
         discard(place)
 
 
-def interrupted_in(folder: Path) -> tuple[Interrupted, ...]:
+def interrupt_in(folder: Path) -> tuple[Interrupted, ...]:
     """The jobs in a data folder whose process is gone, the first begun first."""
     places = [place for place in folder.glob(f"{_NAME}*.json") if is_gone(place) and not is_own(place)]
-    found = (_read(place) for place in sorted(places, key=lambda place: place.stat().st_mtime)[:MOST])
+    found = (_read(place) for place in sorted(places, key=lambda place: place.stat().st_mtime)[:MAXIMUM])
     return tuple(each for each in found if each is not None)
 
 
 def _read(place: Path) -> Interrupted | None:
     """One of them; None where the file is damaged, which is then removed."""
     try:
-        said = json.loads(read_bytes(place, MOST_BYTES))
+        said = json.loads(read_bytes(place, MAX_BYTES))
         return Interrupted(place, str(said["title"])[:200], dict(said["again"]))
     except (InputError, ValueError, TypeError, KeyError, RecursionError):
         discard(place)
@@ -78,7 +78,7 @@ def forget(job: Interrupted) -> None:
     discard(job.path)
 
 
-def proposed_place(again: Mapping[str, Any], folder: Path, name: str) -> Path:
+def propose_place(again: Mapping[str, Any], folder: Path, name: str) -> Path:
     """The path to propose, in letters that can be shown; `folder` and `name` stand in for what cannot be used."""
     said, before = str(again.get("name", "")), str(again.get("folder", ""))
     shown = "".join(letter for letter in said if letter.isprintable()).strip()
@@ -87,7 +87,7 @@ def proposed_place(again: Mapping[str, Any], folder: Path, name: str) -> Path:
     return (Path(before) if is_folder else folder) / (shown if is_name else name)
 
 
-def proposed_parts(again: Mapping[str, Any]) -> frozenset[str]:
+def propose_parts(again: Mapping[str, Any]) -> frozenset[str]:
     """The parts of a bundle or the targets that were chosen."""
     said = again.get("parts")
     return frozenset(map(str, said)) if isinstance(said, list) else frozenset()

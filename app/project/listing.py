@@ -47,11 +47,11 @@ def list_projects(folder: Path, others: Iterable[Path] = ()) -> list[Listed]:
         own = [Path(entry.path) for entry in os.scandir(folder) if entry.name.endswith(ENDING)]
     except OSError:
         own = []
-    found = (_listed(path) for path in dict.fromkeys((*own, *others)))
+    found = (_as_list(path) for path in dict.fromkeys((*own, *others)))
     return sorted((each for each in found if each), key=lambda each: each.modified_s, reverse=True)[:MAX_PROJECTS]
 
 
-def _listed(path: Path) -> Listed | None:
+def _as_list(path: Path) -> Listed | None:
     try:
         if not path.is_file():
             return None

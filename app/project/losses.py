@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.document.document import Project
-from app.project.made import keep_newest, key_of, used
+from app.project.made import keep_newest, key_of, use
 from engine.capture.stack import RECORD
 from engine.core.errors import FileError, InputError
 from engine.core.health import Health
@@ -79,7 +79,7 @@ def find_kept(keys: Mapping[str, str], folders: Sequence[Path]) -> dict[str, Off
                 continue
             try:
                 found[name] = _read(place, name)
-                used(place)
+                use(place)
                 break
             except InputError as error:
                 log.warning("%s", error)
@@ -88,14 +88,14 @@ def find_kept(keys: Mapping[str, str], folders: Sequence[Path]) -> dict[str, Off
 
 def keep(key: str, offer: Offer, folder: Path) -> None:
     """Write what was measured of a target. Where that is not possible, a line of the log says so."""
-    ball = offer.ball
-    pixels = None if ball is None else base64.b64encode(zlib.compress(ball.tobytes())).decode()
+    sphere = offer.sphere
+    pixels = None if sphere is None else base64.b64encode(zlib.compress(sphere.tobytes())).decode()
     names = (*FIGURES, *OWN_FIGURES, *LOOK_UPS, "by_environment", "warnings")
     content = {
         "lightarc_loss": FORMAT,
         "entry": {name: offer.entry[name] for name in names if name in offer.entry},
         "why_not": offer.why_not,
-        "size": None if ball is None else ball.shape[:2],
+        "size": None if sphere is None else sphere.shape[:2],
         "ball": pixels,
     }
     try:
@@ -113,8 +113,8 @@ def _read(place: Path, target: str) -> Offer:
         if said["lightarc_loss"] != FORMAT:
             raise ValueError("another format")
         why_not = str(said["why_not"])[:400]
-        ball = None if said["ball"] is None else _ball(said["ball"], *said["size"])
-        return Offer(target, {} if why_not else _entry(said["entry"]), ball, why_not)
+        sphere = None if said["ball"] is None else _sphere(said["ball"], *said["size"])
+        return Offer(target, {} if why_not else _entry(said["entry"]), sphere, why_not)
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError, zlib.error) as error:
         raise InputError(place, f"is damaged ({error})", "The error is measured again when you ask for it") from None
 
@@ -139,7 +139,7 @@ def _figure(value: Any) -> float | int | None:
     raise ValueError(f"no figure: {value!r:.40}")
 
 
-def _ball(text: str, height: int, width: int) -> NDArray[np.uint8]:
+def _sphere(text: str, height: int, width: int) -> NDArray[np.uint8]:
     """(H, W, 4) codes; ValueError for another size than the file says."""
     if not (type(height) is type(width) is int and 0 < height <= MAX_SIDE and 0 < width <= MAX_SIDE):
         raise ValueError("a ball of no size")

@@ -21,11 +21,11 @@ from pathlib import Path
 from typing import Any
 
 from app.project.arrays import array_name
-from app.project.database import connected, explained, reading
+from app.project.database import connect, explain, reading
 from app.project.declared import MAX_NUMBER, can_be_opened
 from app.project.project_file import data_folder, finder_of, path_of
 from app.project.tidying import is_own, remove_whole
-from app.project.values import DAMAGE, Absent, Keeper, decoded, encoded, is_there, name_of, parsed
+from app.project.values import DAMAGE, Absent, Keeper, decode, encode, is_there, name_of, parse
 from engine.core.errors import FileError
 from engine.core.figure_text import time_text
 from engine.scene.material import Material
@@ -69,7 +69,7 @@ def key_of(*made_from: Any, contents: Mapping[Path, str] | None = None) -> str:
     known = contents or {}
     by_content = None if contents is None else lambda path: {"file": path.name, "content": known.get(path, "")}
     keeper = Keeper(lambda text: name_of(text.encode()), lambda array, _: array_name(array), Path(), file=by_content)
-    said = [hash_of(each) if isinstance(each, Path) else encoded(each, keeper) for each in made_from]
+    said = [hash_of(each) if isinstance(each, Path) else encode(each, keeper) for each in made_from]
     return name_of(json.dumps(said, sort_keys=True, allow_nan=False).encode())
 
 
@@ -81,20 +81,20 @@ def hash_of(path: Path) -> str:
         return hashlib.file_digest(file, lambda: hashlib.blake2b(digest_size=20)).hexdigest()
 
 
-def built_before(project: Path, recipe: tuple[Any, ...], own: Path) -> Material | None:
+def find_built_before(project: Path, recipe: tuple[Any, ...], own: Path) -> Material | None:
     """The material that a project was built with by `recipe` (`Project.recipe`), found by the recipe's hash.
 
     None where no state has it, or its data are gone. What lies in the folder `own` counts as lying in the project's.
     Raises InputError or OutputError where the file cannot be read.
     """
     keeper = Keeper(lambda text: name_of(text.encode()), lambda array, _: array_name(array), data_folder(project), own)
-    name = name_of(json.dumps(encoded(recipe, keeper), sort_keys=True, allow_nan=False).encode())
+    name = name_of(json.dumps(encode(recipe, keeper), sort_keys=True, allow_nan=False).encode())
     statement = "SELECT parts FROM state WHERE parts LIKE ? ORDER BY rowid DESC"
-    with reading(project) as connection, explained(project):
+    with reading(project) as connection, explain(project):
         row = connection.execute(statement, (f'%"built_from":"{name}"%',)).fetchone()
         finder = finder_of(project)
         try:
-            found = decoded(parsed(finder.text(parsed(row[0])["material"])), finder) if row is not None else None
+            found = decode(parse(finder.text(parse(row[0])["material"])), finder) if row is not None else None
         except (Absent, *DAMAGE) as error:
             log.info("a material that was built before is gone: %s", error)
             return None
@@ -113,38 +113,38 @@ def _write(project: Path, statement: str, rows: list[tuple[str, ...]]) -> None:
     if not project.is_file():
         return
     try:
-        with connected(project) as connection, connection:
+        with connect(project) as connection, connection:
             connection.execute("BEGIN IMMEDIATE")
             connection.executemany(statement, rows)
     except (FileError, sqlite3.Error) as error:
         log.info("what results took could not be noted: %s", error)
 
 
-def noted(project: Path) -> tuple[Made, ...]:
+def list_notes(project: Path) -> tuple[Made, ...]:
     """All results that a project file tells of, also those that are no longer there."""
-    with connected(project) as connection:
+    with connect(project) as connection:
         rows = connection.execute("SELECT name, value FROM meta WHERE name LIKE 'made %' ORDER BY name").fetchall()
     folder = data_folder(project)
     places = ((folder / Path(str(name).removeprefix(_ROW)).name, value) for name, value in rows)
-    made = (_made(place, value) for place, value in places if place.parent == folder and can_be_opened(place))
+    made = (_make(place, value) for place, value in places if place.parent == folder and can_be_opened(place))
     return tuple(each for each in made if each is not None)
 
 
-def noted_of(place: Path) -> Made | None:
+def find_note(place: Path) -> Made | None:
     """One result that the project tells of; None where it tells nothing of it, or cannot be read."""
     project = path_of(place.parent)
     try:
-        with connected(project) as connection:
+        with connect(project) as connection:
             row = connection.execute("SELECT value FROM meta WHERE name = ?", (_ROW + place.name,)).fetchone()
     except (FileError, sqlite3.Error):
         return None
-    return _made(place, row[0]) if row is not None else None
+    return _make(place, row[0]) if row is not None else None
 
 
-def _made(place: Path, text: str) -> Made | None:
+def _make(place: Path, text: str) -> Made | None:
     """One result; None where its row is damaged, since the document does not depend on it."""
     try:
-        said = parsed(text)
+        said = parse(text)
         is_present = is_there(place)
         size, seconds = size_of(place) if is_present else int(said["bytes"]), float(said["seconds"])
         if not (0 <= size <= MAX_NUMBER and 0.0 <= seconds < 1e12):
@@ -168,16 +168,16 @@ def _size(file: Path) -> int:
     return about.st_size if stat.S_ISREG(about.st_mode) else 0
 
 
-def keep_newest(folder: Path, pattern: str, count: int, most_bytes: int = 1 << 62) -> None:
+def keep_newest(folder: Path, pattern: str, count: int, max_bytes: int = 1 << 62) -> None:
     """Remove results that match `pattern` and forget what they took, those first that were used longest ago.
 
-    `count` of them stay at most, and `most_bytes` together; the last one stays whatever its size.
+    `count` of them stay at most, and `max_bytes` together; the last one stays whatever its size.
     """
     if not is_own(folder):
         return
     places = sorted(folder.glob(pattern), key=lambda place: place.stat().st_mtime, reverse=True)
     sizes = accumulate(map(size_of, places))
-    kept = [at == 0 or (at < count and total <= most_bytes) for at, total in enumerate(sizes)]
+    kept = [at == 0 or (at < count and total <= max_bytes) for at, total in enumerate(sizes)]
     gone = [place for place, is_kept in zip(places, kept, strict=True) if not is_kept]
     for place in gone:
         remove_whole(place)
@@ -191,7 +191,7 @@ def forget(folder: Path, gone: Iterable[Path]) -> None:
         _write(path_of(folder), "DELETE FROM meta WHERE name = ?", rows)
 
 
-def used(place: Path) -> None:
+def use(place: Path) -> None:
     """Mark a result as used now, for `keep_newest`."""
     with contextlib.suppress(OSError):
         os.utime(place)

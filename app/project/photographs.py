@@ -2,7 +2,7 @@
 
 A mark is the size, the time of change and the hash of a photograph as it was imported. A file of the same size and
 time counts as unchanged; any other is hashed, about a second a gigabyte. Marks lie in the table `photograph` of the
-project file under the path that the document names; what a person found elsewhere is noted beside them, so that every
+project file under the path that the document names; what a user found elsewhere is noted beside them, so that every
 state of the history finds it.
 """
 
@@ -20,20 +20,20 @@ from pathlib import Path
 from typing import Any
 
 from app.document.document import Project
-from app.document.variation import pictures_of
-from app.project.database import connected, explained
+from app.document.variation import images_of
+from app.project.database import connect, explain
 from app.project.project_file import data_folder, places_of
-from app.project.values import DAMAGE, found_path, in_full, is_there, parsed, paths_of, said_path
+from app.project.values import DAMAGE, encode_path, find_path, in_full, is_there, parse, paths_of
 from engine.capture.lights.sources import Sources
 from engine.core.errors import InputError
 from engine.core.steps import Step, Steps
-from engine.storage.untrusted import FILE_LIMIT_BYTES, opened
+from engine.storage.untrusted import FILE_LIMIT_BYTES, open_checked
 
 #: Names that a sentence lists; of more it gives the number.
-MOST_NAMES = 3
+MAX_NAMES = 3
 
 #: Files that a folder may hold in which photographs are looked for, folders within it included.
-MOST_FILES = 100_000
+MAX_FILES = 100_000
 
 #: Photographs that lie within the data folder because they came from an archive, or because all was collected.
 INSIDE = "photographs"
@@ -70,8 +70,8 @@ def photographs(project: Project) -> tuple[Path, ...]:
 
 
 def files_of(project: Project) -> tuple[Path, ...]:
-    """The files outside a project that it is read from, each once: photographs, and pictures that the BRDF follows."""
-    return tuple(dict.fromkeys((*photographs(project), *pictures_of(project.variations))))
+    """The files outside a project that it is read from, each once: photographs, and images that the BRDF follows."""
+    return tuple(dict.fromkeys((*photographs(project), *images_of(project.variations))))
 
 
 def _files_of(sources: Sources) -> Iterator[Path]:
@@ -81,7 +81,7 @@ def _files_of(sources: Sources) -> Iterator[Path]:
     yield from (path for path in (sources.dark, sources.flat, sources.reference) if path is not None)
 
 
-def taken(files: Iterable[Path]) -> Steps[dict[Path, Mark]]:
+def take_marks(files: Iterable[Path]) -> Steps[dict[Path, Mark]]:
     """The marks of `files` as they are now, without those that cannot be read."""
     marks: dict[Path, Mark] = {}
     files = tuple(files)
@@ -96,7 +96,7 @@ def _mark(path: Path, done: float) -> Steps[Mark | None]:
     yield Step(done, f"looking at {path.name}")
     try:
         digest = hashlib.blake2b(digest_size=20)
-        with opened(path, FILE_LIMIT_BYTES) as (file, left):
+        with open_checked(path, FILE_LIMIT_BYTES) as (file, left):
             about = os.fstat(file.fileno())
             while left > 0 and (piece := file.read(min(left, _PIECE))):
                 digest.update(piece)
@@ -131,7 +131,7 @@ def _put(project: Path, rows: Iterable[tuple[Path, Mark | None, Path | None]]) -
     folder = data_folder(project)
     if not project.is_file():
         return
-    with connected(project) as connection, explained(project), connection:
+    with connect(project) as connection, explain(project), connection:
         connection.execute("BEGIN IMMEDIATE")
         if not _has_marks(connection):
             return
@@ -148,7 +148,7 @@ def _put(project: Path, rows: Iterable[tuple[Path, Mark | None, Path | None]]) -
 
 
 def _text(path: Path, folder: Path) -> str:
-    return json.dumps(said_path(path, folder), sort_keys=True)
+    return json.dumps(encode_path(path, folder), sort_keys=True)
 
 
 def _has_marks(connection: sqlite3.Connection) -> bool:
@@ -165,24 +165,24 @@ def _paths(place: Any, now: Any, folder: Path) -> Iterator[Path]:
     """Paths that one row stands for, the least certain first; none where it is damaged."""
     for said in (place, now):
         with contextlib.suppress(*DAMAGE):
-            yield from paths_of(parsed(said), folder) if said is not None else ()
+            yield from paths_of(parse(said), folder) if said is not None else ()
 
 
 def copy_places(source: Path, target: Path) -> None:
     """Let the copy of a project find every file where the project finds it, and no other beside itself."""
     there, here = data_folder(source), data_folder(target)
-    with connected(target) as connection, explained(target):
+    with connect(target) as connection, explain(target):
         places = places_of(connection, there)
         texts = [text for (text,) in connection.execute("SELECT text FROM value WHERE text LIKE '%\"near\"%'")]
     outside = dict[str, Path]()
     for text in texts:
         with contextlib.suppress(*DAMAGE):
-            for said in _paths_in(parsed(text)):
-                path = found_path(said, there, places)
+            for said in _paths_in(parse(text)):
+                path = find_path(said, there, places)
                 if is_there(path) and not path.is_relative_to(there):
                     outside[json.dumps(said, sort_keys=True)] = path
     statement = "INSERT INTO photograph VALUES (?, 0, 0, '', ?) ON CONFLICT(place) DO UPDATE SET now = excluded.now"
-    with connected(target) as connection, explained(target), connection:
+    with connect(target) as connection, explain(target), connection:
         connection.execute("BEGIN IMMEDIATE")
         connection.executemany(statement, [(place, _text(path, here)) for place, path in outside.items()])
 
@@ -198,12 +198,12 @@ def _paths_in(said: Any) -> Iterator[Mapping[str, Any]]:
 
 def marks_of(project: Path) -> dict[Path, Mark]:
     """Marks of a project by the paths that its photographs have, had, or have as seen from it."""
-    return marks_in(_marked_rows(project), data_folder(project))
+    return marks_in(_list_marked_rows(project), data_folder(project))
 
 
-def _marked_rows(project: Path) -> list[tuple[Any, ...]]:
+def _list_marked_rows(project: Path) -> list[tuple[Any, ...]]:
     """Place in the words of the project, place now, size, time of change and hash of each photograph with a mark."""
-    with connected(project) as connection, explained(project):
+    with connect(project) as connection, explain(project):
         if not _has_marks(connection):
             return []
         statement = "SELECT place, now, size, modified, hash FROM photograph WHERE hash != ''"
@@ -219,7 +219,7 @@ def marks_in(rows: Iterable[tuple[Any, ...]], folder: Path) -> dict[Path, Mark]:
     return found
 
 
-def checked(project: Path, files: Iterable[Path], *, thorough: bool = False) -> Steps[Checked]:
+def check(project: Path, files: Iterable[Path], *, thorough: bool = False) -> Steps[Checked]:
     """Compare `files` with their marks; `thorough` reads also those whose size and time are as they were.
 
     One that has its mark by where it was, or as seen from the project, is new at its place: it has to be known by its
@@ -227,7 +227,7 @@ def checked(project: Path, files: Iterable[Path], *, thorough: bool = False) -> 
     project says that it is a photograph: `collect` copies only what was marked when it was imported, or when a user
     chose its folder (`find_moved`).
     """
-    rows, files, folder = _marked_rows(project), tuple(files), data_folder(project)
+    rows, files, folder = _list_marked_rows(project), tuple(files), data_folder(project)
     marks, said = marks_in(rows, folder), {str(row[0]) for row in rows}
     missing, changed, new = list[Path](), list[Path](), dict[Path, Mark]()
     for at, path in enumerate(files):
@@ -256,7 +256,7 @@ def checked(project: Path, files: Iterable[Path], *, thorough: bool = False) -> 
 def find_moved(project: Path, missing: Iterable[Path], folder: Path) -> Steps[dict[Path, Path]]:
     """The places within `folder` of photographs that are missing, by their content; one without a mark by its name.
 
-    Raises InputError where `folder` cannot be read or holds more than `MOST_FILES`.
+    Raises InputError where `folder` cannot be read or holds more than `MAX_FILES`.
     """
     yield Step(0.0, "looking through the folder")
     marks, missing = marks_of(project), tuple(missing)
@@ -287,8 +287,8 @@ def _all_files(folder: Path) -> Iterator[Path]:
     count = 0
     for place, _, names in os.walk(folder, onerror=refuse):
         count += len(names)
-        if count > MOST_FILES:
-            raise InputError(folder, f"holds more than {MOST_FILES:,} files", "Choose the folder of the photographs")
+        if count > MAX_FILES:
+            raise InputError(folder, f"holds more than {MAX_FILES:,} files", "Choose the folder of the photographs")
         yield from (Path(place, name) for name in sorted(names))
 
 
@@ -299,15 +299,15 @@ def _size_of(path: Path) -> int:
         return -1
 
 
-def named(files: Sequence[Path]) -> str:
+def name_files(files: Sequence[Path]) -> str:
     """The beginning of a sentence: names of files, or their number, with its verb."""
-    if len(files) > MOST_NAMES:
+    if len(files) > MAX_NAMES:
         return f"{len(files)} photographs, {files[0].name} among them, are"
     names = " and ".join(filter(None, (", ".join(each.name for each in files[:-1]), files[-1].name)))
     return f"{names} {'is' if len(files) == 1 else 'are'}"
 
 
-def said_to_be_changed(files: Sequence[Path]) -> str:
+def describe_changed(files: Sequence[Path]) -> str:
     """A sentence without its full stop: which photographs are not those that were imported."""
     was = "it was when it was" if len(files) == 1 else "they were when they were"
-    return f"{named(files)} not as {was} imported"
+    return f"{name_files(files)} not as {was} imported"

@@ -182,10 +182,10 @@ def unpack_pixels(stack: ImageStack) -> Steps[None]:
     assert stack.folder is not None
     place = stack.radiance.path.parent if isinstance(stack.radiance, FileArray) else stack.folder
     if place == stack.folder:
-        yield from _unpacked(stack, place)
+        yield from _unpack(stack, place)
         return
     with atomic_folder(place, RECORD) as folder:
-        yield from _unpacked(stack, folder)
+        yield from _unpack(stack, folder)
         write_bytes(folder / RECORD, read_bytes(stack.folder / RECORD, _RECORD_LIMIT_BYTES))
     cache.use(place)
     cache.keep_within()
@@ -195,18 +195,18 @@ def check_pixels(stack: ImageStack) -> Steps[None]:
     """Read the compressed pixels of a stack in the project. Raises InputError where they are damaged."""
     if stack.folder is not None and are_packed(stack.folder):
         for name, array in zip(FILES, (stack.radiance, stack.saturated), strict=True):
-            with _opened(stack.folder / f"{name}{PACKED}") as source:
+            with _open(stack.folder / f"{name}{PACKED}") as source:
                 for _ in PackedFile(stack.folder / f"{name}{PACKED}", source, MAX_HEADER + array.nbytes).chunks():
                     yield Step(0.0, "reading the photographs")
 
 
-def _unpacked(stack: ImageStack, target: Path) -> Steps[None]:
+def _unpack(stack: ImageStack, target: Path) -> Steps[None]:
     assert stack.folder is not None
     for at, (name, array) in enumerate(zip(FILES, (stack.radiance, stack.saturated), strict=True)):
         assert isinstance(array, FileArray)
         size = array.offset_bytes + array.nbytes
         path = stack.folder / f"{name}{PACKED}"
-        with _opened(path) as source, atomic_file(make_folder(target) / name, size) as file:
+        with _open(path) as source, atomic_file(make_folder(target) / name, size) as file:
             packed = PackedFile(path, source, size)
             if packed.size_bytes != size:
                 raise InputError(path, f"is damaged: it has {packed.size_bytes:,} bytes, not {size:,}", "Import again")
@@ -215,7 +215,7 @@ def _unpacked(stack: ImageStack, target: Path) -> Steps[None]:
                 yield Step((at + file.tell() / size) / 2, "unpacking the photographs")
 
 
-def _opened(path: Path) -> BinaryIO:
+def _open(path: Path) -> BinaryIO:
     try:
         return path.open("rb")
     except OSError as error:

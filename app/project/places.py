@@ -1,4 +1,4 @@
-"""Places of projects: the person's folder of those without a place of their own, and who has which open.
+"""Places of projects: the user's folder of those without a place of their own, and who has which open.
 
 A window that opens a project puts a file with its writer's name (`engine.storage.writer`) into the data folder. Who
 finds the file of a living process opens read-only; who finds that of a dead one knows that it was interrupted.
@@ -13,7 +13,7 @@ from pathlib import Path
 
 import platformdirs
 
-from app.project.database import connected, explained, migrate
+from app.project.database import connect, explain, migrate
 from app.project.project_file import ENDING, data_folder, settle
 from engine.core.errors import FileError, InputError
 from engine.storage.atomic import discard, make_folder, write_bytes
@@ -60,7 +60,7 @@ def claim(path: Path) -> bool:
     make_folder(folder)
     if path.is_file():
         settle(path)
-    with connected(path, create=True) as connection, explained(path), connection:
+    with connect(path, create=True) as connection, explain(path), connection:
         connection.execute("BEGIN IMMEDIATE")
         if is_open_elsewhere(path):
             return False
@@ -83,14 +83,14 @@ def release(path: Path) -> None:
 
 
 @contextmanager
-def held(path: Path) -> Iterator[bool]:
+def hold(path: Path) -> Iterator[bool]:
     """Keep other processes from opening a project for writing within the block; True where this one has it open.
 
     Raises InputError where another process has it.
     """
     folder = data_folder(path)
     mark = folder / f"{_OPEN}{writer()}"
-    with connected(path) as connection, explained(path), connection:
+    with connect(path) as connection, explain(path), connection:
         connection.execute("BEGIN IMMEDIATE")
         if is_open_elsewhere(path):
             raise InputError(path, "is open in another window", "Close it there")
@@ -109,7 +109,7 @@ def was_interrupted(path: Path) -> bool:
     return any(is_gone(mark) and not is_own(mark) for mark in _marks(data_folder(path)))
 
 
-def interrupted(folder: Path, others: Iterable[Path] = ()) -> list[Path]:
+def interrupt(folder: Path, others: Iterable[Path] = ()) -> list[Path]:
     """Projects in `folder`, and those of `others`, that were open when their process ended, the latest first.
 
     One in which nothing was done is left out, and removed: a window that ended as it opened has left it.
@@ -128,7 +128,7 @@ def _is_empty(path: Path) -> bool:
         return False
     work = "SELECT 1 FROM step UNION ALL SELECT 1 FROM meta WHERE name LIKE 'made %' LIMIT 1"
     try:
-        with connected(path) as connection, explained(path):
+        with connect(path) as connection, explain(path):
             return connection.execute(work).fetchone() is None
     except FileError:
         return False

@@ -25,7 +25,7 @@ import numpy as np
 import engine
 from app.document.document import Project, Step
 from app.project.arrays import array_name, find_beside, keep_beside
-from app.project.database import Damaged, Guarded, connected, explained, reading
+from app.project.database import Damaged, Guarded, connect, explain, reading
 from app.project.declared import problem_of
 from app.project.tidying import forget_unused
 from app.project.values import (
@@ -36,13 +36,13 @@ from app.project.values import (
     Keeper,
     array_from,
     array_parts,
-    decoded,
-    encoded,
-    found_path,
+    decode,
+    encode,
+    find_path,
     in_full,
     is_name,
     name_of,
-    parsed,
+    parse,
 )
 from engine.core.errors import OutputError
 from engine.storage.atomic import discard, make_folder, perform
@@ -118,7 +118,7 @@ class Writer:
         """Make the file hold `history`. Raises OutputError or InputError where that is impossible; try it again."""
         history = history.kept
         connection = self._ready()
-        with explained(self.path), connection:
+        with explain(self.path), connection:
             connection.execute("BEGIN IMMEDIATE")
             rows = [
                 (at, step.text, step.gesture, self._state(connection, step.old), self._state(connection, step.new))
@@ -173,7 +173,7 @@ class Writer:
             if self._device not in (-1, _device(self.path.parent)):
                 raise OutputError(self.path, "its folder is gone", "Bring it back, or save the project elsewhere")
             make_folder(data_folder(self.path))
-            self._connection = self._opened.enter_context(connected(self.path, create=True))
+            self._connection = self._opened.enter_context(connect(self.path, create=True))
             self._inode, self._device = _inode(self.path), _device(self.path.parent)
         return self._connection
 
@@ -185,7 +185,7 @@ class Writer:
             return known[1]
         keeper = _keeper(connection, data_folder(self.path), *self._seen)
         parts = {}
-        for part, value in _said_parts(state):
+        for part, value in _list_said_parts(state):
             kept = self._known.get(id(value))
             if kept is None:
                 kept = (value, _keep_value(value, keeper))
@@ -219,11 +219,11 @@ def state_name(state: Project, folder: Path) -> str:
     Arrays are hashed, which takes a second a gigabyte or so.
     """
     keeper = Keeper(lambda text: name_of(text.encode()), lambda array, _: array_name(array), folder)
-    parts = {name: _keep_value(value, keeper) for name, value in _said_parts(state)}
+    parts = {name: _keep_value(value, keeper) for name, value in _list_said_parts(state)}
     return name_of(_text_of(parts).encode())
 
 
-def _said_parts(state: Project) -> Iterator[tuple[str, Any]]:
+def _list_said_parts(state: Project) -> Iterator[tuple[str, Any]]:
     """The parts of a state that its text names: without those that say nothing, as they are in a new document."""
     for part in fields(state):
         value = getattr(state, part.name)
@@ -237,7 +237,7 @@ def _text_of(parts: Mapping[str, str]) -> str:
 
 
 def _keep_value(value: Any, keeper: Keeper) -> str:
-    return keeper.text(json.dumps(encoded(value, keeper), sort_keys=True, allow_nan=False))
+    return keeper.text(json.dumps(encode(value, keeper), sort_keys=True, allow_nan=False))
 
 
 def _keeper(connection: Guarded, folder: Path, seen_from: Path, own: Path | None) -> Keeper:
@@ -293,7 +293,7 @@ def settle(path: Path) -> None:
 
     Raises OutputError where the old folder cannot be removed.
     """
-    with connected(path) as connection:
+    with connect(path) as connection:
         row = connection.execute("SELECT value FROM meta WHERE name = ?", (WAITING,)).fetchone()
         if row is None:
             return
@@ -303,7 +303,7 @@ def settle(path: Path) -> None:
         if is_own and waiting.name.endswith(_DATA) and waiting.is_dir() and not waiting.is_symlink():
             discard(folder)
             perform("rename", folder, lambda: waiting.rename(folder))
-        with explained(path), connection:
+        with explain(path), connection:
             connection.execute("DELETE FROM meta WHERE name = ?", (WAITING,))
 
 
@@ -341,7 +341,7 @@ def read(path: Path, *, thorough: bool = False) -> Opened:
 
 
 def _read(path: Path, thorough: bool) -> Opened:
-    with reading(path) as connection, explained(path):
+    with reading(path) as connection, explain(path):
         meta = dict(connection.execute("SELECT name, value FROM meta WHERE name IN ('current', 'position')"))
         steps = steps_in(connection)
     finder = finder_of(path, thorough=thorough)
@@ -372,7 +372,7 @@ def read_state(path: Path, name: str, finder: Finder, missing: dict[str, str]) -
     key = f"state {name}"
     if key in finder.made:
         return cast(Project, finder.made[key])
-    with reading(path) as connection, explained(path):
+    with reading(path) as connection, explain(path):
         row = connection.execute("SELECT parts FROM state WHERE name = ?", (name,)).fetchone()
         if row is None:
             raise Damaged(path, "a state of its history is gone")
@@ -383,7 +383,7 @@ def read_state(path: Path, name: str, finder: Finder, missing: dict[str, str]) -
             except Absent as gone:
                 missing[part] = str(gone)
             except DAMAGE as error:
-                wrong[part] = said_of(part, error)
+                wrong[part] = describe_problem(part, error)
     if wrong:
         raise DamagedState(path, wrong, parts)
     finder.made[key] = made = Project(**parts)
@@ -393,7 +393,7 @@ def read_state(path: Path, name: str, finder: Finder, missing: dict[str, str]) -
 def parts_in(text: str, path: Path) -> dict[str, str]:
     """The names of the values of a state, by part; InputError where the text is no state."""
     try:
-        parts = parsed(text)
+        parts = parse(text)
     except (ValueError, RecursionError):
         parts = None
     if not isinstance(parts, dict) or not all(isinstance(value, str) for value in parts.values()):
@@ -402,7 +402,7 @@ def parts_in(text: str, path: Path) -> dict[str, str]:
     return {part: value for part, value in parts.items() if part in known}
 
 
-def said_of(part: str, error: Exception) -> str:
+def describe_problem(part: str, error: Exception) -> str:
     """What is wrong with a part, in a few words."""
     said = " ".join(str(error).split())[:160] if isinstance(error, ValueError) else ""
     return said if said.startswith(f"{part} ") else f"{part}: {said or 'no value of a project'}"
@@ -414,7 +414,7 @@ def read_part(part: str, value: str, finder: Finder) -> Any:
     if key not in finder.made:
         finder.work.nodes = finder.work.deepest = 0
         with np.errstate(all="ignore"):
-            found = decoded(parsed(finder.text(value)), finder)
+            found = decode(parse(finder.text(value)), finder)
             problem = problem_of(Project, {part: found})
         if problem:
             raise ValueError(problem)
@@ -427,7 +427,7 @@ def finder_of(path: Path, *, thorough: bool = False) -> Finder:
     folder = data_folder(path)
 
     def find_text(name: str) -> str:
-        with reading(path) as connection, explained(path):
+        with reading(path) as connection, explain(path):
             row = connection.execute("SELECT text FROM value WHERE name = ?", (name,)).fetchone()
         if row is None or name_of(str(row[0]).encode()) != name:
             raise ValueError("a value is gone or damaged")
@@ -436,7 +436,7 @@ def finder_of(path: Path, *, thorough: bool = False) -> Finder:
     def find_array(name: str) -> Array:
         if not is_name(name):
             raise ValueError(f"no name of an array: {name!r:.60}")
-        with reading(path) as connection, explained(path):
+        with reading(path) as connection, explain(path):
             row = connection.execute("SELECT rowid FROM array WHERE name = ?", (name,)).fetchone()
             content = _blob(connection, row[0]) if row is not None else None
         if content is None:
@@ -445,16 +445,16 @@ def finder_of(path: Path, *, thorough: bool = False) -> Finder:
             raise Absent("data that can be made again")
         return array_from(content)
 
-    with reading(path) as connection, explained(path):
+    with reading(path) as connection, explain(path):
         return Finder(find_text, find_array, folder, places_of(connection, folder), thorough=thorough)
 
 
 def places_of(connection: sqlite3.Connection, folder: Path) -> dict[str, Path]:
-    """Places of photographs that a person found again (`app.project.photographs`), by the path in the document."""
+    """Places of photographs that a user found again (`app.project.photographs`), by the path in the document."""
     places: dict[str, Path] = {}
     if connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'photograph'").fetchone() is not None:
         rows = connection.execute("SELECT place, now FROM photograph WHERE now IS NOT NULL").fetchall()
         for place, now in rows:
             with contextlib.suppress(*DAMAGE):
-                places[str(parsed(place)["path"])] = found_path(parsed(now), folder)
+                places[str(parse(place)["path"])] = find_path(parse(now), folder)
     return places

@@ -129,7 +129,7 @@ class Recording(QObject):
             self._is_idle = False
             try:
                 writer.write(history)
-            except Exception as error:  # the border of the thread: what a person does shall go on
+            except Exception as error:  # the border of the thread: what a user does shall go on
                 if not reported:
                     is_expected = isinstance(error, FileError)
                     log.warning("%s", error, exc_info=None if is_expected else error)
@@ -157,7 +157,7 @@ class Recording(QObject):
 
 
 def is_worth_keeping(project: Project) -> bool:
-    """True if a person has brought or made something: photographs, a material, a model, a light, BRDFs, notes."""
+    """True if a user has brought or made something: photographs, a material, a model, a light, BRDFs, notes."""
     brought = (project.sources, project.stack, project.mesh, project.environment, project.material.measured)
     worked = project.has_map or bool(project.comparison.entries or project.factoring.runs or project.notes)
     return worked or any(each is not None for each in brought)

@@ -13,18 +13,18 @@ from pathlib import Path
 
 from app.document.document import Project, Step
 from app.project.copying import becoming, copy_files
-from app.project.database import Guarded, salvaged
+from app.project.database import Guarded, salvage
 from app.project.photographs import Mark, keep, marks_in
 from app.project.project_file import (
     MAX_POSITION,
     History,
     Writer,
     data_folder,
+    describe_problem,
     finder_of,
     parts_in,
     read_part,
     read_state,
-    said_of,
     steps_in,
 )
 from app.project.values import DAMAGE, Absent, Finder
@@ -41,7 +41,7 @@ def recover(source: Path, target: Path) -> Steps[list[str]]:
     Raises InputError where nothing is sound, OutputError as `copy` does.
     """
     yield Progress(0.0, "reading what is sound")
-    with salvaged(source) as (connection, tables):
+    with salvage(source) as (connection, tables):
         history, lost = _sound(source, connection, tables)
         marks = _marks(source, connection, tables)
     with becoming(target) as partial:
@@ -120,7 +120,7 @@ def _document(path: Path, connection: Guarded, name: str, finder: Finder) -> tup
         except Absent as gone:
             lost.append(f"{part}: {gone}")
         except DAMAGE as error:
-            lost.append(said_of(part, error))
+            lost.append(describe_problem(part, error))
         except FileError as error:
             lost.append(f"{part}: {error.problem}")
     if not parts:

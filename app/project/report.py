@@ -12,15 +12,15 @@ from typing import Any
 
 from app.document.document import Project
 from app.document.document import Step as HistoryStep
-from app.project.arrays import damaged, file_of
-from app.project.database import Damaged, connected, explained, page_problems, reading, schema_of
+from app.project.arrays import file_of, find_damaged
+from app.project.database import Damaged, connect, explain, page_problems, reading, schema_of
 from app.project.declared import can_be_opened
-from app.project.made import noted, size_of
-from app.project.photographs import checked, files_of, marks_of, named, photographs, said_to_be_changed
+from app.project.made import list_notes, size_of
+from app.project.photographs import check, describe_changed, files_of, marks_of, name_files, photographs
 from app.project.pixels import check_pixels, open_kept
 from app.project.project_file import data_folder, read
 from app.project.tidying import names_in
-from app.project.values import DAMAGE, in_full, is_file, is_name, is_there, parsed
+from app.project.values import DAMAGE, in_full, is_file, is_name, is_there, parse
 from engine.capture.lights.sources import printable
 from engine.core.errors import FileError, InputError
 from engine.core.steps import Step, Steps
@@ -34,19 +34,19 @@ HASH = "blake2b-160"
 SETTINGS = ("slices", "tileable", "evened", "scale", "exponent_bits", "mixed", "error_bound_percent")
 
 
-def described(path: Path) -> dict[str, Any]:
+def describe(path: Path) -> dict[str, Any]:
     """For `lightarc project info --json`.
 
     `schema`, `name`, `photographs` (paths), `history_steps`, `position`, `missing` (photographs that are not there),
     `derived` (kind, bytes and presence of what can be made again, and the seconds that it took or None), `notes` (the
-    person's words), `last_change` (ISO 8601, UTC; where an older version wrote the file, that of the file) and
+    user's words), `last_change` (ISO 8601, UTC; where an older version wrote the file, that of the file) and
     `warnings` (photographs that are missing, doubts about the material).
     Raises InputError where this is no project.
     """
     opened = read(path)
     files = photographs(opened.current)
     missing = [file for file in files_of(opened.current) if not is_file(file)]
-    with connected(path) as connection:
+    with connect(path) as connection:
         schema = schema_of(connection, path)
         changed = connection.execute("SELECT value FROM meta WHERE name = 'changed'").fetchone()
     written = datetime.datetime.fromtimestamp(path.stat().st_mtime, datetime.UTC)
@@ -57,19 +57,19 @@ def described(path: Path) -> dict[str, Any]:
         "history_steps": len(opened.steps),
         "position": opened.position,
         "missing": [str(file) for file in missing],
-        "derived": list(_derived(path)),
+        "derived": list(_derive(path)),
         "notes": opened.current.notes,
         "last_change": str(changed[0]) if changed else written.isoformat(timespec="seconds"),
-        "warnings": [*_gone(missing, path), *_health(opened.current)],
+        "warnings": [*_describe_missing(missing, path), *_health(opened.current)],
     }
 
 
-def _gone(missing: Sequence[Path], project: Path) -> list[str]:
+def _describe_missing(missing: Sequence[Path], project: Path) -> list[str]:
     """One sentence on the photographs of a project that are not there, none where all are."""
     if not missing:
         return []
     remedy = f"`lightarc project find {shlex.quote(str(project))} --photographs FOLDER` finds those that moved"
-    return [f"{named(missing)} missing from {missing[0].parent}; {remedy}"]
+    return [f"{name_files(missing)} missing from {missing[0].parent}; {remedy}"]
 
 
 def _health(project: Project) -> list[str]:
@@ -83,7 +83,7 @@ def identity(path: Path) -> dict[str, Any]:
 
     `state` is the hash of the document with all that it holds. Raises InputError where the project holds nothing yet.
     """
-    with connected(path) as connection, explained(path):
+    with connect(path) as connection, explain(path):
         meta = dict(connection.execute("SELECT name, value FROM meta WHERE name IN ('name', 'current')"))
         steps = connection.execute("SELECT count(*) FROM step").fetchone()[0]
     if "current" not in meta:
@@ -95,7 +95,7 @@ def chain_of(path: Path, project: Project, steps: Sequence[HistoryStep]) -> dict
     """The chain from photographs to a material, as JSON for the bundle of `project`, kept at `path`, made by `steps`.
 
     `photographs` (file, and where the project has marked it, bytes and hash), `material` (settings), `brdf`, `steps`
-    (their words), and `notes` (the person's, where there are any). Empty where the material was not made from
+    (their words), and `notes` (the user's, where there are any). Empty where the material was not made from
     photographs here: it brings its own chain.
     """
     if project.stack is None:
@@ -128,7 +128,7 @@ def problems_of(path: Path) -> Steps[list[str]]:
     changed. All of it is read, by the readers that open a project. Raises InputError where it cannot be opened.
     """
     yield Step(0.0, "reading all states")
-    with connected(path) as connection, explained(path):
+    with connect(path) as connection, explain(path):
         found = page_problems(connection)
     opened = read(path, thorough=True)
     stacks = dict[Path, None]()
@@ -151,22 +151,22 @@ def problems_of(path: Path) -> Steps[list[str]]:
             yield from check_pixels(open_kept(stack, verify=True))
         except InputError as error:
             found.append(f"{stack.name} can be made again: {error}")
-    found += [f"{name} is damaged, and can be made again" for name in (yield from damaged(data_folder(path)))]
-    about = yield from checked(path, files_of(opened.current), thorough=True)
-    found += _gone(about.missing, path)
-    return found + ([said_to_be_changed(about.changed)] if about.changed else [])
+    found += [f"{name} is damaged, and can be made again" for name in (yield from find_damaged(data_folder(path)))]
+    about = yield from check(path, files_of(opened.current), thorough=True)
+    found += _describe_missing(about.missing, path)
+    return found + ([describe_changed(about.changed)] if about.changed else [])
 
 
-def _derived(path: Path) -> Iterator[dict[str, Any]]:
+def _derive(path: Path) -> Iterator[dict[str, Any]]:
     """All that lies beside the file: arrays and stacks that the document or its history names, factors and bakes."""
     folder = data_folder(path)
     named = set[tuple[str, str]]()
-    with connected(path) as connection, explained(path):
+    with connect(path) as connection, explain(path):
         inside = {row[0] for row in connection.execute("SELECT name FROM array")}
         for (text,) in connection.execute("SELECT text FROM value"):
             with contextlib.suppress(*DAMAGE):
-                named.update(names_in(parsed(text)))
-    took = {each.name: each for each in noted(path)}
+                named.update(names_in(parse(text)))
+    took = {each.name: each for each in list_notes(path)}
     for kind, name in sorted(named):
         if kind == "value" or name in inside or not (is_name(name) if kind == "array" else can_be_opened(Path(name))):
             continue

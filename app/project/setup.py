@@ -1,6 +1,6 @@
-"""A project as the command line works on it: the scene and the mode that a person set up in the window.
+"""A project as the command line works on it: the scene and the mode that a user set up in the window.
 
-The scene is complete or there is none: where data beside the file are gone, a picture of what is left would be another.
+The scene is complete or there is none: where data beside the file are gone, an image of what is left would be another.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from app.document.modes import mode_of
 from app.document.scene import DEFAULT_MODEL, scene_of_project
 from app.project.project_file import ENDING, data_folder, read
 from engine.core.errors import InputError
-from engine.geometry.shapes import framed, shape
+from engine.geometry.shapes import frame_mesh, shape
 from engine.scene.scene import Scene
 
-#: Parts that a scene is made of, and what a person calls them.
+#: Parts that a scene is made of, and what a user calls them.
 PARTS = {
     "mesh": "model",
     "environment": "light",
@@ -44,7 +44,7 @@ def is_project(path: str | Path) -> bool:
 
 
 def set_up(path: Path, aspect: float = 4.0 / 3.0) -> Setup:
-    """The scene that a person set up in the project at `path`; a model that nobody moved is framed for
+    """The scene that a user set up in the project at `path`; a model that nobody moved is framed for
     `aspect` (width over height).
 
     Raises InputError where this is no project, or data are gone that the scene needs.
@@ -57,6 +57,6 @@ def set_up(path: Path, aspect: float = 4.0 / 3.0) -> Setup:
         raise InputError(path, f"has lost its {' and '.join(gone)} with the data beside it", remedy)
     project = opened.current
     mesh = project.mesh or shape(DEFAULT_MODEL)
-    camera = project.camera or framed(mesh, aspect)
+    camera = project.camera or frame_mesh(mesh, aspect)
     scene = scene_of_project(project, mesh, project.material.reflectance, camera)
     return Setup(path, project, scene, mode_of(project.look.mode, project).value)

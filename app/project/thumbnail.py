@@ -1,4 +1,4 @@
-"""A small picture of a project, beside its file: the material as its photographs show it under the highest light.
+"""A small image of a project, beside its file: the material as its photographs show it under the highest light.
 
 It stands for the project in lists of recent ones and after a crash, and is written anew when the material changes.
 So is its title, the name of the material: lists show both without opening the project, which may be damaged or large.
@@ -49,17 +49,17 @@ def _title_file(path: Path) -> Path:
 
 
 def thumbnail_of(path: Path) -> Path:
-    """The file of the picture of the project at `path`; it may not exist."""
+    """The file of the image of the project at `path`; it may not exist."""
     return data_folder(path) / "thumbnail.png"
 
 
-def pictured(project: Project) -> tuple[object, ...]:
-    """Parts of a document that its picture is made of."""
+def list_image_parts(project: Project) -> tuple[object, ...]:
+    """Parts of a document that its image is made of."""
     material = project.material
     return (material.shading_map, material.power_law, material.directional, project.stack)
 
 
-def picture_of(project: Project) -> NDArray[np.uint8] | None:
+def image_of(project: Project) -> NDArray[np.uint8] | None:
     """(72, 96, 3) uint8, sRGB-coded: the middle of the brightest slice, of planes lit from the upper left, or of the
     brightest photograph.
 
@@ -72,7 +72,7 @@ def picture_of(project: Project) -> NDArray[np.uint8] | None:
     elif power_law is not None:
         radiance = power_law.scale
     elif directional is not None:
-        radiance = directional.picture(UPPER_LEFT)
+        radiance = directional.image(UPPER_LEFT)
     elif stack is not None and are_there(stack):
         radiance = stack.radiance[int(np.argmax(stack.mean_radiance))]
     else:
@@ -84,20 +84,20 @@ def picture_of(project: Project) -> NDArray[np.uint8] | None:
     cut = np.asarray(radiance[top : top + step * down, left : left + step * across], np.float32)
     small = np.nan_to_num(cut.reshape(down, step, across, step, 3).mean(axis=(1, 3)), posinf=0.0)
     white = float(np.quantile(small, WHITE)) or 1.0
-    picture = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
+    image = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
     rows, columns = (SIZE[1] - down) // 2, (SIZE[0] - across) // 2
     coded = np.round(255.0 * srgb_encode(np.clip(small / white, 0.0, 1.0)))
-    picture[rows : rows + down, columns : columns + across] = coded.astype(np.uint8)
-    return picture
+    image[rows : rows + down, columns : columns + across] = coded.astype(np.uint8)
+    return image
 
 
 def keep_thumbnail(path: Path, project: Project) -> Steps[None]:
     """Write image and title of `project` next to its file. Raises OutputError where that cannot be done."""
-    yield Step(0.0, "making a small picture")
+    yield Step(0.0, "making a small image")
     from engine.images.encode import encode_png
 
     write_bytes(_title_file(path), project.name[:MAX_TITLE].encode())
 
-    picture = picture_of(project)
-    if picture is not None:
-        write_bytes(thumbnail_of(path), encode_png(picture))
+    image = image_of(project)
+    if image is not None:
+        write_bytes(thumbnail_of(path), encode_png(image))

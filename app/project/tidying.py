@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from app.project.values import DAMAGE, parsed
+from app.project.values import DAMAGE, parse
 from engine.core.errors import FileError
 from engine.storage.atomic import discard, perform
 from engine.storage.partial_names import partial_name
@@ -59,16 +59,14 @@ def _forget_rows(connection: sqlite3.Connection) -> tuple[set[str], set[str]]:
         used |= {row[0] for row in connection.execute("SELECT value FROM meta WHERE name = 'current'")}
         _keep_only(connection, "state", used | _last_built(connection))
         held, arrays, named = set[str](), set[str](), set[str]()
-        waiting = [
-            name for (parts,) in connection.execute("SELECT parts FROM state") for name in parsed(parts).values()
-        ]
+        waiting = [name for (parts,) in connection.execute("SELECT parts FROM state") for name in parse(parts).values()]
         while waiting:
             name = waiting.pop()
             if name in held:
                 continue
             held.add(name)
             row = connection.execute("SELECT text FROM value WHERE name = ?", (name,)).fetchone()
-            for kind, content in names_in(parsed(row[0])) if row else ():
+            for kind, content in names_in(parse(row[0])) if row else ():
                 if kind == "value":
                     waiting.append(content)
                 else:
@@ -82,7 +80,7 @@ def _last_built(connection: sqlite3.Connection) -> set[str]:
     """A state of each of the last materials that were built."""
     found: dict[str, str] = {}
     for name, parts in connection.execute("SELECT name, parts FROM state ORDER BY rowid DESC"):
-        found.setdefault(str(parsed(parts).get("built_from", "")), name)
+        found.setdefault(str(parse(parts).get("built_from", "")), name)
     return {name for recipe, name in found.items() if recipe in list(found)[:KEPT_MATERIALS]}
 
 

@@ -40,7 +40,7 @@ DERIVED = (
 )
 
 #: Deepest nesting of a value that is read, and most values within one, each counted as often as it is named.
-MOST_DEPTH, MAX_NODES = 60, 2_000_000
+MAX_DEPTH, MAX_NODES = 60, 2_000_000
 
 #: What making a value of damaged text raises; `UsageError` is a ValueError.
 DAMAGE = (ValueError, KeyError, TypeError, AttributeError, IndexError, ArithmeticError, RecursionError)
@@ -90,7 +90,7 @@ class Work:
 class Finder:
     """The other direction: `text` and `array` give what was kept under a name, or raise Absent.
 
-    `places` are paths by which the file knows what a person has found elsewhere since; `made` are the values that were
+    `places` are paths by which the file knows what a user has found elsewhere since; `made` are the values that were
     read, by name, and `gone` the parts of materials whose data are not there. `work` bounds what one value may hold,
     and `sizes` are nodes and height of each value in `made`: what names others twice at each level is small on disk
     and has no end in memory. A `thorough` finder also searches large arrays for numbers that are not finite.
@@ -112,7 +112,7 @@ def is_name(text: Any) -> bool:
     return isinstance(text, str) and len(text) == 40 and not text.strip("0123456789abcdef")
 
 
-def parsed(text: str) -> Any:
+def parse(text: str) -> Any:
     """The JSON value of a text; ValueError or RecursionError where it is none, or holds more than `MAX_NODES`."""
     if text.count(",") + text.count("[") + text.count("{") > MAX_NODES:
         raise ValueError("a value holds too many others")
@@ -147,6 +147,9 @@ def array_parts(array: Array) -> tuple[bytes, memoryview]:
     np.lib.format.write_array_header_1_0(header, np.lib.format.header_data_from_array_1_0(whole))
     return header.getvalue(), whole.reshape(-1).view(np.uint8).data
 
+
+#: Names under which fields are stored where their classes call them otherwise: what is stored keeps its names.
+STORED = {"Setting": {"parameters": "knobs"}, "Colours": {"image": "picture"}}
 
 #: The header of an .npy file of version 1.0 as `array_parts` writes it, by numpy's own function.
 _HEADER = re.compile(
@@ -187,7 +190,7 @@ def array_from(content: Any) -> Array:
     return array
 
 
-def encoded(value: Any, keeper: Keeper, derived: bool = False) -> Any:
+def encode(value: Any, keeper: Keeper, derived: bool = False) -> Any:
     """`value` as what JSON can say; TypeError for what is not a value of the document."""
     if value is None or isinstance(value, bool | str):
         return value
@@ -198,73 +201,74 @@ def encoded(value: Any, keeper: Keeper, derived: bool = False) -> Any:
     if isinstance(value, float | np.floating):
         return float(value) if math.isfinite(value) else {"float": str(float(value))}
     if isinstance(value, PurePath):
-        return keeper.file(Path(value)) if keeper.file else said_path(_inside_of(keeper, Path(value)), keeper.folder)
+        return keeper.file(Path(value)) if keeper.file else encode_path(_inside_of(keeper, Path(value)), keeper.folder)
     if isinstance(value, np.ndarray):
         return {"array": keeper.array(value, derived)}
     if isinstance(value, ImageStack) and value.folder is not None:
-        return {"stack": said_path(_inside_of(keeper, value.folder), keeper.folder)["path"]}
+        return {"stack": encode_path(_inside_of(keeper, value.folder), keeper.folder)["path"]}
     if isinstance(value, Mapping):
-        return {"map": [[encoded(part, keeper, derived) for part in item] for item in value.items()]}
+        return {"map": [[encode(part, keeper, derived) for part in item] for item in value.items()]}
     if isinstance(value, frozenset):
-        return {"set": sorted((encoded(part, keeper, derived) for part in value), key=json.dumps)}
+        return {"set": sorted((encode(part, keeper, derived) for part in value), key=json.dumps)}
     if isinstance(value, list):
-        return [encoded(part, keeper, derived) for part in value]
+        return [encode(part, keeper, derived) for part in value]
     if isinstance(value, tuple) and not hasattr(value, "_fields"):
-        return {"tuple": [encoded(part, keeper, derived) for part in value]}
-    return _encoded_object(value, keeper, derived)
+        return {"tuple": [encode(part, keeper, derived) for part in value]}
+    return _encode_object(value, keeper, derived)
 
 
 def _inside_of(keeper: Keeper, path: Path) -> Path:
     return keeper.folder / path.relative_to(keeper.own) if keeper.own and path.is_relative_to(keeper.own) else path
 
 
-def _encoded_object(value: Any, keeper: Keeper, derived: bool) -> Any:
+def _encode_object(value: Any, keeper: Keeper, derived: bool) -> Any:
     kind = type(value)
     name = kind.__name__
     if name not in CLASSES.get(kind.__module__, ()):
         raise TypeError(f"{kind.__module__}.{name} is not a value of the document")
     derived = derived or name in DERIVED
     kept = [part for part in _parts(kind) if (name, part) != ("Unpacked", "folder")]  # a handle, not a value
-    parts = {part: encoded(getattr(value, part), keeper, derived) for part in kept}
+    stored = STORED.get(name, {})
+    parts = {stored.get(part, part): encode(getattr(value, part), keeper, derived) for part in kept}
     said = {"is": name, "of": parts}
     if dataclasses.is_dataclass(kind) and kind.__eq__ is object.__eq__:
         return {"value": keeper.text(json.dumps(said, sort_keys=True, allow_nan=False))}
     return said
 
 
-def decoded(said: Any, finder: Finder, depth: int = 0) -> Any:
+def decode(said: Any, finder: Finder, depth: int = 0) -> Any:
     """The value that `said` describes.
 
     Raises Absent where a part is gone, and one of `DAMAGE` where this is no value of the document.
     """
     finder.work.nodes += 1
-    if depth > MOST_DEPTH or finder.work.nodes > MAX_NODES:
-        raise ValueError("values are nested too deeply" if depth > MOST_DEPTH else "a value holds too many others")
+    if depth > MAX_DEPTH or finder.work.nodes > MAX_NODES:
+        raise ValueError("values are nested too deeply" if depth > MAX_DEPTH else "a value holds too many others")
     finder.work.deepest = max(finder.work.deepest, depth)
     if said is None or isinstance(said, bool | str | int | float):
         return said
     if isinstance(said, list):
-        return [decoded(part, finder, depth + 1) for part in said]
+        return [decode(part, finder, depth + 1) for part in said]
     if not isinstance(said, dict) or not said:
         raise ValueError(f"no value: {said!r:.60}")
     kind, content = max(said.items())  # of a path with a second key, "path"; of an object, "of"
     if kind == "of":
-        return _decoded_object(said, finder, depth)
+        return _decode_object(said, finder, depth)
     if kind == "value":
-        return _decoded_own(str(content), finder, depth)
+        return _decode_own(str(content), finder, depth)
     if kind == "array":
         return finder.array(str(content))
     if kind == "path":
-        return found_path(said, finder.folder, finder.places)
+        return find_path(said, finder.folder, finder.places)
     if kind == "stack":
-        return _opened_stack(_inside(str(content), finder.folder), finder)
+        return _open_stack(_inside(str(content), finder.folder), finder)
     if kind == "verdict":
         return Verdict(content)
     if kind == "float":
         return _infinite(content)
     if not isinstance(content, list):
         raise ValueError(f"no value: {said!r:.60}")
-    parts = [decoded(part, finder, depth + 1) for part in content]
+    parts = [decode(part, finder, depth + 1) for part in content]
     if kind == "tuple":
         return tuple(parts)
     if kind == "set":
@@ -280,18 +284,18 @@ def _infinite(text: Any) -> float:
     return float(text)
 
 
-def _decoded_own(name: str, finder: Finder, depth: int) -> Any:
+def _decode_own(name: str, finder: Finder, depth: int) -> Any:
     """An object that is compared by identity: the same one wherever it is named."""
     work = finder.work
     if name in finder.sizes:
         nodes, height = finder.sizes[name]
         work.nodes, work.deepest = work.nodes + nodes, max(work.deepest, depth + height)
-        if work.nodes > MAX_NODES or work.deepest > MOST_DEPTH:
+        if work.nodes > MAX_NODES or work.deepest > MAX_DEPTH:
             raise ValueError("a value holds too many others, or is nested too deeply")
         return finder.made[name]
     nodes, deepest = work.nodes, work.deepest
     work.deepest = depth
-    made = decoded(parsed(finder.text(name)), finder, depth + 1)
+    made = decode(parse(finder.text(name)), finder, depth + 1)
     if not dataclasses.is_dataclass(made) or type(made).__eq__ is not object.__eq__:
         raise ValueError("a value of its own that is no object")
     finder.made[name], finder.sizes[name] = made, (work.nodes - nodes, work.deepest - depth)
@@ -299,18 +303,19 @@ def _decoded_own(name: str, finder: Finder, depth: int) -> Any:
     return made
 
 
-def _decoded_object(said: Mapping[str, Any], finder: Finder, depth: int) -> Any:
+def _decode_object(said: Mapping[str, Any], finder: Finder, depth: int) -> Any:
     name, parts = said["is"], said["of"]
     if not isinstance(name, str) or not isinstance(parts, dict) or not any(name in names for names in CLASSES.values()):
         raise ValueError(f"no class of the document: {name!r:.60}")
     kind = class_named(name)
     if name == "Sources" and "archive" in (parts.get("unpacked") or ()):  # schema 1 kept no more than its name
         parts = {**parts, "unpacked": None}
-    known = {part: each for part, each in parts.items() if part in _parts(kind)}
+    fields = {stored: field for field, stored in STORED.get(name, {}).items()}
+    known = {field: each for part, each in parts.items() if (field := fields.get(part, part)) in _parts(kind)}
     if name == "Material":  # a material whose maps are gone is built again
         values = {part: _or_none(part, each, finder, depth) for part, each in known.items()}
     else:
-        values = {part: decoded(each, finder, depth + 1) for part, each in known.items()}
+        values = {part: decode(each, finder, depth + 1) for part, each in known.items()}
     problem = problem_of(kind, values, thorough=finder.thorough)
     if problem:
         raise ValueError(problem)
@@ -319,13 +324,13 @@ def _decoded_object(said: Mapping[str, Any], finder: Finder, depth: int) -> Any:
 
 def _or_none(part: str, said: Any, finder: Finder, depth: int) -> Any:
     try:
-        return decoded(said, finder, depth + 1)
+        return decode(said, finder, depth + 1)
     except Absent:
         finder.gone.add(part)
         return None
 
 
-def _opened_stack(folder: Path, finder: Finder) -> ImageStack:
+def _open_stack(folder: Path, finder: Finder) -> ImageStack:
     from app.project.pixels import open_kept
 
     key = f"stack {folder}"
@@ -349,7 +354,7 @@ def in_full(path: Path) -> Path:
     return Path(os.path.normpath(path.absolute()))
 
 
-def said_path(path: Path, folder: Path) -> dict[str, str]:
+def encode_path(path: Path, folder: Path) -> dict[str, str]:
     """A path below the folder of the data relative to it; any other in full, and as seen from the project's folder."""
     path = in_full(path)
     if path.is_relative_to(folder):
@@ -360,8 +365,8 @@ def said_path(path: Path, folder: Path) -> dict[str, str]:
         return {"path": str(path)}
 
 
-def found_path(said: Mapping[str, Any], folder: Path, places: Mapping[str, Path] = MappingProxyType({})) -> Path:
-    """The path that is there: where a person found it again (`places`), as seen from the project now, or in full.
+def find_path(said: Mapping[str, Any], folder: Path, places: Mapping[str, Path] = MappingProxyType({})) -> Path:
+    """The path that is there: where a user found it again (`places`), as seen from the project now, or in full.
 
     ValueError where it is no path.
     """

@@ -1,1 +1,1 @@
-"""Data of one run and of one person: the working folder, settings and the machine profile."""
+"""Data of one run and of one user: the working folder, settings and the machine profile."""

@@ -70,7 +70,7 @@ def use(place: Path) -> bool:
     return mark.exists()
 
 
-def used(place: Path) -> None:
+def mark_used(place: Path) -> None:
     """Mark an entry as used now."""
     with suppress(OSError):
         os.utime(place)
@@ -123,7 +123,7 @@ def size_bytes() -> int:
 def keep_within(limit: int | None = None) -> int:
     """Remove entries, those used longest ago first, until the rest is within the limit; the bytes that went."""
     limit = limit_bytes() if limit is None else limit
-    found = sorted(((_used_at(place), _size_of(place), place) for place in _entries()), key=lambda each: each[0])
+    found = sorted(((_get_last_use(place), _size_of(place), place) for place in _entries()), key=lambda each: each[0])
     total, freed = sum(size for _, size, _ in found), 0
     for _, size, place in found:
         if total - freed <= limit:
@@ -196,7 +196,7 @@ def _size_of(place: Path) -> int:
     return 0
 
 
-def _used_at(place: Path) -> float:
+def _get_last_use(place: Path) -> float:
     with suppress(OSError):
         return place.stat().st_mtime
     return 0.0

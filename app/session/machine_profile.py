@@ -1,8 +1,8 @@
-"""The machine profile: measured once, kept in the person's cache folder, measured again if it is missing.
+"""The machine profile: measured once, kept in the user's cache folder, measured again if it is missing.
 
 Bakes correct it, and frames that were timed as a whole: those of `render`, of transport files too, of a tradeoff, and
 of the window's measurement of costs. Frames of the viewport do not: they are drawn in pieces between gestures, beside
-jobs that take what they like of the processor; nor do films by OpenGL, whose frames are read back and coded in between.
+jobs that take what they like of the CPU; nor do films by OpenGL, whose frames are read back and coded in between.
 Nor does anything beside which other programs worked: it would have been faster alone.
 """
 
@@ -17,14 +17,14 @@ from typing import TYPE_CHECKING, Any
 from app.session.settings import cache_folder
 from engine.core.errors import OutputError
 from engine.core.figure_text import percent
-from engine.core.steps import Step, Steps, relayed
+from engine.core.steps import Step, Steps, relay
 from engine.geometry.camera import frame
 from engine.planning.costs.cost_model import BUSY, load_model, save
 from engine.planning.costs.planned import planning_of
-from engine.planning.costs.setting import Setting, knobs_of
-from engine.planning.effects.sample import of_surface
+from engine.planning.costs.setting import Setting, parameters_of
+from engine.planning.effects.sample import sample_surface
 from engine.scene.scene import Scene
-from engine.tradeoff.predict import Predictions, drawn_s
+from engine.tradeoff.predict import Predictions, predict_frame_s
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from engine.planning.costs.cost_model import CostModel
     from engine.tradeoff.point import Point
     from engine.transport.method import Method, Subject
-    from engine.transport.relit import Relit
+    from engine.transport.relight import RelightTransport
 
 log = logging.getLogger(__name__)
 
@@ -56,13 +56,13 @@ def cost_model(*, anew: bool = False) -> Steps[CostModel]:
 
     path = cost_path()
     kept = load_model(path) if path is not None and not anew else None
-    if kept is not None and not kept.expired(time.time()):
+    if kept is not None and not kept.is_expired(time.time()):
         return kept
     budget = "once on this machine, some 10 s while nothing else runs"
-    model = yield from relayed(calibrate(), lambda step: Step(step.done, f"{step.note}: {budget}", step.partial))
+    model = yield from relay(calibrate(), lambda step: Step(step.done, f"{step.note}: {budget}", step.partial))
     if model.background_load > BUSY:
         log.warning(
-            "Other programs used %s of the processors during this measurement, so predicted times are too long. "
+            "Other programs used %s of the CPUs during this measurement, so predicted times are too long. "
             "Measure it again when it is idle, with: lightarc plan … --calibrate",
             percent(model.background_load),
         )
@@ -81,7 +81,7 @@ def _learn_bake(method: str, predicted_s: float, bake_s: float) -> None:
     path = cost_path()
     kept = load_model(path) if path is not None else None
     if path is not None and kept is not None:
-        found = kept.learned(method, predicted_s, bake_s)
+        found = kept.learn(method, predicted_s, bake_s)
         if found is not kept:
             _keep(found, path)
 
@@ -89,28 +89,28 @@ def _learn_bake(method: str, predicted_s: float, bake_s: float) -> None:
 def learn_bake(subject: Subject, method: Method, settings: Any, bake_s: float, since: Spent) -> None:
     """Tell the kept profile what a bake of these settings took from `since` on; nothing of one that plans do not know.
 
-    Plans know one BRDF for the whole model, and settings whose knobs alone differ from the usual.
+    Plans know one BRDF for the whole model, and settings whose parameters alone differ from the usual.
     """
-    chosen = {name: getattr(settings, name) for name in knobs_of(method.name)}
+    chosen = {name: getattr(settings, name) for name in parameters_of(method.name)}
     if subject.variations or settings != replace(method.settings(), **chosen) or _was_disturbed(since):
         return
-    knobs = {name: int(value) if isinstance(value, bool) else value for name, value in chosen.items()}
-    knobs = {name: value for name, value in knobs.items() if value is not None}
+    parameters = {name: int(value) if isinstance(value, bool) else value for name, value in chosen.items()}
+    parameters = {name: value for name, value in parameters.items() if value is not None}
     scene = Scene(subject.mesh, frame(subject.mesh.positions), subject.brdf, ground=subject.ground)
-    predicted = _predicted(scene, Setting(method.name, knobs), (1, 1), 1, 1)
+    predicted = _predict(scene, Setting(method.name, parameters), (1, 1), 1, 1)
     _learn_bake(method.name, predicted.get("bake_s", 0.0), bake_s)
 
 
 def _was_disturbed(since: Spent) -> bool:
     """True if other programs or jobs took the CPUs from then on, so that times teach nothing of an idle machine."""
-    from engine.core.stopwatch import DISTURBED, background_load, had_company, spent
+    from engine.core.stopwatch import DISTURBED, background_load, had_company, read_clock
 
     if had_company():
         log.info("The machine profile learns nothing: another computation ran at the same time.")
         return True
-    load = background_load(since, spent())
+    load = background_load(since, read_clock())
     if load > DISTURBED:
-        log.info("The machine profile learns nothing: other programs used %s of the processors.", percent(load))
+        log.info("The machine profile learns nothing: other programs used %s of the CPUs.", percent(load))
     return load > DISTURBED
 
 
@@ -126,21 +126,30 @@ def learn_frame(
     device: str,
 ) -> None:
     """Tell the kept profile what a frame of `setting` took from `since` on, by `device`, which it has measured."""
-    kept = _kept_for(device, setting.mode)
+    kept = _find_kept_for(device, setting.mode)
     if kept is None or scene.environment is None or _was_disturbed(since):
         return
     if setting.mode == "reference":
-        predicted_s = _predicted(scene, setting, size, samples, depth).get("frame_s", 0.0)
+        predicted_s = _predict(scene, setting, size, samples, depth).get("frame_s", 0.0)
     else:
-        predicted_s = drawn_s(kept, of_surface(scene.mesh, scene.ground), setting, scene.camera, size, samples)
+        predicted_s = predict_frame_s(
+            kept, sample_surface(scene.mesh, scene.ground), setting, scene.camera, size, samples
+        )
     _learn_frame(kept, setting.mode, predicted_s, frame_s)
 
 
 def learn_relit(
-    relit: Relit, camera: Camera, size: tuple[int, int], frame_s: float, since: Spent, *, samples: int, device: str
+    relit: RelightTransport,
+    camera: Camera,
+    size: tuple[int, int],
+    frame_s: float,
+    since: Spent,
+    *,
+    samples: int,
+    device: str,
 ) -> None:
     """Tell the kept profile what a frame of a bake took from `since` on; nothing of one that no plan would choose."""
-    kept = _kept_for(device, relit.method)
+    kept = _find_kept_for(device, relit.method)
     if kept is None or _was_disturbed(since):
         return
     try:
@@ -148,11 +157,11 @@ def learn_relit(
     except ValueError:
         return
     diffuse = relit.flat_vertex == 0
-    predicted_s = drawn_s(kept, relit.mesh, setting, camera, size, samples, diffuse=diffuse)
+    predicted_s = predict_frame_s(kept, relit.mesh, setting, camera, size, samples, diffuse=diffuse)
     _learn_frame(kept, relit.method, predicted_s, frame_s)
 
 
-def _kept_for(device: str, mode: str) -> CostModel | None:
+def _find_kept_for(device: str, mode: str) -> CostModel | None:
     """The kept profile, if frames of `mode` by `device` are those that it has measured."""
     path = cost_path()
     kept = load_model(path) if path is not None else None
@@ -160,12 +169,12 @@ def _kept_for(device: str, mode: str) -> CostModel | None:
 
 
 def _learn_frame(kept: CostModel, mode: str, predicted_s: float, frame_s: float) -> None:
-    path, found = cost_path(), kept.learned_frame(mode, predicted_s, frame_s)
+    path, found = cost_path(), kept.learn_frame(mode, predicted_s, frame_s)
     if path is not None and found is not kept:
         _keep(found, path)
 
 
-def _predicted(scene: Scene, setting: Setting, size: tuple[int, int], samples: int, depth: int) -> dict[str, float]:
+def _predict(scene: Scene, setting: Setting, size: tuple[int, int], samples: int, depth: int) -> dict[str, float]:
     """Seconds by the kept profile, in a process that has baked nothing yet; nothing without a profile."""
     path = cost_path()
     kept = load_model(path) if path is not None else None
@@ -182,9 +191,9 @@ def learn_from(points: Sequence[Point], since: Spent) -> None:
         return
     found = kept
     for mode, predicted_s, bake_s in _middle(points, "bake_s"):
-        found = found.learned(mode, predicted_s, bake_s)
+        found = found.learn(mode, predicted_s, bake_s)
     for mode, predicted_s, frame_s in _middle(points, "frame_s"):
-        found = found.learned_frame(mode, predicted_s, frame_s)
+        found = found.learn_frame(mode, predicted_s, frame_s)
     if found is not kept:
         _keep(found, path)
 

@@ -1,4 +1,4 @@
-"""Settings kept between two starts: one small JSON file in the person's configuration folder.
+"""Settings kept between two starts: one small JSON file in the user's configuration folder.
 
 A file that cannot be understood is put aside under another name and defaults are used; without a folder that can be
 written, the program works and forgets.
@@ -31,8 +31,8 @@ log = logging.getLogger(__name__)
 
 FILE_LIMIT_BYTES = 2**20
 
-#: No limit is larger: processors, and gigabytes of memory.
-MOST = 2**20
+#: No limit is larger: CPUs, and gigabytes of memory.
+MAXIMUM = 2**20
 
 #: Files, projects, and names of docks that are remembered.
 RECENT, MAX_PROJECTS, MAX_DOCKS = 8, 500, 8
@@ -50,7 +50,7 @@ NUMBERS = ("system", ".", ",")
 #: Millimetres of each unit in which lengths can be given.
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "in": 25.4}
 
-#: Drawing: by what the system chooses, its second graphics card, or the processor alone.
+#: Drawing: by what the system chooses, its second graphics card, or the CPU alone.
 GRAPHICS = ("system", "second", "processor")
 
 
@@ -58,16 +58,16 @@ GRAPHICS = ("system", "second", "processor")
 class Settings:
     """Remembered choices; `geometry` and `layout` are Qt's own description in hexadecimal.
 
-    `closed_docks` are those of a workspace that the person has closed: Qt's description has them as they were last.
+    `closed_docks` are those of a workspace that the user has closed: Qt's description has them as they were last.
     `dock_sizes` are their widths and heights in turn.
-    `workspace` is the one that was in front, for the start after a crash. `output_folder` is where a picture, a
+    `workspace` is the one that was in front, for the start after a crash. `output_folder` is where an image, a
     bundle or exports were written last.
     `recent_projects` are all projects that were ever opened, the latest first, and `recent_files` what was opened last
     of everything else.
-    `measure_error` says whether the picture in the View workspace is compared with a reference in the background.
+    `measure_error` says whether the image in the View workspace is compared with a reference in the background.
     `numbers` is the decimal mark, one of `NUMBERS`; `unit` is that of lengths, one of `UNITS_MM`; `graphics` draws, one
     of `GRAPHICS`; `tone_map` is that of new projects. `threads` and `memory_gb` are
-    the processors that the program uses and the memory that a plan may choose; 0 is no limit. `cache_gb` is the size of
+    the CPUs that the program uses and the memory that a plan may choose; 0 is no limit. `cache_gb` is the size of
     the working copies in the cache (`app.session.cache`); 0 for what suits the disk. `has_seen_hints` is
     true once the first hints were shown.
     """
@@ -215,14 +215,14 @@ def _from_json(values: Any) -> Settings:
     if not all(isinstance(flag, bool) for flag in flags.values()):
         raise ValueError("measure_error or has_seen_hints is neither true nor false")
     limits = {name: values[name] for name in ("threads", "memory_gb", "cache_gb") if name in values}
-    if not all(type(limit) in (int, float) and 0 <= limit < MOST for limit in limits.values()):
+    if not all(type(limit) in (int, float) and 0 <= limit < MAXIMUM for limit in limits.values()):
         raise ValueError("threads, memory_gb or cache_gb is no number from 0")
     limits = {name: int(limit) if name == "threads" else float(limit) for name, limit in limits.items()}
     sizes = values.get("dock_sizes", [])
     if (
         not isinstance(sizes, list)
         or len(sizes) % 2
-        or not all(type(side) is int and 0 < side < MOST for side in sizes)
+        or not all(type(side) is int and 0 < side < MAXIMUM for side in sizes)
     ):
         raise ValueError("dock_sizes is not a list of widths and heights")
     return Settings(

@@ -278,7 +278,7 @@ class StartPage(QScrollArea):
         self.examples.setFixedWidth(EXAMPLES_WIDTH) if has_projects else self.examples.setMaximumWidth(MAX_WIDTH)
         if not has_projects:
             self.examples.setMinimumWidth(0)
-        self._bound_examples()
+        self._on_bound_examples()
         directions = QBoxLayout.Direction
         self.examples_box.setDirection(directions.TopToBottom if has_projects else directions.LeftToRight)
         self.body.setStretch(0, 1 if has_projects else 0)
@@ -286,7 +286,7 @@ class StartPage(QScrollArea):
         self._count()
         self._search_shown()
 
-    def _bound_examples(self) -> None:
+    def _on_bound_examples(self) -> None:
         """Let images fill their cards, so that the words below are seen in small windows too."""
         inner = min(self.viewport().width(), MAX_WIDTH) - 12 * STEP
         card = (inner - 4 * STEP * (len(self.cards) - 1)) // max(1, len(self.cards))
@@ -366,9 +366,9 @@ class StartPage(QScrollArea):
             return
         name = file_name(words, path.stem)
         job = self.bench.jobs.submit(f"Renaming {path.stem}", lambda: rename(path, name), lane="save")
-        job.succeeded.connect(lambda new: self._renamed(path, new))
+        job.succeeded.connect(lambda new: self._on_renamed(path, new))
 
-    def _renamed(self, path: Path, new: Path) -> None:
+    def _on_renamed(self, path: Path, new: Path) -> None:
         if new != path:
             self.renamed.emit(path, new)
             self.read()
@@ -408,17 +408,17 @@ class StartPage(QScrollArea):
         inside = self.widget()
         if inside is not None:
             inside.setMaximumWidth(self.viewport().width())
-            self._bound_examples()
+            self._on_bound_examples()
 
 
 def begin_clean_up(bench: Workbench, path: Path, name: str) -> Job:
     """Clean up the project at `path` in the background, and say what that freed."""
     job = bench.jobs.submit(f"Cleaning up {name}", lambda: clean_up(path), lane="save", resource=str(path))
-    job.succeeded.connect(lambda found: bench.said.emit(cleaned_text(name, found)))
+    job.succeeded.connect(lambda found: bench.said.emit(describe_cleaning(name, found)))
     return job
 
 
-def cleaned_text(name: str, found: CleanedUp) -> str:
+def describe_cleaning(name: str, found: CleanedUp) -> str:
     """What a clean-up freed, and the first reason why something stays."""
     freed = f"{name}: {size_text(found.freed_bytes)} freed"
     return f"{freed}. {found.kept[0]}" if found.kept else freed
@@ -538,14 +538,14 @@ class ExampleCard(_Card):
         place = QRect(0, 0, self.width(), self.height() - self.WORDS)
         wanted = place.size() * scale
         if self._scaled.size() != wanted and not self.image.isNull():
-            self._scaled = fitted(self.image, wanted)
+            self._scaled = fit(self.image, wanted)
         painter.drawImage(place, self._scaled)
         about = "Opening…" if self.is_opening else self.example.about
         words = QRect(PADDING, place.bottom() + 2 + STEP, self.width() - 2 * PADDING, 40)
         self.draw_words(painter, words, about)
 
 
-def fitted(image: QImage, size: QSize) -> QImage:
+def fit(image: QImage, size: QSize) -> QImage:
     """`image` over the whole of `size`; where nearly half of it would be cut off, whole and on its own ground."""
     ratio = (image.width() * size.height()) / max(1, image.height() * size.width())
     modes = Qt.AspectRatioMode

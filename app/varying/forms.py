@@ -28,15 +28,15 @@ AXES = {"x": "Left to right (x)", "y": "Bottom to top (y)", "z": "Back to front 
 OPEN = "open"
 
 
-def ask_picture(parent: QWidget) -> Path | None:
-    """The picture that a person chooses; None where they choose none."""
+def ask_image(parent: QWidget) -> Path | None:
+    """The image that a user chooses; None where they choose none."""
     endings = " ".join(sorted(f"*{suffix}" for suffix in PHOTOGRAPH_SUFFIXES))
-    path, _ = QFileDialog.getOpenFileName(parent, "Open a picture", "", f"Pictures ({endings})")
+    path, _ = QFileDialog.getOpenFileName(parent, "Open an image", "", f"Images ({endings})")
     return Path(path) if path else None
 
 
 def ask_brdf(parent: QWidget) -> Path | None:
-    """The file of a BRDF that a person chooses; None where they choose none."""
+    """The file of a BRDF that a user chooses; None where they choose none."""
     path, _ = QFileDialog.getOpenFileName(parent, "Open a BRDF", "", "BRDFs (*)")
     return Path(path) if path else None
 
@@ -63,9 +63,9 @@ class VariationForm(Rows):
             self._add_menu("brdf", "Mixed in", "The other BRDF; the one above has the rest of the weight")
             self._add_model(variation)
         if isinstance(variation, Colours):
-            self._add_menu("picture", "Picture", "Multiplies the radiance, at the texture coordinates of the model")
+            self._add_menu("picture", "Image", "Multiplies the radiance, at the texture coordinates of the model")
         else:
-            self._add_menu("source", "Along", "Across the box about the model, or by a picture at its coordinates")
+            self._add_menu("source", "Along", "Across the box about the model, or by an image at its coordinates")
         self.show_variation(variation)
 
     def _add_ends(self, parameter: Parameter) -> None:
@@ -106,15 +106,15 @@ class VariationForm(Rows):
             if self.model is not None and own is not None:
                 self.model.show_instance(own)
         if isinstance(variation, Colours):
-            _fill(self.menus["picture"], {}, None, variation.picture, "Another picture…")
+            _fill(self.menus["picture"], {}, None, variation.image, "Another image…")
         else:
             source = variation.source
-            _fill(self.menus["source"], AXES, None if isinstance(source, Path) else source, source, "By a picture…")
+            _fill(self.menus["source"], AXES, None if isinstance(source, Path) else source, source, "By an image…")
 
     def _chosen(self, part: str) -> None:
         value: Any = self.menus[part].currentData()
         if value == OPEN:
-            value = (ask_brdf if part == "brdf" else ask_picture)(self)
+            value = (ask_brdf if part == "brdf" else ask_image)(self)
         elif part == "brdf" and isinstance(value, str):
             own = brdf_from_text(str(self.variation.brdf)) if self.model is not None else None  # type: ignore[union-attr]
             is_other = own is None or model_name(own) != value

@@ -1,6 +1,6 @@
 """Variations over the model: a list of them, buttons that add and remove, and the settings of the chosen one.
 
-A mode on screen that leaves one out says so beside the picture (`app.document.variation.words_on_left_out`).
+A mode on screen that leaves one out says so beside the image (`app.document.variation.words_on_left_out`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QComboBox, QMenu, QWidget
 from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.document.variation import Blend, Colours, Variation, VariedParameter
-from app.varying.forms import VariationForm, ask_picture, kind_of
+from app.varying.forms import VariationForm, ask_image, kind_of
 from app.widgets import theme
 from app.widgets.controls import ComboBox
 from app.widgets.labels import BRDF_LABELS
@@ -89,7 +89,7 @@ class VaryingPanel(Rows):
             self._kind, self.form = kind, None
             if variation is not None:
                 self.form = VariationForm(variation, parameter)
-                self.form.edited.connect(self._edited)
+                self.form.edited.connect(self._on_edited)
                 self.wide(self.form)
                 before: QWidget = self.remove
                 for stop in self.form.stops:
@@ -114,7 +114,7 @@ class VaryingPanel(Rows):
         self.menu.addSeparator()
         self.menu.addAction("Mix in another BRDF", self._add_blend)
         if not any(isinstance(each, Colours) for each in self.variations):
-            self.menu.addAction("Colours of a picture…", self._add_colours)
+            self.menu.addAction("Colours of an image…", self._add_colours)
 
     def _add_parameter(self, parameter: Parameter) -> None:
         """Let a parameter go through most of its everyday range, from the bottom to the top."""
@@ -126,9 +126,9 @@ class VaryingPanel(Rows):
         self._put("Mix in a BRDF", Blend(brdf_to_text(MODELS[MIXED_IN]())))
 
     def _add_colours(self) -> None:
-        path = ask_picture(self)
+        path = ask_image(self)
         if path is not None:
-            self._put("Colours of a picture", Colours(path))
+            self._put("Colours of an image", Colours(path))
 
     def _put(self, words: str, new: Variation) -> None:
         self.chosen = len(self.variations)
@@ -139,7 +139,7 @@ class VaryingPanel(Rows):
         kept = tuple(each for place, each in enumerate(self.variations) if place != self.chosen)
         self.bench.document.change("Let this vary no longer", variations=kept)
 
-    def _edited(self, variation: Variation, final: bool) -> None:
+    def _on_edited(self, variation: Variation, final: bool) -> None:
         """The chosen variation is another one; a drag that goes on is one step."""
         document, own = self.bench.document, self.variations
         if variation != own[self.chosen]:

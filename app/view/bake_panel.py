@@ -10,7 +10,7 @@ from app.document.bake_request import Wanted
 from app.view.baking import Baking
 from app.view.planning import LOOKING
 from app.widgets.controls import ComboBox
-from app.widgets.labels import LEAST_ERROR, NAMES
+from app.widgets.labels import MIN_ERROR, NAMES
 from app.widgets.panels import Rows, button, enable, line, text
 from app.widgets.theme import STEP
 from engine.core.figure_text import percent, size_text, time_text
@@ -84,31 +84,31 @@ def _show(choice: QComboBox, value: Any) -> None:
 
 
 def state_text(baking: Baking) -> str:
-    """The state of the bake for the person, in one to three sentences."""
+    """The state of the bake for the user, in one to three sentences."""
     if baking.is_awaited:
         return f"{'Analysing the scene' if baking.is_planning else 'Preparing'}, then it bakes."
     if baking.job is not None:
-        return f"{baking.job.step.note.capitalize() or 'Waiting'}. Until then the picture shows {_shown(baking)}."
+        return f"{baking.job.step.note.capitalize() or 'Waiting'}. Until then the image shows {_show_values(baking)}."
     made, estimate = baking.made, baking.ready
     if baking.is_made and made is not None:
         took = f"Baked in {time_text(made.bake_s)}" if made.bake_s else "Baked"
         words = f"{took}, {size_text(made.size_bytes)}."
-        return " ".join(filter(None, (words, left_out_text(made.wanted), "Light and camera move freely.")))
+        return " ".join(filter(None, (words, describe_left_out(made.wanted), "Light and camera move freely.")))
     takes = LOOKING if baking.is_planning else "Estimating…"
     if estimate is not None and estimate.why_not:
         takes = estimate.why_not
     elif estimate is not None:
         words = f"Baking takes about {time_text(estimate.bake_s)} and {size_text(estimate.size_bytes)}."
-        takes = " ".join(filter(None, (words, left_out_text(estimate.wanted), advice_text(baking))))
+        takes = " ".join(filter(None, (words, describe_left_out(estimate.wanted), advice_text(baking))))
     reason = baking.why_stale or ("" if not baking.is_drawn else "This was not baked yet.")
-    return " ".join(filter(None, (reason, takes, f"Until then the picture shows {_shown(baking)}.")))
+    return " ".join(filter(None, (reason, takes, f"Until then the image shows {_show_values(baking)}.")))
 
 
-def left_out_text(wanted: Wanted) -> str:
+def describe_left_out(wanted: Wanted) -> str:
     """'Left out: shadows (12 %).': the effects left out, and the error of leaving them out."""
     parts = [
         NAMES[effect.effect].lower()
-        + (f" ({percent(effect.estimated_error_rel)})" if effect.estimated_error_rel >= LEAST_ERROR else "")
+        + (f" ({percent(effect.estimated_error_rel)})" if effect.estimated_error_rel >= MIN_ERROR else "")
         for effect in wanted.left_out
     ]
     return f"Left out: {', '.join(parts)}." if parts else ""
@@ -120,10 +120,10 @@ def advice_text(baking: Baking) -> str:
     spared = [
         f"{NAMES[effect.effect].lower()} ({percent(effect.estimated_error_rel)})"
         for effect in effects
-        if effect.effect in ADVISED and effect.decision == "skipped" and effect.estimated_error_rel >= LEAST_ERROR
+        if effect.effect in ADVISED and effect.decision == "skipped" and effect.estimated_error_rel >= MIN_ERROR
     ]
     return f"The plan would leave out {', '.join(spared)}: switch off under Effects." if spared else ""
 
 
-def _shown(baking: Baking) -> str:
+def _show_values(baking: Baking) -> str:
     return "the previous bake" if baking.is_drawn else "direct light without shadows"

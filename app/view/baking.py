@@ -2,8 +2,8 @@
 
 For each method one bake is drawn; all are kept beside the project (`app.project.bakes`), and one that was made before
 is read instead of made. It belongs to a model on a ground and, unless the method can put in another BRDF, to a BRDF.
-Estimates, bakes and light all come from jobs; of the light only the newest matters, and until it is there the picture
-keeps the one before. Effects that a person switched off in the plan of the scene (`app.view.planning`) are left out.
+Estimates, bakes and light all come from jobs; of the light only the newest matters, and until it is there the image
+keeps the one before. Effects that a user switched off in the plan of the scene (`app.view.planning`) are left out.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from app.document.bake_request import (
     Made,
     Wanted,
     choices_for,
-    decided_by,
-    wanted_of,
+    decide,
+    make_request,
 )
-from app.document.variation import Variation, light_with, shown_by
+from app.document.variation import Variation, light_with, select_shown
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.project.bakes import bake_and_keep, bake_or_cost
@@ -34,7 +34,7 @@ from engine.transport.method import Method
 
 if TYPE_CHECKING:
     from engine.planning.plan import EffectsPlan
-    from engine.transport.relit import Relit
+    from engine.transport.relight import RelightTransport
 
 
 def same_light(one: Scene, other: Scene, method: Method) -> bool:
@@ -44,18 +44,18 @@ def same_light(one: Scene, other: Scene, method: Method) -> bool:
     return all(getattr(one, name) == getattr(other, name) for name in names)
 
 
-def relit_or_words(made: Made, scene: Scene, asked: Any) -> Steps[Relit | str]:
-    """The bake relit, or the sentence why it cannot be: a near lamp may touch the model, or a picture be gone."""
+def relight_or_explain(made: Made, scene: Scene, asked: Any) -> Steps[RelightTransport | str]:
+    """The bake relit, or the sentence why it cannot be: a near lamp may touch the model, or an image be gone."""
     try:
-        return (yield from relit(made, scene, asked))
+        return (yield from relight_transport(made, scene, asked))
     except (UsageError, InputError) as error:
-        return f"The picture keeps the light before: {error}."
+        return f"The image keeps the light before: {error}."
 
 
-def relit(made: Made, scene: Scene, asked: Any) -> Steps[Relit]:
+def relight_transport(made: Made, scene: Scene, asked: Any) -> Steps[RelightTransport]:
     """Relight the bake by the light of `scene`, with the `asked` settings of the light."""
     yield Step(0.0, "preparing kernels")
-    from engine.transport.relit import light_of
+    from engine.transport.relight import light_of
 
     return (yield from made.relighter(light_of(scene), asked, scene.brdf))
 
@@ -83,7 +83,7 @@ class Baking(QObject):
         self._asked: Wanted | None = None
         self._folder = bench.folder
         self.is_awaited = False
-        self._relit: tuple[Wanted, Relit] | None = None
+        self._relit: tuple[Wanted, RelightTransport] | None = None
         self._light: tuple[Scene, object] | None = None
         self._estimating = Latest(bench.jobs, "Estimating a bake")
         self._lighting = Latest(bench.jobs, "Relighting")
@@ -92,7 +92,7 @@ class Baking(QObject):
         """Show `scene`: relight its bake, or estimate the bake that is missing.
 
         While a `plan` is on the way, the one before holds for what is there; a bake that was asked for waits for it
-        only where it has to follow wishes of a person.
+        only where it has to follow wishes of a user.
         """
         if self._folder != self.bench.folder:  # another project, with bakes of its own
             self._folder, self.made, self.estimate, self._asked = self.bench.folder, None, None, None
@@ -156,7 +156,7 @@ class Baking(QObject):
                 self.bake()
 
     def _of(self, scene: Scene) -> Wanted:
-        return wanted_of(scene.mesh, scene.ground, scene.brdf, self.choices, self.plan, self._variations)
+        return make_request(scene.mesh, scene.ground, scene.brdf, self.choices, self.plan, self._variations)
 
     @property
     def _variations(self) -> tuple[Variation, ...]:
@@ -164,16 +164,16 @@ class Baking(QObject):
 
     def _light_of(self, scene: Scene) -> Any:
         """The chosen settings of the light, with what of the variations can be put on a finished bake."""
-        return light_with(self.choices.light, shown_by(self.method, scene.brdf, self._variations))
+        return light_with(self.choices.light, select_shown(self.method, scene.brdf, self._variations))
 
     @property
     def chosen(self) -> BakeChoices:
         """The choices, and what the plan decides of them."""
-        return decided_by(self.choices, self.plan)
+        return decide(self.choices, self.plan)
 
     @property
     def is_made(self) -> bool:
-        """True if the picture shows the requested bake."""
+        """True if the image shows the requested bake."""
         made, wanted = self.made, self._wanted
         return (
             made is not None and self._usable(wanted) and wanted is not None and made.wanted.asks_for_the_same(wanted)
@@ -181,7 +181,7 @@ class Baking(QObject):
 
     @property
     def is_drawn(self) -> bool:
-        """True if the picture shows a bake, even one of other choices."""
+        """True if the image shows a bake, even one of other choices."""
         return self._usable(self._wanted)
 
     def is_drawable(self, scene: Scene) -> bool:
@@ -205,7 +205,7 @@ class Baking(QObject):
             return ""
         return made.why_baked_for_one
 
-    def relit(self, scene: Scene) -> Relit | None:
+    def relit(self, scene: Scene) -> RelightTransport | None:
         """The relit bake to draw of `scene`: under its light, or under the light before while its own is computed."""
         if self._relit is None or self.made is None or self._relit[0] is not self.made.wanted:
             return None
@@ -254,8 +254,8 @@ class Baking(QObject):
         )
         self.job = job
         job.succeeded.connect(self._keep)
-        job.failed.connect(lambda _error: self._ended())
-        job.cancelled.connect(self._ended)
+        job.failed.connect(lambda _error: self._on_ended())
+        job.cancelled.connect(self._on_ended)
         job.progressed.connect(lambda _step: self.changed.emit())
         self.changed.emit()
 
@@ -266,21 +266,21 @@ class Baking(QObject):
 
     def _keep(self, made: Made) -> None:
         self.made, self._relit, self._light = made, None, None
-        self._ended()
+        self._on_ended()
         self.relit_changed.emit()
 
-    def _ended(self) -> None:
+    def _on_ended(self) -> None:
         self.job = self._asked = None
         self.changed.emit()
 
     @property
-    def relighting(self) -> Callable[[Scene], Steps[Relit]] | None:
+    def relighting(self) -> Callable[[Scene], Steps[RelightTransport]] | None:
         """Relights the bake on screen by the light of any scene of its surface; None where there is no such bake."""
         made = self.made
         if made is None or self._scene is None or not self.is_drawn:
             return None
         asked = self._light_of(self._scene)
-        return lambda scene: relit(made, scene, asked)
+        return lambda scene: relight_transport(made, scene, asked)
 
     def _relight(self, scene: Scene) -> None:
         """Relight the bake by the light of `scene`, unless that is done or under way."""
@@ -290,9 +290,9 @@ class Baking(QObject):
         if before is not None and before[1] == asked and same_light(before[0], scene, self.method):
             return
         self._light = (scene, asked)
-        self._lighting.ask(lambda: relit_or_words(made, scene, asked), lambda found: self._take(made, found))
+        self._lighting.ask(lambda: relight_or_explain(made, scene, asked), lambda found: self._take(made, found))
 
-    def _take(self, made: Made, relit: Relit | str) -> None:
+    def _take(self, made: Made, relit: RelightTransport | str) -> None:
         if isinstance(relit, str):
             self.bench.said.emit(relit)
         elif made is self.made:

@@ -76,7 +76,7 @@ class BrdfPanel(Rows):
                 self.form.hide()
                 self.form.deleteLater()
             self.form = ParamForm(brdf, {p.name: BRDF_LABELS.get(p.name, p.label) for p in parameters(brdf)})
-            self.form.edited.connect(self._edited)
+            self.form.edited.connect(self._on_edited)
             self.forms.addWidget(self.form)
             self.form.follow(self.choice)
         self.form.show_instance(brdf)
@@ -90,7 +90,7 @@ class BrdfPanel(Rows):
         elif isinstance(name, str) and (self.is_measured or type(self.brdf) is not MODELS[name]):
             self.set_brdf(MODELS[name](), f"BRDF {BRDF_NAMES.get(name, name)}", "")
 
-    def _edited(self, brdf: Brdf, final: bool) -> None:
+    def _on_edited(self, brdf: Brdf, final: bool) -> None:
         self.set_brdf(brdf, "Change BRDF", "brdf")
         if final:
             self.bench.document.end_gesture()

@@ -9,7 +9,7 @@ from PySide6.QtCore import Signal
 
 from app.document.document import Look, Project
 from app.document.modes import mode_of, modes, why_not
-from app.view.picture_error import PictureError
+from app.view.image_error import ImageError
 from app.widgets.controls import ComboBox
 from app.widgets.panels import Rows, Segments
 from engine.core.figure_text import number
@@ -51,9 +51,7 @@ class ComparePanel(Rows):
         self.error = self.figure(
             "Error", "Relative RMSE of linear radiance against the other, and its 95 % confidence interval"
         )
-        self.flip = self.figure(
-            "FLIP", "FLIP: difference seen when the two pictures alternate, from 0 (none) to 1 (all)"
-        )
+        self.flip = self.figure("FLIP", "FLIP: difference seen when the two images alternate, from 0 (none) to 1 (all)")
         self.largest = self.figure("Largest", "The largest difference of a channel, in radiance")
 
     def set(self, words: str, **parts: Any) -> None:
@@ -75,7 +73,7 @@ class ComparePanel(Rows):
         for value in ("wipe", "difference"):
             self.shown.disable(value, why)
 
-    def show_error(self, error: PictureError | None) -> None:
+    def show_error(self, error: ImageError | None) -> None:
         """The figures, or that there are none."""
         self.error.setText(error.text if error else "–")
         self.flip.setText(f"≈ {number(error.flip)}" if error and error.flip is not None else "–")

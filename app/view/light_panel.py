@@ -25,7 +25,7 @@ from engine.light.environment import EnvironmentMap
 from engine.light.lamps import LampSettings
 from engine.light.near_lamps import NearLampSettings
 from engine.light.sky import SKIES
-from engine.scene.scene import MOST_LAMPS
+from engine.scene.scene import MAX_LAMPS
 
 LIGHT_FIELDS = ("light_theta_deg", "light_phi_deg", "irradiance", "rotation_deg", "gain")
 DIRECTIONS = (16, 32, 64, 128, 256, 512)
@@ -48,7 +48,7 @@ ONE_LIGHT, ONLY_LAMPS, OPEN = "", "only lamps", "open"
 NEW_LAMP = LampSettings(theta_deg=50.0, phi_deg=-60.0, irradiance=1.0, radius_deg=5.0)
 
 
-#: Distance of a new near lamp from the middle of the model, in half diagonals of its box, so that the picture has it.
+#: Distance of a new near lamp from the middle of the model, in half diagonals of its box, so that the image has it.
 NEAR = 0.7
 
 
@@ -83,7 +83,7 @@ class LightPanel(Rows):
         self.behind.activated.connect(self._behind_chosen)
         self.surround.row("Behind", self.behind, "What is seen behind the model")
         self.error = self.surround.figure(
-            "Error", "Error of these directions against the whole environment, on this picture"
+            "Error", "Error of these directions against the whole environment, on this image"
         )
         for form in (self.light, self.surround):
             form.edited.connect(self.edited)
@@ -96,9 +96,9 @@ class LightPanel(Rows):
         self.near.apply_theme()
 
     def _make_lamps(self) -> None:
-        about = "Lights beside the one above; drag their suns in the picture"
+        about = "Lights beside the one above; drag their suns in the image"
         self.lamps = LampRows("Lamps", "Lamp", about, "a lamp: directional, or a disc with soft shadows", NEW_LAMP)
-        about = "Spheres of light near the model, which spherical harmonics show; drag their rings in the picture"
+        about = "Spheres of light near the model, which spherical harmonics show; drag their rings in the image"
         self.near = LampRows("Near lights", "Near lamp", about, "a lamp near the model", NearLampSettings())
         for rows, add, remove, edited in (
             (self.lamps, self.add_lamp, self.remove_lamp, self._lamp_edited),
@@ -141,7 +141,7 @@ class LightPanel(Rows):
         self.near.setHidden(project.is_flat and not look.near_lamps)  # only baked modes show them
 
     def handles(self, project: Project) -> tuple[Handle, ...]:
-        """The light handles that can be dragged in the picture."""
+        """The light handles that can be dragged in the image."""
         look = project.look
         one = project.environment is None and not look.only_lamps
         handles = [Handle(None, look.light_theta_deg, look.light_phi_deg)] if one else []
@@ -197,14 +197,14 @@ class LightPanel(Rows):
         self._set("Remove a near lamp", near_lamps=self.near.without_chosen(self.look.near_lamps))
 
     def move_lamp(self, number: int, theta_deg: float, phi_deg: float, final: bool) -> None:
-        """Point lamp `number` elsewhere, as a drag in the picture does."""
+        """Point lamp `number` elsewhere, as a drag in the image does."""
         if number < len(self.look.lamps):
             self.lamps.chosen = number
             moved = dataclasses.replace(self.look.lamps[number], theta_deg=theta_deg, phi_deg=phi_deg)
             self._lamp_edited(moved, final)
 
     def move_near_lamp(self, number: int, place: tuple[float, float, float], final: bool) -> None:
-        """Put near lamp `number` elsewhere, as a drag in the picture does."""
+        """Put near lamp `number` elsewhere, as a drag in the image does."""
         if number < len(self.look.near_lamps):
             self.near.chosen = number
             x, y, z = place
@@ -285,7 +285,7 @@ class LampRows(Rows):
         nothing = "" if count else f"There are no {self.name.lower()}s yet"
         enable(self.list, nothing)
         enable(self.remove, nothing)
-        enable(self.add, "" if count < MOST_LAMPS else f"There are {MOST_LAMPS} {self.name.lower()}s already")
+        enable(self.add, "" if count < MAX_LAMPS else f"There are {MAX_LAMPS} {self.name.lower()}s already")
         self.form.setVisible(count > 0)
         if count:
             self.form.show_instance(lamps[self.chosen])

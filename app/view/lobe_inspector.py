@@ -1,6 +1,6 @@
 """The lobe inspector: the transport of one vertex towards one view, in Gaussians, wavelets and spherical harmonics.
 
-A click on the model chooses the vertex. Pictures show the hemisphere above it in false colour, all on one scale, and
+A click on the model chooses the vertex. Images show the hemisphere above it in false colour, all on one scale, and
 under each its error against the first (Green, Kautz, Matusik and Durand 2006, Figure 5, at a place of one's own).
 """
 
@@ -77,7 +77,7 @@ class Answer:
 
 
 class LobeInspector(QDockWidget):
-    """Shows the pictures while it is open; they are computed in the background."""
+    """Shows the images while it is open; they are computed in the background."""
 
     def __init__(self, bench: Workbench, view: ViewTab, parent: QWidget) -> None:
         super().__init__("Lobe inspector", parent)
@@ -98,15 +98,15 @@ class LobeInspector(QDockWidget):
         self.towards.setAccessibleName("View")
         self.towards.setToolTip("Direction of the view: the camera, or one of the 92 stored views")
         self.towards.activated.connect(lambda _index: self._ask())
-        self.pictures = [HemispherePicture() for _ in range(4)]
-        self.setWidget(self._laid_out())
-        view.viewport.clicked.connect(self._clicked)
+        self.images = [HemisphereImage() for _ in range(4)]
+        self.setWidget(self._lay_out())
+        view.viewport.clicked.connect(self._on_clicked)
         view.viewport.rested.connect(self._look_again)
         view.bakings["gaussian"].relit_changed.connect(self._ask)
         bench.document.changed.connect(lambda _old, _new: self._look_again())
         self.visibilityChanged.connect(lambda visible: self._look_again() if visible else self._mark(None))
 
-    def _laid_out(self) -> QWidget:
+    def _lay_out(self) -> QWidget:
         inside = role(QWidget(), "panel")
         inside.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         head = QHBoxLayout()
@@ -116,8 +116,8 @@ class LobeInspector(QDockWidget):
         head.addWidget(self.words, 1)
         row = QHBoxLayout()
         row.setSpacing(PADDING)
-        for picture in self.pictures:
-            row.addWidget(picture, 1)
+        for image in self.images:
+            row.addWidget(image, 1)
         column = QVBoxLayout(inside)
         column.setContentsMargins(PADDING, 2 * STEP, PADDING, 2 * STEP)
         column.addLayout(head)
@@ -127,7 +127,7 @@ class LobeInspector(QDockWidget):
     def sizeHint(self) -> QSize:
         return QSize(640, 240)
 
-    def _clicked(self, point: QPointF) -> None:
+    def _on_clicked(self, point: QPointF) -> None:
         if self.isVisible():
             self._ask((point.x(), point.y()))
 
@@ -159,7 +159,7 @@ class LobeInspector(QDockWidget):
             (viewport.width(), viewport.height()),
             self.towards.currentData(),
         )
-        self._asking.ask(lambda: _answered(question, self._kept), self._take)
+        self._asking.ask(lambda: _answer(question, self._kept), self._take)
 
     def _take(self, answer: Answer) -> None:
         scene = self.view.viewport.scene
@@ -181,27 +181,27 @@ class LobeInspector(QDockWidget):
         found = answer.found if answer is not None else None
         if answer is None or found is None:
             self.words.say(words, *SHORT.get(words, ()))
-            for picture in self.pictures:
-                picture.show_nothing()
+            for image in self.images:
+                image.show_nothing()
             return
         angle = f"seen {np.degrees(np.arccos(np.clip(found.cosine, -1.0, 1.0))):.0f}° from the normal"
         source = "lobes of the bake" if found.baked else "lobes fitted to this view alone"
         start = f"Vertex {answer.vertex:,}".replace(",", " ")
         self.words.say(f"{start}, {angle}; {source}", f"{start}, {angle}", start)
-        self.pictures[0].show_values(
-            found.picture, found.highest, "Tabulated transport", f"to {number(found.highest, 3)} / sr"
+        self.images[0].show_values(
+            found.image, found.highest, "Tabulated transport", f"to {number(found.highest, 3)} / sr"
         )
-        for picture, each in zip(self.pictures[1:], found.approximations, strict=True):
+        for image, each in zip(self.images[1:], found.approximations, strict=True):
             error = f"error {percent(each.error_rel)}"
-            picture.show_values(each.picture, found.highest, f"{each.name}, {each.numbers} numbers", error)
+            image.show_values(each.image, found.highest, f"{each.name}, {each.numbers} numbers", error)
 
     def apply_theme(self) -> None:
         """Redraw what does not follow the palette by itself."""
-        for picture in self.pictures:
-            picture.update()
+        for image in self.images:
+            image.update()
 
 
-class HemispherePicture(QWidget):
+class HemisphereImage(QWidget):
     """A disc in false colour with two lines of words under it."""
 
     def __init__(self) -> None:
@@ -259,13 +259,13 @@ class _Kept:
         self.surface: GlossySurface | None = None
 
 
-def _answered(question: Question, kept: _Kept) -> Steps[Answer]:
+def _answer(question: Question, kept: _Kept) -> Steps[Answer]:
     yield Step(0.0, "looking at the model")
     from engine.figures.inspected import inspect
     from engine.transport.gaussian.fitting.views import view_directions
     from engine.transport.gaussian.samples import glossy_surface
 
-    vertex = question.vertex if question.pixel is None else _picked(question)
+    vertex = question.vertex if question.pixel is None else _pick(question)
     if vertex is None:
         return Answer(question, None, None)
     mesh, ground, brdf = question.mesh, question.ground, question.brdf
@@ -284,7 +284,7 @@ def _answered(question: Question, kept: _Kept) -> Steps[Answer]:
     return Answer(question, vertex, (yield from part(steps, 0.2, 1.0)))
 
 
-def _picked(question: Question) -> int | None:
+def _pick(question: Question) -> int | None:
     """The vertex nearest to the surface point at the pixel; None beside the model."""
     from engine.geometry.ray_caster import caster_of
 

@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.commands.workbench import Workbench
 from app.document.document import Project
-from app.document.variation import VariedParameter, as_baked, varied_in
+from app.document.variation import VariedParameter, as_baked, find_varied_in
 from app.jobs.newest import Latest
 from engine.core.errors import FileError, UsageError
 from engine.core.steps import Step, Steps, part
@@ -83,8 +83,8 @@ class Planning(QObject):
         self._scene_of, self._size = scene_of, size
         self._watchers: set[str] = set()
         self._asked: Asked | None = None
-        self._most_memory: float | None = None
-        self._latest = Latest(bench.jobs, "Planning effects", self._progressed, self._stopped, lane="background")
+        self._max_memory: float | None = None
+        self._latest = Latest(bench.jobs, "Planning effects", self._on_progressed, self._on_stopped, lane="background")
         self.at_rest = QTimer(self)
         self.at_rest.setSingleShot(True)
         self.at_rest.setInterval(AT_REST_MS)
@@ -108,9 +108,9 @@ class Planning(QObject):
             return None
         return self.plan.predicted_error_rel, self.plan.error_interval_rel
 
-    def most_memory(self, most_bytes: float | None) -> None:
+    def max_memory(self, max_bytes: float | None) -> None:
         """Let plans choose nothing that takes more; None for half of what is free. A budget says it for one project."""
-        self._most_memory = most_bytes
+        self._max_memory = max_bytes
 
     def watch(self, who: str, watches: bool) -> None:
         """Plan for as long as anybody watches."""
@@ -149,7 +149,7 @@ class Planning(QObject):
             return None, "Enter the budget as '1 %' or '8 ms'."
         if budget.error is not None and budget.time_s is not None:
             return None, "A plan keeps within an error or a time: give only one of the two."
-        return Asked(scene, budget, look.forced, look.skipped, varied_in(scene.brdf, project.variations)), ""
+        return Asked(scene, budget, look.forced, look.skipped, find_varied_in(scene.brdf, project.variations)), ""
 
     def _ask(self) -> None:
         """Plan the last requested scene, once nothing has changed for a while."""
@@ -159,19 +159,19 @@ class Planning(QObject):
         elif wanted is not None and self.plan is None:
             width, height = self._size()
             self._latest.ask(
-                lambda: planned(wanted, width * height, self._most_memory),
+                lambda: plan(wanted, width * height, self._max_memory),
                 lambda plan: self._take(wanted, plan),
                 lambda _error: self._take(wanted, FAILED),
             )
 
-    def _progressed(self, step: Step) -> None:
+    def _on_progressed(self, step: Step) -> None:
         """Show the progress of a new plan: the first on a machine measures its profile."""
         if self.is_coming and step.note:
             self.words = f"{step.note[:1].upper()}{step.note[1:]}…"
             self.changed.emit()
 
-    def _stopped(self) -> None:
-        """A person cancelled the plan: there is none until something changes."""
+    def _on_stopped(self) -> None:
+        """A user cancelled the plan: there is none until something changes."""
         if self._asked is not None and self.plan is None:
             self.before, self.words = None, STOPPED
             self.changed.emit()
@@ -187,7 +187,7 @@ class Planning(QObject):
         self.changed.emit()
 
 
-def planned(asked: Asked, pixels: int, most_memory: float | None = None) -> Steps[EffectsPlan | str]:
+def plan(asked: Asked, pixels: int, max_memory: float | None = None) -> Steps[EffectsPlan | str]:
     """The plan of a scene, or why there can be none; the first of a machine measures its costs."""
     yield Step(0.0, "preparing kernels")
     from app.session.machine_profile import cost_model
@@ -213,10 +213,10 @@ def planned(asked: Asked, pixels: int, most_memory: float | None = None) -> Step
             material=scene.material,
             variations=as_baked(asked.variations),
             pixels=max(1, pixels),
-            ceilings=usual(memory_bytes=budget.bytes or most_memory),
+            ceilings=usual(memory_bytes=budget.bytes or max_memory),
         )
     except (
         UsageError,
         FileError,
-    ) as reason:  # wishes that no mode can have, a memory that none fits in, a lost picture
+    ) as reason:  # wishes that no mode can have, a memory that none fits in, a lost image
         return str(reason)

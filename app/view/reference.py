@@ -1,7 +1,7 @@
-"""The reference of the picture on screen: it starts when the picture rests, and stops at once on any change.
+"""The reference of the image on screen: it starts when the image rests, and stops at once on any change.
 
 It is a job in the background, which pauses while others run, and also where who asked for it knows enough (`hold`). It
-ends where its noise is below `FINE_ENOUGH` or it has `MOST_SAMPLES`.
+ends where its noise is below `FINE_ENOUGH` or it has `MAX_SAMPLES`.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from engine.core.steps import Step, Steps
 from engine.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from engine.render.reference import ReferencePicture
+    from engine.render.reference import ReferenceImage
 
-#: Standard error of the whole picture, relative, below which nobody sees a difference any more.
+#: Standard error of the whole image, relative, below which nobody sees a difference any more.
 FINE_ENOUGH = 0.002
 
-MOST_SAMPLES = 4096
+MAX_SAMPLES = 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,14 +39,14 @@ class _Wanted:
 
 
 class Progressive(QObject):
-    """Runs one reference at a time. `improved` follows each picture that is there to be shown, as `found`."""
+    """Runs one reference at a time. `improved` follows each image that is there to be shown, as `found`."""
 
     improved = Signal()
 
     def __init__(self, jobs: Jobs) -> None:
         super().__init__()
         self.jobs = jobs
-        self.found: ReferencePicture | None = None
+        self.found: ReferenceImage | None = None
         self.stopped = self.held = False
         self._wanted: _Wanted | None = None
         self._job: Job | None = None
@@ -69,12 +69,12 @@ class Progressive(QObject):
         self._start()
 
     def serves(self, scene: Scene, bounces: int) -> bool:
-        """True if the present or coming picture is of `scene`, in any size."""
+        """True if the present or coming image is of `scene`, in any size."""
         wanted = self._wanted
         return wanted is not None and wanted.bounces == bounces and same(wanted.scene, scene)
 
     def drop(self) -> None:
-        """Stop, and forget the result: the picture is another one."""
+        """Stop, and forget the result: the image is another one."""
         if self._job is not None:
             job, self._job = self._job, None
             self.jobs.cancel(job)
@@ -128,11 +128,11 @@ class Progressive(QObject):
 
 
 def _reference(wanted: _Wanted) -> Steps[Any]:
-    """Pictures that become better until they are good enough; the last one is the result."""
+    """Images that become better until they are good enough; the last one is the result."""
     yield Step(0.0, "preparing kernels")
     from engine.render.reference import reference
 
-    threads = max(1, (os.cpu_count() or 1) - 1)  # one processor is left to the window
+    threads = max(1, (os.cpu_count() or 1) - 1)  # one CPU is left to the window
     depth = wanted.bounces + 1
     steps = reference(wanted.scene, wanted.size, samples=None, max_depth=depth, threads=threads)
     last = None
@@ -147,12 +147,12 @@ def _reference(wanted: _Wanted) -> Steps[Any]:
     return last
 
 
-def _is_fine(found: ReferencePicture) -> bool:
+def _is_fine(found: ReferenceImage) -> bool:
     noise = found.uncertainty_rmse_rel
-    return found.samples >= MOST_SAMPLES or (noise is not None and found.samples >= 16 and noise <= FINE_ENOUGH)
+    return found.samples >= MAX_SAMPLES or (noise is not None and found.samples >= 16 and noise <= FINE_ENOUGH)
 
 
-def progress_text(found: ReferencePicture | None) -> str:
+def progress_text(found: ReferenceImage | None) -> str:
     """'64 samples, ± 0.8 %'."""
     if found is None or found.samples < 1:
         return "preparing…"

@@ -1,4 +1,4 @@
-"""The dialog that saves a picture of the View workspace, or a film of a turn of the model or of its light."""
+"""The dialog that saves an image of the View workspace, or a film of a turn of the model or of its light."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, get_args
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QCheckBox, QDialog, QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 
-from app.commands.pictures import Background, Saving
+from app.commands.images import Background, Saving
 from app.document.modes import Mode
 from app.widgets.controls import ComboBox
 from app.widgets.number_field import NumberField
@@ -17,7 +17,7 @@ from app.widgets.panels import Rows, Segments, button, enable, text
 from app.widgets.theme import PADDING, STEP
 from engine.render.turntable import TURNS
 
-#: Sizes that people ask for; that of the screen comes first.
+#: Sizes that users ask for; that of the screen comes first.
 SIZES = ((1280, 720), (1920, 1080), (2560, 1440), (3840, 2160), (7680, 4320), (1080, 1080))
 
 BACKGROUNDS: dict[Background, str] = {
@@ -35,7 +35,7 @@ ENDINGS = {
 
 
 class SaveDialog(QDialog):
-    """Asks for the size and kind of a picture; `chosen(saving)` follows when a place has been named as well."""
+    """Asks for the size and kind of an image; `chosen(saving)` follows when a place has been named as well."""
 
     chosen = Signal(object)
 
@@ -49,11 +49,11 @@ class SaveDialog(QDialog):
         super().__init__(parent)
         assert set(BACKGROUNDS) == set(get_args(Background))
         self.screen_px, self.mode, self.place = screen_px, mode, place
-        self.setWindowTitle("Save a picture" if kind == "picture" else "Save a turntable")
+        self.setWindowTitle("Save an image" if kind == "picture" else "Save a turntable")
         column = QVBoxLayout(self)
         column.setContentsMargins(2 * PADDING, PADDING, 2 * PADDING, PADDING)
         column.setSpacing(3 * STEP)
-        self.kind = Segments((("picture", "Picture", "One picture"), ("turntable", "Turntable", "A film of one turn")))
+        self.kind = Segments((("picture", "Image", "One image"), ("turntable", "Turntable", "A film of one turn")))
         self.kind.choose(kind)
         self.kind.chosen.connect(lambda _kind: self._refresh())
         column.addWidget(self.kind)
@@ -78,7 +78,7 @@ class SaveDialog(QDialog):
         for width, height in SIZES:
             self.size_choice.addItem(f"{width} × {height}", (width, height))
         self.size_choice.activated.connect(lambda _at: self._take_size(self.size_choice.currentData()))
-        rows.row("Size", self.size_choice, "Any size: pictures beyond the limit of the graphics device come in tiles")
+        rows.row("Size", self.size_choice, "Any size: images beyond the limit of the graphics device come in tiles")
         self.width_field = self._number(float(self.screen_px[0]), 2.0, 65536.0, "px")
         self.height_field = self._number(float(self.screen_px[1]), 2.0, 65536.0, "px")
         rows.row("Width", self.width_field)
@@ -97,7 +97,7 @@ class SaveDialog(QDialog):
     def _make_still(self) -> Rows:
         rows = Rows()
         self.layers = QCheckBox("Albedo and normals in .exr")
-        self.layers.setToolTip("Layers beside the picture; that of the reference has its standard error in any case")
+        self.layers.setToolTip("Layers beside the image; that of the reference has its standard error in any case")
         rows.wide(self.layers)
         return rows
 
@@ -192,7 +192,7 @@ def free(place: Path, ending: str) -> Path:
 
 
 def ask(parent: QWidget, kind: str, take: Callable[[Any], None], **about: Any) -> SaveDialog:
-    """Open the dialog; `take` gets the `Saving` that the person chose."""
+    """Open the dialog; `take` gets the `Saving` that the user chose."""
     dialog = SaveDialog(parent, kind, **about)
     dialog.chosen.connect(take)
     dialog.finished.connect(dialog.deleteLater)

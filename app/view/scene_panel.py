@@ -110,10 +110,10 @@ class ScenePanel(Rows):
     def _flip(self) -> None:
         mesh = self.mesh
         if mesh is not None:
-            job = self.bench.jobs.submit("Flipping the model", lambda: _flipped(mesh), lane="screen")
-            job.succeeded.connect(lambda flipped: self._flipped(mesh, flipped))
+            job = self.bench.jobs.submit("Flipping the model", lambda: _flip_mesh(mesh), lane="screen")
+            job.succeeded.connect(lambda flipped: self._on_flipped(mesh, flipped))
 
-    def _flipped(self, mesh: Mesh, flipped: Mesh) -> None:
+    def _on_flipped(self, mesh: Mesh, flipped: Mesh) -> None:
         if self.bench.document.project.mesh is mesh:
             self.bench.document.change("Flip the model", mesh=flipped)
 
@@ -122,7 +122,7 @@ class ScenePanel(Rows):
         self.set_look.emit("Ground", dataclasses.replace(look, has_ground=on))
 
 
-def _flipped(mesh: Mesh) -> Steps[Mesh]:
+def _flip_mesh(mesh: Mesh) -> Steps[Mesh]:
     """The other side of `mesh`, with the tangents that drawing would otherwise wait for."""
     yield Step(0.0, "flipping the model")
     flipped = mesh.flipped()

@@ -17,12 +17,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.commands.images import Saving
+from app.commands.images import save as saved
 from app.commands.opening import load_shape
-from app.commands.pictures import Saving, saved
 from app.commands.workbench import Workbench
 from app.document.document import Behind, Look, Project
 from app.document.measured import choices_with, look_with, setting_of
-from app.document.modes import Mode, flipped, mode_of, modes, shows_near_lamps, why_not
+from app.document.modes import Mode, exchange_modes, mode_of, modes, shows_near_lamps, why_not
 from app.document.scene import DEFAULT_MODEL, scene_of_project
 from app.document.variation import words_on_left_out
 from app.jobs.jobs import Job
@@ -32,9 +33,9 @@ from app.view.bake_panel import BakePanel
 from app.view.baking import Baking
 from app.view.brdf_panel import BrdfPanel, LookupPanel
 from app.view.compare_panel import ComparePanel
+from app.view.image_error import ImageError
+from app.view.images import ViewImages
 from app.view.light_panel import BEHIND, LIGHT_FIELDS, LightPanel
-from app.view.picture_error import PictureError
-from app.view.pictures import ViewPictures
 from app.view.planning import Planning
 from app.view.save_dialog import SaveDialog
 from app.view.save_dialog import ask as ask_to_save
@@ -55,10 +56,10 @@ from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps
 from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
-from engine.geometry.shapes import framed
+from engine.geometry.shapes import frame_mesh
 from engine.light.environment import EnvironmentMap
 from engine.planning.costs.setting import Setting
-from engine.render.background import blurred
+from engine.render.background import blur
 from engine.scene.scene import Scene
 from engine.transport import method as transport
 
@@ -71,7 +72,7 @@ NO_SHADOW = "This mode casts no shadows on the ground: baked modes and the refer
 #: Said where lamps stand near the model and the mode does not show them.
 NO_NEAR_LAMPS = "{} leaves out the lamps near the model: a bake in spherical harmonics shows them."
 
-#: Pause after the last change before the error of the directions is measured, and the size of the picture it is for.
+#: Pause after the last change before the error of the directions is measured, and the size of the image it is for.
 AT_REST_MS = 800
 MEASURED_PX = (640, 480)
 
@@ -85,7 +86,8 @@ AT_ONCE_S = 60.0
 class ViewTab(QWidget):
     """Shows the project's material and changes how it looks. `error_found`: the error of A against B, or None.
 
-    `setting_changed` follows when the mode on screen or a knob of it is another one. `name` is proposed for pictures.
+    `setting_changed` follows when the mode on screen or a parameter of it is another one. `name` is proposed for
+    images.
     """
 
     drawn = Signal(float)
@@ -117,10 +119,10 @@ class ViewTab(QWidget):
         self.dialog: SaveDialog | None = None
         self.name = ""
         self.viewport = Viewport(bench.jobs)
-        self.pictures = ViewPictures(self.viewport, bench.jobs)
+        self.images = ViewImages(self.viewport, bench.jobs)
         self.bakings: dict[str, Baking] = {method.name: Baking(bench, method) for method in transport.METHODS}
         self.planning = Planning(bench, self.scene, self.viewport.screen_px, self)
-        self.pictures.relit_of = lambda mode, scene: self.bakings[mode].relit(scene) if mode in self.bakings else None
+        self.images.relit_of = lambda mode, scene: self.bakings[mode].relit(scene) if mode in self.bakings else None
         self._make_actions()
         work = side_by_side(self._make_left(), self._make_centre(), self._make_right(), stretch=1)
         column = QVBoxLayout(self)
@@ -140,8 +142,8 @@ class ViewTab(QWidget):
             self._action(mode.label, mode.key, lambda value=mode.value: self.choose_mode(value))
         self._action("Wipe", "B", lambda: self.compare.toggle("wipe"))
         self._action("Difference", "E", lambda: self.compare.toggle("difference"))
-        self._action("Save a picture", "Ctrl+P", lambda: self.save_picture("picture"))
-        self._action("Save a turntable", "Ctrl+Shift+P", lambda: self.save_picture("turntable"))
+        self._action("Save an image", "Ctrl+P", lambda: self.save_image("picture"))
+        self._action("Save a turntable", "Ctrl+Shift+P", lambda: self.save_image("turntable"))
         self._action("Bake", "Ctrl+Return", self._bake_or_stop)
         self.flip_action = self._action("Swap the two modes", "Tab", self._flip_or_move_on)
 
@@ -160,14 +162,14 @@ class ViewTab(QWidget):
         panel.add(self.model)
         self.lights = LightPanel(self.bench)
         panel.add(self.lights)
-        picture = panel.section("Picture")
+        image = panel.section("Image")
         self.exposure = ParamForm(Look(), {"exposure_ev": "Exposure"})
-        picture.wide(self.exposure)
+        image.wide(self.exposure)
         self.tone_map = ComboBox()
         for value, words in TONE_MAPS:
             self.tone_map.addItem(words, value)
         self.tone_map.activated.connect(lambda _index: self._set_look("Tone map", tone_map=self.tone_map.currentData()))
-        picture.row("Tone map", self.tone_map, "Tone mapping of radiance above white")
+        image.row("Tone map", self.tone_map, "Tone mapping of radiance above white")
         panel.finish()
         return panel
 
@@ -189,7 +191,7 @@ class ViewTab(QWidget):
         self.stop.triggered.connect(lambda _checked=False: self._stop_or_go())
         self.stop_button = tool(self.stop)
         keeps_room = self.stop_button.sizePolicy()
-        keeps_room.setRetainSizeWhenHidden(True)  # or else the picture changes its width as the button comes and goes
+        keeps_room.setRetainSizeWhenHidden(True)  # or else the image changes its width as the button comes and goes
         self.stop_button.setSizePolicy(keeps_room)
         row.addWidget(self.stop_button)
         return under(bar, self.viewport)
@@ -226,10 +228,10 @@ class ViewTab(QWidget):
             baking.relit_changed.connect(self._relit)
             baking.changed.connect(self._setting_may_have_changed)
             baking.changed.connect(self._hurry_plan)
-        self.pictures.progressed.connect(self._show_caption)
-        self.planning.changed.connect(self._planned)
-        self.pictures.error_found.connect(self._show_compared)
-        self.pictures.error_found.connect(self.error_found)
+        self.images.progressed.connect(self._show_caption)
+        self.planning.changed.connect(self._on_planned)
+        self.images.error_found.connect(self._show_compared)
+        self.images.error_found.connect(self.error_found)
         self.brdf_panel.ready.connect(lambda: self._show(document.project))
         for form in (self.model, self.lights, self.exposure):
             form.edited.connect(self._look_edited)
@@ -250,7 +252,7 @@ class ViewTab(QWidget):
 
     def hideEvent(self, event: object) -> None:
         super().hideEvent(event)  # type: ignore[arg-type]
-        self.pictures.give_up()
+        self.images.give_up()
         self.planning.watch("bake", False)
 
     def want_model(self) -> None:
@@ -302,7 +304,7 @@ class ViewTab(QWidget):
         self.hint.setVisible(bool(said))
         self.planning.refresh()
         self._want_baked(project, scene)
-        self.pictures.show(project, scene, self.lights.handles(project))
+        self.images.show(project, scene, self.lights.handles(project))
         self._see(project, scene.mesh)
 
     def _want_behind(self, environment: EnvironmentMap | None, behind: Behind) -> None:
@@ -314,7 +316,7 @@ class ViewTab(QWidget):
             self.viewport.show_behind(environment)
         else:
             self.blurring.ask(
-                lambda: _blurred(environment, blur),
+                lambda: _blur(environment, blur),
                 lambda found: self.viewport.show_behind(found) if self._behind == (environment, behind) else None,
             )
 
@@ -351,18 +353,18 @@ class ViewTab(QWidget):
             if method in shown:
                 baking.want(scene, planning.plan, is_planning=planning.is_coming)
 
-    def _planned(self) -> None:
+    def _on_planned(self) -> None:
         """Bakes follow the new plan."""
         project = self.bench.document.project
         scene = self.scene(project)
         if scene is not None:
             self._want_baked(project, scene)
 
-    def _show_compared(self, error: PictureError | None) -> None:
-        self.compare.show_error(error if len(self.pictures.modes) > 1 else None)
+    def _show_compared(self, error: ImageError | None) -> None:
+        self.compare.show_error(error if len(self.images.modes) > 1 else None)
 
     def _relit(self) -> None:
-        self.pictures.relit()
+        self.images.relit()
         self._show(self.bench.document.project)
 
     def _show_modes(self, project: Project) -> None:
@@ -375,17 +377,17 @@ class ViewTab(QWidget):
         """Show the progress of the reference, or the size of the model."""
         mesh = self.bench.document.project.mesh or self.default_mesh
         triangles = f"{len(mesh.faces):,} triangles".replace(",", " ") if mesh is not None else ""
-        words = self.pictures.progress or triangles
+        words = self.images.progress or triangles
         short = words.removeprefix("reference ")
         self.caption.say(words, short, short.split(",")[0], short.rpartition(", ")[2])
-        reference = self.pictures.reference
-        self.stop_button.setVisible(self.pictures.progressive is not None)
+        reference = self.images.reference
+        self.stop_button.setVisible(self.images.progressive is not None)
         self.stop.setIcon(theme.icon("reset" if reference.stopped else "cancel"))
         self.stop.setToolTip("Refine the reference again" if reference.stopped else "Stop refining the reference")
         enable(self.stop_button, "" if reference.running or reference.stopped else "The reference is not being refined")
 
     def _stop_or_go(self) -> None:
-        reference = self.pictures.reference
+        reference = self.images.reference
         if reference.stopped:
             reference.again()
         else:
@@ -402,17 +404,17 @@ class ViewTab(QWidget):
     def _first_camera(self, mesh: Mesh) -> Camera:
         """The camera that shows `mesh` until the viewport has one; found once, because it looks at all vertices."""
         if self._framed is None or self._framed[0] is not mesh:
-            self._framed = mesh, framed(mesh)
+            self._framed = mesh, frame_mesh(mesh)
         return self._framed[1]
 
     def _error_is_stale(self) -> None:
-        """The picture is another one: its error is measured once it has come to rest."""
+        """The image is another one: its error is measured once it has come to rest."""
         self.lights.error.setText("–")
         if self.bench.document.project.environment is not None:
             self.at_rest.start()
 
     def _measure(self) -> None:
-        """Measure the error of the directions against the whole environment, once the picture rests."""
+        """Measure the error of the directions against the whole environment, once the image rests."""
         project = self.bench.document.project
         scene = self.scene(project)
         if scene is not None and scene.environment is not None and self.isVisible():
@@ -434,7 +436,7 @@ class ViewTab(QWidget):
 
     @property
     def setting(self) -> Setting:
-        """The mode on screen with its knobs."""
+        """The mode on screen with its parameters."""
         project = self.bench.document.project
         return self.setting_of(mode_of(project.look.mode, project).value)
 
@@ -444,7 +446,7 @@ class ViewTab(QWidget):
         return setting_of(mode, self.bench.document.project.look, choices)
 
     def apply_setting(self, setting: Setting) -> None:
-        """Show a mode with these knobs; a bake that it calls for begins as soon as what it takes is known."""
+        """Show a mode with these parameters; a bake that it calls for begins as soon as what it takes is known."""
         project = self.bench.document.project
         if next((why_not(mode, project) for mode in modes() if mode.value == setting.mode), "unknown"):
             return
@@ -490,7 +492,7 @@ class ViewTab(QWidget):
             self.setting_changed.emit()
 
     def _flip_or_move_on(self) -> None:
-        """Tab exchanges the two pictures, but leads on from a field that is being typed in, as everywhere."""
+        """Tab exchanges the two images, but leads on from a field that is being typed in, as everywhere."""
         if isinstance(QApplication.focusWidget(), QLineEdit):
             self.focusNextChild()
         else:
@@ -498,7 +500,7 @@ class ViewTab(QWidget):
 
     def flip(self) -> None:
         """Exchange the mode that is shown and the one it is compared with."""
-        self._change_look("Mode", flipped(self.bench.document.project.look), gesture="mode")
+        self._change_look("Mode", exchange_modes(self.bench.document.project.look), gesture="mode")
 
     def _environment_rotated(self, angle_deg: float, final: bool) -> None:
         self._set_look("Rotate the environment", gesture="rotation_deg", rotation_deg=angle_deg)
@@ -513,7 +515,7 @@ class ViewTab(QWidget):
                 for field in dataclasses.fields(Look)
                 if getattr(look, field.name) != getattr(document.project.look, field.name)
             )
-            words = "Change the light" if changed in LIGHT_FIELDS else "Change the picture"
+            words = "Change the light" if changed in LIGHT_FIELDS else "Change the image"
             words = "Change a lamp" if changed in ("lamps", "near_lamps") else words
             document.change(words, gesture=changed, look=look)
         if final:
@@ -532,12 +534,12 @@ class ViewTab(QWidget):
         if final:
             self.bench.document.end_gesture()
 
-    def save_picture(self, kind: str) -> None:
+    def save_image(self, kind: str) -> None:
         """Ask for the size of a 'picture' or a 'turntable' of the mode on screen, and for its place."""
         project = self.bench.document.project
         mode = mode_of(project.look.mode, project)
         why_no_sky = "" if project.environment is not None else "There is no environment: choose one under Light"
-        place = self.bench.proposed(self.name, "picture")
+        place = self.bench.propose(self.name, "picture")
         about = {"screen_px": self.viewport.screen_px(), "mode": mode, "why_no_sky": why_no_sky, "place": place}
         self.dialog = ask_to_save(self, kind, self.save, **about)
 
@@ -590,9 +592,9 @@ def _without_near_lamps(project: Project) -> str:
     return NO_NEAR_LAMPS.format(without[0]) if without else ""
 
 
-def _blurred(environment: EnvironmentMap, radius: float) -> Steps[EnvironmentMap]:
+def _blur(environment: EnvironmentMap, radius: float) -> Steps[EnvironmentMap]:
     yield Step(0.0, "blurring")
-    return blurred(environment, radius)
+    return blur(environment, radius)
 
 
 def _directions_error(scene: Scene) -> Steps[float]:

@@ -1,4 +1,4 @@
-"""The views of the model: its sides, and those that a person keeps, which belong to the project."""
+"""The views of the model: its sides, and those that a user keeps, which belong to the project."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from app.document.document import Document
 from app.viewport.viewport import VIEWS, Viewport
 
 #: Views that a project keeps, at most.
-MOST = 12
+MAXIMUM = 12
 
 
 class ViewsMenu(QMenu):
@@ -32,7 +32,7 @@ class ViewsMenu(QMenu):
         for name, camera in views.items():
             self.addAction(name).triggered.connect(lambda _on=False, camera=camera: self.viewport.look_from(camera))
         keep = self.addAction("Keep this view")
-        keep.setEnabled(self.viewport.camera is not None and len(views) < MOST)
+        keep.setEnabled(self.viewport.camera is not None and len(views) < MAXIMUM)
         keep.triggered.connect(lambda _on=False: self.keep())
         if views:
             forget = self.addMenu("Forget")
@@ -42,7 +42,7 @@ class ViewsMenu(QMenu):
     def keep(self) -> None:
         """Keep the view of now under a name that is free."""
         views, camera = self.document.project.views, self.viewport.camera
-        if camera is not None and len(views) < MOST:
+        if camera is not None and len(views) < MAXIMUM:
             name = next(each for at in itertools.count(1) if (each := f"View {at}") not in views)
             self.document.change(f"Keep {name}", views={**views, name: camera})
 

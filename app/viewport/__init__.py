@@ -1,1 +1,1 @@
-"""The drawing surface: OpenGL or the processor, refined while nothing moves."""
+"""The drawing surface: OpenGL or the CPU, refined while nothing moves."""

@@ -1,4 +1,4 @@
-"""The drawing surface of the viewport without OpenGL: pictures that the processor computes, in jobs."""
+"""The drawing surface of the viewport without OpenGL: images that the CPU computes, in jobs."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ from app.widgets.image_view import rgb_image
 from engine.core.colour import luminance
 from engine.core.steps import Step, Steps
 from engine.render.background import Backdrop
-from engine.render.display import Display, displayed, diverging
+from engine.render.display import Display, diverging
+from engine.render.display import display as displayed
 from engine.scene.scene import Scene
 
 
-class ProcessorSurface(QWidget):
-    """Draws on the processor, in jobs: coarse while something moves, then in full, band after band."""
+class CpuSurface(QWidget):
+    """Draws on the CPU, in jobs: coarse while something moves, then in full, band after band."""
 
     drawn = Signal(float)
 
@@ -36,8 +37,8 @@ class ProcessorSurface(QWidget):
         self.behind: Backdrop | None = None
         self.messages: tuple[str, ...] = ()
         self._rendering = [Latest(jobs, "Rendering", refines=True) for _side in range(2)]
-        self._showing = Latest(jobs, "Showing a picture")
-        self._pictures: list[Pixels | None] = [None, None]
+        self._showing = Latest(jobs, "Showing an image")
+        self._frames: list[Pixels | None] = [None, None]
         self._over: list[Pixels | None] = [None, None]
         self._wanted: list[tuple[Scene, tuple[int, int]] | None] = [None, None]
         self._images: tuple[QImage, ...] = ()
@@ -46,15 +47,15 @@ class ProcessorSurface(QWidget):
 
     @property
     def is_finished(self) -> bool:
-        """True if the pictures on screen are whole."""
+        """True if the images on screen are whole."""
         return not (self._is_moving or self._showing.busy or any(one.busy for one in self._rendering))
 
     def show_scene(self, scene: Scene | None, display: Display, budget_s: float) -> None:
-        """Ask for a picture of `scene`; it is shown when it is done."""
+        """Ask for an image of `scene`; it is shown when it is done."""
         self.show_scenes(() if scene is None else (scene,), Split(), display, budget_s)
 
     def show_scenes(self, scenes: tuple[Scene, ...], split: Split, display: Display, budget_s: float) -> None:
-        """Ask for pictures of one scene or two."""
+        """Ask for images of one scene or two."""
         if not scenes or self.width() < 1 or self.height() < 1:
             return
         self.scenes, self.split, self.display = scenes, split, display
@@ -72,31 +73,31 @@ class ProcessorSurface(QWidget):
         self._refresh()
 
     def _ask(self, at: int, scene: Scene, size: tuple[int, int]) -> None:
-        self._rendering[at].ask(lambda: _computed(scene, size), lambda found: self._take(at, *found))
+        self._rendering[at].ask(lambda: _compute(scene, size), lambda found: self._take(at, *found))
 
-    def _take(self, at: int, picture: Pixels, seconds: float) -> None:
-        self._pictures[at], self._seconds = picture, seconds
+    def _take(self, at: int, frame: Pixels, seconds: float) -> None:
+        self._frames[at], self._seconds = frame, seconds
         self._refresh()
 
     def show_over(self, side: int, pixels: Pixels | None) -> None:
-        """Show (H, W, 4) in place of the picture of scene number `side`; None shows that picture again."""
+        """Show (H, W, 4) in place of the image of scene number `side`; None shows that image again."""
         if pixels is not self._over[side]:
             self._over[side] = pixels
             self._refresh()
 
     def strips(self, side: int) -> Iterator[Pixels]:
-        """The picture of scene number `side`, in one piece."""
-        picture = self._pictures[side]
-        if picture is not None and not self._rendering[side].busy:
-            yield picture
+        """The image of scene number `side`, in one piece."""
+        frame = self._frames[side]
+        if frame is not None and not self._rendering[side].busy:
+            yield frame
 
     def _refresh(self) -> None:
-        chosen = [self._pictures[at] if self._over[at] is None else self._over[at] for at in range(len(self.scenes))]
-        found = [picture for picture in chosen if picture is not None]
+        chosen = [self._frames[at] if self._over[at] is None else self._over[at] for at in range(len(self.scenes))]
+        found = [frame for frame in chosen if frame is not None]
         if len(found) == len(self.scenes):
             display, scale, behind = self.display, self.split.difference, self.behind
             if behind is not None and scale is None:
-                found = [behind.behind(picture) for picture in found]
+                found = [behind.behind(frame) for frame in found]
             self._showing.ask(lambda: _images(found, display, scale), self._show)
 
     def _show(self, images: tuple[QImage, ...]) -> None:
@@ -115,21 +116,21 @@ class ProcessorSurface(QWidget):
             painter.drawImage(QRectF(self.rect()), image)
 
 
-def _computed(scene: Scene, size: tuple[int, int]) -> Steps[tuple[Pixels, float]]:
-    yield Step(0.0, "rendering on the processor")
-    from engine.render.shadowed import drawn
+def _compute(scene: Scene, size: tuple[int, int]) -> Steps[tuple[Pixels, float]]:
+    yield Step(0.0, "rendering on the CPU")
+    from engine.render.shadowed import draw
 
     started = time.perf_counter()
-    picture = yield from drawn(scene, size, 1)
-    return picture, time.perf_counter() - started
+    frame = yield from draw(scene, size, 1)
+    return frame, time.perf_counter() - started
 
 
-def _images(pictures: list[Pixels], display: Display, scale: float | None) -> Steps[tuple[QImage, ...]]:
-    """The pictures as a screen shows them; or, with a `scale`, the difference of the two."""
-    yield Step(0.0, "showing a picture")
-    if scale is None or len(pictures) < 2 or pictures[0].shape != pictures[1].shape:
-        return tuple(rgb_image(displayed(picture, display)) for picture in pictures)
-    apart = luminance(pictures[0][..., :3]) - luminance(pictures[1][..., :3])
-    covered = np.minimum(pictures[0][..., 3], pictures[1][..., 3]) > 0.999
+def _images(frames: list[Pixels], display: Display, scale: float | None) -> Steps[tuple[QImage, ...]]:
+    """The images as a screen shows them; or, with a `scale`, the difference of the two."""
+    yield Step(0.0, "showing an image")
+    if scale is None or len(frames) < 2 or frames[0].shape != frames[1].shape:
+        return tuple(rgb_image(displayed(frame, display)) for frame in frames)
+    apart = luminance(frames[0][..., :3]) - luminance(frames[1][..., :3])
+    covered = np.minimum(frames[0][..., 3], frames[1][..., 3]) > 0.999
     empty = displayed(np.zeros((1, 1, 4), np.float32), display)
     return (rgb_image(np.where(covered[..., None], diverging(apart / scale), empty)),)

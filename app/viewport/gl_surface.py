@@ -1,6 +1,6 @@
 """The drawing surface of the viewport: OpenGL inside the window (`app.viewport.cpu_surface` where there is none).
 
-A surface shows one scene, or two beside each other (`Split`). Over the picture of each it takes a better one that was
+A surface shows one scene, or two beside each other (`Split`). Over the image of each it takes a better one that was
 computed elsewhere (the reference); that goes with the scene, and at once when another is shown.
 """
 
@@ -27,21 +27,21 @@ from engine.scene.scene import Scene
 
 Pixels = NDArray[np.float32]
 
-#: Seconds in which the reference takes the place of the picture below it.
+#: Seconds in which the reference takes the place of the image below it.
 FADE_S = 0.25
 
-#: Bytes of a picture that are read back at a time.
+#: Bytes of an image that are read back at a time.
 STRIP_BYTES = 2**21
 
 
 @dataclass(frozen=True)
 class Split:
-    """The arrangement of two pictures on the screen.
+    """The arrangement of two images on the screen.
 
     Attributes
     ----------
     wipe : share of the width that shows the first; None where only the first is seen.
-    difference : full colour at ± this luminance in place of the pictures; None for the pictures themselves.
+    difference : full colour at ± this luminance in place of the images; None for the images themselves.
     """
 
     wipe: float | None = None
@@ -82,7 +82,7 @@ def display_of(exposure_ev: float, operator: Any) -> Display:
 class GlSurface(GlWidget):
     """Draws through `engine.gl`: coarsely at once, then finer and finer, in pieces that leave the thread free between.
 
-    The last pictures that are complete are on screen, before `behind` where that is not None. `drawn(seconds)` follows
+    The last images that are complete are on screen, before `behind` where that is not None. `drawn(seconds)` follows
     each one, `broken` says that this scene could not be drawn.
     """
 
@@ -104,7 +104,7 @@ class GlSurface(GlWidget):
         self._next = QTimer(self)
         self._next.setSingleShot(True)
         self._next.setInterval(0)
-        self._next.timeout.connect(lambda: self._guarded(self._go_on))
+        self._next.timeout.connect(lambda: self._on_guarded(self._go_on))
 
     @property
     def scene(self) -> Scene | None:
@@ -112,24 +112,24 @@ class GlSurface(GlWidget):
 
     @property
     def quality(self) -> Quality | None:
-        """Of the first picture, None while it is of another scene."""
+        """Of the first image, None while it is of another scene."""
         return self._sides[0].quality if self._sides and self._is_shown() else None
 
     @property
     def is_finished(self) -> bool:
-        """True if the pictures on screen are the finest that will be drawn of these scenes."""
+        """True if the images on screen are the finest that will be drawn of these scenes."""
         at_rest = bool(self.scenes) and self._is_shown() and self.budget_s > MOVING_S
         return (
             at_rest and len(self._sides) >= len(self.scenes) and not any(map(self._needs_more, range(len(self.scenes))))
         )
 
     def _needs_more(self, at: int) -> bool:
-        """True if picture number `at` will become finer; not while something better covers it."""
+        """True if image number `at` will become finer; not while something better covers it."""
         covered = self._over[at].pixels is not None and self._sides[at].quality is not None
         return not covered and not self._sides[at].is_finished(self.budget_s)
 
     def _is_shown(self) -> bool:
-        """True if the present or coming picture is of the requested scenes and size."""
+        """True if the present or coming image is of the requested scenes and size."""
         pairs = zip(self._sides, self.scenes, strict=False)
         is_same = all(side.scene is not None and same(side.scene, scene) for side, scene in pairs)
         return is_same and self._painted == (self.size(), self.devicePixelRatioF())
@@ -149,7 +149,7 @@ class GlSurface(GlWidget):
         self.update()
 
     def show_over(self, side: int, pixels: Pixels | None) -> None:
-        """Lay (H, W, 4) over the picture of scene number `side`, whatever its size; None takes it away."""
+        """Lay (H, W, 4) over the image of scene number `side`, whatever its size; None takes it away."""
         over = self._over[side]
         if pixels is over.pixels:
             return
@@ -159,39 +159,39 @@ class GlSurface(GlWidget):
         self.update()
 
     def strips(self, side: int) -> Iterator[Pixels]:
-        """The picture of scene number `side` as it was drawn, some rows at a time; none where it is a coarse one.
+        """The image of scene number `side` as it was drawn, some rows at a time; none where it is a coarse one.
 
-        Ends early where another picture takes its place.
+        Ends early where another image takes its place.
         """
         drawn = self._sides[side] if side < len(self._sides) else None
         if drawn is None or drawn.quality is None or drawn.quality.is_coarse:
             return
-        picture = drawn.picture
-        count = max(1, STRIP_BYTES // (16 * picture.size[0]))
-        for first in range(0, picture.size[1], count):
-            if self.gl is None or drawn.picture is not picture:
+        image = drawn.image
+        count = max(1, STRIP_BYTES // (16 * image.size[0]))
+        for first in range(0, image.size[1], count):
+            if self.gl is None or drawn.image is not image:
                 return
             with self.current():
-                rows = picture.read(first, count)
+                rows = image.read(first, count)
             yield rows
 
     def begin(self) -> None:
         self._sides, self._screen = [], None
         for over in self._over:
-            over.picture = None
+            over.image = None
             over.is_new = True
 
     def paint(self, framebuffer: Any) -> None:
         if not self.scenes or min(framebuffer.size) < 1:
             self._clear(framebuffer)
             return
-        self._guarded(lambda: self._paint(framebuffer))
+        self._on_guarded(lambda: self._paint(framebuffer))
 
     def _clear(self, framebuffer: Any) -> None:
         canvas = QColor(theme.current().canvas)
         framebuffer.clear(canvas.redF(), canvas.greenF(), canvas.blueF(), 1.0)
 
-    def _guarded(self, work: Callable[[], None]) -> None:
+    def _on_guarded(self, work: Callable[[], None]) -> None:
         try:
             work()
         except Exception as error:  # the border to Qt: what leaves a paint event is raised in whatever runs next
@@ -199,7 +199,7 @@ class GlSurface(GlWidget):
             self.emit_later(self.broken, error)
 
     def _paint(self, framebuffer: Any) -> None:
-        """Show the pictures; draw a first one of a scene or a size that is new."""
+        """Show the images; draw a first one of a scene or a size that is new."""
         self._painted = (self.size(), self.devicePixelRatioF())
         while len(self._sides) < len(self.scenes):
             self._sides.append(Refining(self.gl))
@@ -214,7 +214,7 @@ class GlSurface(GlWidget):
             self._next.start()
 
     def _go_on(self) -> None:
-        """One piece of a finer picture, of the first scene that is not finished."""
+        """One piece of a finer image, of the first scene that is not finished."""
         if self.gl is None or not self._is_shown():
             return
         at = next((at for at in range(len(self.scenes)) if self._needs_more(at)), None)
@@ -236,7 +236,7 @@ class GlSurface(GlWidget):
         from engine.gl.screen import Screen
 
         self._screen = self._screen or Screen(self.gl)
-        layers = [self._layer(at) for at in range(len(self.scenes)) if self._sides[at].picture is not None]
+        layers = [self._layer(at) for at in range(len(self.scenes)) if self._sides[at].image is not None]
         if not layers:
             self._clear(framebuffer)
         elif len(layers) < 2:
@@ -250,20 +250,20 @@ class GlSurface(GlWidget):
             self._screen.show(layers[1], framebuffer, self.display, (middle, width), self.behind)
 
     def _layer(self, at: int) -> Any:
-        """The picture of scene number `at`, and the picture over it."""
+        """The image of scene number `at`, and the image over it."""
         from engine.gl.screen import Layer
 
         over = self._over[at]
         if over.pixels is None:
-            return Layer(self._sides[at].picture)
+            return Layer(self._sides[at].image)
         over.upload(self.gl)
         share = min(1.0, (time.monotonic() - over.since_s) / FADE_S)
         if share < 1.0:
             QTimer.singleShot(16, self.update)
-        return Layer(self._sides[at].picture, over.picture, share)
+        return Layer(self._sides[at].image, over.image, share)
 
     def forget(self) -> None:
-        for owner in (*self._sides, self._screen, *(over.picture for over in self._over)):
+        for owner in (*self._sides, self._screen, *(over.image for over in self._over)):
             if owner is not None:
                 owner.release()
         self._sides, self._screen = [], None
@@ -271,23 +271,23 @@ class GlSurface(GlWidget):
 
 @dataclass(eq=False)
 class _Over:
-    """A picture laid over the drawn one, with its time and its texture."""
+    """An image laid over the drawn one, with its time and its texture."""
 
     pixels: Pixels | None = None
     since_s: float = 0.0
     is_new: bool = True
-    picture: Any = None
+    image: Any = None
 
     def upload(self, context: Any) -> None:
-        from engine.gl.screen import Picture
+        from engine.gl.screen import Image
 
         assert self.pixels is not None
-        if not self.is_new and self.picture is not None:
+        if not self.is_new and self.image is not None:
             return
         size = (self.pixels.shape[1], self.pixels.shape[0])
-        if self.picture is None or self.picture.size != size:
-            if self.picture is not None:
-                self.picture.release()
-            self.picture = Picture(context, size)
-        self.picture.write(self.pixels)
+        if self.image is None or self.image.size != size:
+            if self.image is not None:
+                self.image.release()
+            self.image = Image(context, size)
+        self.image.write(self.pixels)
         self.is_new = False

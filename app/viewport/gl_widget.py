@@ -33,7 +33,7 @@ class GlWidget(QOpenGLWidget):
 
     Attributes
     ----------
-    gl : the moderngl context; None before the first and after the last picture.
+    gl : the moderngl context; None before the first and after the last image.
     is_painting : True within `paint`.
     """
 

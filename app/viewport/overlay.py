@@ -1,6 +1,6 @@
-"""Overlay of the viewport's picture: the handles of the lights, the line between two pictures, and their names.
+"""Overlay of the viewport's image: the handles of the lights, the line between two images, and their names.
 
-A light is a sun on a circle around the picture's centre, hollow while it is behind; a round one has its size. A lamp
+A light is a sun on a circle around the image's centre, hollow while it is behind; a round one has its size. A lamp
 near the model is a ring at its own place. Nothing here takes the mouse: the viewport asks what is near it.
 """
 
@@ -24,7 +24,7 @@ from engine.render.display import BLUE, GREY, ORANGE
 HANDLE_PX = 8
 HANDLE_REACH = 0.46
 
-#: Reach of the mouse around the line between two pictures.
+#: Reach of the mouse around the line between two images.
 WIPE_PX = 6
 
 #: Radius of the ring around a chosen point of the model.
@@ -70,7 +70,7 @@ class Overlay(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
 
     def show_preparing(self, preparing: bool) -> None:
-        """Say of a difference that its pictures are not complete yet, and show something else than they will."""
+        """Say of a difference that its images are not complete yet, and show something else than they will."""
         self.is_preparing = preparing
         self.update()
 
@@ -103,7 +103,7 @@ class Overlay(QWidget):
 
     @property
     def _pixel(self) -> float:
-        """Side of a pixel of the picture at the distance 1 from the viewer."""
+        """Side of a pixel of the image at the distance 1 from the viewer."""
         assert self.camera is not None
         return 2.0 * tan(radians(self.camera.fov_deg) / 2.0) / max(1, self.height())
 
@@ -147,7 +147,7 @@ class Overlay(QWidget):
         return degrees(theta), degrees(phi)
 
     def is_on_wipe(self, point: QPointF) -> bool:
-        """True if `point` is on the line between two pictures."""
+        """True if `point` is on the line between two images."""
         return self.wipe is not None and abs(point.x() - self.wipe * self.width()) <= WIPE_PX
 
     def show_near(self, point: QPointF) -> Qt.CursorShape:
@@ -186,7 +186,7 @@ class Overlay(QWidget):
             painter.drawEllipse(place, MARK_PX, MARK_PX)
 
     def _paint_wipe(self, painter: QPainter, x: int) -> None:
-        """The line, a grip half way down, and the names of the pictures on either side."""
+        """The line, a grip half way down, and the names of the images on either side."""
         middle = self.height() / 2
         for colour, width in ((QColor(0, 0, 0, 150), 3.0), (QColor(235, 235, 235), 1.0)):
             painter.setPen(QPen(colour, width))

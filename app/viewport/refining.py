@@ -1,7 +1,7 @@
-"""One picture of a scene on the graphics device: coarse at once, then finer and finer, in pieces.
+"""One image of a scene on the graphics device: coarse at once, then finer and finer, in pieces.
 
 The pieces leave the window's thread free between them. What is finest so far is `picture`; whoever shows it asks for
-the next piece. Baked light goes to the device in pieces, too, and the picture before stays meanwhile. Everything here
+the next piece. Baked light goes to the device in pieces, too, and the image before stays meanwhile. Everything here
 belongs to one OpenGL context, which is current while it is called.
 
 The quality of the next frame, learnt from the cost of the frames so far.
@@ -22,16 +22,16 @@ import numpy as np
 
 from engine.scene.scene import Scene
 
-#: Longest time that a frame may hold up the window's thread, and that one piece of a finer picture may.
+#: Longest time that a frame may hold up the window's thread, and that one piece of a finer image may.
 MOVING_S, PIECE_S = 0.03, 0.03
 
-#: Longest time of a whole finer picture, in pieces: while a job that the user asked for runs, and when none does.
+#: Longest time of a whole finer image, in pieces: while a job that the user asked for runs, and when none does.
 STILL_S, IDLE_S = 0.3, 60.0
 
 #: A frame has at most so many times the evaluations of one whose cost is known.
 STEP = 5
 
-#: Greatest cost of a piece of the picture over that of the average one, which shows background as well.
+#: Greatest cost of a piece of the image over that of the average one, which shows background as well.
 DENSE = 2.5
 
 
@@ -49,7 +49,7 @@ class Quality:
         return self.reduction > 1 or self.fewer > 1
 
     def evaluations(self, pixels: int, lights: int) -> int:
-        """Of a picture with so many pixels on screen."""
+        """Of an image with so many pixels on screen."""
         return round(max(1, pixels * self.samples**2 // self.reduction**2) * max(1.0, lights / self.fewer))
 
     def of(self, scene: Scene) -> Scene:
@@ -106,7 +106,7 @@ class Cost:
         return len(levels) - 1
 
     def rows(self, evaluations: int, height: int) -> int:
-        """The number of rows, of `height`, of a first piece of a picture of so many `evaluations`."""
+        """The number of rows, of `height`, of a first piece of an image of so many `evaluations`."""
         fixed_s = min(self._seconds.values(), default=0.0)
         whole_s = max(self.predicted(evaluations) - fixed_s, 1e-6)
         if not np.isfinite(whole_s):
@@ -127,10 +127,10 @@ LOAD_S = 0.01
 
 @dataclass
 class _Coming:
-    """A finer picture under way: its bands, the rows of the next and of the first, seconds and pieces so far."""
+    """A finer image under way: its bands, the rows of the next and of the first, seconds and pieces so far."""
 
     level: Quality
-    picture: Any
+    image: Any
     bands: Generator[None, int, None]
     rows: int
     first_rows: int
@@ -139,11 +139,11 @@ class _Coming:
 
 
 class Refining:
-    """Draws one scene at a time. `renderer` and pictures are made in `context`.
+    """Draws one scene at a time. `renderer` and images are made in `context`.
 
     Attributes
     ----------
-    picture : `engine.gl.screen.Picture`, the last that was completed; None before the first.
+    image : `engine.gl.screen.Picture`, the last that was completed; None before the first.
     quality : its level, None where it is of another scene or size than is wanted now.
     screen : size (width, height) in pixels that it is for.
     """
@@ -154,7 +154,7 @@ class Refining:
         self.context = context
         self.renderer = SceneRenderer(context)
         self.scene: Scene | None = None
-        self.picture: Any = None
+        self.image: Any = None
         self.screen = (0, 0)
         self.quality: Quality | None = None
         self.cost = Cost()
@@ -162,7 +162,7 @@ class Refining:
         self._loading: tuple[Any, Iterator[None]] | None = None
 
     def wants(self, scene: Scene, screen: tuple[int, int]) -> None:
-        """Draw `scene` for `screen` from now on; pictures of anything else are out of date."""
+        """Draw `scene` for `screen` from now on; images of anything else are out of date."""
         if self.scene is None or screen != self.screen or not same(scene, self.scene):
             self._start_anew()
         if self._loading is not None and (scene.relit is None or not _is_alike(scene.relit, self._loading[0])):
@@ -172,7 +172,7 @@ class Refining:
     def _start_anew(self) -> None:
         if self._coming is not None:
             self._coming.bands.close()
-            self._coming.picture.release()
+            self._coming.image.release()
         self.quality = self._coming = None
 
     @property
@@ -185,11 +185,11 @@ class Refining:
         return self._loading is not None
 
     def is_finished(self, budget_s: float) -> bool:
-        """True if the picture is the finest that will be drawn in `budget_s`."""
+        """True if the image is the finest that will be drawn in `budget_s`."""
         return self.quality is not None and self._coming is None and self._finer(budget_s) is None
 
     def draw_first(self) -> float | None:
-        """Draw a first picture of a new scene, as good as time allows while something moves; returns its seconds."""
+        """Draw a first image of a new scene, as good as time allows while something moves; returns its seconds."""
         if self.scene is None or self.quality is not None:
             return None
         relit = self.scene.relit
@@ -229,12 +229,12 @@ class Refining:
         if self.cost.is_new:
             self._advance(coming, 1)
             coming.seconds, coming.pieces = 0.0, 0
-        while not self._advance(coming, coming.picture.size[1] * coming.level.samples):
+        while not self._advance(coming, coming.image.size[1] * coming.level.samples):
             pass
         return self._complete(coming)
 
     def go_on(self, budget_s: float) -> float | None:
-        """One more piece of a finer picture; the seconds that it took altogether where it is complete now."""
+        """One more piece of a finer image; the seconds that it took altogether where it is complete now."""
         if self.scene is None:
             return None
         if self.quality is None:
@@ -274,18 +274,18 @@ class Refining:
         return levels[best] if best < levels.index(self.quality) else None
 
     def _begin(self, level: Quality) -> _Coming:
-        from engine.gl.screen import Picture
+        from engine.gl.screen import Image
 
         assert self.scene is not None
         width, height = (max(1, side // level.reduction) for side in self.screen)
-        picture = Picture(self.context, (width, height))
-        bands = self.renderer.bands(level.of(self.scene), picture.framebuffer, (width, height), samples=level.samples)
+        image = Image(self.context, (width, height))
+        bands = self.renderer.bands(level.of(self.scene), image.framebuffer, (width, height), samples=level.samples)
         next(bands)
         rows = self.cost.rows(self._evaluations(level), height * level.samples)
-        return _Coming(level, picture, bands, rows, rows)
+        return _Coming(level, image, bands, rows, rows)
 
     def _advance(self, coming: _Coming, rows: int) -> bool:
-        """Draw so many rows; whether the picture is complete."""
+        """Draw so many rows; whether the image is complete."""
         started = time.perf_counter()
         done = False
         try:
@@ -298,9 +298,9 @@ class Refining:
         return done
 
     def _complete(self, coming: _Coming) -> float:
-        if self.picture is not None:
-            self.picture.release()
-        self.picture, self.quality = coming.picture, coming.level
+        if self.image is not None:
+            self.image.release()
+        self.image, self.quality = coming.image, coming.level
         self.cost.learn(self._evaluations(coming.level), coming.seconds, max(1, coming.pieces))
         return coming.seconds
 
@@ -308,10 +308,10 @@ class Refining:
         """Free everything."""
         self._start_anew()
         self._loading = None
-        if self.picture is not None:
-            self.picture.release()
+        if self.image is not None:
+            self.image.release()
         self.renderer.release()
-        self.picture = None
+        self.image = None
 
 
 def _is_alike(relit: Any, other: Any) -> bool:
@@ -320,5 +320,5 @@ def _is_alike(relit: Any, other: Any) -> bool:
 
 
 def same(scene: Scene, other: Scene) -> bool:
-    """True if two scenes give the same picture."""
+    """True if two scenes give the same image."""
     return all(getattr(scene, part.name) == getattr(other, part.name) for part in fields(scene))

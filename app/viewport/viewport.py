@@ -15,7 +15,7 @@ from PySide6.QtGui import QMouseEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
 
 from app.jobs.jobs import Jobs
-from app.viewport.cpu_surface import ProcessorSurface
+from app.viewport.cpu_surface import CpuSurface
 from app.viewport.gl_surface import GlSurface, Pixels, Split, display_of, why_no_gl
 from app.viewport.overlay import Handle, Overlay
 from app.viewport.refining import IDLE_S, MOVING_S, STILL_S
@@ -24,7 +24,7 @@ from app.widgets.theme import PADDING, STEP, role
 from engine.core.errors import MissingCapability
 from engine.geometry.camera import Camera, frame, orbit, pan, zoom
 from engine.geometry.mesh import Mesh
-from engine.geometry.shapes import framed
+from engine.geometry.shapes import frame_mesh
 from engine.light.environment import EnvironmentMap
 from engine.render.background import Backdrop
 from engine.render.display import Display
@@ -92,7 +92,7 @@ class Viewport(QWidget):
         self.setAccessibleName("Viewport")
         self.banner = _Banner(self)
         jobs.changed.connect(lambda job: self._still.start() if job.over and job.is_asked_for else None)
-        self.surface: GlSurface | ProcessorSurface
+        self.surface: GlSurface | CpuSurface
         self._choose_surface(why_no_gl())
         self.overlay = Overlay(self)
 
@@ -100,14 +100,14 @@ class Viewport(QWidget):
         return QSize(640, 480)
 
     def _choose_surface(self, why_not: str) -> None:
-        self.surface = ProcessorSurface(self.jobs) if why_not else GlSurface()
+        self.surface = CpuSurface(self.jobs) if why_not else GlSurface()
         self.surface.setParent(self)
         self.surface.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.surface.drawn.connect(self._after_frame)
         if isinstance(self.surface, GlSurface):
             self.surface.failed.connect(self._without_gl)
             self.surface.broken.connect(self.broken)
-        self.banner.say(f"{why_not}. Pictures are computed on the processor, more slowly." if why_not else "")
+        self.banner.say(f"{why_not}. Images are computed on the CPU, more slowly." if why_not else "")
         self.surface.lower()
         self.surface.show()
 
@@ -142,14 +142,14 @@ class Viewport(QWidget):
         self._still.start()
 
     def show_beside(self, other: Scene | None, split: Split, names: tuple[str, str] = ("", "")) -> None:
-        """From the next scene on, show `other` beside it, with the same camera; None for one picture alone."""
+        """From the next scene on, show `other` beside it, with the same camera; None for one image alone."""
         self.other, self.split = other, split
         self.overlay.names = names
         self.overlay.wipe = split.wipe if other is not None and split.difference is None else None
         self.overlay.scale = split.difference if other is not None else None
 
     def show_over(self, side: int, pixels: Pixels | None) -> None:
-        """Lay a better picture over that of the scene (0) or the other (1), until something changes."""
+        """Lay a better image over that of the scene (0) or the other (1), until something changes."""
         self.surface.show_over(side, pixels)
 
     @property
@@ -177,7 +177,7 @@ class Viewport(QWidget):
     def _frame(self) -> None:
         """Until somebody moves it, the camera follows the size of the window as well."""
         assert self._mesh is not None
-        self.camera = framed(self._mesh, max(1, self.width()) / max(1, self.height()))
+        self.camera = frame_mesh(self._mesh, max(1, self.width()) / max(1, self.height()))
         self._framed = True
         self.camera_moved.emit()
 
@@ -247,7 +247,7 @@ class Viewport(QWidget):
         handle = self.overlay.at(event.position())
         left = event.button() == Qt.MouseButton.LeftButton
         if left and event.modifiers() & Qt.KeyboardModifier.ControlModifier:
-            kind = "turn light" if self._lit_by_one() else "turn environment"
+            kind = "turn light" if self._is_lit_by_one() else "turn environment"
         elif left and handle is not None:
             kind = "drag light"
         elif left and self.overlay.is_on_wipe(event.position()):
@@ -309,7 +309,7 @@ class Viewport(QWidget):
     def _turn(self, angle: float, *, final: bool) -> None:
         self.environment_rotated.emit(round((degrees(angle) + 180.0) % 360.0 - 180.0, 2), final)
 
-    def _lit_by_one(self) -> bool:
+    def _is_lit_by_one(self) -> bool:
         return self.scene is None or self.scene.environment is None
 
     def _move(self, camera: Camera) -> None:
@@ -333,7 +333,7 @@ class Viewport(QWidget):
 
 
 class _Banner(QWidget):
-    """Says over the picture what is not as it should be."""
+    """Says over the image what is not as it should be."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)

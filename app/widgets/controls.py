@@ -21,7 +21,7 @@ else:
     _Control = object
 
 TICKS = 1000
-KNOB = 6
+PARAMETER = 6
 
 
 class ClickFirst(_Control):
@@ -86,7 +86,7 @@ class Slider(ClickFirst, QSlider):
         self.setSliderDown(False)
 
     def _go_to(self, x: float) -> None:
-        self.setSliderPosition(round(TICKS * (x - KNOB) / max(1, self.width() - 2 * KNOB)))
+        self.setSliderPosition(round(TICKS * (x - PARAMETER) / max(1, self.width() - 2 * PARAMETER)))
 
     def sizeHint(self) -> QSize:
         return QSize(80, ROW - 4)
@@ -99,12 +99,12 @@ class Slider(ClickFirst, QSlider):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         colours, middle = theme.current(), self.height() / 2
         active = colours.accent if self.isEnabled() else colours.line
-        left, right = float(KNOB), float(self.width() - KNOB)
-        knob = left + (right - left) * self.sliderPosition() / TICKS
-        for start, end, colour in ((left, right, colours.line), (left, knob, active)):
+        left, right = float(PARAMETER), float(self.width() - PARAMETER)
+        parameter = left + (right - left) * self.sliderPosition() / TICKS
+        for start, end, colour in ((left, right, colours.line), (left, parameter, active)):
             painter.setPen(QPen(QColor(colour), 2))
             painter.drawLine(QPointF(start, middle), QPointF(end, middle))
         lit = self.hasFocus() or self.underMouse() or self.isSliderDown()
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(colours.disabled if not self.isEnabled() else colours.accent if lit else colours.text))
-        painter.drawEllipse(QPointF(knob, middle), KNOB, KNOB)
+        painter.drawEllipse(QPointF(parameter, middle), PARAMETER, PARAMETER)

@@ -23,8 +23,8 @@ class EmptyState(QWidget):
         role(self, "canvas")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.icon_name = icon_name
-        self.picture = QLabel()
-        self.picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.image = QLabel()
+        self.image.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.words = text(words, "secondary", wrap=True)
         self.words.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self.words.setFixedWidth(400)
@@ -42,7 +42,7 @@ class EmptyState(QWidget):
         column = QVBoxLayout(self)
         column.setSpacing(3 * STEP)
         column.addStretch(2)
-        column.addWidget(self.picture)
+        column.addWidget(self.image)
         column.addWidget(title)
         column.addWidget(self.words, 0, Qt.AlignmentFlag.AlignHCenter)
         column.addSpacing(STEP)
@@ -52,7 +52,7 @@ class EmptyState(QWidget):
 
     def apply_theme(self) -> None:
         """Draw the icon in the colour of the current theme."""
-        self.picture.setPixmap(icons.pixmap(self.icon_name, 48, theme.current().disabled, self.devicePixelRatioF()))
+        self.image.setPixmap(icons.pixmap(self.icon_name, 48, theme.current().disabled, self.devicePixelRatioF()))
 
 
 def with_empty_state(tab: QWidget, empty: EmptyState, work: QWidget) -> QStackedWidget:

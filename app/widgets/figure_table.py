@@ -12,7 +12,7 @@ from app.widgets.theme import ROW
 
 
 class FigureTable(QTableWidget):
-    """`picked(row)` follows the row on which the person is; rows are replaced without moving the selection."""
+    """`picked(row)` follows the row on which the user is; rows are replaced without moving the selection."""
 
     picked = Signal(int)
 

@@ -1,6 +1,6 @@
-"""The big picture: fitted, or at any zoom under the pointer; dragged; 1 for 100 %, F or double-click to fit.
+"""The big image: fitted, or at any zoom under the pointer; dragged; 1 for 100 %, F or double-click to fit.
 
-Pictures for the screen, made off the window's thread: 8-bit levels of half size each, and marks on clipped texels.
+Images for the screen, made off the window's thread: 8-bit levels of half size each, and marks on clipped texels.
 
 A view draws the level nearest to its zoom, so that painting costs the pixels on the screen and not those of the
 photograph. Work goes in bands of rows, so that memory stays small beside the photograph itself.
@@ -35,7 +35,7 @@ CLIPPED = np.array([0, 94, 213, 255], np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class Image:
     """Levels from full size downwards, each half of the one before; `marks` has the same sizes or is empty."""
 
     levels: tuple[QImage, ...]
@@ -43,42 +43,42 @@ class Picture:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height in pixels of the full picture."""
+        """Width and height in pixels of the full image."""
         return self.levels[0].width(), self.levels[0].height()
 
     @property
     def bytes(self) -> int:
-        """The memory that the picture takes."""
+        """The memory that the image takes."""
         return sum(image.sizeInBytes() for image in (*self.levels, *self.marks))
 
 
 def photograph(
     radiance: NDArray[np.float32], saturated: NDArray[np.bool_] | None = None, exposure_ev: float = 0.0
-) -> Steps[Picture]:
-    """The picture of linear radiance (H, W, 3), sRGB-coded; clipped texels of (H, W) `saturated` are marked."""
+) -> Steps[Image]:
+    """The image of linear radiance (H, W, 3), sRGB-coded; clipped texels of (H, W) `saturated` are marked."""
     height, width = radiance.shape[:2]
     coded = np.empty((height, width, 3), np.uint8)
     rows = max(1, BAND_PIXELS // width)
     for start in range(0, height, rows):
         band = np.asarray(radiance[start : start + rows])
         coded[start : start + rows] = to_display8(tone_map(band, exposure_ev, "none"))
-        yield Step(min(1.0, (start + rows) / height), "preparing the picture")
+        yield Step(min(1.0, (start + rows) / height), "preparing the image")
     marks: tuple[QImage, ...] = ()
     if saturated is not None and saturated.any():
-        marks = tuple(_mark_image(level) for level in _halved_marks(np.asarray(saturated, np.uint8)))
-    return Picture(pixels_picture(coded).levels, marks)
+        marks = tuple(_mark_image(level) for level in _halve_marks(np.asarray(saturated, np.uint8)))
+    return Image(pixels_image(coded).levels, marks)
 
 
-def pixels_picture(pixels: NDArray[np.uint8]) -> Picture:
-    """The picture of (H, W, 3) codes as they are."""
-    return Picture(tuple(rgb_image(level) for level in _halved(pixels)))
+def pixels_image(pixels: NDArray[np.uint8]) -> Image:
+    """The image of (H, W, 3) codes as they are."""
+    return Image(tuple(rgb_image(level) for level in _halve(pixels)))
 
 
-def scalar_map(values: NDArray[np.float32], high: float, table: NDArray[np.uint8]) -> Steps[Picture]:
-    """The picture of (H, W) values in [0, high] through a colour `table` (256, 3)."""
+def scalar_map(values: NDArray[np.float32], high: float, table: NDArray[np.uint8]) -> Steps[Image]:
+    """The image of (H, W) values in [0, high] through a colour `table` (256, 3)."""
     yield Step(0.0, "preparing the map")
     index = np.clip(np.nan_to_num(values) * (255.0 / max(high, 1e-30)), 0, 255).astype(np.uint8)
-    return pixels_picture(table[index])
+    return pixels_image(table[index])
 
 
 def rgb_image(pixels: NDArray[np.uint8]) -> QImage:
@@ -89,7 +89,7 @@ def rgb_image(pixels: NDArray[np.uint8]) -> QImage:
     return QImage(contiguous.data, width, height, channels * width, coded).convertToFormat(painted)
 
 
-def _halved(pixels: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
+def _halve(pixels: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
     import cv2
 
     levels = [pixels]
@@ -100,8 +100,8 @@ def _halved(pixels: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
     return levels
 
 
-def _halved_marks(mask: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
-    """A mark survives every halving, so that a single clipped texel is seen in the fitted picture."""
+def _halve_marks(mask: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
+    """A mark survives every halving, so that a single clipped texel is seen in the fitted image."""
     levels = [mask]
     while max(levels[-1].shape[:2]) > SMALLEST:
         height, width = (size // 2 * 2 for size in levels[-1].shape)
@@ -122,7 +122,7 @@ MARGIN = 12
 
 
 class ImageView(QWidget):
-    """Shows a `Picture`. `pointed(column, row)` follows the pointer, (−1, −1) when it leaves the picture."""
+    """Shows a `Picture`. `pointed(column, row)` follows the pointer, (−1, −1) when it leaves the image."""
 
     pointed = Signal(int, int)
     picked = Signal(int, int)
@@ -130,7 +130,7 @@ class ImageView(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.picture: Picture | None = None
+        self.image: Image | None = None
         self.marks_visible = True
         self.probe: tuple[int, int] | None = None
         self.zoom = 1.0
@@ -146,11 +146,11 @@ class ImageView(QWidget):
     def sizeHint(self) -> QSize:
         return QSize(640, 480)
 
-    def show_picture(self, picture: Picture | None) -> None:
-        """Replace the picture; zoom and place stay where the size is that of the last one."""
-        self.picture = picture
-        if picture is not None:
-            same, self._size = picture.size == self._size, picture.size
+    def show_image(self, image: Image | None) -> None:
+        """Replace the image; zoom and place stay where the size is that of the last one."""
+        self.image = image
+        if image is not None:
+            same, self._size = image.size == self._size, image.size
             if self.fitted or not same:
                 self.fit()
         self.update()
@@ -166,16 +166,16 @@ class ImageView(QWidget):
         self.update()
 
     def fit(self) -> None:
-        """The whole picture, as large as it fits, but not above 100 % of a small one's whole multiples."""
+        """The whole image, as large as it fits, but not above 100 % of a small one's whole multiples."""
         self.fitted = True
-        if self.picture is None:
+        if self.image is None:
             return
-        width, height = self.picture.size
+        width, height = self.image.size
         room = min((self.width() - 2 * MARGIN) / width, (self.height() - 2 * MARGIN) / height)
         self._set_zoom(max(room, 1e-3), QPointF(width / 2, height / 2))
 
     def actual_size(self) -> None:
-        """One pixel of the picture is one pixel of the screen."""
+        """One pixel of the image is one pixel of the screen."""
         self.fitted = False
         self._set_zoom(1.0 / self.devicePixelRatioF(), self.centre)
 
@@ -195,36 +195,36 @@ class ImageView(QWidget):
         self.update()
 
     def place_at(self, point: QPointF) -> QPointF:
-        """The place of the picture under `point`; its upper left corner is (0, 0)."""
+        """The place of the image under `point`; its upper left corner is (0, 0)."""
         return (point - QPointF(self.width() / 2, self.height() / 2)) / self.zoom + self.centre
 
     def texel_at(self, point: QPointF) -> tuple[int, int] | None:
-        """(column, row) of the texel under `point`, None outside the picture."""
-        if self.picture is None:
+        """(column, row) of the texel under `point`, None outside the image."""
+        if self.image is None:
             return None
         place = self.place_at(point)
         column, row = math.floor(place.x()), math.floor(place.y())
-        width, height = self.picture.size
+        width, height = self.image.size
         return (column, row) if 0 <= column < width and 0 <= row < height else None
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor(theme.current().canvas))
-        if self.picture is None:
+        if self.image is None:
             return
-        size = QPointF(*self.picture.size)
+        size = QPointF(*self.image.size)
         target = QRectF(self.to_screen(QPointF(0, 0)), self.to_screen(size))
         scale = self.zoom * self.devicePixelRatioF()
-        level = min(len(self.picture.levels) - 1, max(0, math.floor(-math.log2(scale) + 1e-6)))
+        level = min(len(self.image.levels) - 1, max(0, math.floor(-math.log2(scale) + 1e-6)))
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale < 2.0)
         self._draw(painter, target, level)
         if self.probe is not None:
             self._draw_probe(painter)
 
     def _draw(self, painter: QPainter, target: QRectF, level: int) -> None:
-        """Draw the visible part of a level, so that a large picture costs no more than the window."""
-        assert self.picture is not None
-        image = self.picture.levels[level]
+        """Draw the visible part of a level, so that a large image costs no more than the window."""
+        assert self.image is not None
+        image = self.image.levels[level]
         visible = target.intersected(QRectF(self.rect()))
         ratio_x, ratio_y = image.width() / target.width(), image.height() / target.height()
         source = QRectF(
@@ -234,9 +234,9 @@ class ImageView(QWidget):
             visible.height() * ratio_y,
         )
         painter.drawImage(visible, image, source)
-        if self.marks_visible and self.picture.marks:
+        if self.marks_visible and self.image.marks:
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, False)
-            painter.drawImage(visible, self.picture.marks[level], source)
+            painter.drawImage(visible, self.image.marks[level], source)
 
     def _draw_probe(self, painter: QPainter) -> None:
         assert self.probe is not None
@@ -247,7 +247,7 @@ class ImageView(QWidget):
             painter.drawEllipse(centre, 6.0, 6.0)
 
     def to_screen(self, place: QPointF) -> QPointF:
-        """The point of the widget over `place` of the picture, whose upper left corner is (0, 0)."""
+        """The point of the widget over `place` of the image, whose upper left corner is (0, 0)."""
         return (place - self.centre) * self.zoom + QPointF(self.width() / 2, self.height() / 2)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -256,7 +256,7 @@ class ImageView(QWidget):
             self.fit()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        if self.picture is None:
+        if self.image is None:
             return
         factor = 2.0 ** (event.angleDelta().y() / 240.0)
         zoom = min(LARGEST_ZOOM, max(0.02, self.zoom * factor))

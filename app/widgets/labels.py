@@ -2,7 +2,7 @@
 
 Labels of BRDF models and of their parameters in the window.
 
-Effects as people read them, and from which error on one is worth a figure.
+Effects as users read them, and from which error on one is worth a figure.
 """
 
 from __future__ import annotations
@@ -120,4 +120,4 @@ NAMES = {
 }
 
 #: Relative errors below this are no loss.
-LEAST_ERROR = 1e-5
+MIN_ERROR = 1e-5

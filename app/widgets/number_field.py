@@ -92,7 +92,7 @@ class NumberField(ClickFirst, QLineEdit):
         self.setProperty(NUMERIC, True)
         self.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.setCursor(Qt.CursorShape.SizeHorCursor)
-        self.editingFinished.connect(self._typed)
+        self.editingFinished.connect(self._on_typed)
         self.show_value(value)
 
     def show_value(self, value: float) -> None:
@@ -118,7 +118,7 @@ class NumberField(ClickFirst, QLineEdit):
         """The sentence that says what is valid here."""
         return f"Enter a number from {self._with_unit(self.low)} to {self._with_unit(self.high)}, such as 2*3."
 
-    def _typed(self) -> None:
+    def _on_typed(self) -> None:
         if not self.isModified():
             return
         try:

@@ -36,7 +36,7 @@ SCROLL_BAR = 10
 
 
 class Panel(QWidget):
-    """A column of sections beside the picture, which scrolls where the window is low, and a foot that stays."""
+    """A column of sections beside the image, which scrolls where the window is low, and a foot that stays."""
 
     def __init__(self, width: int = WIDTH) -> None:
         super().__init__()
@@ -62,7 +62,7 @@ class Panel(QWidget):
         self.whole.addWidget(scroll, 1)
 
     def sizeHint(self) -> QSize:
-        """As wide as panels are; only where the window is too narrow for its picture they give way to it."""
+        """As wide as panels are; only where the window is too narrow for its image they give way to it."""
         return QSize(self.usual_width, super().sizeHint().height())
 
     def minimumSizeHint(self) -> QSize:
@@ -165,7 +165,7 @@ class Pages(QStackedWidget):
 
 
 def fill_stacked(holder: QWidget, above: QWidget, below: QWidget, heights: list[int]) -> None:
-    """Fill `holder` with a picture above its table, with a thin line between them that can be moved."""
+    """Fill `holder` with an image above its table, with a thin line between them that can be moved."""
     halves = QSplitter(Qt.Orientation.Vertical)
     halves.setHandleWidth(1)
     halves.setChildrenCollapsible(False)
@@ -246,7 +246,7 @@ class Fold(QWidget):
         self.head.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.head.setIconSize(QSize(icons.SMALL, icons.SMALL))
         self.head.setCheckable(True)
-        self.head.toggled.connect(self._toggled)
+        self.head.toggled.connect(self._on_toggled)
         role(self.head, "fold")
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -255,7 +255,7 @@ class Fold(QWidget):
         column.addWidget(self.rows)
         self.apply_theme()
 
-    def _toggled(self, opened: bool) -> None:
+    def _on_toggled(self, opened: bool) -> None:
         self.rows.setVisible(opened)
         self.apply_theme()
 
@@ -293,7 +293,7 @@ class Segments(QWidget):
 
     def sizeHint(self) -> QSize:
         """Room for the whole labels."""
-        return super().sizeHint() + QSize(self._lost(), 0)
+        return super().sizeHint() + QSize(self._measure_lost(), 0)
 
     def minimumSizeHint(self) -> QSize:
         """Room for the short labels."""
@@ -308,7 +308,7 @@ class Segments(QWidget):
         for value, label in self.shorter.items():
             self.buttons[value].setText(label if is_narrow else self.whole[value])
 
-    def _lost(self) -> int:
+    def _measure_lost(self) -> int:
         """The width that the labels have lost by their short forms."""
         metrics = self.fontMetrics()
         pairs = ((self.whole[value], self.buttons[value].text()) for value in self.shorter)

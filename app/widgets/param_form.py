@@ -46,7 +46,7 @@ class ParamForm(Rows):
             if labels:
                 parameter = dataclasses.replace(parameter, words=labels[parameter.name])
             editor = _editor(parameter)
-            editor.edited.connect(lambda value, final, name=parameter.name: self._edited(name, value, final))
+            editor.edited.connect(lambda value, final, name=parameter.name: self._on_edited(name, value, final))
             self.editors[parameter.name] = editor
             hint = ABOVE_HORIZON if isinstance(editor, ElevationEditor) else parameter.doc
             self.row(labels[parameter.name] if labels else parameter.label, editor, hint)
@@ -72,7 +72,7 @@ class ParamForm(Rows):
         for name, editor in self.editors.items():
             editor.show_value(getattr(instance, name))
 
-    def _edited(self, name: str, value: float | Colour, final: bool) -> None:
+    def _on_edited(self, name: str, value: float | Colour, final: bool) -> None:
         self.instance = dataclasses.replace(self.instance, **{name: value})
         self.edited.emit(self.instance, final)
 
@@ -113,16 +113,16 @@ class NumberEditor(QWidget):
         self.slider.blockSignals(False)
 
     def _slid(self, ticks: int) -> None:
-        value = self._rounded(self._value(ticks / TICKS))
+        value = self._round(self._value(ticks / TICKS))
         self.field.show_value(value)
         self.edited.emit(value, not self.slider.isSliderDown())
 
     def _set(self, value: float, final: bool) -> None:
-        value = self._rounded(value)
+        value = self._round(value)
         self.show_value(value)
         self.edited.emit(value, final)
 
-    def _rounded(self, value: float) -> float:
+    def _round(self, value: float) -> float:
         return float(round(value)) if self.parameter.kind == "whole" else value
 
     def _place(self, value: float) -> float:
@@ -221,10 +221,10 @@ class ColourEditor(QWidget):
     def _ask(self) -> None:
         dialog = QColorDialog(display_colour(self.colour), self)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.colorSelected.connect(self._picked)
+        dialog.colorSelected.connect(self._on_picked)
         dialog.open()
 
-    def _picked(self, colour: QColor) -> None:
+    def _on_picked(self, colour: QColor) -> None:
         red, green, blue = (float(channel) for channel in srgb_decode([colour.redF(), colour.greenF(), colour.blueF()]))
         self.show_value((red, green, blue))
         self.edited.emit(self.colour, True)

@@ -90,7 +90,7 @@ def distinct(names: Sequence[str]) -> list[str]:
     ]
 
 
-def saved(folder: Path, files: Mapping[str, bytes]) -> Steps[str]:
+def save(folder: Path, files: Mapping[str, bytes]) -> Steps[str]:
     """Write `files` by their names into `folder`; a sentence. Raises OutputError where that cannot be done."""
     yield Step(0.0, "writing")
     make_folder(folder)

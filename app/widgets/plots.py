@@ -104,7 +104,7 @@ class Elevations(Plot):
         super().__init__("Elevation of the light / °", "Mean radiance")
         self.line = self.plot([], [], pen=pg.mkPen(theme.LINES[0], width=1.5))
         self.points = pg.ScatterPlotItem(size=9, hoverable=True, hoverSize=11, tip=None)
-        self.points.sigClicked.connect(self._clicked)
+        self.points.sigClicked.connect(self._on_clicked)
         self.addItem(self.points)
         self.handles = pg.ScatterPlotItem(size=8, symbol="t1", hoverable=True, hoverSize=12, tip=None)
         self.handles.sigClicked.connect(self._handle_clicked)
@@ -143,7 +143,7 @@ class Elevations(Plot):
             self.setYRange(-0.12 * top, top, padding=0)
             self.setXRange(float(elevation.min()) - 3, float(elevation.max()) + 3, padding=0)
 
-    def _clicked(self, _points: Any, clicked: Sequence[Any], _event: Any) -> None:
+    def _on_clicked(self, _points: Any, clicked: Sequence[Any], _event: Any) -> None:
         if len(clicked):
             self.selected.emit(int(clicked[0].data()))
 
@@ -174,7 +174,7 @@ class RadiancePlot(Plot):
             self.setYRange(0.0, float(max(target[-1], mean.max())) * 1.06 or 1.0, padding=0)
 
     def show_current(self, r: float | None) -> None:
-        """A dashed line at the r of the picture on screen."""
+        """A dashed line at the r of the image on screen."""
         self.current.setVisible(r is not None)
         if r is not None:
             self.current.setValue(r)

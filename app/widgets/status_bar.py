@@ -67,7 +67,7 @@ class StatusBar(QWidget):
         self.error = figure(OF_MATERIAL, "error 10.00 % ± 0.01")
         self._of_material = ""
         self._in_front = ""
-        self._of_picture: tuple[str, str] | None = None
+        self._of_image: tuple[str, str] | None = None
         self.frame = figure("Time of the last frame in the viewport", "1000.0 ms")
         self.memory = figure("Memory that this program holds", "99.9 GB")
         row = QHBoxLayout(self)
@@ -80,7 +80,7 @@ class StatusBar(QWidget):
             row.addSpacing(STEP)
             row.addWidget(widget)
         jobs.changed.connect(lambda _job: self._show_job())
-        jobs.progressed.connect(self._progressed)
+        jobs.progressed.connect(self._on_progressed)
         self._confirming = QTimer(self)
         self._confirming.setSingleShot(True)
         self._confirming.setInterval(CONFIRMED_MS)
@@ -136,14 +136,14 @@ class StatusBar(QWidget):
         self._of_material = "" if rms is None else f"error {percent(rms / r_max, 3)}"
         self._show_error()
 
-    def show_picture_error(self, words: str | None, hint: str = "") -> None:
-        """Error of the picture on screen, '1.2 % ± 0.1', or nothing; None for that of the material in its place."""
-        self._of_picture = None if words is None else (f"error {words}" if words else "", hint)
+    def show_image_error(self, words: str | None, hint: str = "") -> None:
+        """Error of the image on screen, '1.2 % ± 0.1', or nothing; None for that of the material in its place."""
+        self._of_image = None if words is None else (f"error {words}" if words else "", hint)
         self._show_error()
 
     def _show_error(self) -> None:
         of_material = self._of_material if self._in_front in ABOUT_MATERIAL else ""
-        words, hint = (of_material, OF_MATERIAL) if self._of_picture is None else self._of_picture
+        words, hint = (of_material, OF_MATERIAL) if self._of_image is None else self._of_image
         if words != self.error.text() or hint != self.error.toolTip():
             self.error.setText(words)
             self.error.setToolTip(hint)
@@ -179,7 +179,7 @@ class StatusBar(QWidget):
         self.cancel.setEnabled(not job.stopping)
         self.words.setText(self._confirmed or describe(job))
 
-    def _progressed(self, job: Job) -> None:
+    def _on_progressed(self, job: Job) -> None:
         if job is self._current():
             self._show_job()
 

@@ -1,6 +1,6 @@
 """The one place where colours, sizes and type are decided: a dark and a light neutral theme over Qt's Fusion style.
 
-The frame around a picture has no hue, or colours are misjudged; one accent marks what is active. Spacing goes in
+The frame around an image has no hue, or colours are misjudged; one accent marks what is active. Spacing goes in
 steps of 4 px, panels keep 12 px inside, rows are 26 px high, text is 13 px. Widgets carry no stylesheet of their own:
 they name a role (`widget.setProperty("role", "primary")`) and the sheet below says what it looks like. The sheet takes
 its colours from the palette and is the same for all themes, so that another theme is a palette: Qt would restyle all
@@ -420,10 +420,10 @@ def _draw_icons_anew() -> Iterator[None]:
 
 
 def pixmap(name: str, size: int, colour: str | None = None, scale: float = 1.0) -> QPixmap:
-    """The icon `name` as a picture of `size` device-independent pixels on a screen of `scale`."""
-    picture = QPixmap(_pixmap(name, round(size * scale), colour or current().text))
-    picture.setDevicePixelRatio(scale)
-    return picture
+    """The icon `name` as an image of `size` device-independent pixels on a screen of `scale`."""
+    image = QPixmap(_pixmap(name, round(size * scale), colour or current().text))
+    image.setDevicePixelRatio(scale)
+    return image
 
 
 @cache
@@ -454,9 +454,9 @@ class _IconEngine(QIconEngine):
 def _pixmap(name: str, size: int, colour: str) -> QPixmap:
     drawing = (RESOURCES / "icons" / f"{name}.svg").read_text(encoding="utf-8").replace("currentColor", colour)
     renderer = QSvgRenderer(QByteArray(drawing.encode()))
-    picture = QPixmap(size, size)
-    picture.fill(Qt.GlobalColor.transparent)
-    painter = QPainter(picture)
+    image = QPixmap(size, size)
+    image.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(image)
     renderer.render(painter, QRectF(0, 0, size, size))
     painter.end()
-    return picture
+    return image

@@ -1,4 +1,4 @@
-"""The layout of a workspace: panels beside a picture, and over it a bar with the choices of what it shows."""
+"""The layout of a workspace: panels beside an image, and over it a bar with the choices of what it shows."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ HEIGHT = 36
 
 
 def side_by_side(*parts: QWidget, stretch: int = 0) -> QWidget:
-    """Panels and picture beside each other with a thin line between them; part number `stretch` takes the room."""
+    """Panels and image beside each other with a thin line between them; part number `stretch` takes the room."""
     holder = role(QWidget(), "gap")
     holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
     row = QHBoxLayout(holder)
@@ -54,23 +54,23 @@ def under(bar: QWidget, work: QWidget | QLayout) -> QWidget:
     return holder
 
 
-def beside(picture: QWidget, colour_bar: QWidget) -> QLayout:
-    """A picture with the bar of its false colours at its right."""
+def beside(image: QWidget, colour_bar: QWidget) -> QLayout:
+    """An image with the bar of its false colours at its right."""
     row = QHBoxLayout()
     row.setSpacing(0)
-    row.addWidget(picture, 1)
+    row.addWidget(image, 1)
     row.addWidget(colour_bar)
     return row
 
 
 class _Rest(QWidget):
-    """A picture between panels: it wishes for no more width than it needs at least, and takes what they leave."""
+    """An image between panels: it wishes for no more width than it needs at least, and takes what they leave."""
 
-    def __init__(self, picture: QWidget) -> None:
+    def __init__(self, image: QWidget) -> None:
         super().__init__()
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(picture)
+        column.addWidget(image)
 
     def sizeHint(self) -> QSize:
         return QSize(self.minimumSizeHint().width(), super().sizeHint().height())

@@ -1,1 +1,1 @@
-"""The window itself: workspaces, docks, menus, and how a failure reaches the person."""
+"""The window itself: workspaces, docks, menus, and how a failure reaches the user."""

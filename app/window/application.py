@@ -15,7 +15,7 @@ from app.process import crash, ending
 from app.process.garbage import collect_on_this_thread
 from app.process.heap import give_back_free_pages, give_back_freed_arrays
 from app.process.packages import load_own
-from app.project.places import interrupted, projects_folder
+from app.project.places import interrupt, projects_folder
 from app.session import settings
 from app.start.examples import EXAMPLES
 from app.viewport.gl_surface import request_format
@@ -55,7 +55,7 @@ def start() -> QApplication:
 
 
 def draw_by(graphics: str) -> None:
-    """Let the drivers of Linux draw by what the person chose, unless the environment says something else."""
+    """Let the drivers of Linux draw by what the user chose, unless the environment says something else."""
     variables = VARIABLES.get(graphics, {})
     if graphics == "second" and Path("/proc/driver/nvidia").exists():
         variables = {**variables, **OF_NVIDIA}
@@ -64,7 +64,7 @@ def draw_by(graphics: str) -> None:
 
 
 def _use_processors(count: int) -> None:
-    """Use no more than `count` processors from now on, in this process and in those that it starts; 0: all."""
+    """Use no more than `count` CPUs from now on, in this process and in those that it starts; 0: all."""
     if not count:
         return
     os.environ["NUMBA_NUM_THREADS"] = str(count)
@@ -86,7 +86,7 @@ def run(paths: Sequence[Path], *, sample: bool = False) -> int:
         window.closes.connect(lambda: ending.end_within(ending.WINDOW_S, 0))
         window.failures.install()
         window.show()
-        left = interrupted(projects_folder(), map(Path, remembered.recent_projects))
+        left = interrupt(projects_folder(), map(Path, remembered.recent_projects))
         if not window.settings.now.has_seen_hints:
             window.show_hints_with_first_material()
         if sample:

@@ -54,7 +54,7 @@ def ask_where(
     return box
 
 
-#: By the consent that is asked for: the button that gives it, and what else a person can do.
+#: By the consent that is asked for: the button that gives it, and what else a user can do.
 CONSENTS = {
     "trust_angles": (
         "Use these angles",
@@ -70,7 +70,7 @@ CONSENTS = {
 
 
 def ask_for_consent(window: QWidget, bench: Workbench, doubt: Doubtful) -> QMessageBox:
-    """Say what is doubtful about photographs, and import them all the same where a person says so."""
+    """Say what is doubtful about photographs, and import them all the same where a user says so."""
     words, about = CONSENTS[doubt.consent]
     if doubt.otherwise:
         _, about = CONSENTS[doubt.otherwise]

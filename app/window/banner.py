@@ -13,7 +13,7 @@ from app.widgets.panels import button, text
 from app.widgets.theme import PADDING, STEP, role
 
 #: Letters of a path in a sentence, and of one name in it.
-MOST_LETTERS, MOST_OF_NAME = 60, 40
+MAX_LETTERS, MAX_OF_NAME = 60, 40
 
 #: Words of a button, and what it does.
 Offer = tuple[str, Callable[[], object]]
@@ -29,24 +29,24 @@ class Banner(QWidget):
         self.words = text("", wrap=True)
         self.words.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.buttons: list[QPushButton] = []
-        self.picture = QLabel()
-        self.picture.hide()
+        self.image = QLabel()
+        self.image.hide()
         self._row = QHBoxLayout(self)
         self._row.setContentsMargins(PADDING, STEP, PADDING, STEP)
         self._row.setSpacing(2 * STEP)
-        self._row.addWidget(self.picture)
+        self._row.addWidget(self.image)
         self._row.addWidget(self.words, 1)
         self.hide()
 
-    def say(self, words: str, offers: Sequence[Offer] = (), picture: QPixmap | None = None, details: str = "") -> None:
-        """Show `words` beside a picture, with a button for each of `offers`; nothing where there are no words.
+    def say(self, words: str, offers: Sequence[Offer] = (), image: QPixmap | None = None, details: str = "") -> None:
+        """Show `words` beside an image, with a button for each of `offers`; nothing where there are no words.
 
         `details` stand in the tool tip.
         """
         self.words.setToolTip(details)
-        self.picture.setVisible(picture is not None)
-        if picture is not None:
-            self.picture.setPixmap(picture)
+        self.image.setVisible(image is not None)
+        if image is not None:
+            self.image.setPixmap(image)
         if words == self.words.text() and [label for label, _ in offers] == [each.text() for each in self.buttons]:
             return
         self.words.setText(words)
@@ -73,14 +73,14 @@ class Banners(QWidget):
         self._column.setSpacing(1)
         self.of: dict[str, Banner] = {}
 
-    def say(self, cause: str, words: str, *offers: Offer, picture: QPixmap | None = None, details: str = "") -> None:
+    def say(self, cause: str, words: str, *offers: Offer, image: QPixmap | None = None, details: str = "") -> None:
         """Say `words` about `cause`; nothing any more where they are empty."""
         if cause not in self.of and not words:
             return
         if cause not in self.of:
             self.of[cause] = Banner()
             self._column.addWidget(self.of[cause])
-        self.of[cause].say(words, offers, picture, details)
+        self.of[cause].say(words, offers, image, details)
 
     @property
     def words(self) -> dict[str, str]:
@@ -89,7 +89,7 @@ class Banners(QWidget):
 
 
 def short_path(path: Path) -> str:
-    """A path in no more than `MOST_LETTERS` letters or so, on one line: folders in its middle are left out whole.
+    """A path in no more than `MAX_LETTERS` letters or so, on one line: folders in its middle are left out whole.
 
     A name that is too long by itself loses its own middle.
     """
@@ -97,13 +97,13 @@ def short_path(path: Path) -> str:
     for left_out in range(len(parts) - 2):
         first = (len(parts) - left_out) // 2  # the middle, so that of drive, folder and name as much stays as can
         kept = (*parts[:first], *(("…",) if left_out else ()), *parts[first + left_out :])
-        if len(shown := str(Path(*kept))) <= MOST_LETTERS:
+        if len(shown := str(Path(*kept))) <= MAX_LETTERS:
             return shown
     return str(Path(*(("…",) if len(parts) > 2 else ()), *parts[-2:]))
 
 
 def _short_name(name: str) -> str:
-    """A name without line breaks, and without its middle where it is longer than `MOST_OF_NAME`."""
+    """A name without line breaks, and without its middle where it is longer than `MAX_OF_NAME`."""
     shown = "".join(letter if letter.isprintable() else "?" for letter in name)
-    half = MOST_OF_NAME // 2
-    return shown if len(shown) <= MOST_OF_NAME else f"{shown[:half]}…{shown[-half:]}"
+    half = MAX_OF_NAME // 2
+    return shown if len(shown) <= MAX_OF_NAME else f"{shown[:half]}…{shown[-half:]}"

@@ -1,4 +1,4 @@
-"""Dialogs about the project: its file and its place, what is collected, its history, and a person's notes."""
+"""Dialogs about the project: its file and its place, what is collected, its history, and a user's notes."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def show_history(window: QWidget, bench: Workbench) -> QDialog:
 
 
 def show_notes(window: QWidget, bench: Workbench) -> QDialog:
-    """A person's own words about the project, to read and to change; they go into the bundles that it exports."""
+    """A user's own words about the project, to read and to change; they go into the bundles that it exports."""
     dialog = QDialog(window)
     dialog.setWindowTitle("Notes")
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -144,6 +144,6 @@ def show_notes(window: QWidget, bench: Workbench) -> QDialog:
     return dialog
 
 
-def proposed_name(project: Project) -> str:
+def propose_name(project: Project) -> str:
     """A name for a project file, after what it holds."""
     return places.file_name(project.name, places.UNTITLED)

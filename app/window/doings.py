@@ -1,4 +1,4 @@
-"""The doings of a person, for the report of a crash: steps, jobs, workspaces and lines of the log, as they come."""
+"""The doings of a user, for the report of a crash: steps, jobs, workspaces and lines of the log, as they come."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ class Doings(QObject):
         self._last: dict[int, str] = {}
         self._handler = _Handler()
         logging.getLogger().addHandler(self._handler)
-        self._stack.indexChanged.connect(self._stepped)
+        self._stack.indexChanged.connect(self._on_stepped)
         self._jobs.changed.connect(self._job_changed)
         crash.state("Libraries", f"PySide6 {PySide6.__version__}, Qt {qVersion()}, numpy {np.__version__}")
 
     def close(self) -> None:
         """Listen no longer."""
-        self._stack.indexChanged.disconnect(self._stepped)
+        self._stack.indexChanged.disconnect(self._on_stepped)
         self._jobs.changed.disconnect(self._job_changed)
         logging.getLogger().removeHandler(self._handler)
 
-    def _stepped(self, position: int) -> None:
+    def _on_stepped(self, position: int) -> None:
         if not isValid(self._stack):
             return  # it says its end, where a window goes without having been closed
         words = self._stack.undoText() or "the beginning"
@@ -60,7 +60,7 @@ class _Handler(logging.Handler):
 
 
 def show_reports() -> Path:
-    """Open the folder of crash reports in the person's file manager; its path, since some show nothing.
+    """Open the folder of crash reports in the user's file manager; its path, since some show nothing.
 
     Raises OutputError where it cannot be made.
     """

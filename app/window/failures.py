@@ -1,6 +1,6 @@
-"""Reports of failures to the person: one dialog, one line in the log, and the program goes on.
+"""Reports of failures to the user: one dialog, one line in the log, and the program goes on.
 
-Errors that a person can mend are shown in their own words. Anything else is a fault of the program: its traceback
+Errors that a user can mend are shown in their own words. Anything else is a fault of the program: its traceback
 goes to the log, and the dialog opens once per place in the code, however often a paint event runs into it.
 """
 
@@ -90,7 +90,7 @@ class Failures(QObject):
 
 
 def explain(error: BaseException) -> tuple[str, str]:
-    """The message for the person, and the details that only a developer reads."""
+    """The message for the user, and the details that only a developer reads."""
     if isinstance(error, FileError):
         return f"{sentence(error)}\n{error.remedy}.\n\n{error.path}", ""
     if isinstance(error, FilesExcluded):

@@ -22,7 +22,7 @@ from app.window.dialogs import (
     ask_to_open,
     ask_to_recover,
     ask_what_to_collect,
-    proposed_name,
+    propose_name,
     show_notes,
 )
 from app.window.failures import Failures, FilesExcluded
@@ -168,24 +168,24 @@ class Files(QObject):
 
     def save_as(self) -> None:
         """Ask for a place, and go on in a copy of the project there."""
-        self._written_to("Save as", self.projects.copy_to)
+        self._on_written_to("Save as", self.projects.copy_to)
 
     def collect(self) -> None:
         """Ask for a place, and write a copy there with its photographs and, where wanted, what was made of them."""
 
         def to_place(with_derived: bool) -> None:
-            self._written_to("Collect", partial(self.projects.collect_to, with_derived=with_derived))
+            self._on_written_to("Collect", partial(self.projects.collect_to, with_derived=with_derived))
 
         path = self.projects.path
         ask_what_to_collect(self.window, path, outside_of(path, files_of(self.bench.document.project)), to_place)
 
     def notes(self) -> None:
-        """Show the person's own words about the project."""
+        """Show the user's own words about the project."""
         show_notes(self.window, self.bench)
 
-    def _written_to(self, title: str, write: Callable[[Path], None]) -> None:
+    def _on_written_to(self, title: str, write: Callable[[Path], None]) -> None:
         folder = Path(self.settings.now.last_folder or Path.home())
-        path = ask_for_place(self.window, title, folder / f"{proposed_name(self.bench.document.project)}{ENDING}")
+        path = ask_for_place(self.window, title, folder / f"{propose_name(self.bench.document.project)}{ENDING}")
         if path is not None:
             try:
                 write(path)

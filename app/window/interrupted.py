@@ -1,6 +1,6 @@
 """The open project after a crash: a banner says that it is whole, and names the jobs that were cut off.
 
-The project is shown by its picture, and jobs that can go on do so at a button.
+The project is shown by its image, and jobs that can go on do so at a button.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from typing import Any
 from PySide6.QtCore import QObject
 
 from app.project.interrupted import Interrupted as Job
-from app.project.interrupted import forget, interrupted_in
+from app.project.interrupted import forget, interrupt_in
 from app.project.project_file import data_folder
 from app.window.banner import Banners
 from app.window.projects import Projects
-from app.window.recent import picture_of_file
+from app.window.recent import image_of_file
 
 CAUSE = "interrupted"
 
@@ -40,11 +40,11 @@ class Interrupted(QObject):
     def look(self) -> None:
         """Say what the project that is open now was left with; jobs of a second window are not its own."""
         self.is_recovered = self.projects.is_recovered
-        self.jobs = () if self.projects.is_read_only else interrupted_in(data_folder(self.projects.path))
+        self.jobs = () if self.projects.is_read_only else interrupt_in(data_folder(self.projects.path))
         self._say()
 
     def _say(self) -> None:
-        names = ", ".join(lowered(job.title) for job in self.jobs)
+        names = ", ".join(lower(job.title) for job in self.jobs)
         words = f"Lightarc ended unexpectedly in the middle of this work: {names}." if self.jobs else ""
         if self.is_recovered:
             words = (
@@ -52,8 +52,8 @@ class Interrupted(QObject):
             )
         able = [job for job in self.jobs if str(job.again.get("kind")) in self.ways]
         offers = [("Resume" if len(able) == 1 else "Resume all", partial(self.go_on, able))] if able else []
-        picture = picture_of_file(self.projects.path) if words else None
-        self.banners.say(CAUSE, words, *offers, ("Hide", self.hide), picture=picture)
+        image = image_of_file(self.projects.path) if words else None
+        self.banners.say(CAUSE, words, *offers, ("Hide", self.hide), image=image)
 
     def _last(self) -> str:
         """The last step of the history, within a sentence."""
@@ -76,6 +76,6 @@ class Interrupted(QObject):
         self._say()
 
 
-def lowered(title: str) -> str:
+def lower(title: str) -> str:
     """'baking wavelets', within a sentence."""
     return title[:1].lower() + title[1:]

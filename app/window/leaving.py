@@ -42,7 +42,7 @@ class Leaving(QObject):
         self._hurries = False
         jobs.changed.connect(lambda _job: self._look_soon())
         jobs.progressed.connect(lambda job: self._show() if job.lane == "save" or job.on_stop else None)
-        jobs.failed.connect(self._failed)
+        jobs.failed.connect(self._on_failed)
         projects.changed.connect(self._look_soon)
         projects.broken.connect(lambda _error: self.stay())
 
@@ -98,7 +98,7 @@ class Leaving(QObject):
         elif self.dialog is not None:
             self.dialog.rest()
 
-    def _failed(self, job: Job, _error: object) -> None:
+    def _on_failed(self, job: Job, _error: object) -> None:
         if job.lane == "save" or job.on_stop:
             self.stay()
 

@@ -80,7 +80,7 @@ PHOTOGRAPHS = "engine.capture.photograph.decode"
 
 #: Preferences that hold later, and what is said of them.
 AT_NEXT_START = {
-    "threads": "Lightarc uses so many processors from its next start on",
+    "threads": "Lightarc uses so many CPUs from its next start on",
     "graphics": "Lightarc draws by this from its next start on",
 }
 
@@ -170,7 +170,7 @@ class MainWindow(QMainWindow):
         self.stack = Pages()
         for name in WORKSPACES:
             self.stack.addWidget(self.tabs.get(name) or QWidget())
-        self.view.pictures.measure(self.settings.now.measure_error)
+        self.view.images.measure(self.settings.now.measure_error)
 
     @property
     def material(self) -> MaterialTab:
@@ -216,28 +216,28 @@ class MainWindow(QMainWindow):
     def _make_material(self) -> Iterator[None]:
         from app.material.tab import MaterialTab
 
-        yield from self._filled("material", MaterialTab(self.bench))
+        yield from self._fill("material", MaterialTab(self.bench))
 
     def _make_brdf(self) -> Iterator[None]:
         from app.brdf.tab import BrdfTab
 
-        yield from self._filled("brdf", BrdfTab(self.bench))
+        yield from self._fill("brdf", BrdfTab(self.bench))
 
     def _make_factor(self) -> Iterator[None]:
         from app.factor.tab import FactorTab
 
-        yield from self._filled("factor", FactorTab(self.bench))
+        yield from self._fill("factor", FactorTab(self.bench))
 
     def _make_export(self) -> Iterator[None]:
         from app.export.tab import ExportTab
 
         tab = ExportTab(self.bench, self.view)
-        yield from self._filled("export", tab)
+        yield from self._fill("export", tab)
         tab.elsewhere.measure_in(self.settings.now.unit)
         tab.offer(self.projects.shown_name)
         self.projects.switched.connect(lambda: tab.offer(self.projects.shown_name))
 
-    def _filled(self, name: str, tab: Any) -> Iterator[None]:
+    def _fill(self, name: str, tab: Any) -> Iterator[None]:
         """Put a workspace in its place in the stack and fill it."""
         at = list(WORKSPACES).index(name)
         empty = cast(QWidget, self.stack.widget(at))
@@ -253,7 +253,7 @@ class MainWindow(QMainWindow):
 
     def _connect_workspace(self, name: str, tab: Any) -> None:
         """Connect the signals that a workspace has."""
-        broken = f"{DRAWN.get(name, 'The picture')} cannot be drawn"
+        broken = f"{DRAWN.get(name, 'The image')} cannot be drawn"
         for signal, slot in (
             ("drawn", self.status.show_frame_time),
             ("sample_wanted", lambda: self.starting.open_example(EXAMPLES[0], name)),
@@ -270,13 +270,13 @@ class MainWindow(QMainWindow):
 
     def _make_behind(self) -> Iterator[None]:
         """Make what an idle window lacks: libraries on a thread of their own, then what needs them."""
-        yield from self._loaded(load_libraries)
+        yield from self._on_loaded(load_libraries)
         self.capture.plot.inside  # noqa: B018 - made when it is first asked for
         for name in WORKSPACES:
             if name not in self.tabs:
                 yield
                 yield from self._steps(name)
-        yield from self._loaded(load_for_work)
+        yield from self._on_loaded(load_for_work)
 
     def expect_work(self) -> None:
         """Make and load what work needs, in steps, as soon as something announces it: a key, a menu, a drag, a job.
@@ -287,7 +287,7 @@ class MainWindow(QMainWindow):
             self._expects_work = True
             QTimer.singleShot(0, self, self.make_next)
 
-    def _loaded(self, load: Callable[[], None]) -> Iterator[None]:
+    def _on_loaded(self, load: Callable[[], None]) -> Iterator[None]:
         """Call `load` on a thread, in steps that wait for it."""
         loading = threading.Thread(target=load)
         loading.start()
@@ -349,7 +349,7 @@ class MainWindow(QMainWindow):
         menus.file.aboutToShow.connect(self.expect_work)
         menus.theme_wanted.connect(self.set_theme)
         menus.measuring_wanted.connect(self._measure_or_not)
-        menus.picture_wanted.connect(self._save_picture)
+        menus.image_wanted.connect(self._save_image)
         menus.history_wanted.connect(lambda: show_history(self, bench))
         menus.help_wanted.connect(lambda: show_for_pointer(self, self.tabs, QCursor.pos()))
         menus.keys_wanted.connect(lambda: show_keys(self))
@@ -411,9 +411,9 @@ class MainWindow(QMainWindow):
             last = work if work.isVisible() else tab
         last.setFocus(Qt.FocusReason.OtherFocusReason)
 
-    def _save_picture(self, kind: str) -> None:
+    def _save_image(self, kind: str) -> None:
         self.show_workspace("view")
-        self.view.save_picture(kind)
+        self.view.save_image(kind)
 
     def _is_lighting(self) -> bool:
         """True if the View workspace is in front."""
@@ -489,7 +489,7 @@ class MainWindow(QMainWindow):
         preferences.open()
 
     def prefer(self, name: str, value: Any) -> None:
-        """Take a preference of the person, by its name in `Settings`, and keep it."""
+        """Take a preference of the user, by its name in `Settings`, and keep it."""
         self.settings.keep(**{name: value})
         if name == "theme":
             self.set_theme(value)
@@ -503,7 +503,7 @@ class MainWindow(QMainWindow):
         now = self.settings.now
         write_with(QLocale.system().decimalPoint() if now.numbers == NUMBERS[0] else now.numbers, minus="−")
         self.projects.first = Project(look=Look(tone_map=cast(Operator, now.tone_map)))
-        self.view.planning.most_memory(1e9 * now.memory_gb or None)
+        self.view.planning.max_memory(1e9 * now.memory_gb or None)
         if "export" in self.tabs:
             self.export.elsewhere.measure_in(now.unit)
 
@@ -540,9 +540,9 @@ class MainWindow(QMainWindow):
         tour.begin()
 
     def _measure_or_not(self, is_wanted: bool) -> None:
-        """Work out the error of the picture on screen in the background, or leave it."""
+        """Work out the error of the image on screen in the background, or leave it."""
         self.settings.change(measure_error=is_wanted)
-        self.view.pictures.measure(is_wanted)
+        self.view.images.measure(is_wanted)
         self.error_line.refresh()
 
     def self_test(self) -> None:
@@ -552,7 +552,7 @@ class MainWindow(QMainWindow):
             self.docks.health.test_or_stop()
 
     def tell_of_crash(self, details: str) -> None:
-        """Say that the program crashed before, until a person has seen it; `details` name the report."""
+        """Say that the program crashed before, until a user has seen it; `details` name the report."""
         offers = ("Show the report", self._show_reports), ("Hide", lambda: self.banners.say("crashed", ""))
         self.banners.say("crashed", CRASHED, *offers, details=details)
 
@@ -642,8 +642,8 @@ class MainWindow(QMainWindow):
             yield
         self.docks.apply_theme()
         self._changed(Project(), self.bench.document.project)
-        for picture in self.findChildren(ImageView):
-            picture.update()
+        for image in self.findChildren(ImageView):
+            image.update()
 
     def _restore_layout(self) -> None:
         now = self.settings.now

@@ -23,8 +23,8 @@ class Menus(QMenuBar):
     Signals
     -------
     workspace_wanted, theme_wanted : a workspace or a theme, by its name.
-    picture_wanted : a 'picture' or a 'turntable' of the View workspace as a file.
-    measuring_wanted : whether the error of the picture is measured.
+    image_wanted : a 'picture' or a 'turntable' of the View workspace as a file.
+    measuring_wanted : whether the error of the image is measured.
     history_wanted, preferences_wanted, help_wanted, keys_wanted, mode_chooser_wanted, reports_wanted, about_wanted :
         a dialog or a folder.
     hints_wanted : the welcome tour. projects_wanted : the start page. sample_wanted : the shipped woven cloth.
@@ -32,7 +32,7 @@ class Menus(QMenuBar):
     """
 
     workspace_wanted = Signal(str)
-    picture_wanted = Signal(str)
+    image_wanted = Signal(str)
     theme_wanted = Signal(str)
     measuring_wanted = Signal(bool)
     history_wanted = Signal()
@@ -81,8 +81,8 @@ class Menus(QMenuBar):
         rebuild = add(menu, "Rebuild sample", "", files.bench.rebuild_sample)
         rebuild.setToolTip("Simulate the photographs of a woven cloth at full size, import them and build the material")
         menu.addSeparator()
-        add(menu, "Save picture…", "", partial(self.picture_wanted.emit, "picture"))
-        add(menu, "Save turntable…", "", partial(self.picture_wanted.emit, "turntable"))
+        add(menu, "Save image…", "", partial(self.image_wanted.emit, "picture"))
+        add(menu, "Save turntable…", "", partial(self.image_wanted.emit, "turntable"))
         add(menu, "Export bundle…", "Ctrl+E", partial(self.workspace_wanted.emit, "export"))
         menu.addSeparator()
         add(menu, "Quit", "Ctrl+Q", files.window.close)
@@ -115,10 +115,10 @@ class Menus(QMenuBar):
             choice.setData(name)
             self.themes.addAction(choice)
         menu.addSeparator()
-        self.measure = add(menu, "Error of the picture", "", self._measure_or_not)
+        self.measure = add(menu, "Error of the image", "", self._measure_or_not)
         self.measure.setCheckable(True)
         self.measure.setChecked(self.settings.now.measure_error)
-        self.measure.setToolTip("Compare the picture of the View workspace with a reference, while no other job runs")
+        self.measure.setToolTip("Compare the image of the View workspace with a reference, while no other job runs")
         menu.addSeparator()
         menu.addActions(docks.actions)
 

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject
 from app.project.places import is_untitled
 from app.project.recording import is_worth_keeping
 from app.window.banner import Banners
-from app.window.dialogs import proposed_name
+from app.window.dialogs import propose_name
 from app.window.projects import Projects
 
 CAUSE = "name"
@@ -35,9 +35,9 @@ class Naming(QObject):
             self.banners.say(CAUSE, "")
         elif projects.is_saved:
             words = "This project has no name yet. Save it to choose where it lives."
-            self.banners.say(CAUSE, words, (f"Save as {proposed_name(project)}…", self.save_as), ("Later", self.later))
+            self.banners.say(CAUSE, words, (f"Save as {propose_name(project)}…", self.save_as), ("Later", self.later))
 
     def later(self) -> None:
-        """The person does not want to be asked about this project again."""
+        """The user does not want to be asked about this project again."""
         self._is_later.add(self.projects.path)
         self._look()

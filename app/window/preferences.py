@@ -1,4 +1,4 @@
-"""Choices of the person that hold for every project, and the cache with its size; they are kept in the settings."""
+"""Choices of the user that hold for every project, and the cache with its size; they are kept in the settings."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Preferences(QDialog):
             "Tone map",
             TONE_MAPS,
             now.tone_map,
-            "Of new projects; View > Picture has this one's",
+            "Of new projects; View > Image has this one's",
         )
         self._choice(window_rows, "unit", "Lengths", LENGTHS, now.unit, "Unit of the width of a sample")
         self._make_limits(now)
@@ -91,13 +91,13 @@ class Preferences(QDialog):
         rows = self._section("Machine")
         if sys.platform == "linux":
             second = (("second", "Second graphics card"),) if len(list(Path("/dev/dri").glob("renderD*"))) > 1 else ()
-            drawing = (("system", "As the system chooses"), *second, ("processor", "The processor alone"))
-            now_words = f"; now {crash.stated('OpenGL')}" if crash.stated("OpenGL") else ""
-            hint = f"What draws the pictures, from the next start on{now_words}"
+            drawing = (("system", "As the system chooses"), *second, ("processor", "The CPU alone"))
+            now_words = f"; now {crash.read_stated('OpenGL')}" if crash.read_stated("OpenGL") else ""
+            hint = f"What draws the images, from the next start on{now_words}"
             self._choice(rows, "graphics", "Graphics", drawing, now.graphics, hint)
         count = os.cpu_count() or 1
         threads = tuple((each, f"{each}") for each in range(1, count))
-        hint = "Processors that the program uses, from its next start on"
+        hint = "CPUs that the program uses, from its next start on"
         self._choice(rows, "threads", "Processors", ((0, f"All {count}"), *threads), now.threads, hint)
         total = psutil.virtual_memory().total / 1e9
         memories = tuple(
@@ -131,11 +131,11 @@ class Preferences(QDialog):
         self._measure()
 
     def _keep_within(self) -> None:
-        job = self.jobs.submit("Keeping the cache within its limit", _kept_within, lane="screen")
+        job = self.jobs.submit("Keeping the cache within its limit", _trim_cache, lane="screen")
         job.succeeded.connect(self._show_size)
 
     def _measure(self) -> None:
-        job = self.jobs.submit("Measuring the cache", _cached_bytes, lane="screen")
+        job = self.jobs.submit("Measuring the cache", _count_cached_bytes, lane="screen")
         job.succeeded.connect(self._show_size)
 
     def _show_size(self, size: int) -> None:
@@ -144,7 +144,7 @@ class Preferences(QDialog):
 
     def _empty(self) -> None:
         enable(self.empty, "It is being emptied")
-        self.jobs.submit("Emptying the cache", _emptied, lane="screen").succeeded.connect(self._show_size)
+        self.jobs.submit("Emptying the cache", _empty_cache, lane="screen").succeeded.connect(self._show_size)
 
 
 def _size_of_cache() -> int:
@@ -152,19 +152,19 @@ def _size_of_cache() -> int:
     return size_of(folder) if folder is not None and folder.is_dir() else 0
 
 
-def _cached_bytes() -> Steps[int]:
+def _count_cached_bytes() -> Steps[int]:
     yield Step(0.0, "measuring")
     return _size_of_cache()
 
 
-def _kept_within() -> Steps[int]:
+def _trim_cache() -> Steps[int]:
     """Remove what was used longest ago, until the limit is kept; the bytes that stay."""
     yield Step(0.0, "measuring")
     cache.keep_within()
     return _size_of_cache()
 
 
-def _emptied() -> Steps[int]:
+def _empty_cache() -> Steps[int]:
     """Remove all but what open windows use; the bytes that stay."""
     yield Step(0.0, "emptying")
     cache.empty()

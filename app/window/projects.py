@@ -23,7 +23,7 @@ from app.project import places
 from app.project.bakes import is_begun
 from app.project.copying import collect, copy, in_memory
 from app.project.interrupted import running
-from app.project.made import cost_text, noted
+from app.project.made import cost_text, list_notes
 from app.project.project_file import History, Opened, Writer, data_folder, read
 from app.project.recording import CLOSING_S, Recording, is_worth_keeping
 from app.project.recovery import recover
@@ -186,7 +186,7 @@ class Projects(QObject):
         recording = self._recording
         if recording is not None:
             recording.hand_over()
-        job = self.bench.jobs.submit(OPENING, lambda: _opened(path, recording), lane="open", resource=f"opening {path}")
+        job = self.bench.jobs.submit(OPENING, lambda: _open(path, recording), lane="open", resource=f"opening {path}")
         self._opening = job
         job.succeeded.connect(lambda outcome: self._take(path, outcome, as_example, then))
         job.failed.connect(lambda _error: self._let_go_of(path))
@@ -282,12 +282,12 @@ class Projects(QObject):
             lane="save",
             resource=str(target),
         )
-        job.succeeded.connect(lambda _: self._saved(source, target, now))
+        job.succeeded.connect(lambda _: self._on_saved(source, target, now))
         job.failed.connect(lambda _error: self._forget_target(target))
         job.cancelled.connect(lambda: self._forget_target(target))
         self.changed.emit()
 
-    def _saved(self, source: Path, target: Path, now: History) -> None:
+    def _on_saved(self, source: Path, target: Path, now: History) -> None:
         """Go on in the copy; once more with what was done while it was made."""
         if self.path != source or self._target != target:
             return
@@ -339,7 +339,7 @@ class Projects(QObject):
         """Read the copy at `target`, which holds `now`, and go on in it."""
         source = self.path
         job = self.bench.jobs.submit(
-            f"Saving as {target.name}", lambda: _opened(target), lane="save", resource=str(target)
+            f"Saving as {target.name}", lambda: _open(target), lane="save", resource=str(target)
         )
         job.succeeded.connect(lambda outcome: self._gone_on(source, target, now, outcome))
         for ended in (job.failed, job.cancelled):
@@ -357,7 +357,7 @@ class Projects(QObject):
             return
         if self._is_other(now) or (self._busy() and not self._is_hurried):
             self._let_go_of(target)
-            self._saved(source, target, now)
+            self._on_saved(source, target, now)
             return
         moves = self.is_untitled
         self._target, self._is_elsewhere = None, True
@@ -390,7 +390,7 @@ class Projects(QObject):
             recording.hand_over()
         job = self.bench.jobs.submit(
             f"Collecting {path.name}",
-            lambda: _collected(recording, source, target, with_derived),
+            lambda: _collect(recording, source, target, with_derived),
             lane="save",
             resource=str(target),
         )
@@ -400,9 +400,9 @@ class Projects(QObject):
         """Save what is sound in a damaged project at `target`, and open that."""
         title = f"Recovering {damaged.name}"
         job = self.bench.jobs.submit(title, lambda: recover(damaged, target.absolute()), lane="save")
-        job.succeeded.connect(lambda lost: self._recovered(target.absolute(), lost))
+        job.succeeded.connect(lambda lost: self._on_recovered(target.absolute(), lost))
 
-    def _recovered(self, path: Path, lost: list[str]) -> None:
+    def _on_recovered(self, path: Path, lost: list[str]) -> None:
         words = "; ".join(lost[:3]) + (f"; and {len(lost) - 3} more" if len(lost) > 3 else "")
         said = f"{path.name} holds what was sound. Lost: {words}" if lost else f"{path.name} is whole"
         self.open(path, then=lambda: self.bench.said.emit(said))
@@ -440,7 +440,7 @@ class Projects(QObject):
 
     def is_worth_keeping(self) -> bool:
         """True if the user has brought or made something, a bake too, or begun one; an unchanged example is not."""
-        is_made = bool(noted(self.path)) or is_begun(data_folder(self.path))
+        is_made = bool(list_notes(self.path)) or is_begun(data_folder(self.path))
         is_worth = is_worth_keeping(self.bench.document.project) or is_made
         return is_worth and not self.is_unchanged_example
 
@@ -479,16 +479,16 @@ class Projects(QObject):
         self._as_opened = document.project
         if not read_only:
             self._recording = Recording(document, path, self)
-            self._recording.failed.connect(self._failed, Qt.ConnectionType.QueuedConnection)
+            self._recording.failed.connect(self._on_failed, Qt.ConnectionType.QueuedConnection)
             self._recording.written.connect(self._written, Qt.ConnectionType.QueuedConnection)
-            self._recording.restored.connect(self._restored, Qt.ConnectionType.QueuedConnection)
+            self._recording.restored.connect(self._on_restored, Qt.ConnectionType.QueuedConnection)
         self.changed.emit()
         self.switched.emit()
 
-    def _restored(self) -> None:
+    def _on_restored(self) -> None:
         self.bench.said.emit(f"{self.path.name} had been removed, and was written again")
 
-    def _failed(self, cause: str, details: str) -> None:
+    def _on_failed(self, cause: str, details: str) -> None:
         self.problem, self.details = cause, details
         self.changed.emit()
 
@@ -500,13 +500,13 @@ class Projects(QObject):
         self.changed.emit()
 
 
-def _opened(path: Path, recording: Recording | None = None) -> Steps[Read | FileError]:
+def _open(path: Path, recording: Recording | None = None) -> Steps[Read | FileError]:
     """Read a project and claim it for this window, or say why not; `recording` has written what it was given then."""
     yield Step(0.0, "reading")
     try:
         found = read(path)
         was_interrupted = places.was_interrupted(path)
-        lost = cost_text(each for each in noted(path) if not each.present)
+        lost = cost_text(each for each in list_notes(path) if not each.present)
         why_not = _why_not_claimed(path)
     except FileError as error:
         return error
@@ -526,7 +526,7 @@ def _read_when_written(recording: Recording | None, path: Path) -> Steps[Opened]
     return read(path)
 
 
-def _collected(recording: Recording | None, source: Path, target: Path, with_derived: bool) -> Steps[Path]:
+def _collect(recording: Recording | None, source: Path, target: Path, with_derived: bool) -> Steps[Path]:
     """Collect a project once all that was handed over is in its file. InputError where that cannot be written."""
     while recording is not None and not recording.has_written(WAIT_S):
         yield Step(0.0, "writing the latest changes")

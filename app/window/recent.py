@@ -1,4 +1,4 @@
-"""Projects and files that were opened lately: shown with pictures, and marked where they are gone."""
+"""Projects and files that were opened lately: shown with images, and marked where they are gone."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QMenu
 from app.commands.workbench import Workbench
 from app.project.places import is_untitled
 from app.project.project_file import ENDING
-from app.project.thumbnail import SIZE, keep_thumbnail, pictured, thumbnail_of, title_of
+from app.project.thumbnail import SIZE, keep_thumbnail, list_image_parts, thumbnail_of, title_of
 from app.widgets import theme
 from app.window.projects import Projects
 from engine.core.errors import FileError
@@ -22,13 +22,13 @@ from engine.core.steps import Steps
 
 log = logging.getLogger(__name__)
 
-#: Height of the pictures in the menu, in pixels.
+#: Height of the images in the menu, in pixels.
 HEIGHT = 36
 
 #: Entries of the menu for projects, and for files.
 MAX_ENTRIES = 8
 
-#: Largest file of a picture that is read, in bytes.
+#: Largest file of an image that is read, in bytes.
 MAX_BYTES = 1 << 20
 
 
@@ -42,7 +42,7 @@ def fill(menu: QMenu, projects: Sequence[str], files: Sequence[str], open_path: 
             is_there = path.exists()
             name = (name_of_file(path) if is_there else f"{path.name} (missing)").replace("&", "&&")
             entry = menu.addAction(f"{name}\t{path.parent if not is_untitled(path) else path.stem}")
-            entry.setIcon(QIcon(picture_of_file(path)))
+            entry.setIcon(QIcon(image_of_file(path)))
             entry.setEnabled(is_there)
             entry.setToolTip(text)
             entry.triggered.connect(lambda _checked=False, path=path: open_path(path))
@@ -57,8 +57,8 @@ def name_of_file(path: Path) -> str:
     return (title_of(path) if is_untitled(path) else "") or path.name.removesuffix(ENDING)
 
 
-def picture_of_file(path: Path) -> QPixmap:
-    """The picture of a project, or an icon for what a path leads to."""
+def image_of_file(path: Path) -> QPixmap:
+    """The image of a project, or an icon for what a path leads to."""
     found = thumbnail(path)
     if not found.isNull():
         return QPixmap.fromImage(found)
@@ -84,29 +84,29 @@ def thumbnail(path: Path) -> QImage:
 
 
 class Picturing(QObject):
-    """Keeps the small picture of the open project up to date, in jobs."""
+    """Keeps the small image of the open project up to date, in jobs."""
 
     def __init__(self, bench: Workbench, projects: Projects) -> None:
         super().__init__(projects)
         self.bench, self.projects = bench, projects
         self._last: tuple[object, ...] = ()
-        projects.switched.connect(self._switched)
+        projects.switched.connect(self._on_switched)
         projects.changed.connect(self._look)
 
-    def _switched(self) -> None:
-        is_pictured = thumbnail_of(self.projects.path).is_file()
-        self._last = pictured(self.bench.document.project) if is_pictured else ()
+    def _on_switched(self) -> None:
+        is_imaged = thumbnail_of(self.projects.path).is_file()
+        self._last = list_image_parts(self.bench.document.project) if is_imaged else ()
 
     def _look(self) -> None:
-        """Make a picture of what is on disk now, if it is another than the last."""
+        """Make an image of what is on disk now, if it is another than the last."""
         project, path = self.bench.document.project, self.projects.path
-        parts = pictured(project)
+        parts = list_image_parts(project)
         is_same = len(parts) == len(self._last) and all(a is b for a, b in zip(parts, self._last, strict=True))
         if is_same or not self.projects.is_saved or all(part is None for part in parts):
             return
         self._last = parts
         work: Callable[[], Steps[None]] = partial(keep_thumbnail, path, project)
-        self.bench.jobs.submit("Making a small picture", lambda: _quietly(work()), lane="background", refines=True)
+        self.bench.jobs.submit("Making a small image", lambda: _quietly(work()), lane="background", refines=True)
 
 
 def _quietly(work: Steps[None]) -> Steps[None]:
@@ -114,4 +114,4 @@ def _quietly(work: Steps[None]) -> Steps[None]:
     try:
         yield from work
     except FileError as error:
-        log.info("no picture of the project is kept: %s", error)
+        log.info("no image of the project is kept: %s", error)

@@ -103,7 +103,7 @@ class Restoring(QObject):
         if (title, *recipe) in self._tried:
             return
         self._tried.append((title, *recipe))
-        self._job = self.bench.jobs.submit(title, lambda: _made(project, make), lane="background")
+        self._job = self.bench.jobs.submit(title, lambda: _make(project, make), lane="background")
         self._job.progressed.connect(self._show_partial)
         self._job.succeeded.connect(lambda found: self._made(title, project, recipe, found, take))
 
@@ -148,7 +148,7 @@ def _take_nothing(_project: Project, _found: Any) -> None:
     """Pixels are read where they lie."""
 
 
-def _made(project: Project, make: Callable[[Project], Steps[Any]]) -> Steps[Any]:
+def _make(project: Project, make: Callable[[Project], Steps[Any]]) -> Steps[Any]:
     """The result; None where it cannot be made again, with a line in the log."""
     yield Step(0.0, "looking for the photographs")
     gone = [file for file in photographs(project) if not file.is_file()]

@@ -54,11 +54,11 @@ class Starting(QObject):
         folder = self.projects.folder
         job = self.bench.jobs.submit(f"Opening {example.title}", lambda: unpack(example, folder), lane="open")
         self.page.show_opening(example)
-        job.succeeded.connect(partial(self._unpacked, workspace or example.workspace))
+        job.succeeded.connect(partial(self._unpack, workspace or example.workspace))
         for ended in (job.failed, job.cancelled):
             ended.connect(lambda *_: self.page.show_opening(None))
 
-    def _unpacked(self, workspace: str, path: Path) -> None:
+    def _unpack(self, workspace: str, path: Path) -> None:
         self.page.show_opening(None)
         show = partial(self.show_workspace, workspace)
         self.files.leaving.then("Leave", lambda: self.projects.open(path, as_example=True, then=show))

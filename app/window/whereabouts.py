@@ -12,25 +12,25 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.commands.workbench import Workbench
 from app.document.document import Project
-from app.document.variation import pictures_of
+from app.document.variation import images_of
 from app.project.photographs import (
     Checked,
-    checked,
+    check,
+    describe_changed,
     files_of,
     find_moved,
     keep,
     marks_of,
-    named,
+    name_files,
     photographs,
     relocate,
-    said_to_be_changed,
-    taken,
+    take_marks,
 )
 from app.project.pixels import secure_pixels
 from app.project.project_file import data_folder
 from app.window.banner import Banners
 from app.window.projects import Projects
-from engine.capture.lights.sources import unpacked_again
+from engine.capture.lights.sources import unpack_again
 from engine.core.errors import FileError, UsageError
 from engine.core.steps import Step, Steps
 
@@ -55,11 +55,11 @@ class Whereabouts(QObject):
         if not files_of(project):
             return
         job = self.bench.jobs.submit(
-            "Looking for the photographs", lambda: looked_for(path, project, read_only), lane="open"
+            "Looking for the photographs", lambda: look_for(path, project, read_only), lane="open"
         )
-        job.succeeded.connect(lambda about: self._looked(path, about))
+        job.succeeded.connect(lambda about: self._on_looked(path, about))
 
-    def _looked(self, path: Path, about: Checked) -> None:
+    def _on_looked(self, path: Path, about: Checked) -> None:
         if path == self.projects.path:
             self._say(about)
 
@@ -68,10 +68,10 @@ class Whereabouts(QObject):
 
         Images that the user just chose are marked, as photographs are by their import.
         """
-        added = tuple(path for path in pictures_of(new.variations) if path not in pictures_of(old.variations))
+        added = tuple(path for path in images_of(new.variations) if path not in images_of(old.variations))
         if added and not self.bench.document.undo_stack.canRedo() and not self.projects.is_read_only:
             path = self.projects.path
-            self.bench.jobs.submit("Looking at the images", lambda: marked(path, added), lane="background")
+            self.bench.jobs.submit("Looking at the images", lambda: mark(path, added), lane="background")
         if new.stack is not old.stack:
             self.banners.say("changed", "")
             self._say_lost()
@@ -82,11 +82,12 @@ class Whereabouts(QObject):
         self.missing = about.missing
         words = ""
         if about.missing:
-            words = f"{named(about.missing)} missing{made_of(self.bench.document.project, len(about.missing))}."
+            made = describe_contents(self.bench.document.project, len(about.missing))
+            words = f"{name_files(about.missing)} missing{made}."
         self.banners.say("missing", words, ("Find…", self.choose))
         words = ""
         if about.changed:
-            words = f"{said_to_be_changed(about.changed)}. Nothing was made anew."
+            words = f"{describe_changed(about.changed)}. Nothing was made anew."
         hide = partial(self.banners.say, "changed", "")
         self.banners.say("changed", words, ("Import again", self._import), ("Hide", hide))
 
@@ -115,7 +116,7 @@ class Whereabouts(QObject):
         """Find the missing photographs within `folder`, all at once, for every step of the history."""
         path, missing, read_only = self.projects.path, self.missing, self.projects.is_read_only
         job = self.bench.jobs.submit(
-            "Finding the photographs", lambda: found(path, missing, folder, read_only), lane="open"
+            "Finding the photographs", lambda: find_again(path, missing, folder, read_only), lane="open"
         )
         job.succeeded.connect(lambda places: self._found(path, places))
 
@@ -129,7 +130,7 @@ class Whereabouts(QObject):
         self.bench.said.emit(words)
 
 
-def made_of(project: Project, count: int) -> str:
+def describe_contents(project: Project, count: int) -> str:
     """The end of a sentence about `count` photographs that are missing: what is there of all that was made of them."""
     them = "it" if count == 1 else "them"
     if project.stack is not None:
@@ -137,27 +138,27 @@ def made_of(project: Project, count: int) -> str:
     return f". The material made of {them} is here" if project.has_map else f", and what was made of {them} as well"
 
 
-def marked(path: Path, files: Sequence[Path]) -> Steps[None]:
+def mark(path: Path, files: Sequence[Path]) -> Steps[None]:
     """Let the project know these files again."""
-    marks = yield from taken(files)
+    marks = yield from take_marks(files)
     try:
         keep(path, marks)
     except FileError as error:
         log.info("images could not be marked: %s", error)
 
 
-def looked_for(path: Path, project: Project, read_only: bool) -> Steps[Checked]:
+def look_for(path: Path, project: Project, read_only: bool) -> Steps[Checked]:
     """Compare the photographs of `project` with their marks, and note where those with marks are now.
 
     Those that came from an archive and went with the data folder are unpacked again, unless this is `read_only`.
     """
     files = files_of(project)
-    about = yield from checked(path, files)
+    about = yield from check(path, files)
     unpacked = project.sources.unpacked if project.sources is not None else None
     places = {each.parent for each in about.missing if each.is_relative_to(data_folder(path))}
     if unpacked is not None and unpacked.archive.is_file() and len(places) == 1 and not read_only:
-        yield from unpacked_again(unpacked, places.pop())
-        about = yield from checked(path, files)
+        yield from unpack_again(unpacked, places.pop())
+        about = yield from check(path, files)
     if about.new and not read_only:
         try:
             keep(path, about.new)
@@ -171,7 +172,7 @@ def looked_for(path: Path, project: Project, read_only: bool) -> Steps[Checked]:
     return about
 
 
-def found(path: Path, missing: Sequence[Path], folder: Path, read_only: bool) -> Steps[dict[Path, Path]]:
+def find_again(path: Path, missing: Sequence[Path], folder: Path, read_only: bool) -> Steps[dict[Path, Path]]:
     """Note where within `folder` photographs are that are missing. UsageError where the project is `read_only`."""
     yield Step(0.0, "looking through the folder")
     if read_only:
@@ -179,5 +180,5 @@ def found(path: Path, missing: Sequence[Path], folder: Path, read_only: bool) ->
     unmarked = set(missing) - set(marks_of(path))
     places = yield from find_moved(path, missing, folder)
     relocate(path, places)
-    yield from marked(path, [new for old, new in places.items() if old in unmarked])
+    yield from mark(path, [new for old, new in places.items() if old in unmarked])
     return places

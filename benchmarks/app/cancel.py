@@ -78,7 +78,7 @@ def cancel(folder: Path, *, runs: int = RUNS, seed: int = 1, lines: dict[str, st
         for number in range(runs):
             yield Step((index + number / runs) / len(lines), f"{name}: {number} of {runs}")
             output = make_folder(folder / f"{name}-{number}") / name
-            time_s, code = _ended(_words(line, inputs, output), draw.uniform(0.0, life_s))
+            time_s, code = _end(_words(line, inputs, output), draw.uniform(0.0, life_s))
             codes[code] += 1
             took_s += [] if time_s is None else [time_s]
         ends = ", ".join(f"{count} with {code}" for code, count in sorted(codes.items()))
@@ -102,16 +102,16 @@ def _start(words: list[str]) -> subprocess.Popen[bytes]:
     )
 
 
-def _life_s(words: list[str], most_s: float) -> float:
-    """Seconds that the verb takes when nobody interrupts it, `most_s` at most."""
+def _life_s(words: list[str], max_s: float) -> float:
+    """Seconds that the verb takes when nobody interrupts it, `max_s` at most."""
     started_s = time.monotonic()
-    code = _wait(_start(words), most_s)
+    code = _wait(_start(words), max_s)
     if code not in (0, -signal.SIGKILL):
         raise RuntimeError(f"{' '.join(words)} ended with exit code {code}")
     return time.monotonic() - started_s
 
 
-def _ended(words: list[str], moment_s: float) -> tuple[float | None, int]:
+def _end(words: list[str], moment_s: float) -> tuple[float | None, int]:
     """Seconds from a signal at `moment_s` to the end, None where the verb was quicker, and its exit code."""
     process = _start(words)
     try:
@@ -125,9 +125,9 @@ def _ended(words: list[str], moment_s: float) -> tuple[float | None, int]:
         process.kill()
 
 
-def _wait(process: subprocess.Popen[bytes], most_s: float) -> int:
-    """The exit code of a process, which is killed after `most_s`; a wait with a limit of its own looks seldom."""
-    late = threading.Timer(most_s, process.kill)
+def _wait(process: subprocess.Popen[bytes], max_s: float) -> int:
+    """The exit code of a process, which is killed after `max_s`; a wait with a limit of its own looks seldom."""
+    late = threading.Timer(max_s, process.kill)
     late.start()
     try:
         return process.wait()

@@ -3,7 +3,7 @@
 Text that is cut, widgets that overlap, faint text, controls without a name, and a Tab key that does not follow the eye.
 
 Each function looks at a window as it is on screen and returns a sentence for each fault. `packaging/screenshots.py`
-asks them about every picture that it takes, and the tests about every workspace.
+asks them about every image that it takes, and the tests about every workspace.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ from app.widgets.fitting import Elided, Fitting
 from app.widgets.number_field import NumberField
 
 #: Contrast of text with what is behind it that WCAG 2.1 asks for (level AA).
-LEAST_CONTRAST = 4.5
+MIN_CONTRAST = 4.5
 
 #: Pixels beside the words of a cell in a table and in a tree, those of an icon in it, and the sides of the smallest.
 IN_TABLE, IN_TREE, MARK, SMALLEST_CELL = 16, 6, 20, 12
 
-#: Kinds of controls that a person has to tell apart by their names.
+#: Kinds of controls that a user has to tell apart by their names.
 NAMED = (
     QAccessible.Role.Button,
     QAccessible.Role.CheckBox,
@@ -63,15 +63,15 @@ def faults(window: QWidget) -> list[str]:
     return [*cut(window), *overlapping(window), *faint(window), *nameless(window), *out_of_order(window)]
 
 
-def shown(window: QWidget) -> Iterator[QWidget]:
+def show(window: QWidget) -> Iterator[QWidget]:
     """Widgets of which any part is on screen."""
     for widget in window.findChildren(QWidget):
         if widget.isVisible() and widget.width() > 1 and widget.height() > 1 and not widget.visibleRegion().isEmpty():
             yield widget
 
 
-def described(widget: QWidget) -> str:
-    """A few words by which a person finds the widget."""
+def describe(widget: QWidget) -> str:
+    """A few words by which a user finds the widget."""
     words = widget.accessibleName()
     if not words and isinstance(widget, (QLabel, QAbstractButton, QLineEdit)):
         words = widget.text()
@@ -88,21 +88,21 @@ def described(widget: QWidget) -> str:
 def cut(window: QWidget) -> list[str]:
     """Text that has less room than it needs, and widgets that reach beyond those around them."""
     found = []
-    for widget in shown(window):
+    for widget in show(window):
         needed, room = _room(widget)
         if needed > room + 1:
-            found.append(f"{described(widget)} needs {needed} px and has {room}")
+            found.append(f"{describe(widget)} needs {needed} px and has {room}")
         found += _cut_headings(widget) if isinstance(widget, QHeaderView) else ()
         found += _cut_cells(widget) if isinstance(widget, (QTableView, QTreeView)) else ()
         if isinstance(widget, QScrollArea) and _is_cut_by(widget):
             widths = f"{_width_in(widget)} px and has {widget.viewport().width()}"
-            found.append(f"{described(widget)} does not scroll sideways; what it shows needs {widths}")
+            found.append(f"{describe(widget)} does not scroll sideways; what it shows needs {widths}")
         around = widget.parentWidget()
         is_of_qt = isinstance(widget, (QScrollBar, QDockWidget)) or widget.objectName().startswith("qt_")
         if around is None or is_of_qt or _scrolls(around):
             continue
         if around.layout() is not None and not around.rect().adjusted(-1, -1, 1, 1).contains(widget.geometry()):
-            found.append(f"{described(widget)} reaches beyond what is around it")
+            found.append(f"{describe(widget)} reaches beyond what is around it")
     return found
 
 
@@ -128,7 +128,7 @@ def _cut_headings(header: QHeaderView) -> list[str]:
         words = str(model.headerData(place, header.orientation()) or "") if model is not None else ""
         needed, room = header.fontMetrics().horizontalAdvance(words), header.sectionSize(place)
         if words and not header.isSectionHidden(place) and needed > room:
-            found.append(f"The heading {words!r} of {described(header)} needs {needed} px and has {room}")
+            found.append(f"The heading {words!r} of {describe(header)} needs {needed} px and has {room}")
     return found
 
 
@@ -143,7 +143,7 @@ def _cut_cells(view: QTableView | QTreeView) -> Iterator[str]:
         needed = metrics.boundingRect(room, Qt.TextFlag.TextWordWrap, words)
         is_whole = metrics.horizontalAdvance(words) <= room.width()
         if words and not is_whole and (needed.width() > room.width() or needed.height() > cell.height()):
-            yield f"{words!r} in {described(view)} needs {needed.width()} × {needed.height()} px and has {room.width()}"
+            yield f"{words!r} in {describe(view)} needs {needed.width()} × {needed.height()} px and has {room.width()}"
 
 
 def _in_sight(view: QTableView | QTreeView) -> Iterator[QModelIndex]:
@@ -189,7 +189,7 @@ def _room(widget: QWidget) -> tuple[int, int]:
 def overlapping(window: QWidget) -> list[str]:
     """Pairs of widgets that one layout puts over each other."""
     found = []
-    for parent in (window, *shown(window)):
+    for parent in (window, *show(window)):
         layout = parent.layout()
         if layout is None:
             continue
@@ -200,15 +200,15 @@ def overlapping(window: QWidget) -> list[str]:
             for other in placed[place + 1 :]:
                 both = one.geometry().intersected(other.geometry())
                 if both.width() > 1 and both.height() > 1:
-                    found.append(f"{described(one)} lies over {described(other)}")
+                    found.append(f"{describe(one)} lies over {describe(other)}")
     return found
 
 
 def faint(window: QWidget) -> list[str]:
-    """Text of less than `LEAST_CONTRAST`, measured in the picture; what is disabled may be faint."""
+    """Text of less than `MIN_CONTRAST`, measured in the image; what is disabled may be faint."""
     image, found = pixels(window.grab().toImage()), []
     scale = image.shape[1] / max(1, window.width())
-    for widget in shown(window):
+    for widget in show(window):
         if not widget.isEnabled() or not isinstance(widget, (QLabel, QAbstractButton, QComboBox, QLineEdit)):
             continue
         words = widget.currentText() if isinstance(widget, QComboBox) else widget.text()
@@ -222,10 +222,10 @@ def faint(window: QWidget) -> list[str]:
         right, bottom = round(scale * seen.right()), round(scale * seen.bottom())
         patch = image[top:bottom, left:right]
         if not patch.size:
-            continue  # it is being laid out, and lies beyond the picture
+            continue  # it is being laid out, and lies beyond the image
         contrast = _contrast(patch)
-        if contrast < LEAST_CONTRAST:
-            found.append(f"{described(widget)} has a contrast of {contrast:.2f}")
+        if contrast < MIN_CONTRAST:
+            found.append(f"{describe(widget)} has a contrast of {contrast:.2f}")
     return found
 
 
@@ -264,7 +264,7 @@ def _walk(interface: QAccessibleInterface, found: list[str]) -> None:
     if isinstance(owner, (QScrollBar, QPlainTextEdit)) or not is_own:
         return
     if interface.role() in NAMED and not interface.text(QAccessible.Text.Name).strip():
-        found.append(f"{described(owner) if isinstance(owner, QWidget) else interface.role()} has no name")
+        found.append(f"{describe(owner) if isinstance(owner, QWidget) else interface.role()} has no name")
     if isinstance(owner, (QComboBox, QAbstractScrollArea)) and not isinstance(owner, QScrollArea):
         return
     for place in range(interface.childCount()):
@@ -286,7 +286,7 @@ def out_of_order(window: QWidget) -> list[str]:
         is_above = there.bottom() <= here.top()
         is_left = there.right() <= here.left() and min(here.bottom(), there.bottom()) > max(here.top(), there.top())
         if is_above or is_left:
-            found.append(f"Tab leads from {described(one)} back to {described(other)}")
+            found.append(f"Tab leads from {describe(one)} back to {describe(other)}")
     return found
 
 

@@ -1,6 +1,6 @@
-"""A window with work in it: BRDFs compared, factors made, light baked, and the states in which a person sees all that.
+"""A window with work in it: BRDFs compared, factors made, light baked, and the states in which a user sees all that.
 
-`packaging/screenshots.py` takes pictures of these states, and the tests look for faults in them.
+`packaging/screenshots.py` takes images of these states, and the tests look for faults in them.
 """
 
 from __future__ import annotations

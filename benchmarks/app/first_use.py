@@ -1,4 +1,4 @@
-"""Measures what a person meets for the first time in the window.
+"""Measures what a user meets for the first time in the window.
 
     python -m benchmarks.app.first_use [workspaces] [sample] [bakes]
 
@@ -7,7 +7,7 @@ while each is shown for the first time. `sample`: seconds from File > Sample cap
 the model in View, and to its material in Material, with the longest block of that. `bakes`: for each baked mode the
 seconds from the press of Bake on the sample to the first progress that the window shows, which is that of its
 preparation (tables of the BRDF, an estimate), to the start of the bake itself, and to its first chunk.
-Settings, projects and the cache of the person are used as they are: for a machine that was set up and never used,
+Settings, projects and the cache of the user are used as they are: for a machine that was set up and never used,
 point `HOME` and `NUMBA_CACHE_DIR` at what set-up left. `benchmarks.app.gaps` says what blocks are.
 """
 
@@ -38,9 +38,9 @@ def main() -> int:
     application = start()
     found: dict[str, Any] = {"load": round(os.getloadavg()[0], 2)}
 
-    def until(done: Callable[[], bool], least_s: float = 0.0) -> float:
+    def until(done: Callable[[], bool], min_s: float = 0.0) -> float:
         begun = time.perf_counter()
-        while (passed_s := time.perf_counter() - begun) < PATIENCE_S and not (passed_s >= least_s and done()):
+        while (passed_s := time.perf_counter() - begun) < PATIENCE_S and not (passed_s >= min_s and done()):
             application.processEvents()
             time.sleep(0.0005)
         return time.perf_counter() - begun
@@ -52,7 +52,7 @@ def main() -> int:
         window.show()
         until(lambda: window.isActiveWindow() or window.windowHandle().isExposed())
         window.expect_work()
-        found.update(window_made_s=round(until(lambda: window.is_whole), 2), **_said(making, "making"))
+        found.update(window_made_s=round(until(lambda: window.is_whole), 2), **_describe(making, "making"))
         if "workspaces" in wanted:
             found.update(_visits(window, until))
         if "sample" in wanted:
@@ -64,7 +64,7 @@ def main() -> int:
     return 0
 
 
-def _said(gaps: Gaps, name: str) -> dict[str, float]:
+def _describe(gaps: Gaps, name: str) -> dict[str, float]:
     gaps.stop()
     figures = gaps.figures(name)
     return {key: figures[key] for key in figures if not key.endswith("over_50_ms")}
@@ -78,7 +78,7 @@ def _visits(window: Any, until: Callable[..., float]) -> dict[str, float]:
         gaps = Gaps()
         window.show_workspace(name)
         until(lambda: True, VISIT_S)
-        found.update(_said(gaps, name))
+        found.update(_describe(gaps, name))
     return found
 
 
@@ -91,13 +91,13 @@ def _sample(window: Any, until: Callable[..., float]) -> dict[str, float]:
     until(lambda: bool(drawn))
     relit_s = time.perf_counter() - begun
     until(lambda: not bench.jobs.active)
-    found = _said(gaps, "sample")
+    found = _describe(gaps, "sample")
     gaps, begun = Gaps(), time.perf_counter()
     window.show_workspace("material")
-    until(lambda: window.material.image.picture is not None)
+    until(lambda: window.material.image.image is not None)
     shown_s = time.perf_counter() - begun
     seconds = {"sample_opened_s": opened_s, "sample_relit_s": relit_s, "sample_in_material_s": shown_s}
-    found.update(_said(gaps, "sample_in_material"))
+    found.update(_describe(gaps, "sample_in_material"))
     return {**{name: round(value, 2) for name, value in seconds.items()}, **found}
 
 
@@ -130,7 +130,7 @@ def _bakes(window: Any, until: Callable[..., float]) -> dict[str, float]:
                 f"{method}_first_progress_s": round(said_s, 2),
                 f"{method}_begun_s": round(job_s, 2),
                 f"{method}_first_chunk_s": round(done_s, 2),
-                **_said(gaps, method),
+                **_describe(gaps, method),
             }
         )
     return found

@@ -11,9 +11,9 @@ LIMIT_MS = 50.0
 
 
 class Drawing:
-    """Seconds that the window's thread has spent so far on drawing pictures and composing the window with them.
+    """Seconds that the window's thread has spent so far on drawing images and composing the window with them.
 
-    `busy_s` are those of them in which the processor worked for this thread.
+    `busy_s` are those of them in which the CPU worked for this thread.
     """
 
     seconds = busy_s = 0.0
@@ -29,7 +29,7 @@ class Drawing:
         if not isinstance(surface, GlSurface):
             return
         for owner, name in ((Refining, "_advance"), (GlSurface, "_show"), (GlWidget, "initializeGL")):
-            setattr(owner, name, cls._timed(getattr(owner, name)))
+            setattr(owner, name, cls._time(getattr(owner, name)))
         surface.aboutToCompose.connect(lambda: setattr(cls, "_since", _clocks()))
         surface.frameSwapped.connect(lambda: cls._add(cls._since))
 
@@ -40,21 +40,21 @@ class Drawing:
         cls.busy_s += now[1] - since[1]
 
     @classmethod
-    def _timed(cls, work: Callable[..., Any]) -> Callable[..., Any]:
-        def timed(*arguments: Any) -> Any:
+    def _time(cls, work: Callable[..., Any]) -> Callable[..., Any]:
+        def time(*arguments: Any) -> Any:
             since = _clocks()
             try:
                 return work(*arguments)
             finally:
                 cls._add(since)
 
-        return timed
+        return time
 
 
 class Gaps:
     """Delays of a timer of the window's thread behind its plan, in milliseconds, counted while `counts` says so.
 
-    `own_ms` are the same without what went into drawing, and `busy_ms` is the time of the processor in that: where
+    `own_ms` are the same without what went into drawing, and `busy_ms` is the time of the CPU in that: where
     other programs work as well, they tell what the window would have taken alone.
     """
 
@@ -90,7 +90,7 @@ class Gaps:
         self._last = now
 
     def figures(self, name: str) -> dict[str, float]:
-        """The longest, the longest without drawing, its time of the processor, and how many were over the limit."""
+        """The longest, the longest without drawing, its time of the CPU, and how many were over the limit."""
         return {
             f"{name}_block_ms": round(max(self.gaps_ms), 1),
             f"{name}_own_block_ms": round(max(self.own_ms), 1),

@@ -66,12 +66,12 @@ def large_memory(
         yield from large_photographs(place, *shape) if photographs == PHOTOGRAPHS else _dome(place, *shape, photographs)
         for verb, words in (("import", (place, "-o", stack)), ("shade", (stack, "-o", bundle))):
             note = f"{verb} of {photographs} × {size:g} megapixels"
-            watched = _watched([verb, *map(str, words)], folder, (index + 0.5) / len(sizes), note)
+            watched = _watch([verb, *map(str, words)], folder, (index + 0.5) / len(sizes), note)
             peaks[verb].append((yield from watched))
             discard(place)
         for made in (stack, bundle):
             discard(made)
-    return [_found(verb, photographs, sizes, of_verb) for verb, of_verb in peaks.items()]
+    return [_find(verb, photographs, sizes, of_verb) for verb, of_verb in peaks.items()]
 
 
 def _dome(folder: Path, height: int, width: int, count: int) -> Steps[None]:
@@ -91,7 +91,7 @@ def _dome(folder: Path, height: int, width: int, count: int) -> Steps[None]:
     write_bytes(folder / "lamps.lp", "".join(lines).encode())
 
 
-def _found(verb: str, photographs: int, sizes: Sequence[float], peaks: Sequence[Peak]) -> Accuracy:
+def _find(verb: str, photographs: int, sizes: Sequence[float], peaks: Sequence[Peak]) -> Accuracy:
     pixels = 1e6 * np.asarray(sizes)
     slopes = [
         float(np.polyfit(pixels, [getattr(peak, kind) for peak in peaks], 1)[0]) if len(peaks) > 1 else None
@@ -117,16 +117,16 @@ def _found(verb: str, photographs: int, sizes: Sequence[float], peaks: Sequence[
     return Accuracy(f"{verb}-memory", peaks[-1].all_bytes / 2**30, what, LIMIT_BYTES / 2**30, more)
 
 
-def _watched(words: Sequence[str], folder: Path, done: float, note: str) -> Steps[Peak]:
+def _watch(words: Sequence[str], folder: Path, done: float, note: str) -> Steps[Peak]:
     """Run a verb and look at its memory, and at the disk that it and `folder` take."""
-    start, most, most_without, most_disk = time.monotonic(), 0, 0, 0
+    start, most, max_without, max_disk = time.monotonic(), 0, 0, 0
     command = [sys.executable, "-m", "app.__main__", *words]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
         try:
             while process.poll() is None:
                 everything, files = _memory(process.pid)
-                most, most_without = max(most, everything), max(most_without, everything - files)
-                most_disk = max(most_disk, _on_disk(folder) + _nameless(process.pid))
+                most, max_without = max(most, everything), max(max_without, everything - files)
+                max_disk = max(max_disk, _on_disk(folder) + _nameless(process.pid))
                 yield Step(done, note)
                 time.sleep(_INTERVAL_S)
         finally:
@@ -134,7 +134,7 @@ def _watched(words: Sequence[str], folder: Path, done: float, note: str) -> Step
         message = process.stderr.read() if process.stderr else ""
     if process.returncode:
         raise InputError(words[1], f"could not be measured: {message.strip()[-300:]}", "Make room, or measure less")
-    return Peak(most, most_without, most_disk, time.monotonic() - start)
+    return Peak(most, max_without, max_disk, time.monotonic() - start)
 
 
 def _memory(pid: int) -> tuple[int, int]:

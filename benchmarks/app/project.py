@@ -32,31 +32,31 @@ GESTURE_MS, OPEN_S, OPEN_LONG_S, FILE_MB = 20.0, 1.5, 1.0, 5.0
 def project(folder: Path) -> Steps[list[Accuracy]]:
     """The four figures. That of the large project needs a display, 10 GB of disk and some minutes."""
     yield Step(0.0, "recording gestures")
-    gesture = _measured("gestures", folder)
+    gesture = _measure("gestures", folder)
     yield Step(0.2, f"recording {LONG} gestures")
-    session = _measured("session", folder)
-    opened = _measured("open", folder)
+    session = _measure("session", folder)
+    opened = _measure("open", folder)
     yield Step(0.4, "importing ten photographs of 24 megapixels")
     found = [
-        Accuracy("project-gesture", gesture["worst_ms"], _of_gesture(gesture), GESTURE_MS, gesture),
+        Accuracy("project-gesture", gesture["worst_ms"], _measure_gesture(gesture), GESTURE_MS, gesture),
         Accuracy("project-file", session["size_mb"], f"MB of a project after {LONG} gestures", FILE_MB),
         Accuracy("project-open-long", opened["open_s"], f"s to open a project after {LONG} gestures", OPEN_LONG_S),
     ]
     if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or not sys.platform.startswith("linux"):
         path = yield from _large(folder / "large")
         yield Step(0.9, "opening it")
-        large = _measured("window", path)
+        large = _measure("window", path)
         what = "s until the window answers with ten photographs of 24 megapixels and all that was made of them"
         found.append(Accuracy("project-open-24mp", large["open_s"], what, OPEN_S, large))
     return found
 
 
-def _of_gesture(found: dict[str, float]) -> str:
+def _measure_gesture(found: dict[str, float]) -> str:
     what = f"ms of a gesture on the thread of the window with {PHOTOGRAPHS} photographs and {BRDFS} measured BRDFs"
     return f"{what}, the worst of {GESTURES}; the median is {found['median_ms']:.2f} ms"
 
 
-def _measured(what: str, folder: Path) -> dict[str, float]:
+def _measure(what: str, folder: Path) -> dict[str, float]:
     words = [sys.executable, "-m", "benchmarks.app.project", what, str(folder)]
     done = subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True)
     found: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
@@ -87,7 +87,7 @@ def _large(folder: Path) -> Steps[Path]:
 
 
 def gestures(folder: Path) -> dict[str, float]:
-    """Turn a knob again and again in a project of many photographs and measured BRDFs."""
+    """Turn a parameter again and again in a project of many photographs and measured BRDFs."""
     from PySide6.QtCore import QCoreApplication
 
     from app.document.comparison import Comparison, Entry
@@ -99,10 +99,10 @@ def gestures(folder: Path) -> dict[str, float]:
     from engine.storage.atomic import make_folder, write_bytes
 
     application = QCoreApplication([])
-    pictures = make_folder(folder / "pictures")
+    images = make_folder(folder / "pictures")
     for at in range(PHOTOGRAPHS):
-        picture = encode_png(np.full((8, 8, 3), 256 * at, np.uint16))
-        write_bytes(pictures / f"light_{at + 10}deg.png", picture)
+        image = encode_png(np.full((8, 8, 3), 256 * at, np.uint16))
+        write_bytes(images / f"light_{at + 10}deg.png", image)
     shape = (90, 90, 180)
     tables = [
         HalfDifferenceTable(np.full((*shape, 3), at, np.float32), np.zeros(shape, bool), f"measured {at}", "table")
@@ -110,7 +110,7 @@ def gestures(folder: Path) -> dict[str, float]:
     ]
     document = Document()
     entries = tuple(Entry(table.name, table, at) for at, table in enumerate(tables))
-    document.change("Begin", sources=find([pictures]), comparison=Comparison(entries))
+    document.change("Begin", sources=find([images]), comparison=Comparison(entries))
     recording = Recording(document, folder / "gestures.lap")
     handed: list[float] = []
     hand_over = recording.hand_over
@@ -151,7 +151,7 @@ def session(folder: Path) -> dict[str, float]:
     return {"size_mb": round(path.stat().st_size / 1e6, 3)}
 
 
-def opened(folder: Path) -> dict[str, float]:
+def open_path(folder: Path) -> dict[str, float]:
     """Open that project: read it, and take its history."""
     from app.document.document import Document
     from app.project.project_file import read
@@ -191,5 +191,5 @@ def window(path: Path) -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    measure = {"gestures": gestures, "session": session, "open": opened, "window": window}[sys.argv[1]]
+    measure = {"gestures": gestures, "session": session, "open": open_path, "window": window}[sys.argv[1]]
     print(json.dumps(measure(Path(sys.argv[2]))))

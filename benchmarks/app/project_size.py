@@ -33,7 +33,7 @@ def project_size(folder: Path) -> Steps[list[Accuracy]]:
     captures = dict(_captures(folder))
     for at, (name, photographs) in enumerate(captures.items()):
         found += yield from part(
-            _measured(name, photographs, folder / name), at / len(captures), (at + 1) / len(captures)
+            _measure(name, photographs, folder / name), at / len(captures), (at + 1) / len(captures)
         )
     return found
 
@@ -52,14 +52,14 @@ def _captures(folder: Path) -> Iterator[tuple[str, Path]]:
         yield "dome-of-64-jpegs", DOME
 
 
-def _measured(name: str, photographs: Path, folder: Path) -> Steps[list[Accuracy]]:
+def _measure(name: str, photographs: Path, folder: Path) -> Steps[list[Accuracy]]:
     from app.commands.rebuilding import rebuild
     from app.project.cleaning import clean_up
     from app.project.made import size_of
     from app.project.photographs import files_of
     from app.project.project_file import data_folder, read
 
-    path = yield from part(_made(photographs, folder / "new.lap"), 0.0, 0.6)
+    path = yield from part(_make(photographs, folder / "new.lap"), 0.0, 0.6)
     taken = sum(file.stat().st_size for file in files_of(read(path).current))
     old = _as_before(path, folder / "old" / "old.lap")
     sizes = {each: size_of(each) + size_of(data_folder(each)) for each in (path, old)}
@@ -97,9 +97,9 @@ def _measured(name: str, photographs: Path, folder: Path) -> Steps[list[Accuracy
     ]
 
 
-def _made(photographs: Path, path: Path) -> Steps[Path]:
+def _make(photographs: Path, path: Path) -> Steps[Path]:
     """A project of these photographs, with stack and material."""
-    from app.commands.making import marked_stack, material_of
+    from app.commands.making import mark_stack, material_of
     from app.document.document import ImportChoices, Project
     from app.project.photographs import files_of
     from app.project.project_file import History, Writer, data_folder
@@ -110,7 +110,7 @@ def _made(photographs: Path, path: Path) -> Steps[Path]:
     project = Project(sources=sources, import_choices=choices, imported_with=choices)
     writer = Writer(path)
     writer.write(History(project))
-    stack = yield from part(marked_stack(sources, choices, (data, data), files_of(project), None), 0.0, 0.7)
+    stack = yield from part(mark_stack(sources, choices, (data, data), files_of(project), None), 0.0, 0.7)
     project = dataclasses.replace(project, stack=stack)
     material = yield from part(material_of(project), 0.7, 1.0)
     writer.write(History(dataclasses.replace(project, material=material, built_from=project.recipe)))

@@ -54,7 +54,7 @@ def main() -> int:
         window.factor.start()
         until(lambda: any("Factoring" in job.title and job.step.note for job in bench.jobs.active))
         for name in ("untitled", "named"):
-            found[name] = _saved(bench, projects, Path(folder) / f"{name}.lap", until)
+            found[name] = _save(bench, projects, Path(folder) / f"{name}.lap", until)
             for job in bench.jobs.active if name == "untitled" else ():
                 bench.jobs.cancel(job)
             until(lambda: not projects.is_saving)
@@ -63,7 +63,7 @@ def main() -> int:
     return 0
 
 
-def _saved(bench: Any, projects: Any, target: Path, until: Callable[..., float]) -> dict[str, Any]:
+def _save(bench: Any, projects: Any, target: Path, until: Callable[..., float]) -> dict[str, Any]:
     running = [job.title for job in bench.jobs.active if job.state == "running"]
     begun, gaps = time.perf_counter(), Gaps()
     projects.copy_to(target)

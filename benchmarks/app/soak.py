@@ -6,7 +6,7 @@ One run does something every 20 to 400 ms, in an order that SEED alone decides, 
 actions, 100 without a number. It prints one JSON object: what it did how often, faults of the program that it met, the
 medians of descriptors, threads and memory in the second and the last quarter of its time (single moments differ by a
 hundred megabytes, as long as jobs run) and of memory in each sixteenth of it, and how long the thread of the window was
-held up: quantiles of the delays of a timer, and of the time of the processor in them.
+held up: quantiles of the delays of a timer, and of the time of the CPU in them.
 `window_soak` (`python -m benchmarks --only window-soak --runs N --run-s SECONDS`) starts many, each with a limit of
 256 descriptors, and sums up: how many died, how much descriptors, threads and memory grew, and how much memory the
 largest held in the end. Four run at once, so that the machine is loaded, or one after the other (`--at-once 1`).
@@ -38,7 +38,7 @@ from engine.core.errors import LightarcError, MissingCapability
 from engine.core.steps import Step, Steps
 from engine.storage.atomic import make_folder, write_bytes
 
-#: Runs side by side: more than this machine has processors, because what dies, dies where threads wait.
+#: Runs side by side: more than this machine has CPUs, because what dies, dies where threads wait.
 AT_ONCE = 4
 RUNS, RUN_S = 8, 8.0
 
@@ -62,7 +62,7 @@ QUANTILES = (0.5, 0.9, 0.99, 0.999, 1.0)
 #: Quantities that are sampled, with their units.
 GROWING = (("descriptors", ""), ("threads", ""), ("memory_mb", " MB"))
 
-#: Bytes that undo may keep here: as much as a person has would hide whatever else grows for the first half hour.
+#: Bytes that undo may keep here: as much as a user has would hide whatever else grows for the first half hour.
 UNDO_BYTES = 32 * 2**20
 
 BRDFS = (
@@ -111,7 +111,7 @@ def window_soak(
                     del running[number]
                     records.append(_record(number, process.returncode, said))
                     write_bytes(folder / "soak.jsonl", "".join(json.dumps(kept) + "\n" for kept in records).encode())
-            yield Step(len(records) / runs, f"{len(records)} of {runs} runs, {sum(map(_died, records))} died")
+            yield Step(len(records) / runs, f"{len(records)} of {runs} runs, {sum(map(_has_died, records))} died")
             time.sleep(0.2)
     finally:
         for process, *_ in running.values():
@@ -122,7 +122,7 @@ def window_soak(
         f"of {runs} runs of the window, {run_s:g} s each, {at_once} at once, died; Qt {qVersion()}; {actions} actions"
     )
     growth = [_growth(record) for record in records if "end" in record]
-    found = [Accuracy("window-soak", sum(map(_died, records)), what, 0.0)]
+    found = [Accuracy("window-soak", sum(map(_has_died, records)), what, 0.0)]
     for name, unit in GROWING:
         most = max((grown[name] for grown in growth), default=0.0)
         median = statistics.median([grown[name] for grown in growth] or [0.0])
@@ -152,12 +152,12 @@ def _record(seed: int, code: int, said: IO[bytes]) -> dict[str, Any]:
     lines = [line for line in words.splitlines() if line.startswith('{"seed"')]
     record: dict[str, Any] = json.loads(lines[-1]) if lines else {"seed": seed, "said": words}
     record["exit_code"] = code
-    if _died(record):
+    if _has_died(record):
         _log.warning("Run %d ended with exit code %d:\n%s", seed, code, words[-2000:])
     return record
 
 
-def _died(record: dict[str, Any]) -> bool:
+def _has_died(record: dict[str, Any]) -> bool:
     return record["exit_code"] != 0
 
 
@@ -190,7 +190,7 @@ def main() -> int:
         sampling = QTimer(interval=round(1000 * run_s / SAMPLES))
         sampling.timeout.connect(lambda: samples.append(_resources()))
         sampling.start()
-        window.failures.arrived.connect(hand.met)
+        window.failures.arrived.connect(hand.handle_error)
         QTimer.singleShot(0, hand.act)
         ending = QTimer(interval=100)
         until_s = time.monotonic() + run_s
@@ -257,11 +257,11 @@ def _files(folder: Path) -> list[Path]:
 
     from engine.images.encode import write_exr
 
-    ball = trimesh.creation.icosphere(subdivisions=2)
+    sphere = trimesh.creation.icosphere(subdivisions=2)
     ring = trimesh.creation.torus(1.0, 0.3)
     made = [folder / name for name in ("ball.obj", "ring.ply", "ball.stl", "ring.glb")]
     for path in made:
-        (ball if path.stem == "ball" else ring).export(path)
+        (sphere if path.stem == "ball" else ring).export(path)
     rng = np.random.default_rng(0)
     sky = folder / "sky.exr"
     write_exr(sky, {name: rng.random((16, 32), np.float32) for name in "RGB"})
@@ -305,8 +305,8 @@ class _Hand:
         QTimer.singleShot(self.chance.choice((20, 60, 120, 400)), self.act)
         deed()
 
-    def met(self, _title: str, error: BaseException) -> None:
-        """Keep a fault of the program; what a person could cause is expected. Dialogs are closed as a person would."""
+    def handle_error(self, _title: str, error: BaseException) -> None:
+        """Keep a fault of the program; what a user could cause is expected. Dialogs are closed as a user would."""
         if not isinstance(error, LightarcError):
             self.faults.append(repr(error))
         for box in tuple(self.window.failures.open_dialogs.values()):

@@ -4,18 +4,18 @@
 
 A timer that should fire every 5 ms runs while the capture in FOLDER (the built-in sample without it) is imported,
 shaded and fitted; the longest delay of a tick while a job runs is the longest block. Then the material is looked
-at under the built-in studio with 64 directions, rotated for 3 s, and left alone until its picture is the finest. One
+at under the built-in studio with 64 directions, rotated for 3 s, and left alone until its image is the finest. One
 JSON object on standard output: `window_start_s`, `workspaces_s` and `workspaces_block_ms` (until those that are not in
 front are there as well, and the longest block of that), `longest_block_ms`, `blocks_over_50_ms`, `jobs_s`, `complete`,
-and for the view `turning_block_ms`, `turning_frame_ms` (median from picture to picture), `refining_block_ms`,
+and for the view `turning_block_ms`, `turning_frame_ms` (median from image to image), `refining_block_ms`,
 `refining_blocks_over_50_ms` and `refined_s`. Last, the reference refines beside the shading map while both are
 compared, for 5 s, and the model is rotated in between: `reference_block_ms`, `reference_blocks_over_50_ms` and
 `reference_samples`. Before that, each baked mode of a small ball is baked and its light rotated for 3 s:
 `relight_sh_block_ms` and so on, and how many blocks were over 50 ms. Last, nothing is done for 5 s but what the window
-does by itself to find the error of its picture: `measuring_block_ms`.
+does by itself to find the error of its image: `measuring_block_ms`.
 
-Beside each `block_ms` stands an `own_block_ms`: the same without the time in which OpenGL drew the picture or Qt
-composed the window with it, which on a machine without a graphics card is work of the processor.
+Beside each `block_ms` stands an `own_block_ms`: the same without the time in which OpenGL drew the image or Qt
+composed the window with it, which on a machine without a graphics card is work of the CPU.
 """
 
 from __future__ import annotations
@@ -108,18 +108,18 @@ def main() -> int:
 
 
 def _look(window: Any) -> dict[str, float]:
-    """Rotate the material under 64 lights, then let its picture refine."""
+    """Rotate the material under 64 lights, then let its image refine."""
     from PySide6.QtCore import QEventLoop, QTimer
 
     view, loop = window.view, QEventLoop()
     viewport = view.viewport
 
-    def until(done: Callable[[], bool], least_s: float = 0.0) -> float:
+    def until(done: Callable[[], bool], min_s: float = 0.0) -> float:
         begun = time.perf_counter()
 
         def look() -> None:
             passed_s = time.perf_counter() - begun
-            if passed_s > PATIENCE_S or (passed_s >= least_s and done()):
+            if passed_s > PATIENCE_S or (passed_s >= min_s and done()):
                 loop.quit()
 
         watch = QTimer()
@@ -134,14 +134,14 @@ def _look(window: Any) -> dict[str, float]:
     until(lambda: viewport.scene is not None and viewport.scene.environment is not None)
     view.at_rest.blockSignals(True)  # the error of the directions is another job, measured apart
     until(lambda: viewport.surface.is_finished)
-    turning, pictures = Gaps(lambda: True), [time.perf_counter()]
-    viewport.drawn.connect(lambda _seconds: pictures.append(time.perf_counter()))
+    turning, images = Gaps(lambda: True), [time.perf_counter()]
+    viewport.drawn.connect(lambda _seconds: images.append(time.perf_counter()))
     hand = QTimer()
     hand.timeout.connect(lambda: viewport.turn(0.02, 0.0))
     hand.start(16)
     until(lambda: True, TURNING_S)
     hand.stop()
-    between = sorted(after - before for before, after in pairwise(pictures[1:]))
+    between = sorted(after - before for before, after in pairwise(images[1:]))
     turning.stop()
     refining = Gaps(lambda: True)
     refined_s = until(lambda: viewport.surface.is_finished)
@@ -162,8 +162,8 @@ def _look(window: Any) -> dict[str, float]:
 
 
 def _measure(view: Any, until: Callable[..., float]) -> dict[str, float]:
-    """Find the error of the picture in the background, with kernels that are prepared."""
-    until(lambda: view.pictures.error is not None)
+    """Find the error of the image in the background, with kernels that are prepared."""
+    until(lambda: view.images.error is not None)
     view.viewport.turn(0.02, 0.0)
     until(lambda: view.viewport.surface.is_finished)
     gaps = Gaps(lambda: True)
@@ -181,7 +181,7 @@ def _relight(window: Any, method: str, until: Callable[..., float]) -> dict[str,
     view, document = window.view, window.bench.document
     if document.project.mesh is None or document.project.mesh.name != RELIT:
         material = dataclasses.replace(document.project.material, brdf="ggx:kd=0.5,alpha=0.3,f0=0.04")
-        document.change("Model", mesh=_ball(), material=material)
+        document.change("Model", mesh=_sphere(), material=material)
     view.choose_mode(method)
     baking = view.bakings[method]
     until(lambda: baking.estimate is not None)
@@ -203,7 +203,7 @@ def _relight(window: Any, method: str, until: Callable[..., float]) -> dict[str,
     return gaps.figures(f"relight_{method}")
 
 
-def _ball() -> Any:
+def _sphere() -> Any:
     """A sphere of 642 vertices."""
     import numpy as np
     import trimesh
@@ -219,7 +219,7 @@ def _ball() -> Any:
 def _refer(view: Any, until: Callable[..., float]) -> dict[str, float]:
     """Let the reference refine beside the shading map, rotate the model, and let it restart."""
     view.compare.toggle("wipe")
-    found = view.pictures.reference
+    found = view.images.reference
     until(lambda: found.found is not None and found.found.samples > 0)  # kernels are prepared once
     gaps = Gaps(lambda: True)
     for _ in range(2):

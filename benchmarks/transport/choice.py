@@ -3,7 +3,7 @@
 Every setting of a scene below the ceilings of plans is measured (`benchmarks.transport.predictions`), and counts as
 what it costs where its error is within the budget. Beyond the budget it counts as what it costs times the square of
 the error over the budget, as of the reference, which takes four times as long for half the error. Costs are those of
-the machine profile. Nothing that shows is left out, and pictures are of direct light.
+the machine profile. Nothing that shows is left out, and images are of direct light.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.measure import Accuracy
-from benchmarks.transport.generated_scenes import generated
+from benchmarks.transport.generated_scenes import generate
 from benchmarks.transport.plan import costs
 from benchmarks.transport.predictions import (
     LEFT_OUT,
     STEPS,
-    baked_modes,
     check_campaign,
     errors_of,
-    measured,
+    list_baked_modes,
+    measure,
 )
 from engine.accuracy.compare import ErrorEstimate
 from engine.core.figure_text import number, percent
@@ -33,9 +33,9 @@ from engine.core.steps import Step, Steps
 from engine.planning.ceilings import usual
 from engine.planning.choices import Choice, Choices, Wishes
 from engine.planning.costs.cost_model import CostModel
-from engine.planning.costs.setting import Setting, knobs_of
+from engine.planning.costs.setting import Setting, parameters_of
 from engine.planning.effects.sample import COMPARED
-from engine.planning.plan import best, offered
+from engine.planning.plan import best, offer
 from engine.tradeoff.draw import Drawer, drawing
 
 #: Scenes where nobody says how many, how much dearer a choice may be than the best, and the share that may be more.
@@ -79,7 +79,7 @@ def choices(_folder: Path, *, scenes: int = SCENES, seed: int = 0, data: Path | 
         drawer = stack.enter_context(drawing((COMPARED, COMPARED)))
         for place in range(scenes):
             yield Step(place / scenes, f"planning and measuring scene {seed + place}")
-            found.append(chosen(seed + place, drawer, model, data))
+            found.append(choose(seed + place, drawer, model, data))
     return summary(found)
 
 
@@ -90,22 +90,22 @@ def summary(found: Sequence[Chosen]) -> list[Accuracy]:
     return [*rows, Accuracy("choices-dearer", share, words, SHARE)]
 
 
-def chosen(seed: int, drawer: Drawer, model: CostModel, data: Path | None = None) -> Chosen:
+def choose(seed: int, drawer: Drawer, model: CostModel, data: Path | None = None) -> Chosen:
     """The scene of `seed`, planned, and all its settings measured."""
     rng = np.random.default_rng((31, seed))
     low, high = np.log(BUDGETS)
     budget = float(np.exp(rng.uniform(low, high)))
-    name, scene = generated(seed, data)
+    name, scene = generate(seed, data)
     errors = errors_of(scene)
     offers = Choices(errors.scene, errors.found, model, Wishes(skip=frozenset({LEFT_OUT})), errors.noise)
     settings = _settings(seed, rng)
     every = [each for each in offers.all(budget) if each.setting in settings or each.setting.mode == "reference"]
     least = min((each.skipped for each in every), key=len)
     every = [each for each in every if each.skipped == least]
-    every = offered(every, usual())
+    every = offer(every, usual())
     planned, _ = best(every, budget, None)
-    exact = measured(scene, [each.setting for each in every], drawer)
-    counted = {each.setting: _counted(each, exact[each.setting], budget) for each in every if each.setting in exact}
+    exact = measure(scene, [each.setting for each in every], drawer)
+    counted = {each.setting: _count(each, exact[each.setting], budget) for each in every if each.setting in exact}
     least_of_all = min(counted, key=lambda setting: counted[setting])
     return Chosen(
         *(seed, name, budget),
@@ -117,19 +117,19 @@ def chosen(seed: int, drawer: Drawer, model: CostModel, data: Path | None = None
 
 
 def _settings(seed: int, rng: np.random.Generator) -> frozenset[Setting]:
-    """The first steps of every ladder; of a mode with many ladders a few."""
+    """The first steps of every sweep; of a mode with many sweeps a few."""
     found = [Setting("direct", {"directions": directions}) for directions in DIRECTIONS]
-    for mode in baked_modes(seed):
-        ladders = {name: knob.ladder[:STEPS] for name, knob in knobs_of(mode).items()}
-        if LEFT_OUT in ladders:
-            ladders[LEFT_OUT] = (0,)
-        turned = [Setting(mode, dict(zip(ladders, values, strict=True))) for values in product(*ladders.values())]
+    for mode in list_baked_modes(seed):
+        sweeps = {name: parameter.sweep[:STEPS] for name, parameter in parameters_of(mode).items()}
+        if LEFT_OUT in sweeps:
+            sweeps[LEFT_OUT] = (0,)
+        turned = [Setting(mode, dict(zip(sweeps, values, strict=True))) for values in product(*sweeps.values())]
         is_many = len(turned) > 2 * FEW
         found += [turned[at] for at in rng.choice(len(turned), FEW, replace=False)] if is_many else turned
     return frozenset(found)
 
 
-def _counted(each: Choice, error: ErrorEstimate, budget: float) -> float:
+def _count(each: Choice, error: ErrorEstimate, budget: float) -> float:
     """Price of a setting, its error being as small as its uncertainty allows."""
     least = max(error.rmse_rel - error.uncertainty, 0.0)
     return each.price * max(1.0, least / budget) ** 2

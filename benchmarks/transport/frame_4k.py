@@ -28,7 +28,7 @@ from engine.scene.scene import Scene, Source
 from engine.shading.directional.interpolation import Kernel
 from engine.shading.directional.planes import DirectionalMap
 from engine.surface.pbr_maps import PbrMaps
-from engine.transport.relit import Relit
+from engine.transport.relight import RelightTransport
 
 SIZE, SAMPLES = (3840, 2160), 2
 
@@ -64,7 +64,7 @@ def _frame(
     name: str,
     material: Callable[[], Material] | None = None,
     source: Source = "slices",
-    relit: Callable[[], Relit] | None = None,
+    relit: Callable[[], RelightTransport] | None = None,
 ) -> Measure:
     """Seconds under one lamp, beside the plain Phong model; `sky_s` are those under 64 directions, where they cost."""
     mesh = shape("torus-knot")
@@ -74,16 +74,16 @@ def _frame(
     scene = Scene(baked.mesh if baked else mesh, camera, brdf_from_text(BRDF), relit=baked)
     if material is not None:
         scene = replace(scene, material=material(), source=source)
-    limit_s, _, _ = _drawn(plain)
-    time_s, memory, device = _drawn(scene)
+    limit_s, _, _ = _draw(plain)
+    time_s, memory, device = _draw(scene)
     more: dict[str, Any] = {"device_mb": round(memory / 1e6, 1), "device": device}
     if baked is None or material is not None:
-        more["sky_s"], _, _ = _drawn(replace(scene, environment=open_environment("studio"), directions=64))
+        more["sky_s"], _, _ = _draw(replace(scene, environment=open_environment("studio"), directions=64))
     return Measure(name, time_s, limit_s, "the same frame of the plain Phong model under one lamp", more)
 
 
-def _drawn(scene: Scene) -> tuple[float, int, str]:
-    """Seconds of a frame of `scene`, the bytes that it holds, picture included, and the name of the device."""
+def _draw(scene: Scene) -> tuple[float, int, str]:
+    """Seconds of a frame of `scene`, the bytes that it holds, image included, and the name of the device."""
     with create_context() as context:
         renderer, target = SceneRenderer(context), context.framebuffer([context.renderbuffer(SIZE)])
 

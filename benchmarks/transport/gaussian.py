@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.measure import Measure, best_of
 from engine.light.environment import EnvironmentMap
 from engine.transport.gaussian.gpu_layout import atlas_of
-from engine.transport.gaussian.lighting import filtered, levels_between
+from engine.transport.gaussian.lighting import filter_levels, levels_between
 
 #: Texels of the environment, and widths of lobes in rad: of rough to glossy BRDFs, and of nearly a mirror.
 SIZE, ROUGH, SHARP = (512, 1024), (0.06, 0.5), (0.004, 0.05)
@@ -17,23 +17,23 @@ SIZE, ROUGH, SHARP = (512, 1024), (0.06, 0.5), (0.004, 0.05)
 
 def gaussian_environment() -> Measure:
     """For lobes of rough to glossy BRDFs (alpha from 0.1)."""
-    return _changed("gaussian-environment", ROUGH)
+    return _change("gaussian-environment", ROUGH)
 
 
 def gaussian_environment_sharp() -> Measure:
     """For lobes of BRDFs that are nearly mirrors, at the finest map."""
-    return _changed("gaussian-environment-sharp", SHARP)
+    return _change("gaussian-environment-sharp", SHARP)
 
 
-def _changed(name: str, widths: tuple[float, float]) -> Measure:
+def _change(name: str, widths: tuple[float, float]) -> Measure:
     radiance = np.random.default_rng(0).random((*SIZE, 3)).astype(np.float32)
     environment, levels = EnvironmentMap(radiance), levels_between(*widths)
-    cube = filtered(environment, levels)
+    cube = filter_levels(environment, levels)
     atlas = atlas_of(cube)
-    time_s = best_of(lambda: atlas_of(filtered(environment, levels)), repeats=3)
+    time_s = best_of(lambda: atlas_of(filter_levels(environment, levels)), repeats=3)
     limit_s = best_of(lambda: (radiance.copy(), cube.texels.copy(), atlas.texels.copy()), repeats=3)
     start = time.process_time()
-    atlas_of(filtered(environment, levels))
+    atlas_of(filter_levels(environment, levels))
     more = {
         "processor_s": time.process_time() - start,
         "edge": levels.edge,

@@ -69,10 +69,10 @@ def gaussian_bake_large() -> Measure:
 def _bake(name: str, steps: tuple[int, int]) -> Measure:
     work = drain(prepare(_knot(*steps), brdf_from_text(BRDF), BakeSettings()))
     expected_s = estimate_s(work)
-    started, processor = time.perf_counter(), time.process_time()
+    started, cpu = time.perf_counter(), time.process_time()
     with tempfile.TemporaryDirectory() as folder:
         baked = drain(bake(Path(folder) / "bench.transport", work))
-    time_s, processor_s = time.perf_counter() - started, time.process_time() - processor
+    time_s, processor_s = time.perf_counter() - started, time.process_time() - cpu
     more: dict[str, Any] = {
         "vertices": work.vertices,
         "size_bytes": work.size_bytes,

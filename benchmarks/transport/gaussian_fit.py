@@ -56,7 +56,7 @@ def gaussian_fit_speed() -> Measure:
     chosen = [order[index] for index in np.linspace(0, len(order) - 1, TIMED // 20).astype(int)]
     settings, nobody = FitSettings(), Fit.empty(0, 1).lobes
     fit_vertices(direct_samples(surface, order[0][:2], SAMPLES), [np.zeros(0, np.int64)] * 2, nobody, settings)
-    sampled_s, fitted_s, count, processor = 0.0, 0.0, 0, time.process_time()
+    sampled_s, fitted_s, count, cpu = 0.0, 0.0, 0, time.process_time()
     for vertices in chosen:
         start = time.perf_counter()
         samples = direct_samples(surface, vertices, SAMPLES)
@@ -72,7 +72,7 @@ def gaussian_fit_speed() -> Measure:
         "samples": SAMPLES,
         "fit_s": fitted_s * scale,
         "sampling_s": sampled_s * scale,
-        "processor_s": (time.process_time() - processor) * scale,
+        "processor_s": (time.process_time() - cpu) * scale,
     }
     return Measure("gaussian-fit-speed", (sampled_s + fitted_s) * scale, LIMIT_S, "ten minutes", more)
 
@@ -83,7 +83,7 @@ def gaussian_fit_quality(_folder: Path) -> Steps[list[Accuracy]]:
     found = []
     for index, (lobes, pairs) in enumerate(PAIRS.items()):
         each = -(-pairs // (len(meshes) * len(BRDFS)))
-        steps = compared(meshes, lobes, each)
+        steps = compare_with(meshes, lobes, each)
         pair = yield from part(steps, index / len(PAIRS), (index + 1) / len(PAIRS))
         found += _accuracies(pair, lobes)
     return found
@@ -97,7 +97,7 @@ class Compared:
     searched: Floats
 
 
-def compared(meshes: list[Mesh], lobes: int, pairs: int, *, seed: int = 1) -> Steps[Compared]:
+def compare_with(meshes: list[Mesh], lobes: int, pairs: int, *, seed: int = 1) -> Steps[Compared]:
     """For so many random pairs of each mesh and BRDF of `BRDFS`."""
     random, rows = np.random.default_rng(seed), []
     cases = [(mesh, text) for mesh in meshes for text in BRDFS]
@@ -111,7 +111,7 @@ def compared(meshes: list[Mesh], lobes: int, pairs: int, *, seed: int = 1) -> St
         lit = np.argwhere(found.norm > 0.0)
         chosen = lit[random.choice(len(lit), min(pairs, len(lit)), replace=False)]
         for done, (vertex, view) in enumerate(chosen):
-            best = searched(*_rows(samples, int(vertex), int(view)), lobes, random)
+            best = search(*_rows(samples, int(vertex), int(view)), lobes, random)
             if best is not None:
                 rows.append((found.error_rel[vertex, view], best))
             share = (index + (done + 1) / len(chosen)) / len(cases)
@@ -125,7 +125,7 @@ def _rows(samples: TransportSamples, vertex: int, view: int) -> tuple[Floats, Fl
     return samples.direction[rows], samples.value[rows], samples.area[rows]
 
 
-def searched(direction: Floats, value: Floats, area: Floats, lobes: int, random: np.random.Generator) -> float | None:
+def search(direction: Floats, value: Floats, area: Floats, lobes: int, random: np.random.Generator) -> float | None:
     """Least relative distance of so many Gaussians from samples (S, 3); None where no start leads anywhere.
 
     Gaussians that fall between the samples are left out, as the fit leaves them out.
@@ -138,7 +138,7 @@ def searched(direction: Floats, value: Floats, area: Floats, lobes: int, random:
         mean = own[:, :3] / np.linalg.norm(own[:, :3], axis=1)[:, None]
         return gaussian(direction[:, None], mean, np.exp(own[:, 3])) * root
 
-    def left(parameters: Floats) -> Floats:
+    def leave(parameters: Floats) -> Floats:
         basis = functions(parameters)
         weights = np.stack([nnls(basis, weighted[:, c])[0] for c in range(3)], axis=1)
         result: Floats = ((basis @ weights - weighted) / norm).ravel()
@@ -149,7 +149,7 @@ def searched(direction: Floats, value: Floats, area: Floats, lobes: int, random:
     for number in range(STARTS * lobes):
         mean = direction[random.choice(len(direction), lobes, p=bright / bright.sum() if number % 2 else None)]
         start = np.column_stack([mean, random.uniform(np.log(0.03), 0.0, lobes)]).ravel()
-        end: Any = least_squares(left, start, bounds=(low * lobes, high * lobes), max_nfev=100)
+        end: Any = least_squares(leave, start, bounds=(low * lobes, high * lobes), max_nfev=100)
         width = np.exp(end.x.reshape(lobes, 4)[:, 3])
         share = (functions(end.x) ** 2).sum(axis=0) / gaussian_integral(width / np.sqrt(2.0))
         if share.max() < COARSE and share.min() > 1.0 / COARSE:

@@ -81,7 +81,7 @@ class Tape:
         return np.asarray(np.where(lit, 0.1 / math.pi + 0.4 * back, 0.0)[..., None] * np.ones(3))
 
 
-def generated(seed: int, data: Path | None = None) -> tuple[str, Scene]:
+def generate(seed: int, data: Path | None = None) -> tuple[str, Scene]:
     """The scene of `seed` with its name; files of the folder `data` join the models and the BRDFs."""
     rng = np.random.default_rng((17, seed))
     model, mesh = _model(rng, data)
@@ -113,7 +113,7 @@ def _model(rng: np.random.Generator, data: Path | None) -> tuple[str, Mesh]:
         depth = rng.uniform(0.0, 0.25) if kind == "dented ball" else 0.0
         phases = rng.uniform(2.0, 6.0, 3)
         points = towards * (1.0 + depth * np.prod(np.cos(phases * towards + phases), axis=-1))[..., None]
-    mesh = _closed(kind, points, u, v)
+    mesh = _close(kind, points, u, v)
     return (kind, mesh) if kind != "balls" else (kind, _beside(mesh, rng))
 
 
@@ -127,7 +127,7 @@ def _sphere(u: Array, v: Array) -> Array:
     return np.stack([np.sin(theta) * np.sin(phi), np.cos(theta), np.sin(theta) * np.cos(phi)], -1)
 
 
-def _closed(name: str, points: Array, u: Array, v: Array) -> Mesh:
+def _close(name: str, points: Array, u: Array, v: Array) -> Mesh:
     """The grid as a mesh, its normals turned outwards, those along a seam from both of its sides."""
     along, upwards = np.gradient(points, axis=1), np.gradient(points, axis=0)
     if name != "sheet":
@@ -152,7 +152,7 @@ def _brdf(rng: np.random.Generator, data: Path | None) -> tuple[str, Any]:
     files = _files(data, MEASURED)
     if files and rng.random() < 0.1:
         path = files[rng.integers(len(files))]
-        measured = _opened(path)
+        measured = _open(path)
         if measured is not None:
             return path.stem, measured
     alpha = 10.0 ** rng.uniform(-1.0, -0.2)
@@ -217,7 +217,7 @@ def _read(path: Path) -> Mesh | None:
 
 
 @cache
-def _opened(path: Path) -> Any:
+def _open(path: Path) -> Any:
     """The BRDF of a file; None where it cannot be read."""
     try:
         return open_reflectance(str(path))

@@ -1,4 +1,4 @@
-"""A frame of the lobe view while it is turned: lobes of 64 × 64 points in a picture as large as the view can get."""
+"""A frame of the lobe view while it is turned: lobes of 64 × 64 points in an image as large as the view can get."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LIGHT = (np.pi / 4.0, np.pi)
 
 
 def gl_lobe() -> Measure:
-    """A frame of one lobe against clearing the picture and drawing its lines."""
+    """A frame of one lobe against clearing the image and drawing its lines."""
     with create_context() as context:
         renderer = LobeRenderer(context)
         target = context.simple_framebuffer(SIZE)

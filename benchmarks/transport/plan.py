@@ -21,7 +21,7 @@ from engine.brdf.brdf import Brdf, brdf_from_text
 from engine.core.errors import MissingCapability
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, drain
-from engine.core.stopwatch import DISTURBED, background_load, spent, undisturbed
+from engine.core.stopwatch import DISTURBED, background_load, read_clock, time_undisturbed
 from engine.geometry.camera import frame
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import grid_mesh, shape
@@ -34,16 +34,16 @@ from engine.planning.costs.setting import Setting
 from engine.planning.plan import plan
 from engine.render.reference import reference
 from engine.scene.scene import Scene
-from engine.selftest.light import ball
-from engine.tradeoff.bake_group import Bake, relit, settings_of
+from engine.selftest.light import sphere
+from engine.tradeoff.bake_group import Bake, relight_transport, settings_of
 from engine.tradeoff.point import FACTOR
 from engine.tradeoff.predict import Predictions
 from engine.transport import method as transport
 from engine.transport.baking.visibility import receivers
 from engine.transport.method import Subject
-from engine.transport.relit import Relit
+from engine.transport.relight import RelightTransport
 from engine.transport.sh.lighting import project
-from engine.transport.sh.transfer import products, texel_basis, transferred
+from engine.transport.sh.transfer import products, texel_basis, transfer
 
 BRDF, ANOTHER = "ggx:kd=0.5,alpha=0.3,f0=0.04", "ggx:kd=0.4,alpha=0.35,f0=0.05"
 
@@ -79,7 +79,7 @@ def plan_50k() -> Measure:
 
 def plan_convex() -> Measure:
     """The planned bake of a diffuse convex model under a smooth sky; against the bake with everything forced."""
-    mesh, brdf = ball(40), brdf_from_text("lambert:albedo=0.5")
+    mesh, brdf = sphere(40), brdf_from_text("lambert:albedo=0.5")
     y = texel_directions(64, 128)[..., 1:2]
     sky = EnvironmentMap(np.broadcast_to(1.0 + 0.6 * y, (64, 128, 3)).astype(np.float32), "smooth sky")
     forced = ("self-shadowing", "interreflection", "glossy", "anisotropy")
@@ -108,11 +108,11 @@ def _radiance(chosen: Any, mesh: Any, brdf: Any, sky: EnvironmentMap, path: Path
     baked = drain(ready.start(path))
     bake_s = time.perf_counter() - started
     transport = baked.transport
-    rows = transferred(transport, project(sky, transport.order))
-    from engine.transport.sh.transfer import signed_radiance
+    rows = transfer(transport, project(sky, transport.order))
+    from engine.transport.sh.transfer import sum_signed_radiance
 
     up = np.broadcast_to((0.0, 0.0, 1.0), (len(mesh.positions), 3))
-    return bake_s, signed_radiance(transport, rows, up, np.arange(len(mesh.positions)))
+    return bake_s, sum_signed_radiance(transport, rows, up, np.arange(len(mesh.positions)))
 
 
 #: Rows of the balls that settings are baked of: some 800 vertices, and 200 of those for Gaussians.
@@ -121,10 +121,10 @@ ROWS, FEWER_ROWS = 14, 7
 #: Every so many vertices of the cloth along both sides: some 6,600 stay.
 EVERY = 3
 
-#: Side of the pictures, and by how much the light is rotated, in rad.
+#: Side of the images, and by how much the light is rotated, in rad.
 SIDE, TURN = 256, 0.1
 
-#: Side of the picture of the reference, and samples of its pixels.
+#: Side of the image of the reference, and samples of its pixels.
 PATHS_SIDE, PATHS = 128, 16
 
 #: A bake that takes longer is not done a second time.
@@ -159,14 +159,14 @@ def cost_model(_folder: Path) -> Steps[list[Accuracy]]:
     whole = sum(len(place.settings) + len(place.depths) for place in places)
     for place in places:
         scene = place.scene(light)
-        for depth, setting in _asked(place):
+        for depth, setting in _ask(place):
             yield Step(len({each.what.split(":")[1] for each in found}) / (whole + 1), f"{place.name}, {setting}")
             predictions = Predictions(model, scene, (SIDE, SIDE), 1, depth)
             load = replace(predictions.load, tables_made=False)
             if setting.mode == "reference":
                 load = replace(load, pixels=PATHS_SIDE**2)
             expected = model.predict(setting, load.vertices, load.pixels, load=load)
-            for name, (value, taken) in _measured(setting, scene, depth).items():
+            for name, (value, taken) in _measure(setting, scene, depth).items():
                 found.append(_accuracy(place, setting, depth, name, getattr(expected, name), value, taken))
     outside = [each for each in found if each.error > math.log(FACTOR)]
     disturbed = sum(MARK in each.what for each in outside)
@@ -175,7 +175,7 @@ def cost_model(_folder: Path) -> Steps[list[Accuracy]]:
     return [*found, Accuracy("cost-misses", len(outside) / len(found), words)]
 
 
-def _asked(place: _Place) -> Iterator[tuple[int, Setting]]:
+def _ask(place: _Place) -> Iterator[tuple[int, Setting]]:
     yield from ((1, setting) for setting in place.settings)
     yield from ((depth, Setting("reference", {"samples": PATHS})) for depth in place.depths)
 
@@ -204,16 +204,16 @@ def _places() -> Iterator[_Place]:
         *(Setting("gaussian", {"lobes": lobes}) for lobes in (1, 2, 3)),
         Setting("gaussian", {"interreflection": 1}),
     )
-    yield _Place("balls", _balls(ROWS), glossy, many, (1, 3))
-    yield _Place("few balls", _balls(FEWER_ROWS), glossy, lobes)
+    yield _Place("balls", _spheres(ROWS), glossy, many, (1, 3))
+    yield _Place("few balls", _spheres(FEWER_ROWS), glossy, lobes)
     large = (Setting("sh"), Setting("wavelet", {"terms": 2, "cube": 16}), Setting("direct", {"directions": 16}))
     yield _Place("cloth", _cloth(), glossy, large, (1, 3))
     yield _Place("diffuse cloth", _cloth(), diffuse, (Setting("sh", {"order": 8}),))
 
 
-def _balls(rows: int) -> Mesh:
+def _spheres(rows: int) -> Mesh:
     """Two spheres that cut each other."""
-    one = ball(rows)
+    one = sphere(rows)
     points = np.concatenate([one.positions, 0.5 * one.positions + np.array([1.3, 0.4, 0.0])])
     faces = np.concatenate([one.faces, one.faces + np.int32(len(one.positions))])
     return Mesh(points, np.concatenate([one.normals] * 2), np.concatenate([one.uv] * 2), faces, "balls")
@@ -230,35 +230,35 @@ def _cloth() -> Mesh:
     return grid_mesh("cloth", positions, normals, uv)
 
 
-#: A figure, and the share of the processors that other programs had while it was measured.
+#: A figure, and the share of the CPUs that other programs had while it was measured.
 Figure = tuple[float, float]
 
 
-def _measured(setting: Setting, scene: Scene, depth: int) -> dict[str, Figure]:
+def _measure(setting: Setting, scene: Scene, depth: int) -> dict[str, Figure]:
     """Figures of `Cost` by name: a frame where there is OpenGL, and of a bake all the others too."""
     if setting.mode == "reference":
         size = (PATHS_SIDE, PATHS_SIDE)
         draw = lambda: drain(reference(scene, size, samples=setting["samples"], max_depth=depth))  # noqa: E731
-        return {"frame_s": undisturbed(draw)}
+        return {"frame_s": time_undisturbed(draw)}
     if setting.mode == "direct":
         return _frame_s(replace(scene, directions=setting["directions"]))
     with tempfile.TemporaryDirectory() as folder:
-        before = spent()
-        baked = _baked(setting, scene, Path(folder))
-        taken = background_load(before, spent())
+        before = read_clock()
+        baked = _bake(setting, scene, Path(folder))
+        taken = background_load(before, read_clock())
         own = Bake(setting, baked.transport, baked.bake_s, 0, baked.file.size_bytes)
         rotated = replace(scene, environment_rotation=TURN)
-        light = relit(own, rotated)
+        light = relight_transport(own, rotated)
         return {
             "bake_s": (baked.bake_s, taken),
             "size_bytes": (float(baked.file.size_bytes), 0.0),
-            "memory_bytes": (float(_held(baked, light)), 0.0),
-            "relight_s": undisturbed(lambda: relit(own, rotated)),
+            "memory_bytes": (float(_hold(baked, light)), 0.0),
+            "relight_s": time_undisturbed(lambda: relight_transport(own, rotated)),
             **_frame_s(replace(scene, relit=light)),
         }
 
 
-def _baked(setting: Setting, scene: Scene, folder: Path) -> Any:
+def _bake(setting: Setting, scene: Scene, folder: Path) -> Any:
     """The better of two bakes where they are short; tables of a process are made anew for each."""
     bake = _bake_of(setting, scene)
     best = None
@@ -279,7 +279,7 @@ def _bake_of(setting: Setting, scene: Scene) -> Callable[[Path], Steps[Any]]:
     return lambda path: baking.bake(path, work)
 
 
-def _held(baked: Any, light: Relit) -> int:
+def _hold(baked: Any, light: RelightTransport) -> int:
     """Bytes of the mesh, of the transport with its tables, and of the light in its rows."""
     mesh, arrays = baked.file.mesh, baked.file.arrays
     held = sum(array.nbytes for name, array in arrays.items() if name not in ("table", "chunk_bounds"))
@@ -305,7 +305,7 @@ def _frame_s(scene: Scene) -> dict[str, Figure]:
                 renderer.draw(*views, target, size, samples=1)
                 context.finish()
 
-            figure = undisturbed(draw)
+            figure = time_undisturbed(draw)
             renderer.release()
             target.release()
             return {"frame_s": figure}

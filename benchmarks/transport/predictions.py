@@ -1,6 +1,6 @@
-"""Predicted errors of generated scenes against those of pictures, one setting of each mode a scene.
+"""Predicted errors of generated scenes against those of images, one setting of each mode a scene.
 
-What a plan would predict of a setting is compared with the relative RMSE of a small picture of it, by the camera that
+What a plan would predict of a setting is compared with the relative RMSE of a small image of it, by the camera that
 frames the model, against a path-traced reference of direct light. Pixels of silhouettes do not count.
 """
 
@@ -17,41 +17,41 @@ from typing import Any
 import numpy as np
 
 from benchmarks.measure import Accuracy
-from benchmarks.transport.generated_scenes import generated
+from benchmarks.transport.generated_scenes import generate
 from engine.accuracy.compare import ErrorEstimate
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps, drain
-from engine.planning.choices import probed
-from engine.planning.costs.setting import Setting, knobs_of
+from engine.planning.choices import probe
+from engine.planning.costs.setting import Setting, parameters_of
 from engine.planning.effects.estimates import Estimate, estimates, scenery
 from engine.planning.effects.mode_error import mode_errors
 from engine.planning.effects.sample import COMPARED
 from engine.planning.predicted_error import PredictedErrors
 from engine.render.reference import reference
 from engine.scene.scene import Scene
-from engine.tradeoff.bake_group import bake_alone, bake_group, groups, relit
-from engine.tradeoff.draw import SAMPLES, Drawer, Picture, drawing, shown_vertices
+from engine.tradeoff.bake_group import bake_alone, bake_group, groups, relight_transport
+from engine.tradeoff.draw import SAMPLES, Drawer, Image, drawing, find_shown_vertices
 from engine.tradeoff.reference_error import COVERED, FEW_PASSES, Refining
 from engine.tradeoff.sweep import OTHER_SEED, scene_of
 from engine.transport import method as transport
 
-#: Noise of a picture's reference, relative to the picture.
+#: Noise of an image's reference, relative to the image.
 NOISE = 0.01
 
-#: An error below which a picture shows nothing.
-LEAST = 1e-3
+#: An error below which an image shows nothing.
+MINIMUM = 1e-3
 
 #: Seconds after which a reference is taken as it is; the errors then say how uncertain they are.
-MOST_S = 45.0
+MAX_S = 45.0
 
 #: The mode that bakes most takes as long as all else together: it is measured in one scene of so many.
 EVERY = 6
 
-#: Modes that draw an environment without a bake, and steps of each ladder from which settings are drawn, from below.
+#: Modes that draw an environment without a bake, and steps of each sweep from which settings are drawn, from below.
 AT_ONCE, STEPS = ("reference", "direct"), 3
 
-#: The effect that pictures of direct light do not have.
+#: The effect that images of direct light do not have.
 LEFT_OUT = "interreflection"
 
 #: Scenes where nobody says how many, and the share of errors that may be outside their intervals.
@@ -80,7 +80,7 @@ class Compared:
         """The ratio without what may come from between the vertices."""
         least = max(self.measured - self.uncertainty, 0.0)
         apart = math.sqrt(max(least**2 - self.between**2, 0.0))
-        return max(apart, LEAST) / max(self.predicted, LEAST)
+        return max(apart, MINIMUM) / max(self.predicted, MINIMUM)
 
     @property
     def ratio(self) -> float:
@@ -89,7 +89,7 @@ class Compared:
         Errors below `LEAST` count as that.
         """
         nearest = min(max(self.predicted, self.measured - self.uncertainty), self.measured + self.uncertainty)
-        return max(nearest, LEAST) / max(self.predicted, LEAST)
+        return max(nearest, MINIMUM) / max(self.predicted, MINIMUM)
 
     @property
     def factor(self) -> float:
@@ -100,23 +100,23 @@ class Compared:
     def covered(self) -> bool:
         """True if the measured error may lie within the interval; what is below `LEAST` is 0 there."""
         low, high = self.interval
-        below = low > LEAST and self.measured + self.uncertainty < low
-        return not below and self.measured - self.uncertainty <= max(high, LEAST)
+        below = low > MINIMUM and self.measured + self.uncertainty < low
+        return not below and self.measured - self.uncertainty <= max(high, MINIMUM)
 
 
-def drawn_settings(seed: int, modes: Sequence[str]) -> list[Setting]:
+def draw_settings(seed: int, modes: Sequence[str]) -> list[Setting]:
     """A setting of each of `modes` by seed."""
     settings = []
     for mode in modes:
         rng = np.random.default_rng((29, seed, *mode.encode()))
-        ladders = {name: knob.ladder[:STEPS] for name, knob in knobs_of(mode).items()}
-        if LEFT_OUT in ladders:
-            ladders[LEFT_OUT] = (0,)  # the reference has none either
-        settings.append(Setting(mode, {name: steps[rng.integers(len(steps))] for name, steps in ladders.items()}))
+        sweeps = {name: parameter.sweep[:STEPS] for name, parameter in parameters_of(mode).items()}
+        if LEFT_OUT in sweeps:
+            sweeps[LEFT_OUT] = (0,)  # the reference has none either
+        settings.append(Setting(mode, {name: steps[rng.integers(len(steps))] for name, steps in sweeps.items()}))
     return settings
 
 
-def baked_modes(seed: int) -> tuple[str, ...]:
+def list_baked_modes(seed: int) -> tuple[str, ...]:
     """The modes that are baked of a scene: all in one of `EVERY`, else without the one that bakes most."""
     return transport.names()[:-1] if seed % EVERY else transport.names()
 
@@ -139,7 +139,7 @@ def predictions(
     with drawing((COMPARED, COMPARED)) as drawer:
         for number in range(scenes):
             yield Step(number / scenes, f"predicting and measuring scene {seed + number}")
-            found += compared(seed + number, drawer, data, modes)
+            found += compare_with(seed + number, drawer, data, modes)
     if not found:
         raise UsageError(f"none of these {scenes} scenes can be drawn with {', '.join(modes or ())}: ask for more")
     return summary(found)
@@ -167,7 +167,7 @@ def summary(found: Sequence[Compared]) -> list[Accuracy]:
         f"farthest factor between both: {worst.setting} of seed {worst.seed}, {percent(worst.measured)} where "
         f"{percent(worst.predicted)} was predicted ({worst.scene})"
     )
-    widths = [each.interval[1] / max(each.interval[0], LEAST) for each in found if each.interval[1] > LEAST]
+    widths = [each.interval[1] / max(each.interval[0], MINIMUM) for each in found if each.interval[1] > MINIMUM]
     wide = "median of the largest over the smallest error of an interval"
     return [
         Accuracy("predictions-above", float(above), f"share of {count} whose error is above the predicted one"),
@@ -206,17 +206,19 @@ def _spread(mode: str, found: Sequence[Compared]) -> Accuracy:
     return Accuracy(f"predictions-spread-{mode}", high / low, f"{said}; {percent(outside)} outside their intervals")
 
 
-def compared(seed: int, drawer: Drawer, data: Path | None = None, modes: Sequence[str] | None = None) -> list[Compared]:
+def compare_with(
+    seed: int, drawer: Drawer, data: Path | None = None, modes: Sequence[str] | None = None
+) -> list[Compared]:
     """The scene of `seed`, predicted and measured: all of `modes` that can draw it, else what `baked_modes` names."""
-    name, scene = generated(seed, data)
+    name, scene = generate(seed, data)
     errors = errors_of(scene)
     skipped = frozenset({LEFT_OUT})
     known = mode_errors(errors.scene)
-    asked = (*AT_ONCE, *baked_modes(seed)) if modes is None else modes
+    asked = (*AT_ONCE, *list_baked_modes(seed)) if modes is None else modes
     drawn = [mode for mode in asked if mode in AT_ONCE or known.knows(mode)]
     if not drawn:
         return []
-    found = measured(scene, drawn_settings(seed, drawn), drawer)
+    found = measure(scene, draw_settings(seed, drawn), drawer)
     return [
         Compared(
             *(seed, name, each),
@@ -234,32 +236,32 @@ def errors_of(scene: Scene) -> PredictedErrors:
     place = {"environment": scene.environment, "environment_rotation": scene.environment_rotation}
     looked = scenery(scene.mesh, brdf, scene.environment, rotation=scene.environment_rotation, camera=scene.camera)
     found = {**estimates(looked), LEFT_OUT: Estimate(LEFT_OUT, 0.0, "")}
-    return PredictedErrors(looked, found, lambda depth: probed(scene.mesh, brdf, depth, **place))
+    return PredictedErrors(looked, found, lambda depth: probe(scene.mesh, brdf, depth, **place))
 
 
-def measured(scene: Scene, settings: Sequence[Setting], drawer: Drawer) -> dict[Setting, ErrorEstimate]:
-    """The error of a picture of each setting, against a reference whose noise is low."""
+def measure(scene: Scene, settings: Sequence[Setting], drawer: Drawer) -> dict[Setting, ErrorEstimate]:
+    """The error of an image of each setting, against a reference whose noise is low."""
     size = drawer.size
     with closing(Refining(scene, size, 1, 0)) as refining:
         plain = drain(drawer.draw(dataclasses.replace(scene, directions=4)))
-        refining.covered = plain.picture[..., 3] >= COVERED
-        exact = drain(refining.refine(MOST_S, NOISE, FEW_PASSES))
-    return {setting: exact.error(picture) for setting, picture in _pictures(scene, settings, drawer)}
+        refining.covered = plain.image[..., 3] >= COVERED
+        exact = drain(refining.refine(MAX_S, NOISE, FEW_PASSES))
+    return {setting: exact.error(image) for setting, image in _images(scene, settings, drawer)}
 
 
-def _pictures(scene: Scene, settings: Sequence[Setting], drawer: Drawer) -> Iterator[tuple[Setting, Picture]]:
-    shown, known = shown_vertices(scene, drawer.size, SAMPLES), dict[Any, Any]()
+def _images(scene: Scene, settings: Sequence[Setting], drawer: Drawer) -> Iterator[tuple[Setting, Image]]:
+    shown, known = find_shown_vertices(scene, drawer.size, SAMPLES), dict[Any, Any]()
     baked = [each for each in settings if each.mode in transport.names()]
     shared = groups(baked)
     alone = [each for each in baked if not any(each in group for group in shared)]
     jobs = [bake_group(scene, group, shown=shown, known=known) for group in shared]
     for job in (*jobs, *(bake_alone(scene, each, shown=shown) for each in alone)):
         for bake in drain(job)[0]:
-            lit = dataclasses.replace(scene, relit=relit(bake, scene))
-            yield bake.setting, drain(drawer.draw(lit)).picture
+            lit = dataclasses.replace(scene, relit=relight_transport(bake, scene))
+            yield bake.setting, drain(drawer.draw(lit)).image
     for each in settings:
         if each.mode == "reference":
             found = drain(reference(scene, drawer.size, samples=each["samples"], max_depth=1, seed=OTHER_SEED))
-            yield each, found.picture
+            yield each, found.image
         elif each.mode == "direct":
-            yield each, drain(drawer.draw(scene_of(each, scene))).picture
+            yield each, drain(drawer.draw(scene_of(each, scene))).image

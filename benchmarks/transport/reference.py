@@ -18,35 +18,35 @@ from engine.geometry.ground import Ground
 from engine.geometry.ray_caster import RayCaster
 from engine.geometry.shapes import shape
 from engine.light.environment_file import open_environment
-from engine.render.reference import ReferencePicture, reference
+from engine.render.reference import ReferenceImage, reference
 from engine.scene.scene import Scene
 
 Floats = NDArray[np.float64]
 
-#: Side of the pictures, samples of each pixel in one, and pictures of each renderer.
-SIZE, SAMPLES, PICTURES = 192, 64, 5
+#: Side of the images, samples of each pixel in one, and images of each renderer.
+SIZE, SAMPLES, IMAGES = 192, 64, 5
 
 #: LLVM that Mitsuba's compiled variants need: older ones end the program at an instruction that they do not know.
-LEAST_LLVM = 16
+MIN_LLVM = 16
 
 
 def reference_direct() -> Measure:
-    """The time in which our picture of direct light gets the error that Mitsuba's has, against Mitsuba's time.
+    """The time in which our image of direct light gets the error that Mitsuba's has, against Mitsuba's time.
 
-    The error of either comes from how its own pictures differ. More samples are taken to lower the error by their
+    The error of either comes from how its own images differ. More samples are taken to lower the error by their
     root, as they do without stratification, which is to our disadvantage.
     """
     mitsuba, variant = _mitsuba()
     scene = _scene()
-    theirs = _translated(mitsuba, scene)
+    theirs = _translate(mitsuba, scene)
 
     def ours(seed: int) -> Floats:
-        return _rendered(scene, 1, seed).picture[..., :3].astype(np.float64)
+        return _render(scene, 1, seed).image[..., :3].astype(np.float64)
 
     def other(seed: int) -> Floats:
         return np.array(mitsuba.render(theirs, spp=SAMPLES, seed=seed), np.float64)[..., :3]
 
-    (our_s, our_error, our_mean), (their_s, their_error, their_mean) = (_timed(render) for render in (ours, other))
+    (our_s, our_error, our_mean), (their_s, their_error, their_mean) = (_time(render) for render in (ours, other))
     more = {
         "mitsuba_variant": variant,
         "rmse_rel": our_error,
@@ -61,9 +61,9 @@ def reference_direct() -> Measure:
 def reference_paths() -> Measure:
     """Paths of up to four points, against as many rays of the ray caster alone, in random directions."""
     scene = _scene(ground=Ground())
-    picture: list[ReferencePicture] = []
-    time_s = best_of(lambda: picture.append(_rendered(scene, 4, 0)), 3)
-    rays = picture[-1].rays
+    image: list[ReferenceImage] = []
+    time_s = best_of(lambda: image.append(_render(scene, 4, 0)), 3)
+    rays = image[-1].rays
     more = {"samples_per_s": SIZE * SIZE * SAMPLES / time_s, "rays_per_s": rays / time_s}
     return Measure("reference-paths", time_s, _ray_s(scene) * rays, "its rays alone", more)
 
@@ -79,20 +79,20 @@ def _scene(ground: Ground | None = None) -> Scene:
     )
 
 
-def _rendered(scene: Scene, max_depth: int, seed: int) -> ReferencePicture:
+def _render(scene: Scene, max_depth: int, seed: int) -> ReferenceImage:
     return drain(reference(scene, (SIZE, SIZE), samples=SAMPLES, max_depth=max_depth, seed=seed))
 
 
-def _timed(render: Any) -> tuple[float, float, Floats]:
-    """The shortest time of a picture, its relative error, and the mean of several."""
-    render(PICTURES)
-    pictures, times = [], []
-    for seed in range(PICTURES):
+def _time(render: Any) -> tuple[float, float, Floats]:
+    """The shortest time of an image, its relative error, and the mean of several."""
+    render(IMAGES)
+    images, times = [], []
+    for seed in range(IMAGES):
         start = time.perf_counter()
-        pictures.append(render(seed))
+        images.append(render(seed))
         times.append(time.perf_counter() - start)
-    mean = np.mean(pictures, axis=0)
-    variance = np.var(pictures, axis=0, ddof=1).mean()
+    mean = np.mean(images, axis=0)
+    variance = np.var(images, axis=0, ddof=1).mean()
     return min(times), float(np.sqrt(variance / np.mean(mean**2))), mean
 
 
@@ -113,7 +113,7 @@ def _mitsuba() -> tuple[Any, str]:
         mitsuba, drjit = importlib.import_module("mitsuba"), importlib.import_module("drjit")
     except (ImportError, NameError) as error:  # NameError: what its own package makes of a library that is missing
         raise MissingCapability(f"Mitsuba 3 cannot be loaded ({error})", "Install the test extra") from None
-    variant = "llvm_ad_rgb" if _llvm_version(drjit) >= LEAST_LLVM else "scalar_rgb"
+    variant = "llvm_ad_rgb" if _llvm_version(drjit) >= MIN_LLVM else "scalar_rgb"
     mitsuba.set_variant(variant)
     return mitsuba, variant
 
@@ -126,7 +126,7 @@ def _llvm_version(drjit: Any) -> int:
         return 0
 
 
-def _translated(mitsuba: Any, scene: Scene) -> Any:
+def _translate(mitsuba: Any, scene: Scene) -> Any:
     """`scene` without its ground as Mitsuba's."""
     assert scene.environment is not None
     camera, mesh = scene.camera, scene.mesh

@@ -17,8 +17,8 @@ from engine.transport.sh import kernel as sh_kernel
 from engine.transport.sh.bake import BakeSettings, baker_of, prepare
 from engine.transport.sh.brdf_table import ROWS, SAMPLES, isotropic_views, tabulate
 from engine.transport.sh.lighting import project
-from engine.transport.sh.rotation import rotated_into_frames
-from engine.transport.sh_relight import fixed_view
+from engine.transport.sh.rotation import rotate_into_frames
+from engine.transport.sh_relight import shade_fixed_view
 
 FRAMES = 50_000
 SIZE = (512, 1024)
@@ -32,10 +32,10 @@ def sh_rotate() -> Measure:
     random = np.random.default_rng(0)
     coefficients = random.normal(size=(25, 3)).astype(np.float32)
     frames = world_from_tangent(normalize(random.normal(size=(FRAMES, 3)))).astype(np.float32)
-    local = rotated_into_frames(coefficients, frames)
-    time_s = best_of(lambda: rotated_into_frames(coefficients, frames))
+    local = rotate_into_frames(coefficients, frames)
+    time_s = best_of(lambda: rotate_into_frames(coefficients, frames))
     start = time.process_time()
-    rotated_into_frames(coefficients, frames)
+    rotate_into_frames(coefficients, frames)
     more = {"frames": FRAMES, "order": 5, "processor_s": time.process_time() - start}
     limit_s = best_of(lambda: (frames.copy(), local.copy()))
     return Measure("sh-rotate", time_s, limit_s, "copying the frames and the coefficients", more)
@@ -43,15 +43,15 @@ def sh_rotate() -> Measure:
 
 def sh_project() -> Measure:
     """A map of 1024 × 512 projected at order 5, against adding up its texels in float64."""
-    return _projected("sh-project", 5)
+    return _project("sh-project", 5)
 
 
 def sh_project_15() -> Measure:
     """The same at order 15."""
-    return _projected("sh-project-15", 15)
+    return _project("sh-project-15", 15)
 
 
-def _projected(name: str, order: int) -> Measure:
+def _project(name: str, order: int) -> Measure:
     environment = EnvironmentMap(np.random.default_rng(0).random((*SIZE, 3), np.float32))
     time_s = best_of(lambda: project(environment, order))
     limit_s = best_of(lambda: environment.radiance.sum(axis=(0, 1), dtype=np.float64))
@@ -60,20 +60,20 @@ def _projected(name: str, order: int) -> Measure:
 
 def sh_table() -> Measure:
     """The table of an isotropic BRDF at order 5, against one evaluation of it at every direction summed."""
-    return _tabulated("sh-table", BRDF, 5)
+    return _tabulate("sh-table", BRDF, 5)
 
 
 def sh_table_15() -> Measure:
     """The same at order 15."""
-    return _tabulated("sh-table-15", BRDF, 15)
+    return _tabulate("sh-table-15", BRDF, 15)
 
 
 def sh_table_brushed() -> Measure:
     """The map of an anisotropic BRDF at order 5, against evaluating the isotropic one as above."""
-    return _tabulated("sh-table-brushed", BRUSHED, 5)
+    return _tabulate("sh-table-brushed", BRUSHED, 5)
 
 
-def _tabulated(name: str, text: str, order: int) -> Measure:
+def _tabulate(name: str, text: str, order: int) -> Measure:
     brdf, plain = brdf_from_text(text), brdf_from_text(BRDF)
     time_s = best_of(lambda: drain(tabulate(brdf, order)), 2)
     start = time.process_time()
@@ -126,6 +126,6 @@ def sh_relight_view() -> Measure:
     """A new light for a view that stays: products with 50,000 vectors of each channel, against adding them up."""
     vectors = np.random.default_rng(0).random((FRAMES, 3, 25), np.float32)
     light = np.ones((25, 3), np.float32)
-    time_s = best_of(lambda: fixed_view(vectors, light))
+    time_s = best_of(lambda: shade_fixed_view(vectors, light))
     limit_s = best_of(lambda: sh_kernel.total(vectors.reshape(-1)))
     return Measure("sh-relight-view", time_s, limit_s, "adding up the vectors", {"size_bytes": vectors.nbytes})

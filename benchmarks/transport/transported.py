@@ -18,9 +18,9 @@ from engine.light.environment import EnvironmentMap
 from engine.scene.scene import Scene
 from engine.transport.gaussian.fitting.lobes import Lobes
 from engine.transport.gaussian.fitting.views import view_directions
-from engine.transport.gaussian.lighting import GaussianLight, filtered_for, levels_for
+from engine.transport.gaussian.lighting import GaussianLight, filter_for, levels_for
 from engine.transport.gaussian.transfer import GaussianTransport
-from engine.transport.relit import Relit, RelitGaussians, RelitSh, RelitWavelets
+from engine.transport.relight import RelightGaussians, RelightSh, RelightTransport, RelightWavelets
 from engine.transport.sh.brdf_table import tabulate
 from engine.transport.sh.transfer import ShTransport
 from engine.transport.wavelet.bake import factors_for
@@ -44,7 +44,7 @@ def gl_wavelet_frame() -> Measure:
     return _frame("gl-wavelet-frame", wavelets())
 
 
-def wavelets() -> RelitWavelets:
+def wavelets() -> RelightWavelets:
     """A mesh with random light in four terms of each vertex."""
     mesh = shape("torus-knot")
     factors = drain(factors_for(brdf_from_text(BRUSHED), TERMS))
@@ -56,7 +56,7 @@ def wavelets() -> RelitWavelets:
         np.zeros(rows, np.uint16),
     )
     transport = WaveletTransport(mesh, len(mesh.positions), factors, 0.0, 64, nothing)
-    return RelitWavelets(transport, np.random.default_rng(0).random((rows, 3)))
+    return RelightWavelets(transport, np.random.default_rng(0).random((rows, 3)))
 
 
 def gl_sh_frame() -> Measure:
@@ -69,14 +69,14 @@ def gl_sh_frame_brushed() -> Measure:
     return _frame("gl-sh-frame-brushed", spherical_harmonics(BRUSHED))
 
 
-def spherical_harmonics(brdf: str = BRDF) -> RelitSh:
+def spherical_harmonics(brdf: str = BRDF) -> RelightSh:
     """A mesh with random light in the harmonics of each vertex."""
     mesh = shape("torus-knot")
     table = drain(tabulate(brdf_from_text(brdf), ORDER))
     rows = np.random.default_rng(0).random((len(mesh.positions) * ORDER**2, 3))
     matrices = np.broadcast_to(np.float32(0.0), (len(rows), 1, ORDER**2))
     transport = ShTransport(mesh, len(mesh.positions), False, 0.0, table, False, matrices)
-    return RelitSh(transport, rows)
+    return RelightSh(transport, rows)
 
 
 def gl_gaussian_frame() -> Measure:
@@ -84,13 +84,13 @@ def gl_gaussian_frame() -> Measure:
     return _frame("gl-gaussian-frame", gaussians())
 
 
-def gaussians() -> RelitGaussians:
+def gaussians() -> RelightGaussians:
     """A mesh with one lobe and diffuse light of each vertex, under random light."""
     mesh = shape("torus-knot")
     transport = GaussianTransport(mesh, len(mesh.positions), 0.0, (mirror_lobes(mesh),), None)
     environment = EnvironmentMap(np.random.default_rng(0).random((128, 256, 3)).astype(np.float32))
-    light = GaussianLight(filtered_for(environment, levels_for(transport.components)))
-    return RelitGaussians(transport, light, np.ones((len(mesh.positions), 3)))
+    light = GaussianLight(filter_for(environment, levels_for(transport.components)))
+    return RelightGaussians(transport, light, np.ones((len(mesh.positions), 3)))
 
 
 def mirror_lobes(mesh: Mesh, sigma: float = 0.1) -> Lobes:
@@ -103,7 +103,7 @@ def mirror_lobes(mesh: Mesh, sigma: float = 0.1) -> Lobes:
     return Lobes(*(np.asarray(array[:, :, None], np.float32) for array in (weight, mean, width)))
 
 
-def _frame(name: str, relit: Relit) -> Measure:
+def _frame(name: str, relit: RelightTransport) -> Measure:
     camera = frame(relit.mesh.positions, SIZE[0] / SIZE[1])
     plain = Scene(relit.mesh, camera, brdf_from_text("phong:exponent=20"))
     with create_context() as context:

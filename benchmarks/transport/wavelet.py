@@ -24,7 +24,7 @@ from engine.transport.baking.occluder import Occluder
 from engine.transport.wavelet.bake import BakeSettings, Work, bake, bake_in_memory, factors_for, prepare
 from engine.transport.wavelet.error import wavelet_error
 from engine.transport.wavelet.lighting import lighting_of
-from engine.transport.wavelet.transfer import Vectors16, WaveletTransport, relit
+from engine.transport.wavelet.transfer import Vectors16, WaveletTransport, relight_transport
 
 BRDF = "ashikhmin-shirley:kd=0.5,ks=0.05,nu=10,nv=10"
 TERMS = 4
@@ -87,7 +87,7 @@ def wavelet_bake_large() -> Measure:
 
 def wavelet_relight() -> Measure:
     """A new light on 36,000 vertices of four terms; the limit is reading the same bytes, by as many threads."""
-    transport = _repeated(_work(300), BUNNY)
+    transport = _repeat(_work(300), BUNNY)
     light = lighting_of(open_environment("studio"), transport.edge).light
     vectors = transport.vectors
     arrays = [np.ascontiguousarray(array).view(np.uint64).reshape(-1) for array in (vectors.indices, vectors.words)]
@@ -97,7 +97,7 @@ def wavelet_relight() -> Measure:
         for array in arrays:
             _read(array, sums)
 
-    limit_s, time_s = best_of(read, 15), best_of(lambda: relit(transport, light), 15)
+    limit_s, time_s = best_of(read, 15), best_of(lambda: relight_transport(transport, light), 15)
     size_bytes = sum(array.nbytes for array in arrays)
     more: dict[str, Any] = {
         "vertices": BUNNY,
@@ -111,7 +111,7 @@ def wavelet_relight() -> Measure:
     return Measure("wavelet-relight", time_s, limit_s, "reading the same bytes from memory", more)
 
 
-def _repeated(work: Work, vertices: int) -> WaveletTransport:
+def _repeat(work: Work, vertices: int) -> WaveletTransport:
     """The transport of a few vertices as often as needed, in memory of its own."""
     parts = [arrays for _, arrays in bake_in_memory(work, np.arange(work.vertices))]
     rows = vertices * work.factors.terms

@@ -1,1 +1,1 @@
-"""The error of one picture against another, and how certain it is."""
+"""The error of one image against another, and how certain it is."""

@@ -1,10 +1,10 @@
-"""Error of a picture against a reference: relative RMSE of linear radiance, ꟻLIP, and the largest difference.
+"""Error of an image against a reference: relative RMSE of linear radiance, ꟻLIP, and the largest difference.
 
-Over the pixels p of the mask and the three channels, with a the picture and b the reference,
+Over the pixels p of the mask and the three channels, with a the image and b the reference,
 
     rmse_rel = ‖a − b‖ / ‖b‖,    max_abs = max |a − b|,    flip = mean of ꟻLIP (`engine.accuracy.flip`).
 
-Pixels that are not finite in either picture are left out and counted.
+Pixels that are not finite in either image are left out and counted.
 
 A Monte Carlo reference b = t + n is itself uncertain: E ‖a − b‖² = ‖a − t‖² + Σ v, where v is the variance of each of
 its values. `error_against` takes that bias off and states what is left: with normal n the squared distance of a pixel
@@ -25,7 +25,7 @@ from scipy.stats import t as student_t
 from engine.accuracy.flip import LARGE_TILE, flip_map
 from engine.core.steps import Steps, drain
 
-Picture = NDArray[Any]
+Image = NDArray[Any]
 Mask = NDArray[np.bool_]
 
 #: An uncertainty is so many standard deviations: true in 95 % of all cases.
@@ -34,11 +34,11 @@ DEVIATIONS = 1.96
 
 @dataclass(frozen=True)
 class ImageError:
-    """Error of a picture against a reference.
+    """Error of an image against a reference.
 
     Attributes
     ----------
-    rmse_rel : relative root mean square error, no unit; infinite where the reference is black and the picture is not.
+    rmse_rel : relative root mean square error, no unit; infinite where the reference is black and the image is not.
     flip : mean ꟻLIP in [0, 1].
     max_abs : largest difference of a channel, in radiance.
     pixels : how many were compared; invalid_pixels : how many of the mask were not finite in one of the two.
@@ -59,8 +59,8 @@ class ErrorEstimate:
     uncertainty: float
 
 
-def compare(a: Picture, b: Picture, mask: Mask | None = None, *, displayed: bool = False) -> ImageError:
-    """The error of picture `a` (H, W, 3 or more) against the reference `b`; further channels, as coverage, are ignored.
+def compare(a: Image, b: Image, mask: Mask | None = None, *, displayed: bool = False) -> ImageError:
+    """The error of image `a` (H, W, 3 or more) against the reference `b`; further channels, as coverage, are ignored.
 
     `mask` (H, W) selects pixels. `displayed` tells ꟻLIP that both are what a screen shows, in [0, 1], and not radiance.
     ValueError where the shapes differ or no pixel is left to compare.
@@ -69,11 +69,11 @@ def compare(a: Picture, b: Picture, mask: Mask | None = None, *, displayed: bool
 
 
 def comparison(
-    a: Picture, b: Picture, mask: Mask | None = None, *, displayed: bool = False, tile: int = LARGE_TILE
+    a: Image, b: Image, mask: Mask | None = None, *, displayed: bool = False, tile: int = LARGE_TILE
 ) -> Steps[ImageError]:
     """`compare` in steps; `tile` is the side of the squares of which ꟻLIP is computed one at a time."""
     valid, invalid_pixels = _valid(a, b, mask)
-    first, second = (np.asarray(picture)[..., :3][valid].astype(np.float64) for picture in (a, b))
+    first, second = (np.asarray(image)[..., :3][valid].astype(np.float64) for image in (a, b))
     found = yield from flip_map(
         np.where(valid[..., None], a[..., :3], 0.0),
         np.where(valid[..., None], b[..., :3], 0.0),
@@ -90,15 +90,13 @@ def comparison(
     )
 
 
-def error_against(
-    a: Picture, reference: Picture, variance: Picture | float = 0.0, mask: Mask | None = None
-) -> ErrorEstimate:
+def error_against(a: Image, reference: Image, variance: Image | float = 0.0, mask: Mask | None = None) -> ErrorEstimate:
     """Relative RMSE of `a` (H, W, 3) against the truth of which `reference` is an estimate.
 
     `variance` (H, W, 3) is that of the reference's own values (of the mean, not of a sample). ValueError as `compare`.
     """
     valid, _ = _valid(a, reference, mask)
-    first, second = (np.asarray(picture)[..., :3][valid].astype(np.float64) for picture in (a, reference))
+    first, second = (np.asarray(image)[..., :3][valid].astype(np.float64) for image in (a, reference))
     noise = np.broadcast_to(variance, (*valid.shape, 3))[valid].astype(np.float64)
     apart = (first - second) ** 2
     total = max(float(np.sum(second**2 - noise)), 0.0)
@@ -112,7 +110,7 @@ def error_against(
 
 
 def error_against_parts(
-    a: Picture, parts: NDArray[Any], mask: Mask | None = None, *, relative_to_a: bool = False
+    a: Image, parts: NDArray[Any], mask: Mask | None = None, *, relative_to_a: bool = False
 ) -> ErrorEstimate:
     """Relative RMSE of `a` (H, W, 3) against the truth of which `parts` (P, H, W, 3), P ≥ 3, are estimates.
 
@@ -148,7 +146,7 @@ def _without_each(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.concatenate([[every], without])
 
 
-def noise_of(reference: Picture, variance: Picture, mask: Mask | None = None) -> float:
+def noise_of(reference: Image, variance: Image, mask: Mask | None = None) -> float:
     """Relative RMSE that the noise of `reference` alone amounts to: the root of Σ v over that of Σ b²."""
     valid, _ = _valid(reference, reference, mask)
     noise = np.asarray(variance)[..., :3][valid].astype(np.float64)
@@ -156,19 +154,19 @@ def noise_of(reference: Picture, variance: Picture, mask: Mask | None = None) ->
     return _ratio(float(np.sqrt(noise.sum())), float(np.sqrt(max(np.sum(values**2 - noise), 0.0))))
 
 
-def _valid(a: Picture, b: Picture, mask: Mask | None) -> tuple[Mask, int]:
+def _valid(a: Image, b: Image, mask: Mask | None) -> tuple[Mask, int]:
     """(H, W) the pixels to compare, and how many of the mask are not finite."""
     if a.ndim != 3 or b.ndim != 3 or a.shape[:2] != b.shape[:2] or min(a.shape[2], b.shape[2]) < 3:
-        raise ValueError(f"pictures of {a.shape} and {b.shape} cannot be compared")
+        raise ValueError(f"images of {a.shape} and {b.shape} cannot be compared")
     wanted = np.ones(a.shape[:2], np.bool_) if mask is None else np.asarray(mask, np.bool_)
     if wanted.shape != a.shape[:2]:
-        raise ValueError(f"a mask of {wanted.shape} does not fit a picture of {a.shape[:2]}")
+        raise ValueError(f"a mask of {wanted.shape} does not fit an image of {a.shape[:2]}")
     if not wanted.any():
         raise ValueError("the mask selects no pixel")
     finite = np.isfinite(a[..., :3]).all(axis=2) & np.isfinite(b[..., :3]).all(axis=2)
     valid = wanted & finite
     if not valid.any():
-        raise ValueError("no pixel is finite in both pictures")
+        raise ValueError("no pixel is finite in both images")
     return valid, int(np.sum(wanted & ~finite))
 
 

@@ -1,4 +1,4 @@
-"""Signed differences as colours: orange where a picture is brighter than its reference, blue where it is darker."""
+"""Signed differences as colours: orange where an image is brighter than its reference, blue where it is darker."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Pixels = NDArray[np.uint8]
 CUT = 0.005
 
 #: The least difference that a scale ends at.
-LEAST = 1e-6
+MINIMUM = 1e-6
 
 _STRIP, _BAR, _EDGE = 56, 12, 12
 _FIELD, _INK = (36, 36, 36), (222, 222, 222)
 
 
-def signed_difference(a: NDArray[Any], b: NDArray[Any]) -> tuple[NDArray[np.float64], float]:
-    """Luminance (H, W) of `a` less that of `b`, pictures (H, W, 3) of linear light, and a round scale for it."""
+def compute_signed_difference(a: NDArray[Any], b: NDArray[Any]) -> tuple[NDArray[np.float64], float]:
+    """Luminance (H, W) of `a` less that of `b`, images (H, W, 3) of linear light, and a round scale for it."""
     apart = np.asarray(luminance(np.asarray(a, np.float64)) - luminance(np.asarray(b, np.float64)), np.float64)
     return apart, scale_of(apart)
 
@@ -34,14 +34,14 @@ def scale_of(apart: ArrayLike) -> float:
     size = np.abs(np.asarray(apart, np.float64))
     size = size[np.isfinite(size) & (size > 0.0)]
     value = float(np.quantile(size, 1.0 - CUT)) if size.size else 0.0
-    if not value > LEAST:
-        return LEAST
+    if not value > MINIMUM:
+        return MINIMUM
     decade = 10.0 ** np.floor(np.log10(value))
     return float(next(step * decade for step in (1.0, 2.0, 5.0, 10.0) if step * decade >= value * (1.0 - 1e-9)))
 
 
-def labelled(apart: NDArray[np.float64], scale: float) -> Pixels:
-    """The picture of differences (H, W) at full colour at ±`scale`, and under it the scale as a bar with figures.
+def label(apart: NDArray[np.float64], scale: float) -> Pixels:
+    """The image of differences (H, W) at full colour at ±`scale`, and under it the scale as a bar with figures.
 
     It is at least 256 pixels wide.
     """

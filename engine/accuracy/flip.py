@@ -1,9 +1,9 @@
-"""ꟻLIP, the difference that a person sees between two pictures who flips between them.
+"""ꟻLIP, the difference that a user sees between two images who flips between them.
 
-Andersson2020 for pictures as they are displayed ('LDR') and Andersson2021 for linear radiance ('HDR':
+Andersson2020 for images as they are displayed ('LDR') and Andersson2021 for linear radiance ('HDR':
 the largest difference over a range of exposures), computed by NVIDIA's `flip_evaluator` for 67 pixels per degree (a
 0.7 m wide 4K screen at 0.7 m). It is called for one tile and exposure at a time, with a margin of as many pixels as its
-filters reach: the value of every pixel is that of the whole picture, tiles without wanted pixels cost nothing, and its
+filters reach: the value of every pixel is that of the whole image, tiles without wanted pixels cost nothing, and its
 hold on Python's interpreter is short. About 2 µs per pixel and exposure of one core with large tiles, twice that with
 small.
 """
@@ -39,21 +39,21 @@ def flip_map(
     displayed: bool = False,
     tile: int = LARGE_TILE,
 ) -> Steps[NDArray[np.float32]]:
-    """ꟻLIP of each pixel (H, W) in [0, 1], 0 outside `mask` (H, W), of two pictures (H, W, 3) of linear light.
+    """ꟻLIP of each pixel (H, W) in [0, 1], 0 outside `mask` (H, W), of two images (H, W, 3) of linear light.
 
-    `displayed`: the pictures are what a screen shows, in [0, 1]; otherwise radiance, of which negative values are 0.
+    `displayed`: the images are what a screen shows, in [0, 1]; otherwise radiance, of which negative values are 0.
     """
     top = 1.0 if displayed else BRIGHTEST
-    pictures = [np.clip(np.nan_to_num(picture), 0.0, top).astype(np.float32) for picture in (reference, test)]
-    height, width = pictures[0].shape[:2]
+    images = [np.clip(np.nan_to_num(image), 0.0, top).astype(np.float32) for image in (reference, test)]
+    height, width = images[0].shape[:2]
     wanted = np.ones((height, width), np.bool_) if mask is None else mask
     found = np.zeros((height, width), np.float32)
-    exposures = None if displayed else _exposures(pictures[0], wanted)
+    exposures = None if displayed else _exposures(images[0], wanted)
     corners = _corners(wanted, tile)
     for number, (row, column) in enumerate(corners):
         inside = slice(row, row + tile), slice(column, column + tile)
         done = number / len(corners)
-        found[inside] = yield from part(_tile(pictures, row, column, tile, exposures), done, done)
+        found[inside] = yield from part(_tile(images, row, column, tile, exposures), done, done)
     found[~wanted] = 0.0
     return found
 
@@ -63,15 +63,15 @@ def flip_estimate(test: Floats, reference: Floats, mask: NDArray[np.bool_], tile
 
     For a window that cannot wait for all of them.
     """
-    pictures = [np.clip(np.nan_to_num(picture), 0.0, BRIGHTEST).astype(np.float32) for picture in (reference, test)]
-    corners, exposures = _corners(mask, SMALL_TILE), _exposures(pictures[0], mask)
+    images = [np.clip(np.nan_to_num(image), 0.0, BRIGHTEST).astype(np.float32) for image in (reference, test)]
+    corners, exposures = _corners(mask, SMALL_TILE), _exposures(images[0], mask)
     chosen = np.unique(np.round(np.linspace(0, len(corners) - 1, min(tiles, len(corners)))).astype(int))
     total, pixels = 0.0, 0
     for number, place in enumerate(chosen):
         row, column = corners[place]
         inside = mask[row : row + SMALL_TILE, column : column + SMALL_TILE]
         done = number / len(chosen)
-        found = yield from part(_tile(pictures, row, column, SMALL_TILE, exposures), done, done)
+        found = yield from part(_tile(images, row, column, SMALL_TILE, exposures), done, done)
         total += float(found[inside].sum(dtype=np.float64))
         pixels += int(inside.sum())
     return total / max(1, pixels)
@@ -85,24 +85,24 @@ def _corners(wanted: NDArray[np.bool_], tile: int) -> list[tuple[int, int]]:
 
 
 def _tile(
-    pictures: list[NDArray[np.float32]], row: int, column: int, tile: int, exposures: list[float] | None
+    images: list[NDArray[np.float32]], row: int, column: int, tile: int, exposures: list[float] | None
 ) -> Steps[NDArray[np.float32]]:
     """ꟻLIP of one tile; of radiance the largest over all exposures, a step for each."""
     top, left = max(row - MARGIN, 0), max(column - MARGIN, 0)
-    parts = [picture[top : row + tile + MARGIN, left : column + tile + MARGIN] for picture in pictures]
+    parts = [image[top : row + tile + MARGIN, left : column + tile + MARGIN] for image in images]
     inside = slice(row - top, row - top + tile), slice(column - left, column - left + tile)
     found = np.zeros(parts[0][inside].shape[:2], np.float32)
     if np.array_equal(parts[0], parts[1]):
         return found
     for exposure in exposures if exposures is not None else [None]:
         shown = parts if exposure is None else [_aces(part, exposure) for part in parts]
-        np.maximum(found, _displayed(shown)[inside], out=found)
+        np.maximum(found, _display(shown)[inside], out=found)
         yield Step(0.0, "comparing as an eye does")
     return found
 
 
-def _displayed(parts: list[NDArray[np.float32]]) -> NDArray[np.float32]:
-    """ꟻLIP (H, W) of two pictures of linear light that a screen shows."""
+def _display(parts: list[NDArray[np.float32]]) -> NDArray[np.float32]:
+    """ꟻLIP (H, W) of two images of linear light that a screen shows."""
     import flip_evaluator
 
     contiguous = [np.ascontiguousarray(part) for part in parts]

@@ -9,7 +9,7 @@ The residual of a sample and channel is the difference of g(f cos(theta_i)) betw
 The shape of such a sum of squares has several valleys. So a Sobol set of starts over the declared ranges (parameters
 declared `log` by their logarithm) is evaluated on a part of the data, the best few are refined there with
 `scipy.optimize.least_squares` (trust region reflective, Branch1999), and the best of these on all data. What a
-person starts from is among the starts, so that a fit never ends worse than it began.
+user starts from is among the starts, so that a fit never ends worse than it began.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def fit_data(brdf: Any, *, count: int = MANY, seed: int = 0) -> FitData:
         usable = np.minimum(measured.wi[:, 2], measured.wo[:, 2]) > 0.0
         chosen = rng.permutation(np.flatnonzero(usable))[:count]
         return FitData(measured.wi[chosen], measured.wo[chosen], measured.value[chosen])
-    if isinstance(brdf, DirectionTable) and len(entries := _measured_entries(brdf)):
+    if isinstance(brdf, DirectionTable) and len(entries := _find_measured_entries(brdf)):
         at = np.unravel_index(rng.permutation(entries)[:count], brdf.missing.shape)
         wi = surface_direction(brdf.theta_i[at[0]], brdf.phi_i[at[1]])
         wo = surface_direction(brdf.theta_o[at[2]], brdf.phi_o[at[3]])
@@ -121,7 +121,7 @@ def fit_data(brdf: Any, *, count: int = MANY, seed: int = 0) -> FitData:
     return FitData(wi, wo, brdf.f(wi, wo))
 
 
-def _measured_entries(table: DirectionTable) -> NDArray[np.intp]:
+def _find_measured_entries(table: DirectionTable) -> NDArray[np.intp]:
     """Places of the entries that were measured more than 3° above the horizon, at the pole one of all azimuths."""
     measured = ~table.missing
     for theta, phi, shape in (
@@ -285,7 +285,7 @@ def fit(
         if index % 16 == 15:
             yield Step(0.2 * index / len(starts), "comparing starts", space.brdf(starts[int(np.argmin(costs))]))
 
-    def refined(vector: Floats, of: _Objective, most: int) -> Steps[tuple[float, Floats]]:
+    def refine(vector: Floats, of: _Objective, most: int) -> Steps[tuple[float, Floats]]:
         nonlocal evaluations
         cost, asked = np.inf, 0
         while asked < most:
@@ -310,10 +310,10 @@ def fit(
 
     candidates = []
     for rank, index in enumerate([0, *(1 + np.argsort(costs[1:])[:REFINED])]):
-        steps = refined(starts[int(index)], few, 40)
+        steps = refine(starts[int(index)], few, 40)
         candidates.append((yield from part(steps, 0.2 + 0.1 * rank, 0.3 + 0.1 * rank)))
     best = min(candidates, key=lambda found: found[0])[1]
-    _, polished = yield from part(refined(best, objective, 200), 0.7, 1.0)
+    _, polished = yield from part(refine(best, objective, 200), 0.7, 1.0)
     ends = [start, *(space.brdf(vector) for vector in (polished, best))]
     brdf = min(ends, key=lambda made: float(np.sum(objective(made) ** 2)))
     return Fit(

@@ -48,13 +48,13 @@ class Solved(NamedTuple):
     condition: float
 
 
-def solved(matrix: Floats, targets: Floats, smoothing: float) -> Solved | None:
+def solve(matrix: Floats, targets: Floats, smoothing: float) -> Solved | None:
     """The expansion through `targets` (N, 3) with the matrix K (N, N), which gets the ridge `smoothing` in place.
 
     None where the matrix is singular to rounding.
     """
     matrix[np.diag_indices_from(matrix)] += smoothing
-    # Threads that wait for each other take ten times as long where the processors are busy otherwise.
+    # Threads that wait for each other take ten times as long where the CPUs are busy otherwise.
     with one_thread():
         factor, failed = lapack.dpotrf(matrix, lower=1, clean=1)
         if failed:
@@ -128,7 +128,7 @@ class Expansion(NamedTuple):
     condition: float
 
 
-def expanded(
+def expand(
     points: Floats,
     targets: Floats,
     signs: Floats,
@@ -143,13 +143,13 @@ def expanded(
     """
     ridge = 0.0
     while True:
-        found = solved(kernel_matrix(points, signs, smooth), targets, smoothing + ridge)
+        found = solve(kernel_matrix(points, signs, smooth), targets, smoothing + ridge)
         if found is not None:
             return Expansion(box, members, found.weights, found.residual, found.condition)
         ridge = max(10.0 * ridge, 1e-13 * len(points))
 
 
-def blended_residual(points: Floats, expansions: list[Expansion]) -> Floats:
+def compute_blended_residual(points: Floats, expansions: list[Expansion]) -> Floats:
     """(N, 3) what each of `points` (N, D) misses the prediction from all others by, in the blend of all boxes."""
     channels = expansions[0].residual.shape[1]
     sums, weights = np.zeros((len(points), channels)), np.zeros((len(points), 1))

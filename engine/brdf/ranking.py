@@ -1,7 +1,7 @@
 """Fits of one or all models to the same data in two norms, which need not agree.
 
 A fit makes one norm small: of logarithms, where dim values count as much as a highlight, or of f cos(theta_i) itself,
-which the highlight outweighs. The other norm may grow meanwhile, and a picture with it.
+which the highlight outweighs. The other norm may grow meanwhile, and an image with it.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def warning(before: Offer, after: Offer) -> str:
     return ""
 
 
-def missed(nearest: Offer) -> str:
+def miss(nearest: Offer) -> str:
     """A sentence where even the fit that is nearest in the linear norm misses the highlights, else ""."""
     if nearest.linear < MISSED:
         return ""
@@ -84,7 +84,7 @@ def fit_both(
     return best([offer(each, data) for each in (start, found.brdf, other.brdf)])
 
 
-def ranked(data: FitData, models: Sequence[Any], *, weighting: Weighting = "log", seed: int = 0) -> Steps[list[Offer]]:
+def rank(data: FitData, models: Sequence[Any], *, weighting: Weighting = "log", seed: int = 0) -> Steps[list[Offer]]:
     """Each of `models` fitted by `weighting`, from the least error in its norm up."""
     offers = []
     for index, start in enumerate(models):

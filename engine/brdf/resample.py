@@ -66,7 +66,7 @@ def resample(
             wi, wo = bin_directions(shape, rows, phi_h)
             visible = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
             missing[rows] = ~visible
-            pairs = _sampled(brdf, wi[visible], wo[visible], way)
+            pairs = _sample(brdf, wi[visible], wo[visible], way)
             values[rows][visible] += np.clip(pairs, 0.0, LARGEST) / len(azimuths)
         yield Step(0.95 * rows.stop / shape[0], "sampling the reflectance")
     fill_holes(values, missing)
@@ -76,7 +76,7 @@ def resample(
     return replace(table, health=_health(brdf, table))
 
 
-def _sampled(brdf: Brdf, wi: Vectors, wo: Vectors, way: Way) -> Vectors:
+def _sample(brdf: Brdf, wi: Vectors, wo: Vectors, way: Way) -> Vectors:
     if way == "exchanged":
         return brdf.f(wo, wi)
     if way == "given" or brdf.reciprocal:

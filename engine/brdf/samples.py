@@ -54,7 +54,7 @@ class BrdfSamples:
     wi, wo : (N, 3) unit directions towards light and viewer in the surface frame (normal +z), N > 0.
     value : (N, 3) linear sRGB in 1/sr without the cosine, finite; negative only where spectra are outside the gamut.
     name : what was measured, usually the stem of the file's name.
-    kind : how, in a short phrase for a person.
+    kind : how, in a short phrase for a user.
     health : what was counted on the way.
     invalid_samples : rows of the file that were dropped.
     wavelengths_nm, spectra : (L,) and (N, L) where the file holds spectra, else None.
@@ -165,7 +165,7 @@ def samples_from_rows(
     if invalid:
         faults = invalid - figures[BELOW_HORIZON]
         verdict = Verdict.WARNING if faults > DOUBTFUL_SHARE * len(usable) else Verdict.NOTE
-        notes.append(Finding(verdict, _dropped(invalid, len(usable), figures)))
+        notes.append(Finding(verdict, _drop(invalid, len(usable), figures)))
     if figures["negative channels"]:
         count = figures["negative channels"]
         text = f"{count:.0f} of {len(usable)} measurements have a negative channel, which is taken as 0"
@@ -184,7 +184,7 @@ def samples_from_rows(
     )
 
 
-def _dropped(invalid: int, total: int, figures: dict[str, float]) -> str:
+def _drop(invalid: int, total: int, figures: dict[str, float]) -> str:
     reasons = ", ".join(
         f"{count:.0f} {key.removeprefix('dropped: ')}"
         for key, count in figures.items()

@@ -48,7 +48,7 @@ COSINE_SHARE = 0.2
 
 def sampler_of(brdf: Brdf) -> Sampler:
     """The sampler of any BRDF: its closed form where there is one, else tables of its values (about 0.1 s)."""
-    closed = _closed_form(brdf)
+    closed = _find_closed_form(brdf)
     if closed is not None:
         return _mixture(*closed)
     own: Any = brdf
@@ -57,7 +57,7 @@ def sampler_of(brdf: Brdf) -> Sampler:
     return _mixture([(HalfVectorLobe(TabulatedHalfVectors.of(brdf)), 0.5), (TabulatedLobe.of(brdf), 0.5)])
 
 
-def _closed_form(brdf: Brdf) -> tuple[list[tuple[Sampler, float]], float] | None:
+def _find_closed_form(brdf: Brdf) -> tuple[list[tuple[Sampler, float]], float] | None:
     """The lobes of an analytic model with their energies, and the diffuse energy; None where tables must serve."""
     match brdf:
         case Lambert() | OrenNayar():
@@ -106,7 +106,7 @@ def _three_lobes(brdf: LafortuneThreeLobes) -> list[tuple[Sampler, float]]:
 
 
 #: Least part of all energy for which a lobe has a share: less than this would be lost to rounding beside the others.
-LEAST_ENERGY = 1e-9
+MIN_ENERGY = 1e-9
 
 #: Reflection of Schlick's Fresnel term under even light beside f0: the mean of (1 − cos)^5, 1/21, and more.
 _FRESNEL = 0.05
@@ -115,7 +115,7 @@ _FRESNEL = 0.05
 def _mixture(lobes: list[tuple[Sampler, float]], diffuse: float = 0.0) -> Mixture:
     """The lobes by their energy beside a cosine lobe, whose share is the diffuse energy's or COSINE_SHARE if larger."""
     whole = diffuse + sum(energy for _, energy in lobes)
-    used = [(lobe, energy) for lobe, energy in lobes if energy > LEAST_ENERGY * whole]
+    used = [(lobe, energy) for lobe, energy in lobes if energy > MIN_ENERGY * whole]
     total = sum(energy for _, energy in used)
     if not used:
         return Mixture((CosineLobe(),), (1.0,))

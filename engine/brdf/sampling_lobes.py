@@ -235,11 +235,11 @@ class TabulatedHalfVectors:
             for phi_d in _middles(4, np.pi):
                 wi, wo = _around(half, theta_d, phi_d)
                 total += luminance(brdf.f(wi, wo)) * np.maximum(wi[..., 2], 0.0)
-        return TabulatedHalfVectors(_normalised(np.maximum(total, 0.0), _half_solid_angles(len(phi))))
+        return TabulatedHalfVectors(_normalise(np.maximum(total, 0.0), _half_solid_angles(len(phi))))
 
     def draw(self, u: Floats) -> Vectors:
         azimuths = self.density_per_sr.shape[1]
-        cell, (first, second) = _drawn_cell(self.density_per_sr * _half_solid_angles(azimuths), u)
+        cell, (first, second) = _draw_cell(self.density_per_sr * _half_solid_angles(azimuths), u)
         edges = np.cos(_half_edges())
         cosine = edges[cell // azimuths] + first * (edges[cell // azimuths + 1] - edges[cell // azimuths])
         sine = np.sqrt(np.maximum((1.0 - cosine) * (1.0 + cosine), 0.0))
@@ -293,7 +293,7 @@ class TabulatedLobe:
         seen = np.empty((VIEWERS, azimuths, len(wi)))
         for viewer in range(VIEWERS):
             seen[viewer] = np.maximum(luminance(brdf.f(wi, wo[viewer, :, None, :])), 0.0)
-        return TabulatedLobe(_normalised(seen.reshape(-1, len(wi)), 1.0, axis=1).reshape(seen.shape))
+        return TabulatedLobe(_normalise(seen.reshape(-1, len(wi)), 1.0, axis=1).reshape(seen.shape))
 
     def _viewers(self, wo: Vectors) -> list[tuple[NDArray[np.int64], Floats]]:
         """The up to four rows of `cells` between which each wo (N, 3) lies, and their weights."""
@@ -319,7 +319,7 @@ class TabulatedLobe:
         wi = np.empty_like(wo)
         for index in np.unique(row):
             mine = row == index
-            cell, _ = _drawn_cell(tables[index], np.column_stack([again[mine], again[mine]]))
+            cell, _ = _draw_cell(tables[index], np.column_stack([again[mine], again[mine]]))
             sine2 = (cell // AZIMUTH_CELLS + u[mine, 1]) / ELEVATION_CELLS
             phi = 2.0 * np.pi * (cell % AZIMUTH_CELLS + u[mine, 2]) / AZIMUTH_CELLS + self._start(wo[mine])
             sine = np.sqrt(sine2)
@@ -348,14 +348,14 @@ def _azimuth_cell(direction: Vectors, count: int, start: Floats | float = 0.0) -
     return np.asarray(np.minimum((turn * count).astype(np.int64), count - 1))
 
 
-def _normalised(values: Floats, sizes: Floats | float, axis: int | None = None) -> Floats:
+def _normalise(values: Floats, sizes: Floats | float, axis: int | None = None) -> Floats:
     """`values` ≥ 0 scaled so that they sum to 1 times `sizes`, none below 1e-3 of their mean; equal where all are 0."""
     mean = np.mean(values, axis=axis, keepdims=True)
     kept = np.where(mean > 0.0, np.maximum(values, 1e-3 * mean), 1.0)
     return np.asarray(kept / np.sum(kept * sizes, axis=axis, keepdims=True))
 
 
-def _drawn_cell(probabilities: Floats, u: Floats) -> tuple[NDArray[np.int64], tuple[Floats, Floats]]:
+def _draw_cell(probabilities: Floats, u: Floats) -> tuple[NDArray[np.int64], tuple[Floats, Floats]]:
     """Flat indices (N,) of cells drawn by u[:, 0], and two numbers in [0, 1) for the place inside: u's rest."""
     summed = np.cumsum(probabilities.ravel())
     target = u[:, 0] * summed[-1]

@@ -21,7 +21,7 @@ between 0 and the largest sample of the channel there, so extrapolation towards 
 Samples are met to rounding unless `smoothing` adds a ridge; samples that coincide are replaced by their mean in log f.
 Above `radial_basis.PATCH_SAMPLES` samples the domain is split into boxes, which are blended.
 
-Cost on two cores: 1,439 samples of Cornell 2.3 s of processor time and then 5e5 values per second, 7,405 samples of a
+Cost on two cores: 1,439 samples of Cornell 2.3 s of CPU time and then 5e5 values per second, 7,405 samples of a
 tape 2.6 s and 4e5 per second, 30,000 samples 5 s and 1e5 per second; below 100 MB. Evaluation is bound
 by the distances to the samples, and their images, of one to four boxes, about 1.2 ns each.
 """
@@ -37,7 +37,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.brdf.radial_basis import Expansion, Patches, blended_residual, boxes, expanded, kernel_matrix, solved
+from engine.brdf.radial_basis import Expansion, Patches, boxes, compute_blended_residual, expand, kernel_matrix, solve
 from engine.brdf.samples import BrdfSamples
 from engine.core.directions import Vectors, dot
 from engine.core.health import Finding, Health, Verdict
@@ -63,7 +63,7 @@ _DIFFERENCE_WEIGHTS = (0.3, 1.5)
 _ILL_CONDITIONED = 1e12
 
 _OFFSET = 0.1
-_LEAST_OFFSET = 1e-300
+_MIN_OFFSET = 1e-300
 _CHUNK = 1 << 16
 
 
@@ -184,11 +184,11 @@ def fit_scattered(samples: BrdfSamples, smoothing: float = 0.0, shape: Shape | N
         raise ValueError(f"smoothing must be at least 0 and finite, not {smoothing}")
     values = samples.positive
     lit = values[values > 0.0]
-    offset = max(_OFFSET * float(np.median(lit)), _LEAST_OFFSET) if len(lit) else 1.0
+    offset = max(_OFFSET * float(np.median(lit)), _MIN_OFFSET) if len(lit) else 1.0
     logs = np.log(values + offset)
     if shape is None:
-        shape = yield from _chosen_shape(samples, logs, smoothing)
-    points, logs_kept, merged = _merged(coordinates(samples.wi, samples.wo, shape), logs, shape)
+        shape = yield from _choose_shape(samples, logs, smoothing)
+    points, logs_kept, merged = _merge(coordinates(samples.wi, samples.wo, shape), logs, shape)
     mean = logs_kept.mean(axis=0)
     targets = logs_kept - mean
     tiles = list(boxes(points, shape.signs))
@@ -196,9 +196,9 @@ def fit_scattered(samples: BrdfSamples, smoothing: float = 0.0, shape: Shape | N
     for number, box in enumerate(tiles):
         yield Step(0.4 + 0.6 * number / len(tiles), f"interpolation, box {number + 1} of {len(tiles)}")
         members = np.flatnonzero(box.weight(points) > 0.0)
-        fitted.append(expanded(points[members], targets[members], shape.signs, shape.smooth, smoothing, box, members))
+        fitted.append(expand(points[members], targets[members], shape.signs, shape.smooth, smoothing, box, members))
     patches = Patches.of(points, fitted, shape.signs)
-    residual = blended_residual(points, fitted)
+    residual = compute_blended_residual(points, fitted)
     predicted = np.clip(np.exp(logs_kept - residual) - offset, 0.0, values.max(axis=0))
     left_out_values = np.exp(logs_kept) - offset
     scale = float(np.linalg.norm(left_out_values))
@@ -219,7 +219,7 @@ def fit_scattered(samples: BrdfSamples, smoothing: float = 0.0, shape: Shape | N
     if merged:
         text = f"{merged} samples repeat the directions of another, or are its image by symmetry; their mean is kept"
         findings.append(Finding(Verdict.NOTE, text))
-    health = samples.health.merged(Health(MappingProxyType(figures), tuple(findings)))
+    health = samples.health.merge(Health(MappingProxyType(figures), tuple(findings)))
     return ScatteredBrdf(samples, shape, condition, left_out, left_out_log, health, offset, mean, patches)
 
 
@@ -243,7 +243,7 @@ def coordinates(wi: Floats, wo: Floats, shape: Shape) -> Floats:
     return np.column_stack([stretched[:, None] * difference, shape.difference_weight * theta_d / (0.5 * np.pi)])
 
 
-def _chosen_shape(samples: BrdfSamples, logs: Floats, smoothing: float) -> Steps[Shape]:
+def _choose_shape(samples: BrdfSamples, logs: Floats, smoothing: float) -> Steps[Shape]:
     """The most symmetric shape that the data bear, with the scales that predict left-out samples best."""
     count = len(logs)
     subset = np.sort(np.random.default_rng(0).permutation(count)[:SEARCH_SAMPLES])
@@ -256,8 +256,8 @@ def _chosen_shape(samples: BrdfSamples, logs: Floats, smoothing: float) -> Steps
         for bend, weight, smooth in itertools.product(_BENDS, _DIFFERENCE_WEIGHTS, (False, True)):
             yield Step(0.4 * (number + len(errors) / 8) / len(possible), "choice of coordinates and kernel")
             shape = Shape(symmetry, bend, weight, smooth)
-            points, values, _ = _merged(coordinates(wi, wo, shape), targets, shape)
-            tried = solved(kernel_matrix(points, shape.signs, smooth), values, smoothing)
+            points, values, _ = _merge(coordinates(wi, wo, shape), targets, shape)
+            tried = solve(kernel_matrix(points, shape.signs, smooth), values, smoothing)
             if tried is not None:
                 errors.append((float(np.sqrt((tried.residual**2).mean())), shape))
         found.append(min(errors, key=lambda error: error[0], default=(np.inf, shape)))
@@ -315,7 +315,7 @@ def _one_azimuth(directions: Vectors) -> bool:
     return bool((np.abs(flat[:, 0] * furthest[1] - flat[:, 1] * furthest[0]) < 1e-6).all())
 
 
-def _merged(points: Floats, logs: Floats, shape: Shape) -> tuple[Floats, Floats, int]:
+def _merge(points: Floats, logs: Floats, shape: Shape) -> tuple[Floats, Floats, int]:
     """Points and values with those that the symmetries make one replaced by their mean, and how many go."""
     keys = _keys(points, shape.symmetry.signs)
     _, kept, place, counts = np.unique(keys, axis=0, return_index=True, return_inverse=True, return_counts=True)

@@ -63,7 +63,7 @@ def srgb_weights(wavelengths_nm: ArrayLike, illuminant: Illuminant = "D65") -> N
     light *= step[:, None]
     white = light.sum(axis=0)
     rgb = light / white[1] @ _adaptation(white / white[1]).T @ SRGB_FROM_XYZ.T
-    weights = _transposed_interpolation(nodes, measured, rgb)
+    weights = _transpose_interpolation(nodes, measured, rgb)
     balanced: NDArray[np.float64] = weights / weights.sum(axis=0)
     return balanced
 
@@ -100,7 +100,7 @@ def _adaptation(white: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.linalg.solve(_BRADFORD, gain[:, None] * _BRADFORD)
 
 
-def _transposed_interpolation(
+def _transpose_interpolation(
     nodes: NDArray[np.float64], measured: NDArray[np.float64], rgb: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Weights (L, 3) for values at `measured` from weights (M, 3) for their linear interpolation at `nodes`."""

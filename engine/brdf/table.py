@@ -46,7 +46,7 @@ class HalfDifferenceTable:
     values : (H, D, P, 3) float32 or float64 in sr⁻¹, in [0, `LARGEST`], at the centres of bins:
         theta_h = (π/2) ((k + ½)/H)², theta_d = (π/2) (j + ½)/D, phi_d = π (p + ½)/P; missing entries are filled in.
     missing : (H, D, P), which entries were not measured.
-    name, kind : what it is, for a person. health : what was found wanting.
+    name, kind : what it is, for a user. health : what was found wanting.
     planes : what stood in the MERL file that it was read from, so that the same bytes can be written again.
     """
 
@@ -129,7 +129,7 @@ class DirectionTable:
         is isotropic, and phi_o counts from the azimuth of the light.
     values : (A, B, C, E, 3) float32 or float64 in sr⁻¹, in [0, `LARGEST`]; missing entries are filled in.
     missing : (A, B, C, E), which entries were not measured.
-    name, kind : what it is, for a person. health : what was found wanting.
+    name, kind : what it is, for a user. health : what was found wanting.
     """
 
     theta_i: Vectors
@@ -160,9 +160,9 @@ class DirectionTable:
             array = np.ascontiguousarray(getattr(self, name)).view()
             array.flags.writeable = False
             object.__setattr__(self, name, array)
-        object.__setattr__(self, "asymmetry", self._measured_asymmetry())
+        object.__setattr__(self, "asymmetry", self._measure_asymmetry())
 
-    def _measured_asymmetry(self) -> float:
+    def _measure_asymmetry(self) -> float:
         if not np.array_equal(self.theta_i, self.theta_o):
             return float("inf")
         if self.isotropic:
@@ -260,7 +260,7 @@ def nearest(measured: NDArray[np.bool_]) -> NDArray[np.intp]:
 
 
 def missing_health(missing: NDArray[np.bool_]) -> Health:
-    """Number of filled entries, as a figure, and as a note for a person if there are any."""
+    """Number of filled entries, as a figure, and as a note for a user if there are any."""
     count = int(missing.sum())
     note = f"{count:,} of {missing.size:,} entries are missing; they are {RULE}."
     return Health(

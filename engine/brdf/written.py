@@ -1,4 +1,4 @@
-"""A BRDF that a person writes in GLSL, in the format of Disney's BRDF Explorer: its text, parameters and values.
+"""A BRDF that a user writes in GLSL, in the format of Disney's BRDF Explorer: its text, parameters and values.
 
     analytic
     ::begin parameters
@@ -46,7 +46,7 @@ from engine.core.params import Colour
 from engine.storage.untrusted import decode_content, read_bytes
 
 #: Largest text in bytes, and most parameters.
-LIMIT_BYTES, MOST_PARAMETERS = 1 << 16, 64
+LIMIT_BYTES, MAX_PARAMETERS = 1 << 16, 64
 
 #: Seconds that an evaluation may take, after which its process ends it, and those after which its process is ended.
 LIMIT_S, HANG_S = 8.0, 10.0
@@ -112,7 +112,7 @@ class Source:
 
 @dataclass(frozen=True)
 class WrittenBrdf:
-    """The BRDF of a `text`, of which `name` is for a person; `written` makes one, and measures what it is.
+    """The BRDF of a `text`, of which `name` is for a user; `written` makes one, and measures what it is.
 
     Attributes
     ----------
@@ -133,7 +133,7 @@ class WrittenBrdf:
 
     @property
     def source(self) -> Source:
-        return parsed(self.text, self.name)
+        return parse(self.text, self.name)
 
     def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
         """Value in 1/sr without the cosine, (..., 3), for unit directions (..., 3) in the surface frame.
@@ -159,18 +159,18 @@ def read_written(path: str | os.PathLike[str]) -> WrittenBrdf:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = content.decode("latin-1")
-    return written(text, Path(path).stem, path)
+    return write(text, Path(path).stem, path)
 
 
-def written(text: str, name: str, path: str | os.PathLike[str] = "") -> WrittenBrdf:
+def write(text: str, name: str, path: str | os.PathLike[str] = "") -> WrittenBrdf:
     """The BRDF of a text, compiled and looked at; `path` names it in messages.
 
     Raises SourceError where the text is no BRDF, and MissingCapability without OpenGL.
     """
     path = path or name
-    parsed(text, path)
+    parse(text, path)
     wi, wo = random_pairs(_PAIRS)
-    turned = _turned(wi), _turned(wo)
+    turned = _turn(wi), _turn(wo)
     batch = np.stack([wi, turned[0], wo]), np.stack([wo, turned[1], wi])
     raw = _raw(text, name, *batch, path=path)
     brdf = WrittenBrdf(text, name)
@@ -182,7 +182,7 @@ def written(text: str, name: str, path: str | os.PathLike[str] = "") -> WrittenB
     return replace(brdf, isotropic=isotropic, reciprocal=reciprocal, health=_health(raw[0]))
 
 
-def _turned(directions: Vectors) -> Vectors:
+def _turn(directions: Vectors) -> Vectors:
     """Each pair turned about the normal by an angle of its own."""
     angle = np.random.default_rng(1).uniform(0.3, 2.0 * np.pi - 0.3, len(directions))
     x, y, z = directions.T
@@ -210,7 +210,7 @@ def _raw(text: str, name: str, wi: ArrayLike, wo: ArrayLike, path: str | os.Path
     values = np.zeros(wi.shape)
     above = (wi[..., 2] > 0.0) & (wo[..., 2] > 0.0)
     if above.any():
-        values[above] = _evaluated(parsed(text, path or name), path or name, wi[above], wo[above])
+        values[above] = _evaluate(parse(text, path or name), path or name, wi[above], wo[above])
     return values
 
 
@@ -228,7 +228,7 @@ def one_request() -> Iterator[None]:
         _spent_s.reset(token)
 
 
-def _evaluated(source: Source, path: str | os.PathLike[str], wi: Vectors, wo: Vectors) -> Vectors:
+def _evaluate(source: Source, path: str | os.PathLike[str], wi: Vectors, wo: Vectors) -> Vectors:
     parameters = [[each.kind, each.name, each.line, each.value] for each in source.parameters]
     content = np.stack([wi, wo]).astype(np.float32).tobytes()
     spent_s = _spent_s.get()
@@ -240,18 +240,18 @@ def _evaluated(source: Source, path: str | os.PathLike[str], wi: Vectors, wo: Ve
             _EVALUATE, path, content, memory_bytes=MEMORY_BYTES, timeout_s=HANG_S, limit_s=LIMIT_S, **words
         )
     except InputError as error:
-        raise _failed(path, error) from None
+        raise _fail(path, error) from None
     if "missing" in reply:
         raise MissingCapability(*reply["missing"])
     if "log" in reply:
-        raise _refused(path, source, str(reply["log"]))
+        raise _describe_refusal(path, source, str(reply["log"]))
     if spent_s is not None:
         _spent_s.set(spent_s + float(reply["cpu_s"]))
     values: Vectors = np.asarray(reply["values"], np.float64)
     return values
 
 
-def _failed(path: str | os.PathLike[str], error: InputError) -> SourceError:
+def _fail(path: str | os.PathLike[str], error: InputError) -> SourceError:
     """The failure of the process in words about the text, of which it knows nothing."""
     if "could not be decoded within" in error.problem:
         return SourceError(path, 0, f"hangs: not evaluated within {HANG_S:g} s", "Shorten its loops")
@@ -260,7 +260,7 @@ def _failed(path: str | os.PathLike[str], error: InputError) -> SourceError:
     return SourceError(path, 0, error.problem, error.remedy)
 
 
-def _refused(path: str | os.PathLike[str], source: Source, log: str) -> SourceError:
+def _describe_refusal(path: str | os.PathLike[str], source: Source, log: str) -> SourceError:
     """The first complaint of the driver, at its line."""
     for line in log.splitlines():
         for position in _POSITIONS:
@@ -276,7 +276,7 @@ def _refused(path: str | os.PathLike[str], source: Source, log: str) -> SourceEr
     return SourceError(path, source.first_line, f"does not compile ({said})", "Correct the shader")
 
 
-def parsed(text: str, path: str | os.PathLike[str] = "") -> Source:
+def parse(text: str, path: str | os.PathLike[str] = "") -> Source:
     """A text taken apart without being compiled; SourceError names the line that is wrong."""
     if len(text.encode("utf-8", "replace")) > LIMIT_BYTES:
         raise SourceError(path, 0, f"has more than {LIMIT_BYTES:,} bytes of text", "Shorten it")
@@ -304,7 +304,7 @@ def parsed(text: str, path: str | os.PathLike[str] = "") -> Source:
             _check_directive(path, number, line)
             shader += [""] * (number - first - len(shader)) + [line]
         elif section == "parameters" and words and not words[0].startswith("#"):
-            parameters.append(_declared(path, number, words))
+            parameters.append(_declare(path, number, words))
             _check_new(path, number, parameters)
     if section:
         raise SourceError(path, section_line, f"{section} never ends", f"Write ::end {section} after it")
@@ -322,8 +322,8 @@ def _check_directive(path: str | os.PathLike[str], number: int, line: str) -> No
 
 
 def _check_new(path: str | os.PathLike[str], number: int, parameters: list[Declared]) -> None:
-    if len(parameters) > MOST_PARAMETERS:
-        raise SourceError(path, number, f"declares more than {MOST_PARAMETERS} parameters", "Leave some out")
+    if len(parameters) > MAX_PARAMETERS:
+        raise SourceError(path, number, f"declares more than {MAX_PARAMETERS} parameters", "Leave some out")
     if parameters[-1].name in {each.name for each in parameters[:-1]}:
         raise SourceError(path, number, f"declares {parameters[-1].name} again", "Give it another name")
 
@@ -337,7 +337,7 @@ _SHAPES = {
 }
 
 
-def _declared(path: str | os.PathLike[str], number: int, words: list[str]) -> Declared:
+def _declare(path: str | os.PathLike[str], number: int, words: list[str]) -> Declared:
     kind = words[0]
     if kind not in _NUMBERS:
         raise SourceError(path, number, f"{kind[:60]!r} is no kind of parameter", "Write float, bool or color")
@@ -363,7 +363,7 @@ def _declared(path: str | os.PathLike[str], number: int, words: list[str]) -> De
 
 def with_value(text: str, name: str, value: float | bool | Colour) -> str:
     """The text with another default of one parameter; what stands around it stays as it is, comments too."""
-    (each,) = (each for each in parsed(text).parameters if each.name == name)
+    (each,) = (each for each in parse(text).parameters if each.name == name)
     lines = text.split("\n")
     words = ["".join(run) for _, run in itertools.groupby(lines[each.line - 1], str.isspace)]
     start = next(place for place, word in enumerate(words) if word == each.name)

@@ -24,14 +24,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 import engine
-from engine.brdf.readers.table_file import Table, decode_table, encode_table, kept_table
+from engine.brdf.readers.table_file import Table, decode_table, encode_table, keep_table
 from engine.bundle.directional import (
     DIRECTIONAL,
     directional_members,
     directional_record,
     read_directional,
 )
-from engine.bundle.maker import made_anew
+from engine.bundle.maker import check_made_anew
 from engine.bundle.maps import (
     MAPS,
     check_fingerprint,
@@ -115,7 +115,7 @@ def save_bundle(
     path : folder, or a file that ends in .lightarc.
     provenance : JSON values: cameras, levels, white balance, angles, what was assumed.
     figures : JSON values: error figures, with the unit in each key.
-    preview : a PNG; by default a small picture of the material flat under a lamp (`engine.bundle.swatch`).
+    preview : a PNG; by default a small image of the material flat under a lamp (`engine.bundle.swatch`).
 
     Returns `path`. Raises OutputError where it cannot be written, and UsageError for a material without maps or with
     values that are not finite, or negative outside the slices.
@@ -124,13 +124,13 @@ def save_bundle(
     check_replaceable(target)
     _check_values(material)
     if material.measured is not None:
-        material = replace(material, measured=(yield from part(kept_table(material.measured), 0.0, 0.2)))
+        material = replace(material, measured=(yield from part(keep_table(material.measured), 0.0, 0.2)))
     contents = _contents(material, preview)
     members: dict[str, Member] = {}
     with _sink(target, _size_estimate(material)) as opened:
         for index, (name, produce) in enumerate(contents.items()):
             start, stop = (0.2 + 0.8 * place / (len(contents) + 1) for place in (index, index + 1))
-            members[name] = yield from part(_written(name, produce, opened), start, stop)
+            members[name] = yield from part(_write(name, produce, opened), start, stop)
         yield Step(0.99, f"writing {MANIFEST}")
         manifest = write_manifest(_manifest(material, provenance or {}, figures or {}, members))
         with opened(MANIFEST, len(manifest)) as member:
@@ -141,7 +141,7 @@ def save_bundle(
     return target
 
 
-def _written(name: str, produce: Callable[[], bytes | Planes], opened: OpenMember) -> Steps[Member]:
+def _write(name: str, produce: Callable[[], bytes | Planes], opened: OpenMember) -> Steps[Member]:
     """Write one member; maps are packed strip by strip."""
     note = f"writing {name}"
     content = yield from _in_thread(produce, 0.0, note)
@@ -180,7 +180,7 @@ def verify_bundle(path: str | os.PathLike[str]) -> Verification:
             _check_brdf(archive, manifest)
             material = _material(archive, manifest)
             _check_values(material)
-            foreign, unchecked = made_anew(archive, manifest, material)
+            foreign, unchecked = check_made_anew(archive, manifest, material)
             problems += foreign
         except InputError as error:
             problems.append(f"{error.problem}.")
@@ -320,7 +320,7 @@ def _material(archive: Archive, manifest: Manifest) -> Material:
             elevation_deg=tuple(manifest.elevation_deg),
             name=manifest.name,
             health=manifest.health.restored(),
-            measured=_measured(archive, manifest),
+            measured=_measure(archive, manifest),
             directional=read_directional(archive, manifest),
             pbr=maps if white is None else None,
             surface=SurfaceMaps(maps, white) if maps is not None and white is not None else None,
@@ -329,7 +329,7 @@ def _material(archive: Archive, manifest: Manifest) -> Material:
         raise InputError(archive.path, f"holds a material that cannot be: {error}", "Export the bundle again") from None
 
 
-def _measured(archive: Archive, manifest: Manifest) -> Table | None:
+def _measure(archive: Archive, manifest: Manifest) -> Table | None:
     """The measured BRDF of a bundle; None where it holds none."""
     if TABLE not in manifest.members:
         return None

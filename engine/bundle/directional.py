@@ -1,4 +1,4 @@
-"""The members of a directional map: planes as grey PNG pictures, its numbers as JSON, its weights as a table.
+"""The members of a directional map: planes as grey PNG images, its numbers as JSON, its weights as a table.
 
 The JSON gives every number back bit for bit. The table is made of it for shaders, which hold no kriging: OpenEXR floats
 of `TILTS` rows, from light overhead to the horizon, and `TURNS` columns of azimuth, with channels c.R, c.G, c.B for the
@@ -25,16 +25,16 @@ from engine.storage.archive import Archive, json_of
 from engine.storage.records import DirectionalNumbers, DirectionalRecord, Manifest
 
 #: Planes that a bundle may hold.
-MOST_PLANES = 64
+MAX_PLANES = 64
 
 NUMBERS, WEIGHTS = "directional.json", "directional_weights.exr"
-PLANE_FILES = tuple(f"directional_plane{k:02d}.png" for k in range(MOST_PLANES))
+PLANE_FILES = tuple(f"directional_plane{k:02d}.png" for k in range(MAX_PLANES))
 DIRECTIONAL = frozenset({NUMBERS, WEIGHTS, *PLANE_FILES})
 
 #: Largest JSON of numbers, in bytes: 1,024 photographs and 64 planes take 5 MB.
 _LIMIT_BYTES = 16 << 20
 
-#: Part of the largest weight by which another processor's may differ.
+#: Part of the largest weight by which another CPU's may differ.
 _LAST_DIGITS = 1e-5
 
 _AGAIN = "Export the bundle again"

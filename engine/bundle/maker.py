@@ -47,7 +47,7 @@ def maker() -> str:
     return digest.hexdigest()[:16]
 
 
-def made_anew(archive: Archive, manifest: Manifest, material: Material) -> tuple[list[str], list[str]]:
+def check_made_anew(archive: Archive, manifest: Manifest, material: Material) -> tuple[list[str], list[str]]:
     """Faults of the members for other programs, and sentences on those that cannot be checked.
 
     They are made anew and compared, since a page runs in a browser. Those of another maker may differ without fault,
@@ -67,11 +67,11 @@ def made_anew(archive: Archive, manifest: Manifest, material: Material) -> tuple
         if manifest.software.get(MAKER) == maker():
             problems.append(f"{name} is not what this program makes of the material; export the bundle again.")
         else:
-            unchecked.append(f"{name} {_of_another_maker(manifest)}; {_ANEW[name]}.")
+            unchecked.append(f"{name} {_is_of_another_maker(manifest)}; {_ANEW[name]}.")
     return problems, unchecked
 
 
-def _of_another_maker(manifest: Manifest) -> str:
+def _is_of_another_maker(manifest: Manifest) -> str:
     version = manifest.software.get("lightarc", "")
     stated = f"version {version[:20]!r}" if version else "no version that is named"
     if version == engine.__version__:

@@ -23,7 +23,7 @@ from engine.images.exr_strips import Planes
 from engine.scene.material import Material
 from engine.shading.kept_tiles import KeptTiles, cut_tiles
 from engine.shading.power_law import PowerLawMap, Storage
-from engine.shading.quantise import quantise_exponent, restored_exponent
+from engine.shading.quantise import quantise_exponent, restore_exponent
 from engine.shading.shading_map import ShadingMap
 from engine.storage.archive import BUNDLE_LIMIT_BYTES, Archive
 from engine.storage.records import (
@@ -78,14 +78,14 @@ def _power_law_members(power_law: PowerLawMap) -> dict[str, Produce]:
         members[CODES] = lambda: encode_png(_codes(power_law.exponent, storage), transfer="linear")
     members[ERROR] = lambda: Planes({"Y": power_law.error_map}, {"unit": UNITS["radiance"]})
     if kept is not None:
-        members[KEPT] = lambda: Planes(_kept_channels(kept, *power_law.error_map.shape), radiance)
+        members[KEPT] = lambda: Planes(_keep_channels(kept, *power_law.error_map.shape), radiance)
     return members
 
 
 def _codes(exponent: Maps, storage: Storage) -> NDArray[np.unsignedinteger]:
     """The codes that give `exponent` back; ValueError where there are none."""
     codes, step = quantise_exponent(exponent, storage.exponent_bits, storage.exponent_step)
-    if not np.array_equal(restored_exponent(codes, step), exponent):
+    if not np.array_equal(restore_exponent(codes, step), exponent):
         raise ValueError(f"the exponents are not multiples of the step {step} that their storage names")
     return codes
 
@@ -101,7 +101,7 @@ def _slice_names(slices: int, clipped: bool) -> list[str]:
     return names + ([f"slice{index:02d}.clipped" for index in range(slices)] if clipped else [])
 
 
-def _kept_channels(kept: KeptTiles, height: int, width: int) -> dict[str, NDArray[Any]]:
+def _keep_channels(kept: KeptTiles, height: int, width: int) -> dict[str, NDArray[Any]]:
     images = kept.slice_images(height, width)
     planes: list[NDArray[Any]] = [plane for image in images for plane in np.moveaxis(image, 2, 0)]
     coverage = {COVERAGE: kept.covers(height, width)}
@@ -190,7 +190,7 @@ def read_power_law(archive: Archive, manifest: Manifest) -> PowerLawMap | None:
         exponent = _image(maps_member(archive, manifest, EXPONENT, list("RGB"), *size))
     else:
         codes = pixels_member(archive, manifest, CODES, "decode_codes", 12, *size, bits=storage.exponent_bits)
-        exponent = restored_exponent(codes, storage.exponent_step)
+        exponent = restore_exponent(codes, storage.exponent_step)
     return PowerLawMap(
         scale=_image(scale),
         exponent=exponent,
@@ -200,11 +200,11 @@ def read_power_law(archive: Archive, manifest: Manifest) -> PowerLawMap | None:
         error_map=maps_member(archive, manifest, ERROR, ["Y"], *size)[0],
         health=record.health.restored(),
         storage=storage,
-        kept=_kept(archive, manifest, record.kept_tiles, *size) if record.kept_tiles is not None else None,
+        kept=_keep(archive, manifest, record.kept_tiles, *size) if record.kept_tiles is not None else None,
     )
 
 
-def _kept(archive: Archive, manifest: Manifest, record: KeptTilesRecord, height: int, width: int) -> KeptTiles:
+def _keep(archive: Archive, manifest: Manifest, record: KeptTilesRecord, height: int, width: int) -> KeptTiles:
     names = [*_slice_names(record.slices, clipped=False), COVERAGE]
     maps = maps_member(archive, manifest, KEPT, names, height, width)
     covered = maps[-1] == 1.0

@@ -30,15 +30,17 @@ def decode_maps(
     low, high = (np.asarray(corner, dtype=np.int64) for corner in header["dataWindow"])
     columns, rows = (int(size) for size in high - low + 1)
     if (rows, columns) != (height, width):
-        raise _unexpected(name, f"has {rows} x {columns} pixels where the manifest says {height} x {width}")
+        raise _report_unexpected(name, f"has {rows} x {columns} pixels where the manifest says {height} x {width}")
     if sorted(channel.name for channel in header["channels"]) != sorted(channels):
-        raise _unexpected(name, f"has other channels than the {len(channels)} that the manifest implies")
+        raise _report_unexpected(name, f"has other channels than the {len(channels)} that the manifest implies")
     pixels = OpenEXR.File(io.BytesIO(content), separate_channels=True).parts[0].channels
     kind = np.dtype(np.float16 if half else np.float32)
     for channel in channels:
         if pixels[channel].pixels.dtype != kind or pixels[channel].pixels.shape != (height, width):
             bits = 8 * kind.itemsize
-            raise _unexpected(name, f"has a channel {channel} that is not of {bits}-bit floats at full resolution")
+            raise _report_unexpected(
+                name, f"has a channel {channel} that is not of {bits}-bit floats at full resolution"
+            )
     return {"maps": np.stack([pixels[channel].pixels for channel in channels]).astype(np.float32, copy=False)}
 
 
@@ -49,16 +51,16 @@ def decode_codes(content: bytes, name: str, bits: int, height: int, width: int, 
     """
     kind = 0 if grey else 2
     if content[:8] != SIGNATURE or content[12:16] != b"IHDR" or len(content) < 33:
-        raise _unexpected(name, "is not a PNG")
+        raise _report_unexpected(name, "is not a PNG")
     if struct.unpack(">IIBB", content[16:26]) != (width, height, bits, kind):
         what = "a grey" if grey else "an RGB"
-        raise _unexpected(name, f"is not {what} picture of {height} x {width} pixels with {bits} bits each")
+        raise _report_unexpected(name, f"is not {what} image of {height} x {width} pixels with {bits} bits each")
     codes = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     shape = (height, width) if grey else (height, width, 3)
     if codes is None or codes.shape != shape or codes.dtype.itemsize * 8 != bits:
-        raise _unexpected(name, "is damaged")
+        raise _report_unexpected(name, "is damaged")
     return {"maps": codes if grey else np.ascontiguousarray(codes[..., ::-1])}
 
 
-def _unexpected(name: str, problem: str) -> InputError:
+def _report_unexpected(name: str, problem: str) -> InputError:
     return InputError(name, problem, "Export the bundle again")

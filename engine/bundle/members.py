@@ -21,7 +21,7 @@ from engine.storage.records import Member
 #: Members for other programs.
 BRDF, SHADER, VIEWER = "brdf.json", "shader/lightarc.glsl", "viewer/index.html"
 
-#: Bytes that are read of a member without pictures: a page with its tiles is the largest.
+#: Bytes that are read of a member without images: a page with its tiles is the largest.
 SMALL_LIMIT_BYTES = 256 << 20
 
 _PART_BYTES = 1 << 22
@@ -50,7 +50,7 @@ class Growing:
     def fingerprint(self) -> Member:
         return Member(sha256=self._hash.hexdigest(), size_bytes=self._size_bytes)
 
-    def patched(self, file: BinaryIO, path: Path, start: int) -> int:
+    def patch(self, file: BinaryIO, path: Path, start: int) -> int:
         """Put the late bytes into a member that begins at `start` of `file`; the CRC-32 of what `path` then holds."""
         assert self.late is not None
         end = file.tell()
@@ -77,15 +77,15 @@ def zip_members(target: Path, size_bytes: int) -> Iterator[OpenMember]:
     with atomic_file(target, size_bytes) as output, zipfile.ZipFile(output, "w") as packed:
 
         @contextmanager
-        def member(name: str, most_bytes: int) -> Iterator[Growing]:
+        def member(name: str, max_bytes: int) -> Iterator[Growing]:
             entry = _entry(name)
-            is_large = most_bytes > _ZIP64_BYTES
+            is_large = max_bytes > _ZIP64_BYTES
             with packed.open(entry, "w", force_zip64=is_large) as file:
                 growing = Growing(file.write)
                 yield growing
             if growing.late is not None:
                 header_bytes = len(entry.FileHeader(is_large))
-                entry.CRC = growing.patched(output, Path(output.name), entry.header_offset + header_bytes)
+                entry.CRC = growing.patch(output, Path(output.name), entry.header_offset + header_bytes)
                 output.seek(entry.header_offset)
                 output.write(entry.FileHeader(is_large))
                 output.seek(packed.start_dir)
@@ -99,14 +99,14 @@ def folder_members(target: Path, marker: str, size_bytes: int) -> Iterator[OpenM
     with atomic_folder(target, marker, size_bytes) as folder:
 
         @contextmanager
-        def member(name: str, most_bytes: int) -> Iterator[Growing]:
+        def member(name: str, max_bytes: int) -> Iterator[Growing]:
             path = folder / name
             make_folder(path.parent)
-            with atomic_file(path, most_bytes) as output:
+            with atomic_file(path, max_bytes) as output:
                 growing = Growing(output.write)
                 yield growing
                 if growing.late is not None:
-                    growing.patched(output, Path(output.name), 0)
+                    growing.patch(output, Path(output.name), 0)
 
         yield member
 

@@ -1,10 +1,10 @@
 """The page of a material: zoom, pan and a light that can be dragged, in any browser with WebGL 2.
 
 It is put together from resources/viewer: a document, a style sheet and five scripts. As one file it carries all within
-itself, loads nothing and opens from a disk; in parts, script, style and pictures lie beside it, as sites want it whose
-policy allows no code within a page. Its maps are the power-law pair in 16 bits, each as two 8-bit PNG pictures (high
+itself, loads nothing and opens from a disk; in parts, script, style and images lie beside it, as sites want it whose
+policy allows no code within a page. Its maps are the power-law pair in 16 bits, each as two 8-bit PNG images (high
 and low byte), because browsers read no floats; the error is half of 1/65535 of a map's largest value. Of a directional
-map they are the planes, three in a picture, and the table of their weights in 16 bits. PBR maps, where they are given,
+map they are the planes, three in an image, and the table of their weights in 16 bits. PBR maps, where they are given,
 are further channels in 8 bits. These maps are averaged down to 1024 texels; what is finer comes in tiles as it is seen
 (`engine.bundle.pyramid`), in the one file as far as that keeps below the limit of a bundle's member, and the page says
 what it holds. It shares the GLSL of the window (resources/shaders), includes written out.
@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, model_name
-from engine.bundle.portable import RESOURCES, brdf_glsl, filled, fit_statement, glsl_source
+from engine.bundle.portable import RESOURCES, brdf_glsl, fill_in, fit_statement, glsl_source
 from engine.bundle.pyramid import (
     MARGIN,
     TILE,
@@ -84,8 +84,8 @@ class Extras:
 
 
 @dataclass(frozen=True, eq=False)
-class _Pictures:
-    """PNG pictures and bytes of their pixels by their names, as the data of the page call them."""
+class _Images:
+    """PNG images and bytes of their pixels by their names, as the data of the page call them."""
 
     files: dict[str, bytes] = field(default_factory=dict)
     sizes: dict[str, int] = field(default_factory=dict)
@@ -97,7 +97,7 @@ class _Pictures:
         return f"{name}.png"
 
     def put_two_bytes(self, name: str, codes: NDArray[np.uint16]) -> dict[str, str]:
-        """The high and the low bytes of `codes` (H, W, 3) as two pictures."""
+        """The high and the low bytes of `codes` (H, W, 3) as two images."""
         planes = {"high": (codes >> 8).astype(np.uint8), "low": (codes & 255).astype(np.uint8)}
         return {part: self.put(f"{name}-{part}", plane) for part, plane in planes.items()}
 
@@ -109,22 +109,22 @@ def viewer(material: Material, extras: Extras | None = None) -> str:
     has, and the page says so. Of directional maps it shows the planes. UsageError for a material with neither.
     It states the error of a fitted BRDF, and what else is known of the loss.
     """
-    data, pictures = _data_and_pictures(material, extras or Extras(), PIXELS_WITHIN)
-    return _one_file(data, pictures.files)
+    data, images = _data_and_images(material, extras or Extras(), PIXELS_WITHIN)
+    return _one_file(data, images.files)
 
 
 def viewer_and_parts(material: Material, extras: Extras | None = None) -> tuple[str, dict[str, bytes]]:
     """The same page as one file, and as `index.html` without code or styles, `lightarc.js`, `lightarc.css` and its
-    pictures, by path, which hold all tiles."""
-    data, pictures = _data_and_pictures(material, extras or Extras(), PIXELS_BESIDE)
+    images, by path, which hold all tiles."""
+    data, images = _data_and_images(material, extras or Extras(), PIXELS_BESIDE)
     style, script = '<link rel="stylesheet" href="lightarc.css">', '<script src="lightarc.js"></script>'
     text = {
         "index.html": _document(data, _BESIDE, style, script),
         "lightarc.css": _style(),
         "lightarc.js": _script(),
     }
-    parts = {name: content.encode() for name, content in text.items()} | pictures.files
-    return _one_file(*_within(data, pictures)), parts
+    parts = {name: content.encode() for name, content in text.items()} | images.files
+    return _one_file(*_within(data, images)), parts
 
 
 def _one_file(data: dict[str, Any], files: dict[str, bytes]) -> str:
@@ -133,22 +133,22 @@ def _one_file(data: dict[str, Any], files: dict[str, bytes]) -> str:
     return _document(data, _WITHIN, style, script)
 
 
-def _within(data: dict[str, Any], pictures: _Pictures) -> tuple[dict[str, Any], dict[str, bytes]]:
+def _within(data: dict[str, Any], images: _Images) -> tuple[dict[str, Any], dict[str, bytes]]:
     """The part of a page that has room in one file: without the finest tiles where they are too large."""
     pyramid = data.get("pyramid")
     if pyramid is None:
-        return data, pictures.files
-    of_maps = sum(size for name, size in pictures.sizes.items() if not name.startswith("tiles/"))
+        return data, images.files
+    of_maps = sum(size for name, size in images.sizes.items() if not name.startswith("tiles/"))
     sizes = [(height, width) for width, height in pyramid["levels"]]
     finest = _finest(sizes, pyramid["layers"], PIXELS_WITHIN - of_maps)
     left_out = tuple(f"tiles/{name}-{level}-" for name, first in finest.items() for level in range(first))
-    files = {name: content for name, content in pictures.files.items() if not (left_out and name.startswith(left_out))}
+    files = {name: content for name, content in images.files.items() if not (left_out and name.startswith(left_out))}
     return {**data, "pyramid": {**pyramid, "finest": finest}}, files
 
 
 def _document(data: dict[str, Any], policy: str, style: str, script: str) -> str:
     text = json.dumps(data, ensure_ascii=True, allow_nan=False).replace("<", "\\u003c")
-    return filled(_part("index.html"), POLICY=policy, STYLE=style, SCRIPT=script, DATA=text)
+    return fill_in(_part("index.html"), POLICY=policy, STYLE=style, SCRIPT=script, DATA=text)
 
 
 def _part(name: str) -> str:
@@ -167,14 +167,14 @@ def _script() -> str:
     return "\n".join([_BEGINNING, *map(_part, _SCRIPTS)])
 
 
-def _data_and_pictures(material: Material, extras: Extras, most_bytes: int) -> tuple[dict[str, Any], _Pictures]:
-    """JSON values of the page, in which pictures are named, and the pictures, of at most so many bytes of pixels."""
-    brdf, pictures = brdf_from_text(material.brdf), _Pictures()
-    sources, channels = ["frame", "shading_map"], [["picture", "Picture"]]
+def _data_and_images(material: Material, extras: Extras, max_bytes: int) -> tuple[dict[str, Any], _Images]:
+    """JSON values of the page, in which images are named, and the images, of at most so many bytes of pixels."""
+    brdf, images = brdf_from_text(material.brdf), _Images()
+    sources, channels = ["frame", "shading_map"], [["picture", "Image"]]
     if material.directional is not None:
-        shown, sources = _planes(material.directional, pictures), [*sources, "directional", "effective_light"]
+        shown, sources = _planes(material.directional, images), [*sources, "directional", "effective_light"]
     elif material.power_law is not None:
-        shown = _power_law(material.power_law, pictures)
+        shown = _power_law(material.power_law, images)
         channels += [["brightest", "Brightest light"], ["exponent", "Exponent"]]
     else:
         raise UsageError("the page shows the compressed pair or planes, which this material does not have")
@@ -184,23 +184,23 @@ def _data_and_pictures(material: Material, extras: Extras, most_bytes: int) -> t
         "brdf": model_name(brdf),
         "models": [_model(name, brdf) for name in MODELS],
         "sigma": material.sigma,
-        "elevation_deg": _thinned(material.elevation_deg, 64),
+        "elevation_deg": _thin(material.elevation_deg, 64),
         "fit": " ".join(filter(None, (fit_statement(material), extras.loss))),
         "width_mm": extras.width_mm,
         **shown,
         "sources": {name: glsl_source(f"{name}.glsl", written) for name in sources},
     }
     if extras.maps is not None:
-        data["surface"], further = _surface(extras.maps, pictures)
+        data["surface"], further = _surface(extras.maps, images)
         channels += further
     sizes = level_sizes(material.size, VIEWER_SIDE)
     if sizes:
-        data["pyramid"] = _pyramid(material, extras.maps, sizes, pictures, most_bytes)
-    return {**data, "channels": channels}, pictures
+        data["pyramid"] = _pyramid(material, extras.maps, sizes, images, max_bytes)
+    return {**data, "channels": channels}, images
 
 
 def _pyramid(
-    material: Material, maps: PbrMaps | None, sizes: list[tuple[int, int]], pictures: _Pictures, most_bytes: int
+    material: Material, maps: PbrMaps | None, sizes: list[tuple[int, int]], images: _Images, max_bytes: int
 ) -> dict[str, Any]:
     """The tiles of all levels, or from the one on that has room; of the look-up before those of the surface."""
     groups: dict[str, tuple[int, Callable[[tuple[int, int]], Iterator[Layer]]]] = {}
@@ -211,53 +211,53 @@ def _pyramid(
     else:
         assert material.power_law is not None
         law, codes = material.power_law, codes_of(material.power_law)
-        groups["look_up"] = 2, lambda _: iter(((law.scale, codes.of_scale), (law.exponent, codes.of_exponent)))
+        groups["look_up"] = 2, lambda _: iter(((law.scale, codes.reduce_scale), (law.exponent, codes.reduce_exponent)))
         figures = {"error": coding_error(law, codes), "largest": codes.largest, "exponents": [codes.low, codes.high]}
     if maps is not None:
         groups["surface"] = 3, lambda _: _surface_layers(maps)
     layers = {name: count for name, (count, _) in groups.items()}
-    finest = _finest(sizes, layers, most_bytes - sum(pictures.sizes.values()))
+    finest = _finest(sizes, layers, max_bytes - sum(images.sizes.values()))
     for name, (_, made) in groups.items():
         for level in range(finest[name], len(sizes)):
             for column, row, layer, pixels in tiles(made(sizes[level]), sizes[level]):
-                pictures.put(f"tiles/{name}-{level}-{column}-{row}-{layer}", pixels)
+                images.put(f"tiles/{name}-{level}-{column}-{row}-{layer}", pixels)
     levels = [[width, height] for height, width in sizes]
     return {"tile": TILE, "margin": MARGIN, "levels": levels, "layers": layers, "finest": finest, **figures}
 
 
-def _finest(sizes: list[tuple[int, int]], layers: dict[str, int], most_bytes: int) -> dict[str, int]:
+def _finest(sizes: list[tuple[int, int]], layers: dict[str, int], max_bytes: int) -> dict[str, int]:
     """The first level of each group for which there is room, the number of levels where there is for none."""
     finest = {}
     for name, count in layers.items():
-        finest[name] = next(level for level in range(len(sizes) + 1) if bytes_of(sizes[level:], count) <= most_bytes)
-        most_bytes -= bytes_of(sizes[finest[name] :], count)
+        finest[name] = next(level for level in range(len(sizes) + 1) if bytes_of(sizes[level:], count) <= max_bytes)
+        max_bytes -= bytes_of(sizes[finest[name] :], count)
     return finest
 
 
-def _power_law(power_law: PowerLawMap, pictures: _Pictures) -> dict[str, Any]:
+def _power_law(power_law: PowerLawMap, images: _Images) -> dict[str, Any]:
     height, width = power_law.scale.shape[:2]
     return {
         "r_max": power_law.r_max,
         "rms": power_law.health.figures.get("rms_without_kept_tiles", power_law.rms),
         "kept_percent": 0.0 if power_law.kept is None else 100.0 * float((power_law.kept.place >= 0).mean()),
         "size": [width, height],
-        "maps": {name: _coded(name, getattr(power_law, name), pictures) for name in ("scale", "exponent")},
+        "maps": {name: _code(name, getattr(power_law, name), images) for name in ("scale", "exponent")},
     }
 
 
-def _coded(name: str, values: NDArray[np.float32], pictures: _Pictures) -> dict[str, Any]:
+def _code(name: str, values: NDArray[np.float32], images: _Images) -> dict[str, Any]:
     """A map in 16 bits for the page: value = largest (256 high + low) / 65535."""
-    small = _reduced(values)
+    small = _reduce(values)
     release(values)
     largest = float(small.max())
     codes = np.rint(small / (largest or 1.0) * 65535.0).astype(np.uint16)
-    return {"largest": largest, "size": _size(small), **pictures.put_two_bytes(name, codes)}
+    return {"largest": largest, "size": _size(small), **images.put_two_bytes(name, codes)}
 
 
-def _planes(directional: DirectionalMap, pictures: _Pictures) -> dict[str, Any]:
-    """Planes by three as pictures, with their smaller sizes, and their weights, (1 + 3 L, TILTS, TURNS, 3), as rows."""
+def _planes(directional: DirectionalMap, images: _Images) -> dict[str, Any]:
+    """Planes by three as images, with their smaller sizes, and their weights, (1 + 3 L, TILTS, TURNS, 3), as rows."""
     whole, (height, width) = directional.at_least(VIEWER_SIDE), directional.planes.shape[1:]
-    layers = [np.rint(_reduced(layer)).astype(np.uint8) for layer, _ in planes_in_layers(whole)]
+    layers = [np.rint(_reduce(layer)).astype(np.uint8) for layer, _ in planes_in_layers(whole)]
     smaller = smaller_in_layers(directional, layers)
     weights = np.zeros((1 + 3 * len(layers), *directional.table.shape[:3]))
     weights[: directional.table.shape[3]] = np.moveaxis(directional.table, 3, 0)
@@ -273,26 +273,26 @@ def _planes(directional: DirectionalMap, pictures: _Pictures) -> dict[str, Any]:
             "lowest": directional.lowest,
             "leave_one_out": directional.leave_one_out,
             "size": _size(layers[0]),
-            "layers": [pictures.put(f"planes-{number}", layer) for number, layer in enumerate(layers)],
-            "smaller": [pictures.put(f"planes-{number}-smaller", each) for number, each in enumerate(smaller)],
+            "layers": [images.put(f"planes-{number}", layer) for number, layer in enumerate(layers)],
+            "smaller": [images.put(f"planes-{number}-smaller", each) for number, each in enumerate(smaller)],
         },
         "weights": {
             "size": [columns, rows],
             "lowest": low.tolist(),
             "step": step.tolist(),
-            **pictures.put_two_bytes("weights", codes.reshape(-1, columns, 3)),
+            **images.put_two_bytes("weights", codes.reshape(-1, columns, 3)),
         },
     }
 
 
-def _surface(maps: PbrMaps, pictures: _Pictures) -> tuple[dict[str, Any], list[list[str]]]:
-    """Base colour, normals, and roughness, metallic and occlusion as pictures of 8 bits, and the channels they give.
+def _surface(maps: PbrMaps, images: _Images) -> tuple[dict[str, Any], list[list[str]]]:
+    """Base colour, normals, and roughness, metallic and occlusion as images of 8 bits, and the channels they give.
 
     Normals n are the codes 128 + 127 n. Flat ones are no channel, nor is what is 0 or unknown everywhere.
     """
     layers = zip(("base-colour", "normals", "others"), _surface_layers(maps), strict=True)
-    small = {name: coded(np.asarray(_reduced(values), np.float32)) for name, (values, coded) in layers}
-    names = [pictures.put(name, layer) for name, layer in small.items()]
+    small = {name: coded(np.asarray(_reduce(values), np.float32)) for name, (values, coded) in layers}
+    names = [images.put(name, layer) for name, layer in small.items()]
     channels = [["base_colour", "Base colour"], ["roughness", "Roughness"]]
     if (maps.normal[..., 2] < 1.0).any():
         along = " along the arc" if maps.observed.kind == "along the arc" else ""
@@ -304,7 +304,7 @@ def _surface(maps: PbrMaps, pictures: _Pictures) -> tuple[dict[str, Any], list[l
 
 
 def _surface_layers(maps: PbrMaps) -> Iterator[Layer]:
-    """The pictures of a surface: maps (H, W, 3) and their codes."""
+    """The images of a surface: maps (H, W, 3) and their codes."""
     occlusion = np.ones(maps.size, np.float32) if maps.occlusion is None else maps.occlusion
     yield maps.base_colour, lambda values: np.rint(255.0 * srgb_encode(values)).astype(np.uint8)
     yield maps.normal, lambda values: np.rint(128.0 + 127.0 * values).astype(np.uint8)
@@ -318,7 +318,7 @@ def _size(pixels: NDArray[Any]) -> list[int]:
     return [pixels.shape[1], pixels.shape[0]]
 
 
-def _reduced(values: NDArray[Any]) -> NDArray[np.float64]:
+def _reduce(values: NDArray[Any]) -> NDArray[np.float64]:
     """The map averaged down to at most VIEWER_SIDE texels on its longer side."""
     height, width = values.shape[:2]
     share = VIEWER_SIDE / max(height, width)
@@ -330,7 +330,7 @@ def _reduced(values: NDArray[Any]) -> NDArray[np.float64]:
     return np.asarray(small, np.float64).reshape(size[1], size[0], 3)
 
 
-def _thinned(values: tuple[float, ...], most: int) -> list[float]:
+def _thin(values: tuple[float, ...], most: int) -> list[float]:
     """At most `most` of `values`, evenly chosen, with the first and the last: uniforms are few."""
     chosen = np.linspace(0, len(values) - 1, min(len(values), most)).round().astype(int)
     return [float(values[index]) for index in chosen]

@@ -65,7 +65,7 @@ def read_pbr(archive: Archive, manifest: Manifest) -> PbrMaps | None:
     pixels = dict(
         zip(planes, maps_member(archive, manifest, PBR, planes, record.height_px, record.width_px), strict=True)
     )
-    found = {name: _joined([pixels[channel] for channel in _names(name)]) for name in names}
+    found = {name: _join([pixels[channel] for channel in _names(name)]) for name in names}
     sigma = {name: found.get(f"{_SIGMA}{name}") for name in record.maps}
     errors = {name: np.nan if value is None else value for name, value in record.errors.model_dump().items()}
     return PbrMaps(
@@ -92,7 +92,7 @@ def _names(name: str) -> list[str]:
     return [f"{name}.{channel}" for channel in "RGB"] if name in _COLOURS else [name]
 
 
-def _joined(planes: list[Maps]) -> Maps:
+def _join(planes: list[Maps]) -> Maps:
     return np.ascontiguousarray(np.stack(planes, axis=2) if len(planes) > 1 else planes[0])
 
 

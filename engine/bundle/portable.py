@@ -19,7 +19,7 @@ from engine.brdf.brdf import brdf_from_text, model_name
 from engine.core.errors import InputError
 from engine.core.figure_text import percent
 from engine.core.params import parameters
-from engine.scene.material import Material, auto_sigma, fitted_error
+from engine.scene.material import Material, auto_sigma, compute_fit_error
 from engine.shading.directional.effective_light import TILTS, TURNS, effective_cosine
 from engine.shading.power_law import Storage
 from engine.storage.records import TABLE
@@ -30,10 +30,10 @@ RESOURCES = Path(__file__).resolve().parents[2] / "resources"
 _INCLUDE = re.compile(r'^\s*#include "([^"]+)"\s*$', re.MULTILINE)
 _UNIFORM = re.compile(r"^uniform (float|vec3) brdf_(\w+);$", re.MULTILINE)
 
-#: Share by which a number may differ where another processor worked it out.
+#: Share by which a number may differ where another CPU worked it out.
 _LAST_DIGITS = 1e-6
 
-_PICTURE = re.compile(r'"(iVBOR[A-Za-z0-9+/=]*)"')
+_IMAGE = re.compile(r'"(iVBOR[A-Za-z0-9+/=]*)"')
 _NUMBER = re.compile(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?)")
 
 
@@ -48,7 +48,7 @@ def brdf_json(material: Material) -> str:
         "model": model_name(brdf),
         "parameters": {parameter.name: getattr(brdf, parameter.name) for parameter in parameters(brdf)},
         "unit": "1/sr, the cosine is not included",
-        "sigma": resolved_sigma(material),
+        "sigma": resolve_sigma(material),
         "sigma_is_automatic": material.sigma is None,
     }
     if material.measured is not None:
@@ -56,7 +56,7 @@ def brdf_json(material: Material) -> str:
             "file": TABLE,
             "name": material.measured.name,
             "kind": material.measured.kind,
-            "rmse_rel_of_model": fitted_error(material),
+            "rmse_rel_of_model": compute_fit_error(material),
         }
     return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
@@ -82,7 +82,7 @@ def brdf_source(material: Material) -> str:
 
 def shader_from(template: str, material: Material, translated: Callable[[str], str], loss: str) -> str:
     """The functions of a template of resources/bundle, with GLSL `translated` to the language of the template."""
-    return filled(
+    return fill_in(
         (RESOURCES / "bundle" / template).read_text(encoding="utf-8"),
         NAME=_comment(material.name),
         LOSS=_comment(" ".join(filter(None, (fit_statement(material), loss))) or "The BRDF is not a fit.", 400),
@@ -94,7 +94,7 @@ def shader_from(template: str, material: Material, translated: Callable[[str], s
 
 def _look_up_words(material: Material) -> dict[str, str]:
     return {
-        "SIGMA": _glsl(resolved_sigma(material)),
+        "SIGMA": _glsl(resolve_sigma(material)),
         "R_MAX": _glsl(_r_max(material)),
         "EXPONENT_RANGE": _glsl(_exponent_range(material)),
     }
@@ -114,7 +114,7 @@ def _directional_words(material: Material, translated: Callable[[str], str]) -> 
     }
 
 
-def resolved_sigma(material: Material) -> float:
+def resolve_sigma(material: Material) -> float:
     """The sigma of `material`, worked out where it is automatic."""
     if material.sigma is not None:
         return float(material.sigma)
@@ -161,7 +161,7 @@ def _glsl(value: Any) -> str:
 
 def fit_statement(material: Material) -> str:
     """A sentence that states the error of the model in place of a measured BRDF; empty where nothing was measured."""
-    error = fitted_error(material)
+    error = compute_fit_error(material)
     if error is None or material.measured is None:
         return ""
     measured = f"the measured BRDF {material.measured.name!r}"
@@ -173,7 +173,7 @@ def _comment(text: str, most: int = 100) -> str:
     return re.sub(r"[^ -\[\]-~]", "?", text)[:most]
 
 
-def filled(template: str, **values: str) -> str:
+def fill_in(template: str, **values: str) -> str:
     """`template` with each @NAME@ replaced once and nothing replaced within what was put in."""
     return re.sub("@(" + "|".join(values) + ")@", lambda found: values[found[1]], template)
 
@@ -181,7 +181,7 @@ def filled(template: str, **values: str) -> str:
 def is_same_text(found: bytes, made: str) -> bool:
     """True where a text of a bundle is the one that was `made` here, but for the last digits of numbers.
 
-    Pictures within it may be packed otherwise, as another version of zlib does, and must hold the same pixels.
+    Images within it may be packed otherwise, as another version of zlib does, and must hold the same pixels.
     """
     try:
         text = found.decode("utf-8")
@@ -189,10 +189,10 @@ def is_same_text(found: bytes, made: str) -> bool:
         return False
     if text == made:
         return True
-    parts, own = _PICTURE.split(text), _PICTURE.split(made)
+    parts, own = _IMAGE.split(text), _IMAGE.split(made)
     if len(parts) != len(own) or not all(map(_is_same_but_for_digits, parts[::2], own[::2])):
         return False
-    return all(map(_is_same_picture, parts[1::2], own[1::2]))
+    return all(map(_is_same_image, parts[1::2], own[1::2]))
 
 
 def _is_same_but_for_digits(found: str, made: str) -> bool:
@@ -205,12 +205,12 @@ def _is_same_but_for_digits(found: str, made: str) -> bool:
     )
 
 
-def _is_same_picture(found: str, made: str) -> bool:
+def _is_same_image(found: str, made: str) -> bool:
     if found == made:
         return True
     try:
         pixels = [
-            decode_content("engine.images.decode:decode", "picture of the page", base64.b64decode(each))["pixels"]
+            decode_content("engine.images.decode:decode", "image of the page", base64.b64decode(each))["pixels"]
             for each in (found, made)
         ]
     except (InputError, ValueError):

@@ -1,6 +1,6 @@
 """Maps at full resolution in tiles, for a page that zooms: a pyramid of levels, each half as large as the one before.
 
-A tile is a picture of 8 bits of at most `TILE` texels a side, with a `MARGIN` of its neighbours on each side, across
+A tile is an image of 8 bits of at most `TILE` texels a side, with a `MARGIN` of its neighbours on each side, across
 the edges of a map that repeats. Scale of a power law is in codes of sRGB of its largest value. Its exponents K are the
 codes
 
@@ -47,10 +47,10 @@ class Codes:
     low: float
     high: float
 
-    def of_scale(self, scale: Floats) -> NDArray[np.uint8]:
+    def reduce_scale(self, scale: Floats) -> NDArray[np.uint8]:
         return np.rint(255.0 * srgb_encode(np.clip(scale / self.largest, 0.0, 1.0))).astype(np.uint8)
 
-    def of_exponent(self, exponent: Floats) -> NDArray[np.uint8]:
+    def reduce_exponent(self, exponent: Floats) -> NDArray[np.uint8]:
         share = np.log(np.maximum(exponent, self.low) / self.low) / max(np.log(self.high / self.low), 1e-9)
         codes = np.rint(1.0 + 254.0 * np.minimum(share, 1.0))
         return np.where(exponent > 0.5 * self.low, codes, 0.0).astype(np.uint8)
@@ -76,7 +76,7 @@ def coding_error(power_law: PowerLawMap, codes: Codes) -> float:
     height, width = power_law.scale.shape[:2]
     step = max(1, int(np.sqrt(height * width / MEASURED)))
     scale, exponent = power_law.scale[::step, ::step], power_law.exponent[::step, ::step]
-    found = codes.scale(codes.of_scale(scale)), codes.exponent(codes.of_exponent(exponent))
+    found = codes.scale(codes.reduce_scale(scale)), codes.exponent(codes.reduce_exponent(exponent))
     squares = np.zeros(2)
     for share in SHARES:
         wanted = scale * np.float64(share) ** exponent
@@ -127,17 +127,17 @@ def planes_in_layers(planes: NDArray[np.uint8] | NDArray[np.float16]) -> Iterato
 
 
 def smaller_in_layers(directional: DirectionalMap, layers: list[NDArray[np.uint8]]) -> list[NDArray[np.uint8]]:
-    """For each of the `layers` (H, W, 3) of planes its small sizes below each other, in a picture as wide as the first.
+    """For each of the `layers` (H, W, 3) of planes its small sizes below each other, in an image as wide as the first.
 
     None where the layers are one texel.
     """
     planes = np.moveaxis(np.stack(layers), 3, 1).reshape(-1, *layers[0].shape[:2])[: len(directional.planes)]
-    pictures: list[list[NDArray[np.uint8]]] = [[] for _ in layers]
+    images: list[list[NDArray[np.uint8]]] = [[] for _ in layers]
     for level in replace(directional, planes=planes).smaller:
-        for picture, (layer, coded) in zip(pictures, planes_in_layers(level), strict=True):
+        for image, (layer, coded) in zip(images, planes_in_layers(level), strict=True):
             rest = layers[0].shape[1] // 2 - layer.shape[1]
-            picture.append(np.pad(coded(layer), ((0, 0), (0, max(rest, 0)), (0, 0))))
-    return [np.concatenate(picture) for picture in pictures if picture]
+            image.append(np.pad(coded(layer), ((0, 0), (0, max(rest, 0)), (0, 0))))
+    return [np.concatenate(image) for image in images if image]
 
 
 def _places(index: int, length: int) -> NDArray[np.int64]:

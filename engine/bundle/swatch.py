@@ -1,6 +1,6 @@
-"""A small picture of a material, flat and from above, for lists of files: the preview of a bundle that has no better.
+"""A small image of a material, flat and from above, for lists of files: the preview of a bundle that has no better.
 
-Of a shading map it is the slice half way up, of a directional map the picture under a lamp `TILT_DEG` from the normal
+Of a shading map it is the slice half way up, of a directional map the image under a lamp `TILT_DEG` from the normal
 towards the upper left, of PBR maps the base colour. Only every so many texels are looked at, so that it costs a few
 milliseconds at any size.
 """
@@ -30,20 +30,20 @@ def swatch(material: Material) -> bytes:
     shading_map, law, directional, pbr = material.maps
     if shading_map is not None:
         step = _step(shading_map.slices.shape[1:3])
-        picture = np.asarray(shading_map.slices[len(shading_map.slices) // 2, ::step, ::step])
+        image = np.asarray(shading_map.slices[len(shading_map.slices) // 2, ::step, ::step])
     elif law is not None:
-        picture = _few(law).slice_image(0.5 * law.r_max)
+        image = _few(law).slice_image(0.5 * law.r_max)
     elif directional is not None:
         lamp = surface_direction(np.radians(TILT_DEG), np.radians(AZIMUTH_DEG))
-        picture = _thinned(directional).picture(lamp)
+        image = _thin(directional).image(lamp)
     elif pbr is not None:
         step = _step(pbr.size)
-        picture = pbr.base_colour[::step, ::step]
+        image = pbr.base_colour[::step, ::step]
     else:
-        raise ValueError("a material without maps has no picture of its surface")
-    picture = np.clip(np.nan_to_num(picture.astype(np.float64)), 0.0, _BRIGHTEST)
-    bright = float(np.quantile(picture, BELOW_WHITE))
-    return encode_png(to_display8(picture / bright if bright > 0.0 else picture), software="Lightarc")
+        raise ValueError("a material without maps has no image of its surface")
+    image = np.clip(np.nan_to_num(image.astype(np.float64)), 0.0, _BRIGHTEST)
+    bright = float(np.quantile(image, BELOW_WHITE))
+    return encode_png(to_display8(image / bright if bright > 0.0 else image), software="Lightarc")
 
 
 def _step(size: tuple[int, ...]) -> int:
@@ -57,6 +57,6 @@ def _few(law: PowerLawMap) -> PowerLawMap:
     return replace(law, kept=None, scale=scale, exponent=exponent, error_map=errors)
 
 
-def _thinned(directional: DirectionalMap) -> DirectionalMap:
+def _thin(directional: DirectionalMap) -> DirectionalMap:
     step = _step(directional.planes.shape[1:])
     return replace(directional, planes=np.ascontiguousarray(directional.planes[:, ::step, ::step]))

@@ -1,6 +1,6 @@
 """Departure of a material from the assumptions of shading maps: that it is isotropic, and its relief small.
 
-Then a picture depends on the lamp through its mean radiance alone, whatever the lamp's azimuth (Kautz2004 sections 3
+Then an image depends on the lamp through its mean radiance alone, whatever the lamp's azimuth (Kautz2004 sections 3
 and 6). So the lights are sorted into sectors of azimuth, the photographs of each sector are interpolated to
 common mean radiances r as the slices of a shading map are, and the slices of equal r are compared:
 
@@ -57,7 +57,7 @@ class AzimuthCheck:
     def finding(self) -> Finding:
         """The verdict in words."""
         *first, last = (f"{angle:.0f}°" for angle in sorted(self.azimuths_deg))
-        lights = f"Lit from {', '.join(first)} and {last} of azimuth, pictures"
+        lights = f"Lit from {', '.join(first)} and {last} of azimuth, images"
         if not math.isfinite(self.overall):
             return Finding(Verdict.WARNING, f"{lights} of equal mean radiance are clipped and cannot be compared")
         spread = f"{lights} of equal mean radiance differ by {percent(self.overall)}"

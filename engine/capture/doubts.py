@@ -1,4 +1,4 @@
-"""Doubts about a capture that only a person can settle: angles that nobody stated, and photographs of no use.
+"""Doubts about a capture that only a user can settle: angles that nobody stated, and photographs of no use.
 
 Those are photographs that cannot be read, and ones that show nothing (`engine.capture.empty`).
 
@@ -30,11 +30,11 @@ from engine.core.health import Finding, Verdict
 RISING = 0.85
 
 #: Photographs that remain without those that cannot be read: at least so many, and at least this share.
-FEWEST, MOST_OF_THEM = 3, 0.75
+FEWEST, MAX_OF_THEM = 3, 0.75
 
 
 class Doubtful(InputError):
-    """A capture that a person may use all the same; `consent` names the setting of the import that says so.
+    """A capture that a user may use all the same; `consent` names the setting of the import that says so.
 
     `otherwise` names another setting that would settle it too, if there is one.
     """
@@ -47,15 +47,15 @@ class Doubtful(InputError):
         self.otherwise = otherwise
 
 
-def checked_angles(sources: Sources, pictures: Sequence[NDArray[np.float32]], trusted: bool) -> list[Finding]:
+def check_angles(sources: Sources, images: Sequence[NDArray[np.float32]], trusted: bool) -> list[Finding]:
     """Findings about angles that nobody stated; Doubtful where the light of `pictures` contradicts them.
 
-    `pictures` are small linear ones (h, w, 3), one for each light; a person may have said that angles are `trusted`.
+    `pictures` are small linear ones (h, w, 3), one for each light; a user may have said that angles are `trusted`.
     """
     from_names = any(one.verdict is Verdict.WARNING and one.text.startswith(FROM_NAMES) for one in sources.findings)
     if sources.angle_source != "assumed" and not (from_names and sources.angle_source == "file names"):
         return []
-    means = np.array([float(picture.mean(axis=(0, 1)) @ LUMINANCE) for picture in pictures])
+    means = np.array([float(image.mean(axis=(0, 1)) @ LUMINANCE) for image in images])
     share = rising_share(sources.elevation, means)
     origin = "read from bare numbers in the file names" if from_names else "assumed in the order of the file names"
     if share >= RISING:
@@ -63,7 +63,7 @@ def checked_angles(sources: Sources, pictures: Sequence[NDArray[np.float32]], tr
         return [Finding(Verdict.NOTE, f"{text}, as they do on an arc")]
     doubt = f"the photographs do not grow brighter with the elevations that were {origin}"
     if trusted:
-        return [Finding(Verdict.WARNING, f"{doubt[:1].upper()}{doubt[1:]}; they were taken because a person said so")]
+        return [Finding(Verdict.WARNING, f"{doubt[:1].upper()}{doubt[1:]}; they were taken because a user said so")]
     problem = f"nothing says where the lamp stood, and {doubt}, as they would on an arc"
     remedy = (
         "Give the elevations in the order of the names (--angles-deg 10,20,30), add an .lp file or capture.toml, "
@@ -87,7 +87,7 @@ def without_unreadable(sources: Sources, error: InputError, of_first: int, stric
     path = Path(error.path)
     lit = [any(one.path == path for one in light) for light in sources.exposures]
     left = len(lit) - sum(lit)
-    if not any(lit) or left < max(FEWEST, MOST_OF_THEM * of_first):
+    if not any(lit) or left < max(FEWEST, MAX_OF_THEM * of_first):
         raise error
     if strict:
         remedy = f"{error.remedy}, or import the other {left} photographs without it"
@@ -104,7 +104,7 @@ def without_empty(sources: Sources, found: Mapping[int, tuple[str, str]], of_fir
     used, and the report of the import tells of each. Raises Doubtful where `strict` refuses them.
     """
     left = len(sources.photographs) - len(found)
-    if not found or left < max(FEWEST, MOST_OF_THEM * of_first):
+    if not found or left < max(FEWEST, MAX_OF_THEM * of_first):
         return sources
     if strict:
         place = min(found)

@@ -5,7 +5,7 @@ elevation and a glossy sample lose nothing. On a flat sample the brightest pixel
 the lamp's elevation, and relief or gloss make them brighter still at grazing ones: of generated captures down to 1° and
 of real domes no photograph had less than a third of what the others lead to expect by that law.
 
-Cost: none worth mentioning, on pictures of at most 256 pixels along a side.
+Cost: none worth mentioning, on images of at most 256 pixels along a side.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ BRIGHTEST, GRAZING_DEG = 99.9, 1.0
 
 
 def empty(
-    pictures: Sequence[NDArray[np.float32]],
+    images: Sequence[NDArray[np.float32]],
     clipped: Sequence[NDArray[np.float32]],
     noise: Sequence[float],
     elevation: NDArray[np.float64],
@@ -42,12 +42,12 @@ def empty(
 
     Parameters
     ----------
-    pictures, clipped : small pictures of all N photographs (h, w, 3), linear, and the share of clipped pixels (h, w)
+    images, clipped : small images of all N photographs (h, w, 3), linear, and the share of clipped pixels (h, w)
         in each of their pixels. noise : (N,) its standard deviation in each photograph, in the units of `pictures`.
     elevation : (N,) of their lamps above the sample, in radians.
     """
-    luminance = np.stack([picture @ np.asarray(LUMINANCE, np.float32) for picture in pictures])
-    brightest = np.percentile(luminance.reshape(len(pictures), -1), BRIGHTEST, axis=1)
+    luminance = np.stack([image @ np.asarray(LUMINANCE, np.float32) for image in images])
+    brightest = np.percentile(luminance.reshape(len(images), -1), BRIGHTEST, axis=1)
     expected = np.sin(np.maximum(elevation, np.radians(GRAZING_DEG)))
     expected *= float(np.median(brightest / expected))
     usual = np.median(luminance, axis=0)

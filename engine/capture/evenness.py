@@ -36,16 +36,16 @@ DEGREE = 4
 BLOCKS, BLOCK_PX = 16, 4
 
 #: Darker blocks than this share of the mean count as so bright; no place is made more than so many times brighter.
-DARKEST, MOST_GAIN = 0.01, 8.0
+DARKEST, MAX_GAIN = 0.01, 8.0
 
 #: Unevenness beyond this is no lamp's: one that hangs half a sample's width above its edge makes 2.7.
-MOST_OF_A_LAMP = 4.0
+MAX_OF_A_LAMP = 4.0
 
 #: Rows of a photograph that are read at once.
 ROWS = 256
 
 
-def evened(stack: ImageStack) -> Steps[tuple[ImageStack, Health]]:
+def even_out(stack: ImageStack) -> Steps[tuple[ImageStack, Health]]:
     """`stack` with every photograph divided by its slow change of brightness, and how large that was.
 
     The figure `unevenness` of the health is the difference of the brightest and the darkest place of the slow change
@@ -61,7 +61,7 @@ def evened(stack: ImageStack) -> Steps[tuple[ImageStack, Health]]:
         photograph = stack.radiance[place]
         coefficients = slow_change(photograph)
         unevenness[place] = _range_of(coefficients)
-        radiance[place] = divided(photograph, coefficients)
+        radiance[place] = divide(photograph, coefficients)
         means[place] = radiance[place].mean(axis=(0, 1), dtype=np.float64) @ LUMINANCE
         release(radiance)
     return dataclasses.replace(stack, radiance=radiance, mean_radiance=means), _health(stack, unevenness)
@@ -90,7 +90,7 @@ def slow_change(photograph: NDArray[np.float32]) -> NDArray[np.float64]:
     return coefficients
 
 
-def divided(photograph: NDArray[np.float32], coefficients: NDArray[np.float64]) -> NDArray[np.float32]:
+def divide(photograph: NDArray[np.float32], coefficients: NDArray[np.float64]) -> NDArray[np.float32]:
     """`photograph` (H, W, 3) over the slow brightness of `slow_change`, scaled to the mean luminance that it had."""
     height, width = photograph.shape[:2]
     if not coefficients.any():
@@ -101,7 +101,7 @@ def divided(photograph: NDArray[np.float32], coefficients: NDArray[np.float64]) 
     before = after = 0.0
     for start in range(0, height, ROWS):
         band = np.asarray(photograph[start : start + ROWS])
-        gain = np.exp(-np.clip(down[start : start + ROWS] @ across.T, -np.log(MOST_GAIN), np.log(MOST_GAIN)))
+        gain = np.exp(-np.clip(down[start : start + ROWS] @ across.T, -np.log(MAX_GAIN), np.log(MAX_GAIN)))
         made[start : start + ROWS] = band * gain[..., None].astype(np.float32)
         before += float(band.sum(axis=(0, 1), dtype=np.float64) @ LUMINANCE)
         after += float(made[start : start + ROWS].sum(axis=(0, 1), dtype=np.float64) @ LUMINANCE)
@@ -140,7 +140,7 @@ def _health(stack: ImageStack, unevenness: NDArray[np.float64]) -> Health:
     worst = int(unevenness.argmax())
     text = f"changes its brightness slowly by {percent(float(unevenness[worst]))} over the sample, the most of all"
     verdict, text = Verdict.NOTE, f"{text}, which was evened out before the material was tiled"
-    if unevenness[worst] > MOST_OF_A_LAMP:
+    if unevenness[worst] > MAX_OF_A_LAMP:
         verdict = Verdict.WARNING
         text += "; no lamp does so much, as an object before a dark background does: import the material alone, by its "
         text += "framing, or leave the brightness as it is"

@@ -21,12 +21,12 @@ from engine.capture.calibration.rig import TERMS
 from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread, usual_motion
 from engine.capture.lights.lamp_gains import lamp_gains
 from engine.capture.lights.mirror_sphere import Circle
-from engine.capture.lights.selection import Selection, selected
+from engine.capture.lights.selection import Selection, select
 from engine.capture.lights.sources import Pairs, Sources, printable
-from engine.capture.lights.sphere_lights import measured_lights
+from engine.capture.lights.sphere_lights import measure_lights
 from engine.capture.photograph.calibration import Calibration, read_calibration
 from engine.capture.photograph.decode import Unreadable, WhiteBalance, read_photograph
-from engine.capture.photograph.exposures import Noted, Scale, exposure_scale, noted_exposure
+from engine.capture.photograph.exposures import Noted, Scale, exposure_scale, read_noted_exposure
 from engine.capture.photograph.grey_patch import GreyPatch, balance_of
 from engine.capture.registration.framing import Corners, Framing
 from engine.capture.registration.pair_motion import MOTIONS
@@ -45,19 +45,19 @@ class ImportSettings:
     Attributes
     ----------
     motion : one of `align.MOTIONS`, 'none' for a camera that stood still, or 'auto': Euclidean for lights on one arc,
-        none for lights all around, whose pictures are too unlike and come from rigs with a fixed camera.
+        none for lights all around, whose images are too unlike and come from rigs with a fixed camera.
     white_balance : of RAW files: 'camera', 'none', or multipliers of red, green, blue; of all files: a grey patch.
     transfer : of 8- and 16-bit files: 'auto', 'srgb' or 'linear'.
     crop : (left, top, width, height) in pixels of the upright photographs, None for all that they share.
-    framing : instead of a crop, the part of the reference photograph that becomes the picture, and its size; four
+    framing : instead of a crop, the part of the reference photograph that becomes the image, and its size; four
         corners alone are those of a rectangle, whose aspect is estimated and which becomes as large as it is seen.
     reference : file name of the photograph that the others are aligned to; None for what the sources say, else the
         best textured.
-    control_points : by file name, pairs (x and y in the reference photograph, x and y in this one) that a person
+    control_points : by file name, pairs (x and y in the reference photograph, x and y in this one) that a user
         marked where alignment fails; they are added to those that the sources give, or replace them. No pairs for a
         name take those away that the sources give.
     dark, flat : calibration frames: 'auto' for those found among the sources, 'none', or a file.
-    lamp_distance : of a near lamp in widths of the picture, infinite for a distant one; None for what the sources say.
+    lamp_distance : of a near lamp in widths of the image, infinite for a distant one; None for what the sources say.
     lights : the lights that are kept, None for all.
     second_sphere : outline of a second mirror sphere, or 'auto'; with it the lamps are near, and their positions known.
     equalise : divide out that lamps differ in intensity, by a white patch or by the 'object' itself; None for not.
@@ -102,7 +102,7 @@ class ImportSettings:
         if self.equalise is not None and self.equalise != "object" and not isinstance(self.equalise, GreyPatch):
             raise UsageError(f"lamps are equalised by a white patch or by the object, not by {self.equalise!r}")
         if self.lamp_distance is not None and not self.lamp_distance > 0.5:
-            raise UsageError(f"lamp_distance {self.lamp_distance:g} is not above half a width of the picture")
+            raise UsageError(f"lamp_distance {self.lamp_distance:g} is not above half a width of the image")
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +150,7 @@ class Plan:
         }
 
     def _highlights(self) -> dict[str, list[float]]:
-        """The lamp's reflections that a person corrected, where they counted."""
+        """The lamp's reflections that a user corrected, where they counted."""
         spots = self.sources.highlights_px if self.sources.sphere is not None else ()
         return {name: list(spot) for name, spot in zip(self.names, spots, strict=False) if spot is not None}
 
@@ -188,18 +188,18 @@ class Plan:
         return tuple(term for term in chosen if not stated.get(term, False))
 
 
-def planned(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
+def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     """Measure the lights, the exposures and the white balance, and read the calibration frames."""
     transfer: Any = settings.transfer if settings.transfer != "auto" else sources.transfer or "auto"
     if sources.sphere is not None:
-        sources = yield from part(measured_lights(sources, transfer, settings.second_sphere), 0.0, 0.5)
+        sources = yield from part(measure_lights(sources, transfer, settings.second_sphere), 0.0, 0.5)
     elif settings.second_sphere is not None:
         place, remedy = sources.photographs[0].parent, "Give --sphere COLUMN,ROW,RADIUS or auto as well"
         raise InputError(place, "has no first mirror sphere that a second could add to", remedy)
     if settings.lights is not None:
-        sources = selected(sources, settings.lights)
-    settings = _decided(settings, sources)
-    noted = yield from part(_noted(sources), 0.5, 0.6)
+        sources = select(sources, settings.lights)
+    settings = _decide(settings, sources)
+    noted = yield from part(_note(sources), 0.5, 0.6)
     scale = exposure_scale(sources.exposures, noted)
     _refuse_unknown_exposures(sources, scale)
     _refuse_unknown_names(settings, sources)
@@ -211,11 +211,11 @@ def planned(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
         _frame(choice, found) for choice, found in ((settings.dark, sources.dark), (settings.flat, sources.flat))
     )
     balance: WhiteBalance = "none"
-    for_pictures = (1.0, 1.0, 1.0)
+    for_images = (1.0, 1.0, 1.0)
     if isinstance(settings.white_balance, GreyPatch):
         paths = list(sources.photographs)
-        for_pictures = yield from part(balance_of(paths, settings.white_balance, transfer), 0.7, 0.9)
-        balance = for_pictures
+        for_images = yield from part(balance_of(paths, settings.white_balance, transfer), 0.7, 0.9)
+        balance = for_images
     elif settings.white_balance == "camera" and (dark or flat):
         yield Step(0.6, "Reading the white balance")
         balance = read_photograph(sources.photographs[0], half_size=True).white_balance
@@ -224,7 +224,7 @@ def planned(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     distance = settings.lamp_distance or sources.lamp_distance or math.inf
     sources = replace(sources, findings=(*sources.findings, *_about_near_lamp(distance, sources.azimuth)))
     options = {"white_balance": balance, "transfer": transfer}
-    calibration = yield from part(read_calibration(dark, flat, distance, for_pictures, options), 0.9, 1.0)
+    calibration = yield from part(read_calibration(dark, flat, distance, for_images, options), 0.9, 1.0)
     return Plan(sources, settings, dark, flat, calibration, scale, options, gains)
 
 
@@ -247,7 +247,7 @@ def _frame(choice: Path | str, found: Path | None) -> Path | None:
     return found if choice == "auto" else None
 
 
-def _decided(settings: ImportSettings, sources: Sources) -> ImportSettings:
+def _decide(settings: ImportSettings, sources: Sources) -> ImportSettings:
     stated = {printable(path): pairs for path, pairs in sources.control_points.items()}
     calibrate = settings.calibrate
     if settings.motion != "auto" and calibrate != "none":
@@ -272,7 +272,7 @@ def _about_near_lamp(distance: float, azimuth: NDArray[np.float64] | None) -> li
     return [Finding(Verdict.WARNING, text)]
 
 
-def _noted(sources: Sources) -> Steps[dict[Path, Noted]]:
+def _note(sources: Sources) -> Steps[dict[Path, Noted]]:
     """Exposures that cameras noted, if `capture.toml` does not give all of them."""
     paths = [one.path for light in sources.exposures for one in light]
     if all(one.exposure_s for light in sources.exposures for one in light):
@@ -281,7 +281,7 @@ def _noted(sources: Sources) -> Steps[dict[Path, Noted]]:
     for index, path in enumerate(paths):
         yield Step(index / len(paths), "Reading exposures")
         try:
-            noted[path] = noted_exposure(path)
+            noted[path] = read_noted_exposure(path)
         except InputError as error:
             raise Unreadable(error.path, error.problem, error.remedy) from None
     return noted

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from engine.capture.lights.sources import as_text, printable
 from engine.capture.photograph.decode import Photograph
-from engine.capture.photograph.exposures import grouped
+from engine.capture.photograph.exposures import group
 from engine.capture.registration.pair_motion import Alignment
 from engine.capture.report import Quality
 from engine.capture.tally import Tally
@@ -39,14 +39,14 @@ def refuse_different_sizes(photographs: Sequence[Path], sizes: Sequence[tuple[in
     raise InputError(photographs[0].parent, problem, "Leave these out, or crop them to the size of the others")
 
 
-def refuse_equal_pictures(photographs: Sequence[Path], pictures: Sequence[NDArray[np.float32]]) -> None:
+def refuse_equal_images(photographs: Sequence[Path], images: Sequence[NDArray[np.float32]]) -> None:
     """Two lights never give the same pixels, unless these are all alike (black, or white)."""
     seen: dict[Hashable, str] = {}
-    for path, picture in zip(photographs, pictures, strict=True):
-        if picture.size and picture.min() < picture.max():
-            first = seen.setdefault(picture.tobytes(), printable(path))
+    for path, image in zip(photographs, images, strict=True):
+        if image.size and image.min() < image.max():
+            first = seen.setdefault(image.tobytes(), printable(path))
             if first != printable(path):
-                problem = f"{first} and {printable(path)} are the same picture"
+                problem = f"{first} and {printable(path)} are the same image"
                 raise InputError(path.parent, problem, "Leave one of them out")
 
 
@@ -75,7 +75,7 @@ def _balance(photograph: Photograph) -> str:
 
 
 def _table(photographs: Sequence[Photograph], key: Callable[[Photograph], str]) -> str:
-    return grouped([(key(photograph), printable(photograph.path)) for photograph in photographs])
+    return group([(key(photograph), printable(photograph.path)) for photograph in photographs])
 
 
 def qualities(

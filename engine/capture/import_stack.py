@@ -33,15 +33,16 @@ from engine.capture.calibration.correction import Correction, room_light, room_s
 from engine.capture.calibration.estimate import Term, estimate, levels, sample_texels
 from engine.capture.calibration.motion import camera_motion
 from engine.capture.calibration.rig import TERMS, Rig, lamp_vectors
-from engine.capture.doubts import checked_angles, without_empty, without_unreadable
+from engine.capture.doubts import check_angles, without_empty, without_unreadable
 from engine.capture.empty import empty
-from engine.capture.import_plan import ImportSettings, Plan, planned
+from engine.capture.import_plan import ImportSettings, Plan
+from engine.capture.import_plan import plan as planned
 from engine.capture.import_record import (
     about_lights,
     contradictions,
     qualities,
     refuse_different_sizes,
-    refuse_equal_pictures,
+    refuse_equal_images,
 )
 from engine.capture.lights.sources import Sources, printable
 from engine.capture.output_region import View, view_of
@@ -49,9 +50,9 @@ from engine.capture.photograph.decode import Photograph, ReadAhead, Unreadable
 from engine.capture.photograph.exposures import Exposure
 from engine.capture.photograph.radiometry import ExposureMerge
 from engine.capture.registration.align import align
-from engine.capture.registration.control_points import marked_kind, with_control_points
+from engine.capture.registration.control_points import choose_marked_kind, with_control_points
 from engine.capture.registration.pair_motion import Alignment
-from engine.capture.registration.texture import Grey, reduced, reduction
+from engine.capture.registration.texture import Grey, reduce, reduction
 from engine.capture.registration.warp import warp
 from engine.capture.report import grid_step, leave_one_out, middle, noise_and_sharpness, report
 from engine.capture.stack import RADIANCE, RECORD, SATURATED, ImageStack, npy_header, open_stack
@@ -121,11 +122,11 @@ class _Output:
         self.radiance_crc32 = self.saturated_crc32 = 0
         self._count = count
         self._radiance, self._saturated = (
-            self._started(files, place / name, npy_header(full, kind))
+            self._start(files, place / name, npy_header(full, kind))
             for name, full, kind in ((RADIANCE, (*shape, 3), np.float32), (SATURATED, shape, np.bool_))
         )
 
-    def _started(self, files: ExitStack, path: Path, header: bytes) -> BinaryIO:
+    def _start(self, files: ExitStack, path: Path, header: bytes) -> BinaryIO:
         file = files.enter_context(atomic_file(path))
         file.write(header)
         return file
@@ -156,7 +157,7 @@ def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.Pa
 
     Steps carry a `ThumbnailReady` when the photographs of a light have been read. A photograph that cannot be read or
     shows nothing is left out, and the import begins anew without it, where the settings allow that and enough remain.
-    Raises InputError for photographs that cannot be read or do not fit together, Doubtful where a person may say that
+    Raises InputError for photographs that cannot be read or do not fit together, Doubtful where a user may say that
     they are to be used all the same, OutputError where the folder cannot be written.
     """
     count = len(sources.photographs)
@@ -164,14 +165,14 @@ def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.Pa
         record: StackRecord | None = None
         while record is None:
             try:
-                record = yield from _imported(sources, settings, place)
+                record = yield from _import(sources, settings, place)
             except Unreadable as error:
                 sources = without_unreadable(sources, error, count, settings.strict)
         write_bytes(place / RECORD, write_record(record))
     return open_stack(folder, verify=False)
 
 
-def _imported(sources: Sources, settings: ImportSettings, place: Path) -> Steps[StackRecord]:
+def _import(sources: Sources, settings: ImportSettings, place: Path) -> Steps[StackRecord]:
     """Write the pixels of `sources` into the folder `place`."""
     plan = yield from part(planned(sources, settings), 0.0, 0.1)
     first, record = len(plan.names), None
@@ -181,7 +182,7 @@ def _imported(sources: Sources, settings: ImportSettings, place: Path) -> Steps[
             read = yield from part(_read_all(plan, place, files), 0.1, last)
             left = _without_empty(plan, read, first)
             if left is plan:
-                record = yield from _aligned_record(plan, read, place, files, last)
+                record = yield from _align_record(plan, read, place, files, last)
         plan = left
         del read
     return record
@@ -200,12 +201,12 @@ def _without_empty(plan: Plan, read: _Read, of_first: int) -> Plan:
     return plan if sources is plan.sources else plan.reduced(sources)
 
 
-def _aligned_record(plan: Plan, read: _Read, place: Path, files: ExitStack, started: float) -> Steps[StackRecord]:
+def _align_record(plan: Plan, read: _Read, place: Path, files: ExitStack, started: float) -> Steps[StackRecord]:
     """Align and write what has been read, unless that was done while it was, and describe it."""
-    about_angles = checked_angles(plan.sources, read.thumbnails, plan.settings.trust_angles)
-    alignment = _unmoved(len(plan.names))
+    about_angles = check_angles(plan.sources, read.thumbnails, plan.settings.trust_angles)
+    alignment = _find_unmoved(len(plan.names))
     if not _direct(plan):
-        alignment = yield from part(_aligned(plan, read), started, 0.7)
+        alignment = yield from part(_align(plan, read), started, 0.7)
         if "motion" in plan.calibrated:
             plan, alignment = yield from part(_followed(plan, read, alignment), 0.7, 0.75)
         plan, correction = yield from part(_calibrated(plan, read, alignment), 0.75, 0.8)
@@ -225,7 +226,7 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
     azimuths = compare_azimuths(grid, mean_radiance, sources.azimuth)
     findings = [*sources.findings, *plan.scale.findings, *contradictions(read.photographs)]
     findings += [azimuths.finding()] if azimuths else []
-    health = Health(findings=(*findings, *alignment.findings)).merged(
+    health = Health(findings=(*findings, *alignment.findings)).merge(
         report(names, mean_radiance, quality, sources.azimuth)
     )
     return StackRecord(
@@ -277,7 +278,7 @@ def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
                 del photograph
                 yield Step(stop, f"Read {index + 1} of {len(lights)}", ready)
     refuse_different_sizes(flat, read.sizes)
-    refuse_equal_pictures(plan.sources.photographs, read.thumbnails)
+    refuse_equal_images(plan.sources.photographs, read.thumbnails)
     return read
 
 
@@ -305,7 +306,7 @@ def _light(
     if len(light) == 1 or photograph is None:
         return photograph
     assert plan.scale.reference is not None
-    merged = merge.merged()
+    merged = merge.merge()
     merged.radiance[...] *= np.float32(plan.scale.reference / plan.gains[index])
     return replace(photograph, radiance=merged.radiance, saturated=merged.saturated)
 
@@ -323,7 +324,7 @@ def _note(read: _Read, photograph: Photograph, still: bool) -> None:
     read.clipped.append(_small(photograph.saturated))
     if not still:
         luminance = _luminance(photograph.radiance)
-        read.greys.append(reduced(luminance, reduction(*luminance.shape)).copy())
+        read.greys.append(reduce(luminance, reduction(*luminance.shape)).copy())
 
 
 def _keep(plan: Plan, read: _Read, photograph: Photograph, place: Path, files: ExitStack) -> Steps[None]:
@@ -331,7 +332,7 @@ def _keep(plan: Plan, read: _Read, photograph: Photograph, place: Path, files: E
     count = len(plan.names)
     if _direct(plan):
         if read.output is None:
-            read.output = _output(plan, _unmoved(count), read.shape, place, files)
+            read.output = _output(plan, _find_unmoved(count), read.shape, place, files)
         yield from read.output.add(photograph.radiance, photograph.saturated, np.eye(3))
         return
     light_bytes = math.prod(read.shape) * PIXEL_BYTES
@@ -349,8 +350,8 @@ def _keep(plan: Plan, read: _Read, photograph: Photograph, place: Path, files: E
             release(scratch)
 
 
-def _aligned(plan: Plan, read: _Read) -> Steps[Alignment]:
-    alignment = _unmoved(len(plan.names), plan.reference or 0)
+def _align(plan: Plan, read: _Read) -> Steps[Alignment]:
+    alignment = _find_unmoved(len(plan.names), plan.reference or 0)
     if plan.settings.motion != "none":
         factor = reduction(*read.shape)
         alignment = yield from align(read.greys, plan.names, plan.settings.motion, factor, plan.reference)
@@ -398,7 +399,7 @@ def _calibrated(plan: Plan, read: _Read, alignment: Alignment) -> Steps[tuple[Pl
     """The plan with what the photographs tell of their rig, and the correction for it; None for none."""
     sources, terms = plan.sources, [term for term in plan.calibrated if term in TERMS]
     if not terms or sources.azimuth is None:
-        return _reported(plan), None
+        return _select_reported(plan), None
     yield Step(0.0, "Calibrating")
     directions, small = _directions(plan), _small_aligned(read, alignment)
     start = replace(Rig.plain(len(directions)), nearness=1.0 / plan.calibration.lamp_distance)
@@ -407,7 +408,7 @@ def _calibrated(plan: Plan, read: _Read, alignment: Alignment) -> Steps[tuple[Pl
         vectors = lamp_vectors(directions, sample.positions, start.nearness)
         sample = replace(sample, values=sample.values * np.linalg.norm(vectors, axis=-1) ** 1.5)
     found = estimate(sample, directions, terms, start)
-    plan = _reported(replace(plan, terms=(*plan.terms, *found.terms)))
+    plan = _select_reported(replace(plan, terms=(*plan.terms, *found.terms)))
     if not found.accepted:
         return plan, None
     gains = np.exp(found.rig.log_gains - np.median(found.rig.log_gains))
@@ -424,7 +425,7 @@ def _calibrated(plan: Plan, read: _Read, alignment: Alignment) -> Steps[tuple[Pl
     return replace(plan, gains=plan.gains * gains), correction
 
 
-def _reported(plan: Plan) -> Plan:
+def _select_reported(plan: Plan) -> Plan:
     """The plan whose findings say what the calibration found."""
     said = [Finding(Verdict.NOTE, term.text) for term in plan.terms]
     return replace(plan, sources=replace(plan.sources, findings=(*plan.sources.findings, *said)))
@@ -438,9 +439,9 @@ def _small_aligned(read: _Read, alignment: Alignment) -> tuple[list[NDArray[np.f
     scale = np.diag([width / read.shape[1], height / read.shape[0], 1.0])
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     found: tuple[list[NDArray[np.float32]], list[NDArray[np.float32]]] = ([], [])
-    for picture, clipped, matrix in zip(read.thumbnails, read.clipped, alignment.matrix, strict=True):
+    for image, clipped, matrix in zip(read.thumbnails, read.clipped, alignment.matrix, strict=True):
         small = scale @ matrix @ np.linalg.inv(scale)
-        found[0].append(cv2.warpPerspective(picture, small, (width, height), flags=flags))
+        found[0].append(cv2.warpPerspective(image, small, (width, height), flags=flags))
         found[1].append(cv2.warpPerspective(clipped, small, (width, height), flags=flags, borderValue=1.0))
     return found
 
@@ -464,7 +465,7 @@ def _output(
     return _Output(files, place, len(plan.names), view, given_back)
 
 
-def _unmoved(count: int, reference: int = 0) -> Alignment:
+def _find_unmoved(count: int, reference: int = 0) -> Alignment:
     nothing = np.full(count, np.nan)
     return Alignment(np.tile(np.eye(3), (count, 1, 1)), nothing, np.zeros(count, bool), np.zeros(count), reference)
 
@@ -475,7 +476,7 @@ def _control_points(plan: Plan, alignment: Alignment) -> Alignment:
         problem = "has control points, but is the one that the others are aligned to"
         remedy = "Say which photograph is the reference: reference in capture.toml"
         raise InputError(plan.sources.photographs[alignment.reference], problem, remedy)
-    motion = marked_kind(plan.settings.motion, plan.sources.azimuth)
+    motion = choose_marked_kind(plan.settings.motion, plan.sources.azimuth)
     return with_control_points(alignment, marked, plan.names, motion) if marked else alignment
 
 
@@ -487,7 +488,7 @@ def _luminance(radiance: NDArray[np.float32]) -> Grey:
 
 
 def _small(radiance: NDArray[np.float32] | NDArray[np.bool_]) -> NDArray[np.float32]:
-    """A picture of at most `_THUMBNAIL_SIDE`, from some four samples to a pixel along each side; shares of a mask."""
+    """An image of at most `_THUMBNAIL_SIDE`, from some four samples to a pixel along each side; shares of a mask."""
     height, width = radiance.shape[:2]
     scale = min(1.0, _THUMBNAIL_SIDE / max(height, width))
     size = (max(1, round(width * scale)), max(1, round(height * scale)))

@@ -20,7 +20,7 @@ from engine.capture.registration.framing import (
     Framing,
     framing_matrix,
     inside_all,
-    rectified,
+    rectify,
     samples_per_side,
 )
 from engine.capture.registration.warp import Region, valid_region
@@ -57,7 +57,7 @@ def view_of(settings: ImportSettings, matrices: Matrix, size: tuple[int, int], p
     Raises InputError for `place` where that is nothing, or where a framing reaches beyond a photograph.
     """
     if settings.framing is not None:
-        return _framed(settings.framing, matrices, size, place)
+        return _frame(settings.framing, matrices, size, place)
     shared = valid_region(matrices, *size)
     if shared.width < 1 or shared.height < 1:
         problem = "the photographs were moved so far apart that no pixel is seen by all"
@@ -71,15 +71,15 @@ def view_of(settings: ImportSettings, matrices: Matrix, size: tuple[int, int], p
     return View(cut, np.eye(3))
 
 
-def _framed(wanted: Framing | Corners, matrices: Matrix, size: tuple[int, int], place: Path) -> View:
+def _frame(wanted: Framing | Corners, matrices: Matrix, size: tuple[int, int], place: Path) -> View:
     try:
-        framing = wanted if isinstance(wanted, Framing) else rectified(wanted, None, size)
+        framing = wanted if isinstance(wanted, Framing) else rectify(wanted, None, size)
     except UsageError as error:
-        problem = f"no picture can be made between these corners: {error}"
-        raise InputError(place, problem, "Move the corners, or give the size of the picture") from None
+        problem = f"no image can be made between these corners: {error}"
+        raise InputError(place, problem, "Move the corners, or give the size of the image") from None
     if not inside_all(framing, list(matrices), *size):
         corners = "  ".join(f"{x:g},{y:g}" for x, y in framing.corners)
-        problem = f"the picture between {corners} reaches beyond what all {size[1]} × {size[0]} px show"
+        problem = f"the image between {corners} reaches beyond what all {size[1]} × {size[0]} px show"
         raise InputError(place, problem, "Move its corners inwards, or leave out the photograph that was moved most")
     matrix = framing_matrix(framing)
     samples = samples_per_side(matrix, framing.width_px, framing.height_px)

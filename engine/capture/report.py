@@ -35,7 +35,7 @@ class Quality:
     ----------
     clipped_fraction, black_fraction : parts of the crop at the white level, and below `BLACK`.
     noise : standard deviation of what looks like white noise, in units of the white level.
-    sharpness : slope at one pixel over slope at four, which falls when a picture is out of focus.
+    sharpness : slope at one pixel over slope at four, which falls when an image is out of focus.
     alignment_residual_px : what the alignment left, None where it was not or could not be measured.
     leave_one_out_error : relative error of predicting the photograph from the others, None where it is black.
     """
@@ -90,13 +90,13 @@ def leave_one_out(samples: NDArray[np.float32], mean_radiance: NDArray[np.float6
         if not mean > 0.0 or not (mean_radiance[others] > 0.0).any():
             errors.append(None)
             continue
-        predicted = bracketed(samples, mean_radiance, others, float(mean))
+        predicted = bracket(samples, mean_radiance, others, float(mean))
         difference = predicted - samples[index]
         errors.append(float(np.sqrt(np.mean(difference * difference, dtype=np.float64)) / mean))
     return errors
 
 
-def bracketed(
+def bracket(
     samples: NDArray[np.float32], means: NDArray[np.float64], others: Sequence[Any], mean: float
 ) -> NDArray[np.float32]:
     """A photograph of mean radiance `mean` from those of `others`, which are sorted by theirs; not all are black."""
@@ -192,7 +192,8 @@ def _about_order(names: Sequence[str], means: NDArray[np.float64]) -> Finding:
     if not falls:
         return Finding(Verdict.GOOD, "Mean radiance grows with the elevation of the light")
     more = f" and {len(falls) - 3} more" if len(falls) > 3 else ""
-    text = f"Mean radiance does not grow with the elevation of the light: it falls at {_named(names, falls[:3])}{more}"
+    which = _join_names(names, falls[:3])
+    text = f"Mean radiance does not grow with the elevation of the light: it falls at {which}{more}"
     return Finding(Verdict.WARNING, text)
 
 
@@ -206,5 +207,5 @@ def _about_prediction(names: Sequence[str], qualities: Sequence[Quality], severa
     return [Finding(verdict, text, name)]
 
 
-def _named(names: Sequence[str], places: Sequence[int]) -> str:
+def _join_names(names: Sequence[str], places: Sequence[int]) -> str:
     return ", ".join(names[place] for place in places)

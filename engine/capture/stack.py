@@ -103,7 +103,7 @@ def open_stack(
     files = [(RADIANCE, (*shape, 3), np.float32, record.radiance_crc32)]
     files.append((SATURATED, shape, np.bool_, record.saturated_crc32))
     radiance, saturated = (
-        _checked(place / name, full, kind, crc32 if verify else None)
+        _check(place / name, full, kind, crc32 if verify else None)
         if pixels is None
         else _elsewhere(Path(pixels) / name, full, kind, crc32, verify)
         for name, full, kind, crc32 in files
@@ -151,10 +151,10 @@ def _health(record: StackRecord, is_sealed: bool) -> Health:
         text = "imported before records of stacks were sealed: a changed record would not be noticed"
     else:
         return health
-    return health.merged(Health(findings=(Finding(Verdict.NOTE, text),)))
+    return health.merge(Health(findings=(Finding(Verdict.NOTE, text),)))
 
 
-def _checked(path: Path, shape: tuple[int, ...], dtype: DTypeLike, crc32: int | None) -> FileArray:
+def _check(path: Path, shape: tuple[int, ...], dtype: DTypeLike, crc32: int | None) -> FileArray:
     header = npy_header(shape, dtype)
     expected = len(header) + math.prod(shape) * np.dtype(dtype).itemsize
     try:
@@ -176,7 +176,7 @@ def _checked(path: Path, shape: tuple[int, ...], dtype: DTypeLike, crc32: int | 
 def _elsewhere(path: Path, shape: tuple[int, ...], dtype: DTypeLike, crc32: int | None, verify: bool) -> FileArray:
     """An array of a file that may come and go."""
     if verify:
-        _checked(path, shape, dtype, crc32)
+        _check(path, shape, dtype, crc32)
     header = npy_header(shape, dtype)
     return FileArray(path, shape, np.dtype(dtype), len(header), None, header)
 

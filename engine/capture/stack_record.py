@@ -59,7 +59,7 @@ class StackRecord(BaseModel):
         lists = (self.elevations_deg, azimuths, self.mean_radiance, self.quality)
         if any(len(values) != len(self.sources) for values in lists):
             raise ValueError("lists differ in length")
-        for numbers, (least, largest) in _ranged(self):
+        for numbers, (least, largest) in _list_ranges(self):
             if not all(least <= number <= largest for number in _numbers(numbers)):
                 raise ValueError(f"a number is not between {least:g} and {largest:g}")
         if self.elevations_deg != sorted(self.elevations_deg) or not self._in_range():
@@ -70,7 +70,7 @@ class StackRecord(BaseModel):
         return self.elevations_deg[0] >= 0.0 and self.elevations_deg[-1] <= 90.0
 
 
-def _ranged(record: StackRecord) -> Iterator[tuple[Any, tuple[float, float]]]:
+def _list_ranges(record: StackRecord) -> Iterator[tuple[Any, tuple[float, float]]]:
     """Parts of a record that hold numbers, with the range of each."""
     yield record.mean_radiance, (-MAX_NUMBER, MAX_NUMBER)
     yield record.azimuths_deg, (-720.0, 720.0)

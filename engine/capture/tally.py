@@ -29,7 +29,7 @@ class Tally:
     grid: list[NDArray[np.float32]] = field(default_factory=list)
 
     def add(self, band: NDArray[np.float32], mask: NDArray[np.bool_], first: int) -> None:
-        """Count the band (rows, W, 3) and its saturation mask that begin at row `first` of the picture."""
+        """Count the band (rows, W, 3) and its saturation mask that begin at row `first` of the image."""
         sums = np.empty((band.shape[0], 3))
         counts = np.empty((band.shape[0], 2), np.int64)
         _sum(band, mask, _WEIGHTS, np.float32(BLACK), sums, counts)

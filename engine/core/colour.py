@@ -157,7 +157,7 @@ def _aces(colour: NDArray[np.float32]) -> NDArray[np.float32]:
 def to_display8(display: ArrayLike, *, dither: bool = False) -> NDArray[np.uint8]:
     """sRGB-coded uint8 of a display-linear image (H, W, 3), clipped to [0, 1]; NaN becomes 0.
 
-    `dither` adds an ordered 8×8 Bayer pattern of ±½ code: the same picture gives the same bytes, always.
+    `dither` adds an ordered 8×8 Bayer pattern of ±½ code: the same image gives the same bytes, always.
     """
     linear = np.nan_to_num(np.asarray(display, np.float32), nan=0.0, posinf=1.0, neginf=0.0)
     coded = srgb_encode(np.clip(linear, 0.0, 1.0)) * np.float32(255)

@@ -1,6 +1,6 @@
-"""Failures that a person can cause or mend. Everything else is a programming error and raises loudly.
+"""Failures that a user can cause or mend. Everything else is a programming error and raises loudly.
 
-Each carries the three things a person needs: what it is about (a file, a capability), what is wrong, and what would
+Each carries the three things a user needs: what it is about (a file, a capability), what is wrong, and what would
 be right. The command line turns them into exit codes (`app.command_line`), the window into a dialog or a banner.
 """
 
@@ -17,7 +17,7 @@ VERBS = (
 
 
 class LightarcError(Exception):
-    """Base of the failures that are reported to a person in one sentence, never as a traceback."""
+    """Base of the failures that are reported to a user in one sentence, never as a traceback."""
 
 
 class UsageError(LightarcError, ValueError):

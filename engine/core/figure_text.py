@@ -1,9 +1,9 @@
-"""Figures as people read them: the one place where a number becomes part of a message.
+"""Figures as users read them: the one place where a number becomes part of a message.
 
 A figure has a few significant digits, never loses one before the point, has no zeros at its end that say nothing, and
 commas between thousands from 1,000 on. Below 1e-4 and from 1e9 on it has an exponent.
 
-The window writes figures as its person's language does, with a true minus sign (`write_with`); the command line always
+The window writes figures as its user's language does, with a true minus sign (`write_with`); the command line always
 with a point, and with a minus sign that can be typed.
 """
 
@@ -39,7 +39,7 @@ def local(figure: str) -> str:
     return sign + "".join(_marks[letter] if letter in ".," else letter for letter in size)
 
 
-def fixed(value: float, places: int) -> str:
+def format_fixed(value: float, places: int) -> str:
     """`value` with so many decimals, which columns and readings that change keep: '12.0', and 0 without a sign."""
     figure = f"{value:.{places}f}"
     return local(figure if any(digit in figure for digit in "123456789") else figure.removeprefix("-"))
@@ -95,7 +95,7 @@ def percent_range(low: float, high: float) -> str:
     return f"{percent(low).removesuffix(' %')} to {percent(high)}" if low > 0.0 else f"up to {percent(high)}"
 
 
-def shortened(text: str, digits: int = 5) -> str:
+def shorten(text: str, digits: int = 5) -> str:
     """`text` with so many digits of each number that has a point: 'alpha=0.0772745622714911' as 'alpha=0.077275'."""
     return re.sub(r"\d+\.\d+(?:e[-+]\d+)?", lambda found: f"{float(found[0]):.{digits}g}", text)
 

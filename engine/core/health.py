@@ -55,10 +55,10 @@ class Health:
         return [finding.sentence for finding in self.findings if finding.verdict >= Verdict.WARNING]
 
     def without(self, sources: Collection[str]) -> Health:
-        """The same, less what is found in `sources`: photographs that a person left out worry nobody any more."""
+        """The same, less what is found in `sources`: photographs that a user left out worry nobody any more."""
         kept = tuple(finding for finding in self.findings if finding.source not in sources)
         return Health(self.figures, kept)
 
-    def merged(self, other: Health) -> Health:
+    def merge(self, other: Health) -> Health:
         """Both together; a figure of `other` replaces one of the same name."""
         return Health(MappingProxyType({**self.figures, **other.figures}), self.findings + other.findings)

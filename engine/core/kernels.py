@@ -1,7 +1,7 @@
 """The two kinds of compiled kernels, so that every hot loop is compiled alike.
 
 Kernels are cached on disk, release the interpreter lock and never use fast-math, because results must not depend on
-the processor's whims. `threads_are_shared` says whether two Python threads may run parallel kernels at once.
+the CPU's whims. `threads_are_shared` says whether two Python threads may run parallel kernels at once.
 
 numba takes 0.5 s to load and 70 MB, so it is loaded when the first kernel is called, not when a module that has one is
 imported. Until then a kernel is a `Kernel`. Compiling needs the kernels that it calls as functions of numba: their

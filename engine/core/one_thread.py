@@ -1,6 +1,6 @@
 """Linear algebra on one thread: sums are taken in one order on any machine, and no thread waits for another.
 
-The threads of BLAS wait actively. On processors that are busy otherwise, many small systems then take ten times as long
+The threads of BLAS wait actively. On CPUs that are busy otherwise, many small systems then take ten times as long
 as on one thread. The limit belongs to the whole process: whoever comes first sets it and whoever leaves last lifts it.
 """
 

@@ -31,7 +31,7 @@ class Parameter:
     ----------
     kind : what its values are; a default of None stands for what follows from other parameters or from a plan.
     values : all that are allowed; empty for the whole range.
-    ladder : values of a sweep, cheapest first; empty for what is not swept.
+    sweep : values of a sweep, cheapest first; empty for what is not swept.
     offered : values of a form, with their words. words : its label, where the name is none.
     option : of the command line, without dashes, where that is not the name.
     """
@@ -46,7 +46,7 @@ class Parameter:
     log: bool
     kind: Literal["number", "whole", "flag", "choice", "text", "texts"] = "number"
     values: tuple[Any, ...] = ()
-    ladder: tuple[int, ...] = ()
+    sweep: tuple[int, ...] = ()
     offered: tuple[tuple[Any, str], ...] = ()
     words: str = ""
     option: str = ""
@@ -58,7 +58,7 @@ class Parameter:
 
     @property
     def label(self) -> str:
-        """The name as a person reads it: `alpha_x` becomes 'Alpha x'; a unit suffix is left to `unit`."""
+        """The name as a user reads it: `alpha_x` becomes 'Alpha x'; a unit suffix is left to `unit`."""
         words = self.words or self.name.removesuffix("_deg").replace("_", " ")
         return words[:1].upper() + words[1:]
 
@@ -127,7 +127,7 @@ def whole(
     slider: tuple[int, int] | None = None,
     log: bool = False,
     values: tuple[int, ...] = (),
-    ladder: tuple[int, ...] = (),
+    sweep: tuple[int, ...] = (),
     offered: tuple[tuple[int, str], ...] = (),
     words: str = "",
     option: str = "",
@@ -136,42 +136,42 @@ def whole(
 
     A form offers the values of the `ladder` unless others are `offered`.
     """
-    shown = offered or tuple((value, str(value)) for value in ladder)
-    more = {"values": values, "ladder": ladder, "offered": shown, "words": words, "option": option}
-    return _declared(default, low, high, doc, "whole", slider=slider or (low, high), log=log, **more)
+    shown = offered or tuple((value, str(value)) for value in sweep)
+    more = {"values": values, "sweep": sweep, "offered": shown, "words": words, "option": option}
+    return _declare(default, low, high, doc, "whole", slider=slider or (low, high), log=log, **more)
 
 
 def flag(
     default: bool | None,
     *,
     doc: str,
-    ladder: tuple[int, ...] = (),
+    sweep: tuple[int, ...] = (),
     offered: tuple[tuple[bool | None, str], ...] = (),
     words: str = "",
     option: str = "",
 ) -> Any:
     """Declare what is on or off; None leaves it to a plan."""
-    return _declared(default, 0, 1, doc, "flag", ladder=ladder, offered=offered, words=words, option=option)
+    return _declare(default, 0, 1, doc, "flag", sweep=sweep, offered=offered, words=words, option=option)
 
 
 def choice(
     default: str | None, values: tuple[str, ...], *, doc: str, offered: tuple[tuple[str | None, str], ...] = ()
 ) -> Any:
     """Declare one word out of `values`; None follows from the others."""
-    return _declared(default, 0, 0, doc, "choice", values=values, offered=offered)
+    return _declare(default, 0, 0, doc, "choice", values=values, offered=offered)
 
 
 def text(*, doc: str, metavar: str) -> Any:
     """Declare a text that need not be given."""
-    return _declared(None, 0, 0, doc, "text", metavar=metavar)
+    return _declare(None, 0, 0, doc, "text", metavar=metavar)
 
 
 def texts(*, doc: str, metavar: str) -> Any:
     """Declare any number of texts, none by default."""
-    return _declared((), 0, 0, doc, "texts", metavar=metavar)
+    return _declare((), 0, 0, doc, "texts", metavar=metavar)
 
 
-def _declared(default: Any, low: int, high: int, doc: str, kind: str, **more: Any) -> Any:
+def _declare(default: Any, low: int, high: int, doc: str, kind: str, **more: Any) -> Any:
     shared = {"low": low, "high": high, "slider": (low, high), "unit": "", "doc": doc, "log": False, "kind": kind}
     return dataclasses.field(default=default, metadata={"parameter": {**shared, **more}})
 

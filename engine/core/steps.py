@@ -41,7 +41,7 @@ def time_left(seconds: float) -> str:
     return f"{seconds:.0f} s left" if seconds < 120.0 else f"{seconds / 60.0:.0f} min left"
 
 
-def relayed(steps: Steps[Result], change: Callable[[Step], Step]) -> Steps[Result]:
+def relay(steps: Steps[Result], change: Callable[[Step], Step]) -> Steps[Result]:
     """Run `steps`, each step as `change` makes it: `result = yield from relayed(steps, …)`."""
     try:
         while True:
@@ -56,9 +56,9 @@ def relayed(steps: Steps[Result], change: Callable[[Step], Step]) -> Steps[Resul
 
 def part(steps: Steps[Result], start: float, stop: float) -> Steps[Result]:
     """Run `steps` as the part [start, stop] of a longer work: `result = yield from part(steps, 0.2, 0.5)`."""
-    return relayed(steps, lambda step: Step(start + (stop - start) * step.done, step.note, step.partial))
+    return relay(steps, lambda step: Step(start + (stop - start) * step.done, step.note, step.partial))
 
 
 def without_partials(steps: Steps[Result]) -> Steps[Result]:
     """Run `steps` without their partial results, where the longer work has others: those of a fit are BRDFs."""
-    return relayed(steps, lambda step: Step(step.done, step.note))
+    return relay(steps, lambda step: Step(step.done, step.note))

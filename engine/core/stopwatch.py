@@ -1,6 +1,6 @@
 """Duration of a piece of work.
 
-Background load: the share of the processors that other programs had while times were measured. Company: other
+Background load: the share of the CPUs that other programs had while times were measured. Company: other
 computations of this program that ran at the same time.
 """
 
@@ -29,25 +29,25 @@ def shortest(work: Callable[[], object], runs: int = 2, enough_s: float = math.i
     return min(times)
 
 
-#: Share of the processors from which a measurement is disturbed.
+#: Share of the CPUs from which a measurement is disturbed.
 DISTURBED = 0.1
 
-#: Seconds of all processors that were used so far, by this process, and that have passed.
+#: Seconds of all CPUs that were used so far, by this process, and that have passed.
 Spent = tuple[float, float, float]
 
 
-def spent() -> Spent:
+def read_clock() -> Spent:
     """To be asked for before and after what is measured, for `background_load`.
 
     What children of the process use is its own: files are decoded and texts of reflectance are evaluated there.
     """
     whole, process = psutil.cpu_times(), psutil.Process()
     used = sum(getattr(whole, name, 0.0) for name in ("user", "nice", "system", "steal"))
-    own = _used(process) + sum(_used(child) for child in process.children(recursive=True))
+    own = _use(process) + sum(_use(child) for child in process.children(recursive=True))
     return used, own, time.perf_counter() * (os.cpu_count() or 1)
 
 
-def _used(process: psutil.Process) -> float:
+def _use(process: psutil.Process) -> float:
     """Seconds that a process has used, with its children that have ended; none of one that has just ended."""
     try:
         times = process.cpu_times()
@@ -58,7 +58,7 @@ def _used(process: psutil.Process) -> float:
 
 
 def background_load(before: Spent, after: Spent) -> float:
-    """The share of the processors, 0 … 1, that other programs had in between; meaningless for less than 0.1 s."""
+    """The share of the CPUs, 0 … 1, that other programs had in between; meaningless for less than 0.1 s."""
     used, own, passed = (late - early for early, late in zip(before, after, strict=True))
     return min(max(0.0, used - own) / max(passed, 1e-9), 1.0)
 
@@ -81,20 +81,20 @@ def had_company() -> bool:
 
 
 #: Seconds in which the load of others can be told, and for which runs go on beside them: of the frames that two threads
-#: draw on two processors, one in forty finds both free while another program keeps one of them busy.
+#: draw on two CPUs, one in forty finds both free while another program keeps one of them busy.
 WINDOW_S, PATIENCE_S = 0.4, 2.0
 
 
-def undisturbed(work: Callable[[], object]) -> tuple[float, float]:
+def time_undisturbed(work: Callable[[], object]) -> tuple[float, float]:
     """The shortest run of `work` in seconds, and the background load meanwhile.
 
     Runs end after `WINDOW_S` without other programs, and after `PATIENCE_S` beside them. Work that threads share takes
-    as long as on fewer processors while others have theirs: a frame of 2.7 ms by OpenGL on two processors took 4.6 ms,
-    for minutes on end, and as many seconds of the processors.
+    as long as on fewer CPUs while others have theirs: a frame of 2.7 ms by OpenGL on two CPUs took 4.6 ms,
+    for minutes on end, and as many seconds of the CPUs.
     """
     work()
     best, started = math.inf, time.perf_counter()
-    window_began, in_window = started, spent()
+    window_began, in_window = started, read_clock()
     while True:
         began = time.perf_counter()
         work()
@@ -102,7 +102,7 @@ def undisturbed(work: Callable[[], object]) -> tuple[float, float]:
         best = min(best, now - began)
         if now - window_began < WINDOW_S:
             continue
-        after = spent()
+        after = read_clock()
         load = background_load(in_window, after)
         if load <= DISTURBED or now - started >= PATIENCE_S:
             return best, load

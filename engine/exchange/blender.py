@@ -1,7 +1,7 @@
 """Blender: a script that makes two materials, the textures that they use, and the `.blend` where Blender is at hand.
 
 The first material is a Principled BSDF of the PBR maps, for Cycles and EEVEE. The second looks the power law up behind
-*Shader to RGB*: EEVEE's light on a white diffuse surface, times sigma, is r, and the picture shows S(r) = scale
+*Shader to RGB*: EEVEE's light on a white diffuse surface, times sigma, is r, and the image shows S(r) = scale
 (r / r_max)^exponent. That is the look-up outside the integral (`outgoing` in `engine.scene.scene`), with the sigma by
 which a Lambertian surface shows the photographs; Cycles gathers no light before it shades, so it shows none of this.
 
@@ -26,10 +26,10 @@ from numpy.typing import NDArray
 from engine.brdf.models.diffuse import Lambert
 from engine.core.colour import luminance
 from engine.core.steps import Step, Steps
-from engine.exchange.coding import encoded
-from engine.exchange.loss import Shown, View, lit_points
+from engine.exchange.coding import encode
+from engine.exchange.loss import Shown, View, find_lit_points
 from engine.exchange.subject import Contents, Settings, Subject
-from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, packed
+from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, pack
 from engine.images.encode import encode_exr, rgb_channels
 from engine.light.environment import DistantLights
 from engine.scene.material import Material, auto_sigma
@@ -46,9 +46,9 @@ PATIENCE_S = 300
 _MAPS = (("base_color", "base_colour"), ("roughness", "roughness"), ("metallic", "metallic"), ("normal", "normal"))
 
 
-def shown(subject: Subject, _settings: Settings) -> Shown:
-    """The PBR maps in pictures of 8 bits, with the mean f0."""
-    return subject.shown_as("png8", subject.mean_f0)
+def show(subject: Subject, _settings: Settings) -> Shown:
+    """The PBR maps in images of 8 bits, with the mean f0."""
+    return subject.decode_as("png8", subject.mean_f0)
 
 
 def power_law_shown(subject: Subject, _settings: Settings) -> Shown | None:
@@ -57,16 +57,16 @@ def power_law_shown(subject: Subject, _settings: Settings) -> Shown | None:
     if law is None or sigma is None:
         return None
 
-    def shown(view: View, lights: DistantLights) -> NDArray[np.float64]:
+    def show(view: View, lights: DistantLights) -> NDArray[np.float64]:
         gathered = np.zeros((len(view.row), 3))
-        for lit, wi, irradiance in lit_points(view, lights):
+        for lit, wi, irradiance in find_lit_points(view, lights):
             gathered[lit] += wi[:, 2:] / np.pi * irradiance
         whole = np.asarray(luminance(gathered), np.float64)[:, None]
         share = np.clip(whole * sigma / law.r_max, 0.0, 1.0)
         value = law.scale[view.row, view.column] * share ** law.exponent[view.row, view.column]
         return np.where(share > 0.0, value * gathered / np.maximum(whole, 1e-12), 0.0)
 
-    return subject.kept("behind Shader to RGB", lambda: shown)
+    return subject.kept("behind Shader to RGB", lambda: show)
 
 
 def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
@@ -75,7 +75,7 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     law = subject.material.power_law
     for number, (file, source) in enumerate(_MAPS):
         yield Step(0.1 * number, f"writing {file}")
-        files[f"textures/{file}.png"] = encoded(packed(subject, (source,), "png8"))
+        files[f"textures/{file}.png"] = encode(pack(subject, (source,), "png8"))
     if law is not None:
         yield Step(0.4, "writing the power law")
         files["textures/scale.exr"] = _exr(law.scale)
@@ -87,7 +87,7 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     elif law.kept is not None:
         warnings.append("tiles that keep their slices are shown by the power law")
     yield Step(0.5, "making the .blend")
-    made = made_by_blender(subject.name, files) if has_blender() else None
+    made = make_with_blender(subject.name, files) if has_blender() else None
     if made is not None:
         files[f"{subject.name}.blend"] = made
     else:
@@ -129,7 +129,7 @@ def has_blender() -> bool:
     return importlib.util.find_spec("bpy") is not None
 
 
-def made_by_blender(name: str, files: dict[str, bytes], python: str = sys.executable) -> bytes | None:
+def make_with_blender(name: str, files: dict[str, bytes], python: str = sys.executable) -> bytes | None:
     """The `.blend` that the script makes, by an interpreter that has `bpy`; None where it makes none."""
     with tempfile.TemporaryDirectory(prefix="lightarc-blender-") as folder:
         for path, content in files.items():

@@ -54,7 +54,7 @@ _GRAZING = np.radians(89.0)
 _FLOAT32, _BYTE = 10, 1
 
 
-def shown(_subject: Subject, _settings: Settings) -> Shown | None:
+def show(_subject: Subject, _settings: Settings) -> Shown | None:
     """None: a BRDF alone shows no texels."""
     return None
 
@@ -82,7 +82,7 @@ def contents(subject: Subject, _settings: Settings, _loss: str) -> Steps[Content
     files[f"{name}.mtlx"] = materialx(name, nearest, error)
     errors[f"{name}.mtlx"] = error
     warnings.append(f"{name}.mtlx is the nearest metallic-roughness, {percent(error, 3)} away (relative RMSE of f cos)")
-    files["loss.txt"] = _stated(subject.material.brdf, data, files, errors)
+    files["loss.txt"] = _find_stated(subject.material.brdf, data, files, errors)
     measured = yield from part(brdf_loss(nearest, brdf), 0.95, 1.0)
     record = {
         "brdf": subject.material.brdf,
@@ -107,16 +107,16 @@ def alta(data: FitData) -> bytes:
     """ALTA's text: the view first, then the light, as unit vectors."""
     rows = np.column_stack([data.wo, data.wi, data.value])
     lines = [" ".join(f"{number:.9g}" for number in row) for row in rows]
-    head = ["#DIM 6 3", "#PARAM_IN CARTESIAN", "#PARAM_OUT RGB_COLOR", "#VS 0", f"# {_of_pairs(data)}"]
+    head = ["#DIM 6 3", "#PARAM_IN CARTESIAN", "#PARAM_OUT RGB_COLOR", "#VS 0", f"# {_collect_pairs(data)}"]
     return "\n".join([*head, *lines, ""]).encode()
 
 
-def _of_pairs(data: FitData) -> str:
+def _collect_pairs(data: FitData) -> str:
     pairs = len(data.value)
     return f"Made by Lightarc {engine.__version__}. Values at {pairs} pairs of directions, exact there to nine digits."
 
 
-def _stated(brdf: str, data: FitData, files: Mapping[str, bytes], errors: Mapping[str, float]) -> bytes:
+def _find_stated(brdf: str, data: FitData, files: Mapping[str, bytes], errors: Mapping[str, float]) -> bytes:
     """The error of each file, one a line; lists hold nothing between their pairs of directions."""
     lines = [f"{brdf} alone: the texels of the material are not in these files."]
     for name in files:
@@ -125,7 +125,7 @@ def _stated(brdf: str, data: FitData, files: Mapping[str, bytes], errors: Mappin
             error = f"a relative RMSE of f cos of {percent(errors[name], 3)}"
             lines.append(f"{name}: {'exact to the rounding of its numbers' if exact else error}.")
         else:
-            lines.append(f"{name}: {_of_pairs(data)} What lies between them is the reader's.")
+            lines.append(f"{name}: {_collect_pairs(data)} What lies between them is the reader's.")
     return "\n".join([*lines, ""]).encode()
 
 

@@ -1,4 +1,4 @@
-"""PBR maps as codes of pictures, and back as a reader gets them.
+"""PBR maps as codes of images, and back as a reader gets them.
 
 Base colour is sRGB-coded in PNG and linear in OpenEXR; all else is linear data. Normals are (n + 1) / 2 in PNG and n in
 OpenEXR, y up (OpenGL) or down (DirectX). Heights are stretched to [0, 1] in PNG and plain in OpenEXR. Compression of
@@ -27,7 +27,7 @@ CODINGS: tuple[Coding, ...] = ("png8", "png16", "exr")
 Handedness = Literal["opengl", "directx"]
 
 
-def coded(values: Map, name: str, coding: Coding, handedness: Handedness = "opengl") -> NDArray[Any]:
+def code(values: Map, name: str, coding: Coding, handedness: Handedness = "opengl") -> NDArray[Any]:
     """The map `name`, (H, W) or (H, W, 3), as uint8 or uint16 codes or float16."""
     if name == "normal" and handedness == "directx":
         values = values * np.array([1.0, -1.0, 1.0], np.float32)
@@ -44,21 +44,21 @@ def coded(values: Map, name: str, coding: Coding, handedness: Handedness = "open
     return np.rint(np.clip(values, 0.0, 1.0) * top).astype(np.uint8 if coding == "png8" else np.uint16)
 
 
-def encoded(picture: NDArray[Any], loss: str = "") -> bytes:
+def encode(image: NDArray[Any], loss: str = "") -> bytes:
     """A PNG of codes, or an OpenEXR file of half floats, that states the `loss` as its comment."""
-    if picture.dtype != np.float16:
-        return encode_png(picture, software="Lightarc", comment=loss)
-    channels = {"Y": picture} if picture.ndim == 2 else rgb_channels(picture)
-    if picture.ndim == 3 and picture.shape[2] == 4:
-        channels["A"] = picture[..., 3]
+    if image.dtype != np.float16:
+        return encode_png(image, software="Lightarc", comment=loss)
+    channels = {"Y": image} if image.ndim == 2 else rgb_channels(image)
+    if image.ndim == 3 and image.shape[2] == 4:
+        channels["A"] = image[..., 3]
     return encode_exr(channels, attributes={"comments": loss} if loss else None)
 
 
-def rounded(maps: PbrMaps, coding: Coding) -> PbrMaps:
+def round_values(maps: PbrMaps, coding: Coding) -> PbrMaps:
     """The maps as a reader gets them back from textures."""
 
     def back(values: Map, name: str) -> Map:
-        codes = coded(values, name, coding)
+        codes = code(values, name, coding)
         if coding == "exr":
             return codes.astype(np.float32)
         share = codes.astype(np.float32) / np.float32(_top(coding))

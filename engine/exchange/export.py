@@ -29,7 +29,7 @@ from engine.exchange.loss import (
     Floats,
     Shown,
     away,
-    displayed_ball,
+    display_sphere,
     loss,
     material_shown,
     meaning,
@@ -39,7 +39,7 @@ from engine.exchange.loss import (
 )
 from engine.exchange.pbr_from_material import cavity, nearest_maps
 from engine.exchange.subject import Contents, Settings, Subject, shows_slopes
-from engine.scene.material import Material, fitted_error
+from engine.scene.material import Material, compute_fit_error
 from engine.storage.atomic import atomic_folder, make_folder, write_bytes
 from engine.surface.recover import recover
 
@@ -59,8 +59,8 @@ class Target:
 
     Attributes
     ----------
-    words : a sentence for people.
-    shown : the representation as its files hold it, rounding included; None where it shows no picture of the surface.
+    words : a sentence for users.
+    shown : the representation as its files hold it, rounding included; None where it shows no image of the surface.
     contents : the files, from subject, settings and the sentence that states the errors.
     others : further look-ups that the same files hold, by the names under which the record states their errors; each
         is None where a material has none.
@@ -74,37 +74,37 @@ class Target:
 
 
 def in_8_bits(subject: Subject, _settings: Settings) -> Shown:
-    """The PBR maps in pictures of 8 bits."""
-    return subject.shown_as("png8")
+    """The PBR maps in images of 8 bits."""
+    return subject.decode_as("png8")
 
 
 def with_one_f0(subject: Subject, _settings: Settings) -> Shown:
     """The same with the mean f0, of formats that hold no map of it."""
-    return subject.shown_as("png8", subject.mean_f0)
+    return subject.decode_as("png8", subject.mean_f0)
 
 
 TARGETS: tuple[Target, ...] = (
-    Target("textures", "PBR textures, named and packed for a program", textures.shown, textures.contents),
+    Target("textures", "PBR textures, named and packed for a program", textures.show, textures.contents),
     Target("materialx", "MaterialX: OpenPBR and glTF PBR surfaces", with_one_f0, materialx.contents),
     Target("gltf", "glTF: a ball with the material, as .glb", in_8_bits, gltf.contents),
     Target("usd", "USD: a ball with UsdPreviewSurface, as .usdz", with_one_f0, usd.contents),
     Target(
         "blender",
         "Blender: a script and, where Blender is at hand, a .blend",
-        blender.shown,
+        blender.show,
         blender.contents,
         (("power_law", blender.power_law_shown),),
     ),
     Target(
         "shaders",
         "GLSL, HLSL and OSL that evaluate the material itself",
-        shaders.shown,
+        shaders.show,
         shaders.contents,
         (("slices", shaders.slices_shown), ("power_law_alone", shaders.law_alone_shown)),
     ),
-    Target("web", "A page for any browser, and one for strict sites", web.shown, web.contents),
-    Target("rti", "RTI: .ptm, .rti and a tree for web viewers", rti.shown, rti.contents),
-    Target("brdf", "BRDF tables (CSV, ALTA, MERL, RGL) and the nearest model", brdf.shown, brdf.contents),
+    Target("web", "A page for any browser, and one for strict sites", web.show, web.contents),
+    Target("rti", "RTI: .ptm, .rti and a tree for web viewers", rti.show, rti.contents),
+    Target("brdf", "BRDF tables (CSV, ALTA, MERL, RGL) and the nearest model", brdf.show, brdf.contents),
 )
 
 NAMES = tuple(target.name for target in TARGETS)
@@ -144,7 +144,7 @@ class Departure:
         empty until something is compared with it.
     stack : its photographs, None where they are not at hand or show other texels; `remark` then says so.
     own : errors before leaving, as `material` of the record.
-    measured : errors of representations that were measured already, and their picture of the ball.
+    measured : errors of representations that were measured already, and their image of the ball.
     """
 
     subject: Subject
@@ -154,26 +154,26 @@ class Departure:
     own: dict[str, Any]
     measured: dict[Shown | None, Measured] = field(default_factory=dict, repr=False)
 
-    def ball(self, values: Floats | None = None) -> NDArray[np.uint8]:
-        """(H, W, 4) codes of a picture of the ball under the first environment, by default of the material itself."""
+    def sphere(self, values: Floats | None = None) -> NDArray[np.uint8]:
+        """(H, W, 4) codes of an image of the ball under the first environment, by default of the material itself."""
         own = self.wanted[ENVIRONMENTS[0]]
-        return displayed_ball(own if values is None else values, own, self.subject.maps.size)
+        return display_sphere(own if values is None else values, own, self.subject.maps.size)
 
 
-#: Errors of a representation, and the radiance of its ball, None where it shows no picture.
+#: Errors of a representation, and the radiance of its ball, None where it shows no image.
 Measured = tuple[dict[str, Any], "Floats | None"]
 
 
 @dataclass(frozen=True, eq=False)
 class Offer:
-    """A target as it would be written: its entry in the record, which has no files yet, and a picture of its ball.
+    """A target as it would be written: its entry in the record, which has no files yet, and an image of its ball.
 
     `why_not` is a sentence where this material cannot be written to it; then there is neither.
     """
 
     target: str
     entry: dict[str, Any]
-    ball: NDArray[np.uint8] | None
+    sphere: NDArray[np.uint8] | None
     why_not: str = ""
 
 
@@ -189,13 +189,13 @@ def departure(
     usable, remark = _usable_stack(subject)
     leaving = Departure(subject, {}, usable, remark, dict(own or {}))
     if own is None:
-        yield from part(_reference_pictures(leaving), 0.6, 0.8)
+        yield from part(_reference_images(leaving), 0.6, 0.8)
         leaving.own.update((yield from part(_own_errors(subject, leaving.wanted, usable), 0.8, 1.0)))
     return leaving
 
 
-def _reference_pictures(leaving: Departure) -> Steps[dict[str, Floats]]:
-    """The pictures of the material itself, drawn when they are first needed."""
+def _reference_images(leaving: Departure) -> Steps[dict[str, Floats]]:
+    """The images of the material itself, drawn when they are first needed."""
     if not leaving.wanted:
         leaving.wanted.update((yield from references(leaving.subject.material)))
     return leaving.wanted
@@ -214,12 +214,12 @@ def offers(leaving: Departure, settings: Settings, names: Sequence[str] = NAMES)
 
 def _offer(leaving: Departure, target: Target, settings: Settings) -> Steps[Offer]:
     try:
-        contents, entry, values = yield from _made(leaving, target, settings)
+        contents, entry, values = yield from _make(leaving, target, settings)
     except UsageError as error:
         return Offer(target.name, {}, None, f"{str(error)[:1].upper()}{str(error)[1:]}.")
     yield Step(0.95, f"packing {target.name}")
     entry["bytes"] = sum(len(content) for content in contents.files.values())
-    return Offer(target.name, entry, None if values is None else leaving.ball(values))
+    return Offer(target.name, entry, None if values is None else leaving.sphere(values))
 
 
 def export(
@@ -252,7 +252,7 @@ def export(
     if not (error >= 0.0 and np.isfinite(error)):
         raise UsageError(f"an error of {error} is not a number from 0 upwards")
     leaving = yield from part(departure(material, stack, own), 0.0, 0.4)
-    return (yield from part(written(folder, leaving, names, settings or Settings(), error, known), 0.4, 1.0))
+    return (yield from part(write(folder, leaving, names, settings or Settings(), error, known), 0.4, 1.0))
 
 
 def check_names(names: Sequence[str]) -> None:
@@ -273,7 +273,7 @@ def cannot_hold(name: str, material: Material, stack: ImageStack | None) -> str:
     return ""
 
 
-def written(
+def write(
     folder: str | os.PathLike[str],
     leaving: Departure,
     names: Sequence[str],
@@ -314,7 +314,7 @@ def _put(
     place: Path, leaving: Departure, target: Target, settings: Settings, known: Mapping[str, Any] | None
 ) -> Steps[dict[str, Any]]:
     """Write the files of a target, one after the other, and return its entry."""
-    making = _made(leaving, target, settings, known)
+    making = _make(leaving, target, settings, known)
     contents, entry, values = yield from part(without_partials(making), 0.0, 0.5)
     for index, (name, content) in enumerate(contents.files.items()):
         path = place / target.name / name
@@ -323,15 +323,15 @@ def _put(
         entry["bytes"] += len(content)
         yield Step(0.5 + 0.5 * (index + 1) / len(contents.files), f"writing {name}")
     if known is None:
-        offer = Offer(target.name, dict(entry), None if values is None else leaving.ball(values))
+        offer = Offer(target.name, dict(entry), None if values is None else leaving.sphere(values))
         yield Step(1.0, target.words, offer)
     return entry
 
 
-def _made(
+def _make(
     leaving: Departure, target: Target, settings: Settings, known: Mapping[str, Any] | None = None
 ) -> Steps[tuple[Contents, dict[str, Any], Any]]:
-    """The contents of a target, its entry with no bytes yet, and its picture of the ball, None where it is `known`.
+    """The contents of a target, its entry with no bytes yet, and its image of the ball, None where it is `known`.
 
     Equal representations are measured once. UsageError where the target cannot hold the material.
     """
@@ -344,10 +344,10 @@ def _made(
         errors = {name: known[name] for name in ERRORS}
         others = {name: known[name] for name, _ in target.others if name in known}
     else:
-        errors, values = yield from part(_measured(target.shown(subject, settings), leaving), 0.0, 0.4)
+        errors, values = yield from part(_measure(target.shown(subject, settings), leaving), 0.0, 0.4)
         for name, shown_else in target.others:
             if (other := shown_else(subject, settings)) is not None:
-                others[name] = (yield from part(_measured(other, leaving), 0.4, 0.5))[0]
+                others[name] = (yield from part(_measure(other, leaving), 0.4, 0.5))[0]
     contents = yield from part(target.contents(subject, settings, statement(errors)), 0.5, 1.0)
     entry = {
         "target": target.name,
@@ -364,7 +364,7 @@ def _made(
     return contents, entry, values
 
 
-def _measured(shown: Shown | None, leaving: Departure) -> Steps[Measured]:
+def _measure(shown: Shown | None, leaving: Departure) -> Steps[Measured]:
     if shown not in leaving.measured:
         leaving.measured[shown] = yield from _errors(shown, leaving)
     return leaving.measured[shown]
@@ -411,7 +411,7 @@ def _own_errors(subject: Subject, wanted: dict[str, Floats], stack: ImageStack |
     """Errors of the material before it leaves: of its photographs, and of its power law against its slices."""
     material = subject.material
     found: dict[str, Any] = {"name": subject.material.name, "brdf": subject.material.brdf}
-    found["brdf_fit_rmse_rel"] = fitted_error(material)
+    found["brdf_fit_rmse_rel"] = compute_fit_error(material)
     figures: dict[str, Any] = {"rmse_rel": None, "rmse_rel_power_law": None}
     if stack is not None:
         figures["rmse_rel"] = yield from part(photograph_error(material_shown(material), stack), 0.0, 0.5)
@@ -422,13 +422,13 @@ def _own_errors(subject: Subject, wanted: dict[str, Floats], stack: ImageStack |
 
 
 def _errors(shown: Shown | None, leaving: Departure) -> Steps[Measured]:
-    """The errors of a representation, None for what does not apply, and its picture of the ball."""
+    """The errors of a representation, None for what does not apply, and its image of the ball."""
     figures: dict[str, Any] = {**dict.fromkeys(ERRORS), "by_environment": {}}
     if shown is None:
         return figures, None
     yield Step(0.0, "measuring the error")
     if leaving.stack is not None:
         figures["rmse_rel"] = yield from part(photograph_error(shown, leaving.stack), 0.0, 0.4)
-    wanted = yield from part(_reference_pictures(leaving), 0.4, 0.6)
+    wanted = yield from part(_reference_images(leaving), 0.4, 0.6)
     measured = yield from part(loss(shown, wanted, leaving.subject.maps.size), 0.6, 1.0)
     return {**figures, **measured.figures}, measured.first

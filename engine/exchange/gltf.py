@@ -3,7 +3,7 @@
 Base colour, normals and the packed occlusion, roughness and metallic are PNG of 8 bits. Where f0 is not 0.04,
 KHR_materials_ior states the largest, and where it varies KHR_materials_specular the share of it in a colour texture,
 which leaves the reflectance at grazing angles at 1. Tangents are those of the texture coordinates, normalised against
-the normals; nothing is compressed but pictures. Texture coordinates have v down. Compression of PNG bounds the time.
+the normals; nothing is compressed but images. Texture coordinates have v down. Compression of PNG bounds the time.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ import engine
 from engine.core.colour import srgb_encode
 from engine.core.directions import normalize
 from engine.core.steps import Step, Steps
-from engine.exchange.coding import encoded
+from engine.exchange.coding import encode
 from engine.exchange.subject import Contents, Settings, Subject
-from engine.exchange.textures import common_warnings, ior_of, packed
+from engine.exchange.textures import common_warnings, ior_of, pack
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import shape
 from engine.surface.pbr_maps import DIELECTRIC_F0
@@ -38,12 +38,12 @@ _SHARED = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicR
 
 def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
     """`NAME.glb`."""
-    yield Step(0.0, "writing pictures")
-    orm = packed(subject, ("occlusion", "roughness", "metallic"), "png8")
-    pictures = {
-        "baseColor": encoded(packed(subject, ("base_colour",), "png8"), loss),
-        "normal": encoded(packed(subject, ("normal",), "png8"), loss),
-        "occlusionRoughnessMetallic": encoded(orm, loss),
+    yield Step(0.0, "writing images")
+    orm = pack(subject, ("occlusion", "roughness", "metallic"), "png8")
+    images = {
+        "baseColor": encode(pack(subject, ("base_colour",), "png8"), loss),
+        "normal": encode(pack(subject, ("normal",), "png8"), loss),
+        "occlusionRoughnessMetallic": encode(orm, loss),
     }
     material: dict[str, Any] = {
         "name": subject.name,
@@ -53,16 +53,16 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     }
     if subject.maps.occlusion is not None:
         material["occlusionTexture"] = {"index": 2}
-    extensions = _extensions(subject, pictures)
+    extensions = _extensions(subject, images)
     if extensions:
         material["extensions"] = extensions
     yield Step(0.7, "writing the ball")
-    file = glb(shape("sphere"), material, pictures, REPEATS, loss)
+    file = glb(shape("sphere"), material, images, REPEATS, loss)
     return Contents({f"{subject.name}.glb": file}, 9.0, common_warnings(subject, ("occlusion",)))
 
 
-def _extensions(subject: Subject, pictures: dict[str, bytes]) -> dict[str, Any]:
-    """Extensions for an f0 other than that of every importer; a picture is added where it varies."""
+def _extensions(subject: Subject, images: dict[str, bytes]) -> dict[str, Any]:
+    """Extensions for an f0 other than that of every importer; an image is added where it varies."""
     f0 = subject.maps.f0
     largest = float(f0.max())
     if np.allclose(f0, DIELECTRIC_F0, atol=1e-3):
@@ -70,12 +70,12 @@ def _extensions(subject: Subject, pictures: dict[str, bytes]) -> dict[str, Any]:
     extensions: dict[str, Any] = {"KHR_materials_ior": {"ior": ior_of(largest)}}
     if largest > 0.0 and not np.allclose(f0, largest, atol=1e-3):
         share = np.repeat(srgb_encode(f0 / largest)[..., None], 3, axis=2)
-        pictures["specularColor"] = encoded(np.rint(255.0 * share).astype(np.uint8))
+        images["specularColor"] = encode(np.rint(255.0 * share).astype(np.uint8))
         extensions["KHR_materials_specular"] = {"specularColorTexture": {"index": 3}}
     return extensions
 
 
-def glb(mesh: Mesh, material: dict[str, Any], pictures: dict[str, bytes], repeats: float, loss: str) -> bytes:
+def glb(mesh: Mesh, material: dict[str, Any], images: dict[str, bytes], repeats: float, loss: str) -> bytes:
     """The file: a header, a chunk of JSON and one of bytes, both a multiple of four bytes long."""
     attributes = {
         "POSITION": mesh.positions.astype(np.float32),
@@ -98,15 +98,15 @@ def glb(mesh: Mesh, material: dict[str, Any], pictures: dict[str, bytes], repeat
             }
         )
         accessors.append(_accessor(values, len(views) - 1))
-        body += _padded(content, b"\0")
+        body += _pad(content, b"\0")
     accessors[0] |= {
         "min": attributes["POSITION"].min(axis=0).tolist(),
         "max": attributes["POSITION"].max(axis=0).tolist(),
     }
-    for content in pictures.values():
+    for content in images.values():
         views.append({"buffer": 0, "byteOffset": len(body), "byteLength": len(content)})
-        body += _padded(content, b"\0")
-    first = len(views) - len(pictures)
+        body += _pad(content, b"\0")
+    first = len(views) - len(images)
     document: dict[str, Any] = {
         "asset": {"version": "2.0", "generator": f"Lightarc {engine.__version__}", "extras": {"lightarc_loss": loss}},
         "scene": 0,
@@ -127,9 +127,9 @@ def glb(mesh: Mesh, material: dict[str, Any], pictures: dict[str, bytes], repeat
         "samplers": [
             {"magFilter": _LINEAR, "minFilter": _LINEAR_MIPMAP_LINEAR, "wrapS": _REPEAT, "wrapT": _REPEAT},
         ],
-        "textures": [{"sampler": 0, "source": index} for index in range(len(pictures))],
+        "textures": [{"sampler": 0, "source": index} for index in range(len(images))],
         "images": [
-            {"name": name, "mimeType": "image/png", "bufferView": first + index} for index, name in enumerate(pictures)
+            {"name": name, "mimeType": "image/png", "bufferView": first + index} for index, name in enumerate(images)
         ],
         "accessors": accessors,
         "bufferViews": views,
@@ -137,7 +137,7 @@ def glb(mesh: Mesh, material: dict[str, Any], pictures: dict[str, bytes], repeat
     }
     if "extensions" in material:
         document["extensionsUsed"] = sorted(material["extensions"])
-    text = _padded(json.dumps(document, ensure_ascii=False, allow_nan=False).encode(), b" ")
+    text = _pad(json.dumps(document, ensure_ascii=False, allow_nan=False).encode(), b" ")
     chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(body), b"BIN\0") + body
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
@@ -156,5 +156,5 @@ def _tangents(mesh: Mesh) -> NDArray[np.float32]:
     return np.column_stack([unit, np.ones(len(unit))]).astype(np.float32)
 
 
-def _padded(content: bytes, filler: bytes) -> bytes:
+def _pad(content: bytes, filler: bytes) -> bytes:
     return content + filler * (-len(content) % 4)

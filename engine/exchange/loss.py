@@ -1,6 +1,6 @@
-"""Error of leaving a material's own maps: pictures of an exported representation against those of the material itself.
+"""Error of leaving a material's own maps: images of an exported representation against those of the material itself.
 
-The pictures show a ball from afar, its texture projected from the front, so that one pixel shows one texel, under each
+The images show a ball from afar, its texture projected from the front, so that one pixel shows one texel, under each
 of three environments, each in place as `LIGHTS` directional lights; a ball casts no shadow on itself. The reference
 looks the material up within the sum over lights, as `engine.render.direct` does; it takes the slices where the material
 has them. Nothing is filtered: what differs is the representation. Against the photographs, a representation is lit as
@@ -27,9 +27,9 @@ from engine.core.steps import Step, Steps, part
 from engine.geometry.camera import frame
 from engine.geometry.shapes import shape
 from engine.light.environment import DistantLights
-from engine.light.light_tree import chosen_lights
-from engine.light.sky import built_in
-from engine.render.direct import Terms, looked_up
+from engine.light.light_tree import choose_lights
+from engine.light.sky import make_built_in
+from engine.render.direct import Terms, sample
 from engine.render.mip_maps import full_size
 from engine.scene.material import Material
 from engine.scene.scene import Scene, Source
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-#: Environments of the reference pictures: soft light from a room, a low sun, and an even sky.
+#: Environments of the reference images: soft light from a room, a low sun, and an even sky.
 ENVIRONMENTS = ("studio", "noon", "overcast")
 
 #: Directional lights that stand for an environment, and the ball's diameter in pixels.
@@ -67,11 +67,11 @@ class View:
     wo: Floats
     mask: NDArray[np.bool_]
 
-    def picture(self, values: Floats) -> NDArray[np.float32]:
+    def image(self, values: Floats) -> NDArray[np.float32]:
         """(H, W, 3) with the values (N, 3) of the points, 0 elsewhere."""
-        picture = np.zeros((*self.mask.shape, 3), np.float32)
-        picture[self.mask] = values
-        return picture
+        image = np.zeros((*self.mask.shape, 3), np.float32)
+        image[self.mask] = values
+        return image
 
 
 #: A representation: radiance (N, 3) of the points of a view under lights.
@@ -107,7 +107,7 @@ class Loss:
         }
 
 
-def ball(height: int, width: int, diameter: int = DIAMETER) -> View:
+def sphere(height: int, width: int, diameter: int = DIAMETER) -> View:
     """A ball of so many pixels over the middle of maps of `height` x `width` texels, which repeat."""
     place = (np.arange(diameter) + 0.5) / (0.5 * diameter) - 1.0
     x, y = np.meshgrid(place, -place)
@@ -136,15 +136,15 @@ def material_shown(material: Material, source: Source = "slices") -> Shown:
     levels = [full_size(scene.shading)]
     height, width = levels[0].shape[1:3]
 
-    def shown(view: View, lights: DistantLights) -> Floats:
+    def show(view: View, lights: DistantLights) -> Floats:
         def terms() -> Terms:
-            for lit, wi, irradiance in lit_points(view, lights):
+            for lit, wi, irradiance in find_lit_points(view, lights):
                 yield lit, scene.brdf.f(wi, view.wo[lit]), wi[:, 2], irradiance, wi[:, :2]
 
         uv = np.column_stack([(view.column + 0.5) / width, (view.row + 0.5) / height])
-        return looked_up(scene, levels, uv, [np.zeros_like(uv)] * 2, terms())
+        return sample(scene, levels, uv, [np.zeros_like(uv)] * 2, terms())
 
-    return shown
+    return show
 
 
 def scene_of(material: Material, source: Source = "slices") -> Scene:
@@ -156,13 +156,13 @@ def scene_of(material: Material, source: Source = "slices") -> Scene:
 def maps_shown(maps: PbrMaps, gain: float = 1.0) -> Shown:
     """PBR maps: f cos summed over lights, in the frame that the map of normals bends, times `gain`."""
 
-    def shown(view: View, lights: DistantLights) -> Floats:
+    def show(view: View, lights: DistantLights) -> Floats:
         at = (view.row, view.column)
         normal = maps.normal[at].astype(np.float64)
         value = np.zeros((len(view.row), 3))
-        bent = replace(view, frame=_bent(view.frame, normal))
+        bent = replace(view, frame=_bend(view.frame, normal))
         wo = np.einsum("nij,ni->nj", bent.frame, np.einsum("nij,nj->ni", view.frame, view.wo))
-        for lit, wi, irradiance in lit_points(bent, lights):
+        for lit, wi, irradiance in find_lit_points(bent, lights):
             there = (at[0][lit], at[1][lit])
             f = reflectance(
                 wi,
@@ -175,19 +175,19 @@ def maps_shown(maps: PbrMaps, gain: float = 1.0) -> Shown:
             value[lit] += f * wi[:, 2:] * irradiance
         return gain * value
 
-    return shown
+    return show
 
 
 def brdf_shown(brdf: Brdf) -> Shown:
     """One BRDF at all texels."""
 
-    def shown(view: View, lights: DistantLights) -> Floats:
+    def show(view: View, lights: DistantLights) -> Floats:
         value = np.zeros((len(view.row), 3))
-        for lit, wi, irradiance in lit_points(view, lights):
+        for lit, wi, irradiance in find_lit_points(view, lights):
             value[lit] += brdf.f(wi, view.wo[lit]) * wi[:, 2:] * irradiance
         return value
 
-    return shown
+    return show
 
 
 def mean_brdf_loss(material: Material) -> Steps[Loss]:
@@ -198,47 +198,47 @@ def mean_brdf_loss(material: Material) -> Steps[Loss]:
 
 def references(material: Material) -> Steps[dict[str, Floats]]:
     """Radiance (N, 3) of the ball of the material under each environment."""
-    return (yield from _pictures(material_shown(material), material.size))
+    return (yield from _images(material_shown(material), material.size))
 
 
-def _pictures(shown: Shown, size: tuple[int, int]) -> Steps[dict[str, Floats]]:
-    pictures, view = {}, ball(*size, DIAMETER)
+def _images(shown: Shown, size: tuple[int, int]) -> Steps[dict[str, Floats]]:
+    images, view = {}, sphere(*size, DIAMETER)
     for index, name in enumerate(ENVIRONMENTS):
         yield Step(index / len(ENVIRONMENTS), f"Reference, {name}")
-        pictures[name] = shown(view, environment_lights(name))
-    return pictures
+        images[name] = shown(view, environment_lights(name))
+    return images
 
 
 def brdf_loss(found: Brdf, wanted: Brdf) -> Steps[Loss]:
     """The error of a ball of one BRDF against that of another under each environment."""
-    pictures = yield from part(_pictures(brdf_shown(wanted), (1, 1)), 0.0, 0.5)
-    return (yield from part(loss(brdf_shown(found), pictures, (1, 1)), 0.5, 1.0))
+    images = yield from part(_images(brdf_shown(wanted), (1, 1)), 0.0, 0.5)
+    return (yield from part(loss(brdf_shown(found), images, (1, 1)), 0.5, 1.0))
 
 
 def loss(shown: Shown, wanted: dict[str, Floats], size: tuple[int, int]) -> Steps[Loss]:
-    """The error of a representation of maps of `size` (H, W) against the pictures that `references` made."""
-    view = ball(*size, DIAMETER)
+    """The error of a representation of maps of `size` (H, W) against the images that `references` made."""
+    view = sphere(*size, DIAMETER)
     rmse_rel, flip, first = {}, {}, np.zeros((0, 3))
     for index, (name, values) in enumerate(wanted.items()):
         yield Step(index / len(wanted), f"Comparing under {name}")
         found = shown(view, environment_lights(name))
-        comparing = comparison(view.picture(found), view.picture(values), view.mask)
+        comparing = comparison(view.image(found), view.image(values), view.mask)
         error = yield from part(comparing, (index + 0.5) / len(wanted), (index + 1.0) / len(wanted))
         rmse_rel[name], flip[name] = error.rmse_rel, error.flip
         first = first if index else found
     return Loss(rmse_rel, flip, first)
 
 
-def displayed_ball(values: Floats, wanted: Floats, size: tuple[int, int]) -> NDArray[np.uint8]:
+def display_sphere(values: Floats, wanted: Floats, size: tuple[int, int]) -> NDArray[np.uint8]:
     """(H, W, 4) sRGB codes and coverage of radiance (N, 3) of the ball, exposed so that `wanted` fills the range.
 
-    All pictures of a material have the exposure of its own, or else their differences in brightness were hidden.
+    All images of a material have the exposure of its own, or else their differences in brightness were hidden.
     """
-    view = ball(*size, DIAMETER)
+    view = sphere(*size, DIAMETER)
     bright = float(np.quantile(wanted, 0.995)) if wanted.size else 0.0
     gain = 1.0 / bright if bright > 0.0 else 1.0
     cover = np.where(view.mask, 255, 0).astype(np.uint8)
-    return np.dstack([to_display8(gain * view.picture(values)), cover])
+    return np.dstack([to_display8(gain * view.image(values)), cover])
 
 
 def photograph_error(shown: Shown, stack: ImageStack) -> Steps[float]:
@@ -270,10 +270,10 @@ def photograph_error(shown: Shown, stack: ImageStack) -> Steps[float]:
 @lru_cache(maxsize=len(ENVIRONMENTS))
 def environment_lights(name: str) -> DistantLights:
     """The directional lights that stand for a built-in environment."""
-    return chosen_lights(built_in(name), LIGHTS)
+    return choose_lights(make_built_in(name), LIGHTS)
 
 
-def lit_points(view: View, lights: DistantLights) -> Iterator[tuple[NDArray[np.int64], Floats, Floats]]:
+def find_lit_points(view: View, lights: DistantLights) -> Iterator[tuple[NDArray[np.int64], Floats, Floats]]:
     """For each light the points that it reaches, its direction (M, 3) in their frames, and its irradiance (3,)."""
     for direction, irradiance in zip(lights.direction, lights.irradiance, strict=True):
         wi = np.einsum("nij,i->nj", view.frame, direction)
@@ -282,7 +282,7 @@ def lit_points(view: View, lights: DistantLights) -> Iterator[tuple[NDArray[np.i
             yield lit, wi[lit], irradiance
 
 
-def _bent(frames: Floats, normal: Floats) -> Floats:
+def _bend(frames: Floats, normal: Floats) -> Floats:
     """Frames (N, 3, 3) whose normal is the one that a map says in them (N, 3), their tangent turned as little."""
     up = np.einsum("nij,nj->ni", frames, normal)
     tangent = normalize(frames[..., 0] - up * np.sum(frames[..., 0] * up, axis=1, keepdims=True))
@@ -292,7 +292,7 @@ def _bent(frames: Floats, normal: Floats) -> Floats:
 def statement(errors: dict[str, Any]) -> str:
     """The errors of a representation as a sentence in plain ASCII, for files and pages."""
     if errors["flip"] is None:
-        return "It shows no picture of the surface."
+        return "It shows no image of the surface."
     under, error = ", ".join(errors["by_environment"]), errors["rmse_rel_reference"]
     relative = (
         "relative RMSE undefined, as the material is black" if error is None else f"relative RMSE {percent(error, 3)}"
@@ -307,7 +307,7 @@ def statement(errors: dict[str, Any]) -> str:
 def meaning(errors: dict[str, Any]) -> str:
     """The meaning of the figures of an entry, in words: of those that are null, the reason."""
     if errors["flip"] is None:
-        return "these files show no picture of the surface, so that there is nothing to compare"
+        return "these files show no image of the surface, so that there is nothing to compare"
     words = f"rmse_rel_reference and flip: a ball of the material under {', '.join(errors['by_environment'])}"
     if errors["rmse_rel_reference"] is None:
         words += ", which is black, so that rmse_rel_reference is null"

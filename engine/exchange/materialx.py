@@ -14,9 +14,9 @@ from xml.sax.saxutils import quoteattr
 
 import engine
 from engine.core.steps import Step, Steps
-from engine.exchange.coding import encoded
+from engine.exchange.coding import encode
 from engine.exchange.subject import Contents, Files, Settings, Subject
-from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, packed
+from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, pack
 
 #: Node name, type, source, and the colour space of its file.
 _MAPS = (
@@ -44,7 +44,7 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
 
 def texture_file(subject: Subject, source: str, loss: str) -> bytes:
     """A map of the subject as a PNG of 8 bits."""
-    return encoded(packed(subject, (source,), "png8"), loss)
+    return encode(pack(subject, (source,), "png8"), loss)
 
 
 def _file(subject: Subject, node: str) -> str:

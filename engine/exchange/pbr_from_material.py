@@ -93,7 +93,7 @@ def nearest_maps(material: Material, white: float | None = None) -> Steps[tuple[
     rows = max(1, TILE // (layers.size[1] * layers.count))
     for top in range(0, layers.size[0], rows):
         part = slice(top, min(top + rows, layers.size[0]))
-        base[part], roughness[part] = _fitted(chosen, gram, layers.rows(part) / (np.pi * white))
+        base[part], roughness[part] = _fit(chosen, gram, layers.rows(part) / (np.pi * white))
         yield Step(0.2 + 0.8 * part.stop / layers.size[0], "finding the nearest maps")
     flat = np.zeros((*layers.size, 3), np.float32)
     flat[..., 2] = 1.0
@@ -160,7 +160,7 @@ class _Layers:
 
 
 class _DirectionalLayers:
-    """The same of a directional map: its pictures under `TILTS` x `TURNS` lights, bilinear between these.
+    """The same of a directional map: its images under `TILTS` x `TURNS` lights, bilinear between these.
 
     A pair of directions counts as the light that shows as much to a viewer straight above (`Scene.effective_cosine`).
     """
@@ -177,11 +177,11 @@ class _DirectionalLayers:
         azimuth = np.tile(np.arange(TURNS) * (2.0 * np.pi / TURNS), TILTS)
         planes = self._map.planes[:, part]
         texels = np.moveaxis(planes.reshape(len(planes), -1), 0, 1)
-        found = self._map.looked_up(texels, np.maximum(np.cos(tilt), 0.0), azimuth)
+        found = self._map.sample(texels, np.maximum(np.cos(tilt), 0.0), azimuth)
         return np.moveaxis(found, 1, 0).reshape(self.count, planes.shape[1], planes.shape[2], 3)
 
     def hats(self, wi: Floats, wo: Floats) -> Floats:
-        """(L, M) the share of each picture in S at each pair."""
+        """(L, M) the share of each image in S at each pair."""
         scene = scene_of(self._material)
         r = scene.sigma * luminance(self._material.reflectance.f(wi, wo)) * wi[:, 2]
         azimuth = np.arctan2(wi[:, 1], wi[:, 0])
@@ -250,7 +250,7 @@ def _best_of_material(kinds: dict[float, list[Kind]], gram: Floats, layers: Floa
     return kinds[min(totals, key=lambda metallic: totals[metallic])]
 
 
-def _fitted(family: list[Kind], gram: Floats, layers: Floats) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def _fit(family: list[Kind], gram: Floats, layers: Floats) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Base colour (rows, W, 3) and roughness (rows, W) of least error."""
     own = _own_square(gram, layers)
     best = np.full(layers.shape[1:3], np.inf)

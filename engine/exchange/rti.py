@@ -9,10 +9,10 @@
 | `relight/info.json`, `plane_N.png` | the JSON form of relight and OpenLIME, type ptm | 6 of each channel |
 
 All hold codes of 8-bit sRGB, which viewers show as they are, as linear functions of the direction of light l: of the
-photographs where a stack is at hand, and else of pictures that the directional map gives for as many directions. Terms
+photographs where a stack is at hand, and else of images that the directional map gives for as many directions. Terms
 are fitted to them by least squares and rounded to 8 bits between their extremes: value = scale (code − bias) in PTM,
 code scale / 255 + bias in HSH. PTM rows run from the bottom up, all others from the top down; x of l is to the right
-and y up. Time goes to the products of the pictures with the pseudo-inverse, some 60 MB of photographs a second.
+and y up. Time goes to the products of the images with the pseudo-inverse, some 60 MB of photographs a second.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from engine.core.colour import srgb_decode, srgb_encode
 from engine.core.directions import Vectors, surface_direction
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, drain
-from engine.exchange.loss import Shown, View, lit_points
+from engine.exchange.loss import Shown, View, find_lit_points
 from engine.exchange.subject import Contents, Settings, Subject, shows_slopes
 from engine.images.encode import encode_png
 from engine.light.environment import DistantLights
@@ -45,7 +45,7 @@ Floats = NDArray[np.float64]
 #: Rows and columns of texels.
 Grid = tuple[slice, slice]
 
-#: Directions of the pictures of a directional map: angles from the normal in degrees, and turns of each.
+#: Directions of the images of a directional map: angles from the normal in degrees, and turns of each.
 TILTS_DEG, TURNS = (5.0, 20.0, 35.0, 50.0, 65.0, 78.0), 12
 
 #: The largest code.
@@ -62,7 +62,7 @@ class Terms:
     coefficients: NDArray[np.float32]
     basis: Callable[[Vectors], Floats]
 
-    def rounded(self) -> tuple[NDArray[np.uint8], Floats, Floats]:
+    def round_values(self) -> tuple[NDArray[np.uint8], Floats, Floats]:
         """Codes (H, W, C, K), and (K,) the lowest value and the range of each term over all texels and channels."""
         low = self.coefficients.min(axis=(0, 1, 2)).astype(np.float64)
         span = np.maximum(self.coefficients.max(axis=(0, 1, 2)) - low, 1e-6)
@@ -70,7 +70,7 @@ class Terms:
 
     def restored(self, place: Grid) -> Floats:
         """(h, w, C, K) the coefficients of the texels of a grid as a reader gets them back."""
-        codes, low, span = self.rounded()
+        codes, low, span = self.round_values()
         return np.asarray(codes[place] / TOP * span + low)
 
 
@@ -96,19 +96,19 @@ class PtmCodes:
         return f"PTM_1.2\n{form}\n{width}\n{height}\n{scales}\n{biases}\n".encode()
 
 
-def shown(subject: Subject, _settings: Settings) -> Shown | None:
+def show(subject: Subject, _settings: Settings) -> Shown | None:
     """The harmonics, the most exact of the forms, as a viewer shows them; the viewer's direction does not count."""
     return subject.kept("rti", lambda: _hsh_shown(subject)) if has_sides(subject.material, subject.stack) else None
 
 
 def _hsh_shown(subject: Subject) -> Shown:
-    terms = drain(fitted(subject, hsh_functions))
-    codes, low, span = terms.rounded()
+    terms = drain(fit(subject, hsh_functions))
+    codes, low, span = terms.round_values()
 
     def radiance(view: View, lights: DistantLights) -> Floats:
         at = codes[view.row, view.column] / TOP * span + low
         value = np.zeros((len(view.row), 3))
-        for lit, wi, irradiance in lit_points(view, lights):
+        for lit, wi, irradiance in find_lit_points(view, lights):
             code = np.einsum("nck,nk->nc", at[lit], hsh_functions(wi))
             value[lit] += srgb_decode(np.clip(code, 0.0, TOP) / TOP) * irradiance
         return value
@@ -120,16 +120,16 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     """The four forms, and the loss in words, of a material that `has_sides`."""
     name = subject.name
     yield Step(0.0, "fitting polynomials")
-    quadratic = yield from fitted(subject, polynomial)
+    quadratic = yield from fit(subject, polynomial)
     files = {f"{name}.ptm": ptm_rgb(quadratic), f"{name}_lrgb.ptm": ptm_lrgb(quadratic)}
     files |= relight(quadratic, loss)
     yield Step(0.5, "fitting harmonics")
-    spherical = yield from fitted(subject, hsh_functions)
+    spherical = yield from fit(subject, hsh_functions)
     files[f"{name}.rti"] = hsh(spherical, loss)
     yield Step(0.9, "relighting each file")
     errors = _errors_by_file(subject, quadratic, spherical)
     said = ", ".join(f"{file} {percent(error, 3)}" for file, error in errors.items())
-    away = f"relative RMSE of the files against the pictures that they were fitted to: {said}"
+    away = f"relative RMSE of the files against the images that they were fitted to: {said}"
     loss_of_it = f"{loss} (These errors are those of {name}.rti.)"
     files["loss.txt"] = (
         f"{loss_of_it}\n{away[:1].upper()}{away[1:]}.\nThe header of a PTM has no place for this.\n".encode()
@@ -139,8 +139,8 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
 
 
 def _errors_by_file(subject: Subject, quadratic: Terms, spherical: Terms) -> dict[str, float]:
-    """Relative RMSE in linear light of each file, relit as its pictures were, on at most 65,536 texels of a grid."""
-    lights, picture = _pictures(subject)
+    """Relative RMSE in linear light of each file, relit as its images were, on at most 65,536 texels of a grid."""
+    lights, image = _images(subject)
     step = grid_step(*quadratic.coefficients.shape[:2])
     grid = (slice(step // 2, None, step), slice(step // 2, None, step))
     colour, brightness = _colour_and_brightness(quadratic)
@@ -152,7 +152,7 @@ def _errors_by_file(subject: Subject, quadratic: Terms, spherical: Terms) -> dic
     }
     apart, whole = dict.fromkeys(forms, 0.0), 0.0
     for number, light in enumerate(lights):
-        wanted = np.clip(picture(number)[grid], 0.0, 1.0).astype(np.float64)
+        wanted = np.clip(image(number)[grid], 0.0, 1.0).astype(np.float64)
         whole += float(np.sum(wanted**2))
         for name, terms in forms.items():
             basis = hsh_functions if name.endswith(".rti") else polynomial
@@ -183,13 +183,13 @@ def hsh_functions(light: Vectors) -> Floats:
     )
 
 
-def fitted(subject: Subject, basis: Callable[[Vectors], Floats]) -> Steps[Terms]:
-    """The terms of `basis` nearest to all pictures, by least squares."""
-    lights, picture = _pictures(subject)
+def fit(subject: Subject, basis: Callable[[Vectors], Floats]) -> Steps[Terms]:
+    """The terms of `basis` nearest to all images, by least squares."""
+    lights, image = _images(subject)
     inverse = np.linalg.pinv(basis(lights))
     total: NDArray[np.float32] | None = None
     for number in range(len(lights)):
-        codes = TOP * srgb_encode(np.clip(picture(number), 0.0, 1.0))
+        codes = TOP * srgb_encode(np.clip(image(number), 0.0, 1.0))
         part = codes[..., None] * inverse[:, number].astype(np.float32)
         total = part.astype(np.float32) if total is None else total + part.astype(np.float32)
         yield Step(number / len(lights), "fitting terms")
@@ -239,7 +239,7 @@ def hsh(terms: Terms, loss: str = "") -> bytes:
 
     Its values go to 1, not to 255. Lines of the header that begin with # are comments; one states the `loss`.
     """
-    codes, low, span = terms.rounded()
+    codes, low, span = terms.round_values()
     height, width, _, count = codes.shape
     comment = f"# {' '.join(loss.split())}\r\n" if loss else ""
     head = f"#HSH1.2\r\n{comment}3\r\n{width} {height} 3\r\n{count} 2 1\r\n".encode()
@@ -253,7 +253,7 @@ def relight(terms: Terms, loss: str = "") -> dict[str, bytes]:
     value = scale (code / 255 − bias), which goes to 1. `lightarc_loss` states the `loss`; viewers pass over it.
     """
     ordered = np.ascontiguousarray(terms.coefficients[..., _RELIGHT_ORDER])
-    codes, low, span = Terms(ordered, terms.basis).rounded()
+    codes, low, span = Terms(ordered, terms.basis).round_values()
     height, width, _, count = codes.shape
     info = {
         "width": width,
@@ -279,12 +279,12 @@ def relight(terms: Terms, loss: str = "") -> dict[str, bytes]:
 
 
 def has_sides(material: Material, stack: ImageStack | None) -> bool:
-    """True where pictures under light from several sides are at hand; those of one arc leave the rest to chance."""
+    """True where images under light from several sides are at hand; those of one arc leave the rest to chance."""
     return material.directional is not None or (stack is not None and shows_slopes(stack))
 
 
-def _pictures(subject: Subject) -> tuple[Vectors, Callable[[int], NDArray[np.float32]]]:
-    """Directions of light (N, 3), and a function that gives the picture (H, W, 3) under each."""
+def _images(subject: Subject) -> tuple[Vectors, Callable[[int], NDArray[np.float32]]]:
+    """Directions of light (N, 3), and a function that gives the image (H, W, 3) under each."""
     stack, directional = subject.stack, subject.material.directional
     if stack is not None and shows_slopes(stack):
         assert stack.azimuth is not None
@@ -294,4 +294,4 @@ def _pictures(subject: Subject) -> tuple[Vectors, Callable[[int], NDArray[np.flo
     assert directional is not None
     tilt = np.radians(np.repeat(TILTS_DEG, TURNS))
     lights = surface_direction(tilt, np.tile(np.arange(TURNS) * (2.0 * np.pi / TURNS), len(TILTS_DEG)))
-    return lights, lambda number: directional.picture(lights[number])
+    return lights, lambda number: directional.image(lights[number])

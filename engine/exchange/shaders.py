@@ -20,10 +20,10 @@ from engine.core.steps import Step, Steps
 from engine.exchange.dialects import hlsl_of, osl_of
 from engine.exchange.loss import Shown, material_shown
 from engine.exchange.subject import Contents, Files, Settings, Subject, fit_warnings
-from engine.images.exr_strips import Planes, encoded
+from engine.images.exr_strips import Planes, encode
 
 
-def shown(subject: Subject, _settings: Settings) -> Shown | None:
+def show(subject: Subject, _settings: Settings) -> Shown | None:
     """The planes, or the power law, which is what the head of the shader offers first; else the slices.
 
     A measured BRDF leaves as the model nearest to it, so that its error is part of the loss.
@@ -71,7 +71,7 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
 
 
 def _member(produce: Callable[[], bytes | Planes]) -> bytes:
-    return encoded(produce())
+    return encode(produce())
 
 
 def _bytes_per_texel(subject: Subject) -> float:

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from engine.core.directions import surface_direction
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent
-from engine.exchange.coding import Coding, Handedness, rounded
+from engine.exchange.coding import Coding, Handedness, round_values
 from engine.exchange.loss import Shown, maps_shown
-from engine.scene.material import Material, fitted_error
-from engine.surface.lamps import observed_slopes
+from engine.scene.material import Material, compute_fit_error
+from engine.surface.lamps import observe_slopes
 from engine.surface.pbr_maps import PbrMaps
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class Subject:
             self._shown[key] = make()
         return self._shown[key]
 
-    def shown_as(self, coding: Coding, f0: float | None = None) -> Shown:
+    def decode_as(self, coding: Coding, f0: float | None = None) -> Shown:
         """The PBR maps as readers of textures get them back, one object for equal codings.
 
         `f0` is the one that readers take in place of the map where they take one.
@@ -65,12 +65,12 @@ class Subject:
         if f0 is not None and np.allclose(self.maps.f0, f0, atol=1e-3):
             f0 = None
 
-        def made() -> Shown:
-            back = rounded(self.maps, coding)
+        def make() -> Shown:
+            back = round_values(self.maps, coding)
             read = back if f0 is None else replace(back, f0=np.full(back.size, f0, np.float32))
             return maps_shown(read, np.pi * self.white)
 
-        found = self.kept((coding, f0), made)
+        found = self.kept((coding, f0), make)
         assert found is not None
         return found
 
@@ -92,7 +92,7 @@ class Subject:
 
 @dataclass(frozen=True)
 class Settings:
-    """Choices of a person for all targets; see `engine.exchange.textures` for presets, whose program `normal` None
+    """Choices of a user for all targets; see `engine.exchange.textures` for presets, whose program `normal` None
     leaves the direction of y to. `width_mm` is the width of the sample, for scale bars; None where it is not known."""
 
     preset: str = "blender"
@@ -148,12 +148,12 @@ def shows_slopes(stack: ImageStack) -> bool:
     if stack.azimuth is None:
         return False
     lamps = surface_direction(0.5 * np.pi - stack.elevation, stack.azimuth)
-    return observed_slopes(lamps).kind == "both"
+    return observe_slopes(lamps).kind == "both"
 
 
 def fit_warnings(subject: Subject) -> tuple[str, ...]:
     """The error of the model that stands for a measured BRDF, as one sentence; none where nothing was measured."""
-    error = fitted_error(subject.material)
+    error = compute_fit_error(subject.material)
     if error is None:
         return ()
     return (f"the BRDF is a fit of the measured one, {percent(error, 3)} away (relative RMSE of f cos)",)

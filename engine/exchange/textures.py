@@ -1,4 +1,4 @@
-"""PBR maps as pictures: one folder of textures, named and packed as an importer expects them.
+"""PBR maps as images: one folder of textures, named and packed as an importer expects them.
 
 A texture of which nothing is known (no height without slopes, no occlusion without relief) is left out and named, as is
 a map for which a program has no place; in a packed texture unknown occlusion is 1. The record states the range of
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
-from engine.exchange.coding import Coding, Handedness, Map, coded, encoded, rounded
+from engine.exchange.coding import Coding, Handedness, Map, code, encode, round_values
 from engine.exchange.loss import Shown, maps_shown
 from engine.exchange.subject import Contents, Files, Settings, Subject
 from engine.surface.pbr_maps import DIELECTRIC_F0
@@ -135,25 +135,25 @@ _WORDS_OF_A_DOME = {
     "cavity": _WORDS["cavity"],
 }
 
-#: Maps that a target may have no place for, and what people call them.
+#: Maps that a target may have no place for, and what users call them.
 _NAMES = {"height": "height", "occlusion": "ambient occlusion", "cavity": "cavity", "uncertainty": "uncertainty"}
 
 
-def shown(subject: Subject, settings: Settings) -> Shown:
+def show(subject: Subject, settings: Settings) -> Shown:
     """The maps as they come back, with the f0 of importers where the preset has no place for another.
 
     A specular level says no more than `FULL_SPECULAR`.
     """
     if not _has_specular(_preset(settings)):
-        return subject.shown_as(settings.coding, DIELECTRIC_F0)
+        return subject.decode_as(settings.coding, DIELECTRIC_F0)
     if not _is_beyond_full(subject):
-        return subject.shown_as(settings.coding)
+        return subject.decode_as(settings.coding)
 
-    def limited() -> Shown:
+    def limit() -> Shown:
         f0 = np.minimum(subject.maps.f0, np.float32(FULL_SPECULAR))
-        return maps_shown(replace(rounded(subject.maps, settings.coding), f0=f0), np.pi * subject.white)
+        return maps_shown(replace(round_values(subject.maps, settings.coding), f0=f0), np.pi * subject.white)
 
-    found = subject.kept((settings.coding, "f0 of a full specular level"), limited)
+    found = subject.kept((settings.coding, "f0 of a full specular level"), limit)
     assert found is not None
     return found
 
@@ -189,7 +189,7 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
 
 
 def _file(subject: Subject, texture: Texture, coding: Coding, handedness: Handedness, loss: str) -> bytes:
-    return encoded(packed(subject, texture.sources, coding, handedness), loss)
+    return encode(pack(subject, texture.sources, coding, handedness), loss)
 
 
 def _channels(texture: Texture) -> int:
@@ -260,13 +260,11 @@ def source(subject: Subject, name: str) -> Map | None:
     return found
 
 
-def packed(
-    subject: Subject, sources: tuple[str, ...], coding: Coding, handedness: Handedness = "opengl"
-) -> NDArray[Any]:
+def pack(subject: Subject, sources: tuple[str, ...], coding: Coding, handedness: Handedness = "opengl") -> NDArray[Any]:
     """The codes of a texture, (H, W) or (H, W, channels); what is not known is 1."""
     planes = []
     for name in sources:
         values = source(subject, name)
         values = np.ones(subject.maps.size, np.float32) if values is None else values
-        planes.append(coded(values, name, coding, handedness))
+        planes.append(code(values, name, coding, handedness))
     return planes[0] if len(planes) == 1 else np.stack(planes, axis=2)

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 import engine
 from engine.core.directions import normalize
 from engine.core.steps import Step, Steps
-from engine.exchange.coding import encoded
+from engine.exchange.coding import encode
 from engine.exchange.gltf import REPEATS
 from engine.exchange.subject import Contents, Settings, Subject
-from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, packed
+from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, pack
 from engine.geometry.shapes import shape
 
 #: Multiple of bytes at which members of a usdz begin.
@@ -50,17 +50,17 @@ _MATERIALX_VALUES = {"color3": "color3f", "float": "float", "vector3": "float3"}
 def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
     """`NAME.usdz`."""
     known = [entry for entry in _MAPS if entry[0] != "occlusion" or subject.maps.occlusion is not None]
-    pictures: dict[str, bytes] = {}
+    images: dict[str, bytes] = {}
     for number, (source, file, *_) in enumerate(known):
         yield Step(number / len(known), f"writing {file}")
-        pictures[f"textures/{file}.png"] = encoded(packed(subject, (source,), "png8"), loss)
+        images[f"textures/{file}.png"] = encode(pack(subject, (source,), "png8"), loss)
     mean = subject.mean_f0
     warnings = (*common_warnings(subject, ("occlusion",)), *mean_f0_warnings(subject, "the layer"))
     yield Step(0.9, "writing the ball")
     layer = "\n".join([*_layer(subject, [entry[1:] for entry in known], ior_of(mean), loss), ""])
     over = "\n".join([*_materialx_layer(subject, [entry[1] for entry in known], ior_of(mean)), ""])
     files = {
-        f"{subject.name}.usdz": usdz({f"{subject.name}.usda": layer.encode(), **pictures}),
+        f"{subject.name}.usdz": usdz({f"{subject.name}.usda": layer.encode(), **images}),
         f"{subject.name}_materialx.usda": over.encode(),
     }
     return Contents(files, 8.0, warnings)
@@ -96,7 +96,7 @@ def _layer(subject: Subject, maps: list[tuple[str, str, str, str]], ior: float, 
         *("    metersPerUnit = 1", '    upAxis = "Y"', ")", ""),
         *(f'def Xform "{root}" (', '    kind = "component"', ")", "{"),
     )
-    yield from _ball(root)
+    yield from _sphere(root)
     yield from ("", '    def Material "material"', "    {")
     material = f"/{root}/material"
     yield f"        token outputs:surface.connect = <{material}/preview.outputs:surface>"
@@ -104,7 +104,7 @@ def _layer(subject: Subject, maps: list[tuple[str, str, str, str]], ior: float, 
     yield from ("    }", "}")
 
 
-def _ball(root: str) -> Iterator[str]:
+def _sphere(root: str) -> Iterator[str]:
     mesh = shape("sphere")
     low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
     yield from ('    def Mesh "ball" (', '        prepend apiSchemas = ["MaterialBindingAPI"]', "    )", "    {")

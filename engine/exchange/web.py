@@ -1,8 +1,8 @@
 """Web pages: the page of a bundle as one file, and in parts for sites whose policy allows no code within a page.
 
 The page draws with WebGL 2 and loads nothing from elsewhere. As one file, `NAME.html`, it opens from a disk. The folder
-`strict` holds the same page as HTML without code or styles, a script, a style sheet and PNG pictures, and works under
-`Content-Security-Policy: default-src 'self'` where a server sends it (pictures of a disk may not become textures).
+`strict` holds the same page as HTML without code or styles, a script, a style sheet and PNG images, and works under
+`Content-Security-Policy: default-src 'self'` where a server sends it (images of a disk may not become textures).
 `embed.html` is the snippet that puts it into another page. To the page of a bundle it adds the PBR maps as channels,
 and a scale bar where the width of the sample is known (`engine.bundle.page`).
 """
@@ -20,7 +20,7 @@ _EMBED = """<iframe src="strict/index.html" title="{name}" width="900" height="6
 """
 
 
-def shown(subject: Subject, settings: Settings) -> Shown | None:
+def show(subject: Subject, settings: Settings) -> Shown | None:
     """The power law in all tiles, or the planes."""
     if subject.material.power_law is None and subject.material.directional is None:
         return None
@@ -36,10 +36,10 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     page, parts = viewer_and_parts(subject.material, extras)
     files = {f"{subject.name}.html": page.encode(), **{f"strict/{path}": content for path, content in parts.items()}}
     files["embed.html"] = _EMBED.format(name=subject.name).encode()
-    return Contents(files, 24.0, (*fit_warnings(subject), *_rounded(subject)))
+    return Contents(files, 24.0, (*fit_warnings(subject), *_round(subject)))
 
 
-def _rounded(subject: Subject) -> list[str]:
+def _round(subject: Subject) -> list[str]:
     """Sentences on the coding of the maps of a page, which its errors do not count."""
     of_planes = subject.material.directional is not None
     said = [f"the page holds {'the weights of its planes' if of_planes else 'its maps'} in 16 bits"]

@@ -132,10 +132,10 @@ def _pairs(viewers: Vectors, directions: Vectors, parametrisation: Parametrisati
     x_axis, y_axis = classical_frame(half)
     aside = directions[:, :1] * x_axis + directions[:, 1:2] * y_axis
     along = directions[:, 2:] * half
-    return _raised(along + aside), _raised(along - aside)
+    return _raise_error(along + aside), _raise_error(along - aside)
 
 
-def _raised(directions: Vectors) -> Vectors:
+def _raise_error(directions: Vectors) -> Vectors:
     low = directions[..., 2] < RAISED
     flat = normalize(directions * (1.0, 1.0, 0.0), fallback=(1.0, 0.0, 0.0)) * np.sqrt(1.0 - RAISED**2)
     flat[..., 2] = RAISED

@@ -94,15 +94,15 @@ def factor_data(
     if isinstance(brdf, ScatteredBrdf):
         measured = brdf.measured
         value = np.maximum(measured.value, 0.0)
-        return _turned(measured.wi, measured.wo, value, brdf.isotropic, count, rng)
+        return _turn(measured.wi, measured.wo, value, brdf.isotropic, count, rng)
     if isinstance(brdf, HalfDifferenceTable):
         bins = bin_directions(brdf.missing.shape)
-        return _of_table(brdf, (bins[0], bins[1]), count, rng)
+        return _sample_table(brdf, (bins[0], bins[1]), count, rng)
     if isinstance(brdf, DirectionTable):
         light = surface_direction(*np.meshgrid(brdf.theta_i, brdf.phi_i, indexing="ij"))[:, :, None, None]
         view = surface_direction(*np.meshgrid(brdf.theta_o, brdf.phi_o, indexing="ij"))
         shape = (*brdf.missing.shape, 3)
-        return _of_table(brdf, (np.broadcast_to(light, shape), np.broadcast_to(view, shape)), count, rng)
+        return _sample_table(brdf, (np.broadcast_to(light, shape), np.broadcast_to(view, shape)), count, rng)
     wi, wo = parabolic_directions(rng, count, max_theta), parabolic_directions(rng, count, max_theta)
     return FactorData(wi, wo, np.maximum(brdf.f(wi, wo), 0.0))
 
@@ -113,7 +113,7 @@ def parabolic_directions(rng: np.random.Generator, count: int, max_theta: float)
     return surface_direction(2.0 * np.arctan(radius), 2.0 * np.pi * rng.random(count))
 
 
-def _of_table(
+def _sample_table(
     table: HalfDifferenceTable | DirectionTable, bins: tuple[Vectors, Vectors], count: int, rng: np.random.Generator
 ) -> FactorData:
     wi, wo = (directions.reshape(-1, 3) for directions in bins)
@@ -121,10 +121,10 @@ def _of_table(
     if len(usable) > count:
         usable = np.sort(rng.choice(usable, count, replace=False))
     value = np.asarray(table.values.reshape(-1, 3)[usable], np.float64)
-    return _turned(wi[usable], wo[usable], value, table.isotropic, count, rng)
+    return _turn(wi[usable], wo[usable], value, table.isotropic, count, rng)
 
 
-def _turned(wi: Floats, wo: Floats, value: Floats, isotropic: bool, count: int, rng: np.random.Generator) -> FactorData:
+def _turn(wi: Floats, wo: Floats, value: Floats, isotropic: bool, count: int, rng: np.random.Generator) -> FactorData:
     """The samples as they are, or, where the BRDF is isotropic, each about count/N times at random azimuths."""
     if not isotropic or not len(value):
         return FactorData(wi, wo, value)

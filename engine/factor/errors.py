@@ -5,7 +5,7 @@ log((f + εA)/A) ("relative error") and of f itself. The seventh is that of Wang
 root mean square of (f − f') cos θ_i over random pairs, over all channels, in 1/sr; random means uniform in solid angle
 over both hemispheres. Its bands are those of the viewer's elevation: the light's horizon is already weighed away.
 
-Uses of factors, as sentences for a person.
+Uses of factors, as sentences for a user.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class HeldOut:
 ROUNDED = 1.0 + 1e-9
 
 
-def held_out_errors(foretold: ArrayLike, data: FactorData, epsilon: float = EPSILON) -> HeldOut:
+def compute_held_out_errors(foretold: ArrayLike, data: FactorData, epsilon: float = EPSILON) -> HeldOut:
     """The errors of values (N, 3) that were foretold for all samples of `data`, each by factors that never saw it."""
     foretold = np.asarray(foretold, np.float64)
     missed = (foretold - data.value) * data.wi[:, 2:]
@@ -132,7 +132,7 @@ class Reference:
         weight = np.maximum(self.wo[:, 2], 0.0)
         return float(np.sqrt(weight @ (difference * difference).mean(axis=1) / weight.sum()))
 
-    def missed(self, rms_by_band: tuple[float, ...]) -> float:
+    def miss(self, rms_by_band: tuple[float, ...]) -> float:
         """Errors in bands relative to the BRDF itself: their median.
 
         Over all pairs together the last degrees before the horizon, where some measurements grow without bound, would
@@ -209,7 +209,7 @@ class Factorisation:
     ----------
     factors : SeparableFactors or HomomorphicFactors.
     method : the name of the method that made it.
-    ladder : the errors of each number of terms that is stored.
+    sweep : the errors of each number of terms that is stored.
     left_out : the errors of numbers of terms that were tried and are not stored, because fewer terms are better.
     held_out_by : what the held-out errors leave out: "regions" of the measured sphere or, of sums that are made of
         values at texel centres alone, all pairs "between texels"; "" where there are none.
@@ -229,7 +229,7 @@ class Factorisation:
 
     factors: Any
     method: str
-    ladder: tuple[TermError, ...]
+    term_errors: tuple[TermError, ...]
     asymmetry: float = 0.0
     condition_number: float = 0.0
     optimum_ratio: float = 0.0
@@ -251,10 +251,12 @@ def stop_reason(found: Factorisation) -> str:
 
     Empty where held-out errors did not decide.
     """
-    last = found.ladder[-1].held_out if found.ladder else None
-    if last is None or found.best_terms != found.ladder[-1].terms or found.searching:
+    last = found.term_errors[-1].held_out if found.term_errors else None
+    if last is None or found.best_terms != found.term_errors[-1].terms or found.searching:
         return ""
-    after = next((rung.held_out for rung in found.left_out if rung.terms == found.best_terms + 1), None)
+    after = next(
+        (term_error.held_out for term_error in found.left_out if term_error.terms == found.best_terms + 1), None
+    )
     if after is None:
         return "no further term lowers the held-out errors"
     rms, log = (
@@ -281,9 +283,9 @@ def uses(factorisation: Factorisation, brdf: Brdf | None = None) -> tuple[str, .
     highlight fall slowly, and no few terms describe it.
     """
     factors: Any = factorisation.factors
-    sentences = list(_of_kind(factors))
-    if brdf is not None and factorisation.ladder:
-        share = reference(brdf).missed(factorisation.ladder[-1].rms_by_elevation_band)
+    sentences = list(_describe_kind(factors))
+    if brdf is not None and factorisation.term_errors:
+        share = reference(brdf).miss(factorisation.term_errors[-1].rms_by_elevation_band)
         if share > TOO_SPECULAR:
             sentences.append(
                 "The highlight is too narrow for these factors, which are off by "
@@ -292,7 +294,7 @@ def uses(factorisation: Factorisation, brdf: Brdf | None = None) -> tuple[str, .
     return tuple(sentences)
 
 
-def _of_kind(factors: Any) -> tuple[str, ...]:
+def _describe_kind(factors: Any) -> tuple[str, ...]:
     terms = factors.terms
     if isinstance(factors, SeparableFactors):
         these = "this term" if terms == 1 else f"these {terms} terms"

@@ -22,14 +22,22 @@ from engine.core.errors import UsageError
 from engine.core.figure_text import number
 from engine.core.steps import Step, Steps, part
 from engine.factor.data import FactorData, factor_data
-from engine.factor.errors import Factorisation, HeldOut, Reference, TermError, held_out_errors, metrics, reference
-from engine.factor.held_out import SIZES, chosen, ladder_judged, sums_foretold
+from engine.factor.errors import (
+    Factorisation,
+    HeldOut,
+    Reference,
+    TermError,
+    compute_held_out_errors,
+    metrics,
+    reference,
+)
+from engine.factor.held_out import SIZES, choose, sums_foretold, term_errors_judged
 from engine.factor.hemisphere_map import KINDS, HemisphereMap, MapKind
-from engine.factor.normalised import normalised
+from engine.factor.normalised import normalise
 from engine.factor.projection_search import search
 from engine.factor.separable import METHODS, SeparableMethod, Separated, in_norms, norms_of
 from engine.factor.separable_factors import PARAMETRISATIONS, Parametrisation, SeparableFactors
-from engine.factor.settings import DEFAULT, MOST_TEXTURES, FactorSettings
+from engine.factor.settings import DEFAULT, MAX_TEXTURES, FactorSettings
 from engine.factor.solvers.regions import Parts, gaps, parts_of
 from engine.factor.textures import THESIS, SearchSettings, mccool
 
@@ -56,14 +64,14 @@ def factor(brdf: Brdf, settings: FactorSettings = DEFAULT, resume: Factorisation
     elif settings.separable:
         found = yield from _separable(brdf, settings, data, pairs, parts)
     elif settings.method == "homomorphic":
-        found = yield from _fixed(settings, data, pairs, parts)
+        found = yield from _fit_fixed(settings, data, pairs, parts)
     else:
-        found = yield from _searched(_name(brdf), settings, data, pairs, parts, resume)
-    unmeasured = _unmeasured(brdf, data, pairs)
+        found = yield from _search(_name(brdf), settings, data, pairs, parts, resume)
+    unmeasured = _find_unmeasured(brdf, data, pairs)
     return replace(found, factors=replace(found.factors, name=_name(brdf)), unmeasured=unmeasured)
 
 
-def _unmeasured(brdf: Brdf, data: FactorData, pairs: Reference) -> str:
+def _find_unmeasured(brdf: Brdf, data: FactorData, pairs: Reference) -> str:
     """A sentence on pairs of directions that a measurement leaves out; "" for formulas."""
     if not isinstance(brdf, SAMPLED):
         return ""
@@ -79,23 +87,23 @@ def _automatic(
     searching = replace(settings, method="search", preset="default", parametrisation=form)
     before = resume if resume is not None and resume.method == "search" else None
     if before is not None:
-        return (yield from _searched(_name(brdf), searching, data, pairs, parts, before))
+        return (yield from _search(_name(brdf), searching, data, pairs, parts, before))
     sums = yield from part(_separable(brdf, settings, data, pairs, parts), 0.0, 0.2)
-    searched = yield from part(_searched(_name(brdf), searching, data, pairs, parts, None), 0.2, 0.95)
-    ours, others = searched.ladder[-1].held_out, sums.ladder[-1].held_out
+    searched = yield from part(_search(_name(brdf), searching, data, pairs, parts, None), 0.2, 0.95)
+    ours, others = searched.term_errors[-1].held_out, sums.term_errors[-1].held_out
     if ours is None or others is None:
         return sums
     if others.no_worse(ours):
-        fixed = yield from part(_fixed(replace(searching, textures=MOST_TEXTURES), data, pairs, parts), 0.95, 1.0)
-        if _no_worse_than(sums, (*fixed.ladder, *fixed.left_out)):
+        fixed = yield from part(_fit_fixed(replace(searching, textures=MAX_TEXTURES), data, pairs, parts), 0.95, 1.0)
+        if _no_worse_than(sums, (*fixed.term_errors, *fixed.left_out)):
             return replace(sums, choice=_choice("Sums of products", others, "a search", ours))
     return replace(searched, choice=_choice("The search", ours, "sums of products", others))
 
 
 def _no_worse_than(sums: Factorisation, sets: Sequence[TermError]) -> bool:
     """True if no number of terms is in either held-out error worse than the set of as many textures, or than all."""
-    fixed = [rung.held_out for rung in sets]
-    pairs = [(rung.held_out, fixed[min(rung.textures, len(fixed)) - 1]) for rung in sums.ladder]
+    fixed = [term_error.held_out for term_error in sets]
+    pairs = [(term_error.held_out, fixed[min(term_error.textures, len(fixed)) - 1]) for term_error in sums.term_errors]
     return all(one is not None and other is not None and one.no_worse(other) for one, other in pairs)
 
 
@@ -108,19 +116,21 @@ def _choice(chosen: str, its: HeldOut, other: str, errors: HeldOut) -> str:
     )
 
 
-def _fixed(settings: FactorSettings, data: FactorData, pairs: Reference, parts: Parts | None) -> Steps[Factorisation]:
+def _fit_fixed(
+    settings: FactorSettings, data: FactorData, pairs: Reference, parts: Parts | None
+) -> Steps[Factorisation]:
     """McCool's textures, up to the number that is best."""
     steps = mccool(data, settings.size, settings.reciprocal, epsilon=settings.epsilon, reference=pairs)
     found = yield from part(steps, 0.0, 0.5)
-    terms = min(settings.textures, len(found.ladder))
-    found = replace(found, factors=found.factors.truncated(terms), ladder=found.ladder[:terms])
+    terms = min(settings.textures, len(found.term_errors))
+    found = replace(found, factors=found.factors.truncate(terms), term_errors=found.term_errors[:terms])
     if parts is None:
         return found
-    found = yield from part(ladder_judged(data, search_settings(settings), found, parts), 0.5, 1.0)
+    found = yield from part(term_errors_judged(data, search_settings(settings), found, parts), 0.5, 1.0)
     return _cut(found)
 
 
-def _searched(
+def _search(
     name: str,
     settings: FactorSettings,
     data: FactorData,
@@ -146,8 +156,8 @@ def _searched(
     if parts is None or proposed is resume:
         return proposed
     if not by_regions:
-        return (yield from part(ladder_judged(data, asked, proposed, parts), 0.7, 1.0))
-    steps = chosen(
+        return (yield from part(term_errors_judged(data, asked, proposed, parts), 0.7, 1.0))
+    steps = choose(
         data,
         asked,
         proposed,
@@ -211,10 +221,10 @@ def _separable(
         held_out_by=held_out_by,
     )
     for terms in range(1, found.factors.terms + 1):
-        rung = _rung(result.factors.truncated(terms), data, pairs, made, settings)
+        term_error = _term_error(result.factors.truncate(terms), data, pairs, made, settings)
         if errors is not None:
-            rung = _with(rung, errors[terms - 1])
-        result = replace(result, ladder=(*result.ladder, rung))
+            term_error = _with(term_error, errors[terms - 1])
+        result = replace(result, term_errors=(*result.term_errors, term_error))
         yield Step(0.7 + 0.3 * terms / found.factors.terms, f"comparing {terms} terms", result)
     result = _cut(result)
     return replace(result, negative_energy=result.factors.negative_energy(pairs.wi, pairs.wo))
@@ -231,21 +241,21 @@ def _norm_judged(
         errors = []
         for one in norms:
             yield Step(0.0, "comparing norms")
-            sums = [one.factors.truncated(terms) for terms in range(1, one.factors.terms + 1)]
-            errors.append([held_out_errors(each.f(data.wi, data.wo), data, settings.epsilon) for each in sums])
+            sums = [one.factors.truncate(terms) for terms in range(1, one.factors.terms + 1)]
+            errors.append([compute_held_out_errors(each.f(data.wi, data.wo), data, settings.epsilon) for each in sums])
     elif parts is None or norms[0].method == "normalised":
         return norms[0], [None] * norms[0].factors.terms
     else:
         foretold = yield from sums_foretold(brdf, norms, data, parts, settings.seed)
-        errors = [[held_out_errors(values, data, settings.epsilon) for values in each] for each in foretold]
+        errors = [[compute_held_out_errors(values, data, settings.epsilon) for values in each] for each in foretold]
     best = [min(each, key=lambda one: one.rms_cosine_weighted).score for each in errors]
     chosen = best.index(min(best))
     return norms[chosen], errors[chosen]
 
 
-def _with(rung: TermError, errors: HeldOut | None) -> TermError:
+def _with(term_error: TermError, errors: HeldOut | None) -> TermError:
     rms, log = (errors.rms_cosine_weighted, errors.sq_log) if errors is not None else (None, None)
-    return replace(rung, held_out_rms_cosine_weighted=rms, held_out_sq_log=log)
+    return replace(term_error, held_out_rms_cosine_weighted=rms, held_out_sq_log=log)
 
 
 def _cut(found: Factorisation) -> Factorisation:
@@ -254,19 +264,19 @@ def _cut(found: Factorisation) -> Factorisation:
     That is the one with the least RMS of a sum, whose terms come in the order of that norm, and with the least product
     of both errors of a product, whose textures are fitted to logarithms.
     """
-    errors = [rung.held_out for rung in found.ladder]
+    errors = [term_error.held_out for term_error in found.term_errors]
     if any(each is None for each in errors):
         return found
     of_sum = isinstance(found.factors, SeparableFactors)
     scores = [each.rms_cosine_weighted if of_sum else each.score for each in errors if each is not None]
     best = scores.index(min(scores))
-    terms = found.ladder[best].terms
-    factors = found.factors.truncated(terms)
+    terms = found.term_errors[best].terms
+    factors = found.factors.truncate(terms)
     return replace(
         found,
         factors=factors,
-        ladder=found.ladder[: best + 1],
-        left_out=found.ladder[best + 1 :],
+        term_errors=found.term_errors[: best + 1],
+        left_out=found.term_errors[best + 1 :],
         projections=getattr(factors, "projections", ()),
         best_terms=terms,
     )
@@ -284,7 +294,7 @@ def _in_norms(
 ) -> Steps[list[Separated]]:
     """The sums in each norm that is to be tried."""
     if settings.method == "normalised":
-        factors = yield from normalised(brdf, hemisphere_map, form, pairs)
+        factors = yield from normalise(brdf, hemisphere_map, form, pairs)
         return [Separated(factors, "normalised", "cosine", 0.0, 1.0, 0.0, 1, True)]
     method: SeparableMethod = "auto"
     if settings.method in METHODS and not (settings.method == "symmetric" and form == "half-diff"):
@@ -306,7 +316,7 @@ def _name(brdf: Brdf) -> str:
     return brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
 
 
-def _rung(
+def _term_error(
     factors: SeparableFactors, data: FactorData, pairs: Reference, made: float, settings: FactorSettings
 ) -> TermError:
     """The errors of `factors`; held-out ones are the same, because samples and pairs lie between the texels."""

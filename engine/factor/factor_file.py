@@ -33,7 +33,7 @@ from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.homomorphic import HomomorphicFactors, LogSpace
 from engine.factor.projections import FixedProjection, Kind, LinearProjection, Projection
 from engine.factor.separable_factors import SeparableFactors
-from engine.factor.settings import MOST_TEXTURES
+from engine.factor.settings import MAX_TEXTURES
 from engine.images.encode import rgb_channels, write_exr
 from engine.storage.atomic import atomic_folder, write_bytes
 from engine.storage.text import read_json
@@ -47,8 +47,8 @@ SIDES = {"in-out": ("view", "light"), "half-diff": ("half", "difference")}
 
 _JSON_LIMIT_BYTES = 1 << 20
 _EXR_LIMIT_BYTES = 64 << 20
-_MOST_TERMS = 64
-_MOST_TEXELS = 128
+_MAX_TERMS = 64
+_MAX_TEXELS = 128
 _REMEDY = "Factor the BRDF again with lightarc factor"
 
 #: Stands for a largest value where there is none: JSON knows no infinity.
@@ -58,7 +58,7 @@ _Number = Annotated[float, Field(allow_inf_nan=False)]
 _Positive = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 _Text = Annotated[str, Field(max_length=1000)]
 _Row = Annotated[list[_Number], Field(min_length=4, max_length=4)]
-_Side = Annotated[int, Field(ge=1, le=_MOST_TEXELS)]
+_Side = Annotated[int, Field(ge=1, le=_MAX_TEXELS)]
 
 
 class _Strict(BaseModel):
@@ -70,7 +70,7 @@ class _Separable(_Strict):
     map: Literal["orthographic", "polar", "parabolic"]
     size: _Side
     parametrisation: Literal["in-out", "half-diff"]
-    terms: Annotated[int, Field(ge=1, le=_MOST_TERMS)]
+    terms: Annotated[int, Field(ge=1, le=_MAX_TERMS)]
     isotropic: bool
     reciprocal: bool
 
@@ -87,21 +87,21 @@ class _Homomorphic(_Strict):
     """f = mean · (exp(sum of look-ups) − epsilon), from 0 to largest."""
 
     kind: Literal["homomorphic"]
-    size: Annotated[int, Field(ge=2, le=_MOST_TEXELS)]
+    size: Annotated[int, Field(ge=2, le=_MAX_TEXELS)]
     parametrisation: Literal["in-out", "half-diff"]
     reciprocal: bool
     mean: Annotated[list[_Number], Field(min_length=3, max_length=3)]
     largest: Annotated[list[_Number], Field(min_length=3, max_length=3)]
     epsilon: _Number
     projections: Annotated[
-        list[Annotated[list[_Projection], Field(min_length=1, max_length=MOST_TEXTURES)]],
-        Field(min_length=1, max_length=MOST_TEXTURES),
+        list[Annotated[list[_Projection], Field(min_length=1, max_length=MAX_TEXTURES)]],
+        Field(min_length=1, max_length=MAX_TEXTURES),
     ]
 
 
-class _Rung(_Strict):
-    terms: Annotated[int, Field(ge=1, le=_MOST_TERMS)]
-    textures: Annotated[int, Field(ge=1, le=2 * _MOST_TERMS)]
+class _TermError(_Strict):
+    terms: Annotated[int, Field(ge=1, le=_MAX_TERMS)]
+    textures: Annotated[int, Field(ge=1, le=2 * _MAX_TERMS)]
     rms_cosine_weighted: _Positive
     rms_by_elevation_band: Annotated[list[_Positive], Field(max_length=90)]
     metrics: dict[Literal["abs_log", "sq_log", "max_log", "abs", "sq", "max"], _Positive]
@@ -127,10 +127,10 @@ class _Record(_Strict):
     weighting: Literal["", "plain", "cosine"]
     converged: bool
     negative_energy: _Positive
-    ladder: Annotated[list[_Rung], Field(max_length=_MOST_TERMS)]
-    left_out: Annotated[list[_Rung], Field(max_length=_MOST_TERMS)] = []
+    ladder: Annotated[list[_TermError], Field(max_length=_MAX_TERMS)]
+    left_out: Annotated[list[_TermError], Field(max_length=_MAX_TERMS)] = []
     held_out_by: Literal["", "regions", "between texels"] = ""
-    best_terms: Annotated[int, Field(ge=1, le=_MOST_TERMS)] | None = None
+    best_terms: Annotated[int, Field(ge=1, le=_MAX_TERMS)] | None = None
     unmeasured: _Text = ""
     choice: _Text = ""
     sha256: dict[_Text, Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]]
@@ -141,11 +141,11 @@ def write_factors(folder: str | os.PathLike[str], factorisation: Factorisation) 
 
     A folder of factors is replaced, any other that is not empty is refused.
     """
-    pictures = dict(_pictures(factorisation.factors))
+    images = dict(_images(factorisation.factors))
     record = _Record(
         name=factorisation.factors.name[:1000],
         method=factorisation.method,
-        factors=_described(factorisation.factors),
+        factors=_describe(factorisation.factors),
         asymmetry=factorisation.asymmetry,
         condition_number=_finite(factorisation.condition_number),
         optimum_ratio=factorisation.optimum_ratio,
@@ -154,20 +154,20 @@ def write_factors(folder: str | os.PathLike[str], factorisation: Factorisation) 
         weighting=factorisation.weighting,  # type: ignore[arg-type]
         converged=factorisation.converged,
         negative_energy=factorisation.negative_energy,
-        ladder=_rungs(factorisation.ladder),
-        left_out=_rungs(factorisation.left_out),
+        ladder=_term_errors(factorisation.term_errors),
+        left_out=_term_errors(factorisation.left_out),
         held_out_by=factorisation.held_out_by,  # type: ignore[arg-type]
         best_terms=factorisation.best_terms,
         unmeasured=factorisation.unmeasured[:1000],
         choice=factorisation.choice[:1000],
-        sha256={name: _fingerprint(picture) for name, picture in pictures.items()},
+        sha256={name: _fingerprint(image) for name, image in images.items()},
     )
     text = json.dumps(record.model_dump(), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    with atomic_folder(folder, MEMBER, sum(picture.nbytes for picture in pictures.values())) as partial:
-        for name, picture in pictures.items():
-            write_exr(partial / name, rgb_channels(picture), half=False)
+    with atomic_folder(folder, MEMBER, sum(image.nbytes for image in images.values())) as partial:
+        for name, image in images.items():
+            write_exr(partial / name, rgb_channels(image), half=False)
         write_bytes(partial / MEMBER, text.encode())
-    return _factorisation(record, pictures)
+    return _factorisation(record, images)
 
 
 def fingerprints(folder: str | os.PathLike[str]) -> dict[str, str]:
@@ -195,8 +195,8 @@ def read_factors(folder: str | os.PathLike[str]) -> Factorisation:
         place = ".".join(map(str, first["loc"]))[:80]
         raise InputError(path, f"{MEMBER} has a faulty {place} ({first['msg'][:100]})", _REMEDY) from None
     try:
-        pictures = {name: _picture(path, name, shape, record) for name, shape in _shapes(record)}
-        return _factorisation(record, pictures)
+        images = {name: _image(path, name, shape, record) for name, shape in _shapes(record)}
+        return _factorisation(record, images)
     except (ValueError, TypeError) as error:
         raise InputError(path, f"holds factors that cannot be: {error}", _REMEDY) from None
 
@@ -219,7 +219,7 @@ def open_reflectance(text: str) -> Brdf:
     return open_brdf(text)
 
 
-def _described(factors: Any) -> _Separable | _Homomorphic:
+def _describe(factors: Any) -> _Separable | _Homomorphic:
     if isinstance(factors, SeparableFactors):
         return _Separable(
             kind="separable",
@@ -238,30 +238,33 @@ def _described(factors: Any) -> _Separable | _Homomorphic:
         mean=factors.space.mean.tolist(),
         largest=np.minimum(factors.space.largest, _NO_LIMIT).tolist(),
         epsilon=factors.space.epsilon,
-        projections=[[_named(each) for each in rung.projections] for rung in (*factors.shorter, factors)],
+        projections=[
+            [_describe_projection(each) for each in term_error.projections]
+            for term_error in (*factors.shorter, factors)
+        ],
     )
 
 
-def _named(projection: Projection) -> _Projection:
+def _describe_projection(projection: Projection) -> _Projection:
     if isinstance(projection, LinearProjection):
         return _Projection(kind="linear", rows=projection.rows.tolist(), extent=projection.extent)
     return _Projection(kind=projection.kind)
 
 
-def _pictures(factors: Any) -> Iterator[tuple[str, NDArray[np.float32]]]:
+def _images(factors: Any) -> Iterator[tuple[str, NDArray[np.float32]]]:
     """Every texture as float32 by the name of its file."""
     if isinstance(factors, SeparableFactors):
         for side, textures in zip(SIDES[factors.parametrisation], (factors.first, factors.second), strict=True):
             for number, texture in enumerate(textures, start=1):
                 yield f"term-{number:02d}-{side}.exr", texture
         return
-    for rung in (*factors.shorter, factors):
-        for number, texture in enumerate(rung.textures, start=1):
-            yield f"terms-{rung.terms}-texture-{number}.exr", texture.astype(np.float32)
+    for term_error in (*factors.shorter, factors):
+        for number, texture in enumerate(term_error.textures, start=1):
+            yield f"terms-{term_error.terms}-texture-{number}.exr", texture.astype(np.float32)
 
 
 def _shapes(record: _Record) -> Iterator[tuple[str, tuple[int, int]]]:
-    """The files that `record` speaks of and the size of each picture."""
+    """The files that `record` speaks of and the size of each image."""
     described = record.factors
     if isinstance(described, _Separable):
         shape = HemisphereMap(described.map, described.size).shape
@@ -274,27 +277,27 @@ def _shapes(record: _Record) -> Iterator[tuple[str, tuple[int, int]]]:
             yield f"terms-{len(projections)}-texture-{number}.exr", (described.size, described.size)
 
 
-def _picture(path: Path, name: str, shape: tuple[int, int], record: _Record) -> NDArray[np.float32]:
+def _image(path: Path, name: str, shape: tuple[int, int], record: _Record) -> NDArray[np.float32]:
     found = decode_content(
         "engine.images.exr:read_exr_channels", path / name, read_bytes(path / name, _EXR_LIMIT_BYTES)
     )
     planes = [found[channel] for channel in ("channel:R", "channel:G", "channel:B") if channel in found]
     if len(planes) != 3 or any(plane.dtype != np.float32 or plane.shape != shape for plane in planes):
-        raise InputError(path / name, f"is no picture of {shape[1]} × {shape[0]} texels of 32-bit floats", _REMEDY)
-    picture: NDArray[np.float32] = np.ascontiguousarray(np.stack(planes, axis=-1))
-    if _fingerprint(picture) != record.sha256.get(name):
+        raise InputError(path / name, f"is no image of {shape[1]} × {shape[0]} texels of 32-bit floats", _REMEDY)
+    image: NDArray[np.float32] = np.ascontiguousarray(np.stack(planes, axis=-1))
+    if _fingerprint(image) != record.sha256.get(name):
         raise InputError(path / name, "is damaged: its fingerprint does not fit its content", AGAIN)
-    return picture
+    return image
 
 
-def _factorisation(record: _Record, pictures: dict[str, NDArray[np.float32]]) -> Factorisation:
-    factors = _factors(record, pictures)
-    if record.ladder and [rung.terms for rung in record.ladder] != _numbers_of_terms(record):
+def _factorisation(record: _Record, images: dict[str, NDArray[np.float32]]) -> Factorisation:
+    factors = _factors(record, images)
+    if record.ladder and [term_error.terms for term_error in record.ladder] != _numbers_of_terms(record):
         raise ValueError("the errors are not those of its terms")
     return Factorisation(
         factors,
         record.method,
-        tuple(_rung(rung) for rung in record.ladder),
+        tuple(_term_error(term_error) for term_error in record.ladder),
         asymmetry=record.asymmetry,
         condition_number=record.condition_number,
         optimum_ratio=record.optimum_ratio,
@@ -304,7 +307,7 @@ def _factorisation(record: _Record, pictures: dict[str, NDArray[np.float32]]) ->
         weighting=record.weighting,
         converged=record.converged,
         negative_energy=record.negative_energy,
-        left_out=tuple(_rung(rung) for rung in record.left_out),
+        left_out=tuple(_term_error(term_error) for term_error in record.left_out),
         held_out_by=record.held_out_by,
         best_terms=record.best_terms,
         unmeasured=record.unmeasured,
@@ -316,7 +319,7 @@ def is_whole(factorisation: Factorisation) -> bool:
     """True if the error of each number of terms is known; of a sum they follow one after the other. Others are not
     written."""
     factors = factorisation.factors
-    return not isinstance(factors, SeparableFactors) or len(factorisation.ladder) == factors.terms
+    return not isinstance(factors, SeparableFactors) or len(factorisation.term_errors) == factors.terms
 
 
 def _numbers_of_terms(record: _Record) -> list[int]:
@@ -326,32 +329,32 @@ def _numbers_of_terms(record: _Record) -> list[int]:
     return [len(projections) for projections in record.factors.projections]
 
 
-def _factors(record: _Record, pictures: dict[str, NDArray[np.float32]]) -> Any:
+def _factors(record: _Record, images: dict[str, NDArray[np.float32]]) -> Any:
     described = record.factors
     if isinstance(described, _Separable):
         hemisphere_map = HemisphereMap(described.map, described.size)
         first, second = (
-            np.stack([pictures[f"term-{number:02d}-{side}.exr"] for number in range(1, described.terms + 1)])
+            np.stack([images[f"term-{number:02d}-{side}.exr"] for number in range(1, described.terms + 1)])
             for side in SIDES[described.parametrisation]
         )
         words = (described.isotropic, described.reciprocal, record.name)
         return SeparableFactors(hemisphere_map, described.parametrisation, first, second, *words)
     space = LogSpace(np.array(described.mean), described.epsilon, np.array(described.largest))
-    rungs: tuple[HomomorphicFactors, ...] = ()
+    term_errors: tuple[HomomorphicFactors, ...] = ()
     for projections in described.projections:
         terms = len(projections)
-        if rungs and terms <= rungs[-1].terms:
+        if term_errors and terms <= term_errors[-1].terms:
             raise ValueError("the numbers of terms do not rise")
         names = [f"terms-{terms}-texture-{number}.exr" for number in range(1, terms + 1)]
-        textures = tuple(pictures[name].astype(np.float64) for name in names)
+        textures = tuple(images[name].astype(np.float64) for name in names)
         found = tuple(_projection(each) for each in projections)
-        rungs = (
-            *rungs,
+        term_errors = (
+            *term_errors,
             HomomorphicFactors(
-                textures, found, space, described.parametrisation, described.reciprocal, rungs, record.name
+                textures, found, space, described.parametrisation, described.reciprocal, term_errors, record.name
             ),
         )
-    return rungs[-1]
+    return term_errors[-1]
 
 
 def _projection(described: _Projection) -> Projection:
@@ -362,16 +365,19 @@ def _projection(described: _Projection) -> Projection:
     return FixedProjection(described.kind)
 
 
-def _rungs(ladder: Sequence[TermError]) -> list[_Rung]:
-    return [_Rung(**asdict(rung) | {"rms_by_elevation_band": [*rung.rms_by_elevation_band]}) for rung in ladder]
+def _term_errors(term_errors: Sequence[TermError]) -> list[_TermError]:
+    return [
+        _TermError(**asdict(term_error) | {"rms_by_elevation_band": [*term_error.rms_by_elevation_band]})
+        for term_error in term_errors
+    ]
 
 
-def _rung(rung: _Rung) -> TermError:
-    values = rung.model_dump()
+def _term_error(term_error: _TermError) -> TermError:
+    values = term_error.model_dump()
     return TermError(
         **{
             **values,
-            "rms_by_elevation_band": tuple(rung.rms_by_elevation_band),
+            "rms_by_elevation_band": tuple(term_error.rms_by_elevation_band),
             "metrics": Metrics(**values["metrics"]),
         }
     )
@@ -381,5 +387,5 @@ def _finite(number: float) -> float:
     return number if math.isfinite(number) else float(np.finfo(np.float64).max)
 
 
-def _fingerprint(picture: NDArray[np.float32]) -> str:
-    return hashlib.sha256(np.ascontiguousarray(picture, "<f4").data).hexdigest()
+def _fingerprint(image: NDArray[np.float32]) -> str:
+    return hashlib.sha256(np.ascontiguousarray(image, "<f4").data).hexdigest()

@@ -20,17 +20,17 @@ from numpy.typing import NDArray
 
 from engine.brdf.scattered import ScatteredBrdf, fit_scattered
 from engine.core.one_thread import one_thread
-from engine.core.steps import Result, Step, Steps, relayed
+from engine.core.steps import Result, Step, Steps, relay
 from engine.factor.data import FactorData
-from engine.factor.errors import Factorisation, HeldOut, Reference, TermError, held_out_errors
+from engine.factor.errors import Factorisation, HeldOut, Reference, TermError, compute_held_out_errors
 from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.homomorphic import HomomorphicFactors, LogSpace
 from engine.factor.projections import FixedProjection, Projection, mccool_projections
 from engine.factor.separable import Separated, in_norms
 from engine.factor.solvers.least_squares import DENSE_LIMIT, Fit, solve
-from engine.factor.solvers.least_squares_rows import predicted
+from engine.factor.solvers.least_squares_rows import predict
 from engine.factor.solvers.regions import PARTS, Parts
-from engine.factor.textures import Ladder, Level, SearchSettings, part_of
+from engine.factor.textures import Level, SearchSettings, TermErrors, part_of
 
 Floats = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ Floats = NDArray[np.float64]
 FIRST_SMOOTHING, CHANGE, GAIN = 1e-3, 10.0, 0.99
 
 #: Least and largest λ.
-LEAST_SMOOTHING, MOST_SMOOTHING = 1e-8, 1.0
+MIN_SMOOTHING, MAX_SMOOTHING = 1e-8, 1.0
 
 #: Projections of each term whose λ is chosen too.
 FINALISTS = 3
@@ -71,37 +71,37 @@ def foretold(
     values = np.empty_like(data.value)
     judging = level.beside()
     judging.smoothing = smoothing
-    rows = [level.kept_rows(each) for each in projections]
+    rows = [level.keep_rows(each) for each in projections]
     for part in range(PARTS):
         yield Step(0.0, "holding out regions")
         out = parts == part
         target = level.target[~out]
         terms = [judging.term(each, part_of(one, ~out), target) for each, one in zip(projections, rows, strict=True)]
         textures = solve(terms, target).textures
-        log = sum(predicted(part_of(one, out), texture) for one, texture in zip(rows, textures, strict=True))
+        log = sum(predict(part_of(one, out), texture) for one, texture in zip(rows, textures, strict=True))
         largest = data.value[~out].max(axis=0)
         space = LogSpace(level.space.mean, level.space.epsilon, np.where(largest > 0.0, largest, level.space.largest))
         values[out] = space.backward(log)
     return values
 
 
-def judged(
+def judge(
     level: Level, data: FactorData, projections: Sequence[Projection], smoothing: float, parts: Parts
 ) -> Steps[Judged]:
     values = yield from foretold(level, data, projections, smoothing, parts)
-    errors = held_out_errors(values, data, level.space.epsilon)
+    errors = compute_held_out_errors(values, data, level.space.epsilon)
     return Judged(tuple(projections), smoothing, errors)
 
 
-def smoothed(level: Level, data: FactorData, first: Judged, parts: Parts) -> Steps[list[Judged]]:
+def smooth(level: Level, data: FactorData, first: Judged, parts: Parts) -> Steps[list[Judged]]:
     """`first`, and the same projections with more or less smoothing as long as the score falls; the best is last."""
     if len(first.projections) * level.size**2 > DENSE_LIMIT:
         return [first]
     tried = [first]
     for change in (CHANGE, 1.0 / CHANGE):
-        while LEAST_SMOOTHING <= tried[-1].smoothing * change <= MOST_SMOOTHING:
+        while MIN_SMOOTHING <= tried[-1].smoothing * change <= MAX_SMOOTHING:
             smoothing = tried[-1].smoothing * change
-            after = yield from judged(level, data, first.projections, smoothing, parts)
+            after = yield from judge(level, data, first.projections, smoothing, parts)
             if not after.score < GAIN * tried[-1].score:
                 tried.insert(0, after)
                 break
@@ -111,38 +111,38 @@ def smoothed(level: Level, data: FactorData, first: Judged, parts: Parts) -> Ste
     return tried
 
 
-def fixed_sets(level: Level, data: FactorData, parts: Parts) -> Steps[list[Judged]]:
+def fit_fixed_sets(level: Level, data: FactorData, parts: Parts) -> Steps[list[Judged]]:
     """McCool's first 1, 2, … textures, each set as smooth as it is by itself."""
     found = []
     fixed = mccool_projections(level.settings.reciprocal)
     for number in range(1, len(fixed) + 1):
         other = level.beside()
         other.chosen = list(fixed[:number])
-        settled, _ = yield from other.settled()
-        found.append((yield from judged(level, data, fixed[:number], settled.smoothing, parts)))
+        settled, _ = yield from other.settle()
+        found.append((yield from judge(level, data, fixed[:number], settled.smoothing, parts)))
     return found
 
 
-def ladder_judged(
+def term_errors_judged(
     data: FactorData, settings: SearchSettings, found: Factorisation, parts: Parts
 ) -> Steps[Factorisation]:
     """`found` with the held-out errors of each number of terms, all textures solved together with the λ they have."""
     size = len(found.factors.textures[0])
     level = Level(data, LogSpace.of(data.value, settings.epsilon), settings, size)
-    ladder = []
-    for number, rung in enumerate(found.ladder):
-        projections = found.factors.truncated(rung.terms).projections
-        steps = judged(level, data, projections, rung.smoothing, parts)
-        share = number / len(found.ladder)
-        errors = (yield from relayed(steps, lambda step, share=share: Step(share, step.note, found))).held_out  # type: ignore[misc]
-        ladder.append(
-            replace(rung, held_out_rms_cosine_weighted=errors.rms_cosine_weighted, held_out_sq_log=errors.sq_log)
+    term_errors = []
+    for number, term_error in enumerate(found.term_errors):
+        projections = found.factors.truncate(term_error.terms).projections
+        steps = judge(level, data, projections, term_error.smoothing, parts)
+        share = number / len(found.term_errors)
+        errors = (yield from relay(steps, lambda step, share=share: Step(share, step.note, found))).held_out  # type: ignore[misc]
+        term_errors.append(
+            replace(term_error, held_out_rms_cosine_weighted=errors.rms_cosine_weighted, held_out_sq_log=errors.sq_log)
         )
-    best = min(ladder, key=lambda rung: rung.held_out.score)  # type: ignore[union-attr]
-    return replace(found, ladder=tuple(ladder), held_out_by="regions", best_terms=best.terms)
+    best = min(term_errors, key=lambda term_error: term_error.held_out.score)  # type: ignore[union-attr]
+    return replace(found, term_errors=tuple(term_errors), held_out_by="regions", best_terms=best.terms)
 
 
-def chosen(
+def choose(
     data: FactorData,
     settings: SearchSettings,
     proposed: Factorisation,
@@ -156,67 +156,71 @@ def chosen(
 
     `sizes` are those that may be taken instead of that of the settings. `before` is a result whose terms are kept.
     """
-    taken = proposed.ladder[-1].time_s if proposed.ladder else 0.0
-    ladder = Ladder(data, settings, reference, time.perf_counter() - taken)
+    taken = proposed.term_errors[-1].time_s if proposed.term_errors else 0.0
+    term_errors = TermErrors(data, settings, reference, time.perf_counter() - taken)
     with one_thread():
-        return (yield from _unpaused(_chosen(data, settings, proposed, parts, sizes, ladder, before), ladder, proposed))
+        return (
+            yield from _resume(
+                _choose(data, settings, proposed, parts, sizes, term_errors, before), term_errors, proposed
+            )
+        )
 
 
-def _chosen(
+def _choose(
     data: FactorData,
     settings: SearchSettings,
     proposed: Factorisation,
     parts: Parts,
     sizes: Sequence[int],
-    ladder: Ladder,
+    term_errors: TermErrors,
     before: Factorisation | None,
 ) -> Steps[Factorisation]:
     level = Level(data, LogSpace.of(data.value, settings.epsilon), settings, settings.size)
-    fixed = yield from fixed_sets(level, data, parts)
+    fixed = yield from fit_fixed_sets(level, data, parts)
     bar = fixed[min(settings.terms, len(fixed)) - 1].held_out
-    found, more = yield from _grown(level, data, parts, _pool(settings, proposed), fixed, bar, _kept(before))
-    stored = _nested(found)
+    found, more = yield from _grow(level, data, parts, _pool(settings, proposed), fixed, bar, _keep(before))
+    stored = _nest(found)
     if before is None:
-        level, stored = yield from _sized(level, data, parts, sizes, stored, bar)
+        level, stored = yield from _size(level, data, parts, sizes, stored, bar)
     fit: Fit | None = None
     for one in stored:
         yield Step(0.0, "solving for all textures")
-        fit = _add(level, one, ladder)
-    beyond = Ladder(data, settings, ladder.reference, ladder.started)
+        fit = _add(level, one, term_errors)
+    beyond = TermErrors(data, settings, term_errors.reference, term_errors.started)
     for one in more:
         yield Step(0.0, "solving for all textures")
         _add(level, one, beyond)
     return replace(
-        ladder.factorisation("search", fit, proposed.evaluations),
+        term_errors.factorisation("search", fit, proposed.evaluations),
         left_out=beyond.errors,
         held_out_by="regions",
-        best_terms=ladder.errors[-1].terms,
+        best_terms=term_errors.errors[-1].terms,
     )
 
 
-def _add(level: Level, one: Judged, ladder: Ladder) -> Fit | None:
-    """Solve for the textures of `one` with all samples, and put them on the ladder."""
+def _add(level: Level, one: Judged, term_errors: TermErrors) -> Fit | None:
+    """Solve for the textures of `one` with all samples, and put them on the sweep."""
     if one.stored is not None:
-        factors, rung = one.stored
-        ladder.factors, ladder.errors = (*ladder.factors, factors), (*ladder.errors, rung)
+        factors, term_error = one.stored
+        term_errors.factors, term_errors.errors = (*term_errors.factors, factors), (*term_errors.errors, term_error)
         return None
     solved = level.beside()
     solved.chosen, solved.smoothing = list(one.projections), one.smoothing
     fit = solved.solve_all()
-    ladder.add(solved)
-    ladder.judge_last(one.held_out)
+    term_errors.add(solved)
+    term_errors.judge_last(one.held_out)
     return fit
 
 
-def _kept(before: Factorisation | None) -> list[Judged]:
+def _keep(before: Factorisation | None) -> list[Judged]:
     """The terms of an earlier result, as they are."""
     if before is None:
         return []
-    rungs = ((before.factors.truncated(rung.terms), rung) for rung in before.ladder)
+    term_errors = ((before.factors.truncate(term_error.terms), term_error) for term_error in before.term_errors)
     return [
-        Judged(factors.projections, rung.smoothing, rung.held_out, (factors, rung))
-        for factors, rung in rungs
-        if rung.held_out is not None
+        Judged(factors.projections, term_error.smoothing, term_error.held_out, (factors, term_error))
+        for factors, term_error in term_errors
+        if term_error.held_out is not None
     ]
 
 
@@ -224,13 +228,13 @@ def _pool(settings: SearchSettings, proposed: Factorisation) -> list[Projection]
     """The projections to choose from: the fixed ones, McCool's, and what the search went through."""
     pool: list[Projection] = [FixedProjection(kind) for kind in settings.fixed]
     factors: HomomorphicFactors = proposed.factors
-    for rung in (*factors.shorter, factors):
-        pool.extend(rung.projections)
+    for term_error in (*factors.shorter, factors):
+        pool.extend(term_error.projections)
     pool.extend(mccool_projections(settings.reciprocal))
     return list(dict.fromkeys(pool))
 
 
-def _grown(
+def _grow(
     level: Level,
     data: FactorData,
     parts: Parts,
@@ -251,11 +255,11 @@ def _grown(
     while number < level.settings.terms:
         number += 1
         beside = fixed[min(number, len(fixed)) - 1]
-        ranked = yield from _ranked(coarse, some, some_parts, pool, found[-1] if found else None)
+        ranked = yield from _rank(coarse, some, some_parts, pool, found[-1] if found else None)
         candidates = []
         for one in ranked[:FINALISTS]:
-            first = yield from judged(level, data, one.projections, one.smoothing, parts)
-            candidates.extend((yield from smoothed(level, data, first, parts)))
+            first = yield from judge(level, data, one.projections, one.smoothing, parts)
+            candidates.extend((yield from smooth(level, data, first, parts)))
         if number <= len(fixed):
             candidates.append(beside)
         sound = [one for one in candidates if one.held_out.no_worse(beside.held_out)]
@@ -271,7 +275,7 @@ def _grown(
     return found, []
 
 
-def _ranked(
+def _rank(
     level: Level, data: FactorData, parts: Parts, pool: Sequence[Projection], base: Judged | None
 ) -> Steps[list[Judged]]:
     """`base` with each further projection of the pool, from the least score up."""
@@ -280,11 +284,11 @@ def _ranked(
     tried = []
     for projection in pool:
         if projection not in known:
-            tried.append((yield from judged(level, data, (*known, projection), smoothing, parts)))
+            tried.append((yield from judge(level, data, (*known, projection), smoothing, parts)))
     return sorted(tried, key=_score)
 
 
-def _nested(found: Sequence[Judged]) -> list[Judged]:
+def _nest(found: Sequence[Judged]) -> list[Judged]:
     """The last one, and those before it of which each is in neither error better than the next."""
     nested = [found[-1]]
     for one in reversed(found[:-1]):
@@ -293,7 +297,7 @@ def _nested(found: Sequence[Judged]) -> list[Judged]:
     return nested
 
 
-def _sized(
+def _size(
     level: Level, data: FactorData, parts: Parts, sizes: Sequence[int], stored: list[Judged], bar: HeldOut
 ) -> Steps[tuple[Level, list[Judged]]]:
     """The same projections with textures of the size that has the least score, all of one size."""
@@ -302,24 +306,24 @@ def _sized(
         if size == level.size or len(best.projections) * size**2 > DENSE_LIMIT:
             continue
         other = Level(data, level.space, level.settings, size)
-        first = yield from judged(other, data, best.projections, best.smoothing, parts)
-        last = (yield from smoothed(other, data, first, parts))[-1]
+        first = yield from judge(other, data, best.projections, best.smoothing, parts)
+        last = (yield from smooth(other, data, first, parts))[-1]
         if last.held_out.no_worse(bar) and last.score < GAIN * best.score:
             best, at = last, other
     if at is level:
         return level, stored
     found = []
     for one in stored[:-1]:
-        first = yield from judged(at, data, one.projections, one.smoothing, parts)
-        found.append((yield from smoothed(at, data, first, parts))[-1])
-    return at, _nested([*found, best])
+        first = yield from judge(at, data, one.projections, one.smoothing, parts)
+        found.append((yield from smooth(at, data, first, parts))[-1])
+    return at, _nest([*found, best])
 
 
 def _score(one: Judged) -> float:
     return one.score
 
 
-def _unpaused(steps: Steps[Result], ladder: Ladder, proposed: Factorisation) -> Steps[Result]:
+def _resume(steps: Steps[Result], term_errors: TermErrors, proposed: Factorisation) -> Steps[Result]:
     """`steps` that show what was proposed; the time until the next one is asked for is not theirs."""
     taken = 0
     try:
@@ -331,7 +335,7 @@ def _unpaused(steps: Steps[Result], ladder: Ladder, proposed: Factorisation) -> 
             taken += 1
             offered = time.perf_counter()
             yield Step(taken / (taken + 500.0), step.note, proposed)
-            ladder.started += time.perf_counter() - offered
+            term_errors.started += time.perf_counter() - offered
     finally:
         steps.close()
 
@@ -353,8 +357,8 @@ def sums_foretold(
     measured[data.measurement] = parts
     for part in range(PARTS):
         kept = brdf.measured.part(measured != part)
-        smooth = yield from relayed(fit_scattered(kept, shape=brdf.shape), _still)
-        again = yield from relayed(
+        smooth = yield from relay(fit_scattered(kept, shape=brdf.shape), _still)
+        again = yield from relay(
             in_norms(
                 smooth,
                 hemisphere_map,
@@ -369,7 +373,7 @@ def sums_foretold(
         out = parts == part
         for value, each in zip(values, again, strict=True):
             for terms in range(1, len(value) + 1):
-                factors = each.factors.truncated(min(terms, each.factors.terms))
+                factors = each.factors.truncate(min(terms, each.factors.terms))
                 value[terms - 1, out] = factors.f(data.wi[out], data.wo[out])
                 yield Step(0.0, "holding out regions")
     return values

@@ -123,7 +123,7 @@ class HemisphereMap:
             return np.roll(number[:, ::-1], -half, axis=1)[self.mask], number[:, ::-1][self.mask]
         return number[:, ::-1][self.mask], number[::-1][self.mask]
 
-    def picture(self, values: ArrayLike) -> Floats:
+    def image(self, values: ArrayLike) -> Floats:
         """A texture (rows, columns, ...) of values (n, ...) at the texels of `mask`; 0 outside, means at the pole."""
         values = np.asarray(values, np.float64)
         texture = np.zeros((self.size, self.size, *values.shape[1:]))

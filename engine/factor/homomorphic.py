@@ -103,7 +103,7 @@ class HomomorphicFactors:
     projections : one per term. space : A and ε.
     parametrisation : of the linear projections. reciprocal : whether each texture is read by the conjugate too.
     shorter : the best factors of 1, 2, … fewer terms, as far as known; `truncated` gives them.
-    name, kind : for a person.
+    name, kind : for a user.
     """
 
     textures: tuple[Floats, ...]
@@ -147,7 +147,7 @@ class HomomorphicFactors:
     def energy_conserving(self) -> bool:
         return False
 
-    def truncated(self, terms: int) -> HomomorphicFactors:
+    def truncate(self, terms: int) -> HomomorphicFactors:
         """The factors of fewer terms that the search went through; ValueError where they are not known."""
         for factors in (*self.shorter, self):
             if factors.terms == terms:

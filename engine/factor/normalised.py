@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 NORMS = (1.0, 2.0, float("inf"))
 
 
-def normalised(
+def normalise(
     brdf: Brdf, hemisphere_map: HemisphereMap, parametrisation: Parametrisation, reference: Reference
 ) -> Steps[SeparableFactors]:
     """The term of `brdf` with the lowest cosine-weighted error among `NORMS`; ValueError for values not finite."""
@@ -39,8 +39,7 @@ def normalised(
         yield Step(0.7 + 0.3 * index / len(NORMS), f"averaging rows of norm {norm:g}")
         pairs = [_term(values, *texel_weights(hemisphere_map, parametrisation, "cosine"), norm) for values in channels]
         first, second = (
-            hemisphere_map.picture(np.stack(side, axis=-1))[None].astype(np.float32)
-            for side in zip(*pairs, strict=True)
+            hemisphere_map.image(np.stack(side, axis=-1))[None].astype(np.float32) for side in zip(*pairs, strict=True)
         )
         tried.append(SeparableFactors(hemisphere_map, parametrisation, first, second, brdf.isotropic))
     return min(tried, key=lambda factors: reference.rms(factors)[0])

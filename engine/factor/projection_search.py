@@ -46,7 +46,7 @@ from engine.factor.projections import (
 from engine.factor.solvers.least_squares import Fit
 from engine.factor.solvers.powell import Minimum, powell
 from engine.factor.solvers.quaternions import Pair, pair_of_rows, random_pair
-from engine.factor.textures import DEFAULT, Ladder, Level, SearchSettings
+from engine.factor.textures import DEFAULT, Level, SearchSettings, TermErrors
 
 #: A step is yielded after so many seconds.
 PACE_S = 0.05
@@ -68,8 +68,8 @@ def search(
     closing ends. A factorisation that is given as `resume`, complete or not, goes on to `settings.terms`.
     """
     started = time.perf_counter()
-    ladder = Ladder(data, settings, reference, started)
-    work = _Search(data, settings, ladder)
+    term_errors = TermErrors(data, settings, reference, started)
+    work = _Search(data, settings, term_errors)
     if resume is not None:
         work.resume(resume)
     return (yield from work.run())
@@ -78,8 +78,8 @@ def search(
 class _Search:
     """The state of a search between two steps."""
 
-    def __init__(self, data: FactorData, settings: SearchSettings, ladder: Ladder) -> None:
-        self.settings, self.ladder = settings, ladder
+    def __init__(self, data: FactorData, settings: SearchSettings, term_errors: TermErrors) -> None:
+        self.settings, self.term_errors = settings, term_errors
         space = LogSpace.of(data.value, settings.epsilon)
         self.full = Level(data, space, settings, settings.size)
         self.low = self.full
@@ -107,14 +107,14 @@ class _Search:
             )
         finished = factors
         self.partial, self.evaluations = before, before.evaluations
-        self.ladder.started -= before.ladder[-1].time_s if before.ladder else 0.0
-        errors = before.ladder
+        self.term_errors.started -= before.term_errors[-1].time_s if before.term_errors else 0.0
+        errors = before.term_errors
         if before.searching:
             self.started_with = factors.projections[-1]
             if not factors.shorter:
                 return
             finished, errors = factors.shorter[-1], errors[:-1]
-        self.ladder.factors, self.ladder.errors = (*finished.shorter, finished), errors
+        self.term_errors.factors, self.term_errors.errors = (*finished.shorter, finished), errors
         self.full.chosen, self.full.textures = list(finished.projections), list(finished.textures)
         if self.settings.refit:
             self.full.solve_all()
@@ -239,7 +239,7 @@ class _Search:
         offered = time.perf_counter()
         yield Step(done, note, self.partial)
         self.breath = time.perf_counter()
-        self.ladder.started += self.breath - offered
+        self.term_errors.started += self.breath - offered
 
     def _show(self, number: int, candidates: Sequence[tuple[float, Projection]]) -> None:
         """Make the best candidate the partial result, if it is better than what is shown."""
@@ -252,18 +252,18 @@ class _Search:
         trial = level.beside()
         trial.smoothing = self.smoothing
         self.fit = trial.keep(projection)
-        factors = trial.factors(self.ladder.factors)
+        factors = trial.factors(self.term_errors.factors)
         level.forget()
-        rung = self.ladder.rung(factors, trial.smoothing)
+        term_error = self.term_errors.term_error(factors, trial.smoothing)
         shown, metric = self.partial, self.settings.metric
-        if shown is not None and shown.searching and len(shown.ladder) == number:
-            before = shown.ladder[-1]
-            if getattr(before.metrics, metric) <= getattr(rung.metrics, metric):
+        if shown is not None and shown.searching and len(shown.term_errors) == number:
+            before = shown.term_errors[-1]
+            if getattr(before.metrics, metric) <= getattr(term_error.metrics, metric):
                 return
         self.partial = Factorisation(
             factors,
             "search",
-            (*self.ladder.errors, rung),
+            (*self.term_errors.errors, term_error),
             condition_number=self.fit.condition_number,
             evaluations=self.evaluations,
             projections=factors.projections,
@@ -276,15 +276,15 @@ class _Search:
         self.fit = full.keep(projection)
         best = full
         if settings.refit:
-            best, self.fit = yield from self._paused(full.settled(), number)
+            best, self.fit = yield from self._paused(full.settle(), number)
         fixed = mccool_projections(settings.reciprocal)
         if settings.mccool and number == len(fixed):
             other = full.beside()
             other.chosen = list(fixed)
             other.solve_all()
-            settled, fit = yield from self._paused(other.settled(), number)
+            settled, fit = yield from self._paused(other.settle(), number)
             self.evaluations += 1
-            if settled.chosen_error() < best.chosen_error():
+            if settled.get_chosen_error() < best.get_chosen_error():
                 full.chosen, full.textures = other.chosen, other.textures
                 best, self.fit = settled, fit
         self.smoothing = best.smoothing
@@ -295,8 +295,8 @@ class _Search:
             else:
                 self.low.keep(projection)
         full.forget()
-        self.ladder.add(best)
-        self.partial = self.ladder.factorisation("search", self.fit, self.evaluations)
+        self.term_errors.add(best)
+        self.partial = self.term_errors.factorisation("search", self.fit, self.evaluations)
 
 
 def _distinct(found: Sequence[Minimum]) -> list[Minimum]:

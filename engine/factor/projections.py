@@ -211,7 +211,7 @@ class FixedProjection:
     def coordinates(self, points: Points) -> Floats:
         """Texture coordinates (N, 2) in [−1, 1]."""
         if self.angles:
-            return _measured(points.angles[:, _ANGLES[self.angles]], self.measure)
+            return _measure(points.angles[:, _ANGLES[self.angles]], self.measure)
         if self.kind in ("elevations", "elevations-exchanged"):
             radii = np.column_stack([np.hypot(*points.wi.T), np.hypot(*points.wo.T)])
             return 2.0 * (radii if self.kind == "elevations" else radii[:, ::-1]) - 1.0
@@ -228,7 +228,7 @@ class FixedProjection:
         return np.asarray(np.hypot(nearest[:, None], nearest) <= 1.0 + 1e-9)
 
 
-def _measured(radii: Floats, measure: Measure) -> Floats:
+def _measure(radii: Floats, measure: Measure) -> Floats:
     """Coordinates (N, 2) in [−1, 1] of angles given as radii tan(θ/2) (N, 2) in [0, 1]."""
     squares = radii * radii
     if measure == "turned":

@@ -150,10 +150,10 @@ def in_norms(
     matrix = yield from part(brdf_matrix(brdf, hemisphere_map, parametrisation), 0.0, 0.5)
     # held from here to the end, and not taken anew by each part: changing the number of threads makes BLAS start them
     with one_thread():
-        return (yield from part(_tried(brdf, matrix, terms, method, norms, seed), 0.5, 1.0))
+        return (yield from part(_try_out(brdf, matrix, terms, method, norms, seed), 0.5, 1.0))
 
 
-def _tried(
+def _try_out(
     brdf: Brdf, matrix: BrdfMatrix, terms: int, method: SeparableMethod, norms: Sequence[Weighting], seed: int
 ) -> Steps[list[Separated]]:
     alpha = _asymmetry(matrix)
@@ -167,7 +167,7 @@ def _tried(
     chosen = ("symmetric" if square and alpha <= ASYMMETRY else "svd") if method == "auto" else method
     tried: list[Separated] = []
     for index, norm in enumerate(norms):
-        steps = _separated(brdf, matrix, terms, chosen, norm, alpha, seed)
+        steps = _separate(brdf, matrix, terms, chosen, norm, alpha, seed)
         tried.append((yield from part(steps, index / len(norms), (index + 1) / len(norms))))
     return tried
 
@@ -192,7 +192,7 @@ def texel_weights(
     return cosine**2 * area, cosine**2.5 * area
 
 
-def _separated(
+def _separate(
     brdf: Brdf, matrix: BrdfMatrix, terms: int, method: str, weighting: Weighting, alpha: float, seed: int
 ) -> Steps[Separated]:
     hemisphere_map, parametrisation = matrix.hemisphere_map, matrix.parametrisation
@@ -216,8 +216,8 @@ def _separated(
     first, second = (np.empty((kept, *hemisphere_map.shape, 3), np.float32) for _ in range(2))
     for channel, cut in enumerate(by_channel):
         root = np.sqrt(cut.value[:kept])
-        first[..., channel] = np.moveaxis(hemisphere_map.picture(cut.left[:, :kept] * root / rows[:, None]), -1, 0)
-        second[..., channel] = np.moveaxis(hemisphere_map.picture(cut.right[:, :kept] * root / columns[:, None]), -1, 0)
+        first[..., channel] = np.moveaxis(hemisphere_map.image(cut.left[:, :kept] * root / rows[:, None]), -1, 0)
+        second[..., channel] = np.moveaxis(hemisphere_map.image(cut.right[:, :kept] * root / columns[:, None]), -1, 0)
     exact = bool((np.abs(first) == np.abs(second)).all()) and parametrisation == "in-out"
     error, optimum = (math.sqrt(sum(getattr(cut, name) for cut in by_channel)) for name in ("error", "optimum"))
     return Separated(

@@ -38,7 +38,7 @@ class SeparableFactors:
     first : (K, rows, columns, 3) float32, view maps (of wo, with the sign) or half-vector maps, in sr^-½.
     second : the same for light maps (of wi) or difference maps.
     isotropic, reciprocal : as the BRDF that they were made of; exactly reciprocal where the maps differ by sign only.
-    name : of that BRDF, for a person.
+    name : of that BRDF, for a user.
     """
 
     hemisphere_map: HemisphereMap
@@ -83,7 +83,7 @@ class SeparableFactors:
         """Of the textures, as float32."""
         return self.first.nbytes + self.second.nbytes
 
-    def truncated(self, terms: int) -> SeparableFactors:
+    def truncate(self, terms: int) -> SeparableFactors:
         """The first `terms` terms, of which there must be that many."""
         if not 1 <= terms <= self.terms:
             raise ValueError(f"there are {self.terms} terms, not {terms}")
@@ -94,9 +94,9 @@ class SeparableFactors:
 
     def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
         """Values (..., 3) ≥ 0 in 1/sr without the cosine, for unit directions (..., 3) that broadcast."""
-        return np.maximum(self.signed(wi, wo), 0.0)
+        return np.maximum(self.sum_terms(wi, wo), 0.0)
 
-    def signed(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
+    def sum_terms(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
         """The sum itself (Wang2004 Eq. 2), which may be negative; 0 at and below the horizon."""
         wi, wo = np.broadcast_arrays(np.asarray(wi, np.float64), np.asarray(wo, np.float64))
         values = np.empty(wi.shape)
@@ -115,7 +115,7 @@ class SeparableFactors:
 
     def negative_energy(self, wi: Vectors, wo: Vectors) -> float:
         """Energy that `f` clamps at pairs (P, 3), as a fraction of what it keeps, both weighted by cos θ_i."""
-        values = self.signed(wi, wo) * wi[:, 2:]
+        values = self.sum_terms(wi, wo) * wi[:, 2:]
         kept = float(np.maximum(values, 0.0).sum())
         return float(np.maximum(-values, 0.0).sum()) / kept if kept > 0.0 else 0.0
 

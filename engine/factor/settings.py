@@ -12,20 +12,20 @@ from typing import Literal
 from engine.core.params import check, choice, flag, param, whole
 
 #: Most products of a sum, and most textures of a product: as many as a shader reads.
-MOST_PRODUCTS, MOST_TEXTURES = 64, 16
+MAX_PRODUCTS, MAX_TEXTURES = 64, 16
 
 #: Smallest and largest texture that is solved for.
 SMALLEST_SIZE, LARGEST_SIZE = 4, 64
 
-#: Knobs of sums of products that products of projections do not read, and the other way round.
-SEPARABLE_KNOBS, HOMOMORPHIC_KNOBS = ("side", "products"), ("size", "textures")
+#: Parameters of sums of products that products of projections do not read, and the other way round.
+SEPARABLE_PARAMETERS, HOMOMORPHIC_PARAMETERS = ("side", "products"), ("size", "textures")
 
 
 @dataclass(frozen=True)
 class FactorSettings:
-    """Settings of a factorisation; a knob that a method does not read keeps its value for the other methods.
+    """Settings of a factorisation; a parameter that a method does not read keeps its value for the other methods.
 
-    UsageError for a value out of its range. Values that do not go together are allowed here, so that a person may
+    UsageError for a value out of its range. Values that do not go together are allowed here, so that a user may
     pass through them; `why_not` gives the reason, and `engine.factor.factor` refuses them.
     """
 
@@ -69,12 +69,12 @@ class FactorSettings:
         doc="norm of the separable methods; auto: the one with the lower cosine-weighted error",
     )
     side: int = whole(48, 1, 96, slider=(8, 64), option="size", doc="texels along a side of each map")
-    products: int = whole(8, 1, MOST_PRODUCTS, slider=(1, 24), option="terms", doc="most products of two maps")
+    products: int = whole(8, 1, MAX_PRODUCTS, slider=(1, 24), option="terms", doc="most products of two maps")
     size: int = whole(16, SMALLEST_SIZE, LARGEST_SIZE, slider=(4, 32), doc="most texels along a side of a texture")
-    textures: int = whole(5, 1, MOST_TEXTURES, slider=(1, 8), option="terms", doc="most textures")
+    textures: int = whole(5, 1, MAX_TEXTURES, slider=(1, 8), option="terms", doc="most textures")
     reciprocal: bool = flag(False, doc="enforce reciprocity exactly (homomorphic and search)")
     restarts: int = whole(6, 0, 1000, slider=(0, 12), doc="random starts of the search for each texture")
-    together: int = whole(2, 1, MOST_TEXTURES, slider=(1, 5), doc="textures solved for each projection tried")
+    together: int = whole(2, 1, MAX_TEXTURES, slider=(1, 5), doc="textures solved for each projection tried")
     samples: int = whole(
         45_000, 1, 2_000_000, slider=(1000, 100_000), log=True, doc="pairs of directions at which models are sampled"
     )
@@ -120,7 +120,7 @@ class FactorSettings:
         return self.side if self.separable else self.size
 
     @property
-    def most_terms(self) -> int:
+    def max_terms(self) -> int:
         return self.products if self.separable else self.textures
 
     def with_texels(self, texels: int) -> FactorSettings:
@@ -132,7 +132,7 @@ class FactorSettings:
     def with_terms(self, terms: int) -> FactorSettings:
         """The same with other terms at most."""
         if self.method == "auto":
-            return replace(self, products=terms, textures=min(terms, MOST_TEXTURES))
+            return replace(self, products=terms, textures=min(terms, MAX_TEXTURES))
         return replace(self, products=terms) if self.separable else replace(self, textures=terms)
 
     @property

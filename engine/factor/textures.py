@@ -43,7 +43,7 @@ from engine.factor.projections import (
 from engine.factor.settings import SMALLEST_SIZE, FactorSettings
 from engine.factor.solvers.least_squares import DENSE_LIMIT, Fit, Term, solve, with_smoothing
 from engine.factor.solvers.least_squares import term as made_term
-from engine.factor.solvers.least_squares_rows import Rows, predicted, rows_of, touched
+from engine.factor.solvers.least_squares_rows import Rows, count_touched, predict, rows_of
 
 Mask = NDArray[np.bool_]
 
@@ -52,7 +52,7 @@ Mask = NDArray[np.bool_]
 FALL, FALLS, GAIN, CERTAIN = 0.1, 4, 0.01, 2.0
 
 
-def held_out(measurement: NDArray[np.intp], share: float, seed: int) -> Mask:
+def measure_held_out(measurement: NDArray[np.intp], share: float, seed: int) -> Mask:
     """Mask (N,) of the held-out samples: all of `share` of the measurements, the same for the same seed.
 
     None where one of the two parts would be empty.
@@ -91,7 +91,7 @@ def smoothing_share(
         residual = held_target.copy()
         fit = solve([with_smoothing(one, share) for one in terms], target)
         for rows, texture in zip(held, fit.textures, strict=True):
-            residual -= predicted(rows, texture)
+            residual -= predict(rows, texture)
         return np.asarray(np.bincount(of.reshape(-1), (residual * residual).mean(axis=1)) / copies)
 
     best, before = 1.0, errors(1.0)
@@ -117,7 +117,7 @@ HELD_OUT = 0.2
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """Settings of the search for projections; see `engine.factor.projection_search`. Defaults that a person can change
+    """Settings of the search for projections; see `engine.factor.projection_search`. Defaults that a user can change
     are those of `FactorSettings`.
 
     Attributes
@@ -198,7 +198,7 @@ class Level:
         read = look_ups(projection, self.points, self.settings.parametrisation, self.settings.reciprocal)
         return rows_of(read, self.size)
 
-    def kept_rows(self, projection: Projection) -> Rows:
+    def keep_rows(self, projection: Projection) -> Rows:
         """Rows of a projection that is used again and again."""
         if id(projection) not in self._rows:
             self._rows[id(projection)] = projection, self.rows(projection)
@@ -218,8 +218,8 @@ class Level:
         free = len(self.chosen) - min(self.settings.together - 1, len(self.chosen))
         self._base = self.target.copy()
         for projection, texture in zip(self.chosen[:free], self.textures[:free], strict=True):
-            self._base -= predicted(self.kept_rows(projection), texture)
-        self._prior = [self.term(each, self.kept_rows(each), self._base) for each in self.chosen[free:]]
+            self._base -= predict(self.keep_rows(projection), texture)
+        self._prior = [self.term(each, self.keep_rows(each), self._base) for each in self.chosen[free:]]
 
     def error(self, projection: Projection) -> float:
         """The metric with `projection` as one more term."""
@@ -228,7 +228,7 @@ class Level:
         fit = solve(terms, self._base)
         residual = self._base.copy()
         for one, texture in zip(terms, fit.textures, strict=True):
-            residual -= predicted(one.rows, texture)
+            residual -= predict(one.rows, texture)
         return self._metric(residual)
 
     def _metric(self, residual: Floats) -> float:
@@ -251,15 +251,15 @@ class Level:
         self.textures = [*self.textures[: len(self.chosen) - len(terms)], *fit.textures]
         return fit
 
-    def settled(self) -> Steps[tuple[Level, Fit]]:
+    def settle(self) -> Steps[tuple[Level, Fit]]:
         """The same projections, with textures as smooth as samples that are left out ask for: those to be given away.
 
         Of more texels than `DENSE_LIMIT` none are left out: they stay as they are.
         """
         other = self.beside()
-        held = held_out(self.measurement, self.settings.held_out, self.settings.seed)
-        rows = [self.kept_rows(each) for each in self.chosen]
-        if held.any() and self.settings.smoothing > 0.0 and sum(map(touched, rows)) <= DENSE_LIMIT:
+        held = measure_held_out(self.measurement, self.settings.held_out, self.settings.seed)
+        rows = [self.keep_rows(each) for each in self.chosen]
+        if held.any() and self.settings.smoothing > 0.0 and sum(map(count_touched, rows)) <= DENSE_LIMIT:
             target, known = self.target[~held], [part_of(one, held) for one in rows]
             pairs = zip(self.chosen, rows, strict=True)
             terms = [self.term(each, part_of(one, ~held), target) for each, one in pairs]
@@ -276,15 +276,15 @@ class Level:
 
     def solve_all(self) -> Fit:
         """All textures of the chosen projections together."""
-        terms = [self.term(each, self.kept_rows(each), self.target) for each in self.chosen]
+        terms = [self.term(each, self.keep_rows(each), self.target) for each in self.chosen]
         fit = solve(terms, self.target, refine=True)
         self.textures = list(fit.textures)
         return fit
 
-    def chosen_error(self) -> float:
+    def get_chosen_error(self) -> float:
         residual = self.target.copy()
         for projection, texture in zip(self.chosen, self.textures, strict=True):
-            residual -= predicted(self.kept_rows(projection), texture)
+            residual -= predict(self.keep_rows(projection), texture)
         return self._metric(residual)
 
     def factors(self, shorter: tuple[HomomorphicFactors, ...]) -> HomomorphicFactors:
@@ -298,7 +298,7 @@ class Level:
         )
 
 
-class Ladder:
+class TermErrors:
     """The factors of each number of terms and their errors."""
 
     def __init__(self, data: FactorData, settings: SearchSettings, reference: Reference | None, started: float) -> None:
@@ -307,7 +307,7 @@ class Ladder:
         self.factors: tuple[HomomorphicFactors, ...] = ()
         self.errors: tuple[TermError, ...] = ()
 
-    def rung(self, factors: HomomorphicFactors, smoothing: float) -> TermError:
+    def term_error(self, factors: HomomorphicFactors, smoothing: float) -> TermError:
         rms, bands = self.reference.rms(factors)
         return TermError(
             terms=factors.terms,
@@ -322,16 +322,16 @@ class Ladder:
 
     def add(self, level: Level) -> None:
         factors = level.factors(self.factors)
-        self.factors, self.errors = (*self.factors, factors), (*self.errors, self.rung(factors, level.smoothing))
+        self.factors, self.errors = (*self.factors, factors), (*self.errors, self.term_error(factors, level.smoothing))
 
     def judge_last(self, errors: HeldOut) -> None:
         """Say what the held-out errors of the last factors are."""
-        rung = replace(
+        term_error = replace(
             self.errors[-1],
             held_out_rms_cosine_weighted=errors.rms_cosine_weighted,
             held_out_sq_log=errors.sq_log,
         )
-        self.errors = (*self.errors[:-1], rung)
+        self.errors = (*self.errors[:-1], term_error)
 
     def factorisation(self, method: str, fit: Fit | None, evaluations: int) -> Factorisation:
         factors = self.factors[-1]
@@ -373,10 +373,10 @@ def mccool(
     )
     started = time.perf_counter()
     level = Level(data, LogSpace.of(data.value, epsilon), settings, size)
-    ladder = Ladder(data, settings, reference, started)
+    term_errors = TermErrors(data, settings, reference, started)
     fit: Fit | None = None
     for projection in mccool_projections(reciprocal):
         level.chosen.append(projection)
-        settled, fit = yield from level.settled()
-        ladder.add(settled)
-    return ladder.factorisation("mccool", fit, 0)
+        settled, fit = yield from level.settle()
+        term_errors.add(settled)
+    return term_errors.factorisation("mccool", fit, 0)

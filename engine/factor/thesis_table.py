@@ -20,7 +20,7 @@ from typing import TypeVar
 import numpy as np
 
 from engine.brdf.brdf import Brdf
-from engine.core.steps import Step, Steps, part, relayed
+from engine.core.steps import Step, Steps, part, relay
 from engine.factor.data import COUNT, MAX_THETA, SEED, FactorData, factor_data
 from engine.factor.errors import PAIRS, Factorisation, Metrics, Reference, metrics, reference
 from engine.factor.hemisphere_map import HemisphereMap
@@ -110,7 +110,7 @@ def _beside(steps: Steps[Result], rows: Sequence[Row], note: str = "") -> Steps[
         own = step.partial if isinstance(step.partial, tuple) else ()
         return Step(step.done, note + step.note, (*rows, *own))
 
-    return relayed(steps, beside)
+    return relay(steps, beside)
 
 
 def _rows(
@@ -125,8 +125,8 @@ def _rows(
     degrees = float(np.degrees(max_theta))
     rows: list[Row] = []
 
-    def of_search(found: Factorisation, parametrisation: str, reciprocal: bool) -> Row:
-        last = found.ladder[-1]
+    def record_search(found: Factorisation, parametrisation: str, reciprocal: bool) -> Row:
+        last = found.term_errors[-1]
         return Row(
             name,
             found.method,
@@ -142,7 +142,7 @@ def _rows(
             last.time_s,
         )
 
-    def of_mccool(size_bytes: int | None) -> Steps[None]:
+    def fit_mccool(size_bytes: int | None) -> Steps[None]:
         """Fixed projections, with textures of the search's size or of so many bytes in all."""
         for reciprocal in (True, False):
             textures = len(mccool_projections(reciprocal))
@@ -156,29 +156,31 @@ def _rows(
                 epsilon=settings.epsilon,
                 reference=pairs,
             )
-            fixed = yield from relayed(steps, lambda _: Step(0.0, f"{name}: fixed projections", tuple(rows)))
-            rows.append(of_search(fixed, "", reciprocal))
+            fixed = yield from relay(steps, lambda _: Step(0.0, f"{name}: fixed projections", tuple(rows)))
+            rows.append(record_search(fixed, "", reciprocal))
             yield Step(0.0, f"{name}: fixed projections", tuple(rows))
 
-    yield from of_mccool(None)
+    yield from fit_mccool(None)
     choices = [(form, reciprocal) for form in PARAMETRISATIONS for reciprocal in (True, False)]
     for index, (form, reciprocal) in enumerate(choices):
         chosen = replace(settings, parametrisation=form, reciprocal=reciprocal)
         steps = part(search(data, chosen, reference=pairs), 0.95 * index / 4, 0.95 * (index + 1) / 4)
         found = yield from _beside(steps, rows, f"{name}, {form}: ")
-        rows.append(of_search(found, form, reciprocal))
+        rows.append(record_search(found, form, reciprocal))
     size_bytes = max(row.size_bytes for row in rows if row.method == "search")
-    yield from part(of_mccool(size_bytes), 0.95, 0.96)
+    yield from part(fit_mccool(size_bytes), 0.95, 0.96)
     for index, form in enumerate(PARAMETRISATIONS):
         started = time.perf_counter()
         sums = part(separable_of_bytes(brdf, size_bytes, form, pairs), 0.96 + 0.02 * index, 0.98 + 0.02 * index)
         factors = yield from _beside(sums, rows, f"{name}: ")
-        rows.append(_of_separable(name, factors, data, pairs, settings.epsilon, degrees, time.perf_counter() - started))
+        rows.append(
+            _record_separable(name, factors, data, pairs, settings.epsilon, degrees, time.perf_counter() - started)
+        )
     yield Step(1.0, f"{name}: done", tuple(rows))
     return rows
 
 
-def _of_separable(
+def _record_separable(
     name: str,
     factors: SeparableFactors,
     data: FactorData,

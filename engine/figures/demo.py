@@ -1,9 +1,9 @@
 """The whole path on the built-in sample: photographs, shading map, compression, a rendered model, a bundle, a sheet.
 
-`demo` goes the way that a person goes, with the same functions. A stage that fails in a way that is reported to
-people (no OpenGL, a full disk) is noted with its sentence; what depends on it is left out and everything else is
+`demo` goes the way that a user goes, with the same functions. A stage that fails in a way that is reported to
+users (no OpenGL, a full disk) is noted with its sentence; what depends on it is left out and everything else is
 made.
-Cost: 18 s of processor time, of which the simulation takes 7 s, and 25 s more where kernels must be compiled first.
+Cost: 18 s of CPU time, of which the simulation takes 7 s, and 25 s more where kernels must be compiled first.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from engine.capture.stack import ImageStack
 from engine.core.colour import to_display8, tone_map
 from engine.core.errors import LightarcError, MissingCapability
 from engine.core.steps import Step, Steps, part
-from engine.figures.contact_sheet import Picture
+from engine.figures.contact_sheet import Image
 from engine.figures.demo_sheet import Shown, sheet
 from engine.geometry.camera import frame
 from engine.geometry.shapes import shape
@@ -47,7 +47,7 @@ Result = TypeVar("Result")
 MARKER = "demo.json"
 
 BRDF, MODEL, SLICES, REPEATS = "ggx:alpha=0.5", "cloth", 8, 3.0
-PICTURE_SIZE = (1280, 800)
+IMAGE_SIZE = (1280, 800)
 LIGHT, IRRADIANCE, GROUND = (-0.45, 0.6, 0.75), 2.2, 0.0123
 
 
@@ -77,7 +77,7 @@ def demo(folder: Path, arc: LightArc | None = None) -> Steps[Demo]:
     """Make everything in `folder`, which is complete at the end or as it was before.
 
     Raises OutputError where the folder cannot be written or holds something else. All other failures that are
-    reported to people become the `error` of their stage.
+    reported to users become the `error` of their stage.
     """
     with atomic_folder(folder, MARKER) as making:
         stages, bundle, doubts = yield from _stages(making, arc or LightArc())
@@ -101,16 +101,16 @@ def _stages(folder: Path, arc: LightArc) -> Steps[tuple[list[Stage], Path | None
         return part(_attempt(stages, name, work, needed), until - 0.1, until)
 
     capture = yield from stage("simulate", 0.2, lambda: simulate(arc, folder / "capture"))
-    stack = yield from stage("import", 0.5, partial(_imported, folder / "stack"), capture)
+    stack = yield from stage("import", 0.5, partial(_import, folder / "stack"), capture)
     shading_map = yield from stage("shade", 0.6, partial(build, slices=SLICES), stack)
     power_law = yield from stage("compress", 0.7, fit, shading_map)
     material = None
     if stack is not None and shading_map is not None:
         material = _material(arc.sample, stack, shading_map, power_law)
-    pictures = yield from stage("render", 0.8, partial(_rendered, folder), material)
-    bundle = yield from stage("bundle", 0.9, partial(_bundle, folder), material, stack, pictures or ())
-    shown = Shown(arc.sample, capture, stack, shading_map, power_law, pictures)
-    yield from stage("contact sheet", 1.0, partial(_drawn, folder, shown, tuple(stages)))
+    images = yield from stage("render", 0.8, partial(_render, folder), material)
+    bundle = yield from stage("bundle", 0.9, partial(_bundle, folder), material, stack, images or ())
+    shown = Shown(arc.sample, capture, stack, shading_map, power_law, images)
+    yield from stage("contact sheet", 1.0, partial(_draw, folder, shown, tuple(stages)))
     doubts = [text for made in (stack, material) if made is not None for text in made.health.warnings]
     return stages, bundle, list(dict.fromkeys(doubts))
 
@@ -132,35 +132,35 @@ def _attempt(
     return result
 
 
-def _imported(folder: Path, capture: Capture) -> Steps[ImageStack]:
+def _import(folder: Path, capture: Capture) -> Steps[ImageStack]:
     """Import as from a tripod: the virtual camera wanders by half a pixel, and relief under a grazing lamp seems to
     move by more, so that aligning would blur what is sharp."""
     return import_stack(find([capture.folder]), ImportSettings(motion="none"), folder)
 
 
 def _material(name: str, stack: ImageStack, shading_map: ShadingMap, power_law: PowerLawMap | None) -> Material:
-    health = shading_map.health if power_law is None else shading_map.health.merged(power_law.health)
+    health = shading_map.health if power_law is None else shading_map.health.merge(power_law.health)
     elevation_deg = tuple(float(angle) for angle in stack.elevation_deg)
     return Material(shading_map, power_law, brdf=BRDF, elevation_deg=elevation_deg, name=name, health=health)
 
 
-def _rendered(folder: Path, material: Material) -> Steps[dict[Source, Picture]]:
+def _render(folder: Path, material: Material) -> Steps[dict[Source, Image]]:
     """The material on a model, from each form that it has, also as PNG files in `folder`."""
     yield Step(0.0, f"Preparing the {MODEL}")
     mesh = shape(MODEL)
-    camera = frame(mesh.positions, PICTURE_SIZE[0] / PICTURE_SIZE[1])
+    camera = frame(mesh.positions, IMAGE_SIZE[0] / IMAGE_SIZE[1])
     sources: list[Source] = ["slices"] if material.power_law is None else list(SOURCES)
     brdf = brdf_from_text(material.brdf)
     scenes = [Scene(mesh, camera, brdf, material, LIGHT, IRRADIANCE, source, repeats=REPEATS) for source in sources]
     radiances = yield from _radiances(scenes)
-    pictures = {scene.source: _developed(radiance) for scene, radiance in zip(scenes, radiances, strict=True)}
-    for source, picture in pictures.items():
-        write_bytes(folder / f"{MODEL}_{source}.png", encode_png(picture))
-    return pictures
+    images = {scene.source: _develop(radiance) for scene, radiance in zip(scenes, radiances, strict=True)}
+    for source, image in images.items():
+        write_bytes(folder / f"{MODEL}_{source}.png", encode_png(image))
+    return images
 
 
 def _radiances(scenes: list[Scene]) -> Steps[list[NDArray[np.float32]]]:
-    """(H, W, 4) radiance and coverage of each scene: with OpenGL, or on the processor where there is none."""
+    """(H, W, 4) radiance and coverage of each scene: with OpenGL, or on the CPU where there is none."""
     from engine.gl.context import create_context
 
     radiances: list[NDArray[np.float32]] = []
@@ -168,33 +168,33 @@ def _radiances(scenes: list[Scene]) -> Steps[list[NDArray[np.float32]]]:
         context = create_context()
     except MissingCapability:
         for index, scene in enumerate(scenes):
-            steps = direct.radiance(scene, PICTURE_SIZE)
+            steps = direct.radiance(scene, IMAGE_SIZE)
             radiances.append((yield from part(steps, index / len(scenes), (index + 1) / len(scenes))))
         return radiances
     try:
         renderer = DirectRenderer(context)
         for scene in scenes:
             yield Step(len(radiances) / len(scenes), f"Rendering from {scene.source}")
-            radiances.append(renderer.radiance(scene, PICTURE_SIZE))
+            radiances.append(renderer.radiance(scene, IMAGE_SIZE))
         renderer.release()
     finally:
         context.release()
     return radiances
 
 
-def _developed(radiance: NDArray[np.float32]) -> Picture:
-    """Tone-mapped picture of (H, W, 4) radiance and coverage, on a dark ground."""
+def _develop(radiance: NDArray[np.float32]) -> Image:
+    """Tone-mapped image of (H, W, 4) radiance and coverage, on a dark ground."""
     return to_display8(tone_map(radiance[..., :3]) + (1 - radiance[..., 3:]) * GROUND)
 
 
-def _bundle(folder: Path, material: Material, stack: ImageStack, pictures: Mapping[Source, Picture]) -> Steps[Path]:
-    preview = encode_png(pictures["slices"]) if pictures else None
+def _bundle(folder: Path, material: Material, stack: ImageStack, images: Mapping[Source, Image]) -> Steps[Path]:
+    preview = encode_png(images["slices"]) if images else None
     path = folder / f"{material.name}.lightarc"
     return save_bundle(path, material, provenance=stack.provenance, figures=error_figures(material), preview=preview)
 
 
-def _drawn(folder: Path, shown: Shown, stages: tuple[Stage, ...]) -> Steps[Path]:
-    """Draw the contact sheet; where a picture is missing stands the sentence of the stage that failed first."""
+def _draw(folder: Path, shown: Shown, stages: tuple[Stage, ...]) -> Steps[Path]:
+    """Draw the contact sheet; where an image is missing stands the sentence of the stage that failed first."""
     yield Step(0.0, "Drawing the contact sheet")
     reason = next((stage.error for stage in stages if stage.error), "")
     write_bytes(folder / "contact_sheet.png", encode_png(sheet(shown, reason, sum(stage.time_s for stage in stages))))

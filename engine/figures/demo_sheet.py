@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from engine.capture.stack import ImageStack
 from engine.core.colour import to_display8
 from engine.core.figure_text import percent, size_text
-from engine.figures.contact_sheet import Panel, Picture, Row, draw_sheet, panel_width, plot, with_colour_bar
+from engine.figures.contact_sheet import Image, Panel, Row, draw_sheet, panel_width, plot, with_colour_bar
 from engine.scene.scene import Source
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
@@ -28,16 +28,16 @@ class Shown:
     stack: ImageStack | None
     shading_map: ShadingMap | None
     power_law: PowerLawMap | None
-    pictures: Mapping[Source, Picture] | None
+    images: Mapping[Source, Image] | None
 
 
-def sheet(shown: Shown, reason: str, time_s: float) -> Picture:
-    """(H, W, 3) uint8 contact sheet; `reason` stands where a picture is missing."""
+def sheet(shown: Shown, reason: str, time_s: float) -> Image:
+    """(H, W, 3) uint8 contact sheet; `reason` stands where an image is missing."""
     rows = (
         _row("Photographs, by elevation of the lamp", _photographs(shown.stack), reason),
         _row("Shading map: slices whose mean radiance grows in equal steps", _slices(shown.shading_map), reason),
         _row("Compressed: in each texel and channel a scale and an exponent of r / r max", _pair(shown), reason),
-        _row("On a model, under one lamp", _models(shown.pictures), reason, aspect=1.6),
+        _row("On a model, under one lamp", _models(shown.images), reason, aspect=1.6),
     )
     return draw_sheet(f"{shown.name.capitalize()} sample", _subtitle(shown, time_s), rows)
 
@@ -52,7 +52,7 @@ def _photographs(stack: ImageStack | None) -> tuple[Panel, ...]:
         return ()
     chosen = np.linspace(0, len(stack.elevation) - 1, min(len(stack.elevation), 10)).round().astype(int)
     gain = _gain(stack.radiance[-1])
-    return tuple(Panel(_picture(stack.radiance[i], gain), f"{stack.elevation_deg[i]:.4g}°") for i in chosen)
+    return tuple(Panel(_image(stack.radiance[i], gain), f"{stack.elevation_deg[i]:.4g}°") for i in chosen)
 
 
 def _slices(shading_map: ShadingMap | None) -> tuple[Panel, ...]:
@@ -60,7 +60,7 @@ def _slices(shading_map: ShadingMap | None) -> tuple[Panel, ...]:
         return ()
     gain = _gain(shading_map.slices[-1])
     pairs = zip(shading_map.slices, shading_map.mean_radiance, strict=True)
-    return tuple(Panel(_picture(image, gain), f"r = {mean:.3f}") for image, mean in pairs)
+    return tuple(Panel(_image(image, gain), f"r = {mean:.3f}") for image, mean in pairs)
 
 
 def _pair(shown: Shown) -> tuple[Panel, ...]:
@@ -73,16 +73,16 @@ def _pair(shown: Shown) -> tuple[Panel, ...]:
         shown.stack.elevation_deg, shown.stack.mean_radiance, "elevation of the lamp in °", "mean radiance", size
     )
     return (
-        Panel(_picture(scale, _gain(scale)), "scale: the brightest slice"),
+        Panel(_image(scale, _gain(scale)), "scale: the brightest slice"),
         Panel(with_colour_bar(exponent, "exponent", size), "exponent, mean of the channels"),
         Panel(with_colour_bar(error, "RMS error in radiance", size), f"error of the compression: {_per_cent(shown)}"),
         Panel(curve, "mean radiance of the photographs"),
     )
 
 
-def _models(pictures: Mapping[Source, Picture] | None) -> tuple[Panel, ...]:
+def _models(images: Mapping[Source, Image] | None) -> tuple[Panel, ...]:
     captions: dict[Source, str] = {"slices": "from the slices", "power-law": "from the compressed pair"}
-    return tuple(Panel(picture, captions[source]) for source, picture in (pictures or {}).items())
+    return tuple(Panel(image, captions[source]) for source, image in (images or {}).items())
 
 
 def _subtitle(shown: Shown, time_s: float) -> str:
@@ -101,7 +101,7 @@ def _per_cent(shown: Shown) -> str:
     return f"RMS {percent(shown.power_law.rms / shown.power_law.r_max, 3)} of r max"
 
 
-def _picture(radiance: NDArray[np.float32], gain: float) -> Picture:
+def _image(radiance: NDArray[np.float32], gain: float) -> Image:
     return to_display8(np.asarray(radiance) * np.float32(gain))
 
 

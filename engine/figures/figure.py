@@ -2,7 +2,7 @@
 
 Errors are relative RMSE of linear radiance against the reference, over the pixels that both cover completely, with the
 noise of the reference taken off and what is left of it stated (`engine.accuracy.compare.error_against`). The papers
-show pictures; the figures under them are ours.
+show images; the figures under them are ours.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from engine.geometry.camera import Camera, frame
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import bust, grid_mesh
 from engine.light.environment import EnvironmentMap
-from engine.render.display import Display, displayed
-from engine.render.reference import ReferencePicture, reference
+from engine.render.display import Display, display
+from engine.render.reference import ReferenceImage, reference
 from engine.scene.scene import Scene
 
 #: Coverage from which a pixel is taken to be covered completely.
 COVERED = 0.999
 
-#: Pictures (height, width, 4) of linear radiance times coverage, and coverage.
-Picture = NDArray[np.float32]
+#: Images (height, width, 4) of linear radiance times coverage, and coverage.
+Image = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class Settings:
 
     @property
     def size(self) -> tuple[int, int]:
-        """(width, height) of a picture."""
+        """(width, height) of an image."""
         return (40, 40) if self.quick else (360, 360)
 
     @property
@@ -87,19 +87,19 @@ class Settings:
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """One picture of a figure.
+    """One image of a figure.
 
     Attributes
     ----------
-    panel : what it shows, in a few words. knobs : how it was made.
-    error : against the next picture of its row that has none, which is a reference.
+    panel : what it shows, in a few words. parameters : how it was made.
+    error : against the next image of its row that has none, which is a reference.
     exposure_ev : stops by which it is shown brighter.
     variance : of a reference by Monte Carlo, (height, width, 3).
     """
 
     panel: str
-    picture: Picture
-    knobs: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    image: Image
+    parameters: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     error: ErrorEstimate | None = None
     exposure_ev: float = 0.0
     variance: NDArray[np.float64] | None = None
@@ -107,10 +107,10 @@ class Shown:
 
 @dataclass(frozen=True, eq=False)
 class ShownRow:
-    """Pictures side by side under a heading."""
+    """Images side by side under a heading."""
 
     heading: str
-    pictures: tuple[Shown, ...]
+    images: tuple[Shown, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,10 +121,10 @@ class Figure:
     ----------
     name : of the verb, as kautz-6.
     title, subtitle : what it shows, and on what.
-    rows : its pictures.
+    rows : its images.
     plots : by the name of their files, figures of `engine.figures.plot`.
-    table : rows of equal keys, units in the keys, for a CSV beside the pictures; what the plots show.
-    extra : rows of `engine.figures.contact_sheet` that are not pictures of a scene, above the others.
+    table : rows of equal keys, units in the keys, for a CSV beside the images; what the plots show.
+    extra : rows of `engine.figures.contact_sheet` that are not images of a scene, above the others.
     """
 
     name: str
@@ -147,57 +147,58 @@ def camera_of(mesh: Mesh, size: tuple[int, int]) -> Camera:
     return frame(mesh.positions, size[0] / size[1])
 
 
-def reference_of(scene: Scene, settings: Settings) -> Steps[ReferencePicture]:
+def reference_of(scene: Scene, settings: Settings) -> Steps[ReferenceImage]:
     """The reference of `scene`: direct light with shadows."""
     return (yield from reference(scene, settings.size, samples=settings.samples))
 
 
-def error_of(picture: Picture, expected: ReferencePicture) -> ErrorEstimate:
-    """Of a picture against the reference, over what both cover completely; 0 where that is nothing."""
-    mask = (picture[..., 3] >= COVERED) & (expected.picture[..., 3] >= COVERED)
+def error_of(image: Image, expected: ReferenceImage) -> ErrorEstimate:
+    """Of an image against the reference, over what both cover completely; 0 where that is nothing."""
+    mask = (image[..., 3] >= COVERED) & (expected.image[..., 3] >= COVERED)
     if not mask.any():
         return ErrorEstimate(0.0, 0.0)
-    return error_against(picture, expected.picture, 0.0 if expected.variance is None else expected.variance, mask)
+    return error_against(image, expected.image, 0.0 if expected.variance is None else expected.variance, mask)
 
 
-def compared(
-    panels: Sequence[tuple[str, Mapping[str, Any], Picture]], expected: ReferencePicture, last: str
+def compare_with(
+    panels: Sequence[tuple[str, Mapping[str, Any], Image]], expected: ReferenceImage, last: str
 ) -> tuple[Shown, ...]:
-    """The `panels` (words, knobs, picture) with their errors, and the reference after them under the words `last`."""
-    stops = exposure_of(expected.picture)
-    shown = [Shown(words, picture, knobs, error_of(picture, expected), stops) for words, knobs, picture in panels]
-    return (*shown, Shown(last, expected.picture, exposure_ev=stops, variance=expected.variance))
+    """The `panels` (words, parameters, image) with their errors, and the reference after them under the words
+    `last`."""
+    stops = exposure_of(expected.image)
+    shown = [Shown(words, image, parameters, error_of(image, expected), stops) for words, parameters, image in panels]
+    return (*shown, Shown(last, expected.image, exposure_ev=stops, variance=expected.variance))
 
 
-def error_curve(name: str, x: Sequence[float], pictures: Sequence[Shown]) -> Curve:
+def error_curve(name: str, x: Sequence[float], images: Sequence[Shown]) -> Curve:
     """The errors of `pictures` over `x` in %, with their uncertainty; references among them are passed over."""
-    errors = [shown.error for shown in pictures if shown.error is not None]
+    errors = [shown.error for shown in images if shown.error is not None]
     values, spread = [100.0 * e.rmse_rel for e in errors], [100.0 * e.uncertainty for e in errors]
     return Curve(name, x, values, spread)
 
 
-def exposure_of(picture: Picture) -> float:
+def exposure_of(image: Image) -> float:
     """Stops that make the brightest parts of the model just not clip on the display."""
-    covered = picture[picture[..., 3] >= COVERED][:, :3]
+    covered = image[image[..., 3] >= COVERED][:, :3]
     top = float(np.percentile(covered, 99.0)) if covered.size else 0.0
     return float(np.clip(np.log2(0.8 / top), -40.0, 40.0)) if top > 0.0 else 0.0
 
 
 def sheet_of(figure: Figure) -> NDArray[np.uint8]:
     """(H, W, 3) the contact sheet of a figure."""
-    rows = [Row(row.heading, tuple(_panel(row, shown) for shown in row.pictures), _aspect(row)) for row in figure.rows]
+    rows = [Row(row.heading, tuple(_panel(row, shown) for shown in row.images), _aspect(row)) for row in figure.rows]
     return draw_sheet(figure.title, figure.subtitle, [*figure.extra, *rows])
 
 
 def _panel(row: ShownRow, shown: Shown) -> Panel:
-    pixels = displayed(shown.picture, Display(shown.exposure_ev))
+    pixels = display(shown.image, Display(shown.exposure_ev))
     words = shown.panel if shown.error is None else f"{shown.panel} · {error_text(shown.error)}"
-    narrow = panel_width(len(row.pictures)) < 11 * len(words)
+    narrow = panel_width(len(row.images)) < 11 * len(words)
     return Panel(pixels, words.replace(" ± ", "±").replace(" %", "%") if narrow else words)
 
 
 def _aspect(row: ShownRow) -> float:
-    height, width = row.pictures[0].picture.shape[:2]
+    height, width = row.images[0].image.shape[:2]
     return width / height
 
 
@@ -209,26 +210,26 @@ def error_text(error: ErrorEstimate) -> str:
 
 
 def file_name(row: int, column: int, shown: Shown) -> str:
-    """Of a picture's radiance, from its place and its words."""
+    """Of an image's radiance, from its place and its words."""
     words = re.sub(r"[^a-z0-9]+", "-", shown.panel.lower()).strip("-")
     return f"{row + 1}-{column + 1}-{words[:40]}.exr"
 
 
 def records(figure: Figure) -> list[dict[str, Any]]:
-    """The pictures of a figure, their errors and references, and their files.
+    """The images of a figure, their errors and references, and their files.
 
-    An error is None of references, and where the reference is black and a picture is not.
+    An error is None of references, and where the reference is black and an image is not.
     """
     found = []
     for number, row in enumerate(figure.rows):
-        for column, shown in enumerate(row.pictures):
-            later = enumerate(row.pictures[column:], column)
+        for column, shown in enumerate(row.images):
+            later = enumerate(row.images[column:], column)
             expected = next((file_name(number, place, each) for place, each in later if each.error is None), None)
             found.append(
                 {
                     "name": figure.name,
                     "panel": f"{row.heading}, {shown.panel}",
-                    "knobs": dict(shown.knobs),
+                    "knobs": dict(shown.parameters),
                     "error_rmse_rel": _finite(shown.error.rmse_rel) if shown.error else None,
                     "error_uncertainty": _finite(shown.error.uncertainty) if shown.error else None,
                     "radiance": file_name(number, column, shown),

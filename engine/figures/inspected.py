@@ -3,7 +3,7 @@ it.
 
 The paper's Figure 5 (Green2006) at a vertex of one's own: the function is tabulated as
 luminance at the texels of a cube map, its L lobes take 7 L numbers, so many Haar coefficients are kept, and spherical
-harmonics are of the lowest order with at least as many. Pictures show the hemisphere above the surface, by equal areas.
+harmonics are of the lowest order with at least as many. Images show the hemisphere above the surface, by equal areas.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ from engine.transport.gaussian.samples import GlossySurface, transport_at
 from engine.transport.gaussian.transfer import GaussianTransport, lobes_towards
 from engine.transport.sh.basis import evaluate
 
-#: Texels along an edge of the cube map; pixels of a picture.
+#: Texels along an edge of the cube map; pixels of an image.
 EDGE, PIXELS = 64, 192
 
 
 @dataclass(frozen=True, eq=False)
 class Approximation:
-    """One way to store the function: its name, the numbers that it takes, its picture and its relative L² distance."""
+    """One way to store the function: its name, the numbers that it takes, its image and its relative L² distance."""
 
     name: str
     numbers: int
-    picture: NDArray[np.float32]
+    image: NDArray[np.float32]
     error_rel: float
 
 
@@ -55,7 +55,7 @@ class Inspected:
     ----------
     cosine : of the view and the normal; nothing is reflected where it is not above 0.
     baked : whether the lobes are those of a bake, and not fitted to this function alone.
-    picture : (PIXELS, PIXELS) float32 luminance of the function in 1/sr, NaN outside the disc.
+    image : (PIXELS, PIXELS) float32 luminance of the function in 1/sr, NaN outside the disc.
     highest : its largest value.
     approximations : lobes, Haar wavelets and spherical harmonics.
     """
@@ -63,7 +63,7 @@ class Inspected:
     vertex: int
     cosine: float
     baked: bool
-    picture: NDArray[np.float32]
+    image: NDArray[np.float32]
     highest: float
     approximations: tuple[Approximation, ...]
 
@@ -97,9 +97,9 @@ def inspect(
     )
     found = []
     for name, count, at_texels, at_pixels in ways:
-        picture = np.full(inside.shape, np.nan, np.float32)
-        picture[inside] = at_pixels
-        found.append(Approximation(name, count, picture, table.distance(at_texels)))
+        image = np.full(inside.shape, np.nan, np.float32)
+        image[inside] = at_pixels
+        found.append(Approximation(name, count, image, table.distance(at_texels)))
     highest = max(float(table.value.max()), float(np.nanmax(exact)))
     return Inspected(vertex, cosine, transport is not None, exact, highest, tuple(found))
 

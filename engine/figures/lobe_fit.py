@@ -78,18 +78,18 @@ def texels(edge: int) -> tuple[Vectors, Floats]:
 
 def gaussians(table: Tabulated, most: int) -> Steps[list[Sum]]:
     """The sums of 1, 2, … `most` Gaussians."""
-    table = condensed(table)
+    table = condense(table)
     found = Sum(np.zeros((0, 3)), np.zeros(0), np.zeros(0))
     sums = []
     for count in range(1, most + 1):
         with one_thread():
-            found = minimised(table, _with_one_more(table, found))
+            found = minimise(table, _with_one_more(table, found))
         sums.append(found)
         yield Step(count / most, f"fitting {count} Gaussians")
     return sums
 
 
-def condensed(table: Tabulated) -> Tabulated:
+def condense(table: Tabulated) -> Tabulated:
     """The same with fewer samples: squares of texels in which the function is next to nothing count as one."""
     edge, blocks = table.edge, table.edge // COARSE
 
@@ -136,7 +136,7 @@ def _with_one_more(table: Tabulated, own: Sum) -> Sum:
     return Sum(np.vstack([own.mean, one.mean]), np.append(own.sigma, one.sigma), np.append(own.weight, height))
 
 
-def minimised(table: Tabulated, own: Sum) -> Sum:
+def minimise(table: Tabulated, own: Sum) -> Sum:
     """`own` after steps that lower the distance, as far as they do."""
     damping, cost = 1e-3, _cost(table, own)
     for _ in range(STEPS):
@@ -145,7 +145,7 @@ def minimised(table: Tabulated, own: Sum) -> Sum:
         while damping < 1e9:
             scale = np.diag(hessian) * damping + 1e-12 * max(float(hessian.max()), 1e-300)
             step: Floats = -np.linalg.solve(hessian + np.diag(scale), gradient).astype(np.float64)
-            moved = _moved(own, step)
+            moved = _move(own, step)
             new = _cost(table, moved)
             if new < cost:
                 lowered = cost - new > ENOUGH * cost
@@ -184,7 +184,7 @@ def _derivatives(table: Tabulated, own: Sum) -> tuple[Floats, Floats]:
     return weighted.T @ left, weighted.T @ columns
 
 
-def _moved(own: Sum, step: Floats) -> Sum:
+def _move(own: Sum, step: Floats) -> Sum:
     count = len(own.sigma)
     across = np.clip(step[: 2 * count].reshape(count, 2), -2.0, 2.0) * np.minimum(own.sigma, 0.5)[:, None]
     mean = normalize(own.mean + np.einsum("la,lia->li", across, _axes(own.mean)))

@@ -2,7 +2,7 @@
 
 Figures are made through matplotlib's objects and drawn by its Agg and SVG canvases, never through `pyplot`, so that
 they need no window and can be made on any thread. They are dark on light, whatever theme the window has; colours are
-told apart by people who see few colours, and differ in lightness and marker as well. Text is set in the typeface that
+told apart by users who see few colours, and differ in lightness and marker as well. Text is set in the typeface that
 matplotlib carries, and neither a date nor a random number is written: equal figures are equal files.
 Cost: half a second for the first figure of a process (some seconds where matplotlib lists the system's typefaces for
 the first time), 0.2 s for each after it.
@@ -53,7 +53,7 @@ GROUND, INK, QUIET, LINE = "#fbfbfb", "#222222", "#666666", "#dddddd"
 WIDTH, HEIGHT, DOTS_PER_INCH = 1200, 800, 150
 
 #: Decades of an axis beyond which only whole ones have numbers.
-_MOST_DECADES = 4.5
+_MAX_DECADES = 4.5
 
 #: Points of matplotlib: of text, of a line, of a marker.
 _TEXT, _SMALL, _WIDE, _MARK = 9.0, 7.5, 1.6, 5.0
@@ -257,7 +257,7 @@ class _Decades(LogLocator):
         super().__init__(10.0, (1.0, 2.0, 5.0), numticks=12)
 
     def tick_values(self, vmin: float, vmax: float) -> Any:
-        wide = vmin > 0.0 and vmax > vmin * 10.0**_MOST_DECADES
+        wide = vmin > 0.0 and vmax > vmin * 10.0**_MAX_DECADES
         self.set_params(subs=(1.0,) if wide else (1.0, 2.0, 5.0))
         return super().tick_values(vmin, vmax)
 

@@ -21,7 +21,7 @@ from engine.figures.contact_sheet import Panel, Row, draw_sheet
 from engine.shading.compare import Candidate
 from engine.shading.directional.left_out import Predict, Texels
 
-#: Places that are shown, neighbourhoods along the shorter side of a picture, and texels of the grid along one of them.
+#: Places that are shown, neighbourhoods along the shorter side of an image, and texels of the grid along one of them.
 PLACES, ALONG, ACROSS = 5, 10, 8
 
 
@@ -71,7 +71,7 @@ def worst_places(stack: ImageStack, used: NDArray[np.int64], predict: Predict) -
     return found
 
 
-def seen_places(
+def select_seen_places(
     stack: ImageStack, used: NDArray[np.int64], candidates: Sequence[Candidate], places: Sequence[Place]
 ) -> Steps[list[Seen]]:
     """The `places` as all `candidates` show them."""
@@ -104,10 +104,10 @@ def worst_sheet(seen: Sequence[Seen], worst_of: str) -> NDArray[np.uint8]:
     rows = []
     for each in seen:
         errors = each.record["rmse_srgb8"]
-        pictures = [Panel(_shown(codes), name) for name, codes in each.shown.items()]
-        rows.append(Row(each.heading, (Panel(_shown(each.wanted), "photograph"), *pictures)))
+        images = [Panel(_show(codes), name) for name, codes in each.shown.items()]
+        rows.append(Row(each.heading, (Panel(_show(each.wanted), "photograph"), *images)))
         apart = [
-            Panel(_shown(127.5 + 0.5 * (codes - each.wanted)), f"{number(errors[name])} codes")
+            Panel(_show(127.5 + 0.5 * (codes - each.wanted)), f"{number(errors[name])} codes")
             for name, codes in each.shown.items()
         ]
         rows.append(Row("", (Panel(None, "minus the photograph: mid-grey is none"), *apart)))
@@ -118,7 +118,7 @@ def worst_sheet(seen: Sequence[Seen], worst_of: str) -> NDArray[np.uint8]:
     )
 
 
-def _shown(codes: NDArray[np.floating]) -> NDArray[np.uint8]:
+def _show(codes: NDArray[np.floating]) -> NDArray[np.uint8]:
     return np.asarray(np.rint(np.clip(codes, 0.0, 255.0)), np.uint8)
 
 

@@ -1,4 +1,4 @@
-"""Figures as folders: the contact sheet, plots, the radiance of every picture, and all numbers as CSV and JSON.
+"""Figures as folders: the contact sheet, plots, the radiance of every image, and all numbers as CSV and JSON.
 
 A folder appears complete or not at all, and replaces an earlier one of its name.
 """
@@ -23,7 +23,7 @@ from engine.storage.atomic import atomic_folder, make_folder, write_bytes, write
 MARKER = "figure.json"
 
 
-def drawn_into(folder: Path, name: str, steps: Steps[Figure]) -> Steps[dict[str, Any]]:
+def draw_into(folder: Path, name: str, steps: Steps[Figure]) -> Steps[dict[str, Any]]:
     """Draw the figure `steps` into `folder` / `name`; what its `figure.json` holds.
 
     OutputError at once where that folder cannot be written or is not ours; closing the generator leaves all as it was.
@@ -36,12 +36,12 @@ def drawn_into(folder: Path, name: str, steps: Steps[Figure]) -> Steps[dict[str,
         write_bytes(making / record["picture"], encode_png(sheet_of(figure)))
         for plot in figure.plots:
             save(figure.plots[plot], making / f"{plot}.png")
-        write_bytes(making / "pictures.csv", csv_of([_flat(picture) for picture in record["pictures"]]))
+        write_bytes(making / "pictures.csv", csv_of([_flat(image) for image in record["pictures"]]))
         if figure.table:
             write_bytes(making / "curves.csv", csv_of(figure.table))
         radiance = make_folder(making / "radiance")
         for number, row in enumerate(figure.rows):
-            for column, shown in enumerate(row.pictures):
+            for column, shown in enumerate(row.images):
                 write_bytes(radiance / file_name(number, column, shown), _exr(shown))
         write_json(making / MARKER, record)
     return record
@@ -68,14 +68,14 @@ def csv_of(table: Sequence[Mapping[str, Any]]) -> bytes:
     return stream.getvalue().encode("utf-8")
 
 
-def _flat(picture: Mapping[str, Any]) -> dict[str, Any]:
-    """A record with each knob in a column of its own."""
-    return {**{name: value for name, value in picture.items() if name != "knobs"}, **picture["knobs"]}
+def _flat(image: Mapping[str, Any]) -> dict[str, Any]:
+    """A record with each parameter in a column of its own."""
+    return {**{name: value for name, value in image.items() if name != "knobs"}, **image["knobs"]}
 
 
 def _exr(shown: Shown) -> bytes:
     """Radiance and coverage, and the standard error where it is a reference, in full precision."""
-    channels = rgb_channels(shown.picture[..., :3]) | {"A": shown.picture[..., 3]}
+    channels = rgb_channels(shown.image[..., :3]) | {"A": shown.image[..., 3]}
     if shown.variance is not None:
         channels |= rgb_channels(np.sqrt(shown.variance).astype(np.float32), "standard_error")
     return encode_exr(channels, half=False)

@@ -20,7 +20,7 @@ Vector = tuple[float, float, float]
 #: From where an object is looked at unless something else is asked for: a little above and to the right.
 FRAMING_DIRECTION = world_direction(np.radians(72.0), np.radians(20.0))
 
-#: Radii of an object beyond which an eye does not go: from there it covers 2e-9 rad, less than a pixel of any picture,
+#: Radii of an object beyond which an eye does not go: from there it covers 2e-9 rad, less than a pixel of any image,
 #: and the near and far planes still differ in double precision and fit into single precision.
 FARTHEST = 1e9
 
@@ -102,7 +102,7 @@ def frame(
     """The camera that sees all of `positions` (V, 3) from the world direction `direction`, as large as they fit.
 
     A point at (x, y, z) in the camera's axes is inside a pyramid of slope s with its tip at (x0, y0, D) where
-    |x - x0| <= s (D - z); over all points this gives the smallest D and the x0 and y0 that centre the picture.
+    |x - x0| <= s (D - z); over all points this gives the smallest D and the x0 and y0 that centre the image.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def orbit(camera: Camera, azimuth: float, elevation: float) -> Camera:
 
 
 def pan(camera: Camera, right: float, up: float) -> Camera:
-    """Move eye and target together by fractions of the height of the picture at the target."""
+    """Move eye and target together by fractions of the height of the image at the target."""
     distance = float(np.linalg.norm(np.subtract(camera.eye, camera.target)))
     height = 2.0 * distance * np.tan(np.radians(camera.fov_deg) / 2.0)
     shift = height * (right * camera.camera_from_world[0] + up * camera.camera_from_world[1])

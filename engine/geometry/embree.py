@@ -97,7 +97,7 @@ class PacketScene:
     def occluded(
         self, origin: Any, direction: Any, centre: Any, scale: float, found: NDArray[np.bool_], coherent: bool = False
     ) -> None:
-        _occluded(
+        _call_occluded(
             self._embree.occluded,
             self._handle,
             _arguments(coherent),
@@ -149,7 +149,7 @@ class ClassScene:
 
     def _ask(self, origin: Any, direction: Any, centre: Any, scale: float, query: str) -> NDArray[np.int32]:
         packet = np.empty((len(origin), 6), np.float32)
-        usable = _moved(origin, direction, centre, scale, packet)
+        usable = _move(origin, direction, centre, scale, packet)
         found = np.full(len(origin), -1, np.int32)
         if usable.any() and not self._empty:
             start, towards = (np.ascontiguousarray(packet[usable, part]) for part in (slice(0, 3), slice(3, 6)))
@@ -282,7 +282,7 @@ def _begin(packet: Any, words: Any, first: int, origin: Any, direction: Any, cen
 
 
 @scalar
-def _occluded(
+def _call_occluded(
     function: Any,
     scene: Any,
     arguments: Any,
@@ -327,7 +327,7 @@ def _intersect(
 
 
 @scalar
-def _moved(origin: Any, direction: Any, centre: Any, scale: float, rays: Any) -> Any:
+def _move(origin: Any, direction: Any, centre: Any, scale: float, rays: Any) -> Any:
     """Write origins and directions (N, 6) as embree sees them; which of the rays can be cast (N,)."""
     packet = np.zeros((7, 1), np.float32)
     usable = np.zeros(len(origin), np.bool_)

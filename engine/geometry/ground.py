@@ -22,7 +22,7 @@ from engine.geometry.mesh import Mesh
 GAP = 1e-3
 
 #: Most cells along a side; 2 million triangles.
-MOST_CELLS = 1024
+MAX_CELLS = 1024
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,10 @@ class Ground:
     def __post_init__(self) -> None:
         if self.height is not None and not isfinite(self.height):
             raise UsageError(f"a ground at the height {self.height} is not possible")
-        if not (0.0 <= self.albedo <= 1.0 and 0.0 < self.extent < float("inf") and 1 <= self.cells <= MOST_CELLS):
+        if not (0.0 <= self.albedo <= 1.0 and 0.0 < self.extent < float("inf") and 1 <= self.cells <= MAX_CELLS):
             raise UsageError(
                 f"a ground of albedo {self.albedo} (0 … 1), extent {self.extent} (above 0) and {self.cells} cells "
-                f"(1 … {MOST_CELLS}) is not possible"
+                f"(1 … {MAX_CELLS}) is not possible"
             )
 
 
@@ -56,7 +56,7 @@ class Ground:
 def with_ground(mesh: Mesh, ground: Ground) -> tuple[Mesh, int]:
     """`mesh` and after it the vertices and triangles of `ground`, and the index of the first triangle of the ground.
 
-    The name and health of the model are kept, and its tangents, too. The last two are remembered, so that pictures of
+    The name and health of the model are kept, and its tangents, too. The last two are remembered, so that images of
     one model share what is made for its surface.
     """
     across = np.linspace(-1.0, 1.0, ground.cells + 1) * ground.extent * mesh.radius

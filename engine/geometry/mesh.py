@@ -28,15 +28,15 @@ from engine.geometry.mesh_repair import (
     LARGEST,
     SMALLEST,
     Topology,
-    merged_points,
+    merge_points,
     topology,
     usable_faces,
     weld,
     with_count,
 )
-from engine.geometry.mesh_text import checked_text
+from engine.geometry.mesh_text import check_text
 from engine.geometry.mesh_weld import GAP, without_gaps
-from engine.geometry.read_scene import check_memory, decoder_memory_bytes, files_beside, named_files, scene_parts
+from engine.geometry.read_scene import check_memory, decoder_memory_bytes, files_beside, list_named_files, scene_parts
 from engine.geometry.unwrap import with_atlas
 from engine.storage.untrusted import decode_in_child
 
@@ -69,7 +69,7 @@ BENT = np.cos(np.radians(10.0))
 SHARP = np.cos(np.radians(50.0))
 
 #: If more faces than this meet at a bent point (the tip of a cone), each keeps its own normal.
-MOST_AROUND = 64
+MAX_AROUND = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ class Mesh:
     normals : (V, 3) float32 unit vectors.
     uv : (V, 2) float32 texture coordinates, v up.
     faces : (F, 3) int32, counter-clockwise seen from the side that the normals point to.
-    name : shown to people.
+    name : shown to users.
     health : what was dropped or filled while reading.
     """
 
@@ -125,7 +125,7 @@ class Mesh:
     @cached_property
     def topology(self) -> Topology:
         """Connection of the faces: closed or convex, and counts of what is doubtful."""
-        points, place = merged_points(self.positions)
+        points, place = merge_points(self.positions)
         return topology(points, place[self.faces])
 
     def flipped(self) -> Mesh:
@@ -165,7 +165,7 @@ def decode_mesh(content: bytes, name: str, beside: Mapping[str, bytes] = Mapping
     `beside` holds the other files that a glTF file names.
     """
     kind = Path(name).suffix.lower().lstrip(".")
-    content = checked_text(content, kind, name)
+    content = check_text(content, kind, name)
     if kind in POLYGONS:
         part, too_few = _polygons(content, kind, name)
         parts = [part]
@@ -185,8 +185,8 @@ def decode_mesh(content: bytes, name: str, beside: Mapping[str, bytes] = Mapping
     return complete(
         np.concatenate([part["positions"] for part in parts]),
         np.concatenate(faces),
-        _joined(parts, "normals", 3),
-        _joined(parts, "uv", 2),
+        _join(parts, "normals", 3),
+        _join(parts, "uv", 2),
         name,
         {"faces_of_fewer_than_3_corners_dropped": too_few, "points_moved_to_close_gaps": moved},
     )
@@ -194,7 +194,7 @@ def decode_mesh(content: bytes, name: str, beside: Mapping[str, bytes] = Mapping
 
 def decode_names(content: bytes, name: str) -> dict[str, Any]:
     """The other files that a glTF file names, as `uris`; runs in the decoder process."""
-    return {"uris": named_files(content)}
+    return {"uris": list_named_files(content)}
 
 
 def prepare() -> None:
@@ -211,13 +211,13 @@ def _polygons(content: bytes, kind: str, name: str) -> tuple[dict[str, Any], int
         read_off,
     )
     from engine.geometry.ply import read_ply
-    from engine.geometry.polygons import of_polygons
+    from engine.geometry.polygons import make_from_polygons
 
     polygons = {"obj": read_obj, "off": read_off, "ply": read_ply}[kind](content, name)
-    return {"positions": polygons.points, **of_polygons(polygons)}, int(np.sum(polygons.sizes < 3))
+    return {"positions": polygons.points, **make_from_polygons(polygons)}, int(np.sum(polygons.sizes < 3))
 
 
-def _joined(parts: list[dict[str, Any]], key: str, columns: int) -> NDArray[np.float64] | None:
+def _join(parts: list[dict[str, Any]], key: str, columns: int) -> NDArray[np.float64] | None:
     """(F, 3, columns) of all parts, NaN for those that state nothing; None where none does, or nothing of use."""
     if all(part[key] is None for part in parts):
         return None
@@ -248,7 +248,7 @@ def complete(
     faces = np.asarray(faces, np.int64)[usable]
     corner_normals, corner_uv = (None if table is None else table[usable] for table in stated)
     figures["vertices_without_faces_dropped"] = len(positions) - len(np.unique(faces))
-    points, place = merged_points(np.where(np.isfinite(positions), positions, 0.0)[np.unique(faces)])
+    points, place = merge_points(np.where(np.isfinite(positions), positions, 0.0)[np.unique(faces)])
     figures["vertices_at_the_same_place"] = len(place) - len(points)
     faces = place[np.searchsorted(np.unique(faces), faces)]
     _check_size(points, name)
@@ -260,13 +260,13 @@ def complete(
     if corner_normals is None:
         corner_normals = made_normals
     else:
-        corner_normals, wrong = _mended_normals(corner_normals, made_normals, directed)
+        corner_normals, wrong = _repair_normals(corner_normals, made_normals, directed)
         figures["normals_replaced"] = len(np.unique(faces[wrong]))
         if np.sum(corner_normals * directed[:, None]) < 0.0:
             faces, corner_normals, directed, smooth = faces[:, ::-1], corner_normals[:, ::-1], -directed, -smooth
             corner_uv = None if corner_uv is None else corner_uv[:, ::-1]
 
-    corner_uv, made = _completed_uv(corner_uv, _box_projection(points, faces, directed, smooth, incidence))
+    corner_uv, made = _complete_uv(corner_uv, _box_projection(points, faces, directed, smooth, incidence))
     figures["texture_coordinates_made"] = int(made.all())
     figures["faces_without_texture_coordinates"] = int(made.sum())
     shape = topology(points, faces)
@@ -284,7 +284,7 @@ def _check_size(points: NDArray[np.float64], name: str) -> None:
         raise InputError(name, f"is {size:.3g} across, too small to be drawn", f"Scale it to more than {SMALLEST:g}")
 
 
-def _mended_normals(
+def _repair_normals(
     stated: NDArray[np.float64], made: NDArray[np.float64], directed: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Unit normals (F, 3, 3), and at which corners (F, 3) those stated are none.
@@ -299,7 +299,7 @@ def _mended_normals(
     return np.where(missing[..., None], made, unit), wrong
 
 
-def _completed_uv(
+def _complete_uv(
     stated: NDArray[np.float64] | None, projected: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Texture coordinates (F, 3, 2), and for which faces (F,) those `projected` had to be taken.
@@ -354,7 +354,7 @@ def _corner_normals(
     face, corner = np.nonzero(np.einsum("fci,fi->fc", normals, flat) < BENT)
     point = faces[face, corner]
     around = np.diff(incidence.indptr)[point]
-    few = around <= MOST_AROUND
+    few = around <= MAX_AROUND
     normals[face[~few], corner[~few]] = flat[face[~few]]
     face, corner, point, around = face[few], corner[few], point[few], around[few]
     first = np.cumsum(around) - around

@@ -26,7 +26,7 @@ SMALLEST = 1e-15
 NEEDLE = 1e-8
 
 #: With more open edges than this, points on other edges (T-junctions) are not looked for.
-MOST_OPEN_EDGES = 20_000
+MAX_OPEN_EDGES = 20_000
 
 #: Largest distance of a point from an edge that it divides, as a share of the length.
 ON_EDGE = 1e-6
@@ -60,7 +60,7 @@ def equal_rows(rows: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np
     return np.sort(first), index
 
 
-def merged_points(positions: Points) -> tuple[Points, NDArray[np.int64]]:
+def merge_points(positions: Points) -> tuple[Points, NDArray[np.int64]]:
     """The different places (P, 3) among positions (V, 3), and the place (V,) of each; NaN and infinity count as 0."""
     places = np.where(np.isfinite(positions), positions, 0.0)
     first, index = equal_rows(places)
@@ -84,11 +84,11 @@ def usable_faces(positions: Points, faces: NDArray[np.integer[Any]]) -> tuple[ND
     leave_out(np.any((faces < 0) | (faces >= len(positions)), axis=1), "faces_with_wrong_indices")
     finite = np.all(np.abs(positions) <= LARGEST, axis=1)
     leave_out(~np.all(finite[faces[usable]], axis=1), "faces_with_non_finite_vertices")
-    points, place = merged_points(np.where(finite[:, None], positions, 0.0))
+    points, place = merge_points(np.where(finite[:, None], positions, 0.0))
     thickness = _thickness(points, place[faces[usable]])
     leave_out(thickness == 0.0, "faces_without_area")
     leave_out(thickness[thickness > 0.0] < NEEDLE, "needles")
-    leave_out(_repeated(place[faces[usable]]), "repeated_faces")
+    leave_out(_repeat(place[faces[usable]]), "repeated_faces")
     return usable, counts
 
 
@@ -103,7 +103,7 @@ def _thickness(points: Points, faces: Faces) -> NDArray[np.float64]:
     return area / np.where(longest > 0.0, longest, 1.0)
 
 
-def _repeated(faces: Faces) -> NDArray[np.bool_]:
+def _repeat(faces: Faces) -> NDArray[np.bool_]:
     """Mask of the faces that are there a second time, turned the same way."""
     start = np.argmin(faces, axis=1)
     rows = np.arange(len(faces))
@@ -185,7 +185,7 @@ class Topology:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Findings for a person, with the counts."""
+        """Findings for a user, with the counts."""
         said = (
             (self.open_edges, "edges are open: the surface has borders or holes"),
             (self.crowded_edges, "edges have more than two faces"),
@@ -272,7 +272,7 @@ def _junctions(points: Points, edges: Faces) -> int | None:
     """Number of points of open edges that lie within another open edge."""
     from scipy.spatial import cKDTree
 
-    if len(edges) > MOST_OPEN_EDGES:
+    if len(edges) > MAX_OPEN_EDGES:
         return None
     if len(edges) == 0:
         return 0

@@ -17,7 +17,7 @@ _STL_HEADER_BYTES, _STL_FACE_BYTES = 84, 50
 _COUNT_DIGITS = 12
 
 
-def checked_text(content: bytes, kind: str, name: str) -> bytes:
+def check_text(content: bytes, kind: str, name: str) -> bytes:
     """`content` of a mesh of `kind` ("obj", …), text as UTF-8; InputError where lines that it announces are missing."""
     if kind in ("obj", "off", "ply", "gltf") or (kind.startswith("stl") and not _is_binary_stl(content)):
         content = utf8(content)

@@ -13,7 +13,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.geometry.mesh_repair import LARGEST, Faces, Points, equal_rows, merged_points
+from engine.geometry.mesh_repair import LARGEST, Faces, Points, equal_rows, merge_points
 
 #: Largest gap, as a share of the longest side of the bounding box: some steps of 32 bits, of which STL files are made.
 GAP = 5e-7
@@ -25,7 +25,7 @@ def without_gaps(positions: Points, faces: Faces) -> tuple[Points, int]:
     usable = usable[np.all(np.abs(positions[usable]) <= LARGEST, axis=(1, 2))]
     if not len(usable):
         return positions, 0
-    points, place = merged_points(positions)
+    points, place = merge_points(positions)
     corners = place[usable]
     border = _border(corners, len(points))
     gap = GAP * float(np.max(np.ptp(points[corners.reshape(-1)], axis=0)))

@@ -46,8 +46,8 @@ def read_obj(content: bytes, name: str) -> Polygons:
         points,
         absolute[:, 0],
         sizes,
-        _picked(_table(rows[b"vn"], 3, name), directed),
-        _picked(_table(rows[b"vt"], 2, name, least=1), textured),
+        _pick(_table(rows[b"vn"], 3, name), directed),
+        _pick(_table(rows[b"vt"], 2, name, least=1), textured),
     )
 
 
@@ -86,7 +86,7 @@ def _face_indices(corners: list[bytes], line: NDArray[np.int64], name: str) -> N
     return np.pad(whole, ((0, 0), (0, 3 - columns)))
 
 
-def _picked(table: NDArray[np.float64], index: NDArray[np.int64] | None) -> NDArray[np.float64] | None:
+def _pick(table: NDArray[np.float64], index: NDArray[np.int64] | None) -> NDArray[np.float64] | None:
     """Rows of `table`, NaN where the index names none."""
     if index is None:
         return None
@@ -166,7 +166,7 @@ def read_off(content: bytes, name: str) -> Polygons:
         points,
         index,
         np.array(sizes, np.int64),
-        *(None if table is None else _picked(table, inside) for table in (normals, uv)),
+        *(None if table is None else _pick(table, inside) for table in (normals, uv)),
     )
 
 

@@ -206,7 +206,7 @@ def _polygons(elements: dict[str, _Element]) -> Polygons:
     if "face" in elements and elements["face"].count:
         corners, sizes = _corners(elements["face"])
     elif "tristrips" in elements and elements["tristrips"].count:
-        corners, sizes = _of_strips(*_corners(elements["tristrips"]))
+        corners, sizes = _triangulate_strips(*_corners(elements["tristrips"]))
     else:
         corners, sizes = np.empty(0, np.int64), np.empty(0, np.int64)
     at = np.where((corners >= 0) & (corners < len(points)), corners, 0)
@@ -225,7 +225,9 @@ def _corners(element: _Element) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.where(usable, values, -1.0).astype(np.int64), element.lengths[name]
 
 
-def _of_strips(corners: NDArray[np.int64], sizes: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _triangulate_strips(
+    corners: NDArray[np.int64], sizes: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Triangles of strips, which end where a list does or at an index of −1; every other one is turned round."""
     strip = np.repeat(np.arange(len(sizes)), sizes) + np.cumsum(corners < 0)
     windows = np.lib.stride_tricks.sliding_window_view(corners, 3) if len(corners) > 2 else np.empty((0, 3), np.int64)

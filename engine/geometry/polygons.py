@@ -22,7 +22,7 @@ from engine.core.kernels import only, scalar
 INWARD = 1e-9
 
 #: Polygons of more corners are cut as fans, whatever their shape: ears would take minutes.
-MOST_CORNERS = 20_000
+MAX_CORNERS = 20_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,27 +45,27 @@ class Polygons:
     uv: NDArray[np.float64] | None = None
 
 
-def triangulated(polygons: Polygons) -> NDArray[np.int64]:
+def triangulate(polygons: Polygons) -> NDArray[np.int64]:
     """(T, 3) indices into `polygons.corners`, in the order of the polygons; those of fewer than 3 corners give none."""
     sizes = polygons.sizes
     first = np.cumsum(sizes) - sizes
     inside = (polygons.corners >= 0) & (polygons.corners < len(polygons.points))
     points = polygons.points[np.where(inside, polygons.corners, 0)]
-    parts = [_of_size(points, first[sizes == size], int(size)) for size in np.unique(sizes[sizes >= 3])]
+    parts = [_triangulate_size(points, first[sizes == size], int(size)) for size in np.unique(sizes[sizes >= 3])]
     if not parts:
         return np.empty((0, 3), np.int64)
     triangles = np.concatenate([part.reshape(-1, 3) for part in parts])
     return triangles[np.argsort(triangles[:, 0], kind="stable")] if len(parts) > 1 else triangles
 
 
-def _of_size(points: NDArray[np.float64], first: NDArray[np.int64], size: int) -> NDArray[np.int64]:
+def _triangulate_size(points: NDArray[np.float64], first: NDArray[np.int64], size: int) -> NDArray[np.int64]:
     """(polygons, size − 2, 3) triangles of the polygons whose `size` corners begin at `first`."""
     steps = np.arange(size - 2)
     fan = np.stack([np.zeros_like(steps), steps + 1, steps + 2], axis=-1)
     local = np.broadcast_to(fan, (len(first), *fan.shape))
-    if 3 < size <= MOST_CORNERS:
+    if 3 < size <= MAX_CORNERS:
         local = np.array(local)
-        flat, inward = _flattened(points[first[:, None] + np.arange(size)])
+        flat, inward = _flatten(points[first[:, None] + np.arange(size)])
         concave = np.flatnonzero(inward.any(axis=1))
         if size == 4:
             local[concave] = (local[concave] + np.argmax(inward[concave], axis=1)[:, None, None]) % 4
@@ -75,7 +75,7 @@ def _of_size(points: NDArray[np.float64], first: NDArray[np.int64], size: int) -
     return first[:, None, None] + local
 
 
-def _flattened(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def _flatten(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """(N, size, 2) polygons seen along their normal, counter-clockwise, and (N, size) which corners turn inwards."""
     with np.errstate(over="ignore", invalid="ignore"):
         corners = corners - corners[:, :1]
@@ -146,9 +146,9 @@ def _holds(p, a, b, c, other):  # type: ignore[no-untyped-def]
     return _area(p, a, b, other) >= 0.0 and _area(p, b, c, other) >= 0.0 and _area(p, c, a, other) >= 0.0
 
 
-def of_polygons(polygons: Polygons) -> dict[str, Any]:
+def make_from_polygons(polygons: Polygons) -> dict[str, Any]:
     """The triangles as `faces` (T, 3) with `normals` (T, 3, 3) and `uv` (T, 3, 2) of their corners, or None."""
-    triangles = triangulated(polygons)
+    triangles = triangulate(polygons)
     return {
         "faces": polygons.corners[triangles],
         "normals": None if polygons.normals is None else polygons.normals[triangles],

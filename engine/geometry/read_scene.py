@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from engine.core.errors import InputError
 from engine.geometry.mesh_text import off_counts, ply_counts
 from engine.storage.text import utf8
-from engine.storage.untrusted import AGAIN, DECODER_MEMORY_BYTES, FILE_LIMIT_BYTES, GIBIBYTE, opened, read_head
+from engine.storage.untrusted import AGAIN, DECODER_MEMORY_BYTES, FILE_LIMIT_BYTES, GIBIBYTE, open_checked, read_head
 
 #: The name under which trimesh keeps texture coordinates also of parts that have no material.
 _UV = "_UV"
@@ -46,10 +46,10 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 MAX_NODES, MAX_NODE_LEVELS = 100_000, 100
 
 #: Most files that a glTF file may name.
-_MOST_FILES = 200
+_MAX_FILES = 200
 
 
-def named_files(content: bytes) -> list[str]:
+def list_named_files(content: bytes) -> list[str]:
     """The files that a glTF file keeps its numbers in, as it names them."""
     tree = json.loads(content)  # in any of the Unicode codings
     uris = [buffer["uri"] for buffer in tree.get("buffers", ()) if "uri" in buffer]
@@ -59,7 +59,7 @@ def named_files(content: bytes) -> list[str]:
 def files_beside(path: str | os.PathLike[str], uris: Sequence[str]) -> dict[str, Path]:
     """The files that the glTF file `path` names, by what it calls them; InputError for one outside its folder."""
     folder = Path(path).absolute().parent
-    if len(uris) > _MOST_FILES:
+    if len(uris) > _MAX_FILES:
         raise InputError(path, f"keeps its data in {len(uris)} files", "Export it as .glb")
     found = {}
     for uri in uris:
@@ -69,7 +69,7 @@ def files_beside(path: str | os.PathLike[str], uris: Sequence[str]) -> dict[str,
             beside = folder / unquote(uri)
             if not beside.resolve().is_relative_to(folder.resolve()):
                 raise InputError(path, f"names a file outside its folder ({uri[:60]!r})", "Export it as .glb")
-            with opened(beside, FILE_LIMIT_BYTES):
+            with open_checked(beside, FILE_LIMIT_BYTES):
                 found[uri] = beside
         except ValueError as error:
             raise InputError(path, f"names an impossible file ({error})", "Export it as .glb") from None
@@ -99,7 +99,7 @@ class _Beside:
 def scene_parts(content: bytes, kind: str, name: str, beside: Mapping[str, bytes]) -> list[dict[str, Any]]:
     """Positions, faces, and normals and texture coordinates of corners, of each mesh wherever it is placed."""
     if kind in ("glb", "gltf"):
-        content = _reduced(content, kind, name)
+        content = _reduce(content, kind, name)
     scene = _scene(content, kind, name, beside)
     placed = [scene.graph.get(node) for node in scene.graph.nodes_geometry]
     return [_part(scene.geometry[mesh], world_from_part) for world_from_part, mesh in placed]
@@ -119,8 +119,8 @@ def _scene(content: bytes, kind: str, name: str, beside: Mapping[str, bytes]) ->
             raise InputError(name, f"is damaged or of an unknown kind ({error})", AGAIN) from None
 
 
-def _reduced(content: bytes, kind: str, name: str) -> bytes:
-    """A glTF file without its materials and pictures, and with texture coordinates where trimesh keeps them."""
+def _reduce(content: bytes, kind: str, name: str) -> bytes:
+    """A glTF file without its materials and images, and with texture coordinates where trimesh keeps them."""
     end = 20 + int.from_bytes(content[12:16], "little")
     text = content[20:end] if kind == "glb" else content
     tree = json.loads(text.decode("utf-8-sig"))
@@ -237,7 +237,7 @@ def _adjugate(linear: NDArray[np.float64]) -> NDArray[np.float64]:
 FACE_BYTES = 1500
 
 #: Least bytes of a triangle in a file, with its share of the vertices, for kinds that do not say how many there are.
-_LEAST_BYTES = {"obj": 30, "glb": 18, "gltf": 18, "stl_ascii": 150}
+_MIN_BYTES = {"obj": 30, "glb": 18, "gltf": 18, "stl_ascii": 150}
 
 #: Share of the free memory that reading may take.
 SHARE = 0.8
@@ -253,7 +253,7 @@ def decoder_memory_bytes() -> int:
 def check_memory(path: str | os.PathLike[str]) -> None:
     """InputError for a mesh that would not fit in the memory that is free."""
     head, size_bytes = read_head(path, _HEAD_BYTES)
-    faces = estimated_faces(head, size_bytes, Path(path).suffix.lower().lstrip("."))
+    faces = estimate_faces(head, size_bytes, Path(path).suffix.lower().lstrip("."))
     needed_bytes = faces * FACE_BYTES + 2 * size_bytes
     free_bytes = psutil.virtual_memory().available
     if needed_bytes > SHARE * free_bytes:
@@ -265,7 +265,7 @@ def check_memory(path: str | os.PathLike[str]) -> None:
         )
 
 
-def estimated_faces(head: bytes, size_bytes: int, kind: str) -> int:
+def estimate_faces(head: bytes, size_bytes: int, kind: str) -> int:
     """Number of triangles in a file, from what it announces or from its size; at most what its size can hold."""
     announced: int | None = None
     if kind == "stl" and len(head) >= 84 and size_bytes == 84 + 50 * int.from_bytes(head[80:84], "little"):
@@ -277,5 +277,5 @@ def estimated_faces(head: bytes, size_bytes: int, kind: str) -> int:
         announced = ply_counts(head).get(b"face")
     if kind == "off" and (counts := off_counts(head)):
         announced = counts[1]
-    least = size_bytes // _LEAST_BYTES.get(kind, 10)
+    least = size_bytes // _MIN_BYTES.get(kind, 10)
     return least if announced is None else min(announced, size_bytes // 6)

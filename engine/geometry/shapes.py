@@ -24,7 +24,7 @@ from engine.geometry.camera import FRAMING_DIRECTION, Camera, frame
 from engine.geometry.mesh import Mesh, read_mesh
 
 #: Rounded bodies: centre, radii along x, y, z, and how far they run into what came before. Those off the middle have
-#: a twin on the other side.
+#: a counterpart on the other side.
 BODIES = (
     ((0.0, 0.45, -0.06), (0.355, 0.41, 0.42), 0.0),  # skull
     ((0.0, 0.27, 0.12), (0.27, 0.38, 0.28), 0.12),  # face
@@ -59,7 +59,7 @@ REACH = 1.4
 def bust(rows: int, columns: int) -> tuple[Points, Points]:
     """Positions and unit normals (rows, columns, 3), rows from below to above, columns once round from behind."""
     along = _evenly_spaced(rows)
-    positions = _met(along[:, None], np.linspace(-np.pi, np.pi, columns)[None, :])
+    positions = _find_surface_points(along[:, None], np.linspace(-np.pi, np.pi, columns)[None, :])
     positions[:, -1] = positions[:, 0]
     positions[[0, -1]] = positions[[0, -1]].mean(axis=1, keepdims=True)
     return positions, _normals(positions)
@@ -68,13 +68,13 @@ def bust(rows: int, columns: int) -> tuple[Points, Points]:
 def _evenly_spaced(rows: int) -> Points:
     """Shares of the spine whose rays meet the surface at even distances, in the mean over all sides."""
     fine = np.linspace(0.0, 1.0, 4 * rows + 1)
-    met = _met(fine[:, None], np.linspace(-np.pi, np.pi, 16, endpoint=False)[None, :])
+    met = _find_surface_points(fine[:, None], np.linspace(-np.pi, np.pi, 16, endpoint=False)[None, :])
     steps = np.linalg.norm(np.diff(met, axis=0), axis=-1).mean(axis=1)
     length = np.concatenate([[0.0], np.cumsum(steps)])
     return np.interp(np.linspace(0.0, length[-1], rows), length, fine)
 
 
-def _met(along: Points, azimuth: Points) -> Points:
+def _find_surface_points(along: Points, azimuth: Points) -> Points:
     """Points at which rays from the spine leave the body, found by halving."""
     height = np.interp(along, SPINE[:, 0], SPINE[:, 1])
     elevation = np.radians(np.interp(along, SPINE[:, 0], SPINE[:, 2]))
@@ -235,7 +235,7 @@ def flat_image(width: int, height: int) -> Mesh:
     return grid_mesh(FLAT, positions, np.broadcast_to((0.0, 0.0, 1.0), positions.shape), np.stack([u, v], -1))
 
 
-def framed(mesh: Mesh, aspect: float = 1.0) -> Camera:
+def frame_mesh(mesh: Mesh, aspect: float = 1.0) -> Camera:
     """The camera that shows `mesh` first, in an image of `aspect` (width over height): a flat image from the front."""
     return frame(mesh.positions, aspect, direction=(0.0, 0.0, 1.0) if mesh.name == FLAT else FRAMING_DIRECTION)
 

@@ -4,7 +4,7 @@ As with the box projection that stands in elsewhere, one unit of texture is the 
 xatlas keeps areas in the mean, so that the density is even. Charts that it cuts mirrored are turned over, and then all
 are laid out once more.
 xatlas has no way to be stopped, and its time grows faster than the mesh. It therefore works in the decoder process,
-under a limit, and on meshes of at most `MOST_FACES`; what it cannot do in time keeps the box projection.
+under a limit, and on meshes of at most `MAX_FACES`; what it cannot do in time keeps the box projection.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 
 from engine.core.errors import InputError
 from engine.core.health import Finding, Verdict
-from engine.geometry.mesh_repair import merged_points, weld
+from engine.geometry.mesh_repair import merge_points, weld
 from engine.storage.untrusted import decode_content
 
 #: Largest mesh that is given charts: 6,000 faces take about 0.4 s of one core, 20,000 already 9 s.
-MOST_FACES = 10_000
+MAX_FACES = 10_000
 
 #: Most parts that do not hang together: each is a chart, and 10,000 loose triangles take more than a minute.
-MOST_PARTS = 300
+MAX_PARTS = 300
 
 #: Seconds after which the box projection stays.
 LIMIT_S = 15.0
@@ -39,10 +39,10 @@ def with_atlas(reply: dict[str, Any], path: str | os.PathLike[str]) -> tuple[Fin
     `reply` holds positions, normals, uv, faces and figures; what was done is returned.
     """
     faces, parts = len(reply["faces"]), int(reply["figures"]["components"])
-    if faces > MOST_FACES:
-        why = f"the mesh has {faces} faces, and charts are cut for at most {MOST_FACES}"
-    elif parts > MOST_PARTS:
-        why = f"the mesh has {parts} parts, and charts are cut for at most {MOST_PARTS}"
+    if faces > MAX_FACES:
+        why = f"the mesh has {faces} faces, and charts are cut for at most {MAX_FACES}"
+    elif parts > MAX_PARTS:
+        why = f"the mesh has {parts} parts, and charts are cut for at most {MAX_PARTS}"
     else:
         try:
             arrays = np.concatenate([reply["positions"], reply["normals"]], axis=1), reply["faces"].astype(np.int32)
@@ -61,7 +61,7 @@ def decode_atlas(content: bytes, name: str, vertices: int) -> dict[str, Any]:
     size = vertices * 6 * 8
     table = np.frombuffer(content[:size]).reshape(-1, 6)
     faces = np.frombuffer(content[size:], np.int32).reshape(-1, 3).astype(np.int64)
-    points, place = merged_points(table[:, :3])
+    points, place = merge_points(table[:, :3])
     return weld(points, place[faces], table[:, 3:][faces], atlas(points, place[faces], name))
 
 
@@ -77,18 +77,18 @@ def atlas(points: NDArray[np.float64], faces: NDArray[np.int64], name: str = "")
     low, high = points[used].min(axis=0), points[used].max(axis=0)
     charts = xatlas.Atlas()
     charts.add_mesh(((points[used] - low) / np.max(high - low)).astype(np.float32), corners)
-    vertex, cut, uv = _packed(charts, name)
+    vertex, cut, uv = _pack(charts, name)
     if cut.shape != faces.shape or not np.array_equal(vertex[cut], corners):
         raise ValueError("the charts are not those of the mesh")
     turned = xatlas.Atlas()
-    turned.add_uv_mesh(_turned_over(uv, cut).astype(np.float32), cut)
-    vertex, again, uv = _packed(turned, name)
+    turned.add_uv_mesh(_turn_over(uv, cut).astype(np.float32), cut)
+    vertex, again, uv = _pack(turned, name)
     if again.shape != cut.shape or not np.array_equal(vertex[again], cut):
         raise ValueError("the charts changed as they were laid out")
     return uv[again]
 
 
-def _packed(charts: Any, name: str) -> tuple[NDArray[np.uint32], NDArray[np.uint32], NDArray[np.float64]]:
+def _pack(charts: Any, name: str) -> tuple[NDArray[np.uint32], NDArray[np.uint32], NDArray[np.float64]]:
     """Cut and lay out: which vertex each new one was, the faces between new ones, and where these lie."""
     import xatlas
 
@@ -105,7 +105,7 @@ def _packed(charts: Any, name: str) -> tuple[NDArray[np.uint32], NDArray[np.uint
     return vertex, faces, uv
 
 
-def _turned_over(uv: NDArray[np.float64], faces: NDArray[np.uint32]) -> NDArray[np.float64]:
+def _turn_over(uv: NDArray[np.float64], faces: NDArray[np.uint32]) -> NDArray[np.float64]:
     """Coordinates (V, 2) with the charts that are mirrored seen from behind."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components

@@ -1,1 +1,1 @@
-"""Pictures with OpenGL, on the screen and off it."""
+"""Images with OpenGL, on the screen and off it."""

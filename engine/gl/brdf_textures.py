@@ -8,9 +8,9 @@ messages.
 Factors on the graphics device: textures of 32-bit floats, a layer per term, that a shader looks up by hand. PBR maps
 are three layers of one texture.
 
-The twins of `engine.factor.separable_factors` and `engine.factor.homomorphic`: what the shader gives is what `f` gives,
-to the rounding of 32-bit directions. Factors are recognised by their `kind`, so that a window that shows none does not
-wait for the compiled kernels of those modules.
+The counterparts of `engine.factor.separable_factors` and `engine.factor.homomorphic`: what the shader gives is what `f`
+gives, to the rounding of 32-bit directions. Factors are recognised by their `kind`, so that a window that shows none
+does not wait for the compiled kernels of those modules.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class TableTexture:
         if not brdf.isotropic:
             self.messages.append(
                 "The BRDF is anisotropic and is drawn as its mean over all azimuths; "
-                "the renderer on the processor (--renderer cpu) shows it as it is."
+                "the renderer on the CPU (--renderer cpu) shows it as it is."
             )
         layers, height, width = lattice.shape[:3]
         texels = np.ascontiguousarray(lattice, np.float32)
@@ -92,7 +92,7 @@ def _fits(table: HalfDifferenceTable, limits: Limits) -> bool:
 
 
 #: Terms that the shader of homomorphic factors has room for; a search finds no more.
-MOST_TERMS = 16
+MAX_TERMS = 16
 
 #: Logarithms above this leave 32-bit floats.
 LARGEST_LOG = 80.0
@@ -138,8 +138,8 @@ class HomomorphicTextures:
 
         self.messages: list[str] = []
         self._texture = layers(context, np.stack(factors.textures))
-        rows = np.zeros((MOST_TERMS, 2, 4), np.float32)
-        kinds, twice = np.zeros(MOST_TERMS, int), np.zeros(MOST_TERMS, int)
+        rows = np.zeros((MAX_TERMS, 2, 4), np.float32)
+        kinds, twice = np.zeros(MAX_TERMS, int), np.zeros(MAX_TERMS, int)
         for term, projection in enumerate(factors.projections):
             if isinstance(projection, LinearProjection):
                 rows[term] = projection.rows / projection.scale[:, None]
@@ -221,7 +221,7 @@ def factor_source(brdf: Any) -> type[Any] | None:
     return OWNERS.get(getattr(brdf, "kind", ""))
 
 
-def packed(context: Any, numbers: NDArray[np.float32]) -> Any:
+def pack(context: Any, numbers: NDArray[np.float32]) -> Any:
     """Textures of one number (N, rows, columns), four in each of the layers of one."""
     count, rows, columns = numbers.shape
     texels = np.zeros((-(-count // 4) * 4, rows, columns), np.float32)

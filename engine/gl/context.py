@@ -13,7 +13,7 @@ from engine.core.errors import MissingCapability
 
 REMEDY = (
     "Install a driver with OpenGL 3.3 (on Debian and Ubuntu: apt install libegl1 libgl1-mesa-dri), "
-    "or render on the processor with --renderer cpu"
+    "or render on the CPU with --renderer cpu"
 )
 
 #: Objects with memory of their own; framebuffers and vertex arrays only name these.

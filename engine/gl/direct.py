@@ -1,7 +1,7 @@
-"""Draws a `Scene`: one pass per tile of the picture into a texture of linear radiance, then tone mapping.
+"""Draws a `Scene`: one pass per tile of the image into a texture of linear radiance, then tone mapping.
 
-The twin of `engine.render.direct`. Sub-pixels, tiles and bands are those of `engine.gl.tiles`. Meshes, materials and
-lights are uploaded when they are other objects than the last time.
+The counterpart of `engine.render.direct`. Sub-pixels, tiles and bands are those of `engine.gl.tiles`. Meshes, materials
+and lights are uploaded when they are other objects than the last time.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class DirectRenderer:
 
     Attributes
     ----------
-    messages : what had to be reduced or replaced for the last picture, as sentences for a person.
+    messages : what had to be reduced or replaced for the last image, as sentences for a user.
     invalid_samples : with `debug`, how many samples of the last `radiance` were not finite (drawn magenta).
     """
 
@@ -65,11 +65,11 @@ class DirectRenderer:
     def bands(
         self, scene: Scene, framebuffer: Any, size: tuple[int, int], *, samples: int = 2
     ) -> Generator[None, int, None]:
-        """The linear picture in pieces, as `Tiles.bands`; other drawing with this renderer meanwhile spoils it."""
+        """The linear image in pieces, as `Tiles.bands`; other drawing with this renderer meanwhile spoils it."""
         return self._tiles.bands(self._painting(scene, size), framebuffer, size, samples)
 
     def radiance(self, scene: Scene, size: tuple[int, int], *, samples: int = 2) -> NDArray[np.float32]:
-        """The picture (height, width, 4) float32, row 0 on top: linear radiance times coverage, and coverage."""
+        """The image (height, width, 4) float32, row 0 on top: linear radiance times coverage, and coverage."""
         return self._tiles.radiance(self._painting(scene, size), size, samples)
 
     @property

@@ -1,4 +1,4 @@
-"""One picture without a window, and how long its frame takes; or the frames of a film, one after the other."""
+"""One image without a window, and how long its frame takes; or the frames of a film, one after the other."""
 
 from __future__ import annotations
 
@@ -14,36 +14,38 @@ from engine.gl.context import limits, renderer_name
 from engine.gl.direct import DirectRenderer
 from engine.gl.transported import TransportRenderer
 from engine.scene.scene import Scene
-from engine.transport.relit import Relit
+from engine.transport.relight import RelightTransport
 
-#: A picture (height, width, 4), the seconds of one frame, the device's name, and messages.
+#: An image (height, width, 4), the seconds of one frame, the device's name, and messages.
 OffScreen = tuple[NDArray[np.float32], float, str, list[str]]
 
 
 def draw_off_screen(context: Any, scene: Scene, size: tuple[int, int], samples: int = 2) -> OffScreen:
-    """The picture of `DirectRenderer.radiance`.
+    """The image of `DirectRenderer.radiance`.
 
     The frame is drawn and tone-mapped into a framebuffer of its size as a window does, once to compile and upload and
     once for the time.
     """
     renderer = DirectRenderer(context)
     try:
-        picture = renderer.radiance(scene, size, samples=samples)
+        image = renderer.radiance(scene, size, samples=samples)
         frame_s = _frame_s(context, size, lambda target, shown: renderer.draw(scene, target, shown, samples=samples))
-        return picture, frame_s, renderer_name(context), renderer.messages
+        return image, frame_s, renderer_name(context), renderer.messages
     finally:
         renderer.release()
 
 
-def relit_off_screen(context: Any, relit: Relit, camera: Camera, size: tuple[int, int], samples: int = 2) -> OffScreen:
-    """The picture of `TransportRenderer.radiance`, timed in the same way."""
+def relight_off_screen(
+    context: Any, relit: RelightTransport, camera: Camera, size: tuple[int, int], samples: int = 2
+) -> OffScreen:
+    """The image of `TransportRenderer.radiance`, timed in the same way."""
     renderer = TransportRenderer(context)
     try:
-        picture = renderer.radiance(relit, camera, size, samples=samples)
+        image = renderer.radiance(relit, camera, size, samples=samples)
         frame_s = _frame_s(
             context, size, lambda target, shown: renderer.draw(relit, camera, target, shown, samples=samples)
         )
-        return picture, frame_s, renderer_name(context), renderer.messages
+        return image, frame_s, renderer_name(context), renderer.messages
     finally:
         renderer.release()
 
@@ -51,7 +53,7 @@ def relit_off_screen(context: Any, relit: Relit, camera: Camera, size: tuple[int
 def frames_off_screen(
     context: Any, scenes: Iterable[Scene], size: tuple[int, int], samples: int = 2
 ) -> Iterator[NDArray[np.float32]]:
-    """The picture of each scene; models and materials that they share are uploaded once."""
+    """The image of each scene; models and materials that they share are uploaded once."""
     renderer = DirectRenderer(context)
     try:
         for scene in scenes:
@@ -60,10 +62,10 @@ def frames_off_screen(
         renderer.release()
 
 
-def relit_frames_off_screen(
-    context: Any, relit: Iterable[tuple[Relit, Camera]], size: tuple[int, int], samples: int = 2
+def relight_frames_off_screen(
+    context: Any, relit: Iterable[tuple[RelightTransport, Camera]], size: tuple[int, int], samples: int = 2
 ) -> Iterator[NDArray[np.float32]]:
-    """The picture of each relit bake with its camera."""
+    """The image of each relit bake with its camera."""
     renderer = TransportRenderer(context)
     try:
         for each, camera in relit:

@@ -1,9 +1,9 @@
 """Gaussian transport on the graphics device: lobes and the filtered environment as textures.
 
-The twin of `engine.transport.gaussian.transfer`: the views around the eye are found, and lobes mixed, at each vertex;
-then they are mixed across triangles and looked up at each fragment. A lobe takes 12 bytes: its mean on an octahedron
-(7e-5 rad), the logarithm of its width in 65,536 steps and its energy as half floats (5e-4). When only the light turns,
-nothing is uploaded.
+The counterpart of `engine.transport.gaussian.transfer`: the views around the eye are found, and lobes mixed, at each
+vertex; then they are mixed across triangles and looked up at each fragment. A lobe takes 12 bytes: its mean on an
+octahedron (7e-5 rad), the logarithm of its width in 65,536 steps and its energy as half floats (5e-4). When only the
+light turns, nothing is uploaded.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from engine.gl.context import Limits
 from engine.gl.program import set_uniforms
 from engine.light.gaussian_prefilter import PrefilteredCube
 from engine.light.lamps import Lamp
-from engine.scene.scene import MOST_LAMPS
+from engine.scene.scene import MAX_LAMPS
 from engine.transport.gaussian.fitting.views import VIEWS, view_tables
 from engine.transport.gaussian.gpu_layout import Atlas, atlas_of, sigma_span
 from engine.transport.gaussian.kernel import NODES, REACH, SHARES
 from engine.transport.gaussian.lighting import GaussianLight, chord, lamp_light
-from engine.transport.relit import RelitGaussians
+from engine.transport.relight import RelightGaussians
 
 #: Texture units, beside that of `engine.gl.buffers`.
 LOBES_UNIT, VIEWS_UNIT, LIGHT_UNIT = 5, 6, 8
 
 #: Lobes of a vertex for which drivers promise to carry numbers to fragments.
-MOST_LOBES = 8
+MAX_LOBES = 8
 
 #: Lobes beside each other in a line of their texture.
 WIDTH = 4096
 
 #: Levels that the shader has room for.
-MOST_LEVELS = 32
+MAX_LEVELS = 32
 
 
 class Textures:
@@ -45,10 +45,10 @@ class Textures:
 
     SHADER, SOURCE = "gaussian", "gaussian_views.glsl"
 
-    def __init__(self, context: Any, relit: RelitGaussians, texture_limits: Limits) -> None:
+    def __init__(self, context: Any, relit: RelightGaussians, texture_limits: Limits) -> None:
         transport = relit.transport
-        if transport.lobes > MOST_LOBES:
-            raise ValueError(f"{transport.lobes} lobes for each vertex are more than the {MOST_LOBES} that are drawn")
+        if transport.lobes > MAX_LOBES:
+            raise ValueError(f"{transport.lobes} lobes for each vertex are more than the {MAX_LOBES} that are drawn")
         self.context, self._limits = context, texture_limits
         self.messages: list[str] = []
         self._filtered: tuple[PrefilteredCube | None, Any] = (None, None)
@@ -77,8 +77,8 @@ class Textures:
             self._definitions = {
                 "LOBES": str(transport.lobes),
                 "VIEWS": str(VIEWS),
-                "MOST_LEVELS": str(MOST_LEVELS),
-                "MOST_LAMPS": str(MOST_LAMPS),
+                "MAX_LEVELS": str(MAX_LEVELS),
+                "MAX_LAMPS": str(MAX_LAMPS),
                 "NODES": str(len(NODES)),
                 "REACH": f"{REACH:.1f}",
             }
@@ -92,12 +92,12 @@ class Textures:
         return {**self._definitions, **(light if self._lobes is not None else {})}
 
     @staticmethod
-    def key(relit: RelitGaussians) -> object:
+    def key(relit: RelightGaussians) -> object:
         """The transport of the lobes: equal for what can share them."""
         return relit.transport
 
     @staticmethod
-    def rows(relit: RelitGaussians) -> list[Any]:
+    def rows(relit: RelightGaussians) -> list[Any]:
         return [relit.diffuse]
 
     def fill(self) -> Iterator[None]:
@@ -115,7 +115,7 @@ class Textures:
                 self._lobes.write(part[whole * width :], viewport=(0, first + whole, len(part) - whole * width, 1))
             yield
 
-    def relight(self, relit: RelitGaussians) -> Iterator[None]:
+    def relight(self, relit: RelightGaussians) -> Iterator[None]:
         """Take the light of `relit`, piece by piece; an environment that is there already is not uploaded again."""
         if self._lobes is None:
             return
@@ -142,8 +142,8 @@ class Textures:
     def _atlas(self, light: GaussianLight) -> Atlas:
         """The light's own, or a smaller one where the device needs that."""
         atlas, most = light.atlas, self._limits.texture_size
-        if len(atlas.levels) > MOST_LEVELS:
-            raise ValueError(f"{len(atlas.levels)} levels of light are more than the {MOST_LEVELS} that are drawn")
+        if len(atlas.levels) > MAX_LEVELS:
+            raise ValueError(f"{len(atlas.levels)} levels of light are more than the {MAX_LEVELS} that are drawn")
         if max(atlas.texels.shape[1:3]) > most:
             atlas = atlas_of(light.environment, most)
         words = f"The light is drawn with at most {atlas.reduced} texels along a face"
@@ -171,7 +171,7 @@ def _atlas_values(atlas: Atlas) -> dict[str, Any]:
     rows = [tuple(row) for row in atlas.levels.tolist()]
     return {
         "filtered": LIGHT_UNIT,
-        "levels": rows + [(0.0, 0.0, 0.0, 0.0)] * (MOST_LEVELS - len(rows)),
+        "levels": rows + [(0.0, 0.0, 0.0, 0.0)] * (MAX_LEVELS - len(rows)),
         "last_level": len(rows) - 1,
         "levels_per_log": (len(rows) - 1) / (logarithms[-1] - logarithms[0]),
         "filtered_texel": (1.0 / width, 1.0 / height),
@@ -191,9 +191,9 @@ def _light_values(light: GaussianLight, scale: float) -> dict[str, Any]:
     """Uniforms of what turns and shines beside the environment."""
     lamps = [(*lamp.direction, chord(lamp)) for lamp in light.lamps]
     colours = [tuple(lamp_light(lamp).tolist()) for lamp in light.lamps]
-    free = MOST_LAMPS - len(lamps)
+    free = MAX_LAMPS - len(lamps)
     if free < 0:
-        raise ValueError(f"{len(lamps)} lamps are more than the {MOST_LAMPS} of a scene")
+        raise ValueError(f"{len(lamps)} lamps are more than the {MAX_LAMPS} of a scene")
     return {
         "factor": light.factor * scale,
         "map_from_world": tuple(light.map_from_world.T.ravel().tolist()),

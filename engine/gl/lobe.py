@@ -20,7 +20,7 @@ from engine.gl.program import load_program, set_uniforms
 
 Rgb = tuple[float, float, float]
 
-#: Colours are mixed by opacity; the picture itself stays opaque, or the window would shine through it.
+#: Colours are mixed by opacity; the image itself stays opaque, or the window would shine through it.
 MIXED = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE)
 
 RINGS_DEG = (30.0, 60.0, 90.0)

@@ -81,12 +81,12 @@ def load_program(
 
 
 def _with_names(message: str, files: list[str]) -> str:
-    def named(match: re.Match[str]) -> str:
+    def find_named(match: re.Match[str]) -> str:
         number = int(match[1])
         return f"{files[number]}:{match[2]}" if number < len(files) else match[0]
 
     spoken = next((position for position in _POSITIONS if position.search(message)), None)
-    return spoken.sub(named, message) if spoken else message
+    return spoken.sub(find_named, message) if spoken else message
 
 
 def set_uniforms(program: Any, values: Mapping[str, Any]) -> None:

@@ -1,8 +1,8 @@
-"""Pictures of linear radiance in GPU memory, and how they are brought to the screen: one, two side by side, or apart.
+"""Images of linear radiance in GPU memory, and how they are brought to the screen: one, two side by side, or apart.
 
-A `Layer` is a picture and, by a share, a better one laid over it. Pictures of fewer pixels than the screen are
-enlarged. Exposure and tone mapping come last, so that another exposure needs no other picture; what they make of a
-picture is kept, so that showing it again copies bytes.
+A `Layer` is an image and, by a share, a better one laid over it. Images of fewer pixels than the screen are
+enlarged. Exposure and tone mapping come last, so that another exposure needs no other image; what they make of an
+image is kept, so that showing it again copies bytes.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from numpy.typing import NDArray
 from engine.core.colour import srgb_decode
 from engine.gl.program import load_program, set_uniforms
 from engine.gl.tiles import uniforms_of
-from engine.light.environment import EnvironmentMap, reduced
+from engine.light.environment import EnvironmentMap, reduce
 from engine.render.background import Backdrop
 from engine.render.display import BLUE, GREY, ORANGE, Display
 
-#: Exposure and tone mapping of a picture, and the environment behind it.
+#: Exposure and tone mapping of an image, and the environment behind it.
 Shown = tuple[Display, Backdrop | None]
 
-#: Rows of an environment behind a picture, at most: finer ones would be seen on no screen.
-MOST_ROWS = 1024
+#: Rows of an environment behind an image, at most: finer ones would be seen on no screen.
+MAX_ROWS = 1024
 
 
-class Picture:
+class Image:
     """Owns a texture of float32 (radiance times coverage, and coverage) of `size` (width, height).
 
     Attributes
@@ -58,7 +58,7 @@ class Picture:
             texture.release()
 
     def target(self, shown: Shown) -> Any:
-        """A framebuffer of 8 bits and of the picture's size, for the picture as it is `shown`."""
+        """A framebuffer of 8 bits and of the image's size, for the image as it is `shown`."""
         self._forget_coded()
         texture = self.context.texture(self.size, 4)
         texture.filter = (self.context.LINEAR, self.context.LINEAR)
@@ -83,16 +83,16 @@ class Picture:
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """A picture and, where there is one, another that covers it by `share` in [0, 1]."""
+    """An image and, where there is one, another that covers it by `share` in [0, 1]."""
 
-    picture: Picture
-    over: Picture | None = None
+    image: Image
+    over: Image | None = None
     share: float = 0.0
 
     def uniforms(self, name: str, unit: int) -> dict[str, Any]:
         """Bind the textures from texture unit `unit` on; returns what the shader has to know."""
-        over = self.over if self.over is not None else self.picture
-        self.picture.texture.use(unit)
+        over = self.over if self.over is not None else self.image
+        self.image.texture.use(unit)
         over.texture.use(unit + 1)
         share = self.share if self.over is not None else 0.0
         return {name: unit, f"{name}_over": unit + 1, f"{name}_share": share}
@@ -124,7 +124,7 @@ class Screen:
         if end <= first:
             return
         share = layer.share if layer.over is not None else 0.0
-        whole = layer.over if share >= 1.0 else layer.picture if share <= 0.0 else None
+        whole = layer.over if share >= 1.0 else layer.image if share <= 0.0 else None
         program, shown = self._shown if behind is None else self._program_before(), (display, behind)
         if whole is not None and (whole.coded is None or whole.coded[0] != shown):
             values = {**Layer(whole).uniforms("first", 0), **uniforms_of(display), **self._behind(behind, whole.size)}
@@ -139,19 +139,19 @@ class Screen:
         framebuffer.scissor = None
 
     def _program_before(self) -> Any:
-        """The program that shows a picture before an environment, compiled when it is first wanted."""
+        """The program that shows an image before an environment, compiled when it is first wanted."""
         if self._before is None:
             self._before = load_program(self.context, "screen.vert", "show.frag", {"BEHIND": "1"})
             self._arrays[id(self._before)] = self.context.vertex_array(self._before, [])
         return self._before
 
     def _behind(self, backdrop: Backdrop | None, size: tuple[int, int]) -> dict[str, Any]:
-        """Bind the environment, and what the shader has to know of it for a picture of `size`."""
+        """Bind the environment, and what the shader has to know of it for an image of `size`."""
         if backdrop is None:
             return {}
         if self._sky is None or self._sky[0] is not backdrop.environment:
             self._forget_sky()
-            radiance = reduced(backdrop.environment, MOST_ROWS).radiance
+            radiance = reduce(backdrop.environment, MAX_ROWS).radiance
             texture = self.context.texture(
                 radiance.shape[1::-1], 3, np.ascontiguousarray(radiance).tobytes(), dtype="f4"
             )

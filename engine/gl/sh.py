@@ -1,8 +1,8 @@
 """Transported spherical harmonics on the graphics device: the table of a BRDF as a texture.
 
-The twin of `BrdfTable.radiance` and `VariedTable.radiance`, for each vertex in every frame; between vertices radiance
-is interpolated. At order 5 that is 55 fetches for a vertex with an isotropic table, and 125 with an anisotropic one;
-where one parameter varies 85 and 225, where two do 145 and 425.
+The counterpart of `BrdfTable.radiance` and `VariedTable.radiance`, for each vertex in every frame; between vertices
+radiance is interpolated. At order 5 that is 55 fetches for a vertex with an isotropic table, and 125 with an
+anisotropic one; where one parameter varies 85 and 225, where two do 145 and 425.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from engine.factor.hemisphere_map import KINDS
 from engine.gl.brdf_textures import layers, plain
 from engine.gl.context import Limits
 from engine.gl.program import set_uniforms
-from engine.transport.relit import RelitSh
+from engine.transport.relight import RelightSh
 from engine.transport.sh.brdf_table_varying import VariedTable, tables_of
 
 #: Texture unit, above those of a material and the lights.
@@ -33,7 +33,7 @@ class Textures:
 
     SHADER, SOURCE = "transported", "sh.glsl"
 
-    def __init__(self, context: Any, relit: RelitSh, _limits: Limits) -> None:
+    def __init__(self, context: Any, relit: RelightSh, _limits: Limits) -> None:
         self.messages: list[str] = []
         tables = tables_of(relit.table)
         first, count = tables[0], relit.table.order**2
@@ -55,12 +55,12 @@ class Textures:
             self._values |= {"steps": relit.table.steps, "place_row": self._values["flat_row"] + flat}
 
     @staticmethod
-    def key(relit: RelitSh) -> object:
+    def key(relit: RelightSh) -> object:
         """The source of the textures, and the first row of flat vertices."""
         return relit.table, relit.flat_vertex
 
     @staticmethod
-    def rows(relit: RelitSh) -> list[Any]:
+    def rows(relit: RelightSh) -> list[Any]:
         """(R, 3) light of each vertex, radiance of the flat ones, and where the others are among the tables."""
         parts = [relit.rows[: relit.flat_vertex * relit.table.order**2], relit.flat]
         if isinstance(relit.table, VariedTable):
@@ -71,7 +71,7 @@ class Textures:
         """All of it is small, and there from the beginning."""
         return iter(())
 
-    def relight(self, _relit: RelitSh) -> Iterator[None]:
+    def relight(self, _relit: RelightSh) -> Iterator[None]:
         """All light is in the rows of the vertices."""
         return iter(())
 

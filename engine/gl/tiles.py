@@ -1,4 +1,4 @@
-"""Pictures of any size, drawn in tiles into a texture of linear radiance and brought to a framebuffer.
+"""Images of any size, drawn in tiles into a texture of linear radiance and brought to a framebuffer.
 
 `samples` sub-pixels along each side of a pixel are drawn and averaged (a box, symmetric about the pixel centre); with
 1 the pixel centre alone. A tile has at most 2048 sub-pixels along a side, and where a window must go on meanwhile it
@@ -69,14 +69,14 @@ def uniforms_of(display: Display) -> dict[str, Any]:
 #: Longest side of the texture that is drawn into, in sub-pixels.
 TILE = 2048
 
-#: A part of a picture: left, top, width, height in pixels.
+#: A part of an image: left, top, width, height in pixels.
 Tile = tuple[int, int, int, int]
 
 Paint = Callable[[NDArray[np.float64]], None]
 
 
 class Tiles:
-    """Owns the texture that tiles are drawn into, with its depths, and the programs that take it to a picture.
+    """Owns the texture that tiles are drawn into, with its depths, and the programs that take it to an image.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class Tiles:
             self._show(tile, texture, framebuffer, size, samples, display)
 
     def bands(self, paint: Paint, framebuffer: Any, size: tuple[int, int], samples: int) -> Generator[None, int, None]:
-        """The linear picture in pieces, for a thread that has more to do: each `send(rows)` draws so many rows.
+        """The linear image in pieces, for a thread that has more to do: each `send(rows)` draws so many rows.
 
         Rows are of sub-pixels. The float32 `framebuffer` (`engine.gl.screen.Picture`) holds radiance times coverage,
         and coverage, when the generator ends; with 1, 2 or 4 samples they show what `draw` shows to the bit. Other
@@ -112,16 +112,16 @@ class Tiles:
             self._show(tile, texture, framebuffer, size, samples, None)
 
     def radiance(self, paint: Paint, size: tuple[int, int], samples: int) -> NDArray[np.float32]:
-        """The picture (height, width, 4) float32, row 0 on top: linear radiance times coverage, and coverage."""
-        picture = np.zeros((size[1], size[0], 4), np.float32)
+        """The image (height, width, 4) float32, row 0 on top: linear radiance times coverage, and coverage."""
+        image = np.zeros((size[1], size[0], 4), np.float32)
         self.invalid_samples = 0
         for (left, top, width, height), texture in self.each(paint, size, samples):
             texels = np.frombuffer(texture.read(), np.float32).reshape(texture.height, texture.width, 4)
             part = texels[: height * samples, : width * samples]
             self.invalid_samples += int(np.sum(part[..., 3] > 1.5))
             blocks = np.minimum(part, (np.inf, np.inf, np.inf, 1.0)).reshape(height, samples, width, samples, 4)
-            picture[top : top + height, left : left + width] = blocks.mean(axis=(1, 3), dtype=np.float64)[::-1]
-        return picture
+            image[top : top + height, left : left + width] = blocks.mean(axis=(1, 3), dtype=np.float64)[::-1]
+        return image
 
     def each(self, paint: Paint, size: tuple[int, int], samples: int) -> Iterator[tuple[Tile, Any]]:
         """Draw tile by tile; yields each and the texture whose lower left holds it."""
@@ -196,7 +196,7 @@ class Tiles:
 
 
 def _tile_from_clip(tile: Tile, size: tuple[int, int]) -> NDArray[np.float64]:
-    """(4, 4) matrix that makes the tile (left, top, width, height) of a picture of `size` fill clip space."""
+    """(4, 4) matrix that makes the tile (left, top, width, height) of an image of `size` fill clip space."""
     left, top, width, height = tile
     matrix = np.eye(4)
     matrix[0, 0], matrix[1, 1] = size[0] / width, size[1] / height

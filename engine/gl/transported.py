@@ -2,8 +2,9 @@
 
 The light is uploaded when it is another one, in pieces where a window must go on meanwhile; moving the camera costs a
 frame and nothing else. Tiles and bands are
-those of `engine.gl.tiles`. The twin is `engine.render.transported`, which mixes the radiance of corners also where here
-each fragment looks its terms up: between vertices, not at them, the two differ as far as triangles are coarse.
+those of `engine.gl.tiles`. The counterpart is `engine.render.transported`, which mixes the radiance of corners also
+where here each fragment looks its terms up: between vertices, not at them, the two differ as far as triangles are
+coarse.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from engine.gl.program import load_program, set_uniforms
 from engine.gl.tiles import Paint, Tiles
 from engine.render.display import Display
 from engine.transport.method import method_of
-from engine.transport.relit import Relit
+from engine.transport.relight import RelightTransport
 
 
 class Textures(Protocol):
@@ -31,7 +32,7 @@ class Textures(Protocol):
     Attributes
     ----------
     SHADER, SOURCE : the stem of the shaders that draw it, and the file that they include.
-    definitions : what they are compiled with. messages : what had to be reduced, as sentences for a person.
+    definitions : what they are compiled with. messages : what had to be reduced, as sentences for a user.
     """
 
     SHADER: str
@@ -67,7 +68,7 @@ class TransportRenderer:
 
     Attributes
     ----------
-    messages : what had to be reduced for the last picture, as sentences for a person.
+    messages : what had to be reduced for the last image, as sentences for a user.
     """
 
     def __init__(self, context: Any, *, texture_limits: Limits | None = None, debug: bool = False) -> None:
@@ -80,11 +81,11 @@ class TransportRenderer:
         self._programs: dict[tuple[tuple[str, str], ...], Any] = {}
         self._mesh: tuple[Mesh, MeshBuffers] | None = None
         self._textures: tuple[object, Textures] | None = None
-        self._relit: Relit | None = None
+        self._relit: RelightTransport | None = None
 
     def draw(
         self,
-        relit: Relit,
+        relit: RelightTransport,
         camera: Camera,
         framebuffer: Any,
         size: tuple[int, int],
@@ -96,13 +97,15 @@ class TransportRenderer:
         self._tiles.draw(self._painting(relit, camera, size), framebuffer, size, samples, display or Display())
 
     def bands(
-        self, relit: Relit, camera: Camera, framebuffer: Any, size: tuple[int, int], *, samples: int = 2
+        self, relit: RelightTransport, camera: Camera, framebuffer: Any, size: tuple[int, int], *, samples: int = 2
     ) -> Generator[None, int, None]:
-        """The linear picture in pieces, as `Tiles.bands`; other drawing with this renderer meanwhile spoils it."""
+        """The linear image in pieces, as `Tiles.bands`; other drawing with this renderer meanwhile spoils it."""
         return self._tiles.bands(self._painting(relit, camera, size), framebuffer, size, samples)
 
-    def radiance(self, relit: Relit, camera: Camera, size: tuple[int, int], *, samples: int = 2) -> NDArray[np.float32]:
-        """The picture (height, width, 4) float32, row 0 on top: linear radiance times coverage, and coverage."""
+    def radiance(
+        self, relit: RelightTransport, camera: Camera, size: tuple[int, int], *, samples: int = 2
+    ) -> NDArray[np.float32]:
+        """The image (height, width, 4) float32, row 0 on top: linear radiance times coverage, and coverage."""
         return self._tiles.radiance(self._painting(relit, camera, size), size, samples)
 
     @property
@@ -110,10 +113,12 @@ class TransportRenderer:
         """With `debug`, how many samples of the last `radiance` were not finite (drawn magenta)."""
         return self._tiles.invalid_samples
 
-    def _painting(self, relit: Relit, camera: Camera, size: tuple[int, int]) -> Paint:
+    def _painting(self, relit: RelightTransport, camera: Camera, size: tuple[int, int]) -> Paint:
         return lambda tile_from_clip: self._paint(relit, camera, size[0] / size[1], tile_from_clip)
 
-    def _paint(self, relit: Relit, camera: Camera, aspect: float, tile_from_clip: NDArray[np.float64]) -> None:
+    def _paint(
+        self, relit: RelightTransport, camera: Camera, aspect: float, tile_from_clip: NDArray[np.float64]
+    ) -> None:
         """Draw everything for one tile."""
         textures, buffers = self._upload(relit), self._buffers(relit.mesh)
         program = self._program(textures)
@@ -134,11 +139,11 @@ class TransportRenderer:
             self._mesh = (mesh, MeshBuffers(self.context, mesh))
         return self._mesh[1]
 
-    def holds(self, relit: Relit) -> bool:
+    def holds(self, relit: RelightTransport) -> bool:
         """True if all of `relit` is in the device's memory."""
         return self._relit is relit
 
-    def load(self, relit: Relit) -> Iterator[None]:
+    def load(self, relit: RelightTransport) -> Iterator[None]:
         """Bring `relit` into the device's memory piece by piece, some milliseconds each; nothing is drawn meanwhile.
 
         Closing the iterator early leaves nothing that could be drawn. ValueError where the device cannot hold it.
@@ -163,7 +168,7 @@ class TransportRenderer:
         self._buffers(relit.mesh)
         self._relit = relit
 
-    def _upload(self, relit: Relit) -> Textures:
+    def _upload(self, relit: RelightTransport) -> Textures:
         """The textures of what was baked, with the light in the rows of its vertices."""
         for _ in self.load(relit):
             pass
@@ -191,6 +196,6 @@ class TransportRenderer:
         self._programs.clear()
 
 
-def _owner(relit: Relit) -> type[Textures]:
+def _owner(relit: RelightTransport) -> type[Textures]:
     """The class of the textures of `relit`."""
     return cast("type[Textures]", method_of(relit.method).drawing.Textures)

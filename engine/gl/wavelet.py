@@ -1,8 +1,8 @@
 """Wavelet transport on the graphics device: view maps as textures, and how many terms each fragment looks up.
 
-The twin of `engine.transport.wavelet.transfer`. The light is made into K-tuples on the processor; here they are
+The counterpart of `engine.transport.wavelet.transfer`. The light is made into K-tuples on the CPU; here they are
 multiplied with the view maps, which each fragment looks up in the direction of the eye. Drivers carry only so many
-numbers from vertices to fragments: with more than `MOST_TERMS` terms the sum is made at the vertices. Bound by fetches
+numbers from vertices to fragments: with more than `MAX_TERMS` terms the sum is made at the vertices. Bound by fetches
 of texels, so four numbers lie in each: of maps without colour, four terms.
 """
 
@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.gl.brdf_textures import packed
+from engine.gl.brdf_textures import pack
 from engine.gl.context import Limits
 from engine.gl.program import set_uniforms
-from engine.transport.relit import RelitWavelets
+from engine.transport.relight import RelightWavelets
 
 #: Terms of three numbers that fit beside the other numbers of a vertex into the 60 that OpenGL 3.3 promises.
-MOST_TERMS = 16
+MAX_TERMS = 16
 
 #: Largest number of a texture; light may be brighter.
 BRIGHTEST = float(np.finfo(np.float32).max)
@@ -35,12 +35,12 @@ class Textures:
 
     SHADER, SOURCE = "transported", "wavelet.glsl"
 
-    def __init__(self, context: Any, relit: RelitWavelets, _limits: Limits) -> None:
+    def __init__(self, context: Any, relit: RelightWavelets, _limits: Limits) -> None:
         self.messages: list[str] = []
         factors = relit.transport.factors
         numbers = _numbers(factors.first)
-        self._texture = packed(context, numbers)
-        self.definitions = {"TERMS": str(factors.terms)} if factors.terms <= MOST_TERMS else {}
+        self._texture = pack(context, numbers)
+        self.definitions = {"TERMS": str(factors.terms)} if factors.terms <= MAX_TERMS else {}
         self.definitions |= {"PLANES": str(len(numbers) // factors.terms)}
         self.definitions |= {} if factors.isotropic else {"BRUSHED": "1"}
         self._values = {
@@ -52,12 +52,12 @@ class Textures:
         }
 
     @staticmethod
-    def key(relit: RelitWavelets) -> object:
+    def key(relit: RelightWavelets) -> object:
         """The source of the textures."""
         return relit.transport
 
     @staticmethod
-    def rows(relit: RelitWavelets) -> list[Any]:
+    def rows(relit: RelightWavelets) -> list[Any]:
         """The K-tuples (R, 4), marked where the radiance of the vertex itself may be asked for."""
         transport = relit.transport
         first, terms = transport.ground_vertex, transport.factors.terms
@@ -70,7 +70,7 @@ class Textures:
         """All of it is small, and there from the beginning."""
         return iter(())
 
-    def relight(self, _relit: RelitWavelets) -> Iterator[None]:
+    def relight(self, _relit: RelightWavelets) -> Iterator[None]:
         """All light is in the rows of the vertices."""
         return iter(())
 

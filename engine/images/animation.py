@@ -19,7 +19,7 @@ from engine.images.encode import encode_png
 from engine.storage.atomic import atomic_folder, atomic_path, write_bytes, write_json
 
 #: Largest side of a frame: that of WebP.
-MOST_PX = 16383
+MAX_PX = 16383
 
 #: The file by which a folder of frames is known.
 MARKER = "turntable.json"
@@ -46,8 +46,8 @@ def film(path: str | Path, size: tuple[int, int], fps: float, *, software: str =
     `size` is (width, height) of all of them. MP4 has neither transparency, which raises ValueError, nor odd sizes: the
     last row or column is then left out.
     """
-    if max(size) > MOST_PX or min(size) < 2:
-        raise UsageError(f"a film of {size[0]} × {size[1]} pixels is not possible (2 … {MOST_PX})")
+    if max(size) > MAX_PX or min(size) < 2:
+        raise UsageError(f"a film of {size[0]} × {size[1]} pixels is not possible (2 … {MAX_PX})")
     if kind_of(path) == "folder":
         with atomic_folder(path, MARKER) as folder:
             taken = 0

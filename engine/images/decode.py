@@ -1,4 +1,4 @@
-"""Pictures as linear light: JPEG, PNG, TIFF, OpenEXR, Radiance and Targa, recognised by content and never by name.
+"""Images as linear light: JPEG, PNG, TIFF, OpenEXR, Radiance and Targa, recognised by content and never by name.
 
 Decoding happens in a child process (`engine.storage.untrusted`); `read_image` is the parent's side. Integer samples are
 taken as sRGB-coded unless the file or the caller says linear, floating-point ones as linear; what was assumed is
@@ -28,7 +28,7 @@ from engine.storage.untrusted import decode_in_child
 TransferChoice = Literal["auto", "srgb", "linear"]
 
 #: A run of so many rows that are all zero, as a share 1 / n of all, is worth a warning.
-_LEAST_LOST_SHARE = 64
+_MIN_LOST_SHARE = 64
 
 #: Files whose readers know how many rows there should be; a model in front of nothing leaves black ones in them.
 _COUNTED = ("EXR", "HDR")
@@ -43,7 +43,7 @@ LARGEST_RADIANCE = 1e15
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """A picture as linear light.
+    """An image as linear light.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Image:
 
 
 def read_image(path: str | os.PathLike[str], *, transfer: TransferChoice = "auto", half_size: bool = False) -> Image:
-    """Decode the picture at `path`; `half_size` averages 2×2 pixels. InputError for what cannot be decoded whole."""
+    """Decode the image at `path`; `half_size` averages 2×2 pixels. InputError for what cannot be decoded whole."""
     reply = decode_in_child("engine.images.decode:decode", path, transfer=transfer, half_size=half_size)
     return image_from_reply(reply)
 
@@ -95,12 +95,12 @@ _READERS: tuple[tuple[tuple[bytes, ...], Callable[[bytes, str], Raster]], ...] =
 
 #: First bytes of files that are no photographs, and what to say of them.
 _OTHERS = (
-    (b"version https://git-lfs", "is a Git LFS pointer, not the picture itself", "Run 'git lfs pull' where it lies"),
-    (b"%PDF", "is a PDF document", "Export its pictures as TIFF or PNG"),
+    (b"version https://git-lfs", "is a Git LFS pointer, not the image itself", "Run 'git lfs pull' where it lies"),
+    (b"%PDF", "is a PDF document", "Export its images as TIFF or PNG"),
     (b"GIF8", "is a GIF", "Save it as PNG"),
     (b"BM", "is a BMP image", "Save it as PNG"),
     (b"PK\3\4", "is a zip archive", "Unpack it first"),
-    (b"<", "is a text or web page", "Download the picture itself"),
+    (b"<", "is a text or web page", "Download the image itself"),
 )
 
 SUPPORTED = "Give a JPEG, PNG, TIFF, EXR, HDR, TGA or camera RAW file"
@@ -120,7 +120,7 @@ def unknown(content: bytes, name: str) -> InputError:
             return InputError(name, problem, remedy)
     if content[4:8] == b"ftyp":
         return InputError(name, "is a HEIF, AVIF or video file", "Save it as JPEG or TIFF")
-    return InputError(name, "is not a picture of a known kind", SUPPORTED)
+    return InputError(name, "is not an image of a known kind", SUPPORTED)
 
 
 def decode(content: bytes, name: str, transfer: TransferChoice = "auto", half_size: bool = False) -> dict[str, Any]:
@@ -141,7 +141,7 @@ def decode(content: bytes, name: str, transfer: TransferChoice = "auto", half_si
     if photographed.exposure_garbled:
         warnings.append(exif.EXPOSURE_GARBLED)
     if half_size:
-        pixels, saturated = halved(pixels, saturated)
+        pixels, saturated = halve_image(pixels, saturated)
     return {
         "pixels": pixels,
         "saturated": saturated,
@@ -180,7 +180,7 @@ def _linear(raster: Raster, orientation: int) -> tuple[NDArray[np.float32], NDAr
     samples = raster.samples
     if samples.ndim == 2:
         samples = np.broadcast_to(samples[..., None], (*samples.shape, 3))
-    samples = exif.oriented(samples, orientation)
+    samples = exif.orient(samples, orientation)
     pixels, saturated = result_array(samples.shape, np.float32), result_array(samples.shape[:2], np.bool_)
     if raster.white is not None:
         _from_codes(samples, raster.white, raster.transfer, pixels, saturated)
@@ -222,7 +222,7 @@ def _about_rows(samples: NDArray[Any]) -> list[str]:
     if empty.all():
         return []
     rows = int(np.count_nonzero(empty))
-    least = max(2, height // _LEAST_LOST_SHARE)
+    least = max(2, height // _MIN_LOST_SHARE)
     longest = max((len(list(run)) for lost, run in itertools.groupby(empty.tolist()) if lost), default=0)
     if longest < least:
         return []
@@ -230,7 +230,9 @@ def _about_rows(samples: NDArray[Any]) -> list[str]:
     return [f"has {rows} of {height} rows that are all zero{where}: check that it is complete"]
 
 
-def halved(pixels: NDArray[np.float32], saturated: NDArray[np.bool_]) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+def halve_image(
+    pixels: NDArray[np.float32], saturated: NDArray[np.bool_]
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """Means over 2×2 pixels (an odd last row or column is dropped); saturated where one of the four is."""
     height, width = (max(1, size // 2) for size in saturated.shape)
     if min(saturated.shape) < 2:

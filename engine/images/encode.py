@@ -1,4 +1,4 @@
-"""Pictures to files: PNG for people, 16-bit TIFF for other programs, OpenEXR for radiance and for tables."""
+"""Images to files: PNG for users, 16-bit TIFF for other programs, OpenEXR for radiance and for tables."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def encode_png(
     """PNG of uint8 or uint16 codes, (H, W), (H, W, 3) or (H, W, 4); it says how they are coded (`sRGB` or `gAMA`).
 
     `software` is kept as its tag of that name, by which `engine.storage.outputs.has_tag` knows it again; `comment` as
-    one for people, letters beyond Latin-1 as question marks.
+    one for users, letters beyond Latin-1 as question marks.
     """
     import cv2
 

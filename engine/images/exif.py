@@ -87,7 +87,7 @@ def rational(numerator: float, denominator: float) -> float | None:
     return value if 1e-12 < value < 1e12 else None
 
 
-def oriented(image: NDArray[Any], orientation: int) -> NDArray[Any]:
+def orient(image: NDArray[Any], orientation: int) -> NDArray[Any]:
     """`image` (H, W, …) turned upright by its EXIF orientation 1…8 (a view); 1 for any other number."""
     turned = image.swapaxes(0, 1) if orientation in (5, 6, 7, 8) else image
     if orientation in (3, 4, 7, 8):

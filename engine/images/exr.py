@@ -1,4 +1,4 @@
-"""OpenEXR: colour pictures for the capture, and all channels with their attributes for our own bundles."""
+"""OpenEXR: colour images for the capture, and all channels with their attributes for our own bundles."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def _check_part(part: Any, name: str, file_bytes: int) -> None:
 
 
 def _check_chunks(content: bytes, header: dict[str, Any], name: str) -> None:
-    """The chunks of scan lines or tiles must cover the picture that the header describes, and no more.
+    """The chunks of scan lines or tiles must cover the image that the header describes, and no more.
 
     OpenEXR believes the header and leaves out, or fills with zeros, what does not agree with it. A chunk starts with
     its row, or with the column and row of its tile and its level (OpenEXR file layout, "Chunk layout").

@@ -2,7 +2,7 @@
 
 The bytes are those that OpenEXR itself writes for scan lines with ZIP compression (16 rows to a chunk): the header
 comes from it, and chunks are packed by the same library (libdeflate, level 4). Its Python binding takes whole
-pictures only. The sizes of chunks are known after they are packed, and the table of their places lies before them: it
+images only. The sizes of chunks are known after they are packed, and the table of their places lies before them: it
 is written as zeros and handed back.
 OpenEXR file layout, "Chunk layout"; ImfZip.cpp (even bytes before odd ones, then differences).
 Cost: some 60 MB/s on each core, and the memory of as many strips as there are cores.
@@ -33,7 +33,7 @@ _PATIENCE_S = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Planes:
-    """A picture to be written: `channels` (H, W) by name, of which mapped ones are read a strip at a time.
+    """An image to be written: `channels` (H, W) by name, of which mapped ones are read a strip at a time.
 
     `half` stores half floats in place of floats; `attributes` are text or numbers.
     """
@@ -55,7 +55,7 @@ class Planes:
         return height * width * len(self.channels) * (2 if self.half else 4)
 
 
-def encoded(content: bytes | Planes) -> bytes:
+def encode(content: bytes | Planes) -> bytes:
     """The whole file of planes; what is a file already stays."""
     if isinstance(content, bytes):
         return content
@@ -103,7 +103,7 @@ def write_exr_strips(planes: Planes, write: Callable[[bytes], object], note: str
 
 
 def _header(planes: Planes, height: int, width: int) -> bytes:
-    """OpenEXR's own, of a picture of one row, with the height that this one has."""
+    """OpenEXR's own, of an image of one row, with the height that this one has."""
     row = {name: np.zeros((1, width), np.float32) for name in planes.channels}
     content = encode_exr(row, half=planes.half, attributes=planes.attributes)
     header = bytearray(content[: end_of_header(content)])

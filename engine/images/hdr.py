@@ -1,4 +1,4 @@
-"""Radiance pictures (Ward1991): RGBE or XYZE, eight orientations, EXPOSURE and COLORCORR divided out.
+"""Radiance images (Ward1991): RGBE or XYZE, eight orientations, EXPOSURE and COLORCORR divided out.
 
 Three codings of lines: plain, the run-length coding by components of 1991, and the one before, in which a pixel of
 mantissas 1, 1, 1 repeats the last one as often as its exponent says (times 256 for each that follows another).
@@ -30,7 +30,7 @@ def read_hdr(content: bytes, name: str) -> Raster:
     header, _, rest = content[:_HEADER_LIMIT].partition(b"\n\n")
     size = _RESOLUTION.match(rest)
     if size is None or {size[2], size[5]} != {b"X", b"Y"}:
-        raise InputError(name, "is a damaged Radiance picture (its size is missing)", AGAIN)
+        raise InputError(name, "is a damaged Radiance image (its size is missing)", AGAIN)
     lines, columns = int(size[3]), int(size[6])
     check_size(name, columns, lines, 12, len(content))
     body = _plain(content[len(header) + 2 + size.end() :], lines, columns, name)
@@ -38,22 +38,22 @@ def read_hdr(content: bytes, name: str) -> Raster:
     samples = _upright(samples, size) / _exposure(header, name)
     if b"FORMAT=32-bit_rle_xyze" in header:
         samples = srgb_from_xyz(samples).astype(np.float32)
-    return Raster(samples, None, 32, "linear", "HDR", _ignored(header))
+    return Raster(samples, None, 32, "linear", "HDR", _list_ignored(header))
 
 
-def _ignored(header: bytes) -> tuple[str, ...]:
+def _list_ignored(header: bytes) -> tuple[str, ...]:
     """Warnings of what the header says and nobody reads: a gamma, other primaries than those of sRGB."""
     warnings = []
-    gamma = b"".join(_stated(header, b"GAMMA")[:1]).strip()
+    gamma = b"".join(_find_stated(header, b"GAMMA")[:1]).strip()
     if gamma not in (b"", b"1", b"1.0", b"1.00"):
         warnings.append(f"states a gamma of {gamma[:20].decode('ascii', 'replace')}, which is not applied")
-    primaries = _stated(header, b"PRIMARIES")
+    primaries = _find_stated(header, b"PRIMARIES")
     if primaries and not _are_srgb(primaries[0]):
         warnings.append("states primaries other than sRGB's, which are not applied")
     return tuple(warnings)
 
 
-def _stated(header: bytes, key: bytes) -> list[bytes]:
+def _find_stated(header: bytes, key: bytes) -> list[bytes]:
     """Values of the lines `key=value`, in their order."""
     return [line.partition(b"=")[2] for line in header.split(b"\n") if line.startswith(key + b"=")]
 
@@ -77,7 +77,7 @@ def _plain(body: bytes, lines: int, columns: int, name: str) -> bytes:
         pixels = np.frombuffer(body, "<u4", len(body) // 4)
         body = _without_runs(pixels, wanted, name)
     if len(body) < 4 * wanted:
-        raise InputError(name, "is an incomplete Radiance picture: it ends before its picture does", AGAIN)
+        raise InputError(name, "is an incomplete Radiance image: it ends before its image does", AGAIN)
     return body
 
 
@@ -88,12 +88,12 @@ def _without_runs(pixels: np.ndarray, wanted: int, name: str) -> bytes:
     last = np.maximum.accumulate(np.where(run, -1, number))
     digit = number - last - 1  # each run that follows another counts 256 times as much
     if run[0] or digit.max() > 3:
-        raise InputError(name, "is a damaged Radiance picture: its runs repeat nothing, or far too much", AGAIN)
+        raise InputError(name, "is a damaged Radiance image: its runs repeat nothing, or far too much", AGAIN)
     count = np.where(run, (pixels >> 24).astype(np.int64) << (8 * np.maximum(digit, 0)), 1)
     ends = np.cumsum(count)
     kept = int(np.searchsorted(ends, wanted)) + 1
     if kept > len(ends) or ends[kept - 1] != wanted:
-        raise InputError(name, "is an incomplete Radiance picture: its runs do not end where its picture does", AGAIN)
+        raise InputError(name, "is an incomplete Radiance image: its runs do not end where its image does", AGAIN)
     return np.repeat(pixels[last[:kept]], count[:kept]).tobytes()
 
 
@@ -110,8 +110,8 @@ def _exposure(header: bytes, name: str) -> np.ndarray:
     """(3,) by which the samples were multiplied: all EXPOSURE lines, and all COLORCORR lines for each channel."""
     product = np.ones(3)
     for count, value in [
-        *((1, value) for value in _stated(header, b"EXPOSURE")),
-        *((3, value) for value in _stated(header, b"COLORCORR")),
+        *((1, value) for value in _find_stated(header, b"EXPOSURE")),
+        *((3, value) for value in _find_stated(header, b"COLORCORR")),
     ]:
         try:
             factors = np.array([float(word) for word in value.split()])

@@ -80,7 +80,7 @@ def check_jpeg(content: bytes, name: str) -> _Frame:
                 raise _incomplete(name)
             at = found.start()
     if frame is None:
-        raise InputError(name, "is a JPEG without a picture", AGAIN)
+        raise InputError(name, "is a JPEG without an image", AGAIN)
     return replace(frame, profile=profile)
 
 
@@ -100,4 +100,4 @@ def _marker_at(content: bytes, at: int, name: str) -> int:
 
 
 def _incomplete(name: str) -> InputError:
-    return InputError(name, "is an incomplete JPEG: it ends before its picture does", AGAIN)
+    return InputError(name, "is an incomplete JPEG: it ends before its image does", AGAIN)

@@ -25,7 +25,7 @@ _ALPHA = "has an alpha channel, which is ignored"
 
 
 def read_png(content: bytes, name: str) -> Raster:
-    chunks = _checked_chunks(content, name)
+    chunks = _check_chunks(content, name)
     header = chunks.get(b"IHDR", b"")
     if len(header) != 13 or header[9] not in _SAMPLES:
         raise InputError(name, "is a damaged PNG (its header is wrong)", AGAIN)
@@ -45,20 +45,20 @@ def read_png(content: bytes, name: str) -> Raster:
     return Raster(samples, white, min(header[8], bits), _transfer(chunks), "PNG", warnings)
 
 
-def _checked_chunks(content: bytes, name: str) -> dict[bytes, bytes]:
-    """Chunks by type, picture data left out, each with its checksum right and the end chunk present."""
+def _check_chunks(content: bytes, name: str) -> dict[bytes, bytes]:
+    """Chunks by type, image data left out, each with its checksum right and the end chunk present."""
     chunks: dict[bytes, bytes] = {}
     view = memoryview(content)
     at = len(SIGNATURE)
     kind = b""
     while kind != b"IEND":
         if at + 12 > len(content):
-            raise InputError(name, "is an incomplete PNG: it ends before its picture does", AGAIN)
+            raise InputError(name, "is an incomplete PNG: it ends before its image does", AGAIN)
         length = int.from_bytes(view[at : at + 4], "big")
         kind = bytes(view[at + 4 : at + 8])
         end = at + 8 + length
         if end + 4 > len(content):
-            raise InputError(name, "is an incomplete PNG: it ends before its picture does", AGAIN)
+            raise InputError(name, "is an incomplete PNG: it ends before its image does", AGAIN)
         if zlib.crc32(view[at + 4 : end]) != int.from_bytes(view[end : end + 4], "big"):
             raise InputError(name, f"is a damaged PNG (wrong checksum at byte {at})", AGAIN)
         if kind != b"IDAT":
@@ -78,7 +78,7 @@ def _profile(chunk: bytes) -> bytes:
 
 def read_alpha(content: bytes, name: str) -> np.ndarray[Any, Any]:
     """The alpha channel (H, W) of a PNG with colour, as codes; InputError where there is none."""
-    header = _checked_chunks(content, name).get(b"IHDR", b"")
+    header = _check_chunks(content, name).get(b"IHDR", b"")
     if len(header) != 13 or header[9] != 6:
         raise InputError(name, "has no alpha channel", "Save it with its fourth channel, as a PNG")
     width, height = struct.unpack(">II", header[:8])

@@ -1,4 +1,4 @@
-"""A decoded picture of one file format: samples as they are stored, and their meaning."""
+"""A decoded image of one file format: samples as they are stored, and their meaning."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ UNWANTED = "Save it as an RGB or grey image with 8 or 16 bits, or as EXR"
 
 @dataclass(frozen=True, eq=False)
 class Raster:
-    """Samples of one picture, (H, W) or (H, W, 3) in R, G, B order.
+    """Samples of one image, (H, W) or (H, W, 3) in R, G, B order.
 
     `white` is the integer code of full scale, None for floating-point samples (which have no clipping level).
     `environment` is 'latlong' or 'cube' where the file says that it is an environment map in that layout.
@@ -61,8 +61,8 @@ def check_size(name: str, width: int, height: int, bytes_per_pixel: int, file_by
 def white_code(samples: NDArray[np.unsignedinteger[Any]], bits: int) -> int:
     """Code of full scale for samples of `bits`, where fewer bits may have been stored high-aligned.
 
-    A 12-bit picture shifted left by 4 never sets its low bits, so its white is 65520, not 65535. At most 6 such bits
-    are believed; a picture of few values that happens to look shifted is off by less than 0.1 %.
+    A 12-bit image shifted left by 4 never sets its low bits, so its white is 65520, not 65535. At most 6 such bits
+    are believed; an image of few values that happens to look shifted is off by less than 0.1 %.
     """
     used = int(np.bitwise_or.reduce(samples, axis=None))
     unused = (used & -used).bit_length() - 1 if used else 0

@@ -1,4 +1,4 @@
-"""Targa (TGA) pictures, as renderers and older photometric-stereo collections have them, read by Pillow.
+"""Targa (TGA) images, as renderers and older photometric-stereo collections have them, read by Pillow.
 
 The format has no signature: version 2 ends with one, and for version 1 the fields of the header have to make sense.
 So a file is tried as Targa only when no other reader knows it. Alpha is ignored; samples are sRGB-coded.
@@ -18,13 +18,13 @@ from engine.storage.untrusted import AGAIN
 _FOOTER = b"TRUEVISION-XFILE.\0"
 _HEADER = struct.Struct("<3B 2HB 4H 2B")
 
-#: Bits of a pixel that Pillow reads, by kind of picture (palette, colour, grey; 8 more where runs are packed).
+#: Bits of a pixel that Pillow reads, by kind of image (palette, colour, grey; 8 more where runs are packed).
 _DEPTHS = {1: (8,), 2: (16, 24, 32), 3: (8, 16)}
 _MAP_DEPTHS = (0, 16, 24, 32)
 
 
 def is_tga(content: bytes) -> bool:
-    """True for a Targa picture, by its footer or by a header without contradictions."""
+    """True for a Targa image, by its footer or by a header without contradictions."""
     if len(content) < _HEADER.size:
         return False
     _, has_map, kind, _, map_length, map_depth, _, _, width, height, depth, flags = _HEADER.unpack_from(content)
@@ -45,25 +45,25 @@ def _refuse_other_size(content: bytes, name: str) -> None:
     pixels = len(content) - len(footer) - _HEADER.size - length - has_map * map_length * ((map_depth + 7) // 8)
     row_bytes = width * ((depth + 7) // 8)
     if pixels >= (height + 1) * row_bytes:
-        raise InputError(name, "is a damaged Targa picture: it holds more rows than it states", AGAIN)
+        raise InputError(name, "is a damaged Targa image: it holds more rows than it states", AGAIN)
 
 
 def read_tga(content: bytes, name: str) -> Raster:
-    """Grey, colour and palette pictures, packed or not, from any corner; InputError for one that is cut short."""
+    """Grey, colour and palette images, packed or not, from any corner; InputError for one that is cut short."""
     from PIL.TgaImagePlugin import TgaImageFile
 
     *_, width, height, depth, _ = _HEADER.unpack_from(content)
     check_size(name, width, height, 4, len(content))
     _refuse_other_size(content, name)
     try:
-        picture = TgaImageFile(io.BytesIO(content))
-        picture.load()
+        image = TgaImageFile(io.BytesIO(content))
+        image.load()
     except (SyntaxError, OSError, EOFError):
-        raise InputError(name, "is a damaged or incomplete Targa picture", AGAIN) from None
-    if picture.mode == "1":
-        raise InputError(name, "is a Targa picture of black and white alone", "Save it as an RGB or grey image")
-    warnings = ("has an alpha channel, which is ignored",) if depth == 32 or picture.mode == "LA" else ()
-    if depth == 16 and picture.mode != "LA":
+        raise InputError(name, "is a damaged or incomplete Targa image", AGAIN) from None
+    if image.mode == "1":
+        raise InputError(name, "is a Targa image of black and white alone", "Save it as an RGB or grey image")
+    warnings = ("has an alpha channel, which is ignored",) if depth == 32 or image.mode == "LA" else ()
+    if depth == 16 and image.mode != "LA":
         warnings = ("has five bits for each channel, too few to measure light",)
-    samples = np.asarray(picture.convert("L" if picture.mode in ("L", "LA") else "RGB"))
-    return Raster(samples, 255, 5 if depth == 16 and picture.mode != "LA" else 8, "srgb", "TGA", warnings)
+    samples = np.asarray(image.convert("L" if image.mode in ("L", "LA") else "RGB"))
+    return Raster(samples, 255, 5 if depth == 16 and image.mode != "LA" else 8, "srgb", "TGA", warnings)

@@ -1,7 +1,7 @@
 """TIFF 6.0 and BigTIFF through tifffile, with the checks that tifffile leaves to its caller.
 
 tifffile fills missing strips with zeros. Here every strip and tile must lie inside the file and be as long as its
-pixels need before the picture is decoded.
+pixels need before the image is decoded.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ LINEAR_MARK = '"transfer": "linear"'
 _STRIP_OFFSETS, _TILE_OFFSETS, _EXIF_DIRECTORY = 273, 324, 34665
 _NONE, _JPEG, _LOGLUV = 1, 7, (34676, 34677)
 
-#: Most directories that are walked, of pictures and their parts.
+#: Most directories that are walked, of images and their parts.
 DIRECTORIES_LIMIT = 10_000
 
 #: Strips and tiles may overlap, where they are alike, but not so that the file is walked more often than this.
@@ -151,14 +151,14 @@ def check_segments(page: Any, content: bytes, name: str) -> None:
         raise InputError(name, problem, AGAIN)
     for offset, count in zip(offsets, counts, strict=True):
         if count <= 0 or offset <= 0 or offset + count > len(content):
-            raise InputError(name, "is an incomplete TIFF: it ends before its picture does", AGAIN)
+            raise InputError(name, "is an incomplete TIFF: it ends before its image does", AGAIN)
     if sum(counts) > _OVERLAPS_LIMIT * len(content):
         raise InputError(name, "is a damaged TIFF (its strips or tiles overlap)", AGAIN)
     _check_lengths(page, content, name)
 
 
 def _check_lengths(page: Any, content: bytes, name: str) -> None:
-    """Check that strips or tiles hold what the picture's size needs: tifffile cuts or pads what does not fit."""
+    """Check that strips or tiles hold what the image's size needs: tifffile cuts or pads what does not fit."""
     tiled = page.is_tiled
     width, rows = page.imagewidth, min(page.rowsperstrip, page.imagelength)
     if tiled:

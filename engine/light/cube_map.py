@@ -3,7 +3,7 @@
 Faces +X −X +Y −Y +Z −Z in OpenGL orientation: column s and row t of a face run, in this order, towards
 (−Z, −Y), (+Z, −Y), (+X, +Z), (+X, −Z), (+X, −Y), (−X, −Y); row 0 is at t = 0 and a texel's centre at (i + ½) / N.
 Radiance is constant within a texel on both sides, so resampling is a sum over overlaps
-(`engine.light.cube_map_kernel`). A map of 1024 × 512 to 6 × 512² takes some 0.25 s of processor time.
+(`engine.light.cube_map_kernel`). A map of 1024 × 512 to 6 × 512² takes some 0.25 s of CPU time.
 """
 
 from __future__ import annotations
@@ -172,7 +172,7 @@ def _meridians(columns: int, n: int) -> Meridians:
     return Meridians(azimuth, np.repeat(half, 2), np.minimum(column, columns - 1), np.maximum(side, 0))
 
 
-def resized(cube: CubeMap, n: int) -> CubeMap:
+def resize(cube: CubeMap, n: int) -> CubeMap:
     """`cube` with another edge, averaged by area; a constant stays as it is, and the flux of each face is kept."""
     if n == cube.edge:
         return cube

@@ -1,6 +1,6 @@
 """Distant light all around: equirectangular environment maps, and directional lights in their place.
 
-Layout as OpenEXR's latitude-longitude maps: linear radiance, +Y up, row 0 at +Y, the centre of the picture looks along
+Layout as OpenEXR's latitude-longitude maps: linear radiance, +Y up, row 0 at +Y, the centre of the image looks along
 +Z, +X at u = 1/4: u = atan2(x, -z) / 2 pi mod 1, v = acos(y) / pi. Texel solid angles are exact,
 dw = (2 pi / W) (cos theta_top - cos theta_bottom), and enter an integral exactly once.
 """
@@ -50,7 +50,7 @@ class DistantLights:
     direction: NDArray[np.float64]
     irradiance: NDArray[np.float64]
 
-    def rotated(self, angle: float) -> DistantLights:
+    def rotate(self, angle: float) -> DistantLights:
         """The same lights rotated about +Y by `angle` in radians: what came from +Z comes from +X after pi / 2."""
         cosine, sine = np.cos(angle), np.sin(angle)
         about_y = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
@@ -102,7 +102,7 @@ class Cells:
     moment: NDArray[np.float64]
 
 
-def reduced(environment: EnvironmentMap, rows: int) -> EnvironmentMap:
+def reduce(environment: EnvironmentMap, rows: int) -> EnvironmentMap:
     """The map averaged by area on the sphere to `rows` x 2 `rows` texels; itself where it is not larger.
 
     New texels may cut old ones: the shares are exact, and so is the whole flux.
@@ -110,11 +110,11 @@ def reduced(environment: EnvironmentMap, rows: int) -> EnvironmentMap:
     height, width = environment.radiance.shape[:2]
     if height <= rows and width <= 2 * rows:
         return environment
-    averaged = _averaged(environment.radiance, rows).astype(np.float32)
+    averaged = _average(environment.radiance, rows).astype(np.float32)
     return EnvironmentMap(averaged, environment.name, environment.health)
 
 
-def _averaged(image: NDArray[Any], rows: int) -> NDArray[np.float64]:
+def _average(image: NDArray[Any], rows: int) -> NDArray[np.float64]:
     """`image` (H, W, 3) averaged by area on the sphere to (`rows`, 2 `rows`, 3)."""
     height, width = image.shape[:2]
     down = _overlaps(np.cos(np.linspace(0, np.pi, height + 1)), np.cos(np.linspace(0, np.pi, rows + 1)))
@@ -139,11 +139,11 @@ def cells(environment: EnvironmentMap, rows: int) -> Cells:
     seen_from = texel_directions(height, width) if height > rows else texel_directions(rows, 2 * rows)
     radiance = environment.radiance.astype(np.float64)
     if height <= rows:
-        radiance = _averaged(radiance, rows)
+        radiance = _average(radiance, rows)
     moment = luminance(radiance)[..., None].astype(np.float64) * seen_from
     size = solid_angles(rows, 2 * rows)[..., None]
     if height > rows:
-        radiance, moment = _averaged(radiance, rows), _averaged(moment, rows)
+        radiance, moment = _average(radiance, rows), _average(moment, rows)
     return Cells(radiance * size, moment * size)
 
 

@@ -4,13 +4,13 @@ Real files have negative texels (ringing of lossy codecs and of resampling, down
 infinite ones (half floats end at 65504). Each such channel of a texel becomes the median of its sound neighbours, and
 the health counts them. Cube maps in a strip or a cross become the equirectangular layout of `engine.light.environment`.
 
-Cube maps may come as one picture: strips of six faces and crosses are recognised and cut into faces in OpenGL
+Cube maps may come as one image: strips of six faces and crosses are recognised and cut into faces in OpenGL
 orientation.
 
 Strips hold +X −X +Y −Y +Z −Z. Faces are taken as they are, or each mirrored, as one standing inside sees them
-(so OpenEXR stores them): whichever fits together better at the edges. Where OpenEXR says that a picture is a cube map,
+(so OpenEXR stores them): whichever fits together better at the edges. Where OpenEXR says that an image is a cube map,
 faces are mirrored and the outermost samples lie ON the edges (ImfEnvmap.h). A cross has −X +Z +X −Z in its row, +Y
-above and −Y below +Z; one that stands has −Z below −Y, upside down. A picture of a cross's proportions is a cross if
+above and −Y below +Z; one that stands has −Z below −Y, upside down. An image of a cross's proportions is a cross if
 its six empty cells are.
 """
 
@@ -31,7 +31,7 @@ from engine.core.health import Finding, Health, Verdict
 from engine.images.decode import Image, read_image, refuse_larger
 from engine.light.cube_map import CubeMap, environment_of, texels_beside
 from engine.light.environment import EnvironmentMap
-from engine.light.sky import SKIES, built_in
+from engine.light.sky import SKIES, make_built_in
 
 #: Row and column of +X −X +Y −Y +Z −Z in each layout, by (rows, columns).
 _CELLS = {
@@ -41,14 +41,14 @@ _CELLS = {
     (4, 3): [(1, 2), (1, 0), (0, 1), (2, 1), (1, 1), (3, 1)],
 }
 
-#: Largest variation of the empty cells of a cross, against the mean of the picture; and the largest mismatch of edges,
+#: Largest variation of the empty cells of a cross, against the mean of the image; and the largest mismatch of edges,
 #: against neighbours within faces, that gives no warning.
 _EMPTY, _LOOSE = 1e-2, 8.0
 
 
 @dataclass(frozen=True)
 class CubeLayout:
-    """Layout of the faces of a cube map in a picture.
+    """Layout of the faces of a cube map in an image.
 
     `grid` are rows and columns of faces, `on_edges` means that the outermost samples lie on the edges of the faces.
     """
@@ -57,7 +57,7 @@ class CubeLayout:
     on_edges: bool = False
 
     def cut(self, image: NDArray[Any]) -> list[NDArray[Any]]:
-        """The six faces (N, N, …) as they lie in the picture, upright."""
+        """The six faces (N, N, …) as they lie in the image, upright."""
         n = image.shape[0] // self.grid[0]
         faces = [image[i * n : (i + 1) * n, j * n : (j + 1) * n] for i, j in _CELLS[self.grid]]
         if self.grid == (4, 3):
@@ -67,14 +67,12 @@ class CubeLayout:
     def faces(self, faces: NDArray[np.float32]) -> tuple[NDArray[np.float32], list[str]]:
         """Faces (6, N, N, 3) as `cut` gives them in OpenGL orientation, and in words what was assumed or is odd."""
         if self.on_edges:
-            return _from_edges(_mirrored(faces)), [
-                "is a cube map of OpenEXR; it was converted to latitude and longitude"
-            ]
+            return _from_edges(_mirror(faces)), ["is a cube map of OpenEXR; it was converted to latitude and longitude"]
         kind = "a strip of six faces" if 1 in self.grid else "a cross"
         said = [f"is a cube map laid out as {kind}; it was converted to latitude and longitude"]
-        fits, mirrored = _misfit(faces), _misfit(_mirrored(faces))
+        fits, mirrored = _misfit(faces), _misfit(_mirror(faces))
         if mirrored < 0.5 * fits and 1 in self.grid:
-            faces, fits = _mirrored(faces), mirrored
+            faces, fits = _mirror(faces), mirrored
             said.append("its faces were mirrored, because only then they fit together")
         within = _roughness(faces)
         if fits > _LOOSE * within:
@@ -83,7 +81,7 @@ class CubeLayout:
 
 
 def cube_layout(image: NDArray[np.float32], environment: str) -> CubeLayout | None:
-    """The layout of a picture (H, W, 3), where it is a cube map; `environment` is what OpenEXR says it is, or ''."""
+    """The layout of an image (H, W, 3), where it is a cube map; `environment` is what OpenEXR says it is, or ''."""
     height, width = image.shape[:2]
     if environment == "cube" and height == 6 * width:
         return CubeLayout((6, 1), on_edges=True)
@@ -97,7 +95,7 @@ def cube_layout(image: NDArray[np.float32], environment: str) -> CubeLayout | No
 
 
 def _is_cross(image: NDArray[np.float32], grid: tuple[int, int]) -> bool:
-    """True if every cell that a cross leaves empty is of one colour, and the picture is not."""
+    """True if every cell that a cross leaves empty is of one colour, and the image is not."""
     n = image.shape[0] // grid[0]
     if n < 2:
         return False
@@ -107,7 +105,7 @@ def _is_cross(image: NDArray[np.float32], grid: tuple[int, int]) -> bool:
     return bool(np.ptp(image) > allowed and all((np.ptp(cell, axis=0) <= allowed).all() for cell in cells))
 
 
-def _mirrored(faces: NDArray[Any]) -> NDArray[Any]:
+def _mirror(faces: NDArray[Any]) -> NDArray[Any]:
     """Each face seen from the other side: left and right exchanged, on +Y and −Y above and below."""
     mirrored = faces[:, :, ::-1].copy()
     mirrored[2:4] = faces[2:4, ::-1]
@@ -155,7 +153,7 @@ NOT_EQUIRECTANGULAR = (
 def open_environment(name: str | os.PathLike[str]) -> EnvironmentMap:
     """A built-in map by its name, or the file at that path; InputError says what is wrong with a file."""
     if os.fspath(name) in SKIES:
-        return built_in(os.fspath(name))
+        return make_built_in(os.fspath(name))
     if not Path(name).exists() and "." not in Path(name).name:
         known = ", ".join(SKIES)
         raise InputError(name, "is neither a file nor a built-in environment", f"The built-in ones are {known}")
@@ -163,7 +161,7 @@ def open_environment(name: str | os.PathLike[str]) -> EnvironmentMap:
 
 
 def read_environment(path: str | os.PathLike[str]) -> EnvironmentMap:
-    """Read an equirectangular picture or a cube map (.hdr, .exr, others with a warning); cost as `read_image`.
+    """Read an equirectangular image or a cube map (.hdr, .exr, others with a warning); cost as `read_image`.
 
     A cube map of edge N becomes 4 N × 2 N texels. Neighbours across its edges do not help in repairs.
     """
@@ -184,12 +182,12 @@ def read_environment(path: str | os.PathLike[str]) -> EnvironmentMap:
     radiance, said = layout.faces(np.stack([face for face, _ in faces]))
     health = _health(image, broken, bad, sum(unreached for _, unreached in faces), radiance)
     findings = tuple(Finding(Verdict.WARNING, text) for text in said)
-    cube = CubeMap(radiance, Path(path).name, health.merged(Health(findings=findings)))
+    cube = CubeMap(radiance, Path(path).name, health.merge(Health(findings=findings)))
     return environment_of(cube, 2 * cube.edge)
 
 
 def _layout(width: int, height: int) -> str:
-    """Likely kind of a picture of these proportions."""
+    """Likely kind of an image of these proportions."""
     long, short = max(width, height), min(width, height)
     if long == 6 * short:
         return "six faces of a cube map in a strip"
@@ -244,9 +242,9 @@ def _health(
     }
     texts = list(image.warnings)
     if negative.any():
-        texts.append(_replaced(negative, f"negative, down to {lowest:.4g}"))
+        texts.append(_replace(negative, f"negative, down to {lowest:.4g}"))
     if broken.any():
-        texts.append(_replaced(broken, "not finite"))
+        texts.append(_replace(broken, "not finite"))
     if unreached:
         texts.append(f"{unreached} values lie more than {REACH} texels inside damaged areas and are black")
     if image.container not in ("EXR", "HDR") and repaired.max() <= 1.0:
@@ -257,7 +255,7 @@ def _health(
     return Health(MappingProxyType(figures), findings)
 
 
-def _replaced(mask: NDArray[np.bool_], what: str) -> str:
+def _replace(mask: NDArray[np.bool_], what: str) -> str:
     rows, columns = np.nonzero(mask)
     count = len(rows)
     places = "; ".join(f"column {c}, row {r}" for r, c in zip(rows[:_PLACES], columns[:_PLACES], strict=True))

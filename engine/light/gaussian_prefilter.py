@@ -36,7 +36,7 @@ from engine.light.cube_map import (
     direction_on_face,
     face_coordinates,
     mean_radiance,
-    resized,
+    resize,
     texels_beside,
 )
 from engine.light.gaussian_prefilter_kernel import convolve, energy, halve, look_up, refine
@@ -135,7 +135,7 @@ def geometric_sigmas(n: int, ratio: float = RATIO) -> NDArray[np.float64]:
     return np.concatenate([narrow, first * ratio**steps])
 
 
-def prefiltered(cube: CubeMap, sigmas: Sequence[float] | NDArray[np.float64] | None = None) -> PrefilteredCube:
+def prefilter(cube: CubeMap, sigmas: Sequence[float] | NDArray[np.float64] | None = None) -> PrefilteredCube:
     """The levels of `cube` for rising widths in rad, at least half a texel each; `geometric_sigmas` by default.
 
     The edge is brought to a power of two first. Raises ValueError for widths that are not rising or too narrow.
@@ -154,7 +154,7 @@ def prefiltered(cube: CubeMap, sigmas: Sequence[float] | NDArray[np.float64] | N
         for start, stop, grid in zip(starts[:-1], starts[1:], grids, strict=True)
     )
     mean = mean_radiance(cube)
-    halves = _halved(resized(cube, edge))
+    halves = _halve(resize(cube, edge))
     source = next(halves)
     for sigma, grid, level in zip(widths, grids, levels, strict=True):
         while source.edge > grid.summed:
@@ -207,7 +207,7 @@ class _Source:
         return self.flux.shape[2]
 
 
-def _halved(cube: CubeMap) -> Iterator[_Source]:
+def _halve(cube: CubeMap) -> Iterator[_Source]:
     """The texels of a cube map, and ever half as many along an edge."""
     n = cube.edge
     area = cube_solid_angles(n).astype(np.float32)
@@ -219,11 +219,11 @@ def _halved(cube: CubeMap) -> Iterator[_Source]:
         yield source
         n //= 2
         coarse = np.empty((4, 6, n, n), np.float32)
-        halve(_padded(source.flux), coarse)
+        halve(_pad(source.flux), coarse)
         source = _Source(coarse, 5 / 16 + source.widened / 4)
 
 
-def _padded(flux: NDArray[np.float32]) -> NDArray[np.float32]:
+def _pad(flux: NDArray[np.float32]) -> NDArray[np.float32]:
     """With two texels of the adjoining faces beyond each edge, for `halve`; nothing beyond the corners.
 
     What a face spreads over its edge lies half a coarse texel behind it in its own plane. There the next face is
@@ -277,7 +277,7 @@ def _inverse(n: int) -> NDArray[np.float32]:
 
 
 @lru_cache(maxsize=16)
-def _turned(n: int) -> NDArray[np.int64]:
+def _turn(n: int) -> NDArray[np.int64]:
     """(6, 6, 3) flat place of the first texel, and steps to the next row and column, of each face of a rotated cube.
 
     The first index is the face that is rotated to where +Z is (there s runs along +x and t along −y).
@@ -292,7 +292,7 @@ def _turned(n: int) -> NDArray[np.int64]:
 def _fill(source: _Source, sigma: float, grid: _Grid, level: NDArray[np.float32]) -> None:
     """Compute one level of width `sigma` from texels."""
     n = source.edge
-    sources = source.split, source.texels, _inverse(n), _towards(n), FACES, _turned(n)
+    sources = source.split, source.texels, _inverse(n), _towards(n), FACES, _turn(n)
     along = grid.dense * n // 2
     if grid.cells == along:
         convolve(*sources, sigma, source.widened, grid.dense, 0, level)
@@ -328,13 +328,13 @@ def _node_weights(cells: int, parts: int = 4) -> NDArray[np.float64]:
 def _join(level: NDArray[np.float32]) -> None:
     """Give the two or three nodes at the same place of an edge or corner their mean."""
     flat = level.reshape(-1, 3)
-    index, place, count = _shared(level.shape[1] - 1)
+    index, place, count = _share(level.shape[1] - 1)
     sums = np.stack([np.bincount(place, flat[index, c].astype(np.float64)) for c in range(3)], axis=-1)
     flat[index] = (sums / count[:, None])[place]
 
 
 @lru_cache(maxsize=16)
-def _shared(cells: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+def _share(cells: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """Flat numbers of the nodes on edges, the number of the place where each lies, and nodes at each place."""
     at = np.arange(cells + 1)
     on_edge = (at[:, None] % cells == 0) | (at % cells == 0)

@@ -23,7 +23,7 @@ from engine.light.environment import DistantLights
 SPACING = math.radians(1.5)
 
 #: Most directions that stand for one lamp, and for all lamps of a scene.
-MOST_OF_A_LAMP, MOST_OF_ALL = 256, 1024
+MAX_OF_A_LAMP, MAX_OF_ALL = 256, 1024
 
 #: A turn between neighbours that never lines points up (Vogel, *A better way to construct the sunflower head*, 1979).
 GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
@@ -86,16 +86,16 @@ class Lamp:
         share = 1.0 / math.cos(self.radius / 2.0) ** 2  # solid angle over pi sin^2 a
         return red * share, green * share, blue * share
 
-    def rotated(self, angle: float) -> Lamp:
+    def rotate(self, angle: float) -> Lamp:
         """The same lamp rotated about +Y by `angle` in radians, as `DistantLights.rotated`."""
-        lights = DistantLights(np.array([self.direction]), np.array([self.irradiance])).rotated(angle)
+        lights = DistantLights(np.array([self.direction]), np.array([self.irradiance])).rotate(angle)
         x, y, z = lights.direction[0]
         return Lamp((x, y, z), self.irradiance, self.radius)
 
 
 @dataclass(frozen=True)
 class LampSettings:
-    """A lamp as people give it, on the command line and in the window; `.lamp` is its value."""
+    """A lamp as users give it, on the command line and in the window; `.lamp` is its value."""
 
     theta_deg: float = param(50.0, 0.0, 180.0, unit="°", doc="Angle of the lamp from straight up.")
     phi_deg: float = param(
@@ -158,9 +158,9 @@ def lights_of(lamp: Lamp, count: int) -> DistantLights:
 
 
 def directions_for(lamps: Sequence[Lamp]) -> list[int]:
-    """Number of directions for each of `lamps`: about `SPACING` apart, at most `MOST_OF_ALL` together."""
-    wanted = [min(MOST_OF_A_LAMP, max(1, math.ceil(lamp.solid_angle / SPACING**2))) for lamp in lamps]
-    share = min(1.0, MOST_OF_ALL / max(1, sum(wanted)))
+    """Number of directions for each of `lamps`: about `SPACING` apart, at most `MAX_OF_ALL` together."""
+    wanted = [min(MAX_OF_A_LAMP, max(1, math.ceil(lamp.solid_angle / SPACING**2))) for lamp in lamps]
+    share = min(1.0, MAX_OF_ALL / max(1, sum(wanted)))
     return [max(1, int(count * share)) for count in wanted]
 
 

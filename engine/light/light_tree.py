@@ -56,7 +56,7 @@ class LightTree:
         return DistantLights(self.lights.direction[chosen], self.lights.irradiance[chosen])
 
 
-def chosen_lights(environment: EnvironmentMap, count: int) -> DistantLights:
+def choose_lights(environment: EnvironmentMap, count: int) -> DistantLights:
     """At most `count` lights that stand for the map: fewer where fewer cells are lit, a black one where none is.
 
     Trees are remembered for the maps in use; the first choice from a map takes about 0.5 s, the next none. Raises
@@ -64,11 +64,11 @@ def chosen_lights(environment: EnvironmentMap, count: int) -> DistantLights:
     """
     if count < 1:
         raise ValueError(f"{count} directions are too few")
-    return _remembered(environment, max(GROWN, 1 << (count - 1).bit_length())).choice(count)
+    return _remember(environment, max(GROWN, 1 << (count - 1).bit_length())).choice(count)
 
 
 @lru_cache(maxsize=4)
-def _remembered(environment: EnvironmentMap, most: int) -> LightTree:
+def _remember(environment: EnvironmentMap, most: int) -> LightTree:
     return light_tree(cells(environment, CELL_ROWS), most)
 
 
@@ -79,7 +79,7 @@ def light_tree(held: Cells, most: int) -> LightTree:
     """
     weight = np.stack([luminance(held.flux), *np.moveaxis(held.moment, -1, 0)])
     last = most + 1
-    made, cut, regions = [1], [last], [_lit(weight, (0, weight.shape[1], 0, weight.shape[2]))]
+    made, cut, regions = [1], [last], [_find_lit(weight, (0, weight.shape[1], 0, weight.shape[2]))]
     waiting: list[tuple[float, int, tuple[Region, Region]]] = []
 
     def consider(node: int) -> None:
@@ -96,7 +96,7 @@ def light_tree(held: Cells, most: int) -> LightTree:
         for half in halves:
             made.append(count)
             cut.append(last)
-            regions.append(_lit(weight, half))
+            regions.append(_find_lit(weight, half))
             consider(len(regions) - 1)
     ends = np.array(cut)
     ends[ends == last] = np.iinfo(np.int64).max
@@ -109,7 +109,7 @@ def _slices(region: Region) -> tuple[slice, slice]:
     return slice(*region[:2]), slice(*region[2:])
 
 
-def _lit(weight: NDArray[np.float64], region: Region) -> Region:
+def _find_lit(weight: NDArray[np.float64], region: Region) -> Region:
     """The smallest region around what is lit in `region`; empty where nothing is."""
     lit = weight[0][_slices(region)] > 0.0
     rows, columns = np.flatnonzero(lit.any(axis=1)), np.flatnonzero(lit.any(axis=0))

@@ -44,7 +44,7 @@ class NearLamp:
 
 @dataclass(frozen=True)
 class NearLampSettings:
-    """A near lamp as people give it, on the command line and in the window; `.lamp` is its value."""
+    """A near lamp as users give it, on the command line and in the window; `.lamp` is its value."""
 
     x: float = param(0.0, -1e9, 1e9, doc="Where it is, in the model's own coordinates.")
     y: float = param(0.0, -1e9, 1e9, doc="Upwards.")

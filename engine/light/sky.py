@@ -1,4 +1,4 @@
-"""The environments that need no file: skies and studios under the names that people ask for.
+"""The environments that need no file: skies and studios under the names that users ask for.
 
 Daylight by published formulas: clear skies with their sun, and the overcast sky.
 
@@ -242,14 +242,14 @@ def _step(x: NDArray[np.float64], middle: float, width: float) -> NDArray[np.flo
 
 @dataclass(frozen=True)
 class Sky:
-    """A built-in environment: what people read, radiance (..., 3) by direction (..., 3), and the rows of its map."""
+    """A built-in environment: what users read, radiance (..., 3) by direction (..., 3), and the rows of its map."""
 
     label: str
     radiance: Radiance
     rows: int = 256
 
 
-def built_in(name: str) -> EnvironmentMap:
+def make_built_in(name: str) -> EnvironmentMap:
     """The environment of that name in `SKIES`, twice as wide as high; KeyError where there is none. Up to 0.2 s."""
     sky = SKIES[name]
     radiance = sky.radiance(texel_directions(sky.rows, 2 * sky.rows))

@@ -41,7 +41,7 @@ CONTRAST = 8.0
 FIRST_LEVEL = 4.0
 
 #: Most lamps that are split off, the brightest first.
-MOST_SUNS = 8
+MAX_SUNS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ def split_sun(environment: EnvironmentMap) -> tuple[EnvironmentMap, tuple[Lamp, 
     The lamps are where the map shows them: turn them with it (`Lamp.rotated`). About 0.1 s for 1024 × 512 texels; the
     last few are remembered.
     """
-    sources = sorted(_sources(environment.radiance), key=lambda source: -_brightness(source.lamp))[:MOST_SUNS]
+    sources = sorted(_sources(environment.radiance), key=lambda source: -_brightness(source.lamp))[:MAX_SUNS]
     if not sources:
         return environment, ()
     radiance = environment.radiance.copy()

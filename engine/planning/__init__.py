@@ -1,1 +1,1 @@
-"""The plan of a scene: which method and setting meets the error and the budget that a person asks for."""
+"""The plan of a scene: which method and setting meets the error and the budget that a user asks for."""

@@ -38,14 +38,14 @@ def prepare(
 ) -> Steps[PlannedBake]:
     """Lay out the bake of `mesh` with the BRDF `brdf` that `plan` calls for; nothing is written.
 
-    `variations` are those that the plan was made with. `settings` of the method stand beside the knobs of the plan,
-    their defaults where there are none, with `fine` of its own. UsageError where the plan's mode is not baked.
+    `variations` are those that the plan was made with. `settings` of the method stand beside the parameters of the
+    plan, their defaults where there are none, with `fine` of its own. UsageError where the plan's mode is not baked.
     """
     if plan.mode not in transport.names():
         raise UsageError(f"the mode {plan.mode} is not baked")
     method = transport.method_of(plan.mode)
     base = method.settings() if settings is None else settings
-    own = {**plan.setting.knobs, **({} if fine is None else {"fine": fine})}
+    own = {**plan.setting.parameters, **({} if fine is None else {"fine": fine})}
     varying = tuple(variations) if plan.shows("spatially-varying-gloss") else ()
     subject = Subject(mesh, brdf_of(plan, brdf), ground, varying)
     return (yield from planning_of(plan.mode).prepare(plan, subject, method.with_values(own, base)))

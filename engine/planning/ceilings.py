@@ -1,4 +1,4 @@
-"""Limits of a plan unless a person says otherwise: a quarter of free memory, ten minutes of bake, 100 ms a frame.
+"""Limits of a plan unless a user says otherwise: a quarter of free memory, ten minutes of bake, 100 ms a frame.
 
 A setting beyond them is never chosen while there is another, however exact it is: nobody waits for it, or it leaves no
 memory to other programs. Where it alone would meet a budget, the plan names it beside its choice.
@@ -42,6 +42,6 @@ NONE = Ceilings(inf, inf, inf)
 
 
 def usual(*, memory_bytes: float | None = None, bake_s: float | None = None, frame_s: float | None = None) -> Ceilings:
-    """The ceilings of this machine as it is now, with those that a person gives in their place."""
+    """The ceilings of this machine as it is now, with those that a user gives in their place."""
     free = MEMORY_SHARE * psutil.virtual_memory().available if memory_bytes is None else memory_bytes
     return Ceilings(free, BAKE_S if bake_s is None else bake_s, FRAME_S if frame_s is None else frame_s)

@@ -3,10 +3,10 @@
 The error is that of `engine.planning.predicted_error`, the cost the model's (`cost_model`). Effects are left out from
 the least upwards.
 
-The noise of the reference, estimated from a picture of a few pixels: the samples that an error takes follow from it.
+The noise of the reference, estimated from an image of a few pixels: the samples that an error takes follow from it.
 
 The error of a mean over n samples is that of one over √n. A thousand pixels of some samples know it to about a tenth
-unless single paths carry most of the light, and a picture framed by another camera may be noisier than this one.
+unless single paths carry most of the light, and an image framed by another camera may be noisier than this one.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from engine.geometry.camera import Camera, frame
 from engine.geometry.mesh import Mesh
 from engine.planning.ceilings import Ceilings
 from engine.planning.costs.cost_model import Cost, CostModel, Load
-from engine.planning.costs.load import Rays, covered, rays_of, shaded
+from engine.planning.costs.load import Rays, measure_coverage, rays_of, shade
 from engine.planning.costs.planned import planning_of
-from engine.planning.costs.setting import Setting, knobs_of, shows
+from engine.planning.costs.setting import Setting, parameters_of, shows
 from engine.planning.effects.estimates import LOW_ORDER, Estimate, Scenery
 from engine.planning.effects.simplified import albedos
 from engine.planning.predicted_error import PredictedErrors, depth_of, shows_bounces
@@ -35,12 +35,12 @@ from engine.scene.scene import Scene
 from engine.transport import method as transport
 from engine.transport.sh.transfer import is_diffuse
 
-#: Side of the picture, samples of each pixel, and what the noise that is found is raised by.
+#: Side of the image, samples of each pixel, and what the noise that is found is raised by.
 SIDE, SAMPLES, MARGIN = 32, 16, 1.1
 
 
 @lru_cache(maxsize=8)
-def probed(mesh: Mesh, brdf: Any, depth: int, **place: Any) -> float:
+def probe(mesh: Mesh, brdf: Any, depth: int, **place: Any) -> float:
     """The relative error of a reference of one sample for each pixel, light touching up to `depth` points.
 
     `place` are fields of the `Scene`: its environment, ground, and so on. Remembered; some 0.1 s.
@@ -53,7 +53,7 @@ def probed(mesh: Mesh, brdf: Any, depth: int, **place: Any) -> float:
 #: Frames over which a bake is spread, and over which a changed light is.
 FRAMES, LIGHTS = 20_000, 50
 
-#: Pictures up to which a reference is a mode as any other, and a frame may take as long as it does.
+#: Images up to which a reference is a mode as any other, and a frame may take as long as it does.
 FEW_FRAMES = 1
 
 #: Seconds of a frame that a byte which is held counts as: ten milliseconds for a gigabyte.
@@ -65,7 +65,7 @@ SHARE = 0.5
 #: Setting drawn if light of high frequency is left out, and the finest setting of the same kind.
 LOW, HIGH = Setting("sh", {"order": LOW_ORDER}), Setting("sh", {"order": 15})
 
-#: Pixels of a picture where nobody says.
+#: Pixels of an image where nobody says.
 PIXELS = 720 * 760
 
 #: Lights under which texels are drawn in baked light: those of an environment where nobody says, and faint ones.
@@ -82,7 +82,7 @@ class Wishes:
     Attributes
     ----------
     force, skip : effects that must be shown, and that must not. modes : all that may be chosen, None for any.
-    pixels : of a picture of `aspect`, width over height. frames : pictures that a bake is spread over.
+    pixels : of an image of `aspect`, width over height. frames : images that a bake is spread over.
     """
 
     force: frozenset[str] = frozenset()
@@ -128,7 +128,7 @@ class Choice:
         return self.setting.mode == "reference" and self.frames > FEW_FRAMES, self.price
 
     def exceeded(self, ceilings: Ceilings) -> tuple[str, ...]:
-        """The ceilings that it is beyond; a single picture may take as long as it does."""
+        """The ceilings that it is beyond; a single image may take as long as it does."""
         found = ceilings.exceeded(self.cost)
         return found if self.frames > FEW_FRAMES else tuple(name for name in found if name != "frame_s")
 
@@ -159,11 +159,11 @@ class Choices:
 
     @cached_property
     def _covered(self) -> float:
-        return covered(self.scene.sample.of.caster, self._camera, self.wishes.aspect)
+        return measure_coverage(self.scene.sample.of.caster, self._camera, self.wishes.aspect)
 
     @cached_property
     def _shaded(self) -> float:
-        return shaded(self.scene.sample.of.caster, self._camera, self.wishes.aspect)
+        return shade(self.scene.sample.of.caster, self._camera, self.wishes.aspect)
 
     @cached_property
     def _camera(self) -> Camera:
@@ -176,7 +176,7 @@ class Choices:
         return bool((abs(colours - colours[0]) > 1e-9).any())
 
     def all(self, error: float | None) -> Iterator[Choice]:
-        for skipped in self._skipped_sets(error):
+        for skipped in self._list_skipped_sets(error):
             for setting in self._settings(skipped):
                 yield self.choice(setting, skipped)
             if self.noise is not None:
@@ -195,14 +195,14 @@ class Choices:
             return found
         return replace(found, bake_s=found.bake_s + VARIED_S)
 
-    def estimated(self, effect: str) -> float:
+    def estimate(self, effect: str) -> float:
         return self.found[effect].error_rel
 
     @property
     def _vertices(self) -> int:
         return len(self.scene.sample.surface.positions)
 
-    def _skipped_sets(self, error: float | None) -> Iterator[frozenset[str]]:
+    def _list_skipped_sets(self, error: float | None) -> Iterator[frozenset[str]]:
         """Sets of effects to leave out, each with those before and the next larger one."""
         least = {name for name, each in self.found.items() if each.error_rel == 0.0}
         always = frozenset(((least | self.wishes.skip) - self.wishes.force) - {"all-frequency-light"})
@@ -227,18 +227,18 @@ class Choices:
         """Settings that may be chosen if `skipped` is left out."""
         bounces = int("interreflection" not in skipped)
         for name in transport.names():
-            ladders = {knob: each.ladder for knob, each in knobs_of(name).items()}
-            if "interreflection" in ladders:
-                ladders["interreflection"] = (bounces,)
-            turned = (dict(zip(ladders, values, strict=True)) for values in product(*ladders.values()))
+            sweeps = {parameter: each.sweep for parameter, each in parameters_of(name).items()}
+            if "interreflection" in sweeps:
+                sweeps["interreflection"] = (bounces,)
+            turned = (dict(zip(sweeps, values, strict=True)) for values in product(*sweeps.values()))
             diffuse, planning = self._diffuse(skipped), planning_of(name)
-            for setting in dict.fromkeys(planning.adapted(Setting(name, knobs), diffuse) for knobs in turned):
-                yield from self._allowed(skipped, setting)
+            for setting in dict.fromkeys(planning.adapt(Setting(name, parameters), diffuse) for parameters in turned):
+                yield from self._is_allowed(skipped, setting)
         mode = "direct" if "mesostructure" in skipped else "shading-map"
         for directions in (4, 16, 64, 256):
-            yield from self._allowed(skipped, Setting(mode, {"directions": directions}))
+            yield from self._is_allowed(skipped, Setting(mode, {"directions": directions}))
 
-    def _allowed(self, skipped: frozenset[str], setting: Setting) -> Iterator[Setting]:
+    def _is_allowed(self, skipped: frozenset[str], setting: Setting) -> Iterator[Setting]:
         force, skip, modes = self.wishes.force, self.wishes.skip, self.wishes.modes
         low = is_low(setting)
         if not self._varies(setting.mode, skipped):
@@ -247,7 +247,7 @@ class Choices:
             return
         if ("all-frequency-light" in force and low) or ("all-frequency-light" in skip and not low):
             return
-        unshaded = "self-shadowing" in skipped and self.estimated("self-shadowing") > 0.0
+        unshaded = "self-shadowing" in skipped and self.estimate("self-shadowing") > 0.0
         if setting.mode in transport.names():
             if unshaded and "self-shadowing" in transport.method_of(setting.mode).always:
                 return
@@ -261,17 +261,17 @@ class Choices:
 
     def _references(self, skipped: frozenset[str], error: float | None) -> Iterator[Setting]:
         """The reference with samples that bring its noise below what the budget leaves for it, or in steps."""
-        knob = knobs_of("reference")["samples"]
-        unshaded = "self-shadowing" in skipped and self.estimated("self-shadowing") > 0.0
+        parameter = parameters_of("reference")["samples"]
+        unshaded = "self-shadowing" in skipped and self.estimate("self-shadowing") > 0.0
         if unshaded or not self._varies("reference", skipped):
             return
         if self.noise is None or (self.wishes.modes is not None and "reference" not in self.wishes.modes):
             return
-        steps: tuple[int | float, ...] = knob.ladder
+        steps: tuple[int | float, ...] = parameter.sweep
         if error is not None:
             left = error - self.errors.left_out(Setting("reference"), skipped)
             wanted = (self.noise(depth_of(skipped)) / left) ** 2 if left > 0.0 else math.inf
-            steps = (min(max(math.ceil(min(wanted * (1.0 + 1e-9), knob.high)), knob.low), knob.high),)
+            steps = (min(max(math.ceil(min(wanted * (1.0 + 1e-9), parameter.high)), parameter.low), parameter.high),)
         for samples in steps:
             yield Setting("reference", {"samples": samples})
 
@@ -284,7 +284,7 @@ class Choices:
         if own is None or "spatially-varying-gloss" in skipped:
             return True
         left_out = {"glossy", "anisotropy"} & skipped | {"fresnel", "retro-reflection"} & self.wishes.skip
-        if any(self.estimated(name) > 0.0 for name in left_out):
+        if any(self.estimate(name) > 0.0 for name in left_out):
             return False
         return mode in transport.names() and len(own.variations) <= transport.method_of(mode).variations
 
@@ -293,7 +293,7 @@ class Choices:
 
     def _load(self, skipped: frozenset[str], asked: frozenset[str]) -> Load:
         looked = self.scene.sample
-        occluded = 1.0 if "self-shadowing" in asked else 1.0 - looked.free_share
+        occluded = 1.0 if "self-shadowing" in asked else 1.0 - looked.unoccluded_fraction
         return Load(
             self._vertices,
             self.wishes.pixels,

@@ -1,4 +1,4 @@
-"""The plan of a scene: which effects it calls for, and the mode and knobs that show them within a budget.
+"""The plan of a scene: which effects it calls for, and the mode and parameters that show them within a budget.
 
 Every way to draw it (`choices`) has an error and a cost. Effects are left out from the least upwards, together at most
 half of an error budget, so that a larger budget offers every choice of a smaller one and never ends in a costlier plan:
@@ -35,7 +35,7 @@ from engine.planning.choices import (
     Choices,
     Wishes,
     is_low,
-    probed,
+    probe,
 )
 from engine.planning.costs.cost_model import Cost, CostModel
 from engine.planning.costs.setting import Setting, shows
@@ -69,7 +69,7 @@ class Effect:
     ----------
     decision : "needed", "skipped", "forced on" or "forced off".
     reason : in words, with its number.
-    estimated_error_rel : relative error of a picture without the effect.
+    estimated_error_rel : relative error of an image without the effect.
     saves_s, saves_bytes : of the bake and its file, by leaving it out.
     """
 
@@ -106,7 +106,7 @@ class EffectsPlan:
     `predicted_error_rel` holds what is left out too, and 95 of 100 such scenes have an error within
     `error_interval_rel`. `satisfied` says whether the budget is met; `exceeded` names
     the `ceilings` that the setting is beyond, because every other is too. Where the budget is not met, `beyond` is what
-    would meet it. `free_share` of the vertices see their whole hemisphere: they need no rays and no
+    would meet it. `unoccluded_fraction` of the vertices see their whole hemisphere: they need no rays and no
     visibility, whatever the others need. `mean` is what parameters that vary over the surface stand at where that is
     left out. Times are within a factor of `times_within` of what is predicted (`CostModel.within`).
     """
@@ -117,7 +117,7 @@ class EffectsPlan:
     error_interval_rel: tuple[float, float]
     cost: Cost
     satisfied: bool
-    free_share: float
+    unoccluded_fraction: float
     times_within: float
     ceilings: Ceilings
     exceeded: tuple[str, ...] = ()
@@ -129,8 +129,8 @@ class EffectsPlan:
         return self.setting.mode
 
     @property
-    def knobs(self) -> dict[str, int | float]:
-        return dict(self.setting.knobs)
+    def parameters(self) -> dict[str, int | float]:
+        return dict(self.setting.parameters)
 
     @property
     def predicted_frame_s(self) -> float:
@@ -142,7 +142,7 @@ class EffectsPlan:
         return REFERENCE_DEPTH if self.shows("interreflection") else 1
 
     def shows(self, effect: str) -> bool:
-        """True if pictures of this plan have the effect."""
+        """True if images of this plan have the effect."""
         return next(each.on for each in self.effects if each.effect == effect)
 
     def decision(self, effect: str) -> str:
@@ -173,8 +173,8 @@ def plan(
     """The plan for a budget: `error` relative (0.01 where neither is given) or `time_ms` of a frame.
 
     `variations` move parameters of the BRDF over the mesh. `modes` narrows the choice. A bake is spread over
-    `frames`; `ceilings` are the usual ones where they are None. Errors are those of the picture of `camera`, or without
-    one of pictures from all around, which are known much less well. UsageError for both budgets,
+    `frames`; `ceilings` are the usual ones where they are None. Errors are those of the image of `camera`, or without
+    one of images from all around, which are known much less well. UsageError for both budgets,
     budgets that are not positive, and effects that are not known or both forced and skipped. Less than a second for
     50,000 vertices once mesh and BRDF are known, half as much again where no cheap method meets the budget.
     """
@@ -190,7 +190,7 @@ def plan(
     place = {"environment": environment, "environment_rotation": rotation, "ground": ground}
 
     def noise(depth: int) -> float:
-        return probed(mesh, brdf, depth, **place)
+        return probe(mesh, brdf, depth, **place)
 
     wishes = frozenset(force), frozenset(skip)
     return plan_of(scene, cost, budget, time_ms, *wishes, modes, pixels, frames, ceilings, noise, aspect)
@@ -237,12 +237,20 @@ def plan_of(
     fitting = [each for each in choices if "memory_bytes" not in each.exceeded(limits)]
     if not fitting:
         raise UsageError(f"no mode is left to choose from in {size_text(limits.memory_bytes)} of memory")
-    chosen, satisfied = best(offered(fitting, limits), error, time_s)
+    chosen, satisfied = best(offer(fitting, limits), error, time_s)
     exceeded = chosen.exceeded(limits)
     beyond = None if satisfied or error is None else _beyond(choices, error, limits)
     effects = tuple(_effect(name, found[name], chosen, offers, force, skip) for name in EFFECTS)
     interval = offers.errors.interval(chosen.setting, chosen.skipped)
-    summary = (chosen.setting, chosen.error, interval, chosen.cost, satisfied, scene.sample.free_share, cost.within)
+    summary = (
+        chosen.setting,
+        chosen.error,
+        interval,
+        chosen.cost,
+        satisfied,
+        scene.sample.unoccluded_fraction,
+        cost.within,
+    )
     return EffectsPlan(effects, *summary, limits, exceeded, beyond, scene.mean)
 
 
@@ -256,7 +264,7 @@ def _check_varied(scene: Scenery, force: frozenset[str], skip: frozenset[str]) -
             raise UsageError(f"{name} cannot be forced on a reflectance that varies and does not have it")
 
 
-def offered(choices: list[Choice], ceilings: Ceilings) -> list[Choice]:
+def offer(choices: list[Choice], ceilings: Ceilings) -> list[Choice]:
     """Those below the ceilings; a ceiling that none keeps below is raised to `RAISED` times what it takes at least."""
     least = {name: min(getattr(each.cost, name) for each in choices) for name in ("bake_s", "frame_s")}
     room = {name: max(getattr(ceilings, name), RAISED * value) for name, value in least.items()}
@@ -332,12 +340,12 @@ def _savings(name: str, chosen: Choice, offers: Choices) -> tuple[float, int]:
     elif name not in COSTING or setting.mode not in transport.names():
         return 0.0, 0
     elif name == "interreflection":
-        if "interreflection" not in setting.knobs:
+        if "interreflection" not in setting.parameters:
             setting = LOW
-        without = offers.cost(setting.replaced(interreflection=0), chosen.skipped | {name})
-        with_it = offers.cost(setting.replaced(interreflection=1), chosen.skipped - {name})
+        without = offers.cost(setting.replace(interreflection=0), chosen.skipped | {name})
+        with_it = offers.cost(setting.replace(interreflection=1), chosen.skipped - {name})
     else:
-        asked = frozenset({name}) if offers.estimated(name) == 0.0 else frozenset()
+        asked = frozenset({name}) if offers.estimate(name) == 0.0 else frozenset()
         without = offers.cost(setting, chosen.skipped | {name})
         with_it = offers.cost(setting, chosen.skipped - {name}, asked)
     return max(0.0, with_it.bake_s - without.bake_s), max(0, with_it.size_bytes - without.size_bytes)

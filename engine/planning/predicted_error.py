@@ -15,7 +15,7 @@ from functools import lru_cache
 
 from engine.planning.costs.planned import Spread, planning_of
 from engine.planning.costs.setting import Setting, shows
-from engine.planning.effects.estimates import Estimate, Scenery, seen_as
+from engine.planning.effects.estimates import Estimate, Scenery, observe_as
 from engine.planning.effects.mode_error import ModeErrors, mode_errors
 from engine.planning.effects.simplified import lambertian
 from engine.transport import method as transport
@@ -32,7 +32,7 @@ SPREADS = {
 LEFT_OUT_SPREAD = Spread(by_camera=(0.2, 1.0 / 0.83), around=(0.05, 1.0 / 0.83))
 
 #: Error of light that is baked at vertices and interpolated between them, on a model of `FEW`: shadows and highlights
-#: end somewhere on a face, and the share of the picture that such faces have is as their side.
+#: end somewhere on a face, and the share of the image that such faces have is as their side.
 BETWEEN, FEW = 0.05, 2048
 
 #: Error of texels in baked light (`engine.render.shadowed`), over what all shadows are worth: a light that is shadowed
@@ -70,11 +70,11 @@ class PredictedErrors:
 
     @property
     def has_camera(self) -> bool:
-        """True if errors are those of the picture of one camera."""
+        """True if errors are those of the image of one camera."""
         return self.scene.between is not None
 
     def between(self, setting: Setting) -> float:
-        """Error that a picture may add between the vertices, where alone a prediction from all around looks.
+        """Error that an image may add between the vertices, where alone a prediction from all around looks.
 
         0 of what is not baked, and for a camera, whose errors contain it.
         """
@@ -86,7 +86,7 @@ class PredictedErrors:
         """Error of the method itself; of the reference, noise."""
         if setting.mode == "reference" and self.noise is not None:
             return self.noise(depth_of(skipped)) / math.sqrt(setting["samples"])
-        own = self._of_modes(skipped).of(setting)
+        own = self._select_modes(skipped).of(setting)
         if setting.mode not in transport.names() or "mesostructure" in skipped:
             return own
         has_texels = self.found["mesostructure"].error_rel > 0.0
@@ -104,7 +104,7 @@ class PredictedErrors:
             missing.pop("sun-split", None)
         return sum(missing.values())
 
-    def _of_modes(self, skipped: frozenset[str]) -> ModeErrors:
+    def _select_modes(self, skipped: frozenset[str]) -> ModeErrors:
         """Of the scene, or of the diffuse one that is left without gloss."""
         flat = "glossy" in skipped and not is_diffuse(self.scene.brdf)
         even = self.scene.varied is not None and "spatially-varying-gloss" in skipped
@@ -119,10 +119,10 @@ def spread(mode: str) -> Spread:
 
 
 def shows_bounces(setting: Setting, skipped: frozenset[str]) -> bool:
-    """True if pictures show interreflection."""
+    """True if images show interreflection."""
     if setting.mode == "reference":
         return "interreflection" not in skipped
-    return bool(setting.knobs.get("interreflection"))
+    return bool(setting.parameters.get("interreflection"))
 
 
 def depth_of(skipped: frozenset[str]) -> int:
@@ -133,10 +133,12 @@ def depth_of(skipped: frozenset[str]) -> int:
 @lru_cache(maxsize=8)
 def scenery_without_gloss(scene: Scenery) -> Scenery:
     """The same with the diffuse reflectance of equal albedo."""
-    return seen_as(lambertian(scene.brdf), scene.sample, scene.fine, scene.bounced, scene.material, None, scene.between)
+    return observe_as(
+        lambertian(scene.brdf), scene.sample, scene.fine, scene.bounced, scene.material, None, scene.between
+    )
 
 
 @lru_cache(maxsize=8)
 def scenery_of_the_mean(scene: Scenery) -> Scenery:
     """The same with one BRDF for the whole surface."""
-    return seen_as(scene.brdf, scene.sample, scene.fine, scene.bounced, scene.material, None, scene.between)
+    return observe_as(scene.brdf, scene.sample, scene.fine, scene.bounced, scene.material, None, scene.between)

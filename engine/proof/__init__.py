@@ -1,1 +1,1 @@
-"""A material as other programs draw it, beside our own picture: the proof that an export arrives."""
+"""A material as other programs draw it, beside our own image: the proof that an export arrives."""

@@ -21,7 +21,7 @@ from engine.exchange.blender import REPEATS
 from engine.exchange.loss import material_shown
 from engine.images.decode import read_image
 from engine.proof.libraries import absent, last_line, run, version_of, with_display
-from engine.proof.square import AZIMUTH_DEG, TILT_DEG, Drawn, Floats, drawn_by_us, middle, windows
+from engine.proof.square import AZIMUTH_DEG, TILT_DEG, Drawn, Floats, draw_ourselves, middle, windows
 from engine.scene.material import Material
 
 EEVEE_PATIENCE_S = 1200
@@ -29,24 +29,24 @@ EEVEE_PATIENCE_S = 1200
 
 def cycles(folder: Path, size: tuple[int, int]) -> Drawn:
     """The Principled BSDF of the `.blend` of `folder` under the lamp, of maps of `size` (H, W)."""
-    return _drawn(folder, size, "Cycles", np.pi)
+    return _draw(folder, size, "Cycles", np.pi)
 
 
 def eevee(folder: Path, size: tuple[int, int]) -> Drawn:
     """The power law of the `.blend` of `folder` under a lamp of irradiance 1."""
-    return _drawn(folder, size, "EEVEE", 1.0)
+    return _draw(folder, size, "EEVEE", 1.0)
 
 
 def our_power_law(material: Material) -> Floats | None:
-    """Our picture of what EEVEE shows: a white diffuse surface looks the power law up; None without one."""
+    """Our image of what EEVEE shows: a white diffuse surface looks the power law up; None without one."""
     if material.power_law is None:
         return None
     law = replace(material.power_law, kept=None)
     white = replace(material, power_law=law, brdf=brdf_to_text(Lambert((1.0, 1.0, 1.0))), sigma=None, measured=None)
-    return middle(drawn_by_us(material_shown(white, "power-law"), material.size, 1.0))
+    return middle(draw_ourselves(material_shown(white, "power-law"), material.size, 1.0))
 
 
-def _drawn(folder: Path, size: tuple[int, int], engine: str, irradiance: float) -> Drawn:
+def _draw(folder: Path, size: tuple[int, int], engine: str, irradiance: float) -> Drawn:
     version = version_of("bpy")
     name = f"Blender {version}, {engine}"
     is_eevee = engine == "EEVEE"
@@ -69,11 +69,11 @@ def _drawn(folder: Path, size: tuple[int, int], engine: str, irradiance: float) 
     material = f"{file.stem} (power law)" if is_eevee else file.stem
     child = str(Path(__file__).with_name("blender_child.py"))
     with tempfile.TemporaryDirectory() as place:
-        picture = Path(place) / "picture.exr"
-        words = [*display, sys.executable, child, file, material, "BLENDER_EEVEE" if is_eevee else "CYCLES", picture]
+        image = Path(place) / "picture.exr"
+        words = [*display, sys.executable, child, file, material, "BLENDER_EEVEE" if is_eevee else "CYCLES", image]
         done = run([*words, json.dumps(asked)], patience_s=EEVEE_PATIENCE_S)
         try:
-            pixels = read_image(picture).pixels.astype(np.float64)
+            pixels = read_image(image).pixels.astype(np.float64)
         except LightarcError:
             return Drawn("blender", name, None, f"It draws nothing: {last_line(done)}.", False)
     return Drawn("blender", name, pixels, f"It draws the material {material!r} of the .blend.")

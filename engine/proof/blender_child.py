@@ -1,6 +1,6 @@
 """Blender in a process of its own: draws the square of the proof with a material of a `.blend`, as EXR.
 
-Arguments: the file, the material, the engine (`CYCLES` or `BLENDER_EEVEE`), the picture, and as JSON `size` (H, W) of
+Arguments: the file, the material, the engine (`CYCLES` or `BLENDER_EEVEE`), the image, and as JSON `size` (H, W) of
 the maps in texels, `window` (height, width) of the texels in the middle that are drawn, `repeats` of the material over
 one unit of texture coordinates, `tilt_deg` and `azimuth_deg` of the sun, and its `irradiance`. A pixel shows the middle
 of a texel alone: filters of pixels have no width, and the sun has no size, so that one sample holds no noise.

@@ -14,19 +14,19 @@ import numpy as np
 from engine.proof.square import Drawn, Floats, lamp, middle
 
 
-def drawn_by_hsh(folder: Path) -> Drawn:
+def draw_by_hsh(folder: Path) -> Drawn:
     """The `.rti` of `folder`, relit by the lamp."""
     (file,) = folder.glob("*.rti")
-    return Drawn("rti", "HSH 1.2, read by its format", linear(relit_hsh(file.read_bytes())), "The .rti, relit.")
+    return Drawn("rti", "HSH 1.2, read by its format", linear(relight_hsh(file.read_bytes())), "The .rti, relit.")
 
 
-def drawn_by_ptm(folder: Path) -> Drawn:
+def draw_by_ptm(folder: Path) -> Drawn:
     """The `.ptm` of three channels of `folder`, relit by the lamp."""
     file = next(path for path in folder.glob("*.ptm") if not path.stem.endswith("_lrgb"))
-    return Drawn("rti", "PTM 1.2, read by its format", linear(relit_ptm(file.read_bytes())), "The .ptm, relit.")
+    return Drawn("rti", "PTM 1.2, read by its format", linear(relight_ptm(file.read_bytes())), "The .ptm, relit.")
 
 
-def relit_hsh(content: bytes) -> Floats:
+def relight_hsh(content: bytes) -> Floats:
     """(H, W, 3) codes of 255 under the lamp."""
     lines: list[bytes] = []
     while len(lines) < 3:
@@ -55,7 +55,7 @@ def relit_hsh(content: bytes) -> Floats:
     return np.asarray(255.0 * ((codes / 255.0 * scale + bias) @ np.array(weights)))
 
 
-def relit_ptm(content: bytes) -> Floats:
+def relight_ptm(content: bytes) -> Floats:
     """(H, W, 3) codes of 255 under the lamp, of PTM_FORMAT_RGB."""
     lines = content.split(b"\n", 6)
     width, height = int(lines[2]), int(lines[3])
@@ -66,6 +66,6 @@ def relit_ptm(content: bytes) -> Floats:
 
 
 def linear(codes: Floats) -> Floats:
-    """Linear light of the middle of a picture of sRGB codes (IEC 61966-2-1)."""
+    """Linear light of the middle of an image of sRGB codes (IEC 61966-2-1)."""
     share = np.clip(middle(codes) / 255.0, 0.0, 1.0)
     return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)

@@ -1,7 +1,7 @@
 """Libraries of others that read our files: MaterialX and Mitsuba draw, USD checks.
 
 MaterialX and Mitsuba run in processes of their own, for a driver that ends a process must not end ours; MaterialX opens
-a window, so that a machine without a display needs `xvfb-run`. USD's library for Python draws no pictures.
+a window, so that a machine without a display needs `xvfb-run`. USD's library for Python draws no images.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from pathlib import Path
 import numpy as np
 
 from engine.core.directions import normalize
-from engine.proof.square import BALL, Drawn, Floats, lamp, windows
+from engine.proof.square import SPHERE, Drawn, Floats, lamp, windows
 from engine.storage.atomic import write_bytes
 
 PATIENCE_S = 300
 
-MARK = b"--- picture ---\n"
+MARK = b"--- image ---\n"
 
 #: Mesa's anisotropic filter, which MaterialX asks for, blurs without a graphics card also where a pixel is a texel.
 WITHOUT_ANISOTROPY = "-GL_EXT_texture_filter_anisotropic -GL_ARB_texture_filter_anisotropic"
@@ -70,8 +70,8 @@ def materialx(folder: Path, surface: str, size: tuple[int, int]) -> Drawn:
     if done.returncode or not mark:
         return Drawn("materialx", name, None, f"It draws nothing: {last_line(done)}.", False)
     verdict, _, body = answer.partition(b"\n")
-    picture = np.frombuffer(body, np.float32).reshape(height, width, 3).astype(np.float64)
-    return Drawn("materialx", name, picture, f"The document is {verdict.decode()}.", verdict == b"valid")
+    image = np.frombuffer(body, np.float32).reshape(height, width, 3).astype(np.float64)
+    return Drawn("materialx", name, image, f"The document is {verdict.decode()}.", verdict == b"valid")
 
 
 def mitsuba(folder: Path) -> Drawn:
@@ -83,20 +83,20 @@ def mitsuba(folder: Path) -> Drawn:
     table = next(iter(folder.glob("*.bsdf")), None)
     if table is None:
         return absent("brdf", name, "the BRDF is anisotropic, and no .bsdf was written")
-    wi, wo, mask = on_a_ball()
+    wi, wo, mask = on_a_sphere()
     child = str(Path(__file__).with_name("mitsuba_child.py"))
     done = run([sys.executable, child, table], np.column_stack([wi, wo]).tobytes())
     _, mark, body = done.stdout.partition(MARK)
     if done.returncode or not mark:
         return Drawn("brdf", name, None, f"It draws nothing: {last_line(done)}.", False)
-    picture = np.zeros((*mask.shape, 3))
-    picture[mask] = np.pi * np.frombuffer(body, np.float64).reshape(-1, 3)
-    return Drawn("brdf", f"{name}, measured", picture, "It reads the table of RGL's form.")
+    image = np.zeros((*mask.shape, 3))
+    image[mask] = np.pi * np.frombuffer(body, np.float64).reshape(-1, 3)
+    return Drawn("brdf", f"{name}, measured", image, "It reads the table of RGL's form.")
 
 
-def on_a_ball() -> tuple[Floats, Floats, np.ndarray]:
+def on_a_sphere() -> tuple[Floats, Floats, np.ndarray]:
     """Light and view (N, 3) in the frames of a ball seen from afar, where the lamp reaches it, and (H, W) these."""
-    x, y = np.meshgrid(*[(np.arange(BALL) + 0.5) / (0.5 * BALL) - 1.0] * 2)
+    x, y = np.meshgrid(*[(np.arange(SPHERE) + 0.5) / (0.5 * SPHERE) - 1.0] * 2)
     y = -y
     inside = x**2 + y**2 < 0.97
     z = np.sqrt(np.maximum(1.0 - x**2 - y**2, 0.0))
@@ -119,7 +119,7 @@ def usd(folder: Path) -> Drawn:
     context = UsdValidation.ValidationContext(registry.GetOrLoadAllValidators())
     found = [error.GetMessage() for error in context.Validate(Usd.Stage.Open(str(package)))]
     words = f"{len(registry.GetAllValidatorMetadata())} validators: " + ("no complaint" if not found else found[0])
-    return Drawn("usd", f"USD {version}", None, f"{words}. Its library draws no pictures.", not found)
+    return Drawn("usd", f"USD {version}", None, f"{words}. Its library draws no images.", not found)
 
 
 def absent(target: str, name: str, why: str) -> Drawn:

@@ -2,7 +2,7 @@
 
 Arguments: the document, the category of its surface, the square as .obj, width and height in pixels, the shares of the
 square that they show, and the direction towards the lamp. Only the library of MaterialX and NumPy are loaded. On
-standard output follow, after `MARK`, "valid" or the complaint in a line, and the picture as float32, rows from the top.
+standard output follow, after `MARK`, "valid" or the complaint in a line, and the image as float32, rows from the top.
 The environment is black: direct light alone.
 """
 
@@ -20,7 +20,7 @@ import MaterialX.PyMaterialXRender as rendering
 import MaterialX.PyMaterialXRenderGlsl as drawing
 import numpy as np
 
-MARK = b"--- picture ---\n"
+MARK = b"--- image ---\n"
 
 
 def main(words: list[str]) -> int:
@@ -54,9 +54,9 @@ def main(words: list[str]) -> int:
     image = rendering.Image.create(width, height, 4, rendering.FLOAT)
     image.createResourceBuffer()
     image = renderer.captureImage(image)
-    picture = [[image.getTexelColor(x, y).asTuple()[:3] for x in range(width)] for y in range(height)]
+    pixels = [[image.getTexelColor(x, y).asTuple()[:3] for x in range(width)] for y in range(height)]
     verdict = "valid" if is_valid else f"not valid: {' '.join(message.split())}"
-    sys.stdout.buffer.write(MARK + verdict.encode() + b"\n" + np.array(picture, np.float32)[::-1].tobytes())
+    sys.stdout.buffer.write(MARK + verdict.encode() + b"\n" + np.array(pixels, np.float32)[::-1].tobytes())
     return 0
 
 

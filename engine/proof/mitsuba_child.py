@@ -12,7 +12,7 @@ import sys
 import mitsuba
 import numpy as np
 
-MARK = b"--- picture ---\n"
+MARK = b"--- image ---\n"
 
 
 def main(words: list[str]) -> int:

@@ -2,7 +2,7 @@
 
 Chromium is that of the machine; three and gltf-validator are looked for where `npm install --prefix build/node` puts
 them, in this folder or beside the program. The page is served on this machine alone, for a page of a disk may not load
-modules, and the page sends its picture back there: a browser that is asked for the text of a page instead
+modules, and the page sends its image back there: a browser that is asked for the text of a page instead
 (`--dump-dom`) must be told how long to wait, on a clock of its own (`--virtual-time-budget`) that runs through while
 the decoding of large textures takes real time.
 """
@@ -35,8 +35,8 @@ ARGUMENTS = (
     "--use-angle=swiftshader-webgl",
 )  # fmt: skip
 
-#: Path of the picture that the page sends, RGBA as float32 from the bottom up; words of a failure have another.
-PICTURE = "/picture"
+#: Path of the image that the page sends, RGBA as float32 from the bottom up; words of a failure have another.
+IMAGE = "/picture"
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources"
 NODE = (Path.cwd() / "build" / "node" / "node_modules", RESOURCES.parent / "build" / "node" / "node_modules")
@@ -73,16 +73,16 @@ def three(folder: Path, size: tuple[int, int]) -> Drawn:
         (site / "three").symlink_to(package.resolve())
         page = (RESOURCES / "proof" / "three.html").read_text(encoding="utf-8")
         write_bytes(site / "index.html", page.replace("@ASKED@", json.dumps(asked)).encode())
-        kind, sent = _sent_by_page(browser, site, most_bytes=max(16 * width * height, 1 << 16))
-    if kind != PICTURE or len(sent) != 16 * width * height:
+        kind, sent = _receive_from_page(browser, site, max_bytes=max(16 * width * height, 1 << 16))
+    if kind != IMAGE or len(sent) != 16 * width * height:
         return Drawn("gltf", name, None, f"It draws nothing: {sent.decode(errors='replace')[:200]}.", False)
     values = np.frombuffer(sent, "<f4").reshape(height, width, 4)[::-1, :, :3]
     return Drawn("gltf", name, values.astype(np.float64), "It loads the file with GLTFLoader.")
 
 
-def _sent_by_page(browser: str, site: Path, most_bytes: int) -> tuple[str, bytes]:
+def _receive_from_page(browser: str, site: Path, max_bytes: int) -> tuple[str, bytes]:
     """The path and the body that the page of a folder sends to it, within `PATIENCE_S`; the browser is ended then."""
-    with served(site, most_bytes) as (address, sent):
+    with serve(site, max_bytes) as (address, sent):
         words = [browser, *ARGUMENTS, f"--user-data-dir={site / 'profile'}", f"{address}/index.html"]
         end = time.monotonic() + PATIENCE_S
         with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
@@ -117,7 +117,7 @@ def validator(folder: Path) -> Drawn:
         return Drawn("gltf", name, None, f"It ends with code {done.returncode}.", False)
     issues = json.loads(done.stdout)
     count = issues["numErrors"] + issues["numWarnings"]
-    words = f"{issues['numErrors']} errors and {issues['numWarnings']} warnings. It draws no pictures."
+    words = f"{issues['numErrors']} errors and {issues['numWarnings']} warnings. It draws no images."
     return Drawn("gltf", name, None, words, count == 0)
 
 
@@ -139,21 +139,21 @@ def glslang(folder: Path) -> Drawn:
             compiled.append(source.name)
             complaints += [line for line in done.stdout.splitlines() if "ERROR" in line][:1] if done.returncode else []
     words_of_it = complaints[0][:160] if complaints else f"{' and '.join(compiled)} compile"
-    return Drawn("shaders", f"glslang {number}", None, f"{words_of_it}. It draws no pictures.", not complaints)
+    return Drawn("shaders", f"glslang {number}", None, f"{words_of_it}. It draws no images.", not complaints)
 
 
 @contextmanager
-def served(folder: Path, most_bytes: int) -> Iterator[tuple[str, queue.Queue[tuple[str, bytes]]]]:
+def serve(folder: Path, max_bytes: int) -> Iterator[tuple[str, queue.Queue[tuple[str, bytes]]]]:
     """The address at which this machine, and no other, finds the files of a folder, and what is sent there.
 
-    That is a path and a body of at most `most_bytes` bytes each.
+    That is a path and a body of at most `max_bytes` bytes each.
     """
     sent: queue.Queue[tuple[str, bytes]] = queue.Queue()
 
     class Handler(http.server.SimpleHTTPRequestHandler):
         def do_POST(self) -> None:
             length = int(self.headers.get("Content-Length", 0))
-            body = self.rfile.read(length) if 0 <= length <= most_bytes else b""
+            body = self.rfile.read(length) if 0 <= length <= max_bytes else b""
             self.send_response(204)
             self.end_headers()
             sent.put((self.path, body))

@@ -1,9 +1,9 @@
-"""The proof of an export: what each consumer on this machine drew of it, beside our own picture, on one sheet.
+"""The proof of an export: what each consumer on this machine drew of it, beside our own image, on one sheet.
 
-The export is written to the folder first (`engine.exchange.export`), then each consumer reads its files as any person
+The export is written to the folder first (`engine.exchange.export`), then each consumer reads its files as any user
 has them. `proof.png` shows ours, theirs, and the difference four times enlarged, with the relative RMSE; who draws
 nothing, complains or is absent is named with the reason. `proof.json` has the same as values. Consumers that draw take
-some seconds each; MaterialX on a processor in place of a graphics card a minute for half a million texels.
+some seconds each; MaterialX on a CPU in place of a graphics card a minute for half a million texels.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ import numpy as np
 from engine.core.colour import to_display8
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, drain, part
-from engine.exchange.export import NAMES, departure, written
-from engine.exchange.rti import fitted, has_sides
-from engine.exchange.rti import shown as rti_shown
+from engine.exchange.export import NAMES, departure, write
+from engine.exchange.rti import fit, has_sides
+from engine.exchange.rti import show as rti_shown
 from engine.exchange.subject import Settings, Subject
 from engine.figures.contact_sheet import Panel, Row, draw_sheet
 from engine.images.encode import encode_png
 from engine.proof.blender import cycles, eevee, our_power_law
-from engine.proof.formats import drawn_by_hsh, drawn_by_ptm, linear
-from engine.proof.libraries import absent, materialx, mitsuba, on_a_ball, usd
+from engine.proof.formats import draw_by_hsh, draw_by_ptm, linear
+from engine.proof.libraries import absent, materialx, mitsuba, on_a_sphere, usd
 from engine.proof.programs import glslang, three, validator
-from engine.proof.square import Drawn, Floats, drawn_by_us, lamp, middle, relative_rmse
+from engine.proof.square import Drawn, Floats, draw_ourselves, lamp, middle, relative_rmse
 from engine.scene.material import Material
 from engine.shading.directional.interpolation import polynomial
 from engine.storage.atomic import write_bytes
@@ -49,16 +49,16 @@ ENLARGED = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """A consumer with our picture of the same, None where it draws none."""
+    """A consumer with our image of the same, None where it draws none."""
 
     drawn: Drawn
     ours: Floats | None
 
     @property
     def rmse_rel(self) -> float | None:
-        if self.ours is None or self.drawn.picture is None:
+        if self.ours is None or self.drawn.image is None:
             return None
-        return relative_rmse(self.drawn.picture, self.ours)
+        return relative_rmse(self.drawn.image, self.ours)
 
 
 def prove(folder: str | os.PathLike[str], material: Material, stack: ImageStack | None = None) -> Steps[dict[str, Any]]:
@@ -66,8 +66,8 @@ def prove(folder: str | os.PathLike[str], material: Material, stack: ImageStack 
     leaving = yield from part(departure(material, stack), 0.0, 0.3)
     subject = leaving.subject
     names = [name for name in NAMES if _is_possible(name, subject)]
-    record = yield from part(written(folder, leaving, names, Settings()), 0.3, 0.6)
-    compared = yield from part(_asked(Path(folder), subject), 0.6, 0.95)
+    record = yield from part(write(folder, leaving, names, Settings()), 0.3, 0.6)
+    compared = yield from part(_ask(Path(folder), subject), 0.6, 0.95)
     yield Step(0.95, "drawing the sheet")
     errors = {entry["target"]: entry["rmse_rel_reference"] for entry in record["targets"] if entry["target"] != "brdf"}
     for entry in record["targets"]:
@@ -90,24 +90,24 @@ def _is_possible(name: str, subject: Subject) -> bool:
     return name != "shaders" or (material.has_map and material.pbr is None)
 
 
-def _asked(folder: Path, subject: Subject) -> Steps[list[Compared]]:
+def _ask(folder: Path, subject: Subject) -> Steps[list[Compared]]:
     """Each consumer, one after the other."""
     size = subject.maps.size
     by_maps = _ours(subject, subject.mean_f0)
     by_gltf = _ours(subject, None)
-    ball = _our_ball(subject)
+    sphere = _our_sphere(subject)
     asked: list[tuple[str, Callable[[], list[Drawn]], Floats | None]] = [
         ("MaterialX, glTF PBR", lambda: [materialx(folder / "materialx", "gltf_pbr", size)], by_maps),
         ("MaterialX, OpenPBR", lambda: [materialx(folder / "materialx", "open_pbr_surface", size)], by_maps),
         ("three.js", lambda: [three(folder / "gltf", size)], by_gltf),
         ("Cycles", lambda: [cycles(folder / "blender", size)], by_maps),
-        ("EEVEE", lambda: [_looked_up(folder, subject)], our_power_law(subject.material)),
-        ("Mitsuba", lambda: [mitsuba(folder / "brdf")], ball),
-        ("HSH", lambda: [_relit(folder, subject, drawn_by_hsh)], _our_hsh(subject)),
-        ("PTM", lambda: [_relit(folder, subject, drawn_by_ptm)], _our_ptm(subject)),
+        ("EEVEE", lambda: [_look_up(folder, subject)], our_power_law(subject.material)),
+        ("Mitsuba", lambda: [mitsuba(folder / "brdf")], sphere),
+        ("HSH", lambda: [_relight(folder, subject, draw_by_hsh)], _our_hsh(subject)),
+        ("PTM", lambda: [_relight(folder, subject, draw_by_ptm)], _our_ptm(subject)),
         ("USD", lambda: [usd(folder / "usd")], None),
         ("glTF validator", lambda: [validator(folder / "gltf")], None),
-        ("glslang", lambda: [_compiled(folder, subject)], None),
+        ("glslang", lambda: [_compile(folder, subject)], None),
     ]
     found = []
     for index, (name, ask, ours) in enumerate(asked):
@@ -116,53 +116,53 @@ def _asked(folder: Path, subject: Subject) -> Steps[list[Compared]]:
     return found
 
 
-def _compiled(folder: Path, subject: Subject) -> Drawn:
+def _compile(folder: Path, subject: Subject) -> Drawn:
     if not _is_possible("shaders", subject):
         return absent("shaders", "glslang", "the material has no map that a shader looks up")
     return glslang(folder / "shaders")
 
 
-def _looked_up(folder: Path, subject: Subject) -> Drawn:
+def _look_up(folder: Path, subject: Subject) -> Drawn:
     if subject.material.power_law is None:
         return absent("blender", "Blender, EEVEE", "the material has no power law that Shader to RGB looks up")
     return eevee(folder / "blender", subject.maps.size)
 
 
 def _ours(subject: Subject, f0: float | None) -> Floats:
-    return middle(drawn_by_us(subject.shown_as("png8", f0), subject.maps.size, 1.0 / subject.white))
+    return middle(draw_ourselves(subject.decode_as("png8", f0), subject.maps.size, 1.0 / subject.white))
 
 
 def _our_hsh(subject: Subject) -> Floats | None:
     shown = rti_shown(subject, Settings())
-    return None if shown is None else middle(drawn_by_us(shown, subject.maps.size, 1.0))
+    return None if shown is None else middle(draw_ourselves(shown, subject.maps.size, 1.0))
 
 
 def _our_ptm(subject: Subject) -> Floats | None:
     """The polynomials before they are rounded."""
     if not has_sides(subject.material, subject.stack):
         return None
-    terms = drain(fitted(subject, polynomial))
+    terms = drain(fit(subject, polynomial))
     return linear(terms.coefficients @ terms.basis(lamp()[None])[0])
 
 
-def _relit(folder: Path, subject: Subject, read: Callable[[Path], Drawn]) -> Drawn:
+def _relight(folder: Path, subject: Subject, read: Callable[[Path], Drawn]) -> Drawn:
     if not has_sides(subject.material, subject.stack):
         return absent("rti", "RTI", "the lamps stood on one arc")
     return read(folder / "rti")
 
 
-def _our_ball(subject: Subject) -> Floats:
-    wi, wo, mask = on_a_ball()
-    picture = np.zeros((*mask.shape, 3))
-    picture[mask] = np.pi * subject.material.reflectance.f(wi, wo) * wi[:, 2:]
-    return picture
+def _our_sphere(subject: Subject) -> Floats:
+    wi, wo, mask = on_a_sphere()
+    image = np.zeros((*mask.shape, 3))
+    image[mask] = np.pi * subject.material.reflectance.f(wi, wo) * wi[:, 2:]
+    return image
 
 
 def _subtitle(compared: list[Compared]) -> str:
-    drew = sum(each.drawn.picture is not None for each in compared)
+    drew = sum(each.drawn.image is not None for each in compared)
     missing = sum(each.drawn.is_sound is None for each in compared)
     wrong = sum(each.drawn.is_sound is False for each in compared)
-    return f"{drew} pictures by others beside ours, {wrong} complaints, {missing} not asked"
+    return f"{drew} images by others beside ours, {wrong} complaints, {missing} not asked"
 
 
 def _row(each: Compared, errors: dict[str, float | None]) -> Row:
@@ -172,16 +172,14 @@ def _row(each: Compared, errors: dict[str, float | None]) -> Row:
     which = SHADER_TO_RGB if is_power_law else which
     lost = errors.get(SHADER_TO_RGB if is_power_law else each.drawn.target)
     heading = each.drawn.target if lost is None else f"{which} {percent(lost, 3)} away from the material"
-    picture, ours, error = each.drawn.picture, each.ours, each.rmse_rel
-    if picture is None or ours is None or error is None:
+    image, ours, error = each.drawn.image, each.ours, each.rmse_rel
+    if image is None or ours is None or error is None:
         return Row(f"{heading}: {each.drawn.name}", (Panel(None, each.drawn.words),), aspect=12.0)
     bright = float(np.quantile(ours, 0.995)) or 1.0
     panels = (
         Panel(to_display8(ours / bright), "ours, of the same files"),
-        Panel(to_display8(picture / bright), f"{each.drawn.name}. {each.drawn.words}"),
-        Panel(
-            to_display8(ENLARGED * np.abs(picture - ours) / bright), f"difference x {ENLARGED:g}: {percent(error, 3)}"
-        ),
+        Panel(to_display8(image / bright), f"{each.drawn.name}. {each.drawn.words}"),
+        Panel(to_display8(ENLARGED * np.abs(image - ours) / bright), f"difference x {ENLARGED:g}: {percent(error, 3)}"),
     )
     return Row(heading, panels)
 
@@ -192,7 +190,7 @@ def _entry(each: Compared) -> dict[str, Any]:
         "target": drawn.target,
         "consumer": drawn.name,
         "is_sound": drawn.is_sound,
-        "drew": drawn.picture is not None,
+        "drew": drawn.image is not None,
         "rmse_rel": each.rmse_rel,
         "words": drawn.words,
     }

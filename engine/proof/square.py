@@ -2,7 +2,7 @@
 
 Nothing but the material can differ then: no model, no camera, no environment. The lamp has an irradiance of pi on a
 surface that faces it, so that a white diffuse surface shows the cosine; formats without a scale of their own, RTI, take
-one of 1. Pictures are linear, (H, W, 3), one pixel for a texel; of larger maps the middle `SIDE` texels count.
+one of 1. Images are linear, (H, W, 3), one pixel for a texel; of larger maps the middle `SIDE` texels count.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ Floats = NDArray[np.float64]
 SIDE, TILT_DEG, AZIMUTH_DEG = 512, 40.0, 135.0
 
 #: Pixels of the ball that stands for a BRDF alone.
-BALL = 96
+SPHERE = 96
 
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """A consumer, the picture that it drew (None where it draws none), and what it said, in sentences.
+    """A consumer, the image that it drew (None where it draws none), and what it said, in sentences.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Drawn:
 
     target: str
     name: str
-    picture: Floats | None
+    image: Floats | None
     words: str
     is_sound: bool | None = True
 
@@ -48,7 +48,7 @@ def lamp() -> Floats:
     return np.asarray(surface_direction(np.radians(TILT_DEG), np.radians(AZIMUTH_DEG)), np.float64)
 
 
-def drawn_by_us(shown: Shown, size: tuple[int, int], irradiance: float) -> Floats:
+def draw_ourselves(shown: Shown, size: tuple[int, int], irradiance: float) -> Floats:
     """(H, W, 3) radiance of the square as a representation of maps of `size` (H, W) shows it."""
     rows, columns = (value.ravel() for value in np.indices(size))
     frames = np.broadcast_to(np.eye(3), (len(rows), 3, 3))
@@ -58,11 +58,11 @@ def drawn_by_us(shown: Shown, size: tuple[int, int], irradiance: float) -> Float
     return np.asarray(shown(view, lights), np.float64).reshape(*size, 3)
 
 
-def middle(picture: Floats) -> Floats:
+def middle(image: Floats) -> Floats:
     """At most `SIDE` pixels a side from the middle."""
-    height, width = (_kept(length) for length in picture.shape[:2])
-    top, left = (picture.shape[0] - height) // 2, (picture.shape[1] - width) // 2
-    return picture[top : top + height, left : left + width]
+    height, width = (_keep(length) for length in image.shape[:2])
+    top, left = (image.shape[0] - height) // 2, (image.shape[1] - width) // 2
+    return image[top : top + height, left : left + width]
 
 
 def relative_rmse(found: Floats, wanted: Floats) -> float:
@@ -73,10 +73,10 @@ def relative_rmse(found: Floats, wanted: Floats) -> float:
 
 def windows(size: tuple[int, int]) -> tuple[tuple[int, int], tuple[float, float]]:
     """(height, width) in pixels of what `middle` leaves of maps of `size`, and the shares of the square that it is."""
-    height, width = (_kept(length) for length in size)
+    height, width = (_keep(length) for length in size)
     return (height, width), (height / size[0], width / size[1])
 
 
-def _kept(length: int) -> int:
+def _keep(length: int) -> int:
     """Texels of the middle of `length`, as many left out on one side as on the other."""
     return length if length <= SIDE else SIDE - (length - SIDE) % 2

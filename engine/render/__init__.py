@@ -1,1 +1,1 @@
-"""Pictures on the processor: direct light, transported light and the path-traced reference."""
+"""Images on the CPU: direct light, transported light and the path-traced reference."""

@@ -1,8 +1,8 @@
-"""Draws a `Scene` on the processor: embree finds what each pixel sees, numpy shades it.
+"""Draws a `Scene` on the CPU: embree finds what each pixel sees, numpy shades it.
 
-The twin of `engine.gl.direct`, for machines without OpenGL and as its reference: the same sub-pixels, the same formulas
-in float64, the same mip-maps chosen from differences over the same 2 × 2 blocks. Time grows with the sub-pixels times
-the lights, about 1 s per million of either.
+The counterpart of `engine.gl.direct`, for machines without OpenGL and as its reference: the same sub-pixels, the same
+formulas in float64, the same mip-maps chosen from differences over the same 2 × 2 blocks. Time grows with the
+sub-pixels times the lights, about 1 s per million of either.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from engine.core.directions import dot, frames_along, normalize, world_from_tang
 from engine.core.steps import Step, Steps
 from engine.geometry.ray_caster import caster_of
 from engine.light.environment import DistantLights
-from engine.render.mip_maps import Levels, filtered, level_of_detail, mip_levels_of
+from engine.render.mip_maps import Levels, filter_levels, level_of_detail, mip_levels_of
 from engine.render.pbr import Texels, texels_at
 from engine.scene.scene import Scene
 from engine.shading.directional.effective_light import weights_at
@@ -43,45 +43,45 @@ BAND = 40_000
 
 
 def radiance(scene: Scene, size: tuple[int, int], *, samples: int = 2) -> Steps[NDArray[np.float32]]:
-    """The picture (height, width, 4) float32 of `size` (width, height): linear radiance times coverage, and coverage.
+    """The image (height, width, 4) float32 of `size` (width, height): linear radiance times coverage, and coverage.
 
     Equal to `DirectRenderer.radiance`. Samples that are not finite are 0, and no value is beyond float32's.
     """
     width, height = size
     if samples < 1:
         raise ValueError(f"samples = {samples} must be at least 1")
-    picture = np.zeros((height, width, 4), np.float32)
+    image = np.zeros((height, width, 4), np.float32)
     if min(size) < 1:
-        return picture
+        return image
     shade = Shader(scene, (width * samples, height * samples))
     band = max(1, BAND // (width * samples * samples * len(scene.lights.direction)))
     for top in range(0, height, band):
         rows = slice(top, min(top + band, height))
         row, column = np.mgrid[rows.start * samples : rows.stop * samples, 0 : width * samples].reshape(2, -1)
         blocks = shade(row, column).reshape(rows.stop - top, samples, width, samples, 4)
-        picture[rows] = np.minimum(blocks.mean(axis=(1, 3)), np.finfo(np.float32).max)
-        yield Step(rows.stop / height, "Rendering on the processor", picture)
-    return picture
+        image[rows] = np.minimum(blocks.mean(axis=(1, 3)), np.finfo(np.float32).max)
+        yield Step(rows.stop / height, "Rendering on the CPU", image)
+    return image
 
 
 def _vertices(scene: Scene) -> Array:
     return scene.surface.positions - scene.mesh.centre
 
 
-def _of_ground(scene: Scene) -> Scene:
+def _make_ground_scene(scene: Scene) -> Scene:
     """The same with the ground's BRDF on everything."""
     assert scene.ground is not None
     return replace(scene, brdf=Lambert((scene.ground.albedo,) * 3), material=None)
 
 
 class Shader:
-    """Shades single sub-pixels of one scene in a picture of `size` (width, height) sub-pixels."""
+    """Shades single sub-pixels of one scene in an image of `size` (width, height) sub-pixels."""
 
     def __init__(self, scene: Scene, size: tuple[int, int]) -> None:
         self.scene, self.size = scene, size
         self._eye = np.subtract(scene.camera.eye, scene.mesh.centre)
         self._surface, self._positions = scene.surface, _vertices(scene)
-        self._ground = _of_ground(scene) if scene.ground is not None else None
+        self._ground = _make_ground_scene(scene) if scene.ground is not None else None
         self._caster = caster_of(self._surface)
         self._levels = mip_levels_of(scene)
 
@@ -90,17 +90,17 @@ class Shader:
         rays = self._rays(column + 0.5, row + 0.5)
         hit = self._caster.intersect(np.broadcast_to(self.scene.camera.eye, rays.shape), rays, coherent=True).face
         seen = np.flatnonzero(hit >= 0)
-        picture = np.zeros((len(rays), 4))
+        image = np.zeros((len(rays), 4))
         if seen.size:
-            value = self._seen_radiance(row[seen], column[seen], hit[seen], lights or self.scene.lights)
-            picture[seen, :3] = np.where(np.isfinite(value).all(axis=1, keepdims=True), np.maximum(value, 0.0), 0.0)
-            picture[seen, 3] = 1.0
-        return picture
+            value = self._shade_visible(row[seen], column[seen], hit[seen], lights or self.scene.lights)
+            image[seen, :3] = np.where(np.isfinite(value).all(axis=1, keepdims=True), np.maximum(value, 0.0), 0.0)
+            image[seen, 3] = 1.0
+        return image
 
     def _rays(self, column: NDArray[Any], row: NDArray[Any]) -> Array:
         return self.scene.camera.rays(column, row, *self.size)
 
-    def _seen_radiance(self, row: Indices, column: Indices, face: NDArray[Any], lights: DistantLights) -> Array:
+    def _shade_visible(self, row: Indices, column: Indices, face: NDArray[Any], lights: DistantLights) -> Array:
         """(N, 3) of the triangles that are seen: of the model, and of the ground behind them in the list."""
         value, ground = np.empty((len(face), 3)), face >= len(self.scene.mesh.faces)
         for part, scene in ((np.flatnonzero(~ground), self.scene), (np.flatnonzero(ground), self._ground)):
@@ -140,10 +140,10 @@ class Shader:
         if scene.pbr is not None:
             assert axes is not None
             texels = texels_at(self._levels, place, level_of_detail(self._levels, along))
-            frame = texels.bent(frame, axes, wo)
+            frame = texels.bend_frames(frame, axes, wo)
             return _sum_of_texels(texels, lights, frame, np.einsum("nij,ni->nj", frame, wo))
         terms = _light_terms(scene.brdf.f, lights, frame, viewer, axes)
-        return looked_up(scene, self._levels, place, along, terms)
+        return sample(scene, self._levels, place, along, terms)
 
 
 def _light_terms(
@@ -153,12 +153,12 @@ def _light_terms(
 
     Where the `axes` (N, 2, 3) of the texture are given, also the direction of the light along them.
     """
-    for lit, wi, irradiance, direction in _lit(lights, frame):
+    for lit, wi, irradiance, direction in _find_lit(lights, frame):
         heading = None if axes is None else axes[lit] @ direction
         yield lit, f(wi, wo[lit]), wi[:, 2], irradiance, heading
 
 
-def _lit(lights: DistantLights, frame: Array) -> Iterator[tuple[Indices, Array, Array, Array]]:
+def _find_lit(lights: DistantLights, frame: Array) -> Iterator[tuple[Indices, Array, Array, Array]]:
     """For each light that reaches points: these, its direction (M, 3) in their frames, irradiance and direction."""
     for direction, irradiance in zip(lights.direction, lights.irradiance, strict=True):
         wi = np.einsum("nij,i->nj", frame, direction)
@@ -170,7 +170,7 @@ def _lit(lights: DistantLights, frame: Array) -> Iterator[tuple[Indices, Array, 
 def _sum_of_texels(texels: Texels, lights: DistantLights, frame: Array, wo: Array) -> Array:
     """Radiance (N, 3) of the BRDFs of texels, in the frames that normals bend."""
     value = np.zeros((len(wo), 3))
-    for lit, wi, irradiance, _ in _lit(lights, frame):
+    for lit, wi, irradiance, _ in _find_lit(lights, frame):
         value[lit] += texels.f(lit, wi, wo[lit]) * wi[:, 2:] * irradiance
     return value
 
@@ -227,7 +227,7 @@ def texture_axes(triangle: Array, uv: Array, normal: Array) -> Array:
     return np.stack([axis[..., 0], np.where(mirrored[:, None], -1.0, 1.0) * axis[..., 1]], axis=1)
 
 
-def looked_up(scene: Scene, levels: Levels, uv: Array, along: list[Array], terms: Terms) -> Array:
+def sample(scene: Scene, levels: Levels, uv: Array, along: list[Array], terms: Terms) -> Array:
     """Radiance (N, 3) at `uv` (N, 2), with the look-up inside the sum over lights; `along` is d(uv) / d(pixel)."""
     assert scene.shading is not None
     if isinstance(scene.shading, DirectionalMap):
@@ -276,13 +276,13 @@ def _sum_of_slices(shares: Shares, levels: Levels, uv: Array, detail: Array) -> 
     value = np.zeros((len(uv), 3))
     for layer, weight in enumerate(weights):
         used = np.flatnonzero(weight.any(axis=1))
-        value[used] += weight[used] * filtered(levels, layer, uv[used], detail[used])
+        value[used] += weight[used] * filter_levels(levels, layer, uv[used], detail[used])
     return value
 
 
 def _sum_of_powers(shares: Shares, levels: Levels, uv: Array, detail: Array) -> Array:
     """As on the GPU, scale and exponent are filtered and then evaluated."""
-    scale, exponent = (filtered(levels, layer, uv, detail) for layer in (0, 1))
+    scale, exponent = (filter_levels(levels, layer, uv, detail) for layer in (0, 1))
     exponent = np.maximum(exponent, 0.0)
     value = np.zeros((len(uv), 3))
     for point, share, weight, _ in shares:
@@ -296,14 +296,14 @@ def _sum_of_both(shares: Shares, levels: Levels, uv: Array, detail: Array) -> Ar
     found = list(shares)
     power_law = _sum_of_powers(iter(found), levels, uv, detail)
     kept = _sum_of_slices(iter(found), [level[3:] for level in levels], uv, detail)
-    return kept + (1.0 - filtered(levels, 2, uv, detail)) * power_law
+    return kept + (1.0 - filter_levels(levels, 2, uv, detail)) * power_law
 
 
 def _sum_of_planes(scene: Scene, shares: Shares, levels: Levels, uv: Array, detail: Array) -> Array:
     """Planes are filtered once, and for each light summed to codes, which become radiance after the sum."""
     shading = scene.shading
     assert isinstance(shading, DirectionalMap)
-    planes = np.concatenate([filtered(levels, layer, uv, detail) for layer in range(len(levels[0]))], axis=1)
+    planes = np.concatenate([filter_levels(levels, layer, uv, detail) for layer in range(len(levels[0]))], axis=1)
     planes = planes[:, : len(shading.planes)]
     value = np.zeros((len(uv), 3))
     for point, share, weight, heading in shares:

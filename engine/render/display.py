@@ -1,4 +1,5 @@
-"""From a picture of linear radiance and coverage to what a person sees; the twin of resources/shaders/tonemap.frag."""
+"""From an image of linear radiance and coverage to what a user sees; the counterpart of
+resources/shaders/tonemap.frag."""
 
 from __future__ import annotations
 
@@ -29,24 +30,24 @@ class Display:
             )
 
 
-def displayed(picture: NDArray[np.float32], display: Display) -> NDArray[np.uint8]:
-    """sRGB-coded uint8 (H, W, 3) of a picture (H, W, 4): radiance times coverage, and coverage."""
-    coverage = picture[..., 3:]
+def display(image: NDArray[np.float32], display: Display) -> NDArray[np.uint8]:
+    """sRGB-coded uint8 (H, W, 3) of an image (H, W, 4): radiance times coverage, and coverage."""
+    coverage = image[..., 3:]
     background = np.asarray(display.background, np.float32)
-    return to_display8(_shown(picture, display) * coverage + background * (1.0 - coverage))
+    return to_display8(_show(image, display) * coverage + background * (1.0 - coverage))
 
 
-def displayed_apart(picture: NDArray[np.float32], display: Display) -> NDArray[np.uint8]:
-    """sRGB-coded uint8 (H, W, 4) of a picture without what is behind it: its own colour, and coverage as opacity."""
-    opacity = np.round(255.0 * np.clip(picture[..., 3:], 0.0, 1.0)).astype(np.uint8)
-    return np.concatenate([to_display8(_shown(picture, display)), opacity], axis=-1)
+def display_apart(image: NDArray[np.float32], display: Display) -> NDArray[np.uint8]:
+    """sRGB-coded uint8 (H, W, 4) of an image without what is behind it: its own colour, and coverage as opacity."""
+    opacity = np.round(255.0 * np.clip(image[..., 3:], 0.0, 1.0)).astype(np.uint8)
+    return np.concatenate([to_display8(_show(image, display)), opacity], axis=-1)
 
 
-def _shown(picture: NDArray[np.float32], display: Display) -> NDArray[np.float32]:
+def _show(image: NDArray[np.float32], display: Display) -> NDArray[np.float32]:
     """The display-linear colour of what covers each pixel, as if it covered all of it."""
-    coverage = picture[..., 3:]
+    coverage = image[..., 3:]
     with np.errstate(over="ignore"):
-        radiance = picture[..., :3] / np.where(coverage > 0.0, coverage, 1.0)
+        radiance = image[..., :3] / np.where(coverage > 0.0, coverage, 1.0)
     return np.clip(tone_map(radiance, display.exposure_ev, display.operator), 0.0, 1.0)
 
 

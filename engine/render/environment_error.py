@@ -3,7 +3,7 @@
 The reference is the sum over all of the map in cells of `REFERENCE_ROWS` rows, each as a light in the mean direction of
 what it holds, with the look-up inside the sum, at pixel centres drawn evenly among those that show the model. About 1 s
 per million pixels times cells: 2 s for the defaults and 256 pixels. With 256 rows instead of 64 the errors of up to 512
-lights change by no more than 0.04 % of the picture on a diffuse and 0.5 % on a shiny material (Phong, exponent 100).
+lights change by no more than 0.04 % of the image on a diffuse and 0.5 % on a shiny material (Phong, exponent 100).
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class DirectionsError:
 def environment_error(
     scene: Scene, size: tuple[int, int], *, pixels: int = PIXELS, seed: int = 0
 ) -> Steps[DirectionsError]:
-    """The error of `scene.directions` lights in the picture of `size` (width, height)."""
+    """The error of `scene.directions` lights in the image of `size` (width, height)."""
     (error,) = yield from error_ladder(scene, size, (scene.directions,), pixels=pixels, seed=seed)
     return error
 
@@ -61,14 +61,14 @@ def error_ladder(
     shade = Shader(scene, size)
     row, column = _pixels(shade, size, pixels, seed)
     lights = all_lights(scene.environment, REFERENCE_ROWS)
-    dense = DistantLights(lights.direction, lights.irradiance * scene.irradiance).rotated(scene.environment_rotation)
+    dense = DistantLights(lights.direction, lights.irradiance * scene.irradiance).rotate(scene.environment_rotation)
     dense = dense.beside(lights_of_all(scene.lamps))
-    dense_sum = yield from _summed(shade, row, column, dense)
+    dense_sum = yield from _sum_up(shade, row, column, dense)
     size_of_reference = (2 * REFERENCE_ROWS, REFERENCE_ROWS)
     errors = []
     for count in counts:
         chosen = dataclasses.replace(scene, directions=count).lights
-        shown = yield from _summed(shade, row, column, chosen)
+        shown = yield from _sum_up(shade, row, column, chosen)
         errors.append(DirectionsError(count, _relative(shown, dense_sum), len(row), size_of_reference))
     return errors
 
@@ -82,7 +82,7 @@ def _pixels(shade: Shader, size: tuple[int, int], count: int, seed: int) -> tupl
     return row[covered], column[covered]
 
 
-def _summed(
+def _sum_up(
     shade: Shader, row: NDArray[np.int64], column: NDArray[np.int64], lights: DistantLights
 ) -> Steps[NDArray[np.float64]]:
     """Radiance (N, 3) of the pixels; sums of lights add up, but not where the look-up is outside the sum."""

@@ -1,4 +1,4 @@
-"""Layers beside a picture, of what the centre of each pixel shows: the normal and the albedo.
+"""Layers beside an image, of what the centre of each pixel shows: the normal and the albedo.
 
 Other programs denoise, mask and relight by them. The albedo is the share of the light from the direction of the camera
 that the BRDF reflects to all sides, which for a reciprocal BRDF is also the share of an even light from all sides that

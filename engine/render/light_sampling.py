@@ -29,7 +29,7 @@ CELLS = (32, 64)
 NORMALS = (16, 32)
 
 #: Added to the cosine between normal and cell, because both are as wide as this, and the least weight of a cell.
-WIDTH, LEAST = 0.08, 0.02
+WIDTH, MINIMUM = 0.08, 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +140,7 @@ def _facing(rows: NDArray[np.int64], columns: NDArray[np.int64], height: int, wi
         axis=-1,
     )
     cosine = np.tensordot(texel_directions(*NORMALS).reshape(-1, 3), middle, axes=(1, 2))
-    return np.maximum(cosine + WIDTH, LEAST)
+    return np.maximum(cosine + WIDTH, MINIMUM)
 
 
 def _running(values: Floats) -> Floats:
@@ -171,7 +171,7 @@ def _first_above(sums, low, high, value):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _drawn(sums, low, high, u):  # type: ignore[no-untyped-def]
+def _draw(sums, low, high, u):  # type: ignore[no-untyped-def]
     """An index in [low, high) for u in [0, 1), by running sums that begin at `low`, and the rest of u in [0, 1)."""
     value = u * sums[high - 1]
     index = _first_above(sums, low, high - 1, value)
@@ -207,10 +207,10 @@ def draw_directions(u, normal, tables, gain, turn):  # type: ignore[no-untyped-d
     direction, light, density = np.empty((count, 3)), np.empty((count, 3)), np.empty(count)
     for n in range(count):
         facing = _normal_cell(normal[n], turn)
-        r, down = _drawn(cell_rows[facing], 0, cell_rows.shape[1], u[n, 0])
-        c, across = _drawn(cell_columns[facing, r], 0, cell_columns.shape[2], u[n, 1])
-        row, down = _drawn(texel_rows[c], rows[r], rows[r + 1], down)
-        column, across = _drawn(texels[row], columns[c], columns[c + 1], across)
+        r, down = _draw(cell_rows[facing], 0, cell_rows.shape[1], u[n, 0])
+        c, across = _draw(cell_columns[facing, r], 0, cell_columns.shape[2], u[n, 1])
+        row, down = _draw(texel_rows[c], rows[r], rows[r + 1], down)
+        column, across = _draw(texels[row], columns[c], columns[c + 1], across)
         y = cosines[row] + down * (cosines[row + 1] - cosines[row])
         sine = np.sqrt(max((1.0 - y) * (1.0 + y), 0.0))
         azimuth = 2.0 * np.pi * (column + across) / texels.shape[1]

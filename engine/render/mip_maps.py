@@ -32,7 +32,7 @@ def level_of_detail(levels: Levels, along: list[Array]) -> Array:
     return np.clip(0.5 * np.log2(squared), 0.0, len(levels) - 1)
 
 
-def filtered(levels: Levels, layer: int, uv: Array, detail: Array) -> Array:
+def filter_levels(levels: Levels, layer: int, uv: Array, detail: Array) -> Array:
     """One layer, bilinear in the two mip levels nearest to `detail`, (N, 3)."""
     value = np.zeros((len(uv), 3))
     for number, level in enumerate(levels):

@@ -1,4 +1,4 @@
-"""Light along paths: what the pixels of a picture receive, one random path for each sample.
+"""Light along paths: what the pixels of an image receive, one random path for each sample.
 
 A path starts in its pixel (uniformly, the box filter), meets the surface, and collects there the light that comes
 straight from the environment and the lamps; then it goes on in a direction drawn from the BRDF. `max_depth` is the
@@ -37,7 +37,7 @@ from engine.render.light_sampling import (
     environment_sampler,
     in_disc,
 )
-from engine.render.sobol import SOBOL, mixed, pair, pairs
+from engine.render.sobol import SOBOL, mix, pair, pairs
 from engine.render.surface import Points, Reflector, surface_points, to_local, to_world
 from engine.scene.scene import Scene
 
@@ -76,7 +76,7 @@ class Front:
 
 
 class Paths:
-    """The paths of one scene in a picture of `size` (width, height)."""
+    """The paths of one scene in an image of `size` (width, height)."""
 
     def __init__(self, scene: Scene, size: tuple[int, int], max_depth: int) -> None:
         if max_depth < 1:
@@ -96,7 +96,7 @@ class Paths:
         eye = np.broadcast_to(np.asarray(self.scene.camera.eye), (len(pixel), 3))
         direction = self._camera_directions(state, pixel, sample)
         weight = np.ones((len(pixel), 3))
-        front = self._met(traced, np.arange(len(pixel)), eye, direction, weight, coherent=True)[0]
+        front = self._find_surface_points(traced, np.arange(len(pixel)), eye, direction, weight, coherent=True)[0]
         traced.coverage[front.path] = 1.0
         for depth in range(self.max_depth):
             if front.path.size == 0:
@@ -111,7 +111,7 @@ class Paths:
         extent = float(np.tan(np.radians(camera.fov_deg) / 2.0))
         return camera_directions(state, pixel, sample, *self.size, extent, camera.camera_from_world, SOBOL)
 
-    def _met(
+    def _find_surface_points(
         self,
         traced: _Gathered,
         path: Indices,
@@ -138,7 +138,7 @@ class Paths:
             frame = frames_along(frame[..., 2], tangent)
             viewer = -to_local(frame, front.incoming)
         at = Points(front.face, front.barycentric, offset_origins(point, flat, caster), frame, viewer)
-        return self._reflector.textured(at, -front.incoming)
+        return self._reflector.texture(at, -front.incoming)
 
     def _light_directly(self, traced: _Gathered, numbers: NumbersAt, front: Front, at: Points) -> None:
         """Add the light of directions that are drawn from the lights."""
@@ -191,7 +191,7 @@ class Paths:
             value = weight * self._light_along(direction, highlight, normal)
             self._add_seen(traced, front.path[above], at.origin[above], direction, value)
             return _nothing()
-        reached, missed = self._met(traced, front.path[above], at.origin[above], direction, weight)
+        reached, missed = self._find_surface_points(traced, front.path[above], at.origin[above], direction, weight)
         light = self._light_along(direction[missed], highlight[missed], normal[missed])
         traced.add(front.path[above[missed]], weight[missed] * light)
         return self._surviving(reached, front.face[above], missed, other[above, 1], numbers.depth)
@@ -315,7 +315,7 @@ def camera_directions(state, pixel, sample, width, height, extent, rotation, sob
     """
     direction = np.empty((pixel.size, 3))
     for n in range(pixel.size):
-        u, v = pair(mixed(state, pixel[n]), 0, sample[n], sobol)
+        u, v = pair(mix(state, pixel[n]), 0, sample[n], sobol)
         x = (2.0 * (pixel[n] % width + u) / width - 1.0) * extent * width / height
         y = (1.0 - 2.0 * (pixel[n] // width + v) / height) * extent
         length = np.sqrt(x * x + y * y + 1.0)

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.directions import dot, normalize, world_from_tangent
-from engine.render.mip_maps import Levels, filtered
+from engine.render.mip_maps import Levels, filter_levels
 from engine.surface.metallic_roughness import reflectance
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 #: Least cosine between the normal that shades and the direction of view.
-LEAST_FACING = 0.01
+MIN_FACING = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class Texels:
         there = self.base_colour[point], self.roughness[point], self.metallic[point], self.f0[point]
         return reflectance(wi, wo, *there)
 
-    def bent(self, frame: Floats, axes: Floats, wo: Floats) -> Floats:
+    def bend_frames(self, frame: Floats, axes: Floats, wo: Floats) -> Floats:
         """Frames (N, 3, 3) about the normals of the map, from those of the surface.
 
         `axes` (N, 2, 3) are those of the texture, `wo` (N, 3) leads to the viewer, in the world like `frame`.
@@ -47,12 +47,10 @@ class Texels:
         x, y, z = (self.normal[:, at, None] for at in range(3))
         normal = normalize(x * axes[:, 0] + y * axes[:, 1] + z * frame[..., 2])
         facing = dot(normal, wo)[:, None]
-        return world_from_tangent(
-            np.where(facing < LEAST_FACING, normalize(normal + (LEAST_FACING - facing) * wo), normal)
-        )
+        return world_from_tangent(np.where(facing < MIN_FACING, normalize(normal + (MIN_FACING - facing) * wo), normal))
 
 
 def texels_at(levels: Levels, uv: Floats, detail: Floats) -> Texels:
     """The maps at `uv` (N, 2) with the mip levels `detail` (N,), from `engine.render.mip_maps.pbr_layers`."""
-    base, gloss, normal = (filtered(levels, layer, uv, detail) for layer in range(3))
+    base, gloss, normal = (filter_levels(levels, layer, uv, detail) for layer in range(3))
     return Texels(base, gloss[:, 0], gloss[:, 1], gloss[:, 2], normalize(normal))

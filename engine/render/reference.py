@@ -2,13 +2,13 @@
 measured.
 
 Samples are taken in passes whose numbers are independent of each other; inside a pass the samples of a pixel are
-stratified (`engine.render.sobol`). The mean over passes is the picture, and how passes of one length differ tells the
+stratified (`engine.render.sobol`). The mean over passes is the image, and how passes of one length differ tells the
 variance of that mean, pixel by pixel, whatever stratification gained. Sums are in float64. A pass is cut into batches
-that all threads share and whose sums are added in one order: the picture depends on the scene, the size, the numbers
+that all threads share and whose sums are added in one order: the image depends on the scene, the size, the numbers
 of samples and the seed alone, not on the number of threads.
 
-A picture without end is taken in rounds. Each round has one pass of the same length for each of a few parts, which are
-independent pictures of equal quality. Longer passes are stratified better than short ones, so that passes of several
+An image without end is taken in rounds. Each round has one pass of the same length for each of a few parts, which are
+independent images of equal quality. Longer passes are stratified better than short ones, so that passes of several
 lengths would not tell the variance; parts do, at the end of each round.
 """
 
@@ -35,40 +35,40 @@ Floats = NDArray[np.float64]
 #: Passes that a number of samples is divided into, at least, where there are as many samples.
 PASSES = 16
 
-#: Samples of a pixel in a pass of a picture without end, once it has as many.
+#: Samples of a pixel in a pass of an image without end, once it has as many.
 LONGEST_PASS = 16
 
-#: Parts of a picture without end, of small and of large pictures, and pixels of the largest that counts as small.
+#: Parts of an image without end, of small and of large images, and pixels of the largest that counts as small.
 PARTS, FEW_PARTS, SMALL = 8, 4, 1 << 18
 
 #: Paths of one batch: some 30 ms of work, and arrays that stay in the cache.
 BATCH = 1 << 14
 
-#: Seconds between pictures that are shown on the way.
+#: Seconds between images that are shown on the way.
 SHOWN_EVERY = 0.2
 
-#: Bytes that a pixel takes while its picture is made.
+#: Bytes that a pixel takes while its image is made.
 BYTES_PER_PIXEL = 240
 
 
 @dataclass(frozen=True, eq=False)
-class ReferencePicture:
-    """A picture and how sure it is.
+class ReferenceImage:
+    """An image and how sure it is.
 
     Attributes
     ----------
-    picture : (height, width, 4) float32, linear radiance times coverage, and coverage; finite, not negative.
+    image : (height, width, 4) float32, linear radiance times coverage, and coverage; finite, not negative.
     variance : (height, width, 3) float64, of the mean that `picture` is, without end of what it was at the last round;
         None before two passes, or one round, are complete.
     samples : of each pixel; while a pass is under way, some have more.
     passes : complete ones.
     rays : cast so far.
     rejected : samples that were not finite and count as 0.
-    parts : (parts, height, width, 3) float32, independent pictures of equally many samples of all complete rounds; None
-        where there is no complete round, and of a picture with an end.
+    parts : (parts, height, width, 3) float32, independent images of equally many samples of all complete rounds; None
+        where there is no complete round, and of an image with an end.
     """
 
-    picture: NDArray[np.float32]
+    image: NDArray[np.float32]
     variance: Floats | None
     samples: int
     passes: int
@@ -78,13 +78,13 @@ class ReferencePicture:
 
     @property
     def uncertainty_rmse_rel(self) -> float | None:
-        """The standard error of the whole picture relative to its root mean square; None before two passes.
+        """The standard error of the whole image relative to its root mean square; None before two passes.
 
-        It is what `rmse_rel` of this picture against a converged picture is expected to be.
+        It is what `rmse_rel` of this image against a converged image is expected to be.
         """
         if self.variance is None:
             return None
-        power = float(np.sum(np.square(self.picture[..., :3], dtype=np.float64)))
+        power = float(np.sum(np.square(self.image[..., :3], dtype=np.float64)))
         return float(np.sqrt(self.variance.sum() / power)) if power > 0.0 else 0.0
 
 
@@ -96,8 +96,8 @@ def reference(
     max_depth: int = 1,
     seed: int = 0,
     threads: int | None = None,
-) -> Steps[ReferencePicture]:
-    """The picture of `size` (width, height) with `samples` for each pixel, or without end where that is None.
+) -> Steps[ReferenceImage]:
+    """The image of `size` (width, height) with `samples` for each pixel, or without end where that is None.
 
     Steps carry a `ReferencePicture` of what there is so far as `partial`, some of them, about every 0.2 s. `max_depth`
     is the number of points of the surface that light may touch; 1 is direct light with shadows. Raises ValueError for
@@ -110,7 +110,7 @@ def reference(
     parts = 0 if samples is not None else PARTS if width * height <= SMALL else FEW_PARTS
     progress = _Progress(height, width, parts)
     if min(size) < 1:
-        return progress.picture()
+        return progress.image()
     paths = Paths(scene, size, max_depth)
     workers = threads or os.cpu_count() or 1
     waiting: deque[tuple[_Batch, Future[Traced]]] = deque()
@@ -118,20 +118,20 @@ def reference(
     pool = ThreadPoolExecutor(workers)
     try:
         for batch in _batches(width * height, samples, parts):
-            waiting.append((batch, pool.submit(_traced, paths, seed, batch)))
+            waiting.append((batch, pool.submit(_trace, paths, seed, batch)))
             if len(waiting) <= 2 * workers:
                 continue
             progress.add(*_first(waiting))
             partial = None
             if time.monotonic() - shown >= SHOWN_EVERY:
-                partial, shown = progress.picture(), time.monotonic()
+                partial, shown = progress.image(), time.monotonic()
             yield Step(progress.done(samples), f"Reference, {progress.samples} samples", partial)
         while waiting:
             progress.add(*_first(waiting))
             yield Step(progress.done(samples), f"Reference, {progress.samples} samples")
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
-    return progress.picture()
+    return progress.image()
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ def pass_lengths(samples: int | None, parts: int = 0) -> Iterator[int]:
     """Samples of each pass: powers of two, which are stratified best, and what is left over.
 
     Without end there are rounds of as many passes as `parts`, of 1, 1, 2, 4, 8 … `LONGEST_PASS` samples each, so that
-    pictures and their variance are there soon.
+    images and their variance are there soon.
     """
     if samples is None:
         of_part = 0
@@ -178,7 +178,7 @@ def pass_lengths(samples: int | None, parts: int = 0) -> Iterator[int]:
         yield samples % length
 
 
-def _traced(paths: Paths, seed: int, batch: _Batch) -> Traced:
+def _trace(paths: Paths, seed: int, batch: _Batch) -> Traced:
     """The sums over the samples of each pixel of a batch."""
     pixel = np.tile(np.arange(batch.first, batch.first + batch.pixels), batch.samples)
     sample = np.repeat(np.arange(batch.first_sample, batch.first_sample + batch.samples), batch.pixels)
@@ -250,10 +250,10 @@ class _Progress:
             self._parts = (self._of_parts * np.float32(count / self._before)).reshape(count, *self._shape, 3)
             self._variance = self._parts.var(axis=0, ddof=1, dtype=np.float64) / count
 
-    def picture(self) -> ReferencePicture:
+    def image(self) -> ReferenceImage:
         mean = (self._sum + self._pass) / np.maximum(self._taken, 1)[:, None]
         variance = self._variance
         if self._passes > 1 and not len(self._of_parts):
             variance = (self._squares / (self._before * (self._passes - 1))).reshape(*self._shape, 3)
-        picture = np.clip(mean, 0.0, np.finfo(np.float32).max).astype(np.float32).reshape(*self._shape, 4)
-        return ReferencePicture(picture, variance, self.samples, self._passes, self._rays, self._rejected, self._parts)
+        image = np.clip(mean, 0.0, np.finfo(np.float32).max).astype(np.float32).reshape(*self._shape, 4)
+        return ReferenceImage(image, variance, self.samples, self._passes, self._rays, self._rejected, self._parts)

@@ -50,7 +50,7 @@ SOBOL = _second_sobol_dimension()
 
 
 @scalar
-def mixed(state, number):  # type: ignore[no-untyped-def]
+def mix(state, number):  # type: ignore[no-untyped-def]
     """64 bits from 64 bits and a whole number: the finaliser of SplitMix64 (Steele2014)."""
     x = _U64(state) + (_U64(number) + _U64(1)) * _U64(0x9E3779B97F4A7C15)
     x = (x ^ (x >> _U64(30))) * _U64(0xBF58476D1CE4E5B9)
@@ -59,7 +59,7 @@ def mixed(state, number):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _reversed(x):  # type: ignore[no-untyped-def]
+def _reverse(x):  # type: ignore[no-untyped-def]
     x = (x >> np.uint32(16)) | (x << np.uint32(16))
     x = ((x & np.uint32(0xFF00FF00)) >> np.uint32(8)) | ((x & np.uint32(0x00FF00FF)) << np.uint32(8))
     x = ((x & np.uint32(0xF0F0F0F0)) >> np.uint32(4)) | ((x & np.uint32(0x0F0F0F0F)) << np.uint32(4))
@@ -68,7 +68,7 @@ def _reversed(x):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _permuted(x, seed):  # type: ignore[no-untyped-def]
+def _permute(x, seed):  # type: ignore[no-untyped-def]
     """Bits of which each is flipped or not by a hash of those below it."""
     x = np.uint32(x ^ np.uint32(x * np.uint32(0x3D20ADEA)))
     x = np.uint32(x + seed)
@@ -80,14 +80,14 @@ def _permuted(x, seed):  # type: ignore[no-untyped-def]
 @scalar
 def pair(state, dimension, sample, sobol):  # type: ignore[no-untyped-def]
     """Two numbers in [0, 1) for a pixel's `state`, a dimension and a sample; `sobol` is `SOBOL`."""
-    first = mixed(state, 2 * dimension)
-    second = mixed(state, 2 * dimension + 1)
-    index = _reversed(_permuted(_reversed(np.uint32(sample)), np.uint32(first >> _U64(32))))
-    x = _permuted(index, np.uint32(first & _U64(0xFFFFFFFF)))
+    first = mix(state, 2 * dimension)
+    second = mix(state, 2 * dimension + 1)
+    index = _reverse(_permute(_reverse(np.uint32(sample)), np.uint32(first >> _U64(32))))
+    x = _permute(index, np.uint32(first & _U64(0xFFFFFFFF)))
     y = sobol[0, index & np.uint32(255)] ^ sobol[1, (index >> np.uint32(8)) & np.uint32(255)]
     y ^= sobol[2, (index >> np.uint32(16)) & np.uint32(255)] ^ sobol[3, index >> np.uint32(24)]
-    y = _permuted(_reversed(y), np.uint32(second & _U64(0xFFFFFFFF)))
-    return _reversed(x) * _STEP, _reversed(y) * _STEP
+    y = _permute(_reverse(y), np.uint32(second & _U64(0xFFFFFFFF)))
+    return _reverse(x) * _STEP, _reverse(y) * _STEP
 
 
 @scalar
@@ -95,5 +95,5 @@ def pairs(state, pixel, dimension, sample, sobol):  # type: ignore[no-untyped-de
     """(N, 2) numbers in [0, 1) for pixels (N,) and their samples (N,)."""
     numbers = np.empty((pixel.size, 2))
     for n in range(pixel.size):
-        numbers[n, 0], numbers[n, 1] = pair(mixed(state, pixel[n]), dimension, sample[n], sobol)
+        numbers[n, 0], numbers[n, 1] = pair(mix(state, pixel[n]), dimension, sample[n], sobol)
     return numbers

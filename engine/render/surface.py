@@ -27,7 +27,7 @@ from engine.brdf.brdf import MODELS
 from engine.brdf.sampling import sampler_of
 from engine.brdf.sampling_lobes import BELOW_ONE, CosineLobe, Mixture, VisibleGgxLobe
 from engine.core.kernels import scalar
-from engine.render.direct import looked_up, texture_axes, texture_coordinates
+from engine.render.direct import sample, texture_axes, texture_coordinates
 from engine.render.mip_maps import mip_levels_of
 from engine.render.pbr import Texels, texels_at
 from engine.scene.scene import Scene
@@ -35,7 +35,7 @@ from engine.shading.directional.planes import DirectionalMap
 from engine.surface.metallic_roughness import SMOOTHEST
 
 #: Least cosine between the normal that shades and the direction of view.
-LEAST_FACING = 0.01
+MIN_FACING = 0.01
 
 
 @scalar
@@ -94,9 +94,9 @@ def _visible_normal(shading, flat, away, side):  # type: ignore[no-untyped-def]
     for i in range(3):
         shading[i] = shading[i] * side / length if length > 0.0 else flat[i]
     facing = shading[0] * away[0] + shading[1] * away[1] + shading[2] * away[2]
-    if facing < LEAST_FACING:
+    if facing < MIN_FACING:
         for i in range(3):
-            shading[i] += (LEAST_FACING - facing) * away[i]
+            shading[i] += (MIN_FACING - facing) * away[i]
         length = np.sqrt(shading[0] ** 2 + shading[1] ** 2 + shading[2] ** 2)
         for i in range(3):
             shading[i] /= length
@@ -205,7 +205,7 @@ class Reflector:
         value[~ground] = self._object(at, index[~ground], wi[~ground])
         return value
 
-    def textured(self, at: Points, away: Floats) -> Points:
+    def texture(self, at: Points, away: Floats) -> Points:
         """The points with their texels and the frames that normals bend; `away` (M, 3) leads to the viewer.
 
         The same where there are no PBR maps.
@@ -219,7 +219,7 @@ class Reflector:
         uv = np.einsum("nc,nci->ni", at.barycentric, corners)
         texels = texels_at(self._levels[:1], uv, np.zeros(len(uv)))
         axes = texture_axes(scene.mesh.positions[scene.mesh.faces[face]], corners, at.frame[..., 2])
-        frame = texels.bent(at.frame, axes, away)
+        frame = texels.bend_frames(at.frame, axes, away)
         frame = frame if ground is None else np.where(ground[:, None, None], at.frame, frame)
         return replace(at, frame=frame, viewer=to_local(frame, away), texels=texels)
 
@@ -278,7 +278,7 @@ class Reflector:
         uv = np.einsum("nc,nci->ni", at.barycentric[index], corners)
         along = [np.zeros_like(uv)] * 2
         heading = self._heading(at, index, wi, corners) if isinstance(scene.shading, DirectionalMap) else None
-        return looked_up(scene, self._levels, uv, along, iter([(everywhere, f, wi[:, 2], np.ones(3), heading)]))
+        return sample(scene, self._levels, uv, along, iter([(everywhere, f, wi[:, 2], np.ones(3), heading)]))
 
     def _heading(self, at: Points, index: Indices, wi: Floats, corners: Floats) -> Floats:
         """Directions `wi` (K, 3) along the axes of the texture, (K, 2)."""

@@ -1,4 +1,4 @@
-"""Pictures of baked transport, drawn on the processor.
+"""Images of baked transport, drawn on the CPU.
 
 A pixel's triangle is found by a ray. At each of its corners the radiance towards the eye is the product of the view
 maps, looked up in the frame of that corner, and the K-tuple there (`engine.transport.wavelet.transfer`), or of the
@@ -20,7 +20,7 @@ from engine.core.steps import Step, Steps
 from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import caster_of, meets_front
-from engine.transport.relit import Relit, Shade
+from engine.transport.relight import RelightTransport, Shade
 
 #: Sub-pixels of a band, about 50 ms of work.
 BAND = 50_000
@@ -30,21 +30,21 @@ BAND = 50_000
 class Transported:
     """`picture` (height, width, 4) float32: radiance times coverage, and coverage; `negative_rel` clamped over kept."""
 
-    picture: NDArray[np.float32]
+    image: NDArray[np.float32]
     negative_rel: float
 
 
-def picture_of(relit: Relit, camera: Camera, size: tuple[int, int], samples: int = 2) -> Steps[Transported]:
-    """The picture of `size` (width, height), samples² sub-pixels each, of transport under its light."""
-    return _picture(relit.mesh, camera, size, samples, relit.shade(camera.eye))
+def image_of(relit: RelightTransport, camera: Camera, size: tuple[int, int], samples: int = 2) -> Steps[Transported]:
+    """The image of `size` (width, height), samples² sub-pixels each, of transport under its light."""
+    return _image(relit.mesh, camera, size, samples, relit.shade(camera.eye))
 
 
-def _picture(mesh: Mesh, camera: Camera, size: tuple[int, int], samples: int, shade: Shade) -> Steps[Transported]:
+def _image(mesh: Mesh, camera: Camera, size: tuple[int, int], samples: int, shade: Shade) -> Steps[Transported]:
     width, height = size
     if samples < 1 or min(size) < 1:
-        raise ValueError(f"a picture of {width} × {height} pixels with {samples} samples is not possible")
+        raise ValueError(f"an image of {width} × {height} pixels with {samples} samples is not possible")
     caster = caster_of(mesh)
-    picture = np.zeros((height, width, 4), np.float32)
+    image = np.zeros((height, width, 4), np.float32)
     kept = cut = 0.0
     band = max(1, BAND // (width * samples * samples))
     for top in range(0, height, band):
@@ -60,6 +60,6 @@ def _picture(mesh: Mesh, camera: Camera, size: tuple[int, int], samples: int, sh
         pixels = np.zeros((len(rays), 4))
         pixels[seen, :3], pixels[seen, 3] = np.maximum(value, 0.0), 1.0
         mean = pixels.reshape(stop - top, samples, width, samples, 4).mean(axis=(1, 3))
-        picture[top:stop] = np.minimum(mean, np.finfo(np.float32).max)
-        yield Step(stop / height, "drawing on the processor", picture)
-    return Transported(picture, cut / kept if kept > 0.0 else 0.0)
+        image[top:stop] = np.minimum(mean, np.finfo(np.float32).max)
+        yield Step(stop / height, "drawing on the CPU", image)
+    return Transported(image, cut / kept if kept > 0.0 else 0.0)

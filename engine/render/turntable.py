@@ -1,6 +1,6 @@
 """A turntable: the scene of each frame of a full turn of the model, of the light, or of both together.
 
-The model itself stays where it is. That it turns before a camera and a light that rest is the same picture as camera
+The model itself stays where it is. That it turns before a camera and a light that rest is the same image as camera
 and light that turn the other way, so a bake can be drawn as it is, and only light is computed anew:
 
     model   the camera and the light turn by −a
@@ -31,7 +31,7 @@ FRAMED_BY, FRAMES_FRAMED = 4000, 24
 TURNS: tuple[Turns, ...] = get_args(Turns)
 
 
-def turned(scene: Scene, angle: float, turns: Turns) -> Scene:
+def turn(scene: Scene, angle: float, turns: Turns) -> Scene:
     """`scene` after a part of the turn by `angle` in radians."""
     if turns != "light":
         scene = replace(scene, camera=camera_about(scene.camera, -angle, middle(scene.mesh.positions)))
@@ -49,17 +49,17 @@ def turned(scene: Scene, angle: float, turns: Turns) -> Scene:
 
 def frames(scene: Scene, count: int, turns: Turns) -> Iterator[Scene]:
     """The scenes of `count` frames, the first as it is; the one after the last would be the first again."""
-    return (turned(scene, 2.0 * pi * number / count, turns) for number in range(count))
+    return (turn(scene, 2.0 * pi * number / count, turns) for number in range(count))
 
 
 def camera_about(camera: Camera, angle: float, axis: Vector) -> Camera:
     """The camera, turned by `angle` about the vertical through the point `axis`."""
 
-    def moved(point: Vector) -> Vector:
+    def move(point: Vector) -> Vector:
         x, y, z = about_y((point[0] - axis[0], point[1], point[2] - axis[2]), angle)
         return axis[0] + x, y, axis[2] + z
 
-    return replace(camera, eye=moved(camera.eye), target=moved(camera.target), up=about_y(camera.up, angle))
+    return replace(camera, eye=move(camera.eye), target=move(camera.target), up=about_y(camera.up, angle))
 
 
 def middle(positions: NDArray[Any]) -> Vector:

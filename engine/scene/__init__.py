@@ -1,1 +1,1 @@
-"""A material and a scene: all that a picture is computed from."""
+"""A material and a scene: all that an image is computed from."""

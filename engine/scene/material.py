@@ -40,7 +40,7 @@ class Material:
     brdf : the text that names the BRDF, as on the command line (`phong:exponent=20`).
     sigma : the factor in r = sigma f_r cos(theta_i); None means automatic (see `auto_sigma`).
     elevation_deg : elevations of the lights of the capture, which the automatic sigma needs.
-    name : shown to people.
+    name : shown to users.
     measured : the BRDF as it was measured, a table, or factors, which a bundle holds as a table; `brdf` is then
         the model nearest to it, for what holds no table.
     surface : PBR maps of the surface behind the photographs, beside what is looked up. Exports take them; nothing is
@@ -123,11 +123,11 @@ def error_figures(material: Material) -> dict[str, Any]:
         "seam_error": seam_error,
         "tile_width_px": width,
         "tile_height_px": height,
-        "brdf_fit_rmse_rel": fitted_error(material),
+        "brdf_fit_rmse_rel": compute_fit_error(material),
     }
 
 
-def fitted_error(material: Material) -> float | None:
+def compute_fit_error(material: Material) -> float | None:
     """Relative RMSE of f cos(theta_i) of the model that `brdf` names against the measured BRDF; None without one."""
     if material.measured is None:
         return None

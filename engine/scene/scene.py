@@ -1,4 +1,4 @@
-"""Everything that one picture shows: model, ground, material, BRDF, light and camera, as one value.
+"""Everything that one image shows: model, ground, material, BRDF, light and camera, as one value.
 
 The GL renderer (`engine.gl.direct`) and the CPU renderer (`engine.render.direct`) draw the same scene to the same
 numbers. Following Kautz2004 Sec. 4, the light is one direction or several, chosen by importance from an
@@ -16,9 +16,9 @@ Figure 6 compares this look-up, 'radiance', with three others; there rho_j = sig
 For a Lambertian surface photographed from above, 'angle' and 'radiance' are one function. In a directional map, S
 depends on the azimuth of the light as well (`engine.shading.directional.effective_light`): on that of each light, and
 in 'texture' and 'outgoing' on that of the mean of all, weighted by r. PBR maps are no look-up but a BRDF at each texel:
-with them the picture shows sum f_r cos(theta_j) E_j, f_r that of the texel, in the frame that the map of normals bends.
+with them the image shows sum f_r cos(theta_j) E_j, f_r that of the texel, in the frame that the map of normals bends.
 Without a material it shows the same with one f_r. Lights below the surface's own horizon add nothing; what other parts
-of the model would shadow or reflect is not part of these pictures.
+of the model would shadow or reflect is not part of these images.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
 from engine.light.environment import DistantLights, EnvironmentMap
 from engine.light.lamps import Lamp, lights_from_all_sides, lights_of_all
-from engine.light.light_tree import chosen_lights
+from engine.light.light_tree import choose_lights
 from engine.light.near_lamps import NearLamp
 from engine.scene.material import Material, auto_sigma
 from engine.shading.directional.effective_light import EffectiveCosine, effective_cosine
@@ -55,14 +55,14 @@ SOURCES: tuple[Source, ...] = ("slices", "power-law")
 LOOKUPS: tuple[Lookup, ...] = ("radiance", "texture", "outgoing", "angle")
 ABOVES: tuple[Above, ...] = ("clamp", "scale")
 
-#: Most directions of an environment: four times what the smoothest picture needs.
-MOST_DIRECTIONS = 4096
+#: Most directions of an environment: four times what the smoothest image needs.
+MAX_DIRECTIONS = 4096
 
 #: Most irradiance: times the brightest texel and squared it is still a number.
-MOST_IRRADIANCE = 1e100
+MAX_IRRADIANCE = 1e100
 
 #: Most lamps beside it; a texture of all lights then still fits every graphics device.
-MOST_LAMPS = 64
+MAX_LAMPS = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,18 +109,18 @@ class Scene:
     def __post_init__(self) -> None:
         if self.source not in SOURCES or self.lookup not in LOOKUPS or self.above not in ABOVES:
             raise UsageError(f"unknown source {self.source!r}, lookup {self.lookup!r} or above {self.above!r}")
-        if not 0.0 <= self.irradiance <= MOST_IRRADIANCE:
-            raise UsageError(f"an irradiance of {self.irradiance!r} is outside 0 … {MOST_IRRADIANCE:g}")
+        if not 0.0 <= self.irradiance <= MAX_IRRADIANCE:
+            raise UsageError(f"an irradiance of {self.irradiance!r} is outside 0 … {MAX_IRRADIANCE:g}")
         if not 0.0 < self.repeats < float("inf"):
             raise UsageError(f"{self.repeats!r} repeats are not a positive number")
-        if not (isfinite(self.environment_rotation) and 1 <= self.directions <= MOST_DIRECTIONS):
+        if not (isfinite(self.environment_rotation) and 1 <= self.directions <= MAX_DIRECTIONS):
             raise UsageError(
-                f"a rotation of {self.environment_rotation} or {self.directions} directions (1 … {MOST_DIRECTIONS}) "
+                f"a rotation of {self.environment_rotation} or {self.directions} directions (1 … {MAX_DIRECTIONS}) "
                 "is not possible"
             )
-        if max(len(self.lamps), len(self.near_lamps)) > MOST_LAMPS:
+        if max(len(self.lamps), len(self.near_lamps)) > MAX_LAMPS:
             count = max(len(self.lamps), len(self.near_lamps))
-            raise UsageError(f"a scene has at most {MOST_LAMPS} lamps, not {count}")
+            raise UsageError(f"a scene has at most {MAX_LAMPS} lamps, not {count}")
         object.__setattr__(self, "lamps", tuple(self.lamps))
         object.__setattr__(self, "light", tuple(float(x) for x in normalize(self.light, (0.0, 1.0, 0.0))))
 
@@ -138,8 +138,8 @@ class Scene:
     def _without_lamps(self) -> DistantLights:
         if self.environment is None:
             return DistantLights(np.array([self.light]), np.full((1, 3), self.irradiance))
-        chosen = chosen_lights(self.environment, self.directions)
-        return DistantLights(chosen.direction, chosen.irradiance * self.irradiance).rotated(self.environment_rotation)
+        chosen = choose_lights(self.environment, self.directions)
+        return DistantLights(chosen.direction, chosen.irradiance * self.irradiance).rotate(self.environment_rotation)
 
     @cached_property
     def surface(self) -> Mesh:

@@ -1,1 +1,1 @@
-"""Hard cases that check a person's machine."""
+"""Hard cases that check a user's machine."""

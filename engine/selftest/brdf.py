@@ -109,7 +109,7 @@ def _frames_turn_right() -> Found:
     return float(np.abs(np.linalg.det(world_from_tangent(normal)) - 1.0).max()), 2e-15
 
 
-def _signed_values() -> Found:
+def _check_signed_values() -> Found:
     rng = np.random.default_rng(1)
     basis = np.linalg.qr(rng.normal(size=(40, 40)))[0]
     values = np.concatenate([[1.0, -1.0, 0.5], np.full(37, 0.01)])
@@ -177,7 +177,7 @@ QUESTIONS = (
     Question("F1", "deviation of frames from orthonormal near the one singularity", _frames_at_the_pole),
     Question("F3", "deviation of the determinant of frames from 1", _frames_turn_right),
     Question("W2", "values of terms that a matrix of rank 1 does not have, relative", _rank_one),
-    Question("W4", "residual of three terms with values ±1, over the least possible", _signed_values),
+    Question("W4", "residual of three terms with values ±1, over the least possible", _check_signed_values),
     Question("W6", "residual of four terms of a triangular matrix, over the least possible", _triangular),
     Question("L1", "relative error of logarithms of values there and back, zeros included", _logarithms_return),
     Question("Q1", "error of half of a turn by 1e-10, twice", _small_turns),

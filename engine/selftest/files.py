@@ -12,7 +12,7 @@ from engine.geometry.unwrap import atlas
 from engine.images.decode import LARGEST_RADIANCE, refuse_larger
 from engine.light.environment_file import repair
 from engine.selftest.case import Found, Question
-from engine.selftest.light import ball
+from engine.selftest.light import sphere
 from engine.storage.text import utf8
 
 
@@ -39,7 +39,7 @@ def _thin_charts() -> Found:
 
 def _gaps_are_closed() -> Found:
     """A closed model whose triangles have corners of their own, off by 1e-7 of its extent."""
-    model = ball()
+    model = sphere()
     corners = model.positions[model.faces].reshape(-1, 3)
     moved = corners + np.random.default_rng(0).uniform(-1e-7, 1e-7, corners.shape)
     closed, _ = without_gaps(moved, np.arange(len(moved)).reshape(-1, 3))

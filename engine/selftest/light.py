@@ -15,7 +15,7 @@ from engine.geometry.mesh import Mesh
 from engine.gl.direct import DirectRenderer
 from engine.light.cube_map import CubeMap, cube_directions, cube_of, cube_solid_angles
 from engine.light.environment import EnvironmentMap, texel_directions
-from engine.light.gaussian_prefilter import gaussian_integral, prefiltered
+from engine.light.gaussian_prefilter import gaussian_integral, prefilter
 from engine.light.lamps import lights_of_all
 from engine.light.sun_split import split_sun
 from engine.planning.effects.estimates import Scenery, self_shadowing
@@ -27,7 +27,7 @@ from engine.transport.baking.visibility import every_ray, miss_rate, receivers, 
 from engine.transport.gaussian.fitting.lobes import gaussian
 from engine.transport.gaussian.fitting.views import nearest_views, view_directions
 from engine.transport.sh.bake import BakeSettings, baker_of, prepare
-from engine.transport.sh.basis import cosine_zonal, evaluate, turned_zonal, window
+from engine.transport.sh.basis import cosine_zonal, evaluate, turn_zonal, window
 from engine.transport.sh.lighting import project
 from engine.transport.sh.rotation import rotation
 from engine.transport.sh.transfer import matrices, visibility_harmonics
@@ -41,12 +41,12 @@ from engine.transport.wavelet.quantise import (
     quantise,
     unpack,
 )
-from engine.transport.wavelet.transfer import Vectors16, WaveletTransport, relit
+from engine.transport.wavelet.transfer import Vectors16, WaveletTransport, relight_transport
 
 U64, U32 = 2.0**-53, 2.0**-24
 
 
-def ball(rows: int = 24) -> Mesh:
+def sphere(rows: int = 24) -> Mesh:
     """A closed convex sphere of a few hundred vertices."""
     theta, phi = np.meshgrid(np.pi * np.arange(1, rows) / rows, np.pi * np.arange(2 * rows) / rows, indexing="ij")
     ring = np.stack([np.sin(theta) * np.sin(phi), np.cos(theta), np.sin(theta) * np.cos(phi)], axis=-1).reshape(-1, 3)
@@ -113,7 +113,7 @@ def _windows_keep_the_mean() -> Found:
 
 def _diffuse_under_even_light() -> Found:
     even = project(EnvironmentMap(np.ones((32, 64, 3), np.float32)), 5)
-    lit = turned_zonal(cosine_zonal(5), normalize(np.random.default_rng(0).normal(size=(64, 3)))) @ even / np.pi
+    lit = turn_zonal(cosine_zonal(5), normalize(np.random.default_rng(0).normal(size=(64, 3)))) @ even / np.pi
     return float(np.abs(lit - 1.0).max()), 1e-6
 
 
@@ -125,7 +125,7 @@ def _open_point() -> Found:
     return float(np.abs(found @ found.T - np.eye(25)).max()), 4e-6
 
 
-def _closed_point() -> Found:
+def _find_closed_point() -> Found:
     seen = visibility_harmonics(np.zeros((1, 6 * 16**2), np.uint8), 1, 16, 9)
     return float(np.abs(matrices(seen, np.eye(3)[None], np.zeros(1, np.bool_))).max()), 0.0
 
@@ -166,7 +166,7 @@ def _words_return() -> Found:
 
 def _sums_never_overflow() -> Found:
     """96 products of the largest coefficients, against the integers of Python."""
-    kept, mesh = 96, ball(4)
+    kept, mesh = 96, sphere(4)
     count = len(mesh.positions)
     words = np.full((count, kept), pack(np.array([1023, 1023, 511])), np.uint32)
     indices = np.tile(np.arange(6, 6 + kept, dtype=np.uint16), (count, 1))
@@ -177,7 +177,7 @@ def _sums_never_overflow() -> Found:
         mesh, count, SeparableFactors(hemisphere_map, "in-out", flat, flat, True, True), 0.0, 16, vectors
     )
     quantised = np.full((6 * 16 * 16, 3), 32767, np.int16)
-    found = relit(transport, WaveletLight(np.zeros((6, 3)), quantised, 1.0, 0.0, 0.0))
+    found = relight_transport(transport, WaveletLight(np.zeros((6, 3)), quantised, 1.0, 0.0, 0.0))
     return float(np.abs(found / float(kept * 32767) - 1.0).max()), 1e-12
 
 
@@ -227,18 +227,18 @@ def _views_return() -> Found:
     return float(np.abs(own - 1.0).max() + np.abs(views.sum(axis=0)).max()), 1e-13
 
 
-def _closed_models_are_tight() -> Found:
-    return miss_rate(ball(), 100_000), 2e-5
+def _check_closed_models_are_tight() -> Found:
+    return miss_rate(sphere(), 100_000), 2e-5
 
 
 def _convex_is_open() -> Found:
-    of = receivers(ball())
+    of = receivers(sphere())
     asked, known = (np.concatenate([bits for _, bits in visibility_cube(of, 16, skip=skip)]) for skip in (False, True))
     return float(np.count_nonzero(asked != known)), 0.0
 
 
 def _scale_is_nothing() -> Found:
-    one = ball(8)
+    one = sphere(8)
     points = np.concatenate([one.positions, 0.5 * one.positions + (1.3, 0.4, 0.0)])
     normals, uv = np.concatenate([one.normals] * 2), np.concatenate([one.uv] * 2)
     faces = np.concatenate([one.faces, one.faces + np.int32(len(one.positions))])
@@ -250,13 +250,13 @@ def _scale_is_nothing() -> Found:
 
 
 def _even_light_stays_even() -> Found:
-    levels = prefiltered(CubeMap(np.full((6, 32, 32, 3), 0.7, np.float32))).levels
+    levels = prefilter(CubeMap(np.full((6, 32, 32, 3), 0.7, np.float32))).levels
     return max(float(np.abs(level / np.float32(0.7) - 1.0).max()) for level in levels), 1e-5
 
 
 def _filters_keep_energy() -> Found:
     cube = CubeMap(np.random.default_rng(0).random((6, 32, 32, 3)).astype(np.float32))
-    found = prefiltered(cube)
+    found = prefilter(cube)
     rng = np.random.default_rng(1)
     towards = normalize(rng.normal(size=(200_000, 3)))
     sigma = float(found.sigma[len(found.sigma) // 2])
@@ -278,11 +278,11 @@ def _sums_are_linear() -> Found:
     return float(np.abs(apart).max()), 64 * U32
 
 
-def _gl_is_the_processor() -> Found:
+def _gl_is_the_cpu() -> Found:
     from engine.gl.context import create_context
     from engine.render.direct import radiance
 
-    mesh = ball()
+    mesh = sphere()
     scene = Scene(mesh, frame(mesh.positions), brdf_from_text("ggx:kd=0.3,alpha=0.3,f0=0.04"))
     wanted = drain(radiance(scene, (64, 64), samples=1))
     with create_context() as context:
@@ -296,7 +296,7 @@ def _gl_is_the_processor() -> Found:
 def _gl_is_finite() -> Found:
     from engine.gl.context import create_context
 
-    mesh = ball()
+    mesh = sphere()
     scene = Scene(mesh, frame(mesh.positions), brdf_from_text("phong:exponent=10000"), light=(0.0, 0.0, 1.0))
     with create_context() as context:
         renderer = DirectRenderer(context)
@@ -306,7 +306,7 @@ def _gl_is_finite() -> Found:
 
 
 def _every_ray_agrees() -> Found:
-    mesh = ball()
+    mesh = sphere()
     work = drain(prepare(mesh, Lambert((0.5, 0.5, 0.5)), BakeSettings(3, 16, 2)))
     of, vertices = receivers(mesh, work.caster), np.arange(len(mesh.positions))
     asked = every_ray(of, 16, 2)
@@ -316,7 +316,7 @@ def _every_ray_agrees() -> Found:
 
 
 def _convex_needs_no_shadows() -> Found:
-    mesh, brdf = ball(), Lambert((0.5, 0.5, 0.5))
+    mesh, brdf = sphere(), Lambert((0.5, 0.5, 0.5))
     some = sample(mesh, EnvironmentMap(np.ones((16, 32, 3), np.float32)), points=16)
     nothing = np.zeros((*some.views.shape[:2], 3))
     seen = radiances(some, brdf, methods=False)
@@ -337,10 +337,10 @@ QUESTIONS = (
     Question("H9", "change of even light by windows", _windows_keep_the_mean),
     Question("H10", "error of a diffuse surface under even light", _diffuse_under_even_light),
     Question("H11", "deviation of transfer at an open point from a rotation", _open_point),
-    Question("H11", "transfer at a closed point", _closed_point),
+    Question("H11", "transfer at a closed point", _find_closed_point),
     Question("H13", "error of the sum of two lights", _sums_are_linear),
     Question("H14", "relative error of the sphere as the sum of texels", _sphere_is_whole),
-    Question("Z1", "error of 12-bit pictures after the transform and back", _haar_is_exact),
+    Question("Z1", "error of 12-bit images after the transform and back", _haar_is_exact),
     Question("Z2", "relative change of energy by the transform", _haar_keeps_energy),
     Question("Z4", "how far ties are from going to the lowest index", _ties_go_first),
     Question("Z9", "error of quantised coefficients, in halves of a step", _codes_never_wrap),
@@ -349,7 +349,7 @@ QUESTIONS = (
     Question("X5", "cube edges of 128 that are taken", _large_edges_are_refused),
     Question("X6", "relative error of the sky's energy beside a sun of 1e6", _sun_leaves_the_sky),
     Question("EN6", "relative change of the light by splitting a sun off", _flux_is_kept),
-    Question("V1", "rays that leave a closed model unnoticed", _closed_models_are_tight),
+    Question("V1", "rays that leave a closed model unnoticed", _check_closed_models_are_tight),
     Question("V2", "texels that a convex model hides from itself", _convex_is_open),
     Question("V3", "texels that change when a model shrinks a million times", _scale_is_nothing),
     Question("G3", "relative error of a Gaussian of width 1e-3", _narrow_gaussians),
@@ -359,7 +359,7 @@ QUESTIONS = (
     Question("EN3", "relative change of energy by filtering", _filters_keep_energy),
     Question("EN13", "error of faces of a cube map whose colours are directions", _faces_lie_right),
     Question("GL2", "pixels of a narrow highlight that are not finite", _gl_is_finite),
-    Question("GL8", "largest difference of drawing with and without the graphics device", _gl_is_the_processor),
+    Question("GL8", "largest difference of drawing with and without the graphics device", _gl_is_the_cpu),
     Question("T1", "change of transport by rays that a convex model does not need", _every_ray_agrees),
     Question("T2", "estimate of the shadows of a convex model on itself", _convex_needs_no_shadows),
     Question("T3", "suns split off a sky without one", _no_sun_no_split),

@@ -8,11 +8,11 @@ import warnings
 from engine.core.errors import FileError, MissingCapability, UsageError
 from engine.core.steps import Step, Steps
 from engine.selftest import brdf as selftest_brdf
-from engine.selftest import confinement, files, light, pictures
+from engine.selftest import confinement, files, images, light
 from engine.selftest.case import Case, Question, group_of
 
 QUESTIONS: tuple[Question, ...] = (
-    *pictures.QUESTIONS,
+    *images.QUESTIONS,
     *selftest_brdf.QUESTIONS,
     *light.QUESTIONS,
     *files.QUESTIONS,
@@ -48,12 +48,12 @@ def selftest(only: tuple[str, ...] = ()) -> Steps[tuple[Case, ...]]:
     cases: list[Case] = []
     for number, question in enumerate(chosen):
         yield Step(number / len(chosen), f"{question.id}: {question.text}", tuple(cases))
-        cases.append(asked(question))
+        cases.append(ask(question))
     yield Step(1.0, "done", tuple(cases))
     return tuple(cases)
 
 
-def asked(question: Question) -> Case:
+def ask(question: Question) -> Case:
     """One case. What raises, and what warns of numbers, does not pass; what the machine lacks is said to be missing."""
     nothing = (question.id, question.text, 0.0, 0.0)
     try:

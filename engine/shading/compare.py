@@ -1,6 +1,6 @@
 """Representations of a capture with lamps at several azimuths, beside each other: error, bytes and time of the fit.
 
-The rivals are those of the field: the mean picture, polynomial texture maps, hemispherical harmonics, and radial basis
+The rivals are those of the field: the mean image, polynomial texture maps, hemispherical harmonics, and radial basis
 functions over all photographs. Their errors of leaving a photograph out follow from second moments
 (`engine.shading.directional.moments`), so that each takes milliseconds once these are known.
 """
@@ -19,7 +19,7 @@ from engine.core.steps import Result, Step, Steps, part
 from engine.shading.directional import interpolation
 from engine.shading.directional.left_out import Predict, by_brightness, by_photographs, by_planes
 from engine.shading.directional.moments import moments
-from engine.shading.directional.planes import directions, fitted
+from engine.shading.directional.planes import directions, fit_planes
 from engine.shading.fidelity import fidelity
 from engine.shading.shading_map import build
 
@@ -48,12 +48,12 @@ class Candidate:
 
 def compare(stack: ImageStack, used: NDArray[np.int64], slices: int = 8) -> Steps[list[Candidate]]:
     """All candidates and rivals of the photographs `used`, by rising error; ValueError for a stack without azimuths."""
-    found, moments_s = yield from _timed(part(moments(stack, used), 0.0, 0.3))
-    lights, second = directions(stack, used), found.of_channels()
+    found, moments_s = yield from _time(part(moments(stack, used), 0.0, 0.3))
+    lights, second = directions(stack, used), found.average_channels()
     rows = [*_fits(lights, second, moments_s)]
     for place, most in enumerate((None, *PLANES)):
         first = 0.3 + 0.15 * place
-        planes, seconds = yield from _timed(part(fitted(stack, used, found, most), first, first + 0.15))
+        planes, seconds = yield from _time(part(fit_planes(stack, used, found, most), first, first + 0.15))
         errors = (planes.leave_one_out, planes.in_sample)
         count = len(planes.planes)
         name, predict = f"planes-{count}", by_planes(lights, found, planes.kernel, count)
@@ -84,7 +84,7 @@ def _fits(lights: Array, second: Array, moments_s: float) -> list[Candidate]:
         values = functions(lights)
         if values.shape[1] >= count:
             continue
-        out = interpolation.left_out_of_fit(values)
+        out = interpolation.leave_out_of_fit(values)
         error = interpolation.rms(out, second)
         inside = interpolation.rms(values @ np.linalg.pinv(values) - np.eye(count), second)
         terms = 3 * values.shape[1]
@@ -92,13 +92,13 @@ def _fits(lights: Array, second: Array, moments_s: float) -> list[Candidate]:
         rows.append(Candidate(name, error, inside, terms, products, moments_s, by_photographs(out)))
     kernel = interpolation.best_kernel(lights, second)
     inside = interpolation.rms(interpolation.weights(lights, lights, kernel) - np.eye(count), second)
-    out = interpolation.left_out(lights, kernel)
+    out = interpolation.list_left_out(lights, kernel)
     error, size = interpolation.rms(out, second), 3 * count
     rows.append(Candidate("kriging-of-all", error, inside, size, size, moments_s, by_photographs(out)))
     return rows
 
 
-def _timed(work: Steps[Result]) -> Steps[tuple[Result, float]]:
+def _time(work: Steps[Result]) -> Steps[tuple[Result, float]]:
     """The result of `work` and the seconds of it."""
     started = time.perf_counter()
     result = yield from work

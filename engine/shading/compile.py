@@ -1,4 +1,4 @@
-"""Compiling the kernels of this package before they are needed, so that neither people nor clocks wait for it later.
+"""Compiling the kernels of this package before they are needed, so that neither users nor clocks wait for it later.
 
 Compiling takes half a minute on a new machine; afterwards the kernels come from the cache in a second.
 """

@@ -1,7 +1,7 @@
-"""Error of a shading map against the photographs that it was made of, beside that of their mean picture.
+"""Error of a shading map against the photographs that it was made of, beside that of their mean image.
 
 A shading map shows photographs of equal mean radiance alike, whatever their azimuth. Where that is not so, as with a
-dome of lamps over a relief, it may be further from the photographs than one picture that knows no light at all. Errors
+dome of lamps over a relief, it may be further from the photographs than one image that knows no light at all. Errors
 are root mean squares over texels, channels and photographs, in codes of 8-bit sRGB, as tools for domes state them; on a
 regular grid of at most 65,536 texels, of which alone the rows are read.
 """
@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.report import bracketed, grid_step
+from engine.capture.report import bracket, grid_step
 from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_encode
 from engine.core.figure_text import number
@@ -82,7 +82,7 @@ def fidelity(stack: ImageStack, used: NDArray[np.int64], shading_map: ShadingMap
         shown = sampled.slice_image(float(means[place]))
         squares[0, place] = _square(_codes(shown), wanted[place])
         if others:
-            left = bracketed(radiance, means, others, float(means[place]))
+            left = bracket(radiance, means, others, float(means[place]))
             squares[1, place] = _square(_codes(left), wanted[place])
             squares[2, place] = _square(mean, wanted[place]) * (len(used) / (len(used) - 1)) ** 2
     inside, out, plain = np.sqrt(squares.mean(axis=1))

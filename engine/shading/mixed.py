@@ -14,7 +14,7 @@ from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Steps
 from engine.shading.kept_tiles import cut_tiles, tile_maxima
 from engine.shading.power_law import PowerLawMap
-from engine.shading.power_law_error import measured
+from engine.shading.power_law_error import measure
 from engine.shading.shading_map import ShadingMap
 
 #: Texels along the side of a tile.
@@ -37,7 +37,7 @@ def keep_tiles(
     kept = tile_maxima(power_law.error_map, size) >= bound
     tiles = cut_tiles(shading_map.slices, kept, size) if kept.any() else None
     health = _health(power_law, float(kept.mean()), bound)
-    return (yield from measured(dataclasses.replace(power_law, kept=tiles, health=health), shading_map))
+    return (yield from measure(dataclasses.replace(power_law, kept=tiles, health=health), shading_map))
 
 
 def _health(power_law: PowerLawMap, fraction: float, bound: float) -> Health:

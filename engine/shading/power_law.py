@@ -117,13 +117,13 @@ class PowerLawMap:
         value = power(scale, exponent, share)
         if self.kept is not None:
             value = self.kept.over(value, row, column, share, self.error_map.shape)
-        return _rounded(value, gain)
+        return _round(value, gain)
 
     def slice_image(self, r: float, above: Above = "clamp") -> NDArray[np.float32]:
         """The whole image f(r), (H, W, 3) float32; equals `lookup` at every texel centre."""
         share, gain = share_and_gain(r, self.r_max, above)
         value = power(self.scale, self.exponent, share)
-        return _rounded(value if self.kept is None else self.kept.image_over(value, float(share)), gain)
+        return _round(value if self.kept is None else self.kept.image_over(value, float(share)), gain)
 
 
 def power(scale: NDArray[np.floating], exponent: NDArray[np.floating], share: NDArray[np.float64]) -> Numbers:
@@ -135,7 +135,7 @@ def power(scale: NDArray[np.floating], exponent: NDArray[np.floating], share: ND
     return value
 
 
-def _rounded(value: Numbers, gain: Numbers) -> NDArray[np.float32]:
+def _round(value: Numbers, gain: Numbers) -> NDArray[np.float32]:
     with np.errstate(under="ignore"):
         return (gain[..., None] * value).astype(np.float32)
 
@@ -165,7 +165,7 @@ def fit(
     )
 
     tables = (exponent_grid(count), log_positions(count))
-    left_out = _left_out(shading_map, excluded)
+    left_out = _list_left_out(shading_map, excluded)
     flat = np.ascontiguousarray(shading_map.slices).reshape(count, height, 3 * width)
     factor, exponent = (scratch_array((height, 3 * width), np.float32) for _ in range(2))
     error_map, sums = np.empty((height, width), np.float32), np.empty((height, 3))
@@ -190,7 +190,7 @@ def fit(
     return PowerLawMap(factor, exponent, shading_map.r_max, rms, np.sqrt(mean_squares), error_map, health)
 
 
-def _left_out(shading_map: ShadingMap, excluded: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
+def _list_left_out(shading_map: ShadingMap, excluded: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
     """Samples that the fit leaves out, (S, H, W), or (S, 0, 0) for none; read-only like the slices."""
     marked = [array for array in (shading_map.clipped, excluded) if array is not None and array.any()]
     if marked:

@@ -40,7 +40,7 @@ def worst_texels(power_law: PowerLawMap, count: int = 10) -> tuple[Texel, ...]:
     return tuple(Texel(int(r), int(c), float(power_law.error_map[r, c])) for r, c in zip(rows, columns, strict=True))
 
 
-def measured(power_law: PowerLawMap, shading_map: ShadingMap) -> Steps[PowerLawMap]:
+def measure(power_law: PowerLawMap, shading_map: ShadingMap) -> Steps[PowerLawMap]:
     """`power_law` with the errors that it has against the slices it was made from; kept tiles have none."""
     count, height, width, _ = shading_map.slices.shape
     shares = np.linspace(0.0, 1.0, count)

@@ -26,7 +26,7 @@ REGULAR, BLACK, FLAT, CAPPED, HELD = range(5)
 
 #: Largest k in units of the brightest slice, clipped or not, where the last slice does not count: one dark sample below
 #: clipped ones would fit any k.
-MOST_EXTRAPOLATED = 4.0
+MAX_EXTRAPOLATED = 4.0
 
 #: The grid starts at K = 0 with steps of START * RATIO; further on its steps are RATIO of K.
 START, RATIO = 0.05, 0.3
@@ -34,7 +34,7 @@ START, RATIO = 0.05, 0.3
 #: Halley's iteration converges cubically: after a step that is this share of K it is exact to rounding. Halving
 #: ends at the second size.
 LAST_STEP, LAST_HALVING = 3e-5, 1e-14
-MOST_STEPS = 60
+MAX_STEPS = 60
 
 #: A second minimum is followed where its SSE is this near to the lowest, in squares of the brightest sample.
 MARGIN = 0.01
@@ -236,7 +236,7 @@ def polish(samples, counts, free, places, grid, log_x):  # type: ignore[no-untyp
         work[LOW + lane] = grid[0]
         work[HIGH + lane] = grid[grid.size - 1]
         work[SCALE + lane] = samples[last, lane]
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_STEPS):
         differentiate(samples, counts, log_x, work)
         step(free, grid, work)
         if work[BUSY : BUSY + LANES].max() == 0.0:
@@ -339,7 +339,7 @@ def hold(slices, row, left, samples, counts, held, work):  # type: ignore[no-unt
             sample = slices[i + 1, row, left + lane]
             if math.isfinite(sample) and sample > brightest:
                 brightest = sample
-        limit = MOST_EXTRAPOLATED * brightest
+        limit = MAX_EXTRAPOLATED * brightest
         if counts[last, lane] == 0.0 and work[SCALE + lane] > limit:
             samples[last, lane], counts[last, lane], held[lane] = limit, 1.0, True
     return held.any()

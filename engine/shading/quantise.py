@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.core.steps import Step, Steps
 from engine.shading.power_law import PowerLawMap, Storage, power
-from engine.shading.power_law_error import bands, measured
+from engine.shading.power_law_error import bands, measure
 from engine.shading.shading_map import ShadingMap
 
 #: Texels and channels on which the largest stored exponent is chosen.
@@ -40,7 +40,7 @@ def quantise(power_law: PowerLawMap, shading_map: ShadingMap, bits: Literal[8, 1
     for rows in bands(height, width):
         k, at = power_law.scale[rows], power_law.exponent[rows]
         codes, _ = quantise_exponent(at, bits, step)
-        exponent[rows] = restored_exponent(codes, step)
+        exponent[rows] = restore_exponent(codes, step)
         scale[rows] = np.minimum(k, HALF_MAX).astype(np.float16)
         k_stored, stored = scale[rows], exponent[rows]
         bounds = np.abs(k_stored.astype(np.float64) - k) + quantisation_bound(k_stored, at, stored)
@@ -50,7 +50,7 @@ def quantise(power_law: PowerLawMap, shading_map: ShadingMap, bits: Literal[8, 1
         yield Step(0.5 * rows.stop / height, "quantising")
     storage = Storage(bits, 16, step, bound, change)
     stored_law = dataclasses.replace(power_law, scale=scale, exponent=exponent, storage=storage)
-    return (yield from measured(stored_law, shading_map))
+    return (yield from measure(stored_law, shading_map))
 
 
 def quantise_exponent(
@@ -64,7 +64,7 @@ def quantise_exponent(
     return np.minimum(np.rint(values / step), last).astype(np.uint8 if bits == 8 else np.uint16), step
 
 
-def restored_exponent(codes: NDArray[np.unsignedinteger], step: float) -> NDArray[np.float32]:
+def restore_exponent(codes: NDArray[np.unsignedinteger], step: float) -> NDArray[np.float32]:
     """K of codes, rounded once."""
     return (codes.astype(np.float64) * step).astype(np.float32)
 

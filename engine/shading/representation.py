@@ -23,9 +23,9 @@ from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Steps, part
 from engine.shading.directional.moments import moments
 from engine.shading.directional.outliers import outliers
-from engine.shading.directional.planes import DirectionalMap, fitted
+from engine.shading.directional.planes import DirectionalMap, fit_planes
 from engine.shading.fidelity import FEWEST, Fidelity, fidelity
-from engine.shading.shading_map import ShadingMap, build, included
+from engine.shading.shading_map import ShadingMap, build, include
 
 Representation = Literal["auto", "shading-map", "directional"]
 
@@ -80,7 +80,7 @@ def choose(
 
     InputError where a directional map is wanted of a stack that cannot have one, and as `build` raises it.
     """
-    used = included(stack, excluded)
+    used = include(stack, excluded)
     if wanted == "directional":
         _check_directions(stack, used)
         return (yield from _directional(stack, used))
@@ -132,10 +132,10 @@ def _check_directions(stack: ImageStack, used: NDArray[np.int64]) -> None:
 def _directional(stack: ImageStack, used: NDArray[np.int64]) -> Steps[Chosen]:
     started = time.perf_counter()
     found = yield from part(moments(stack, used), 0.0, 0.5)
-    planes = yield from part(fitted(stack, used, found), 0.5, 1.0)
+    planes = yield from part(fit_planes(stack, used, found), 0.5, 1.0)
     fit_s = time.perf_counter() - started
     shown = Fidelity(planes.leave_one_out, planes.in_sample, planes.mean_picture, len(used))
-    apart = outliers(planes.lights, found.of_channels(), planes.kernel)
+    apart = outliers(planes.lights, found.average_channels(), planes.kernel)
     about = tuple(_about_outlier(stack.sources[used[place]], ratio) for place, ratio in apart.items())
     return Chosen(planes, shown, {}, fit_s, {"directional": planes.bytes_per_texel}, about)
 

@@ -153,7 +153,7 @@ def build(
     if slices < 2:
         raise UsageError(f"a shading map needs at least 2 slices, not {slices}")
     where = stack.folder or "the stack"
-    used = included(stack, excluded)
+    used = include(stack, excluded)
     used_means = stack.mean_radiance[used]
     if not np.isfinite(used_means).all():
         raise InputError(where, "its mean radiance is not finite", "Import the photographs again")
@@ -172,7 +172,7 @@ def build(
     return ShadingMap(linear, r_max, means, health, clipped if clipped.any() else None, order)
 
 
-def included(stack: ImageStack, excluded: Collection[str]) -> NDArray[np.int64]:
+def include(stack: ImageStack, excluded: Collection[str]) -> NDArray[np.int64]:
     """The places in the stack of the photographs that are not named in `excluded`.
 
     Raises UsageError for names that the stack does not hold, InputError where no photograph is left.

@@ -3,7 +3,7 @@
 One cut through all slices says which texel of the sample each texel of the tile copies (`engine.shading.tileable`). The
 photographs are then copied along it and linearised once more, because the mean of a tile is not that of the sample: so
 slice i of the tile has mean r_i of the tile exactly, and no slice is interpolated twice.
-The planes of a directional map are those of the sample along the cut, which is found on its pictures under a few lamps.
+The planes of a directional map are those of the sample along the cut, which is found on its images under a few lamps.
 Cost: about 5 s for eight slices of four megapixels, one copy of the photographs, and a second linearisation.
 """
 
@@ -24,14 +24,14 @@ from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
 from engine.shading.directional.planes import DirectionalMap
-from engine.shading.shading_map import ShadingMap, build, included
+from engine.shading.shading_map import ShadingMap, build, include
 from engine.shading.tileable import TileSource, tile_source
 from engine.storage.scratch import release, scratch_array
 
 #: Lamps, evenly over the list, under which planes are looked at.
-PICTURES = 8
+IMAGES = 8
 
-#: Above this ratio of steps across the seams to steps within the sample, people find the seams.
+#: Above this ratio of steps across the seams to steps within the sample, users find the seams.
 VISIBLE_SEAM = 2.0
 
 
@@ -56,28 +56,28 @@ def make_tile(
     except UsageError as error:
         where = stack.folder or "the stack"
         raise InputError(where, str(error), "Choose a smaller overlap or a larger crop") from None
-    used = included(stack, excluded)
-    tiled = yield from part(_copied(stack, source, used), 0.5, 0.75)
+    used = include(stack, excluded)
+    tiled = yield from part(_copy(stack, source, used), 0.5, 0.75)
     again = yield from part(build(tiled, len(shading_map.slices)), 0.75, 1.0)
-    health = again.health.merged(tile_health(source, shading_map.slices.shape[1:3]))
+    health = again.health.merge(tile_health(source, shading_map.slices.shape[1:3]))
     order = tuple(int(used[photograph]) for photograph in again.order)
     return Tile(dataclasses.replace(again, health=health, order=order), source)
 
 
-def tiled_planes(
+def tile_planes(
     directional: DirectionalMap, *, overlap: int | None = None, name: str | Path = "the material"
 ) -> Steps[tuple[DirectionalMap, TileSource]]:
     """A directional map that repeats, and where its texels come from; its errors are those of the sample.
 
     `overlap` as in `make_tile`. Raises InputError, which names `name`, where the sample is too small for it.
     """
-    lamps = directional.lights[np.linspace(0, len(directional.lights) - 1, PICTURES).round().astype(np.int64)]
-    pictures = []
+    lamps = directional.lights[np.linspace(0, len(directional.lights) - 1, IMAGES).round().astype(np.int64)]
+    images = []
     for count, lamp in enumerate(lamps):
-        yield Step(0.2 * count / PICTURES, "lighting the planes")
-        pictures.append(directional.picture(lamp))
+        yield Step(0.2 * count / IMAGES, "lighting the planes")
+        images.append(directional.image(lamp))
     try:
-        source = yield from part(tile_source(np.stack(pictures), overlap), 0.2, 1.0)
+        source = yield from part(tile_source(np.stack(images), overlap), 0.2, 1.0)
     except UsageError as error:
         raise InputError(name, str(error), "Choose a smaller overlap or a larger crop") from None
     planes = np.ascontiguousarray(directional.planes[:, source.row, source.column])
@@ -94,7 +94,7 @@ def tile_health(source: TileSource, sample: tuple[int, int]) -> Health:
     return Health(MappingProxyType({"seam_error": source.seam_error}), tuple(findings))
 
 
-def _copied(stack: ImageStack, source: TileSource, used: NDArray[np.int64]) -> Steps[ImageStack]:
+def _copy(stack: ImageStack, source: TileSource, used: NDArray[np.int64]) -> Steps[ImageStack]:
     """The stack of the tile's texels, with mean radiances of its own."""
     radiance = scratch_array((len(used), *source.row.shape, 3), np.float32, stack.folder)
     saturated = np.empty((len(used), *source.row.shape), np.bool_)

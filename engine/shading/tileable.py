@@ -5,7 +5,7 @@ wants a whole number of threads), and whose edges overlap by a band. In the band
 by texel, which of the two edges is seen. The path is found on all slices jointly and every output texel copies one
 input texel, so the slices stay consistent and no texel is a blend.
 
-The second path runs along a picture that already repeats sideways, so it must end where it began: the least closed
+The second path runs along an image that already repeats sideways, so it must end where it began: the least closed
 path is the best over all starting points. Cost: O(H W) for the copy, O(length * band^2) for the closed path.
 """
 
@@ -24,7 +24,7 @@ SEARCHING = "finding where the material repeats"
 #: Rows of a closed path between two steps.
 ROWS_PER_STEP = 64
 
-#: Edge length in texels of the reduced picture on which the tile size is searched.
+#: Edge length in texels of the reduced image on which the tile size is searched.
 SEARCH_SIZE = 256
 
 
@@ -69,7 +69,7 @@ def tile_source(slices: NDArray[np.float32], overlap: int | None = None, smalles
 
     sideways = features[row, column].transpose(1, 0, 2)
     tile_height = yield from part(_best_period(sideways, band, smallest), 0.3, 0.6)
-    cuts = yield from part(_closed_path(_disagreement(sideways, tile_height, band)), 0.6, 1.0)
+    cuts = yield from part(_find_closed_path(_disagreement(sideways, tile_height, band)), 0.6, 1.0)
     row = _join(row.T, tile_height, cuts).T
     column = _join(column.T, tile_height, cuts).T
     return TileSource(row, column, _seam_error(features, row, column))
@@ -87,7 +87,7 @@ def _disagreement(features: NDArray[np.float32], period: int, band: int) -> NDAr
 
 
 def _best_period(features: NDArray[np.float32], band: int, smallest: float) -> Steps[int]:
-    """The tile width whose overlapping bands agree best; searched on a reduced picture, then around the winner."""
+    """The tile width whose overlapping bands agree best; searched on a reduced image, then around the winner."""
     width = features.shape[1]
     step = max(1, min(features.shape[:2]) // SEARCH_SIZE)
     lowest, highest = int(np.ceil(smallest * width)), width - band
@@ -139,7 +139,7 @@ def _open_path_cost(cost: NDArray[np.float64]) -> float:
     return float(_accumulate(cost, cost[0])[-1].min()) / len(cost)
 
 
-def _closed_path(cost: NDArray[np.float64]) -> Steps[NDArray[np.int64]]:
+def _find_closed_path(cost: NDArray[np.float64]) -> Steps[NDArray[np.int64]]:
     """The least path that ends beside the cell where it began: the best over all starting cells."""
     band = cost.shape[1]
     last = np.where(np.eye(band, dtype=bool), cost[0], np.inf)

@@ -1,6 +1,6 @@
 """The virtual light arc: its settings, and the photographs that follow from them.
 
-Angles are in radians; azimuth 0 = right, pi/2 = up in the picture. Every azimuth is photographed at every elevation,
+Angles are in radians; azimuth 0 = right, pi/2 = up in the image. Every azimuth is photographed at every elevation,
 and every light with every exposure. The first light is photographed from where the camera should be, and at the others
 it has wandered; the exposures of one light follow so closely that it stands still.
 """
@@ -43,9 +43,9 @@ class LightArc:
     ----------
     elevation, azimuth : of the lamp, seen from the middle of the sample.
     exposure : relative exposures of every light, for captures that are to be merged.
-    lamp_distance : from the middle of the picture, in its widths; None for a lamp so far away that its light is even.
+    lamp_distance : from the middle of the image, in its widths; None for a lamp so far away that its light is even.
     calibration : whether a dark frame and a flat field are photographed too.
-    sphere : whether a mirror sphere lies in the lower left corner of the picture.
+    sphere : whether a mirror sphere lies in the lower left corner of the image.
     raw_bits : of the samples of RAW files, 12 or 14.
     """
 
@@ -84,7 +84,7 @@ class LightArc:
         if len(set(self.exposure)) < len(self.exposure):
             raise UsageError("two exposures are equal")
         if self.lamp_distance is not None and not NEAREST_LAMP <= self.lamp_distance < math.inf:
-            raise UsageError(f"the lamp must be at least {NEAREST_LAMP} widths of the picture away")
+            raise UsageError(f"the lamp must be at least {NEAREST_LAMP} widths of the image away")
         if self.seed < 0:
             raise UsageError(f"seed {self.seed} is negative")
         if self.raw_bits not in RAW_BITS:
@@ -96,9 +96,9 @@ class LightArc:
 
 @dataclass(frozen=True)
 class Shot:
-    """One photograph: its file, its lamp and exposure, and how its picture is turned (counter-clockwise) and moved.
+    """One photograph: its file, its lamp and exposure, and how its image is turned (counter-clockwise) and moved.
 
-    A point p of the sample, in pixels from the middle of the picture, right and down, is seen at R p + shift.
+    A point p of the sample, in pixels from the middle of the image, right and down, is seen at R p + shift.
     """
 
     file: str

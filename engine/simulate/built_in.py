@@ -20,7 +20,7 @@ from engine.storage.untrusted import read_bytes
 LIMIT_BYTES = 64 << 20
 
 
-def built_in_sample(folder: Path) -> Steps[Path]:
+def make_built_in_sample(folder: Path) -> Steps[Path]:
     """The folder of the built-in capture inside `folder`: made at the first call, and again where it is damaged."""
     arc = LightArc()
     capture = folder / f"{arc.sample}-{engine.__version__}"

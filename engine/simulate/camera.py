@@ -29,7 +29,7 @@ from engine.simulate.arc import LightArc
 from engine.storage.atomic import write_bytes
 
 
-def blurred(image: NDArray[np.float32], deviation: float, right: float = 0.0, down: float = 0.0) -> NDArray[np.float32]:
+def blur(image: NDArray[np.float32], deviation: float, right: float = 0.0, down: float = 0.0) -> NDArray[np.float32]:
     """(H, W, 3) periodic `image` blurred by a Gaussian and moved, all in texels, without negative radiance.
 
     The transform of an image with sharp edges undershoots by less than 1 % for deviations of one texel and more;
@@ -47,7 +47,7 @@ def blurred(image: NDArray[np.float32], deviation: float, right: float = 0.0, do
     return np.maximum(moved, 0, out=moved)
 
 
-def rotated(image: NDArray[np.float32], angle: float, right: float, down: float, step: int = 1) -> NDArray[np.float32]:
+def rotate(image: NDArray[np.float32], angle: float, right: float, down: float, step: int = 1) -> NDArray[np.float32]:
     """(H / step, W / step, 3) periodic `image` rotated about its middle, then moved, at every `step`-th place.
 
     `angle` is in radians, counter-clockwise as seen; shifts are in texels. A result stands for the middle of its
@@ -105,7 +105,7 @@ def dark_signal(size: int, mean: float, seed: int) -> NDArray[np.float32]:
     return np.broadcast_to((mean * shape / shape.mean()).astype(np.float32), (size, size))
 
 
-def dimmed(arc: LightArc, radiance: NDArray[np.float32]) -> NDArray[np.float32]:
+def dim(arc: LightArc, radiance: NDArray[np.float32]) -> NDArray[np.float32]:
     """(H, W, 3) what the lens leaves of `radiance`."""
     return radiance * falloff(arc.size, arc.size, arc.corner_loss)[..., None] if arc.corner_loss else radiance
 
@@ -127,7 +127,7 @@ def write_photograph(
     if arc.format == "dng":
         levels = LEVELS[arc.raw_bits]
         signal = with_noise(dng.mosaic(light, levels.neutral) + dark, strength, key)
-        write_bytes(path, dng.dng_bytes(dng.quantised(signal, levels), levels, exposure_s=exposure_s))
+        write_bytes(path, dng.dng_bytes(dng.quantise(signal, levels), levels, exposure_s=exposure_s))
         return
     signal = with_noise(light + dark[..., None], strength, key)
     if arc.format == "exr":

@@ -58,7 +58,7 @@ def mosaic(image: NDArray[np.float32], neutral: Sequence[float]) -> NDArray[np.f
     return signal
 
 
-def quantised(signal: NDArray[np.float32], levels: Levels) -> NDArray[np.uint16]:
+def quantise(signal: NDArray[np.float32], levels: Levels) -> NDArray[np.uint16]:
     """Samples of a signal in [0, 1]: black and white levels applied, rounded to nearest, held within [0, white]."""
     samples = np.empty(signal.shape, np.uint16)
     for row in (0, 1):
@@ -124,7 +124,7 @@ def _directory(entries: dict[int, tuple[int, Any]], offset: int) -> bytes:
     table, values = b"", b""
     after = offset + 2 + 12 * len(entries) + 4
     for tag, (kind, value) in sorted(entries.items()):
-        packed = _packed(kind, value)
+        packed = _pack(kind, value)
         count = len(packed) if kind == _ASCII else len(value)
         if len(packed) > 4:
             field = struct.pack("<I", after + len(values))
@@ -135,7 +135,7 @@ def _directory(entries: dict[int, tuple[int, Any]], offset: int) -> bytes:
     return struct.pack("<H", len(entries)) + table + struct.pack("<I", 0) + values
 
 
-def _packed(kind: int, value: Any) -> bytes:
+def _pack(kind: int, value: Any) -> bytes:
     if kind == _ASCII:
         return bytes(value, "ascii") + b"\0"
     if kind in (_RATIONAL, _SRATIONAL):

@@ -75,7 +75,7 @@ def plain(size: int, seed: int = 1) -> Steps[Sample]:
     """A flat, grey, perfectly diffuse card: radiance proportional to the sine of the light's elevation."""
     del seed
     yield Step(0.0, _NOTE)
-    return _made(np.zeros((size, size)), np.full(3, 0.5), 0.0, 1.0)
+    return _make(np.zeros((size, size)), np.full(3, 0.5), 0.0, 1.0)
 
 
 def woven(size: int, seed: int = 1) -> Steps[Sample]:
@@ -102,15 +102,15 @@ def woven(size: int, seed: int = 1) -> Steps[Sample]:
     rise = rise + 0.016 * strand + 0.005 * fuzz
     colour = np.where(front[..., None] == 1, np.array([0.62, 0.42, 0.19]), np.array([0.055, 0.10, 0.22]))
     tone = 1.0 + 0.16 * shade + 0.10 * strand + 0.05 * fuzz + 0.05 * along
-    return _made(rise * pitch, colour * tone[..., None], 0.045, 0.34 + 0.03 * fuzz)
+    return _make(rise * pitch, colour * tone[..., None], 0.045, 0.34 + 0.03 * fuzz)
 
 
-def hammered(size: int, seed: int = 1) -> Steps[Sample]:
+def hammer(size: int, seed: int = 1) -> Steps[Sample]:
     """Hand-hammered brass: each blow leaves a spherical dent, and where dents meet they leave a soft ridge."""
     yield Step(0.0, _NOTE)
     blows, spread = 72, size / np.sqrt(72)
     random = np.random.default_rng((seed, 11))
-    centres = _relaxed(random.random((blows, 2)), 2) * size
+    centres = _relax(random.random((blows, 2)), 2) * size
     depth = random.uniform(-0.10, 0.10, blows)
     yield Step(0.2, _NOTE)
     distance, which = _nearest(size, centres, 5)
@@ -126,7 +126,7 @@ def hammered(size: int, seed: int = 1) -> Steps[Sample]:
     height = floor * spread * 0.42 + 0.03 * grain
     albedo = np.array([0.20, 0.125, 0.045]) * (1 + 0.35 * worn + 0.20 * tarnish)[..., None]
     specular = np.array([0.62, 0.46, 0.20]) * (0.80 + 0.15 * worn + 0.05 * tarnish)[..., None]
-    return _made(height, albedo, specular, 0.36 - 0.08 * worn + 0.02 * grain)
+    return _make(height, albedo, specular, 0.36 - 0.08 * worn + 0.02 * grain)
 
 
 def leather(size: int, seed: int = 1) -> Steps[Sample]:
@@ -134,7 +134,7 @@ def leather(size: int, seed: int = 1) -> Steps[Sample]:
     yield Step(0.0, _NOTE)
     pebbles, spread = 520, size / np.sqrt(520)
     random = np.random.default_rng((seed, 21))
-    centres = _relaxed(random.random((pebbles, 2)), 1) * size
+    centres = _relax(random.random((pebbles, 2)), 1) * size
     bend = 0.22 * spread * np.stack([_noise(size, seed + n, 3, 24, 0.8) for n in (1, 2)], axis=-1)
     yield Step(0.3, _NOTE)
     distance, which = _nearest(size, centres, 2, bend)
@@ -149,7 +149,7 @@ def leather(size: int, seed: int = 1) -> Steps[Sample]:
     height = spread * (0.15 * pebble * swell + 0.06 * folds - 0.06 * pore) + 0.05 * grain
     tone = 0.55 + 0.55 * pebble * swell + 0.06 * folds + 0.04 * grain - 0.25 * pore
     albedo = np.array([0.36, 0.155, 0.062]) * tone[..., None]
-    return _made(height, albedo, 0.05, 0.42 - 0.12 * pebble + 0.02 * grain)
+    return _make(height, albedo, 0.05, 0.42 - 0.12 * pebble + 0.02 * grain)
 
 
 def medal(size: int, seed: int = 1) -> Steps[Sample]:
@@ -190,7 +190,7 @@ def medal(size: int, seed: int = 1) -> Steps[Sample]:
     shine = np.array([0.50, 0.36, 0.18]) * (1 - 0.8 * green) * (0.35 + 0.65 * worn)[..., None]
     roughness = inside * (0.40 - 0.14 * worn + 0.2 * green[..., 0]) + (1 - inside) * 0.75
     albedo = cover * metal + (1 - cover) * ground
-    return _made(height, albedo, cover * shine + (1 - cover) * 0.03, roughness)
+    return _make(height, albedo, cover * shine + (1 - cover) * 0.03, roughness)
 
 
 def _step(distance: Grid) -> Grid:
@@ -204,12 +204,12 @@ def _dome(radius: Grid) -> Grid:
     return np.asarray(np.sqrt(np.clip(1 - radius * radius, 0, None)))
 
 
-#: The samples a person can ask for; the first is the program's built-in one.
-SAMPLES = {"woven": woven, "hammered": hammered, "leather": leather, "medal": medal, "plain": plain}
+#: The samples a user can ask for; the first is the program's built-in one.
+SAMPLES = {"woven": woven, "hammered": hammer, "leather": leather, "medal": medal, "plain": plain}
 MIN_SIZE, MAX_SIZE = 16, 16384
 
 
-def _made(height: Grid, albedo: Grid, specular: float | Grid, roughness: float | Grid) -> Sample:
+def _make(height: Grid, albedo: Grid, specular: float | Grid, roughness: float | Grid) -> Sample:
     """Clip to the allowed ranges, spread constants over the grid and store in single precision."""
     shape = height.shape
     return Sample(
@@ -282,7 +282,7 @@ def _centre_line(index: NDArray[np.int_], along: Grid, over: NDArray[np.bool_]) 
     return (1 - ease) * state[index, crossing % crossings] + ease * state[index, (crossing + 1) % crossings]
 
 
-def _relaxed(points: Grid, rounds: int) -> Grid:
+def _relax(points: Grid, rounds: int) -> Grid:
     """Points of the unit torus spread more evenly by `rounds` of Lloyd's relaxation on a coarse grid."""
     edge = 128
     for _ in range(rounds):

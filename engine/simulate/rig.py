@@ -2,9 +2,9 @@
 
 The sample is lit on a grid `FINE` times as fine as the photographs, blurred by the lens and moved by a known fraction
 of a pixel in one Fourier transform. What hides the light is found once for all photographs where the lamp is distant.
-The sample repeats beyond the picture. The light of a near lamp does not, so that within some two pixels of the border
+The sample repeats beyond the image. The light of a near lamp does not, so that within some two pixels of the border
 the lens blurs opposite sides together.
-Cost: 0.4 s of processor time for a light on 1024 x 1024 texels, half of it in the lens, after some 2 s for the sample.
+Cost: 0.4 s of CPU time for a light on 1024 x 1024 texels, half of it in the lens, after some 2 s for the sample.
 
 A mirror sphere beside the sample, from whose highlight the direction of the lamp can be read.
 
@@ -27,7 +27,7 @@ from engine.capture.lights.mirror_sphere import Circle
 from engine.core.steps import Step, Steps, part
 from engine.simulate import height_fields, shading
 from engine.simulate.arc import LightArc, Shot, sphere
-from engine.simulate.camera import blurred, rotated
+from engine.simulate.camera import blur, rotate
 from engine.surface import horizon
 
 #: Deviation of the normals under which the lamp is seen, radians.
@@ -89,7 +89,7 @@ class Table:
         return math.inf if distance is None else distance * len(self.slope)
 
 
-def prepared(arc: LightArc) -> Steps[Table]:
+def prepare(arc: LightArc) -> Steps[Table]:
     sample = yield from part(height_fields.making(arc.sample, arc.size * FINE, arc.seed), 0.0, 0.4)
     open_part = None
     if arc.interreflection:
@@ -102,7 +102,7 @@ def prepared(arc: LightArc) -> Steps[Table]:
     return Table(arc, sample, shading.surface_slope(sample.height), open_part, horizons)
 
 
-def lit(table: Table, elevation: float, azimuth: float) -> Steps[NDArray[np.float32]]:
+def light_up(table: Table, elevation: float, azimuth: float) -> Steps[NDArray[np.float32]]:
     """(H, W, 3) radiance of the texels, where the lamp's irradiance in the middle is one on what faces it."""
     light = shading.light_direction(elevation, azimuth)
     visible = yield from part(_visible(table, elevation, azimuth), 0.0, 0.5)
@@ -110,20 +110,20 @@ def lit(table: Table, elevation: float, azimuth: float) -> Steps[NDArray[np.floa
     image = shading.radiance(table.sample, table.slope, visible, light, 1 / table.lamp_texels)
     if table.open_part is not None:
         yield Step(0.8, "Following the light that bounces")
-        image = shading.interreflected(image, table.sample.albedo, table.open_part, len(image) / 100)
+        image = shading.add_interreflection(image, table.sample.albedo, table.open_part, len(image) / 100)
     return image
 
 
-def photographed(table: Table, image: NDArray[np.float32], shot: Shot) -> NDArray[np.float32]:
+def photograph(table: Table, image: NDArray[np.float32], shot: Shot) -> NDArray[np.float32]:
     """(H / FINE, W / FINE, 3) what reaches the lens of the texels' radiance `image` (1 = white level)."""
     if table.arc.sphere:
         image = with_ball(image, _in_texels(table.arc), light_at_sphere(table, shot.elevation, shot.azimuth))
     if shot.turn:
-        still = blurred(image, LENS_BLUR_PX * FINE)
-        return rotated(still, shot.turn, FINE * shot.right_px, FINE * shot.down_px, FINE)
+        still = blur(image, LENS_BLUR_PX * FINE)
+        return rotate(still, shot.turn, FINE * shot.right_px, FINE * shot.down_px, FINE)
     to_pixel_centre = 0.5 * (FINE - 1)
     right, down = (shift * FINE - to_pixel_centre for shift in (shot.right_px, shot.down_px))
-    return np.ascontiguousarray(blurred(image, LENS_BLUR_PX * FINE, right, down)[::FINE, ::FINE])
+    return np.ascontiguousarray(blur(image, LENS_BLUR_PX * FINE, right, down)[::FINE, ::FINE])
 
 
 def light_at_sphere(table: Table, elevation: float, azimuth: float) -> NDArray[np.float64]:
@@ -136,27 +136,27 @@ def light_at_sphere(table: Table, elevation: float, azimuth: float) -> NDArray[n
 
 def height_px(table: Table) -> NDArray[np.float32]:
     """(H / FINE, W / FINE) height in pixels of the photographs."""
-    return _of_pixels(table.sample.height) / np.float32(FINE)
+    return _average_pixels(table.sample.height) / np.float32(FINE)
 
 
 def reference_maps(table: Table) -> dict[str, NDArray[np.float32]]:
     """Maps of the surface, (H / FINE, W / FINE), each the mean over a pixel's texels, as a capture should find them.
 
-    `normal` (…, 3) are unit vectors x to the right of the picture, y up, z towards the camera; `albedo` (…, 3) is
+    `normal` (…, 3) are unit vectors x to the right of the image, y up, z towards the camera; `albedo` (…, 3) is
     diffuse reflectance and `specular` (…, 3) reflectance at normal incidence; `roughness` is the root of GGX alpha.
     """
     slope = table.slope
     fine = np.dstack([-slope, np.ones(slope.shape[:2], np.float32)])
-    normal = _of_pixels(fine / np.linalg.norm(fine, axis=-1, keepdims=True))
+    normal = _average_pixels(fine / np.linalg.norm(fine, axis=-1, keepdims=True))
     return {
         "normal": (normal / np.linalg.norm(normal, axis=-1, keepdims=True)).astype(np.float32),
-        "albedo": _of_pixels(table.sample.albedo),
-        "specular": _of_pixels(table.sample.specular),
-        "roughness": np.sqrt(_of_pixels(table.sample.roughness)),
+        "albedo": _average_pixels(table.sample.albedo),
+        "specular": _average_pixels(table.sample.specular),
+        "roughness": np.sqrt(_average_pixels(table.sample.roughness)),
     }
 
 
-def _of_pixels(fine: NDArray[np.float32]) -> NDArray[np.float32]:
+def _average_pixels(fine: NDArray[np.float32]) -> NDArray[np.float32]:
     """Means over the texels of each pixel."""
     size = len(fine) // FINE
     mean: NDArray[np.float32] = fine.reshape(size, FINE, size, FINE, *fine.shape[2:]).mean(axis=(1, 3))

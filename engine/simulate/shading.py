@@ -11,7 +11,7 @@ Smith's height-correlated masking and Schlick's Fresnel term (Walter2007; Heitz2
 radiance, so the tilt of a texel towards the viewer enters only through n . l: foreshortening scales the projected area
 of a facet and the light it sends alike. For a flat diffuse sample L = E rho sin(e) / pi.
 
-Near lamp. A lamp at distance D from the middle of the picture lights the texel at p from the direction of
+Near lamp. A lamp at distance D from the middle of the image lights the texel at p from the direction of
 u = l - p / D with the irradiance E / |u|^2; a distant one is the case 1 / D = 0. E is that in the middle.
 
 Interreflection, where asked for, is diffuse: the part of a texel's hemisphere that its horizons hide is taken to shine
@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.kernels import parallel, prange, scalar
-from engine.simulate.camera import blurred
+from engine.simulate.camera import blur
 from engine.simulate.height_fields import Sample
 
 BOUNCES = 4
@@ -60,7 +60,7 @@ def radiance(
 ) -> NDArray[np.float32]:
     """(H, W, 3) radiance towards the camera, linear sRGB, where a surface that faces the lamp has irradiance one.
 
-    `light` is the direction of the lamp from the middle of the picture, `nearness` 1 / D in 1 / texels; heights count
+    `light` is the direction of the lamp from the middle of the image, `nearness` 1 / D in 1 / texels; heights count
     from their mean.
     """
     image = np.empty(sample.albedo.shape, np.float32)
@@ -70,26 +70,26 @@ def radiance(
     return image
 
 
-def interreflected(
+def add_interreflection(
     direct: NDArray[np.float32], albedo: NDArray[np.float32], open_part: NDArray[np.float32], reach: float
 ) -> NDArray[np.float32]:
     """(H, W, 3) `direct` and what it lights in the relief within some `reach` texels; H and W are even."""
     returned = albedo * (np.float32(1) - open_part)[..., None]
-    coarse_direct, coarse_returned = _halved(direct), _halved(returned)
-    arriving = blurred(coarse_direct, reach / 2)
+    coarse_direct, coarse_returned = _halve(direct), _halve(returned)
+    arriving = blur(coarse_direct, reach / 2)
     for _ in range(BOUNCES - 1):
-        arriving = blurred(coarse_direct + coarse_returned * arriving, reach / 2)
-    returned *= _doubled(arriving)
+        arriving = blur(coarse_direct + coarse_returned * arriving, reach / 2)
+    returned *= _double(arriving)
     returned += direct
     return returned
 
 
-def _halved(image: NDArray[np.float32]) -> NDArray[np.float32]:
+def _halve(image: NDArray[np.float32]) -> NDArray[np.float32]:
     """Means of 2 x 2 texels."""
     return (image[0::2, 0::2] + image[1::2, 0::2] + image[0::2, 1::2] + image[1::2, 1::2]) * np.float32(0.25)
 
 
-def _doubled(image: NDArray[np.float32]) -> NDArray[np.float32]:
+def _double(image: NDArray[np.float32]) -> NDArray[np.float32]:
     """The periodic image at twice the resolution, linear between texel centres."""
     for axis in (0, 1):
         near, far = np.float32(0.75), np.float32(0.25)

@@ -5,7 +5,7 @@ the lens, and recorded by a sensor (`sensor`). A folder holds the photographs, a
 for, `capture.toml`, and `truth/`: `truth.json`, `height.exr` (pixels of the photographs), the maps of `rig` as EXR, and
 one noise-free radiance EXR to a light (1 = white level at relative exposure 1), without fall-off to the corners and
 without dark signal. Equal settings give equal bytes.
-Cost: 6 s of processor time and 270 MB for ten photographs of 512 x 512; a near lamp adds up to a second to each.
+Cost: 6 s of CPU time and 270 MB for ten photographs of 512 x 512; a near lamp adds up to a second to each.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ from engine.simulate.arc import (
     radiance_file,
     shots,
 )
-from engine.simulate.camera import LEVELS, dimmed, write_photograph
+from engine.simulate.camera import LEVELS, dim, write_photograph
 from engine.simulate.rig import (
     LAMP_RADIUS,
     LENS_BLUR_PX,
     Table,
     height_px,
     light_at_sphere,
-    lit,
-    photographed,
-    prepared,
+    light_up,
+    photograph,
+    prepare,
     reference_maps,
 )
 from engine.storage.atomic import atomic_folder, make_folder, write_bytes, write_json
@@ -57,7 +57,7 @@ MAPS = ("normal", "albedo", "specular", "roughness")
 def truth(arc: LightArc, records: list[dict[str, Any]], gain: np.float32) -> dict[str, Any]:
     """The content of `truth.json`; lengths in pixels of the photographs, radiance in units of the white level.
 
-    `gain` is the irradiance of each lamp in the middle of the picture, on what faces it, in these units.
+    `gain` is the irradiance of each lamp in the middle of the image, on what faces it, in these units.
     """
     levels = LEVELS[arc.raw_bits] if arc.format == "dng" else None
     return {
@@ -145,7 +145,7 @@ def simulate(arc: LightArc, folder: Path) -> Steps[Capture]:
     """
     with atomic_folder(folder, MARKER) as partial:
         make_folder(partial / "truth")
-        table = yield from part(prepared(arc), 0.0, 0.2)
+        table = yield from part(prepare(arc), 0.0, 0.2)
         gain = yield from part(_gain(table), 0.2, 0.25)
         records = yield from part(_photographs(table, gain, partial), 0.25, 0.95)
         yield Step(0.95, "Writing what is known")
@@ -166,7 +166,7 @@ def renderings(arc: LightArc, elevations: Sequence[float]) -> Steps[list[NDArray
 
     The camera stands where it should, and the lamp at the first azimuth of the arc.
     """
-    table = yield from part(prepared(arc), 0.0, 0.3)
+    table = yield from part(prepare(arc), 0.0, 0.3)
     gain = yield from part(_gain(table), 0.3, 0.4)
     images = []
     for index, elevation in enumerate(elevations):
@@ -177,12 +177,12 @@ def renderings(arc: LightArc, elevations: Sequence[float]) -> Steps[list[NDArray
 
 
 def _gain(table: Table) -> Steps[np.float32]:
-    """Gain of the exposure: nearly white is the brightest in the picture under the highest lamp."""
+    """Gain of the exposure: nearly white is the brightest in the image under the highest lamp."""
     arc = table.arc
     shot = _still(max(arc.elevation), arc.azimuth[0])
-    image = yield from lit(table, shot.elevation, shot.azimuth)
+    image = yield from light_up(table, shot.elevation, shot.azimuth)
     bare = replace(table, arc=replace(arc, sphere=False))
-    return np.float32(0.9 / np.percentile(photographed(bare, image, shot), 99.9))
+    return np.float32(0.9 / np.percentile(photograph(bare, image, shot), 99.9))
 
 
 def _photographs(table: Table, gain: np.float32, folder: Path) -> Steps[list[dict[str, Any]]]:
@@ -207,7 +207,7 @@ def _exposures(
     records: list[dict[str, Any]] = []
     for number, shot in light:
         yield Step(0.5 + 0.5 * len(records) / len(light), f"Developing {shot.file}", radiance)
-        arriving = dimmed(arc, radiance * np.float32(shot.exposure))
+        arriving = dim(arc, radiance * np.float32(shot.exposure))
         write_photograph(arc, folder / shot.file, arriving, shot.exposure_s, (arc.seed, 2, number))
         content = (folder / shot.file).read_bytes()
         records.append(record(table, shot, radiance, arriving, content))
@@ -216,9 +216,9 @@ def _exposures(
 
 def _radiance(table: Table, gain: np.float32, shot: Shot) -> Steps[NDArray[np.float32]]:
     """(H, W, 3) what the lens sees for `shot`, 1 = white level at relative exposure 1."""
-    image = yield from part(lit(table, shot.elevation, shot.azimuth), 0.0, 0.6)
+    image = yield from part(light_up(table, shot.elevation, shot.azimuth), 0.0, 0.6)
     yield Step(0.6, f"Photographing {shot.file}")
-    return photographed(table, gain * image, shot)
+    return photograph(table, gain * image, shot)
 
 
 def _still(elevation: float, azimuth: float) -> Shot:
@@ -229,5 +229,5 @@ def _write_calibration(arc: LightArc, folder: Path) -> None:
     """A dark frame, and an even white card under even light through the same lens."""
     card = np.full((arc.size, arc.size, 3), FLAT_LEVEL, np.float32)
     noise = arc.noise / math.sqrt(CALIBRATION_FRAMES)
-    for number, (name, light) in enumerate((("dark", 0 * card), ("flat", dimmed(arc, card)))):
+    for number, (name, light) in enumerate((("dark", 0 * card), ("flat", dim(arc, card)))):
         write_photograph(arc, folder / calibration_file(arc, name), light, EXPOSURE_S, (arc.seed, 5, number), noise)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.errors import InputError
-from engine.storage.archive_child import one_line, shown
+from engine.storage.archive_child import one_line, show
 from engine.storage.untrusted import decode_content, decode_in_child, read_bytes, time_limit_s
 
 MEMBER_LIMIT = 10_000
@@ -165,7 +165,7 @@ def _open_folder(path: Path, known: Collection[str]) -> Archive:
             if name in IGNORED or (stat.S_ISDIR(status.st_mode) and member in folders):
                 continue
             if not stat.S_ISREG(status.st_mode):
-                raise InputError(path, f"{shown(member)} is not a regular file", _REMEDY)
+                raise InputError(path, f"{show(member)} is not a regular file", _REMEDY)
             sizes[member] = status.st_size
     _check(path, sizes, known)
     return Archive(path, MappingProxyType(sizes), sum(sizes.values()), is_zip=False)
@@ -197,7 +197,7 @@ def _open_zip(path: Path, known: Collection[str], process: str) -> Archive:
         if entry.stored in folders and entry.size_bytes == 0:
             continue
         if entry.stored in sizes:
-            raise InputError(path, f"holds {shown(entry.stored)} twice", _REMEDY)
+            raise InputError(path, f"holds {show(entry.stored)} twice", _REMEDY)
         check_entry(path, entry, _REMEDY)
         sizes[entry.stored], numbers[entry.stored] = entry.size_bytes, number
     _check(path, sizes, known)
@@ -208,7 +208,7 @@ def _open_zip(path: Path, known: Collection[str], process: str) -> Archive:
 
 def check_entry(path: Path, entry: Entry, remedy: str) -> None:
     """Refuse a member that is no plain file, is encrypted, packed by an unknown method, or inflates too much."""
-    name = shown(entry.stored)
+    name = show(entry.stored)
     kind = stat.S_IFMT(entry.attributes >> 16)
     if entry.stored != entry.name:
         raise InputError(path, f"holds a member with an impossible name, {name}", remedy)
@@ -226,6 +226,6 @@ def _check(path: Path, sizes: Mapping[str, int], known: Collection[str]) -> None
     unknown = sorted(name for name in sizes if name not in known)
     if unknown:
         more = f" and {len(unknown) - 1} more" if len(unknown) > 1 else ""
-        raise InputError(path, f"holds what no bundle holds: {shown(unknown[0])}{more}", _REMEDY)
+        raise InputError(path, f"holds what no bundle holds: {show(unknown[0])}{more}", _REMEDY)
     if sum(sizes.values()) > BUNDLE_LIMIT_BYTES:
         raise InputError(path, f"would unpack to more than {BUNDLE_LIMIT_BYTES >> 30} GiB", _REMEDY)

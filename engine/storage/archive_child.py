@@ -52,7 +52,7 @@ def decode_zip(
     Raises InputError for what is damaged (with `remedy`), no zip at all (`other`), or lists more than `member_limit`;
     a `comment` at the end is let in or not.
     """
-    archive = _opened(file, name, remedy, other, member_limit, comment)
+    archive = _open(file, name, remedy, other, member_limit, comment)
     return {
         "members": [
             [
@@ -71,7 +71,7 @@ def decode_zip_contents(
 
     Raises InputError where one is damaged, or has not exactly its size.
     """
-    entries = _opened(file, name, remedy, remedy, member_limit, comment)
+    entries = _open(file, name, remedy, remedy, member_limit, comment)
     members = entries.infolist()
     found = {}
     for place, (number, size_bytes) in enumerate(wanted):
@@ -82,15 +82,15 @@ def decode_zip_contents(
                 count = member.readinto(content.data) if size_bytes else 0  # type: ignore[attr-defined]
                 more = member.read(1)
         except _DAMAGE as error:
-            raise InputError(name, f"{shown(entry.filename)} in it is damaged ({one_line(error)})", remedy) from None
+            raise InputError(name, f"{show(entry.filename)} in it is damaged ({one_line(error)})", remedy) from None
         if count != size_bytes or entry.file_size != size_bytes or more:
-            problem = f"{shown(entry.filename)} in it is damaged (its size is not the declared one)"
+            problem = f"{show(entry.filename)} in it is damaged (its size is not the declared one)"
             raise InputError(name, problem, remedy)
         found[str(place)] = content
     return found
 
 
-def _opened(file: IO[bytes], name: str, remedy: str, other: str, member_limit: int, comment: bool) -> zipfile.ZipFile:
+def _open(file: IO[bytes], name: str, remedy: str, other: str, member_limit: int, comment: bool) -> zipfile.ZipFile:
     size_bytes = file.seek(0, os.SEEK_END)
     file.seek(0)
     head = file.read(4)
@@ -139,18 +139,18 @@ def decode_tar(
     remedy: str,
     member_limit: int,
     packed: str = "",
-    most_bytes: int = 0,
+    max_bytes: int = 0,
     scratch: IO[bytes] | None = None,
 ) -> dict[str, Any]:
     """The `members` of a tar: names, sizes, and the places of their contents in the tar.
 
-    Where it is `packed` ('gzip', 'bzip2' or 'xz'), it is inflated into `scratch` first, of at most `most_bytes`: more
+    Where it is `packed` ('gzip', 'bzip2' or 'xz'), it is inflated into `scratch` first, of at most `max_bytes`: more
     gives `too_large`, the bytes that it has by then. Raises InputError for what is damaged, has no end, holds what is
     no plain file, or more than `member_limit`.
     """
     if scratch is not None:
-        written = _inflate(file, name, remedy, scratch, packed, most_bytes)
-        if written > most_bytes:
+        written = _inflate(file, name, remedy, scratch, packed, max_bytes)
+        if written > max_bytes:
             return {"too_large": written}
         scratch.flush()
         file = scratch
@@ -180,7 +180,7 @@ def _tar_members(file: IO[bytes], name: str, remedy: str, member_limit: int) -> 
             if entry.isdir():
                 continue
             if not entry.isreg() or entry.sparse is not None:
-                raise InputError(name, f"{shown(entry.name)} is not a regular file", remedy)
+                raise InputError(name, f"{show(entry.name)} is not a regular file", remedy)
             if len(members) == member_limit:
                 raise InputError(name, f"lists more than {member_limit:,} members", remedy)
             members.append([entry.name, entry.size, entry.offset_data])
@@ -223,7 +223,7 @@ def _inflate(file: IO[bytes], name: str, remedy: str, target: IO[bytes], packed:
     raise InputError(name, "is cut short", remedy)
 
 
-def shown(name: str) -> str:
+def show(name: str) -> str:
     """A name of a stranger, harmless and short."""
     return ascii(name) if len(name) <= 80 else f"{name[:80]!a}… ({len(name)} characters)"
 

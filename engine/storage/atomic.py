@@ -164,7 +164,7 @@ def link(path: Path, target: Path) -> bool:
 
 def make_folder(path: AnyPath) -> Path:
     """Create the folder `path` and its parents where they are missing; OutputError where that cannot be."""
-    folder = spelled(path)
+    folder = spell(path)
     perform("mkdir", folder, lambda: folder.mkdir(parents=True, exist_ok=True))
     return folder
 
@@ -172,7 +172,7 @@ def make_folder(path: AnyPath) -> Path:
 def remove_leftovers(folder: AnyPath) -> None:
     """Remove the partials that killed processes left in `folder`, and restore what they were about to replace."""
     with suppress(OutputError):
-        for leftover in _entries(spelled(folder)):
+        for leftover in _entries(spell(folder)):
             if leftover in _in_use or not is_abandoned(leftover):
                 continue
             if is_aside(leftover.name):
@@ -195,7 +195,7 @@ def require_space(path: AnyPath, size_bytes: int) -> None:
     target = target_of(path)
     needed = int(HEADROOM * size_bytes)
     if needed > free_bytes(target.parent):
-        raise _explained(target, OSError(errno.ENOSPC, ""), needed)
+        raise _explain(target, OSError(errno.ENOSPC, ""), needed)
 
 
 def free_bytes(folder: Path) -> int:
@@ -278,7 +278,7 @@ def is_in_use(path: Path) -> bool:
     return path in _in_use
 
 
-def spelled(path: AnyPath) -> Path:
+def spell(path: AnyPath) -> Path:
     """The path with links resolved, or OutputError where no file system call would take it."""
     try:
         os.fsencode(path)
@@ -290,12 +290,12 @@ def spelled(path: AnyPath) -> Path:
 
 def target_of(path: AnyPath) -> Path:
     """Path that `path` leads to, in a folder that exists and may be written to."""
-    target = spelled(path)
+    target = spell(path)
     if not target.name:
         raise OutputError(path, "it is the root of the file system", "Choose another name")
     perform("stat", target, target.parent.stat)
     if not os.access(target.parent, os.W_OK | os.X_OK):
-        raise _explained(target, OSError(errno.EROFS if _is_read_only(target.parent) else errno.EACCES, ""))
+        raise _explain(target, OSError(errno.EROFS if _is_read_only(target.parent) else errno.EACCES, ""))
     return target
 
 
@@ -413,10 +413,10 @@ def explaining(path: Path, needed_bytes: int | None = None) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise _explained(path, error, needed_bytes) from error
+        raise _explain(path, error, needed_bytes) from error
 
 
-def _explained(path: Path, error: OSError, needed_bytes: int | None = None) -> OutputError:
+def _explain(path: Path, error: OSError, needed_bytes: int | None = None) -> OutputError:
     """The sentence for `error`, about the file that the user named instead of its partial."""
     problem, remedy = _CAUSES.get(
         error.errno or 0, (f"it cannot be written ({error.strerror})", "Choose another place")
@@ -430,7 +430,7 @@ def _explained(path: Path, error: OSError, needed_bytes: int | None = None) -> O
 
 
 def _room(size_bytes: int) -> str:
-    """Bytes as people read them: to the byte below a megabyte, where they may decide."""
+    """Bytes as users read them: to the byte below a megabyte, where they may decide."""
     return f"{size_bytes:,} bytes" if size_bytes < 1_000_000 else size_text(size_bytes)
 
 

@@ -159,17 +159,17 @@ def _answer(
             return {**answer, **arrays}
         values = {name: value for name, value in answer.items() if name not in arrays}
         offsets = {name: results.offset(array) for name, array in arrays.items()}
-        return {**values, "arrays": _announced(arrays), "offsets": offsets}
+        return {**values, "arrays": _announce(arrays), "offsets": offsets}
     except InputError as error:
         return {"problem": error.problem, "remedy": error.remedy, "path": os.fspath(error.path)}
     except MemoryError:
         limit = request["memory_bytes"] / 2**30
         return {"problem": f"needs more than {limit:.1f} GiB to decode", "remedy": "Make it smaller"}
     except _DAMAGE as error:
-        return {"problem": f"is damaged or of an unknown kind{_said_by(error)}", "remedy": AGAIN}
+        return {"problem": f"is damaged or of an unknown kind{_quote_reader(error)}", "remedy": AGAIN}
 
 
-def _said_by(error: Exception) -> str:
+def _quote_reader(error: Exception) -> str:
     """The words of a reader in brackets; nothing where they are Python's own, of its lists and types."""
     words = " ".join(str(error).split())[:200]
     return f" ({words})" if words and not isinstance(error, (LookupError, TypeError, AttributeError)) else ""
@@ -186,14 +186,14 @@ def _unforeseen(
     sys.__excepthook__(kind, error, trace)
 
 
-def _announced(arrays: dict[str, NDArray[Any]]) -> list[tuple[str, str, tuple[int, ...]]]:
+def _announce(arrays: dict[str, NDArray[Any]]) -> list[tuple[str, str, tuple[int, ...]]]:
     return [(name, array.dtype.str, array.shape) for name, array in arrays.items()]
 
 
 def _send(replies: IO[bytes], answer: dict[str, Any]) -> None:
     arrays = {name: value for name, value in answer.items() if isinstance(value, np.ndarray)}
     header = {name: value for name, value in answer.items() if name not in arrays}
-    replies.write(json.dumps({"arrays": _announced(arrays), **header}).encode() + b"\n")
+    replies.write(json.dumps({"arrays": _announce(arrays), **header}).encode() + b"\n")
     for array in arrays.values():
         replies.write(array.reshape(-1).view(np.uint8).data)
     replies.flush()

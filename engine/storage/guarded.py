@@ -106,13 +106,13 @@ def _install() -> None:
     libc.sigaction.argtypes = (ctypes.c_int, ctypes.c_size_t, ctypes.c_size_t)
     before, action = _Action(), _Action()
     libc.sigaction(signal.SIGBUS, 0, ctypes.addressof(before))
-    handler = _compiled(libc, ctypes.addressof(before))
+    handler = _compile(libc, ctypes.addressof(before))
     action.handler, action.flags = handler.address, _SIGINFO | _ON_STACK
     _kept.extend((libc, before, handler))
     libc.sigaction(signal.SIGBUS, ctypes.addressof(action), 0)
 
 
-def _compiled(libc: Any, before: int) -> Any:
+def _compile(libc: Any, before: int) -> Any:
     """The handler, which restores the action `before` for what is no mapping of ours."""
     from llvmlite import ir
     from numba import cfunc, types

@@ -23,7 +23,7 @@ from engine.storage.atomic import require_space
 from engine.storage.untrusted import read_head
 
 #: Entries of folders that are read which an output is compared with.
-MOST_ENTRIES = 100_000
+MAX_ENTRIES = 100_000
 
 #: Endings that a folder must not have, because a file was surely meant.
 _ENDINGS_OF_FILES = (".png", ".exr", ".jpg", ".jpeg", ".tif", ".tiff", ".hdr", ".json", ".csv", ".obj", ".ply", ".zip")
@@ -128,7 +128,7 @@ class _Read:
         for path in inputs:
             read._add(path, path)
             if with_entries:
-                for entry in islice(_entries(path), MOST_ENTRIES):
+                for entry in islice(_entries(path), MAX_ENTRIES):
                     read._add(str(entry), path)
         return read
 

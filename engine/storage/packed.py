@@ -46,7 +46,7 @@ def pack(file: BinaryIO, content: Iterable[Bytes], size_bytes: int, item_bytes: 
     """
     file.write(_HEAD.pack(_MAGIC, size_bytes, item_bytes))
     rows, written = [], 0
-    with closing(side_by_side(lambda chunk: _packed(chunk, item_bytes), _chunks(content))) as chunks:
+    with closing(side_by_side(lambda chunk: _pack(chunk, item_bytes), _chunks(content))) as chunks:
         for packed, row, taken in chunks:
             file.write(packed)
             rows.append(row)
@@ -68,26 +68,26 @@ class PackedFile:
         whole = os.fstat(file.fileno()).st_size
         head = file.read(_HEAD.size)
         if len(head) < _HEAD.size or not head.startswith(_MAGIC):
-            raise self._damaged("it does not begin as packed data do")
+            raise self._find_damaged("it does not begin as packed data do")
         _, self.size_bytes, self._item_bytes = _HEAD.unpack(head)
         if self.size_bytes > max_bytes:
-            raise self._damaged(f"it declares {self.size_bytes:,} bytes, more than {max_bytes:,}")
+            raise self._find_damaged(f"it declares {self.size_bytes:,} bytes, more than {max_bytes:,}")
         count = -(-self.size_bytes // CHUNK_BYTES)
         if _HEAD.size + count * _ROW.size > whole or not self._item_bytes:
-            raise self._damaged("it is cut short")
+            raise self._find_damaged("it is cut short")
         file.seek(whole - count * _ROW.size)
         self._rows = list(_ROW.iter_unpack(file.read(count * _ROW.size)))
         lengths = [row[0] for row in self._rows]
         if max(lengths, default=0) > CHUNK_BYTES or sum(lengths) != whole - _HEAD.size - count * _ROW.size:
-            raise self._damaged("its parts do not fit its length")
+            raise self._find_damaged("its parts do not fit its length")
         file.seek(_HEAD.size)
 
     def chunks(self) -> Iterator[NDArray[np.uint8]]:
         """The content, a chunk after the other; each is checked. InputError at the first that is damaged."""
         if len(self._rows) == 1:  # threads would take longer
-            yield from map(self._unpacked, self._read())
+            yield from map(self._unpack, self._read())
             return
-        with closing(side_by_side(self._unpacked, self._read())) as chunks:
+        with closing(side_by_side(self._unpack, self._read())) as chunks:
             yield from chunks
 
     def _read(self) -> Iterator[tuple[bytes, int, int, int]]:
@@ -96,14 +96,14 @@ class PackedFile:
             yield self._file.read(length), crc32, method, min(left, CHUNK_BYTES)
             left -= CHUNK_BYTES
 
-    def _unpacked(self, chunk: tuple[bytes, int, int, int]) -> NDArray[np.uint8]:
+    def _unpack(self, chunk: tuple[bytes, int, int, int]) -> NDArray[np.uint8]:
         packed, crc32, method, size = chunk
-        content = _unpacked(packed, method, size, self._item_bytes)
+        content = _unpack(packed, method, size, self._item_bytes)
         if content is None or zlib.crc32(content.data) != crc32:
-            raise self._damaged("a part of it is not as it was written")
+            raise self._find_damaged("a part of it is not as it was written")
         return content
 
-    def _damaged(self, why: str) -> InputError:
+    def _find_damaged(self, why: str) -> InputError:
         return InputError(self.path, f"is damaged: {why}", _REMEDY)
 
 
@@ -124,13 +124,13 @@ def _chunks(content: Iterable[Bytes]) -> Iterator[NDArray[np.uint8]]:
         yield waiting[:filled]
 
 
-def _packed(chunk: NDArray[np.uint8], item_bytes: int) -> tuple[bytes, bytes, int]:
+def _pack(chunk: NDArray[np.uint8], item_bytes: int) -> tuple[bytes, bytes, int]:
     """The chunk packed, its row of the table, and its bytes."""
     method = _PLAIN
     if 1 < item_bytes <= 8 and len(chunk) % item_bytes == 0:
         tried = chunk[len(chunk) // 2 // item_bytes * item_bytes :][: _TRIED_BYTES // item_bytes * item_bytes]
-        method = _GROUPED if len(_zstd(_grouped(tried, item_bytes))) < len(_zstd(tried)) else _PLAIN
-    packed = _zstd(_grouped(chunk, item_bytes) if method == _GROUPED else chunk)
+        method = _GROUPED if len(_zstd(_group(tried, item_bytes))) < len(_zstd(tried)) else _PLAIN
+    packed = _zstd(_group(chunk, item_bytes) if method == _GROUPED else chunk)
     if len(packed) >= len(chunk):
         packed, method = chunk.tobytes(), _STORED
     return packed, _ROW.pack(len(packed), zlib.crc32(chunk.data), method), len(chunk)
@@ -142,7 +142,7 @@ def _zstd(content: NDArray[np.uint8]) -> bytes:
     return bytes(imagecodecs.zstd_encode(cast(bytes, content), _LEVEL))
 
 
-def _unpacked(packed: bytes, method: int, size: int, item_bytes: int) -> NDArray[np.uint8] | None:
+def _unpack(packed: bytes, method: int, size: int, item_bytes: int) -> NDArray[np.uint8] | None:
     """The content of a chunk, `size` bytes; None where it is damaged."""
     import imagecodecs
 
@@ -156,10 +156,10 @@ def _unpacked(packed: bytes, method: int, size: int, item_bytes: int) -> NDArray
             return None
     except imagecodecs.ZstdError:
         return None
-    return _ungrouped(content, item_bytes) if method == _GROUPED else content
+    return _ungroup(content, item_bytes) if method == _GROUPED else content
 
 
-def _grouped(chunk: NDArray[np.uint8], item_bytes: int) -> NDArray[np.uint8]:
+def _group(chunk: NDArray[np.uint8], item_bytes: int) -> NDArray[np.uint8]:
     """The first bytes of all numbers, then the second bytes, and so on."""
     import cv2
 
@@ -167,7 +167,7 @@ def _grouped(chunk: NDArray[np.uint8], item_bytes: int) -> NDArray[np.uint8]:
     return np.concatenate(planes).reshape(-1)
 
 
-def _ungrouped(chunk: NDArray[np.uint8], item_bytes: int) -> NDArray[np.uint8]:
+def _ungroup(chunk: NDArray[np.uint8], item_bytes: int) -> NDArray[np.uint8]:
     import cv2
 
     merged: NDArray[np.uint8] = cv2.merge(list(chunk.reshape(item_bytes, -1, 1))).reshape(-1)

@@ -132,7 +132,7 @@ class PowerLawRecord(_Strict):
 
 
 class DirectionalRecord(_Strict):
-    """The numbers of a directional map for people; its planes are in directional_plane*.png, the rest in one JSON.
+    """The numbers of a directional map for users; its planes are in directional_plane*.png, the rest in one JSON.
 
     Errors are root mean squares in codes of 8-bit sRGB, as in `DirectionalMap`.
     """

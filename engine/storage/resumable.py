@@ -33,7 +33,7 @@ def resumable_file(path: atomic.AnyPath, size_bytes: int, beginning: bytes) -> I
     """
     target = atomic.target_of(path)
     existing = atomic.replaceable(target, path)
-    partial = _unfinished_name(target)
+    partial = _make_unfinished_name(target)
     with atomic.standing_for(partial, target), Resumable(partial, size_bytes, beginning) as output:
         yield output
         if not output.discarded:
@@ -42,19 +42,19 @@ def resumable_file(path: atomic.AnyPath, size_bytes: int, beginning: bytes) -> I
             atomic.put_file(partial, target, existing)
 
 
-def unfinished(path: atomic.AnyPath) -> Path | None:
+def find_unfinished(path: atomic.AnyPath) -> Path | None:
     """Unfinished file that a `resumable_file` for `path` left when it ended early; None if there is none."""
-    partial = _unfinished_name(atomic.spelled(path))
+    partial = _make_unfinished_name(atomic.spell(path))
     return partial if partial.is_file() and not partial.is_symlink() else None
 
 
 def discard_unfinished(path: atomic.AnyPath) -> None:
     """Remove what a `resumable_file` for `path` left when it ended early; OutputError where that cannot be."""
-    partial = unfinished(path)
+    partial = find_unfinished(path)
     if partial is None:
         return
-    with atomic.standing_for(partial, atomic.spelled(path)):
-        descriptor = _locked(partial)
+    with atomic.standing_for(partial, atomic.spell(path)):
+        descriptor = _open_locked(partial)
         try:
             if sys.platform != "win32":
                 atomic.perform("unlink", partial, partial.unlink)
@@ -72,7 +72,7 @@ class Resumable:
 
     def __init__(self, path: Path, size_bytes: int, beginning: bytes) -> None:
         self._path = path
-        self._descriptor: int | None = _locked(path)
+        self._descriptor: int | None = _open_locked(path)
         self.discarded = False
         self.resumed = self.worth_keeping = True
         try:
@@ -153,14 +153,14 @@ class Resumable:
         self.write_at(0, beginning)
 
 
-def _unfinished_name(target: Path) -> Path:
+def _make_unfinished_name(target: Path) -> Path:
     return target.with_name(f".{target.name[: LONGEST_NAME_BYTES // 4]}.unfinished")
 
 
-def _locked(path: Path) -> int:
+def _open_locked(path: Path) -> int:
     """A descriptor of the file `path`, old or new, that no other process has."""
     while True:
-        descriptor, made = atomic.perform("create", path, lambda: _opened(path))
+        descriptor, made = atomic.perform("create", path, lambda: _open(path))
         try:
             held = atomic.perform("lock", path, lambda descriptor=descriptor: _lock(descriptor, path))  # type: ignore[misc]
             ours = held and _is_called(descriptor, path)
@@ -177,7 +177,7 @@ def _locked(path: Path) -> int:
             raise OutputError(named, "another run is writing it", "Wait for that run or choose another name")
 
 
-def _opened(path: Path) -> tuple[int, bool]:
+def _open(path: Path) -> tuple[int, bool]:
     """A descriptor of the file `path`, and True where there was none before."""
     flags = os.O_RDWR | getattr(os, "O_BINARY", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
     while True:

@@ -85,7 +85,7 @@ class Protection:
 
     @property
     def sentence(self) -> str:
-        """The protection in words for a person."""
+        """The protection in words for a user."""
         if self.whole:
             means = f"(Landlock {self.landlock}, seccomp{', a root of its own' if self.hidden else ''})"
             lack = "" if self.hidden else ", but could ask whether a file exists: this system grants no namespaces"
@@ -98,7 +98,7 @@ class Protection:
         if self.landlock:
             return (
                 f"Files are decoded in a process that opens no other file and no program (Landlock {self.landlock}), "
-                "but could open a network: this kernel or processor has no seccomp filter"
+                "but could open a network: this kernel or CPU has no seccomp filter"
             )
         return "Files are decoded in a process of its own, which this system does not confine further"
 
@@ -109,17 +109,17 @@ class Protection:
 
 
 @dataclass(frozen=True)
-class _Processor:
-    """A processor as the kernel names it, its number of `seccomp`, and its column of `_SYSTEM_CALLS`."""
+class _Cpu:
+    """A CPU as the kernel names it, its number of `seccomp`, and its column of `_SYSTEM_CALLS`."""
 
     architecture: int
     seccomp: int
     column: int
 
 
-_PROCESSORS = {"x86_64": _Processor(0xC000003E, 317, 0), "aarch64": _Processor(0xC00000B7, 277, 1)}
+_PROCESSORS = {"x86_64": _Cpu(0xC000003E, 317, 0), "aarch64": _Cpu(0xC00000B7, 277, 1)}
 
-#: System calls that decoders need, with their numbers on x86-64 and AArch64; None: this processor has no such call.
+#: System calls that decoders need, with their numbers on x86-64 and AArch64; None: this CPU has no such call.
 _SYSTEM_CALLS: dict[str, tuple[int, int | None]] = {
     "read": (0, 63),
     "write": (1, 64),
@@ -217,7 +217,7 @@ def confine(*, landlock: bool = True) -> Protection:
         return Protection()
     alone = len(os.listdir("/proc/self/task")) == 1  # noqa: PTH208 - names, no paths
     hidden = landlock and alone and _hide_files(libc)
-    return Protection(_landlocked(libc) if landlock and alone else 0, _filtered(libc), hidden)
+    return Protection(_lock_land(libc) if landlock and alone else 0, _filter(libc), hidden)
 
 
 def _hide_files(libc: ctypes.CDLL) -> bool:
@@ -247,7 +247,7 @@ def _hide_files(libc: ctypes.CDLL) -> bool:
             if not is_folder:
                 os.close(os.open(inside, os.O_CREAT | os.O_WRONLY))
             _mount(libc, f"/proc/self/fd/{source}", str(inside), "", _BIND | _RECURSIVE)
-            _mount(libc, "none", str(inside), "", _BIND | _REMOUNT | _READ_ONLY | _kept_flags(inside))
+            _mount(libc, "none", str(inside), "", _BIND | _REMOUNT | _READ_ONLY | _get_kept_flags(inside))
         for link, target in links.items():
             inside = Path(f"{_ROOT}{link}")
             os.makedirs(inside.parent, exist_ok=True)  # noqa: PTH103
@@ -286,7 +286,7 @@ def _links() -> set[tuple[Path, str]]:
     return found
 
 
-def _kept_flags(place: Path) -> int:
+def _get_kept_flags(place: Path) -> int:
     """The restrictions of a mount, which a namespace of a user must keep."""
     return os.statvfs(place).f_flag & (_NO_SETUID | _NO_DEVICES | _NO_PROGRAMS)
 
@@ -300,7 +300,7 @@ def _call(result: int) -> None:
         raise OSError(ctypes.get_errno(), "the system refuses a root of its own")
 
 
-def _landlocked(libc: ctypes.CDLL) -> int:
+def _lock_land(libc: ctypes.CDLL) -> int:
     """Leave the reading of what Python needs; the version of Landlock, 0 where there is none."""
     version = libc.syscall(_CREATE_RULESET, None, ctypes.c_size_t(0), 1)
     if version < 1:
@@ -344,19 +344,19 @@ def _has_packages(folder: Path) -> bool:
     return folder.name in ("site-packages", "dist-packages") or next(folder.glob("*.dist-info"), None) is not None
 
 
-def _filtered(libc: ctypes.CDLL) -> bool:
-    """Let the system calls through that decoders need; False where this kernel or processor has no filter."""
-    processor = _PROCESSORS.get(platform.machine())
-    if processor is None:
+def _filter(libc: ctypes.CDLL) -> bool:
+    """Let the system calls through that decoders need; False where this kernel or CPU has no filter."""
+    cpu = _PROCESSORS.get(platform.machine())
+    if cpu is None:
         return False
-    steps = list(_program(processor))
+    steps = list(_program(cpu))
     code = ctypes.create_string_buffer(b"".join(steps))
     program = struct.pack("HxxxxxxQ", len(steps), ctypes.addressof(code))
     every_thread, filtering = 1, 1
-    return bool(libc.syscall(processor.seccomp, filtering, every_thread, program) == 0)
+    return bool(libc.syscall(cpu.seccomp, filtering, every_thread, program) == 0)
 
 
-def _program(processor: _Processor) -> Iterator[bytes]:
+def _program(cpu: _Cpu) -> Iterator[bytes]:
     """The filter: instructions of classic BPF that look at one system call at a time."""
     conditions = {
         "openat": _unless_any(2, _ANY_WRITING),
@@ -367,11 +367,11 @@ def _program(processor: _Processor) -> Iterator[bytes]:
         "prlimit64": _if_one_of(0, (0,)),
     }
     yield _step(_LOAD, _ARCHITECTURE_AT)
-    yield _step(_IF_EQUAL, processor.architecture, 1, 0)
+    yield _step(_IF_EQUAL, cpu.architecture, 1, 0)
     yield _step(_RETURN, _REFUSE)
     yield _step(_LOAD, _NUMBER_AT)
     for name, numbers in _SYSTEM_CALLS.items():
-        number = numbers[processor.column]
+        number = numbers[cpu.column]
         if number is not None:
             yield from _on(number, conditions.get(name, [_step(_RETURN, _ALLOW)]))
     yield _step(_RETURN, _REFUSE)
@@ -395,7 +395,7 @@ def _if_one_of(argument: int, values: Iterable[int]) -> list[bytes]:
 
 
 def _argument(index: int) -> bytes:
-    """Load the lower half of an argument, on processors that store it first: those of the table."""
+    """Load the lower half of an argument, on CPUs that store it first: those of the table."""
     return _step(_LOAD, _ARGUMENTS_AT + 8 * index)
 
 

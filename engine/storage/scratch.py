@@ -1,6 +1,6 @@
 """Arrays too large for memory: they lie in an unnamed file that vanishes with the process, mapped into memory.
 
-Nothing a person keeps goes through here; results are written by `engine.storage.atomic`.
+Nothing a user keeps goes through here; results are written by `engine.storage.atomic`.
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ class SharedFile:
             raise ValueError(f"decoder announced {size_bytes} bytes at {offset}, which are not there")
         if size_bytes == 0:
             return np.empty(shape, dtype)
-        content = self._mapped(offset, size_bytes) if sealed else self._read(offset, size_bytes)
+        content = self._map(offset, size_bytes) if sealed else self._read(offset, size_bytes)
         return content.view(dtype).reshape(shape)
 
     def _seal(self) -> bool:
@@ -56,7 +56,7 @@ class SharedFile:
             return False
         return True
 
-    def _mapped(self, offset: int, size_bytes: int) -> NDArray[np.uint8]:
+    def _map(self, offset: int, size_bytes: int) -> NDArray[np.uint8]:
         """A private mapping without a descriptor, which `mmap.mmap` has from Python 3.13 on (`trackfd`)."""
         libc = ctypes.CDLL(None, use_errno=True)
         libc.mmap.restype = ctypes.c_void_p
@@ -84,9 +84,9 @@ class SharedFile:
 
 
 @contextmanager
-def shared_file() -> Iterator[SharedFile | None]:
+def make_shared_file() -> Iterator[SharedFile | None]:
     """A new file for one reply, or None where there are none; its memory is free when the last array is gone."""
-    if not hasattr(os, "memfd_create") or _limited():
+    if not hasattr(os, "memfd_create") or _limit():
         yield None
         return
     descriptor = os.memfd_create("lightarc-decoded", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
@@ -96,7 +96,7 @@ def shared_file() -> Iterator[SharedFile | None]:
         os.close(descriptor)
 
 
-def _limited() -> bool:
+def _limit() -> bool:
     """True where this account may write small files only, among which the system counts those in memory."""
     import resource
 

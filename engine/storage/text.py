@@ -20,11 +20,11 @@ _LOOKED_AT, _SHARE = 512, 0.75
 
 def utf8(content: bytes) -> bytes:
     """`content` in UTF-8 without a mark where it is text in UTF-16, what is no letter replaced; else as it is."""
-    content = marked(content)
+    content = mark(content)
     return content.decode("utf-16", "replace").encode("utf-8") if content.startswith(_MARKS) else content
 
 
-def marked(content: bytes) -> bytes:
+def mark(content: bytes) -> bytes:
     """`content` with the mark of its byte order where it is text in UTF-16 that lacks it; else as it is."""
     head = content[: min(_LOOKED_AT, len(content) // 2 * 2)]
     if not head or head.startswith(_MARKS):

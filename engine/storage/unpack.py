@@ -32,9 +32,9 @@ from engine.storage.archive import (
     contents_request,
     zip_entries,
 )
-from engine.storage.archive_child import one_line, shown
+from engine.storage.archive_child import one_line, show
 from engine.storage.atomic import atomic_file, require_space
-from engine.storage.untrusted import Decoding, opened
+from engine.storage.untrusted import Decoding, open_checked
 
 _PIECE_BYTES = 1 << 20
 #: Contents of a zip that are asked for at once, unless a single one is larger.
@@ -84,7 +84,7 @@ def unpack(path: Path, folder: Path, choose: Callable[[Sequence[str]], Sequence[
     hostile or not read, OutputError where there is no room.
     """
     with ExitStack() as files:
-        file, size_bytes = files.enter_context(opened(path, TOTAL_LIMIT_BYTES))
+        file, size_bytes = files.enter_context(open_checked(path, TOTAL_LIMIT_BYTES))
         head = file.read(_TAR_BLOCK)
         for start, name in _UNREAD.items():
             if head.startswith(start):
@@ -94,7 +94,7 @@ def unpack(path: Path, folder: Path, choose: Callable[[Sequence[str]], Sequence[
             members = _zip_members(path, _zip_entries(path))
         else:
             packed = next((kind for start, kind in _PACKED.items() if head.startswith(start)), "")
-            tar = files.enter_context(_unnamed(folder)) if packed else file
+            tar = files.enter_context(_find_unnamed(folder)) if packed else file
             members = yield from _tar_members(path, size_bytes, tar, packed)
         _check_names(path, members)
         _check_sizes(path, members, size_bytes)
@@ -112,7 +112,7 @@ def unpack(path: Path, folder: Path, choose: Callable[[Sequence[str]], Sequence[
                     if is_zip:
                         output.write(contents[index].data)
                     else:
-                        yield from _copied(path, member, tar, output, written / len(chosen))
+                        yield from _copy(path, member, tar, output, written / len(chosen))
                 written += 1
     return {_last(member.name): member.name for member in chosen}
 
@@ -131,7 +131,7 @@ def _zip_members(path: Path, entries: Iterable[Entry]) -> list[_Member]:
         if stat.S_ISDIR(entry.attributes >> 16) or entry.stored.endswith("/"):
             continue
         check_entry(path, entry, _REMEDY)
-        members.append(_Member(_normal(_spelled(entry)), entry.size_bytes, number))
+        members.append(_Member(_normal(_spell(entry)), entry.size_bytes, number))
     return members
 
 
@@ -169,7 +169,7 @@ def _waited(decoding: Decoding, done: Callable[[], float], note: str) -> Steps[d
             decoding.cancel()
 
 
-def _spelled(entry: Entry) -> str:
+def _spell(entry: Entry) -> str:
     """The name as it was meant: some packers write UTF-8 without saying so."""
     if entry.flags & 0x800:
         return entry.name
@@ -197,7 +197,7 @@ def _tar_members(path: Path, size_bytes: int, tar: IO[bytes], packed: str) -> St
         remedy=_REMEDY,
         member_limit=MEMBER_LIMIT,
         packed=packed,
-        most_bytes=limit,
+        max_bytes=limit,
     )
     reply = yield from _waited(decoding, lambda: 0.0, "Unpacking")
     if "too_large" in reply:
@@ -205,7 +205,7 @@ def _tar_members(path: Path, size_bytes: int, tar: IO[bytes], packed: str) -> St
     return [_Member(_normal(name), size, place) for name, size, place in reply["members"]]
 
 
-def _unnamed(folder: Path) -> IO[bytes]:
+def _find_unnamed(folder: Path) -> IO[bytes]:
     try:
         return tempfile.TemporaryFile(dir=folder)
     except OSError as error:
@@ -218,7 +218,7 @@ def _check_names(path: Path, members: Iterable[_Member]) -> None:
         parts = name.split("/")
         odd = any(unicodedata.category(letter) == "Cc" for letter in name)
         if odd or ".." in parts or not parts[0] or parts[0][1:2] == ":" or len(os.fsencode(_last(name))) > 255:
-            raise InputError(path, f"holds a member with an impossible name, {shown(name)}", _REMEDY)
+            raise InputError(path, f"holds a member with an impossible name, {show(name)}", _REMEDY)
 
 
 def _check_sizes(path: Path, members: Sequence[_Member], packed_bytes: int) -> None:
@@ -240,17 +240,17 @@ def _check_collisions(path: Path, members: Iterable[_Member]) -> None:
     for member in members:
         first = seen.setdefault(unicodedata.normalize("NFC", _last(member.name)).casefold(), member)
         if first is not member:
-            raise InputError(path, f"holds both {shown(first.name)} and {shown(member.name)}", _REMEDY)
+            raise InputError(path, f"holds both {show(first.name)} and {show(member.name)}", _REMEDY)
 
 
-def _copied(path: Path, member: _Member, tar: IO[bytes], output: IO[bytes], done: float) -> Steps[None]:
+def _copy(path: Path, member: _Member, tar: IO[bytes], output: IO[bytes], done: float) -> Steps[None]:
     """Write the content of a member, which lies in a tar as it is."""
     left = member.size_bytes
     tar.seek(member.place)
     while left:
         piece = tar.read(min(left, _PIECE_BYTES))
         if not piece:
-            raise InputError(path, f"{shown(member.name)} in it is damaged (it is cut short)", _REMEDY)
+            raise InputError(path, f"{show(member.name)} in it is damaged (it is cut short)", _REMEDY)
         output.write(piece)
         left -= len(piece)
         yield Step(done, f"Unpacking {_last(member.name)}")

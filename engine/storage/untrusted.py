@@ -38,7 +38,7 @@ from numpy.typing import NDArray
 from engine.core.errors import InputError
 from engine.core.figure_text import size_text
 from engine.storage.sandbox import Protection
-from engine.storage.shared_memory import SharedFile, shared_file
+from engine.storage.shared_memory import SharedFile, make_shared_file
 
 GIBIBYTE = 1 << 30
 
@@ -95,7 +95,7 @@ def read_bytes(path: str | os.PathLike[str], limit_bytes: int = FILE_LIMIT_BYTES
             raise _too_large(path, len(known), limit_bytes)
         _refuse_pointer(path, known)
         return known
-    with opened(path, limit_bytes) as (file, size_bytes):
+    with open_checked(path, limit_bytes) as (file, size_bytes):
         content = _content(path, file, size_bytes)
     _refuse_pointer(path, content)
     return content
@@ -107,7 +107,7 @@ def is_at_hand(path: str | os.PathLike[str]) -> bool:
 
 
 @contextlib.contextmanager
-def handed(contents: Mapping[str, bytes]) -> Iterator[None]:
+def hand(contents: Mapping[str, bytes]) -> Iterator[None]:
     """Within the block `read_bytes` gives these contents for these names: decoders that read several files use it."""
     _handed.update(contents)
     try:
@@ -116,11 +116,11 @@ def handed(contents: Mapping[str, bytes]) -> Iterator[None]:
         _handed.clear()
 
 
-def read_head(path: str | os.PathLike[str], most_bytes: int) -> tuple[bytes, int]:
-    """The first bytes of a regular file, at most `most_bytes`, and the size of the whole; else InputError."""
-    with opened(path, FILE_LIMIT_BYTES) as (file, size_bytes):
+def read_head(path: str | os.PathLike[str], max_bytes: int) -> tuple[bytes, int]:
+    """The first bytes of a regular file, at most `max_bytes`, and the size of the whole; else InputError."""
+    with open_checked(path, FILE_LIMIT_BYTES) as (file, size_bytes):
         try:
-            head = file.read(most_bytes)
+            head = file.read(max_bytes)
         except OSError as error:
             raise _unreadable(path, error) from None
     _refuse_pointer(path, head)
@@ -134,12 +134,12 @@ def _content(path: str | os.PathLike[str], file: IO[bytes], size_bytes: int) -> 
     except OSError as error:
         raise _unreadable(path, error) from None
     if grown or len(content) != size_bytes:
-        raise _changed(path)
+        raise _change(path)
     return content
 
 
 @contextlib.contextmanager
-def opened(path: str | os.PathLike[str], limit_bytes: int) -> Iterator[tuple[IO[bytes], int]]:
+def open_checked(path: str | os.PathLike[str], limit_bytes: int) -> Iterator[tuple[IO[bytes], int]]:
     """The regular file `path` and its size; InputError if it has changed when the block ends."""
     try:
         _check_kind(path, os.stat(path), limit_bytes)  # noqa: PTH116 - a Path refuses some odd names
@@ -157,7 +157,7 @@ def opened(path: str | os.PathLike[str], limit_bytes: int) -> Iterator[tuple[IO[
         finally:
             after = os.fstat(file.fileno())
             if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
-                raise _changed(path)
+                raise _change(path)
 
 
 def _refuse_pointer(path: str | os.PathLike[str], head: bytes) -> None:
@@ -166,7 +166,7 @@ def _refuse_pointer(path: str | os.PathLike[str], head: bytes) -> None:
         raise InputError(path, "is a git-lfs pointer, not the data", "Fetch the data with `git lfs pull`")
 
 
-def _changed(path: str | os.PathLike[str]) -> InputError:
+def _change(path: str | os.PathLike[str]) -> InputError:
     return InputError(path, "changed while it was being read", "Wait until it is complete and try again")
 
 
@@ -263,16 +263,16 @@ def decode_in_child(
     Raises InputError for a file that cannot be read or decoded, also when the decoder crashes or takes too long.
     """
     with contextlib.ExitStack() as stack:
-        files = [stack.enter_context(opened(each, limit_bytes)) for each in (path, *beside.values())]
+        files = [stack.enter_context(open_checked(each, limit_bytes)) for each in (path, *beside.values())]
         sizes = [size_bytes for _, size_bytes in files]
         limits = {"memory_bytes": memory_bytes, "timeout_s": timeout_s or time_limit_s(sum(sizes))}
         request = _request(decoder, path, options, limits, sizes, beside)
         request |= {"process": process or request["process"], "as_file": as_file, "scratch": scratch is not None}
         if HANDS_DESCRIPTORS:
             handed = [file.fileno() for file, _ in files] + ([] if scratch is None else [scratch.fileno()])
-            return _decoded(request, [], handed, cancellation)
+            return _decode(request, [], handed, cancellation)
         contents = [_content(each, *file) for each, file in zip((path, *beside.values()), files, strict=True)]
-    reply = _decoded(request, contents, [], cancellation)
+    reply = _decode(request, contents, [], cancellation)
     if scratch is not None:
         scratch.write(reply.pop("scratch").data)
     return reply
@@ -292,7 +292,7 @@ def decode_content(
     limits: dict[str, Any] = {"memory_bytes": memory_bytes, "timeout_s": timeout_s or time_limit_s(len(content))}
     request = _request(decoder, path, options, limits, [len(content)])
     request["process"] = process or request["process"]
-    return _decoded(request, [content], [], None)
+    return _decode(request, [content], [], None)
 
 
 def time_limit_s(size_bytes: int) -> float:
@@ -320,11 +320,11 @@ def _origin(path: str | os.PathLike[str]) -> str:
     return os.path.dirname(os.fspath(path))  # noqa: PTH120 - a Path refuses some odd names
 
 
-def _decoded(
+def _decode(
     request: dict[str, Any], contents: list[bytes], files: list[int], cancellation: Cancellation | None
 ) -> dict[str, Any]:
     global _protection
-    reply = _answered(request, contents, files, cancellation or Cancellation())
+    reply = _answer(request, contents, files, cancellation or Cancellation())
     if "protection" in reply:
         found = Protection(**reply.pop("protection"))
         _protection = _protection if found == _protection else found
@@ -362,7 +362,7 @@ class Decoding:
         futures.wait([self._future], 1.0)
 
 
-def _answered(
+def _answer(
     request: dict[str, Any], contents: list[bytes], files: list[int], cancellation: Cancellation
 ) -> dict[str, Any]:
     """The reply of a child; a child that died before the request reached it, as idle ones may, is replaced once."""
@@ -370,7 +370,7 @@ def _answered(
         with (
             _child(request["process"], request["origin"]) as child,
             cancellation.watching(child),
-            shared_file() as results,
+            make_shared_file() as results,
         ):
             reply = child.ask(request, contents, files, results if child.socket is not None else None)
             if reply is not None and "problem" in reply:
@@ -530,11 +530,11 @@ def _receive(replies: IO[bytes], results: SharedFile | None, limit_bytes: int) -
         if results is not None and offsets is not None:
             reply[name] = results.array(offsets[name], dtype, tuple(shape))
         else:
-            reply[name] = _piped(replies, dtype, tuple(shape))
+            reply[name] = _pipe(replies, dtype, tuple(shape))
     return reply
 
 
-def _piped(replies: IO[bytes], dtype: np.dtype[Any], shape: tuple[int, ...]) -> NDArray[Any]:
+def _pipe(replies: IO[bytes], dtype: np.dtype[Any], shape: tuple[int, ...]) -> NDArray[Any]:
     array = np.empty(shape, dtype)
     view = array.reshape(-1).view(np.uint8).data
     while len(view):
@@ -557,7 +557,7 @@ _running: set[_Child] = set()
 def _child(module: str, origin: str) -> Iterator[_Child]:
     """An idle child or a new one, for one request; it is kept for the next unless the request killed or left it."""
     with _slots:
-        child = _taken(module, origin) or _Child(module)
+        child = _take(module, origin) or _Child(module)
         try:
             yield child
         except BaseException:
@@ -590,7 +590,7 @@ def _keep(child: _Child) -> None:
         oldest.kill()
 
 
-def _taken(module: str, origin: str) -> _Child | None:
+def _take(module: str, origin: str) -> _Child | None:
     """An idle child for `module` that is alive and may read files of `origin`, which is idle no more."""
     with _idle_lock:
         found = [idle for idle in _idle if idle.module == module]

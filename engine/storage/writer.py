@@ -32,19 +32,19 @@ def writer() -> str:
 
 def is_own(path: Path) -> bool:
     """True for a path whose name says that this process writes it."""
-    found = _named(path)
+    found = _match_writer(path)
     return found is not None and found["host"] == _host() and int(found["process"]) == os.getpid()
 
 
 def is_gone(path: Path) -> bool:
     """True if the process that the name of `path` says is gone; of others, if nothing wrote there for a week."""
-    found = _named(path)
+    found = _match_writer(path)
     if found is None or found["host"] != _host():
-        return _rested_s(path) > ABANDONED_S
+        return _count_rested_s(path) > ABANDONED_S
     return not _runs(int(found["process"]), int(found["start"]))
 
 
-def _named(path: Path) -> re.Match[str] | None:
+def _match_writer(path: Path) -> re.Match[str] | None:
     """The last writer in the name of `path`: what stands before it may look like one."""
     return max(_WRITER.finditer(path.name), key=re.Match.start, default=None)
 
@@ -67,7 +67,7 @@ def _runs(process: int, start: int) -> bool:
 def _is_ending(process: int) -> bool:
     """True for a process that runs no line of its program any more: it gives back its memory, or nobody asked yet how
     it ended, which a parent may never do."""
-    said = _said_of(process) if sys.platform == "linux" else []
+    said = _read_stat(process) if sys.platform == "linux" else []
     return bool(said) and (said[0] in b"ZX" or bool(int(said[6]) & _PF_EXITING))
 
 
@@ -76,7 +76,7 @@ def start_of(process: int) -> int | None:
     import psutil
 
     if sys.platform == "linux":  # in ticks since the boot: what psutil says moves with the clock
-        said = _said_of(process)
+        said = _read_stat(process)
         return int(said[19]) if said else None
     try:
         return int(1000 * psutil.Process(process).create_time())
@@ -84,7 +84,7 @@ def start_of(process: int) -> int | None:
         return None
 
 
-def _said_of(process: int) -> list[bytes]:
+def _read_stat(process: int) -> list[bytes]:
     """The fields of Linux's /proc/PROCESS/stat from the third on, its state; empty where they cannot be read."""
     try:
         return Path(f"/proc/{process}/stat").read_bytes().rpartition(b")")[2].split()
@@ -92,7 +92,7 @@ def _said_of(process: int) -> list[bytes]:
         return []
 
 
-def _rested_s(path: Path) -> float:
+def _count_rested_s(path: Path) -> float:
     """Seconds since anything in `path` was written; 0 where that cannot be known."""
     try:
         return time.time() - max(each.lstat().st_mtime for each in (path, *path.rglob("*")))

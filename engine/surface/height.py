@@ -39,10 +39,10 @@ DRAWN, COARSE = 12, 192
 def height_from_slopes(right: Array, up: Array, variance: Array) -> Steps[Array]:
     """(H, W) height in widths of a texel, of mean zero.
 
-    `right` and `up` (H, W) are dh/dx and dh/dy, x to the right of the picture and y up; `variance` (H, W) is that of
+    `right` and `up` (H, W) are dh/dx and dh/dy, x to the right of the image and y up; `variance` (H, W) is that of
     either, inf where a slope is not known.
     """
-    variance = _bounded(variance)
+    variance = _bound(variance)
     across = _weight(variance[:, :-1], variance[:, 1:])
     down = _weight(variance[:-1], variance[1:])
     wanted_across = 0.5 * (right[:, :-1] + right[:, 1:])
@@ -79,7 +79,7 @@ def disagreement(height: Array, right: Array, up: Array, variance: Array) -> Arr
     Slopes of a surface are those of some height: of the two slopes of a texel one is checked by its neighbours, so the
     squared residuals of the height over their variances are on average a half where errors are as stated.
     """
-    variance = _bounded(variance)
+    variance = _bound(variance)
     across = np.diff(height, axis=1) - 0.5 * (right[:, :-1] + right[:, 1:])
     down = np.diff(height, axis=0) + 0.5 * (up[:-1] + up[1:])
     across *= across * _weight(variance[:, :-1], variance[:, 1:])
@@ -101,7 +101,7 @@ def lens_variance(values: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.asarray(ndimage.gaussian_filter(bend * bend, ALIKE, mode="nearest"), np.float32)
 
 
-def unresolved(slope: NDArray[np.float32]) -> NDArray[np.float32]:
+def estimate_unresolved(slope: NDArray[np.float32]) -> NDArray[np.float32]:
     """(H, W) that GGX alpha² seems to grow by, as slopes (H, W, 2) differ within what a lens and a texel show as one.
 
     Slopes of Beckmann's facets, as which those of GGX are taken here, have the variance alpha²/2 along each axis, to
@@ -120,7 +120,7 @@ def height_deviation(variance: Array) -> Steps[Array]:
     """
     height, width = variance.shape
     factor = max(1, -(-max(height, width) // COARSE))
-    variance = _bounded(variance)
+    variance = _bound(variance)
     rows, columns = -(-height // factor), -(-width // factor)
     padded = np.pad(variance, ((0, rows * factor - height), (0, columns * factor - width)), "edge")
     coarse = padded.reshape(rows, factor, columns, factor).mean(axis=(1, 3)) / factor**2
@@ -139,7 +139,7 @@ def height_deviation(variance: Array) -> Steps[Array]:
     return np.asarray(np.sqrt(broad + 0.25 * variance))
 
 
-def _bounded(variance: Array) -> Array:
+def _bound(variance: Array) -> Array:
     known = variance[np.isfinite(variance)]
     middle = float(np.median(known)) if known.size else 1.0
     return np.clip(variance, RANGE[0] * middle + 1e-12, RANGE[1] * middle + 1e-9)

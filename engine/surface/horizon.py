@@ -48,7 +48,7 @@ def near_visibility(
     Parameters
     ----------
     relief : (H, W) heights above the plane of the sample, texels.
-    lamp : (3,) place of the lamp from the middle of the picture: x right, y up, z above the plane, texels.
+    lamp : (3,) place of the lamp from the middle of the image: x right, y up, z above the plane, texels.
     rows : the rows that are asked for, so that long work can be done in parts.
     """
     first, last, _ = rows.indices(len(relief))

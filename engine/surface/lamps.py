@@ -1,6 +1,6 @@
 """The lamps of a capture as each texel sees them, and the slopes that they can tell.
 
-A lamp in the direction l, at the distance D in widths of the picture, lights the place p of the picture along
+A lamp in the direction l, at the distance D in widths of the image, lights the place p of the image along
 v = l − p / D. The import has multiplied photographs of near lamps by |v|³ (`engine.capture.photograph.calibrate`), so
 that a diffuse texel of the normal n has the radiance ρ n·v whatever its place: v is not normalised.
 
@@ -32,7 +32,7 @@ FEWEST = 3
 
 @dataclass(frozen=True, eq=False)
 class Lamps:
-    """Directions (N, 3) of unit length, the inverse of the distance in widths of the picture, and what they tell."""
+    """Directions (N, 3) of unit length, the inverse of the distance in widths of the image, and what they tell."""
 
     direction: Vectors
     nearness: float
@@ -43,7 +43,7 @@ class Lamps:
         """Azimuth of the first axis in which slopes are found: that of the arc, or 0."""
         return self.observed.azimuth or 0.0
 
-    def seen_from(self, rows: NDArray[np.int64], columns: NDArray[np.int64], height: int, width: int) -> Vectors:
+    def observe_from(self, rows: NDArray[np.int64], columns: NDArray[np.int64], height: int, width: int) -> Vectors:
         """(N, T, 3) vectors from the texels at `rows` and `columns` (T,); (N, 1, 3) where lamps are distant.
 
         Their first axis is turned by `turn`, so that it runs along an arc.
@@ -76,10 +76,10 @@ def lamps(stack: ImageStack, used: NDArray[np.int64]) -> Lamps:
         raise InputError(where, problem, "Photograph it under lamps in three directions or more, from several sides")
     distance = stack.provenance.get("lamp_distance_widths")
     nearness = 1.0 / float(distance) if isinstance(distance, int | float) and distance > 0.5 else 0.0
-    return Lamps(direction, nearness, observed_slopes(direction))
+    return Lamps(direction, nearness, observe_slopes(direction))
 
 
-def observed_slopes(direction: Vectors) -> ObservedSlopes:
+def observe_slopes(direction: Vectors) -> ObservedSlopes:
     """The slopes that lamps in these directions (N, 3) tell."""
     _, spread, axes = np.linalg.svd(direction, full_matrices=False)
     if spread[2] > FLAT * spread[1]:

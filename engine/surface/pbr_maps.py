@@ -3,7 +3,7 @@
 The terms are those of metallic-roughness in glTF 2.0: the reflectance at normal incidence is F = f0 (1 − metallic) +
 base_colour metallic, the diffuse part (1 − F) (1 − metallic) base_colour / π, and the highlight GGX of alpha =
 roughness² with height-correlated shadowing. Normals point out of
-the picture in its own frame, x to the right, y up and z towards the camera, which is that of OpenGL normal maps.
+the image in its own frame, x to the right, y up and z towards the camera, which is that of OpenGL normal maps.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class ObservedSlopes:
     """The slopes that the lamps of a capture could tell.
 
     `kind` is 'both' for lamps that span the plane, 'along the arc' for those of one arc, whose direction is `azimuth`
-    (radians, 0 = right, π/2 = up in the picture; None else), and 'none' where no slope is known.
+    (radians, 0 = right, π/2 = up in the image; None else), and 'none' where no slope is known.
     """
 
     kind: Literal["both", "along the arc", "none"]
@@ -82,7 +82,7 @@ class PbrMaps:
     Attributes
     ----------
     base_colour : (H, W, 3) linear sRGB in [0, 1].
-    normal : (H, W, 3) unit vectors: x to the right of the picture, y up, z out of the surface.
+    normal : (H, W, 3) unit vectors: x to the right of the image, y up, z out of the surface.
     roughness : (H, W) in [0, 1], GGX alpha is its square.
     metallic : (H, W) in [0, 1].
     f0 : (H, W) reflectance of dielectrics at normal incidence, in [0, 1].

@@ -20,11 +20,11 @@ from engine.capture.stack import ImageStack
 from engine.core.figure_text import number
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
-from engine.surface.height import disagreement, height_deviation, height_from_slopes, lens_variance, unresolved
+from engine.surface.height import disagreement, estimate_unresolved, height_deviation, height_from_slopes, lens_variance
 from engine.surface.horizon import openness
 from engine.surface.lamps import Lamps, lamps
 from engine.surface.pbr_maps import DIELECTRIC_F0, Map, MapErrors, PbrMaps, Uncertainty
-from engine.surface.reflectance import FEWEST_FOR_GLOSS, Array, fitted_rows, kinds, metallic_roughness
+from engine.surface.reflectance import FEWEST_FOR_GLOSS, Array, fit_rows, kinds, metallic_roughness
 from engine.surface.texel_kernel import (
     COV_AB,
     COV_REFLECTANCE,
@@ -65,14 +65,14 @@ def recover(
     more where texels are brighter. `left_out` asks for the error of photographs that are left out.
     Raises InputError where the lamps do not tell any slope.
     """
-    from engine.surface.relight import relit_errors  # compiled code: loaded when first needed
+    from engine.surface.relight import measure_relight_errors  # compiled code: loaded when first needed
 
     start = time.perf_counter()
     seen = lamps(stack, used)
     alike = yield from part(kinds(stack, used, seen, white), 0.0, 0.05)
     planes = _Planes(stack.radiance.shape[1], stack.radiance.shape[2], seen)
     diffuse_only = len(used) < FEWEST_FOR_GLOSS
-    for step in fitted_rows(stack, used, seen, alike, diffuse_only):
+    for step in fit_rows(stack, used, seen, alike, diffuse_only):
         first, last, found = step.partial
         if diffuse_only:
             found[:, SPECULAR : SPECULAR + 3] = DIELECTRIC_F0
@@ -82,7 +82,7 @@ def recover(
         own = planes.sigma["base_colour"][..., channel]
         np.minimum(np.hypot(own, np.sqrt(lens_variance(planes.base_colour[..., channel]))), 1.0, out=own)
     # roughness is alpha^(1/2), so that alpha² is out by 4 roughness³ times its error
-    of_relief = unresolved(planes.slope) / (4.0 * planes.roughness**3)
+    of_relief = estimate_unresolved(planes.slope) / (4.0 * planes.roughness**3)
     planes.sigma["roughness"] = np.minimum(np.hypot(planes.sigma["roughness"], of_relief), 0.5).astype(np.float32)
     fitted = time.perf_counter()
     height = height_sigma = occlusion = occlusion_sigma = None
@@ -108,7 +108,7 @@ def recover(
     solved_at = time.perf_counter()
     figures = MapErrors(normal_sigma=float(np.median(planes.sigma["normal"])))
     if left_out:
-        apart = yield from part(relit_errors(stack, used, seen, alike, lambertian=diffuse_only), 0.85, 1.0)
+        apart = yield from part(measure_relight_errors(stack, used, seen, alike, lambertian=diffuse_only), 0.85, 1.0)
         figures = MapErrors(apart.in_sample, apart.left_out, apart.mean_picture, figures.normal_sigma)
     maps = PbrMaps(
         planes.base_colour,
@@ -145,30 +145,30 @@ class _Planes:
         """Rows from `first` to before `last` as the kernel found them."""
         rows, width = slice(first, last), self.slope.shape[1]
 
-        def shaped(values: Array) -> Map:
+        def reshape(values: Array) -> Map:
             return np.asarray(values, np.float32).reshape(last - first, width, *values.shape[1:])
 
         along, across = found[:, 0], found[:, 1]
         cosine, sine = np.cos(self.seen.turn), np.sin(self.seen.turn)
         slope = np.stack([cosine * along - sine * across, sine * along + cosine * across], axis=-1)
         normal = np.column_stack([slope, np.ones(len(slope))])
-        self.normal[rows] = shaped(normal / np.linalg.norm(normal, axis=1, keepdims=True))
-        self.slope[rows] = shaped(slope)
+        self.normal[rows] = reshape(normal / np.linalg.norm(normal, axis=1, keepdims=True))
+        self.slope[rows] = reshape(slope)
         a, b, c = found[:, VAR_A], found[:, VAR_B], found[:, COV_AB]
         if self.seen.observed.kind != "both":
             b, c = np.zeros_like(b), np.zeros_like(c)
-        self.variance[rows] = shaped(0.5 * (a + b))
-        self.sigma["normal"][rows] = shaped(_angle(along, across, a, b, c))
+        self.variance[rows] = reshape(0.5 * (a + b))
+        self.sigma["normal"][rows] = reshape(_angle(along, across, a, b, c))
         made = metallic_roughness(
             found[:, DIFFUSE : DIFFUSE + 3],
             found[:, SPECULAR : SPECULAR + 3],
             found[:, (VAR_DIFFUSE, VAR_SPECULAR, COV_REFLECTANCE)],
         )
-        self.base_colour[rows], self.metallic[rows] = shaped(made.base_colour), shaped(made.metallic)
-        self.f0[rows], self.roughness[rows] = shaped(made.f0), shaped(found[:, ROUGHNESS])
-        self.sigma["base_colour"][rows] = shaped(made.base_colour_sigma)
-        self.sigma["metallic"][rows], self.sigma["f0"][rows] = shaped(made.metallic_sigma), shaped(made.f0_sigma)
-        self.sigma["roughness"][rows] = shaped(np.minimum(np.sqrt(found[:, VAR_ROUGHNESS]), 0.5))
+        self.base_colour[rows], self.metallic[rows] = reshape(made.base_colour), reshape(made.metallic)
+        self.f0[rows], self.roughness[rows] = reshape(made.f0), reshape(found[:, ROUGHNESS])
+        self.sigma["base_colour"][rows] = reshape(made.base_colour_sigma)
+        self.sigma["metallic"][rows], self.sigma["f0"][rows] = reshape(made.metallic_sigma), reshape(made.f0_sigma)
+        self.sigma["roughness"][rows] = reshape(np.minimum(np.sqrt(found[:, VAR_ROUGHNESS]), 0.5))
 
 
 def _angle(along: Array, across: Array, a: Array, b: Array, c: Array) -> Array:

@@ -44,7 +44,7 @@ GLOSSY = (0.5, 0.25, 0.6, 0.5)
 ENOUGH, FEWEST_FOR_GLOSS = 8, 6
 
 #: Least deviations of a kind in roughness and F, and texels in which a kind is known.
-LEAST_SPREAD, LEAST_KNOWN = (0.02, 0.01), 16
+MIN_SPREAD, MIN_KNOWN = (0.02, 0.01), 16
 
 #: Largest reflectance F of kinds that are taken for dielectrics. Theirs is silent where there is no highlight, since a
 #: very rough one is all but diffuse; a wide prior would then find none, and no dielectric has none.
@@ -178,7 +178,7 @@ def kinds(stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, white: float
     step = max(1, int(np.ceil(np.sqrt(height * width / SAMPLE))))
     yield Step(0.0, "looking for texels that are alike")
     values, usable, rows, columns = texels(stack, used, step // 2, height, step)
-    towards = lamps.seen_from(rows, columns, height, width)
+    towards = lamps.observe_from(rows, columns, height, width)
     colour = _colour(values)
     count = min(KINDS, len(np.unique(colour, axis=0)))
     centres, label = kmeans2(colour, count, minit="++", seed=1)
@@ -198,7 +198,9 @@ def kinds(stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, white: float
     if plain.any():
         trying = [replace(one, priors=np.array([prior])) for prior in (NARROW, GLOSSY)]
         narrow, glossy = (fit(values, usable, towards, lamps, each) for each in trying)
-        left, least = (of_kind @ _unexplained(values, usable, towards, each, one.white) for each in (narrow, found))
+        left, least = (
+            of_kind @ _measure_unexplained(values, usable, towards, each, one.white) for each in (narrow, found)
+        )
         upper = [np.quantile(found[texels, SPECULAR : SPECULAR + 3], 0.75) for texels in of_kind]
         for kind in np.flatnonzero(plain):
             if upper[kind] > BRIGHTEST_DIELECTRIC and least[kind] < EXPLAINED_AS_WELL * left[kind]:
@@ -210,7 +212,7 @@ def kinds(stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, white: float
     return replace(alike, growth=growth, deviation=ROUGHNESS_DEVIATION)
 
 
-def _unexplained(
+def _measure_unexplained(
     values: NDArray[np.float32], usable: NDArray[np.bool_], towards: Array, found: Array, white: float
 ) -> Array:
     """(T,) sums of absolute residuals of texels `found` by the kernel, in units of white."""
@@ -262,7 +264,7 @@ def _growth(
     kind = kinds.of(values)
     for each in range(len(growth)):
         known = factors[(kind == each) & np.isfinite(factors).all(axis=1)]
-        if len(known) >= LEAST_KNOWN:
+        if len(known) >= MIN_KNOWN:
             growth[each] = np.maximum(np.median(known, axis=0), 1.0)
     return growth
 
@@ -280,7 +282,7 @@ def metallic_roughness(diffuse: Array, specular: Array, variance: Array) -> Refl
     c = np.clip(np.nan_to_num(c, posinf=0.0), -limit, limit)
     determinant = a * b - c * c
     precision = (b / determinant, -c / determinant, a / determinant)
-    tried = [_of_metallic(np.full(len(a), m), diffuse, specular, precision) for m in METALLIC]
+    tried = [_evaluate_metallic(np.full(len(a), m), diffuse, specular, precision) for m in METALLIC]
     cost = np.stack([each[2] for each in tried])
     index, step = np.arange(len(a)), METALLIC[1]
     metal = 1 + cost[1:].argmin(axis=0)
@@ -292,17 +294,18 @@ def metallic_roughness(diffuse: Array, specular: Array, variance: Array) -> Refl
     shift = np.where(best == inside, np.clip(0.5 * (low - high) / bend, -0.5, 0.5), 0.0)
     metallic = np.clip(METALLIC[best] + step * shift, 0.0, 1.0)
     # the reflectance of a dielectric has heard a prior in the fit
-    base, f0, _, base_variance, f0_variance = _of_metallic(metallic, diffuse, specular, precision, metallic > 0.0)
+    base, f0, _, base_variance, f0_variance = _evaluate_metallic(metallic, diffuse, specular, precision, metallic > 0.0)
     sigma = np.clip(step * np.sqrt(2.0 / bend), 0.0, 0.5)
     # colour goes from the diffuse part to the specular one as metallic moves
     moved = [
-        _of_metallic(np.clip(metallic + side * sigma, 0.0, 1.0), diffuse, specular, precision)[0] for side in (-1, 1)
+        _evaluate_metallic(np.clip(metallic + side * sigma, 0.0, 1.0), diffuse, specular, precision)[0]
+        for side in (-1, 1)
     ]
     base_variance += np.where(metallic > 0.0, 0.25, 0.0)[:, None] * (moved[1] - moved[0]) ** 2
     return Reflectance(base, metallic, f0, np.minimum(np.sqrt(base_variance), 1.0), sigma, np.sqrt(f0_variance))
 
 
-def _of_metallic(
+def _evaluate_metallic(
     metallic: Array,
     diffuse: Array,
     specular: Array,
@@ -336,7 +339,7 @@ def _of_metallic(
     return base, f0, cost + prior, base_variance, f0_variance
 
 
-def fitted_rows(
+def fit_rows(
     stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, kinds: Kinds, lambertian: bool = False
 ) -> Steps[None]:
     """Fit block after block of rows; each step's `partial` is (first, last, found)."""
@@ -345,7 +348,7 @@ def fitted_rows(
     for first in range(0, height, block):
         last = min(first + block, height)
         values, usable, rows, columns = texels(stack, used, first, last)
-        found = fit(values, usable, lamps.seen_from(rows, columns, height, width), lamps, kinds, lambertian)
+        found = fit(values, usable, lamps.observe_from(rows, columns, height, width), lamps, kinds, lambertian)
         yield Step(last / height, "finding slopes and reflectance", (first, last, found))
 
 
@@ -355,13 +358,13 @@ def _prior(found: Array, start: Array, white: float) -> Array:
 
     specular = found[:, SPECULAR : SPECULAR + 3].mean(axis=1)
     pairs = (
-        (found[:, ROUGHNESS], found[:, VAR_ROUGHNESS], start[:2], LEAST_SPREAD[0]),
-        (specular, found[:, VAR_SPECULAR] / (3.0 * white * white), start[2:], LEAST_SPREAD[1]),
+        (found[:, ROUGHNESS], found[:, VAR_ROUGHNESS], start[:2], MIN_SPREAD[0]),
+        (specular, found[:, VAR_SPECULAR] / (3.0 * white * white), start[2:], MIN_SPREAD[1]),
     )
     made: list[float] = []
     for value, variance, (mean, spread), least in pairs:
         known = np.isfinite(variance) & (variance < 0.25 * spread**2)
-        if known.sum() < LEAST_KNOWN:
+        if known.sum() < MIN_KNOWN:
             made += [mean, spread]
             continue
         middle = float(np.median(value[known]))

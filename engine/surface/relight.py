@@ -52,15 +52,15 @@ class RelitErrors:
     fit_s: float
 
 
-def relit(maps: PbrMaps, light: tuple[float, float, float]) -> NDArray[np.float32]:
+def relight_transport(maps: PbrMaps, light: tuple[float, float, float]) -> NDArray[np.float32]:
     """(H, W, 3) radiance under a distant lamp in the direction `light`, over that of a white card that faces it."""
     towards = np.array([[light]], np.float64) / np.linalg.norm(light)
     slopes = maps.normal[..., :2].reshape(-1, 2) / np.maximum(maps.normal[..., 2:].reshape(-1, 1), 1e-3)
-    picture = np.empty((1, len(slopes), 3), np.float32)
+    image = np.empty((1, len(slopes), 3), np.float32)
     f0, metallic = maps.f0.reshape(-1, 1), maps.metallic.reshape(-1, 1)
     diffuse, specular = _coefficients(maps.base_colour.reshape(-1, 3), metallic, f0)
-    show_texels(slopes.astype(np.float64), maps.roughness.ravel(), diffuse, specular, towards, picture)
-    return picture[0].reshape(*maps.size, 3)
+    show_texels(slopes.astype(np.float64), maps.roughness.ravel(), diffuse, specular, towards, image)
+    return image[0].reshape(*maps.size, 3)
 
 
 def errors(stack: ImageStack, used: NDArray[np.int64], *, lambertian: bool = False) -> Steps[RelitErrors]:
@@ -70,7 +70,7 @@ def errors(stack: ImageStack, used: NDArray[np.int64], *, lambertian: bool = Fal
     """
     seen = lamps(stack, used)
     alike = yield from kinds(stack, used, seen)
-    return (yield from relit_errors(stack, used, seen, alike, lambertian=lambertian))
+    return (yield from measure_relight_errors(stack, used, seen, alike, lambertian=lambertian))
 
 
 def predicting(stack: ImageStack, used: NDArray[np.int64], *, lambertian: bool = False) -> Steps[Predict]:
@@ -81,14 +81,14 @@ def predicting(stack: ImageStack, used: NDArray[np.int64], *, lambertian: bool =
 
     def predict(texels: Texels, out: int) -> Array:
         others = np.flatnonzero(np.arange(len(used)) != out)
-        towards = seen.seen_from(texels.rows, texels.columns, height, width)
+        towards = seen.observe_from(texels.rows, texels.columns, height, width)
         found = fit(texels.radiance[others], texels.usable[others], towards[others], seen, alike, lambertian)
-        return np.asarray(_codes(_predicted(found, towards[out : out + 1], alike, lambertian))[0], np.float64)
+        return np.asarray(_codes(_predict(found, towards[out : out + 1], alike, lambertian))[0], np.float64)
 
     return predict
 
 
-def relit_errors(
+def measure_relight_errors(
     stack: ImageStack, used: NDArray[np.int64], seen: Lamps, alike: Kinds, *, lambertian: bool = False
 ) -> Steps[RelitErrors]:
     """The same where lamps and kinds are known."""
@@ -99,7 +99,7 @@ def relit_errors(
         found = fit(values, usable, towards, seen, alike, lambertian)
         fit_s += (time.perf_counter() - started) * stack.radiance.shape[1] * stack.radiance.shape[2] / len(found)
         wanted = _codes(values)
-        inside += float(((_codes(_predicted(found, towards, alike, lambertian)) - wanted) ** 2).mean(dtype=np.float64))
+        inside += float(((_codes(_predict(found, towards, alike, lambertian)) - wanted) ** 2).mean(dtype=np.float64))
         average = wanted.mean(axis=0)
         mean += float(((wanted - average) ** 2).mean(dtype=np.float64)) * (count / max(count - 1, 1)) ** 2
     out = np.nan
@@ -111,7 +111,7 @@ def relit_errors(
                 yield Step(0.3 + 0.7 * at / len(folds), "leaving photographs out")
                 others = np.flatnonzero(np.arange(count) != fold)
                 found = fit(values[others], usable[others], towards[others], seen, alike, lambertian)
-                shown = _codes(_predicted(found, towards[fold : fold + 1], alike, lambertian))
+                shown = _codes(_predict(found, towards[fold : fold + 1], alike, lambertian))
                 out += float(((shown - _codes(values[fold : fold + 1])) ** 2).mean(dtype=np.float64)) / len(folds)
     return RelitErrors(float(np.sqrt(inside)), float(np.sqrt(out)), float(np.sqrt(mean)), fit_s)
 
@@ -123,19 +123,19 @@ def _grid(
     height, width = stack.radiance.shape[1:3]
     step = max(1, int(np.ceil(np.sqrt(height * width / most))))
     values, usable, rows, columns = texels(stack, used, step // 2, height, step)
-    return [(values, usable, seen.seen_from(rows, columns, height, width))]
+    return [(values, usable, seen.observe_from(rows, columns, height, width))]
 
 
-def _predicted(found: Array, towards: Array, alike: Kinds, lambertian: bool) -> NDArray[np.float32]:
+def _predict(found: Array, towards: Array, alike: Kinds, lambertian: bool) -> NDArray[np.float32]:
     """(N, T, 3) radiance of texels `found` by the kernel, through the maps that are made of them."""
     diffuse, specular = found[:, DIFFUSE : DIFFUSE + 3], found[:, SPECULAR : SPECULAR + 3]
     if not lambertian:
         variance = found[:, (VAR_DIFFUSE, VAR_SPECULAR, COV_REFLECTANCE)]
         made = metallic_roughness(diffuse, specular, variance)
         diffuse, specular = _coefficients(made.base_colour, made.metallic[:, None], made.f0[:, None])
-    picture = np.empty((len(towards), len(found), 3), np.float32)
-    show_texels(np.ascontiguousarray(found[:, :2]), found[:, ROUGHNESS], diffuse, specular, towards, picture)
-    return picture * np.float32(alike.white)
+    image = np.empty((len(towards), len(found), 3), np.float32)
+    show_texels(np.ascontiguousarray(found[:, :2]), found[:, ROUGHNESS], diffuse, specular, towards, image)
+    return image * np.float32(alike.white)
 
 
 def _coefficients(base: Values, metallic: Values, f0: Values) -> tuple[Array, Array]:

@@ -41,10 +41,10 @@ DIFFUSE_BY_R, SPECULAR_BY_R = 17, 18
 COLUMNS = 19
 
 #: Slopes of more than 80° and roughness below what a lamp of one degree shows are not told.
-STEEPEST, LEAST_ROUGHNESS = 5.67, 0.12
+STEEPEST, MIN_ROUGHNESS = 5.67, 0.12
 
 #: The least deviation of a residual over the root of the mean radiance, and what counts as dark, over the mean.
-LEAST_DEVIATION, DARK = 2e-3, 0.05
+MIN_DEVIATION, DARK = 2e-3, 0.05
 
 #: Iterations at most, those of the Lambertian start, and the step at which they end, in squared standard deviations.
 ITERATIONS, ROUNDS, ENOUGH = 12, 10, 1e-3
@@ -112,7 +112,7 @@ def lobes(a, b, alpha, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @parallel
-def show_texels(slopes, roughness, diffuse, specular, towards, picture):  # type: ignore[no-untyped-def]
+def show_texels(slopes, roughness, diffuse, specular, towards, image):  # type: ignore[no-untyped-def]
     """Fill `picture` (N, T, 3) from texels (T, …) under the light (N, T or 1, 3)."""
     for texel in prange(len(slopes)):
         place = np.int64(texel) if towards.shape[1] > 1 else np.int64(0)
@@ -121,9 +121,7 @@ def show_texels(slopes, roughness, diffuse, specular, towards, picture):  # type
             alpha = max(roughness[texel], 0.03) ** 2
             received, highlight = lobes(slopes[texel, 0], slopes[texel, 1], alpha, x, y, z)
             for channel in range(3):
-                picture[lamp, texel, channel] = (
-                    diffuse[texel, channel] * received + specular[texel, channel] * highlight
-                )
+                image[lamp, texel, channel] = diffuse[texel, channel] * received + specular[texel, channel] * highlight
 
 
 @scalar
@@ -152,7 +150,7 @@ def _lambertian(grey, is_usable, lamp, across_free, weight, sorting, row):  # ty
             xx, xy, xz, yy, yz, zz = xx + wx * x, xy + wx * y, xz + wx * z, yy + wy * y, yz + wy * z, zz + wz * z
             xg, yg, zg = xg + wx * grey[i], yg + wy * grey[i], zg + wz * grey[i]
         least = 1e-7 * (xx + yy + zz) + 1e-30
-        x, y, z = _solved(xx + least, xy, xz, yy + least, yz, zz + least, xg, yg, zg)
+        x, y, z = _solve(xx + least, xy, xz, yy + least, yz, zz + least, xg, yg, zg)
         kept = 0
         for i in range(count):
             fitted = x * lamp[0, i] + y * lamp[1, i] + z * lamp[2, i]
@@ -176,7 +174,7 @@ def _lambertian(grey, is_usable, lamp, across_free, weight, sorting, row):  # ty
 
 
 @scalar
-def _solved(xx, xy, xz, yy, yz, zz, x, y, z):  # type: ignore[no-untyped-def]
+def _solve(xx, xy, xz, yy, yz, zz, x, y, z):  # type: ignore[no-untyped-def]
     """Solution of a symmetric positive 3 × 3 system (Cholesky)."""
     a = math.sqrt(max(xx, 1e-300))
     b, c = xy / a, xz / a
@@ -225,7 +223,7 @@ def evaluate(a, b, roughness, lamp, lobe):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _summed(value, weight, lobe, columns, products):  # type: ignore[no-untyped-def]
+def _sum_up(value, weight, lobe, columns, products):  # type: ignore[no-untyped-def]
     """Fill `products` (7, 10): sums over lamps of products of rows of `lobe`, and from column 7 of these and values.
 
     Of the rows, the first `columns` are looked at, with the upper triangle alone.
@@ -291,7 +289,7 @@ def _reweigh(value, is_usable, mean, weight, scratch, lobe, row):  # type: ignor
         if is_usable[i] and lobe[C, i] > 0.0:
             scratch[0, kept] = abs(scratch[2, i])
             kept += 1
-    least = LEAST_DEVIATION * math.sqrt(mean + 1e-9)
+    least = MIN_DEVIATION * math.sqrt(mean + 1e-9)
     deviation = max(1.4826 * nth_smallest(scratch[0], kept, kept // 2), least) if kept > 4 else 10.0 * least
     for i in range(count):
         off = scratch[2, i] / (4.0 * deviation)
@@ -322,20 +320,20 @@ def _refine(value, grey, is_usable, lamp, across_free, prior, lambertian, weight
     deviation = _reweigh(value, is_usable, mean, weight, scratch, lobe[now], row)
     for _ in range(ITERATIONS):
         strength = 3.0 * deviation * deviation
-        _summed(value, weight, lobe[now], 7, products)
+        _sum_up(value, weight, lobe[now], 7, products)
         before = _reflectance(value, weight, products, prior, strength, lambertian, row)
         before += strength * ((roughness - prior[0]) / prior[1]) ** 2
         aa, ab, ar, bb, br, rr, ga, gb, gr = _normal_equations(
             products, prior, strength, across_free, lambertian, a, b, roughness, row
         )
         up = 1.0 + damping
-        da, db, dr = _solved(aa * up, ab, ar, bb * up, br, rr * up, ga, gb, gr)
+        da, db, dr = _solve(aa * up, ab, ar, bb * up, br, rr * up, ga, gb, gr)
         gain = da * ga + db * gb + dr * gr
         da, db, dr = min(max(da, -0.3), 0.3), min(max(db, -0.3), 0.3), min(max(dr, -0.15), 0.15)
         new_a, new_b = min(max(a + da, -STEEPEST), STEEPEST), min(max(b + db, -STEEPEST), STEEPEST)
-        new_r = min(max(roughness + dr, LEAST_ROUGHNESS), 1.0)
+        new_r = min(max(roughness + dr, MIN_ROUGHNESS), 1.0)
         evaluate(new_a, new_b, new_r, lamp, lobe[1 - now])
-        _summed(value, weight, lobe[1 - now], 2, products)
+        _sum_up(value, weight, lobe[1 - now], 2, products)
         after = _reflectance(value, weight, products, prior, strength, lambertian, trial)
         after += strength * ((new_r - prior[0]) / prior[1]) ** 2
         if after <= before:
@@ -348,7 +346,7 @@ def _refine(value, grey, is_usable, lamp, across_free, prior, lambertian, weight
         if gain < ENOUGH * strength or damping > 1e3:
             break
     strength = 3.0 * deviation * deviation
-    _summed(value, weight, lobe[now], 7, products)
+    _sum_up(value, weight, lobe[now], 7, products)
     row[A], row[B], row[ROUGHNESS], row[DEVIATION] = a, b, roughness, deviation
     _covariances(products, prior, strength, across_free, lambertian, row)
 
@@ -362,9 +360,9 @@ def _covariances(products, prior, strength, across_free, lambertian, row):  # ty
     aa, ab, ar, bb, br, rr = _normal_equations(
         products, prior, strength, across_free, lambertian, row[A], row[B], row[ROUGHNESS], row
     )[:6]
-    of_a = _solved(aa, ab, ar, bb, br, rr, 1.0, 0.0, 0.0)
-    of_b = _solved(aa, ab, ar, bb, br, rr, 0.0, 1.0, 0.0)
-    of_r = _solved(aa, ab, ar, bb, br, rr, 0.0, 0.0, 1.0)
+    of_a = _solve(aa, ab, ar, bb, br, rr, 1.0, 0.0, 0.0)
+    of_b = _solve(aa, ab, ar, bb, br, rr, 0.0, 1.0, 0.0)
+    of_r = _solve(aa, ab, ar, bb, br, rr, 0.0, 0.0, 1.0)
     row[VAR_A], row[COV_AB], row[VAR_B] = strength * of_a[0], strength * of_a[1], strength * of_b[1]
     row[VAR_ROUGHNESS] = strength * of_r[2]
     cc, cs, ss = products[C, C], products[C, S], products[S, S] + strength / (prior[3] * prior[3])
@@ -429,7 +427,7 @@ def _start(value, grey, is_usable, lamp, across_free, prior, lambertian, mean, w
         for i in range(count):
             weight[i] = 1.0 / (max(grey[i], 0.0) + DARK * mean) if is_usable[i] else 0.0
         for turn in range(2):
-            _summed(value, weight, lobe, 2, products)
+            _sum_up(value, weight, lobe, 2, products)
             _reflectance(value, weight, products, prior, 1e-4 * mean, lambertian, row)
             residual = 0.0
             for i in range(count):

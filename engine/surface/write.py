@@ -1,6 +1,6 @@
 """The folder of maps: an EXR for each map and each standard deviation, PNG previews, and `surface.json`.
 
-EXR maps are linear: colours are linear sRGB, normals components in [−1, 1] (x right, y up, z out of the picture),
+EXR maps are linear: colours are linear sRGB, normals components in [−1, 1] (x right, y up, z out of the image),
 heights widths of a texel. Previews are for looking: colours, also that of the highlight, in sRGB codes (a specular of
 0.04 is code 56), normals as (n + 1) / 2, and height from its lowest to its highest.
 """
@@ -40,7 +40,7 @@ FILES = {
 WHITE_SIGMA = {"normal": math.radians(10.0), "height": 1.0}
 
 
-def known_maps(maps: PbrMaps) -> dict[str, NDArray[np.float32]]:
+def find_known_maps(maps: PbrMaps) -> dict[str, NDArray[np.float32]]:
     """The maps that are known by the names of their files, and their deviations as `NAME_sigma`."""
     found = {}
     for field, name in FILES.items():
@@ -71,7 +71,7 @@ def preview(name: str, values: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 def record(surface: Surface, provenance: Mapping[str, Any]) -> dict[str, Any]:
     """The figures of a surface, as `surface.json` and `--json` state them."""
-    maps, known = surface.maps, known_maps(surface.maps)
+    maps, known = surface.maps, find_known_maps(surface.maps)
     errors, azimuth = maps.errors, maps.observed.azimuth
     return {
         "lightarc_surface": 1,
@@ -107,7 +107,7 @@ def write_surface(folder: Path, surface: Surface, provenance: Mapping[str, Any],
 
     Raises OutputError where the folder cannot be written, or exists and is none of maps.
     """
-    known = known_maps(surface.maps)
+    known = find_known_maps(surface.maps)
     files = []
     with atomic_folder(folder, RECORD) as partial:
         for index, (name, values) in enumerate(known.items()):

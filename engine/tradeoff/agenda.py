@@ -1,11 +1,12 @@
-"""Settings that a sweep measures, in order: ladders of knobs, settings that are one, bakes that are made together."""
+"""Settings that a sweep measures, in order: sweeps of parameters, settings that are one, bakes that are made
+together."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
 from engine.planning.costs.setting import AT_ONCE as UNBAKED
-from engine.planning.costs.setting import Setting, knobs_of, ladder
+from engine.planning.costs.setting import Setting, parameters_of, sweep
 from engine.scene.scene import Scene
 from engine.tradeoff.bake_group import groups, is_apart
 from engine.transport import method as transport
@@ -19,50 +20,52 @@ def modes_of(scene: Scene) -> tuple[str, ...]:
 
 
 def _dear(mode: str) -> str:
-    """The knob of a mode that costs most, about whose cheapest value all others are turned as well."""
+    """The parameter of a mode that costs most, about whose cheapest value all others are turned as well."""
     if mode in transport.names():
         return transport.method_of(mode).dear
-    return "directions" if "power_law" in knobs_of(mode) else ""
+    return "directions" if "power_law" in parameters_of(mode) else ""
 
 
 def settings_of(
     scene: Scene, modes: Sequence[str], bases: Sequence[Setting] = (), *, bounces: bool = False
 ) -> list[Setting]:
-    """The ladders of all knobs of some modes about `bases` (about the defaults where a mode has none), each once.
+    """The sweeps of all parameters of some modes about `bases` (about the defaults where a mode has none), each once.
 
     They are climbed about the coarsest cube map and the fewest directions as well: on a large model there may be time
     for no other.
-    Knobs that change nothing of this scene stay where they are: directions without an environment, light from the model
-    itself without `bounces` in the reference, a power law that the material does not have.
+    Parameters that change nothing of this scene stay where they are: directions without an environment, light from the
+    model itself without `bounces` in the reference, a power law that the material does not have.
     """
     found: dict[Setting, None] = {}
     for mode in modes:
         base = next((base for base in bases if base.mode == mode), Setting(mode))
-        if bounces and "interreflection" in knobs_of(mode):
-            base = base.replaced(interreflection=1)
+        if bounces and "interreflection" in parameters_of(mode):
+            base = base.replace(interreflection=1)
         dear = _dear(mode)
         coarse = (
-            [base.replaced(**{dear: knobs_of(mode)[dear].ladder[0]})] if dear and _matters(scene, dear, bounces) else []
+            [base.replace(**{dear: parameters_of(mode)[dear].sweep[0]})]
+            if dear and _matters(scene, dear, bounces)
+            else []
         )
         for start in (base, *coarse):
             found |= dict.fromkeys([start])
-            for knob in knobs_of(mode):
-                if _matters(scene, knob, bounces):
-                    found |= dict.fromkeys(ladder(mode, knob, start))
+            for parameter in parameters_of(mode):
+                if _matters(scene, parameter, bounces):
+                    found |= dict.fromkeys(sweep(mode, parameter, start))
     return list(found)
 
 
-def _matters(scene: Scene, knob: str, bounces: bool) -> bool:
-    if knob == "directions":
+def _matters(scene: Scene, parameter: str, bounces: bool) -> bool:
+    if parameter == "directions":
         return scene.environment is not None
-    if knob == "power_law":
+    if parameter == "power_law":
         material = scene.material
         return material is not None and None not in (material.shading_map, material.power_law)
-    return bounces if knob == "interreflection" else True
+    return bounces if parameter == "interreflection" else True
 
 
 def in_order(settings: Sequence[Setting]) -> list[list[Setting]]:
-    """Settings that are measured together: pictures without a bake one by one, quick ones first, and then bakes."""
+    """Settings that are measured together: images without a bake one by one, quick ones first, and then bakes."""
     at_once = sorted((setting for setting in settings if setting.mode in UNBAKED), key=effort_of)
     return [[setting] for setting in at_once] + _jobs(settings)
 
@@ -75,12 +78,12 @@ def quick_first(settings: Sequence[Setting], bake_s: Callable[[Setting], float])
     return sorted(in_order(settings), key=lambda job: sum(bake_s(each) for each in job))
 
 
-def reduced(setting: Setting, terms: int) -> Setting:
+def reduce(setting: Setting, terms: int) -> Setting:
     """The least setting that is the same where a BRDF has so many terms, and maps as many coefficients as they have."""
-    if "terms" not in setting.knobs:
+    if "terms" not in setting.parameters:
         return setting
     kept = min(setting["coefficients"], FACES * setting["cube"] ** 2)
-    return setting.replaced(terms=min(setting["terms"], terms), coefficients=kept)
+    return setting.replace(terms=min(setting["terms"], terms), coefficients=kept)
 
 
 def _jobs(settings: Sequence[Setting]) -> list[list[Setting]]:
@@ -95,11 +98,11 @@ def _jobs(settings: Sequence[Setting]) -> list[list[Setting]]:
 
 
 def _is_cheapest(setting: Setting) -> bool:
-    """True for the first step of the ladder of the first knob."""
-    name, knob = next(iter(knobs_of(setting.mode).items()))
-    return setting.knobs[name] == knob.ladder[0]
+    """True for the first step of the sweep of the first parameter."""
+    name, parameter = next(iter(parameters_of(setting.mode).items()))
+    return setting.parameters[name] == parameter.sweep[0]
 
 
 def effort_of(setting: Setting) -> int:
-    """The knob that the time of a frame without a bake grows with."""
+    """The parameter that the time of a frame without a bake grows with."""
     return setting["samples"] if setting.mode == "reference" else setting["directions"]

@@ -1,12 +1,12 @@
 """Bakes of several settings at once: those over cube maps of one size share their rays, and nothing else.
 
-What rays cost is nearly all of a bake, so a ladder of terms, coefficients or orders takes little more than its finest
+What rays cost is nearly all of a bake, so a sweep of terms, coefficients or orders takes little more than its finest
 step. Times stay those of a bake alone: its seconds are those of the shared rays, measured, and of its own vectors,
 measured; as in any bake they begin when the BRDF is tabulated or factored. That transport is made in memory; the
 seconds that a file would take to write are not part of it.
 Methods that share no rays are baked one setting after the other, into a file as for use.
 
-Only the vertices that a picture shows are baked, which is about half of them, and the others get copies: the picture is
+Only the vertices that an image shows are baked, which is about half of them, and the others get copies: the image is
 the same, and so are the times of its light and its frames, and its memory. The seconds of a bake are those of all
 vertices: rays as many times more as more vertices need them, the rest as there are more vertices. (Gaussians that are
 fitted beside fewer neighbours may differ a little.)
@@ -33,8 +33,8 @@ from engine.planning.costs.setting import Setting
 from engine.scene.scene import Scene
 from engine.transport.baking.visibility import Receivers, receivers
 from engine.transport.method import Subject, method_of, methods_with
-from engine.transport.relit import Relit, light_of
-from engine.transport.shared_rays import Indices, Make, Sharing, chunks, counted, joined
+from engine.transport.relight import RelightTransport, light_of
+from engine.transport.shared_rays import Indices, Make, Sharing, chunks, count, join
 
 #: Share of free memory that the transport of one group may take.
 SHARE = 0.4
@@ -90,7 +90,7 @@ class _Rays:
 
     def cast(self, vertices: Indices, edge: int) -> NDArray[np.uint8]:
         before = time.perf_counter()
-        counts = counted(self.of, edge, vertices)
+        counts = count(self.of, edge, vertices)
         self.cast_s += time.perf_counter() - before
         self.done += len(vertices)
         self.asked += int(np.count_nonzero(~self.of.free[vertices]))
@@ -104,9 +104,9 @@ class _Rays:
 
 
 def settings_of(setting: Setting) -> Any:
-    """The settings of a bake with the knobs of `setting`."""
+    """The settings of a bake with the parameters of `setting`."""
     method = method_of(setting.mode)
-    return method.with_values(setting.knobs)
+    return method.with_values(setting.parameters)
 
 
 def _sharing(setting: Setting) -> Sharing:
@@ -151,18 +151,18 @@ def bake_group(
 ) -> Steps[tuple[list[Bake], list[LeftOut]]]:
     """The bakes of a group (see `groups`), and those settings that take too much memory or more than `seconds`.
 
-    `shown` are the vertices, of model and ground, that pictures need; all of them where nothing is given. Factors of
+    `shown` are the vertices, of model and ground, that images need; all of them where nothing is given. Factors of
     the BRDF are taken from `known`, and put there. How long it takes is predicted from the vertices that are
     done.
     """
     edge = edge_of(group[0])
-    members, left_out = yield from part(_prepared(scene, group, {} if known is None else known), 0.0, 0.3)
+    members, left_out = yield from part(_prepare(scene, group, {} if known is None else known), 0.0, 0.3)
     if not members:
         return [], left_out
     surface, first = members[0].work.surface, int(members[0].work.ground_vertex)
     before = time.perf_counter()
     of = receivers(surface)
-    rays = _Rays(of, _chosen(shown, first, len(of)), time.perf_counter() - before)
+    rays = _Rays(of, _choose(shown, first, len(of)), time.perf_counter() - before)
     _warm_up(members, of, edge)
     deadline = time.perf_counter() + seconds
     for number, vertices in enumerate(_spread(chunks(rays.chosen, first, edge))):
@@ -173,14 +173,14 @@ def bake_group(
             member.made_s += time.perf_counter() - before
         done = rays.done / len(rays.chosen)
         if number + 1 >= TELLING or time.perf_counter() > deadline:
-            left_out += _dropped(members, rays, done, deadline)
+            left_out += _drop(members, rays, done, deadline)
         if not members:
             return [], left_out
         yield Step(0.3 + 0.7 * done, f"baking {len(members)} settings on one set of rays")
-    return [_finished(member, rays) for member in members], left_out
+    return [_finish(member, rays) for member in members], left_out
 
 
-def _chosen(shown: Indices | None, first: int, vertices: int) -> Indices:
+def _choose(shown: Indices | None, first: int, vertices: int) -> Indices:
     """Baked vertices, rising: of the model and of the ground at least one vertex, for the others to copy."""
     if shown is None:
         return np.arange(vertices)
@@ -196,12 +196,12 @@ def _spread(some: list[Indices]) -> list[Indices]:
 def _warm_up(members: Sequence[_Member], of: Receivers, edge: int) -> None:
     """Have kernels compiled, and tables made that outlive a bake: later bakes of a process do not wait for them."""
     one = np.arange(1)
-    counts = counted(of, edge, one)
+    counts = count(of, edge, one)
     for member in members:
         member.make(one, counts)
 
 
-def _dropped(members: list[_Member], rays: _Rays, done: float, deadline: float) -> list[LeftOut]:
+def _drop(members: list[_Member], rays: _Rays, done: float, deadline: float) -> list[LeftOut]:
     """Take those out that cost most, until the rest is done by the deadline as far as one can tell."""
     left_out: list[LeftOut] = []
     left_s = deadline - time.perf_counter()
@@ -217,7 +217,7 @@ def too_long(seconds: float, what: str = "its bake") -> str:
     return f"{what} takes about {time_text(seconds)}, for which there was no time"
 
 
-def _prepared(scene: Scene, group: Sequence[Setting], known: Factors) -> Steps[tuple[list[_Member], list[LeftOut]]]:
+def _prepare(scene: Scene, group: Sequence[Setting], known: Factors) -> Steps[tuple[list[_Member], list[LeftOut]]]:
     members: list[_Member] = []
     left_out: list[LeftOut] = []
     room = SHARE * psutil.virtual_memory().available
@@ -241,12 +241,12 @@ def _prepared(scene: Scene, group: Sequence[Setting], known: Factors) -> Steps[t
     return members, left_out
 
 
-def _finished(member: _Member, rays: _Rays) -> Bake:
+def _finish(member: _Member, rays: _Rays) -> Bake:
     work, before = member.work, time.perf_counter()
-    some = joined(member.parts[start] for start in sorted(member.parts))
+    some = join(member.parts[start] for start in sorted(member.parts))
     member.parts.clear()
     sharing = _sharing(member.setting)
-    transport = sharing.assembled(work, _for_all(some, rays, work.ground_vertex, sharing.rows_of(work)))
+    transport = sharing.assemble(work, _for_all(some, rays, work.ground_vertex, sharing.rows_of(work)))
     taken_s = rays.bake_s(member) + time.perf_counter() - before
     memory = sum(array.nbytes for array in method_of(member.setting.mode).baking.held(transport))
     return Bake(member.setting, transport, taken_s, memory, int(work.size_bytes))
@@ -277,8 +277,8 @@ def bake_alone(
     except UsageError as reason:
         return [], [LeftOut(setting, str(reason))]
     vertices, first = len(whole.surface.positions), len(scene.mesh.positions)
-    chosen = _chosen(shown, first, vertices)
-    work = baking.restricted(whole, chosen)
+    chosen = _choose(shown, first, vertices)
+    work = baking.restrict(whole, chosen)
     if time.perf_counter() - started + baking.estimate_s(work) > seconds:
         return [], [LeftOut(setting, too_long(baking.estimate_s(whole)))]
     with tempfile.TemporaryDirectory(prefix="lightarc-") as folder:
@@ -289,7 +289,7 @@ def bake_alone(
     return [Bake(setting, transport, taken_s, memory, whole.size_bytes)], []
 
 
-def relit(bake: Bake, scene: Scene) -> Relit:
-    """Relit bake under the light of `scene`: all that has to be worked out when the light has changed."""
+def relight_transport(bake: Bake, scene: Scene) -> RelightTransport:
+    """RelightTransport bake under the light of `scene`: all that has to be worked out when the light has changed."""
     method = method_of(bake.setting.mode)
     return method.baking.relit(bake.transport, light_of(scene), method.light())

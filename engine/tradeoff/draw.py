@@ -1,9 +1,9 @@
-"""Pictures and the time of their frames, with OpenGL where there is any, else on the processor.
+"""Images and the time of their frames, with OpenGL where there is any, else on the CPU.
 
 A frame is what a window draws when only the camera has moved: everything is compiled and uploaded, tone mapping is part
 of it. It is timed several times and the shortest counts, as in `engine.core.stopwatch`.
 
-The vertices that pictures of a scene need: those of the faces that its camera sees, and of the faces around them.
+The vertices that images of a scene need: those of the faces that its camera sees, and of the faces around them.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from engine.geometry.ray_caster import caster_of
 from engine.gl.brdf_textures import factor_source
 from engine.gl.context import create_context, renderer_name
 from engine.gl.scene_renderer import SceneRenderer
-from engine.render.shadowed import drawn
+from engine.render.shadowed import draw as drawn
 from engine.scene.scene import Scene
 
 #: Frames that are timed after one that warms up, and the seconds after which no further one begins.
@@ -37,15 +37,15 @@ FAR_TOO_LONG_S = 2.0
 #: Sub-pixels along a side of a pixel.
 SAMPLES = 2
 
-Picture = NDArray[np.float32]
-ON_PROCESSOR = "none (drawn on the processor)"
+Image = NDArray[np.float32]
+ON_CPU = "none (drawn on the CPU)"
 
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """A picture (height, width, 4) of linear radiance times coverage, and coverage, and the seconds of its frame."""
+    """An image (height, width, 4) of linear radiance times coverage, and coverage, and the seconds of its frame."""
 
-    picture: Picture
+    image: Image
     frame_s: float
 
 
@@ -55,7 +55,7 @@ class Drawer:
     def __init__(self, size: tuple[int, int], context: Any = None) -> None:
         self.size = size
         self._context = context
-        self.device = ON_PROCESSOR if context is None else renderer_name(context)
+        self.device = ON_CPU if context is None else renderer_name(context)
         self._stack = ExitStack()
         if context is not None:
             self._renderer = SceneRenderer(context)
@@ -64,10 +64,10 @@ class Drawer:
                 self._stack.callback(owner.release)
 
     def draw(self, scene: Scene) -> Steps[Drawn]:
-        """The picture of `scene`, of its bake where it has one."""
+        """The image of `scene`, of its bake where it has one."""
         yield Step(0.0, "drawing")
         if self._context is None or not _has_shader(scene):
-            return (yield from self._on_processor(scene))
+            return (yield from self._on_cpu(scene))
         with self._context:
 
             def frame() -> None:
@@ -75,14 +75,14 @@ class Drawer:
                 self._context.finish()
 
             started = time.perf_counter()
-            picture = self._renderer.radiance(scene, self.size, samples=SAMPLES)
+            image = self._renderer.radiance(scene, self.size, samples=SAMPLES)
             passed = time.perf_counter() - started
-            return Drawn(picture, passed if passed > FAR_TOO_LONG_S else shortest(frame, FRAMES, LONG_ENOUGH_S))
+            return Drawn(image, passed if passed > FAR_TOO_LONG_S else shortest(frame, FRAMES, LONG_ENOUGH_S))
 
-    def _on_processor(self, scene: Scene) -> Steps[Drawn]:
+    def _on_cpu(self, scene: Scene) -> Steps[Drawn]:
         started = time.perf_counter()
-        picture = yield from drawn(scene, self.size, SAMPLES)
-        return Drawn(picture, time.perf_counter() - started)
+        image = yield from drawn(scene, self.size, SAMPLES)
+        return Drawn(image, time.perf_counter() - started)
 
     def release(self) -> None:
         self._stack.close()
@@ -96,7 +96,7 @@ def _has_shader(scene: Scene) -> bool:
 
 @contextmanager
 def drawing(size: tuple[int, int]) -> Iterator[Drawer]:
-    """A `Drawer` for pictures of `size` (width, height), on the processor where there is no OpenGL."""
+    """A `Drawer` for images of `size` (width, height), on the CPU where there is no OpenGL."""
     with ExitStack() as stack:
         context = None
         try:
@@ -109,8 +109,8 @@ def drawing(size: tuple[int, int]) -> Iterator[Drawer]:
         yield drawer
 
 
-def shown_vertices(scene: Scene, size: tuple[int, int], samples: int) -> NDArray[np.int64]:
-    """Vertices of model and ground, rising, for pictures of `size` (width, height), `samples` along a side of a pixel.
+def find_shown_vertices(scene: Scene, size: tuple[int, int], samples: int) -> NDArray[np.int64]:
+    """Vertices of model and ground, rising, for images of `size` (width, height), `samples` along a side of a pixel.
 
     Faces around those that are seen belong to them: drawn on a grid or by rays, an edge may fall on either side.
     """

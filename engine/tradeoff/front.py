@@ -7,7 +7,7 @@ From a budget to a setting, both ways: the most exact within time and memory, or
 After how many frames a bake has paid off against the progressive reference at equal error.
 
 The error of the reference is its noise, which falls with the root of the samples, and its time grows with them:
-error² · time is one number for a scene, found from pictures of a few numbers of samples. A frame as exact as a bake's
+error² · time is one number for a scene, found from images of a few numbers of samples. A frame as exact as a bake's
 therefore takes the reference t = number / error², and the bake has paid off after bake_s / (t − frame_s) frames.
 """
 
@@ -24,7 +24,7 @@ from engine.core.figure_text import percent_within, size_text, time_text
 from engine.tradeoff.point import Point
 from engine.transport import method as transport
 
-#: An error may rise by this share along a ladder and still counts as not rising (spec 05).
+#: An error may rise by this share along a sweep and still counts as not rising (spec 05).
 SLACK = 0.01
 
 
@@ -43,11 +43,11 @@ def _equal(one: Point, other: Point, axis: str) -> bool:
 
 
 def rises(points: Sequence[Point], slack: float = SLACK) -> list[tuple[Point, Point]]:
-    """Neighbours on a ladder, from coarse to fine, whose error rises by more than `slack` and than is uncertain."""
-    return [(low, high) for low, high in pairwise(points) if high.error_rmse_rel > _allowed(low, high, slack)]
+    """Neighbours on a sweep, from coarse to fine, whose error rises by more than `slack` and than is uncertain."""
+    return [(low, high) for low, high in pairwise(points) if high.error_rmse_rel > _is_allowed(low, high, slack)]
 
 
-def _allowed(low: Point, high: Point, slack: float) -> float:
+def _is_allowed(low: Point, high: Point, slack: float) -> float:
     unsure = (low.error_uncertainty**2 + high.error_uncertainty**2) ** 0.5
     return low.error_rmse_rel * (1.0 + slack) + unsure
 

@@ -1,4 +1,4 @@
-"""One setting, measured on one scene: how far its picture is from the reference, and what it takes.
+"""One setting, measured on one scene: how far its image is from the reference, and what it takes.
 
 Costs that the cost model predicted for a setting, compared with the measured ones.
 
@@ -44,7 +44,7 @@ class Miss:
         return {**self.point.setting.as_json(), **figures, "factor": self.factor}
 
 
-def compared(points: Sequence[Point]) -> list[Miss]:
+def compare_with(points: Sequence[Point]) -> list[Miss]:
     """Every figure that was predicted and measured, the worst first."""
     found = [
         Miss(point, name, float(value), float(getattr(point, name)))
@@ -55,14 +55,14 @@ def compared(points: Sequence[Point]) -> list[Miss]:
     return sorted(found, key=lambda each: -each.factor)
 
 
-def checked(points: Sequence[Point]) -> dict[str, Any]:
+def check(points: Sequence[Point]) -> dict[str, Any]:
     """Number of figures within `FACTOR`, and the misses, the worst first, as JSON."""
-    found = compared(points)
+    found = compare_with(points)
     outside = [each.as_json() for each in found if not each.is_within]
     return {"compared": len(found), "within": len(found) - len(outside), "factor": FACTOR, "misses": outside}
 
 
-def predicted_json(predicted: Mapping[str, float]) -> dict[str, float | None]:
+def encode_prediction(predicted: Mapping[str, float]) -> dict[str, float | None]:
     """`predicted_frame_s` and so on; None where nothing was said."""
     return {f"predicted_{name}": predicted.get(name) for name in FIGURES}
 
@@ -129,8 +129,8 @@ class Point:
         return self.setting.mode
 
     @property
-    def knobs(self) -> Mapping[str, Number]:
-        return self.setting.knobs
+    def parameters(self) -> Mapping[str, Number]:
+        return self.setting.parameters
 
     def cost(self, axis: str) -> float:
         """Seconds or bytes on one of the axes of `COSTS`."""
@@ -138,4 +138,4 @@ class Point:
 
     def as_json(self) -> dict[str, Any]:
         figures = {name: getattr(self, name) for name in _FIGURES}
-        return {**self.setting.as_json(), **figures, **predicted_json(self.predicted)}
+        return {**self.setting.as_json(), **figures, **encode_prediction(self.predicted)}

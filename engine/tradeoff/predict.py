@@ -12,9 +12,9 @@ from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import caster_of
 from engine.light.sun_split import split_sun
 from engine.planning.costs.cost_model import CostModel, Load
-from engine.planning.costs.load import TEXELS, covered, rays_of, shaded
+from engine.planning.costs.load import TEXELS, measure_coverage, rays_of, shade
 from engine.planning.costs.setting import Setting
-from engine.planning.effects.sample import of_surface
+from engine.planning.effects.sample import sample_surface
 from engine.planning.effects.simplified import albedos
 from engine.render.shadowed import with_and_without
 from engine.scene.scene import Scene
@@ -23,7 +23,7 @@ from engine.transport.baking.visibility import receivers
 from engine.transport.sh.transfer import is_diffuse
 
 
-def drawn_s(
+def predict_frame_s(
     costs: CostModel, mesh: Mesh, setting: Setting, camera: Camera, size: tuple[int, int], samples: int, **more: Any
 ) -> float:
     """Seconds of a frame of `mesh`, a ground included, in a mode that casts no ray: some 0.1 s to tell.
@@ -35,15 +35,15 @@ def drawn_s(
         len(mesh.positions),
         samples**2 * width * height,
         len(mesh.faces),
-        covered=covered(caster, camera, width / height),
-        shaded=shaded(caster, camera, width / height),
+        covered=measure_coverage(caster, camera, width / height),
+        shaded=shade(caster, camera, width / height),
         **more,
     )
     return costs.predict(setting, load.vertices, load.pixels, load=load).frame_s
 
 
 class Predictions:
-    """Asks a cost model about settings on one scene, in pictures of a `size` (width, height) as it is drawn."""
+    """Asks a cost model about settings on one scene, in images of a `size` (width, height) as it is drawn."""
 
     def __init__(
         self,
@@ -59,7 +59,7 @@ class Predictions:
 
         `tables_made` is that of `Load`.
         """
-        surface = of_surface(scene.mesh, scene.ground)
+        surface = sample_surface(scene.mesh, scene.ground)
         of, (width, height) = receivers(surface), size
         rays, model = rays_of(of), len(scene.mesh.positions)
         brdf: Any = scene.brdf
@@ -75,8 +75,8 @@ class Predictions:
             bool(brdf.isotropic),
             bool(np.ptp(albedos(brdf).mean) > 1e-9),
             closed=rays.closed,
-            covered=covered(of.caster, scene.camera, width / height),
-            shaded=shaded(of.caster, scene.camera, width / height),
+            covered=measure_coverage(of.caster, scene.camera, width / height),
+            shaded=shade(of.caster, scene.camera, width / height),
             visibility=rays.visibility,
             ray_scale=costs.ray_scale(rays),
             lamps=len(scene.lamps) + len(suns),

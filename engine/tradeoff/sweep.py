@@ -1,9 +1,9 @@
 """Measures many settings on one scene against one reference, the quick ones first, within a number of seconds.
 
 Settings that are one for the scene are measured once. First a rough reference; then what somebody asks for first, as
-the choice of a plan, and the cheapest setting of every mode; then pictures without a bake, then bakes, coarse ones
+the choice of a plan, and the cheapest setting of every mode; then images without a bake, then bakes, coarse ones
 first; what is left of the time refines the reference, and all errors are measured anew. What is under way when the time
-is over is left out. Every step from the first picture on carries the `Tradeoff` so far.
+is over is left out. Every step from the first image on carries the `Tradeoff` so far.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
 from engine.core.stopwatch import shortest
 from engine.planning.costs.cost_model import CostModel
-from engine.planning.costs.setting import Setting, knobs_of
+from engine.planning.costs.setting import Setting, parameters_of
 from engine.render.path import check_scene
 from engine.render.reference import BYTES_PER_PIXEL, reference
 from engine.scene.scene import Scene, Source
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
-from engine.tradeoff.agenda import effort_of, in_order, quick_first, reduced
+from engine.tradeoff.agenda import effort_of, in_order, quick_first, reduce
 from engine.tradeoff.bake_group import (
     Bake,
     Factors,
     LeftOut,
     bake_alone,
     bake_group,
-    relit,
+    relight_transport,
     too_long,
 )
-from engine.tradeoff.draw import LONG_ENOUGH_S, SAMPLES, Drawer, drawing, shown_vertices
+from engine.tradeoff.draw import LONG_ENOUGH_S, SAMPLES, Drawer, drawing, find_shown_vertices
 from engine.tradeoff.front import break_even_frames, effort, front, rises
 from engine.tradeoff.point import Point
 from engine.tradeoff.predict import Predictions
@@ -74,8 +74,8 @@ class Tradeoff:
     points : in the order in which they were measured.
     left_out : settings that were not, with the reason.
     noise : of the reference, as relative RMSE; samples : of each of its pixels.
-    device : what drew the pictures. size : (width, height). time_s : that it all took.
-    baked : share of the vertices that were baked, those that the pictures show; times of bakes are stated for all.
+    device : what drew the images. size : (width, height). time_s : that it all took.
+    baked : share of the vertices that were baked, those that the images show; times of bakes are stated for all.
     """
 
     points: tuple[Point, ...]
@@ -97,25 +97,28 @@ class Tradeoff:
         found = [(frames, point) for point in front(self.points) if (frames := self.break_even(point)) is not None]
         return min(found, key=lambda each: each[0], default=None)
 
-    def not_monotone(self, mode: str, knob: str) -> list[tuple[Point, Point]]:
-        """Neighbours along the ladder of one knob, all else equal, whose error rises where it should fall."""
-        return [pair for points in self.ladders(mode, knob) for pair in rises(points)]
+    def not_monotone(self, mode: str, parameter: str) -> list[tuple[Point, Point]]:
+        """Neighbours along the sweep of one parameter, all else equal, whose error rises where it should fall."""
+        return [pair for points in self.sweeps(mode, parameter) for pair in rises(points)]
 
-    def ladders(self, mode: str, knob: str) -> list[list[Point]]:
-        """Points that differ in one knob only, coarse first: as many ladders as the others have values."""
-        return ladders_of(self.points, mode, knob)
+    def sweeps(self, mode: str, parameter: str) -> list[list[Point]]:
+        """Points that differ in one parameter only, coarse first: as many sweeps as the others have values."""
+        return sweeps_of(self.points, mode, parameter)
 
 
-def ladders_of(points: Sequence[Point], mode: str, knob: str) -> list[list[Point]]:
-    """Points of a mode that differ in one knob only, each ladder in the order of its values, of at least two steps."""
-    steps = knobs_of(mode)[knob].ladder
+def sweeps_of(points: Sequence[Point], mode: str, parameter: str) -> list[list[Point]]:
+    """Points of a mode that differ in one parameter only, each sweep in the order of its values, of at least two
+    steps."""
+    steps = parameters_of(mode)[parameter].sweep
     found: dict[tuple[object, ...], list[Point]] = {}
     for point in points:
         if point.mode == mode:
-            others = tuple(value for name, value in point.knobs.items() if name != knob)
+            others = tuple(value for name, value in point.parameters.items() if name != parameter)
             found.setdefault(others, []).append(point)
     coarse_first = steps[0] <= steps[-1]
-    ordered = (sorted(some, key=lambda point: point.knobs[knob], reverse=not coarse_first) for some in found.values())
+    ordered = (
+        sorted(some, key=lambda point: point.parameters[parameter], reverse=not coarse_first) for some in found.values()
+    )
     return [some for some in ordered if len(some) > 1]
 
 
@@ -130,7 +133,7 @@ def sweep(
     costs: CostModel | None = None,
     first: Sequence[Setting] = (),
 ) -> Steps[Tradeoff]:
-    """Measure `settings` on `scene` in pictures of `size` (width, height), in about so many `seconds`, some `first`.
+    """Measure `settings` on `scene` in images of `size` (width, height), in about so many `seconds`, some `first`.
 
     `max_depth` is the number of points of the surface that light of the reference may touch. With `costs` every point
     has what they predict of it. ValueError where the scene has no reference, or shows nothing.
@@ -138,11 +141,11 @@ def sweep(
     check_scene(scene)
     with closing(Refining(scene, size, max_depth, seed)) as refining, drawing(size) as drawer:
         run = _Run(scene, size, refining, drawer, seconds, max_depth, seed, costs)
-        yield from _without_pictures(run.measure(settings, first))
+        yield from _without_images(run.measure(settings, first))
         return run.result()
 
 
-def _without_pictures(steps: Steps[None]) -> Steps[None]:
+def _without_images(steps: Steps[None]) -> Steps[None]:
     """The same steps, never going back, with no `partial` but a `Tradeoff`."""
     done = 0.0
     with closing(steps):
@@ -153,10 +156,10 @@ def _without_pictures(steps: Steps[None]) -> Steps[None]:
 
 @dataclass(frozen=True, eq=False)
 class _Measured:
-    """A point with the picture that its error is measured on anew."""
+    """A point with the image that its error is measured on anew."""
 
     point: Point
-    picture: NDArray[np.float32]
+    image: NDArray[np.float32]
 
 
 @dataclass(eq=False)
@@ -183,8 +186,8 @@ class _Run:
 
     @cached_property
     def shown(self) -> NDArray[np.int64]:
-        """The vertices that pictures need."""
-        found = shown_vertices(self.scene, self.size, SAMPLES)
+        """The vertices that images need."""
+        found = find_shown_vertices(self.scene, self.size, SAMPLES)
         self.baked = len(found) / len(self.scene.surface.positions)
         return found
 
@@ -217,7 +220,7 @@ class _Run:
         plain = dataclasses.replace(self.scene, material=None, relit=None, directions=4)
         covered = yield from part(self.drawer.draw(plain), 0.0, 0.01)
         self.started = time.monotonic()  # modules are imported and kernels are there
-        self.refining.covered = covered.picture[..., 3] >= 0.999
+        self.refining.covered = covered.image[..., 3] >= 0.999
         first_s = min(FIRST * self.seconds, FIRST_S)
         self.reference = yield from part(self.refining.refine(first_s, 10.0 * QUIET, FEW_PASSES), 0.01, FIRST)
         asked = yield from self._distinct([*first, *settings])
@@ -238,26 +241,26 @@ class _Run:
             yield from part(self._again(), 1.0 - LAST, 1.0)
 
     def _distinct(self, settings: Sequence[Setting]) -> Steps[list[Setting]]:
-        """The settings, those that are one for this BRDF named by the least of their knobs, each once."""
-        most = max((each["terms"] for each in settings if "terms" in each.knobs), default=1)
+        """The settings, those that are one for this BRDF named by the least of their parameters, each once."""
+        most = max((each["terms"] for each in settings if "terms" in each.parameters), default=1)
         if most > 1:
             if most not in self.factors:
                 self.factors[most] = yield from factors_for(self.scene.brdf, most)
             most = self.factors[most].terms
-        return list(dict.fromkeys(reduced(each, most) for each in settings))
+        return list(dict.fromkeys(reduce(each, most) for each in settings))
 
     def _cheapest(self, settings: Sequence[Setting]) -> list[Setting]:
         """One setting of each mode: that which costs least, as far as it can be predicted."""
 
         def cost(setting: Setting) -> tuple[float, ...]:
-            predicted = self._predicted(setting)
-            return predicted.get("bake_s", 0.0) + predicted.get("frame_s", 0.0), *setting.knobs.values()
+            predicted = self._predict(setting)
+            return predicted.get("bake_s", 0.0) + predicted.get("frame_s", 0.0), *setting.parameters.values()
 
         modes = dict.fromkeys(each.mode for each in settings)
         return [min((each for each in settings if each.mode == mode), key=cost) for mode in modes]
 
     def _job(self, job: Sequence[Setting]) -> Steps[None]:
-        return self._group(job) if job[0].mode in transport.names() else self._unbaked(job[0])
+        return self._group(job) if job[0].mode in transport.names() else self._find_unbaked(job[0])
 
     def _in_time(self, job: Sequence[Setting], steps: Steps[None]) -> Steps[None]:
         """The steps until the time for measuring is over; of the job, what is not measured by then is left out."""
@@ -281,14 +284,14 @@ class _Run:
 
     def _why(self, setting: Setting, takes_s: float) -> str:
         """Why there was no time for a setting: seconds that it takes, as far as something is known of them."""
-        predicted = self._predicted(setting)
+        predicted = self._predict(setting)
         if predicted.get("bake_s", 0.0) > 0.0:
             return too_long(predicted["bake_s"])
         takes_s = takes_s or predicted.get("frame_s", 0.0)
-        return too_long(takes_s, "its picture") if takes_s > 0.0 else "the time was over"
+        return too_long(takes_s, "its image") if takes_s > 0.0 else "the time was over"
 
-    def _unbaked(self, setting: Setting) -> Steps[None]:
-        if self.found and self._too_late([setting], self.at_once, self._expected_s(setting)):
+    def _find_unbaked(self, setting: Setting) -> Steps[None]:
+        if self.found and self._too_late([setting], self.at_once, self._estimate_seconds(setting)):
             return
         if setting.mode == "reference":
             yield from self._reference(setting)
@@ -298,16 +301,16 @@ class _Run:
         relight_s = shortest(lambda: dataclasses.replace(rotated).lights, RELIGHTS, LONG_ENOUGH_S)
         drawn = yield from self.drawer.draw(scene)
         held = scene.lights.direction.nbytes + scene.lights.irradiance.nbytes + _material_bytes(scene)
-        yield from self._add(setting, drawn.picture, drawn.frame_s, relight_s, 0.0, held, 0)
+        yield from self._add(setting, drawn.image, drawn.frame_s, relight_s, 0.0, held, 0)
 
-    def _expected_s(self, setting: Setting) -> float:
+    def _estimate_seconds(self, setting: Setting) -> float:
         """Seconds that measuring a mode without a bake takes, from what less of it took."""
         before = [each.point for each in self.found if each.point.mode == setting.mode]
         frames = 1.0 if setting.mode == "reference" else 2.5
         return frames * before[-1].frame_s * effort_of(setting) / effort_of(before[-1].setting) if before else 0.0
 
     def _reference(self, setting: Setting) -> Steps[None]:
-        """A picture of a few samples, by other random numbers than those of the reference."""
+        """An image of a few samples, by other random numbers than those of the reference."""
         started = time.perf_counter()
         options = {"samples": setting["samples"], "max_depth": self.max_depth, "seed": self.seed + OTHER_SEED}
         with closing(reference(self.scene, self.size, **options)) as steps:
@@ -315,11 +318,11 @@ class _Run:
                 try:
                     step = next(steps)
                 except StopIteration as finished:
-                    picture = finished.value.picture
+                    image = finished.value.image
                     break
                 yield Step(step.done, step.note)
         frame_s = time.perf_counter() - started
-        yield from self._add(setting, picture, frame_s, 0.0, 0.0, self._pixel_bytes, 0)
+        yield from self._add(setting, image, frame_s, 0.0, 0.0, self._pixel_bytes, 0)
 
     @property
     def _pixel_bytes(self) -> int:
@@ -336,22 +339,22 @@ class _Run:
         bakes, left_out = yield from part(making, 0.0, 0.8)
         self.left_out += left_out
         for number, bake in enumerate(bakes):
-            yield from part(self._baked(bake), 0.8 + 0.2 * number / len(bakes), 0.8 + 0.2 * (number + 1) / len(bakes))
+            yield from part(self._bake(bake), 0.8 + 0.2 * number / len(bakes), 0.8 + 0.2 * (number + 1) / len(bakes))
         yield self._step(f"{len(self.found)} settings measured")
 
-    def _baked(self, bake: Bake) -> Steps[None]:
+    def _bake(self, bake: Bake) -> Steps[None]:
         rotated = dataclasses.replace(self.scene, environment_rotation=self.scene.environment_rotation + TURN)
         yield Step(0.0, "relighting")
-        relight_s = shortest(lambda: relit(bake, rotated), RELIGHTS, LONG_ENOUGH_S)
-        scene = dataclasses.replace(self.scene, relit=relit(bake, self.scene))
+        relight_s = shortest(lambda: relight_transport(bake, rotated), RELIGHTS, LONG_ENOUGH_S)
+        scene = dataclasses.replace(self.scene, relit=relight_transport(bake, self.scene))
         drawn = yield from self.drawer.draw(scene)
         held = bake.memory_bytes + scene.relit.size_bytes + _material_bytes(scene)
-        yield from self._add(bake.setting, drawn.picture, drawn.frame_s, relight_s, bake.bake_s, held, bake.size_bytes)
+        yield from self._add(bake.setting, drawn.image, drawn.frame_s, relight_s, bake.bake_s, held, bake.size_bytes)
 
     def _add(
         self,
         setting: Setting,
-        picture: NDArray[np.float32],
+        image: NDArray[np.float32],
         frame_s: float,
         relight_s: float,
         bake_s: float,
@@ -360,19 +363,19 @@ class _Run:
     ) -> Steps[None]:
         assert self.reference is not None
         before = time.monotonic()
-        flip = yield from self.reference.flip(picture)
-        error = self.reference.error(picture)
+        flip = yield from self.reference.flip(image)
+        error = self.reference.error(image)
         self.measuring_s = max(self.measuring_s, time.monotonic() - before)
         costs = (frame_s, relight_s, bake_s, int(memory_bytes), int(size_bytes))
-        point = Point(setting, error.rmse_rel, flip, error.uncertainty, *costs, self._predicted(setting))
-        self.found.append(_Measured(point, picture))
+        point = Point(setting, error.rmse_rel, flip, error.uncertainty, *costs, self._predict(setting))
+        self.found.append(_Measured(point, image))
         yield self._step(f"{setting}: {percent(error.rmse_rel)}")
 
-    def _predicted(self, setting: Setting) -> dict[str, float]:
+    def _predict(self, setting: Setting) -> dict[str, float]:
         return {} if self.predictions is None else self.predictions.of(setting)
 
     def _bake_s(self, setting: Setting) -> float:
-        return self._predicted(setting).get("bake_s", 0.0)
+        return self._predict(setting).get("bake_s", 0.0)
 
     def _again(self) -> Steps[None]:
         """Refine the reference until it is quiet beside the least error, and tell all errors by it."""
@@ -383,17 +386,17 @@ class _Run:
         if self.reference.noise > noise and seconds > 0.0:
             self.reference = yield from part(self.refining.refine(seconds, noise), 0.0, 0.8)
             for number, each in enumerate(self.found):
-                yield from part(self._measured_again(number, each), 0.8, 0.8 + 0.2 * (number + 1) / len(self.found))
+                yield from part(self._measure_again(number, each), 0.8, 0.8 + 0.2 * (number + 1) / len(self.found))
         yield self._step("measured")
 
-    def _measured_again(self, number: int, each: _Measured) -> Steps[None]:
+    def _measure_again(self, number: int, each: _Measured) -> Steps[None]:
         assert self.reference is not None
-        error = self.reference.error(each.picture)
-        flip = yield from self.reference.flip(each.picture)
+        error = self.reference.error(each.image)
+        flip = yield from self.reference.flip(each.image)
         point = dataclasses.replace(
             each.point, error_rmse_rel=error.rmse_rel, error_uncertainty=error.uncertainty, error_flip=flip
         )
-        self.found[number] = _Measured(point, each.picture)
+        self.found[number] = _Measured(point, each.image)
 
 
 def scene_of(setting: Setting, scene: Scene) -> Scene:

@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 
 from engine.core.steps import Step, Steps
 from engine.figures.plot import Dot, save, scatter_front
-from engine.planning.costs.setting import Setting, knobs_of, modes
+from engine.planning.costs.setting import Setting, modes, parameters_of
 from engine.storage.atomic import make_folder, write_bytes, write_json
-from engine.tradeoff.draw import ON_PROCESSOR
+from engine.tradeoff.draw import ON_CPU
 from engine.tradeoff.front import front
-from engine.tradeoff.point import COSTS, Point, checked
+from engine.tradeoff.point import COSTS, Point, check
 from engine.tradeoff.sweep import Tradeoff
 from engine.transport import method as transport
 
@@ -28,16 +28,16 @@ AXES = {
     "memory": ("Memory / MB", 1e-6),
 }
 
-#: Modes without a bake as people read them.
+#: Modes without a bake as users read them.
 _UNBAKED = {"shading-map": "Shading map", "direct": "Direct", "reference": "Reference"}
 
 
 def names() -> dict[str, str]:
-    """Modes as people read them, in the order in which plots colour them."""
+    """Modes as users read them, in the order in which plots colour them."""
     return {method.name: method.title for method in transport.METHODS} | _UNBAKED
 
 
-#: Values of knobs in labels on plots; other knobs are named in full.
+#: Values of parameters in labels on plots; other parameters are named in full.
 _SHORT = {
     "samples": "paths {}",
     "directions": "lights {}",
@@ -62,8 +62,8 @@ def record_of(found: Tradeoff, **scene: Any) -> dict[str, Any]:
         ],
         "break_even_frames": paid_off[0] if paid_off else None,
         "break_even_setting": paid_off[1].setting.as_json() if paid_off else None,
-        "ladders": ladders(found),
-        "predictions": checked(found.points),
+        "ladders": sweeps(found),
+        "predictions": check(found.points),
         "baked_share": found.baked,
         "left_out": [{**each.setting.as_json(), "reason": each.reason} for each in found.left_out],
         "reference_samples": found.samples,
@@ -72,30 +72,30 @@ def record_of(found: Tradeoff, **scene: Any) -> dict[str, Any]:
     }
 
 
-def ladders(found: Tradeoff) -> list[dict[str, Any]]:
-    """For each knob that was turned, whether the error fell along it (1 % slack), and where it did not."""
+def sweeps(found: Tradeoff) -> list[dict[str, Any]]:
+    """For each parameter that was turned, whether the error fell along it (1 % slack), and where it did not."""
     trends = []
     for mode in modes():
-        for knob in knobs_of(mode):
-            steps = found.ladders(mode, knob)
+        for parameter in parameters_of(mode):
+            steps = found.sweeps(mode, parameter)
             if not steps:
                 continue
-            rising = found.not_monotone(mode, knob)
-            at = [[low.knobs[knob], high.knobs[knob]] for low, high in rising]
-            trends.append({"mode": mode, "knob": knob, "monotone": not rising, "rises": at})
+            rising = found.not_monotone(mode, parameter)
+            at = [[low.parameters[parameter], high.parameters[parameter]] for low, high in rising]
+            trends.append({"mode": mode, "knob": parameter, "monotone": not rising, "rises": at})
     return trends
 
 
 def table_of(found: Tradeoff) -> str:
-    """A sweep as CSV, a line for each point, with the columns of the JSON and one for each knob."""
-    knobs = list(dict.fromkeys(name for point in found.points for name in point.knobs))
+    """A sweep as CSV, a line for each point, with the columns of the JSON and one for each parameter."""
+    parameters = list(dict.fromkeys(name for point in found.points for name in point.parameters))
     rows = record_of(found)["points"]
     figures = [name for name in (rows[0] if rows else {}) if name not in ("mode", "knobs")]
     stream = io.StringIO()
     lines = csv.writer(stream, lineterminator="\n")
-    lines.writerow(["mode", *knobs, *figures])
+    lines.writerow(["mode", *parameters, *figures])
     for row in rows:
-        values = [row["knobs"].get(name, "") for name in knobs]
+        values = [row["knobs"].get(name, "") for name in parameters]
         lines.writerow([row["mode"], *values, *("" if row[name] is None else row[name] for name in figures)])
     return stream.getvalue()
 
@@ -121,15 +121,15 @@ def plot_of(found: Tradeoff, axis: str, title: str = "", current: Setting | None
         )
         for point in order
     ]
-    drawn = "on the processor" if found.device == ON_PROCESSOR else f"by {found.device}"
+    drawn = "on the CPU" if found.device == ON_CPU else f"by {found.device}"
     note = f"Bars: 95 %. Errors against {found.samples} paths for each pixel; frames drawn {drawn}."
     free = len(found.points) - len(shown)
     note += f" {free} settings have no such cost." if free else ""
-    note += _paid_off(found)
+    note += _describe_break_even(found)
     return scatter_front(dots, words, "Error, relative RMSE / %", title=title, note=note)
 
 
-def _paid_off(found: Tradeoff) -> str:
+def _describe_break_even(found: Tradeoff) -> str:
     """A line that says which bake pays off first, and when; nothing where none does."""
     paid_off = found.break_even_frames
     if paid_off is None:
@@ -141,10 +141,12 @@ def _paid_off(found: Tradeoff) -> str:
 
 
 def label_of(point: Point, points: Sequence[Point]) -> str:
-    """The knobs of a point in which settings of its mode differ: 'terms 4, kept 96, 32²'."""
+    """The parameters of a point in which settings of its mode differ: 'terms 4, kept 96, 32²'."""
     alike = [other for other in points if other.mode == point.mode]
-    varied = [name for name in point.knobs if len({other.knobs[name] for other in alike}) > 1] or [*point.knobs][:1]
-    return ", ".join(_SHORT.get(name, f"{name} {{}}").format(point.knobs[name]) for name in varied)
+    varied = [name for name in point.parameters if len({other.parameters[name] for other in alike}) > 1] or [
+        *point.parameters
+    ][:1]
+    return ", ".join(_SHORT.get(name, f"{name} {{}}").format(point.parameters[name]) for name in varied)
 
 
 def write(found: Tradeoff, folder: Path, title: str = "", **scene: Any) -> Steps[dict[str, Any]]:

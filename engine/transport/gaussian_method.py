@@ -23,11 +23,11 @@ from engine.transport.baking.visibility import Receivers
 from engine.transport.gaussian import bake as gaussian_bake
 from engine.transport.gaussian.fitting.lobes import Lobes
 from engine.transport.gaussian.fitting.views import VIEWS
-from engine.transport.gaussian.lighting import filtered_for, levels_under
+from engine.transport.gaussian.lighting import filter_for, levels_under
 from engine.transport.gaussian.samples import GlossySurface
 from engine.transport.gaussian.transfer import GaussianTransport, radiance_towards
 from engine.transport.method import Relight, Subject
-from engine.transport.relit import Illuminated, Light, RelitGaussians, relit_gaussians
+from engine.transport.relight import Illuminated, Light, RelightGaussians, relight_gaussians
 from engine.transport.sh.bake import default_edge
 
 Indices = NDArray[np.int64]
@@ -70,7 +70,7 @@ def bake(
     return (yield from gaussian_bake.bake(path, work))
 
 
-def knobs(work: gaussian_bake.Work, _settings: GaussianSettings) -> dict[str, Any]:
+def parameters(work: gaussian_bake.Work, _settings: GaussianSettings) -> dict[str, Any]:
     """The settings of a bake as its record states them."""
     settings = work.settings
     return {
@@ -86,7 +86,7 @@ def knobs(work: gaussian_bake.Work, _settings: GaussianSettings) -> dict[str, An
     }
 
 
-def measured(
+def measure(
     work: gaussian_bake.Work, _subject: Subject, _settings: GaussianSettings, _tested: EnvironmentMap | None
 ) -> Steps[dict[str, Any]]:
     """Errors by either way to weigh, which `prepare` has measured, and which way was taken for direct light."""
@@ -138,9 +138,9 @@ def lines(result: dict[str, Any]) -> list[str]:
     return found
 
 
-def relit(transport: GaussianTransport, light: Light, _asked: Any) -> RelitGaussians:
+def relight_transport(transport: GaussianTransport, light: Light, _asked: Any) -> RelightGaussians:
     """The filtered light beside the lobes, and the diffuse part under it."""
-    return relit_gaussians(
+    return relight_gaussians(
         transport, light.environment, rotation=light.rotation, factor=light.factor, lamps=light.lamps
     )
 
@@ -148,9 +148,9 @@ def relit(transport: GaussianTransport, light: Light, _asked: Any) -> RelitGauss
 def relighter(transport: GaussianTransport, _subject: Subject) -> Relight:
     """The same, with everything that drawing would otherwise wait for."""
 
-    def relight(light: Light, asked: Any, _wanted: Brdf) -> Steps[RelitGaussians]:
+    def relight(light: Light, asked: Any, _wanted: Brdf) -> Steps[RelightGaussians]:
         yield Step(0.0, "relighting")
-        found = relit(transport, light, asked)
+        found = relight_transport(transport, light, asked)
         found.transport.texels.flags.writeable = False
         found.light.atlas.texels.flags.writeable = False
         return found
@@ -163,7 +163,7 @@ def why_baked_for_one(_transport: GaussianTransport) -> str:
     return "The bake is of another BRDF; Gaussians are baked for one."
 
 
-def illuminated(file: TransportFile, light: Light, _asked: Any, _brdf: str | None) -> Steps[Illuminated]:
+def illuminate(file: TransportFile, light: Light, _asked: Any, _brdf: str | None) -> Steps[Illuminated]:
     """The lobes of `file` under `light`."""
     transport = transport_of(file)
     yield Step(0.0, "filtering the light")
@@ -171,10 +171,10 @@ def illuminated(file: TransportFile, light: Light, _asked: Any, _brdf: str | Non
     reported: dict[str, Any] = {}
     if light.environment is not None:
         levels = levels_under(light.environment, transport.sigma_range)
-        filtered_for(light.environment, levels)
+        filter_for(light.environment, levels)
         reported = {"light_cube": levels.edge, "light_levels": len(levels.sigma)}
     filtered = time.perf_counter()
-    found = relit(transport, light, None)
+    found = relight_transport(transport, light, None)
     reported |= {
         "brdf": transport.brdf,
         "lobes": transport.lobes,
@@ -196,20 +196,22 @@ def _negative_rel(radiance: NDArray[np.float64]) -> float:
     return float((-radiance).clip(0.0).sum()) / kept if kept > 0.0 else 0.0
 
 
-def restricted(work: gaussian_bake.Work, chosen: Indices) -> gaussian_bake.Work:
+def restrict(work: gaussian_bake.Work, chosen: Indices) -> gaussian_bake.Work:
     """Work for `chosen` vertices alone; all are baked with interreflection, because they light each other."""
     if work.settings.indirect or len(chosen) == work.vertices:
         return work
     return replace(work, model=_only(work.model, chosen))
 
 
-def completed(transport: GaussianTransport, work: gaussian_bake.Work, chosen: Indices) -> GaussianTransport:
+def complete(transport: GaussianTransport, work: gaussian_bake.Work, chosen: Indices) -> GaussianTransport:
     """The lobes of all vertices."""
     everything = np.arange(work.vertices)
-    return _of_all(transport, work.surface, work.model.ground_vertex, everything if work.settings.indirect else chosen)
+    return _expand_to_all(
+        transport, work.surface, work.model.ground_vertex, everything if work.settings.indirect else chosen
+    )
 
 
-def held(transport: GaussianTransport) -> list[NDArray[Any]]:
+def hold(transport: GaussianTransport) -> list[NDArray[Any]]:
     """The lobes, and the rows of the diffuse part."""
     lobes = [array for of in transport.components for array in (of.weight, of.mean, of.sigma)]
     return [*lobes, *([] if transport.diffuse is None else [transport.diffuse.rows])]
@@ -237,7 +239,7 @@ def _only(model: GlossySurface, chosen: Indices) -> GlossySurface:
     )
 
 
-def _of_all(some: GaussianTransport, surface: Mesh, first: int, chosen: Indices) -> GaussianTransport:
+def _expand_to_all(some: GaussianTransport, surface: Mesh, first: int, chosen: Indices) -> GaussianTransport:
     """Lobes of the `chosen` vertices as those of all of `surface`, in memory."""
     copied = np.searchsorted(chosen, np.arange(len(surface.positions)), side="right") - 1
     components = tuple(

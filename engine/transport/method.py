@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from engine.light.environment import EnvironmentMap
     from engine.transport.baking.file import TransportFile
     from engine.transport.baking.spatially_varying import Variation
-    from engine.transport.relit import Illuminated, Light, Relit
+    from engine.transport.relight import Illuminated, Light, RelightTransport
 
 
 #: Of parameters that vary: as many as there are.
@@ -84,12 +84,12 @@ class Baked(Protocol):
     @property
     def resumed_chunks(self) -> int: ...
     @property
-    def free_vertices(self) -> int: ...
+    def unoccluded_vertices(self) -> int: ...
 
 
-#: Makes `Relit` of one transport under one light after the other, with the settings of the light and a BRDF in place of
-#: the one that was baked; for one thread at a time.
-Relight = Callable[["Light", Any, "Brdf"], "Steps[Relit]"]
+#: Makes `RelightTransport` of one transport under one light after the other, with the settings of the light and a BRDF
+#: in place of the one that was baked; for one thread at a time.
+Relight = Callable[["Light", Any, "Brdf"], "Steps[RelightTransport]"]
 
 
 class Baking(Protocol):
@@ -104,7 +104,7 @@ class Baking(Protocol):
     def bake(self, path: str | os.PathLike[str], work: Any, cluster: str | None = None) -> Steps[Any]:
         """Bake into the file `path`; a `Baked`."""
 
-    def knobs(self, work: Any, settings: Any) -> dict[str, Any]:
+    def parameters(self, work: Any, settings: Any) -> dict[str, Any]:
         """The settings of a bake as its record states them."""
 
     def measured(self, work: Any, subject: Subject, settings: Any, tested: EnvironmentMap | None) -> Steps[Any]:
@@ -119,8 +119,8 @@ class Baking(Protocol):
     def transport_of(self, file: TransportFile) -> Any:
         """The transport in an open file; InputError where it holds another kind, or what cannot be."""
 
-    def relit(self, transport: Any, light: Light, asked: Any) -> Relit:
-        """Relit transport under a light, with the settings `asked` of the light."""
+    def relit(self, transport: Any, light: Light, asked: Any) -> RelightTransport:
+        """RelightTransport transport under a light, with the settings `asked` of the light."""
 
     def relighter(self, transport: Any, subject: Subject) -> Relight:
         """The same for one light after the other, of a transport that was baked of `subject`."""
@@ -128,7 +128,7 @@ class Baking(Protocol):
     def why_baked_for_one(self, transport: Any) -> str:
         """Why another BRDF asks for another bake, as a sentence; empty where it does not."""
 
-    def restricted(self, work: Any, chosen: NDArray[np.int64]) -> Any:
+    def restrict(self, work: Any, chosen: NDArray[np.int64]) -> Any:
         """The bake of the `chosen` vertices alone, as far as vertices do not need each other."""
 
     def completed(self, transport: Any, work: Any, chosen: NDArray[np.int64]) -> Any:
@@ -137,7 +137,7 @@ class Baking(Protocol):
     def held(self, transport: Any) -> Sequence[NDArray[Any]]:
         """The arrays that are in memory while it is drawn."""
 
-    def illuminated(self, file: TransportFile, light: Light, asked: Any, brdf: str | None) -> Steps[Illuminated]:
+    def illuminate(self, file: TransportFile, light: Light, asked: Any, brdf: str | None) -> Steps[Illuminated]:
         """The transport in a file under a light, with its figures, and with another BRDF where the method takes one."""
 
 
@@ -148,21 +148,21 @@ class Method:
     Attributes
     ----------
     name : in files, options and records.
-    title : its name for people. noun : the same within a sentence. short : the same where there is little room.
+    title : its name for users. noun : the same within a sentence. short : the same where there is little room.
     abbreviation : the same where there is hardly any; empty for `short`.
     key : chooses it in the View workspace; `hint` says there what it is for.
     settings, light : dataclasses of parameters (`engine.core.params`): of a bake, and of the light on it.
     baking, drawing, planning : modules. `Baking` bakes and lights; `drawing` has `Textures` for OpenGL
         (`engine.gl.transported`); `planning` predicts costs and errors (`engine.planning.costs.planned`).
-    shows : effects (`engine.planning.effects.estimates.EFFECTS`) that its pictures can have; `always` those that they
+    shows : effects (`engine.planning.effects.estimates.EFFECTS`) that its images can have; `always` those that they
     have
         whatever is left out.
     variations : parameters of a BRDF, at most, that can vary from vertex to vertex.
     takes_brdf : another BRDF can be put in without a bake. on_cluster : chunks can be baked elsewhere.
     near_light : lamps may stand near the model.
     shares_rays : bakes of several settings can share their rays; `baking` is then a `shared_rays.Sharing` too.
-    dear : the knob that costs most, about whose cheapest value a sweep turns all others as well.
-    frames : kinds of frames whose rates a machine profile holds, each with the knobs at which it is measured: the
+    dear : the parameter that costs most, about whose cheapest value a sweep turns all others as well.
+    frames : kinds of frames whose rates a machine profile holds, each with the parameters at which it is measured: the
         numbers of coefficients, terms or lobes with which the cost of a frame grows.
     mark : of its points in plots (pyqtgraph's name of it, and the sign that is nearest to it).
     """
@@ -203,9 +203,9 @@ class Method:
         return import_module(self.planning_module)
 
     @property
-    def knobs(self) -> tuple[Parameter, ...]:
+    def parameters(self) -> tuple[Parameter, ...]:
         """The parameters of a bake that a plan chooses and a sweep turns."""
-        return tuple(each for each in parameters(self.settings) if each.ladder)
+        return tuple(each for each in parameters(self.settings) if each.sweep)
 
     def with_values(self, values: Mapping[str, Any], settings: Any = None) -> Any:
         """`settings` (the defaults where None) with other values; numbers stand for flags, as in a plan.

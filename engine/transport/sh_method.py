@@ -23,14 +23,14 @@ from engine.transport.baking.settings import BOUNCES, ShLight, ShSettings
 from engine.transport.baking.spatially_varying import variation_from_text, variation_to_text
 from engine.transport.baking.visibility import Receivers, receivers
 from engine.transport.method import Relight, Subject
-from engine.transport.relit import Illuminated, Light, RelitSh
+from engine.transport.relight import Illuminated, Light, RelightSh
 from engine.transport.sh import bake as sh_bake
-from engine.transport.sh.basis import window, windowed
+from engine.transport.sh.basis import apply_window, window
 from engine.transport.sh.brdf_table_varying import VariedTable, table_of, tables_of
 from engine.transport.sh.error import sh_error
-from engine.transport.sh.lighting import lamp_coefficients, project, turned_about_y
+from engine.transport.sh.lighting import lamp_coefficients, project, turn_about_y
 from engine.transport.sh.near_light import TOLERANCE, near_light
-from engine.transport.sh.transfer import ShTransport, local_views, signed_radiance, transferred, with_table
+from engine.transport.sh.transfer import ShTransport, local_views, sum_signed_radiance, transfer, with_table
 from engine.transport.shared_rays import Make
 
 estimate_s, transport_of = sh_bake.estimate_s, sh_bake.transport_of
@@ -54,7 +54,7 @@ def bake(path: str | os.PathLike[str], work: sh_bake.Work, cluster: str | None =
     return (yield from sh_bake.bake(path, work, cluster=cluster))
 
 
-def knobs(work: sh_bake.Work, _settings: ShSettings) -> dict[str, Any]:
+def parameters(work: sh_bake.Work, _settings: ShSettings) -> dict[str, Any]:
     """The settings of a bake as its record states them."""
     settings = work.settings
     return {
@@ -66,7 +66,7 @@ def knobs(work: sh_bake.Work, _settings: ShSettings) -> dict[str, Any]:
     }
 
 
-def measured(
+def measure(
     work: sh_bake.Work, subject: Subject, _settings: ShSettings, tested: EnvironmentMap | None
 ) -> Steps[dict[str, Any]]:
     """The error of the vertices under `tested` (`sh_error`)."""
@@ -89,14 +89,14 @@ def figures(work: sh_bake.Work, baked: sh_bake.Baked, prepared_s: float) -> dict
         "bounce_s": baked.bounce_s,
         "table_s": prepared_s,
         "table_error_rel": work.table.error_rel,
-        **_varied(work),
+        **_vary(work),
         "stored": "vectors" if work.table.diffuse else "matrices",
         "skipped": skipped,
         "warnings": warnings,
     }
 
 
-def _varied(work: sh_bake.Work) -> dict[str, Any]:
+def _vary(work: sh_bake.Work) -> dict[str, Any]:
     """Numbers of the tables of a BRDF that varies, and the error of interpolation between them."""
     if not isinstance(work.table, VariedTable):
         return {}
@@ -115,10 +115,10 @@ def lines(result: dict[str, Any]) -> list[str]:
     return found
 
 
-def relit(transport: ShTransport, light: Light, asked: ShLight) -> RelitSh:
+def relight_transport(transport: ShTransport, light: Light, asked: ShLight) -> RelightSh:
     """The coefficients of the light, times the transport."""
     coefficients, _ = _coefficients_at(transport, light, asked)
-    return RelitSh(transport, transferred(transport, coefficients))
+    return RelightSh(transport, transfer(transport, coefficients))
 
 
 def relighter(transport: ShTransport, subject: Subject) -> Relight:
@@ -126,7 +126,7 @@ def relighter(transport: ShTransport, subject: Subject) -> Relight:
     baked = subject.brdf, tuple(map(variation_to_text, subject.variations))
     last = baked, transport
 
-    def relight(light: Light, asked: ShLight, brdf: Brdf) -> Steps[RelitSh]:
+    def relight(light: Light, asked: ShLight, brdf: Brdf) -> Steps[RelightSh]:
         nonlocal last
         wanted = brdf, asked.vary
         if wanted == baked:
@@ -134,7 +134,7 @@ def relighter(transport: ShTransport, subject: Subject) -> Relight:
         elif wanted != last[0]:
             last = wanted, (yield from _with_brdf(transport, brdf, asked))
         last[1].mesh.tangents.flags.writeable = False  # drawing would otherwise wait for them
-        return relit(last[1], light, asked)
+        return relight_transport(last[1], light, asked)
 
     return relight
 
@@ -146,7 +146,7 @@ def why_baked_for_one(transport: ShTransport) -> str:
     return "A diffuse model was baked, which holds nothing of the view." if transport.diffuse else ""
 
 
-def illuminated(file: TransportFile, light: Light, asked: ShLight, brdf: str | None) -> Steps[Illuminated]:
+def illuminate(file: TransportFile, light: Light, asked: ShLight, brdf: str | None) -> Steps[Illuminated]:
     """The rows of `file` under `light`, with another BRDF, or one that varies, where that is asked for."""
     transport = transport_of(file)
     named = brdf or str(file.settings["brdf"])
@@ -155,7 +155,7 @@ def illuminated(file: TransportFile, light: Light, asked: ShLight, brdf: str | N
     before = time.perf_counter()
     coefficients, reported = _coefficients_at(transport, light, asked)
     projected = time.perf_counter()
-    rows = transferred(transport, coefficients)
+    rows = transfer(transport, coefficients)
     reported |= {
         "brdf": named,
         "order": transport.order,
@@ -165,7 +165,7 @@ def illuminated(file: TransportFile, light: Light, asked: ShLight, brdf: str | N
         "relight_s": time.perf_counter() - projected,
     }
     return Illuminated(
-        RelitSh(transport, rows),
+        RelightSh(transport, rows),
         reported,
         lambda eye: _negative_rel(transport, rows, eye),
         "a higher order or --window rings less",
@@ -177,7 +177,7 @@ def _coefficients_at(
     transport: ShTransport, light: Light, asked: ShLight
 ) -> tuple[NDArray[np.floating[Any]], dict[str, Any]]:
     """Of all light, the same for all vertices (order², 3) or at each of them (V, order², 3), and figures of it."""
-    coefficients: Any = windowed(_coefficients(light, transport.order), asked.window)
+    coefficients: Any = apply_window(_coefficients(light, transport.order), asked.window)
     nearby, reported = _nearby(transport, light, asked.near_points)
     if nearby is not None:
         coefficients = coefficients + nearby * window(transport.order, asked.window)[:, None]
@@ -188,7 +188,7 @@ def _coefficients(light: Light, order: int) -> NDArray[np.float64]:
     """(order², 3) of a rotated environment, and of lamps in closed form."""
     total = np.zeros((order**2, 3))
     if light.environment is not None:
-        total += light.factor * turned_about_y(project(light.environment, order), light.rotation)
+        total += light.factor * turn_about_y(project(light.environment, order), light.rotation)
     return np.asarray(total + sum(lamp_coefficients(lamp, order) for lamp in light.lamps))
 
 
@@ -227,22 +227,22 @@ def _with_brdf(transport: ShTransport, brdf: Brdf, asked: ShLight) -> Steps[ShTr
 def _negative_rel(transport: ShTransport, rows: NDArray[np.float32], eye: Vector) -> float:
     """Radiance of the vertices below 0 towards `eye`, as a fraction of the radiance above."""
     everything = np.arange(len(transport.mesh.positions))
-    signed = signed_radiance(transport, rows, local_views(transport, eye), everything)
+    signed = sum_signed_radiance(transport, rows, local_views(transport, eye), everything)
     kept = float(np.maximum(signed, 0.0).sum())
     return float(np.maximum(-signed, 0.0).sum()) / kept if kept > 0.0 else 0.0
 
 
-def restricted(work: sh_bake.Work, _chosen: NDArray[np.int64]) -> sh_bake.Work:
+def restrict(work: sh_bake.Work, _chosen: NDArray[np.int64]) -> sh_bake.Work:
     """All of it: where few vertices are wanted, rays are shared."""
     return work
 
 
-def completed(transport: ShTransport, _work: sh_bake.Work, _chosen: NDArray[np.int64]) -> ShTransport:
+def complete(transport: ShTransport, _work: sh_bake.Work, _chosen: NDArray[np.int64]) -> ShTransport:
     """It is complete."""
     return transport
 
 
-def held(transport: ShTransport) -> list[NDArray[Any]]:
+def hold(transport: ShTransport) -> list[NDArray[Any]]:
     """The table and the rows."""
     return [*(table.values for table in tables_of(transport.table)), transport.rows]
 
@@ -269,7 +269,7 @@ def prepare_shared(subject: Subject, settings: ShSettings, _known: dict[Any, Any
 def maker(work: sh_bake.Work) -> Steps[Make]:
     """Makes matrices or vectors, after light between parts of the model has been followed."""
     of: Receivers = receivers(work.surface, work.caster)
-    sent = (yield from sh_bake.reflected(work, of)) if work.settings.bounces else None
+    sent = (yield from sh_bake.reflect(work, of)) if work.settings.bounces else None
     baker = sh_bake.baker_of(work, of, sent)
     return lambda vertices, counts: {"rows": baker.rows(vertices, counts)}
 
@@ -279,7 +279,7 @@ def rows_of(work: sh_bake.Work) -> int:
     return 1 if work.table.diffuse else work.table.order**2
 
 
-def assembled(work: sh_bake.Work, arrays: Mapping[str, NDArray[Any]]) -> ShTransport:
+def assemble(work: sh_bake.Work, arrays: Mapping[str, NDArray[Any]]) -> ShTransport:
     """The rows with their table."""
     table, bounces = work.table, bool(work.settings.bounces)
     first, albedo = work.ground_vertex, work.ground_albedo

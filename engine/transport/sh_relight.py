@@ -16,10 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.models.diffuse import Lambert
 from engine.core.directions import Vectors, normalize
-from engine.transport.relit import RelitSh
+from engine.transport.relight import RelightSh
 from engine.transport.sh import kernel
 from engine.transport.sh.brdf_table import lambert_table
-from engine.transport.sh.transfer import Floats, ShTransport, local_views, transferred, view_vectors
+from engine.transport.sh.transfer import Floats, ShTransport, local_views, transfer, view_vectors
 from engine.transport.wavelet.transfer import GRAZING
 
 
@@ -35,11 +35,11 @@ class Relighter:
         self._light: Floats | None = None
         self._eye: tuple[float, ...] | None = None
         self._view: tuple[float, ...] | None = None
-        self._shown: RelitSh | None = None
+        self._shown: RelightSh | None = None
         self._vectors: NDArray[np.float32] | None = None
         self._seen: ShTransport | None = None
 
-    def relit(self, light: Floats, eye: ArrayLike) -> RelitSh:
+    def relit(self, light: Floats, eye: ArrayLike) -> RelightSh:
         """The transport under `light`, (order², 3) or (V, order², 3) as for `transferred`, to be seen from `eye` (3,).
 
         A new light for the same eye takes the fixed view, anything else the fixed light. What is drawn is the same.
@@ -53,14 +53,14 @@ class Relighter:
             self._vectors = None
         if same_view and new_light and not self.transport.diffuse:
             if self._vectors is None:
-                self._vectors = view_vectors(self.transport, _drawn_views(self.transport, place))
-            self._shown = RelitSh(self._flat, fixed_view(self._vectors, np.asarray(light, np.float32)))
+                self._vectors = view_vectors(self.transport, _find_drawn_views(self.transport, place))
+            self._shown = RelightSh(self._flat, shade_fixed_view(self._vectors, np.asarray(light, np.float32)))
             self._view = place
         else:
-            self._shown = RelitSh(self.transport, transferred(self.transport, light))
+            self._shown = RelightSh(self.transport, transfer(self.transport, light))
         return self._shown
 
-    def is_for(self, relit: RelitSh, eye: ArrayLike) -> bool:
+    def is_for(self, relit: RelightSh, eye: ArrayLike) -> bool:
         """True if `relit`, which came from here, can be seen from `eye` (3,)."""
         return relit.transport is self.transport or tuple(float(x) for x in np.asarray(eye)) == self._view
 
@@ -75,14 +75,14 @@ class Relighter:
         return self._seen
 
 
-def _drawn_views(transport: ShTransport, eye: ArrayLike) -> Vectors:
-    """`local_views` as pictures take them: a vertex of a face that is seen may be turned away itself."""
+def _find_drawn_views(transport: ShTransport, eye: ArrayLike) -> Vectors:
+    """`local_views` as images take them: a vertex of a face that is seen may be turned away itself."""
     local = local_views(transport, eye)
     local[:, 2] = np.maximum(local[:, 2], GRAZING)
     return normalize(local)
 
 
-def fixed_view(vectors: NDArray[np.float32], light: NDArray[np.float32]) -> NDArray[np.float32]:
+def shade_fixed_view(vectors: NDArray[np.float32], light: NDArray[np.float32]) -> NDArray[np.float32]:
     """Radiance (V, 3) of `vectors` (V, 3, n), which are for one view, under `light` (n, 3) or (V, n, 3)."""
     radiance = np.empty(vectors.shape[:2], np.float32)
     if light.ndim == 3:

@@ -1,6 +1,6 @@
 """Rays shared by bakes of one surface: rays in chunks, and vectors of wavelets from the counts that rays gave.
 
-Rays are nearly all that a bake costs, so a ladder of BRDFs, terms or coefficients takes little longer than its
+Rays are nearly all that a bake costs, so a sweep of BRDFs, terms or coefficients takes little longer than its
 finest step. Counts are those of `lightarc bake`, and so are the vectors.
 """
 
@@ -55,7 +55,7 @@ class Sharing(Protocol):
     def rows_of(self, work: Any) -> int:
         """Rows of a vertex of the model; one of the ground has one."""
 
-    def assembled(self, work: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
+    def assemble(self, work: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
         """The transport of all rows."""
 
 
@@ -66,7 +66,7 @@ def chunks(vertices: Indices, first: int, edge: int) -> list[Indices]:
     return [part[start : start + step] for part in parts for start in range(0, len(part), step)]
 
 
-def counted(of: Receivers, edge: int, vertices: Indices) -> NDArray[np.uint8]:
+def count(of: Receivers, edge: int, vertices: Indices) -> NDArray[np.uint8]:
     """(B, 6 edge²) how many of the `FINE`² parts of each texel `vertices` (B,) see."""
     return np.concatenate([counts for _, counts in visibility_shares(of, edge, FINE, vertices)])
 
@@ -83,7 +83,7 @@ def wavelet_maker(surface: Mesh, first: int, factors: SeparableFactors, edge: in
     return make
 
 
-def joined(parts: Iterable[Mapping[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
+def join(parts: Iterable[Mapping[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
     """The arrays of chunks, one after the other."""
     some = list(parts)
     return {name: np.concatenate([part[name] for part in some]) for name in some[0]}

@@ -21,13 +21,13 @@ from engine.transport.baking.occluder import occluder_error
 from engine.transport.baking.radiance_error import error_lines, error_record
 from engine.transport.baking.settings import WaveletLight, WaveletSettings
 from engine.transport.method import Relight, Subject
-from engine.transport.relit import Illuminated, Light, RelitWavelets
+from engine.transport.relight import Illuminated, Light, RelightWavelets
 from engine.transport.shared_rays import Make, wavelet_maker
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.error import best_terms, wavelet_error
 from engine.transport.wavelet.lighting import Lighting, dark, lighting_of, tuples
 from engine.transport.wavelet.relight import Relighter
-from engine.transport.wavelet.transfer import WaveletTransport, radiance_from, remixed, vectors_of
+from engine.transport.wavelet.transfer import WaveletTransport, radiance_from, remix, vectors_of
 
 estimate_s, bake, transport_of = wavelet_bake.estimate_s, wavelet_bake.bake, wavelet_bake.transport_of
 
@@ -49,7 +49,7 @@ def prepare(
         steps = wavelet_bake.factors_for(brdf, settings.terms, kind=settings.map, weighting=settings.weighting)
         base = yield from part(steps, number / len(brdfs), (number + 1) / len(brdfs))
         if tested is not None:
-            base = base.truncated((yield from part(best_terms(base, brdf, tested), 1.0, 1.0)))
+            base = base.truncate((yield from part(best_terms(base, brdf, tested), 1.0, 1.0)))
         bases.append(base)
     mixed = None
     if settings.blend or settings.albedo:
@@ -63,7 +63,7 @@ def _brdfs(brdf: Brdf, settings: WaveletSettings) -> tuple[list[Brdf], list[str]
     return [brdf, *(open_reflectance(text) for text, _ in blends)], [source for _, source in blends]
 
 
-def knobs(work: wavelet_bake.Work, settings: WaveletSettings) -> dict[str, Any]:
+def parameters(work: wavelet_bake.Work, settings: WaveletSettings) -> dict[str, Any]:
     """The settings of a bake as its record states them."""
     return {
         "terms": work.factors.terms,
@@ -78,7 +78,7 @@ def knobs(work: wavelet_bake.Work, settings: WaveletSettings) -> dict[str, Any]:
     }
 
 
-def measured(
+def measure(
     work: wavelet_bake.Work, subject: Subject, settings: WaveletSettings, tested: EnvironmentMap | None
 ) -> Steps[dict[str, Any]]:
     """The error of the vertices under `tested` (`wavelet_error`) and of a simplified occluder, and terms left out."""
@@ -117,7 +117,7 @@ def lines(result: dict[str, Any]) -> list[str]:
     left_out = result.get("terms_not_stored", 0)
     if left_out:
         asked = left_out + result["knobs"]["terms"]
-        found.append(f"{left_out} of the {asked} terms are not stored: they make no picture better")
+        found.append(f"{left_out} of the {asked} terms are not stored: they make no image better")
     if "occluder_faces" in result:
         found.append(
             f"shadows from {result['occluder_faces']:,} triangles: the open share of the sky is off by "
@@ -126,31 +126,31 @@ def lines(result: dict[str, Any]) -> list[str]:
     return found
 
 
-def relit(transport: WaveletTransport, light: Light, _asked: WaveletLight) -> RelitWavelets:
+def relight_transport(transport: WaveletTransport, light: Light, _asked: WaveletLight) -> RelightWavelets:
     """The light in wavelets, times the transport."""
-    return RelitWavelets(transport, tuples(transport, _lighting(transport, light)))
+    return RelightWavelets(transport, tuples(transport, _lighting(transport, light)))
 
 
 def relighter(transport: WaveletTransport, _subject: Subject) -> Relight:
     """The same, where what is the same under the next light is kept, and the last mixture."""
     kept, last = Relighter(transport), (WaveletLight(), transport)
 
-    def relight(light: Light, asked: WaveletLight, _wanted: Brdf) -> Steps[RelitWavelets]:
+    def relight(light: Light, asked: WaveletLight, _wanted: Brdf) -> Steps[RelightWavelets]:
         nonlocal kept, last
         yield Step(0.0, "relighting")
         if asked != last[0]:
-            last = asked, _mixed_as(transport, asked)
+            last = asked, _mix_as(transport, asked)
             kept = Relighter(last[1])
-        return RelitWavelets(last[1], kept.tuples(_lighting(last[1], light)))
+        return RelightWavelets(last[1], kept.tuples(_lighting(last[1], light)))
 
     return relight
 
 
-def _mixed_as(transport: WaveletTransport, asked: WaveletLight) -> WaveletTransport:
+def _mix_as(transport: WaveletTransport, asked: WaveletLight) -> WaveletTransport:
     """`transport` with the weights and colours that are `asked` in place of its own."""
     if not asked.weight and asked.albedo is None:
         return transport
-    return remixed(transport, list(asked.weight) or None, asked.albedo)
+    return remix(transport, list(asked.weight) or None, asked.albedo)
 
 
 def why_baked_for_one(_transport: WaveletTransport) -> str:
@@ -158,10 +158,10 @@ def why_baked_for_one(_transport: WaveletTransport) -> str:
     return "The bake is of another BRDF; wavelets are baked for one."
 
 
-def illuminated(file: TransportFile, light: Light, asked: WaveletLight, _brdf: str | None) -> Steps[Illuminated]:
+def illuminate(file: TransportFile, light: Light, asked: WaveletLight, _brdf: str | None) -> Steps[Illuminated]:
     """The K-tuples of `file` under `light`."""
     yield Step(0.0, "relighting")
-    transport = _mixed_as(transport_of(file), asked)
+    transport = _mix_as(transport_of(file), asked)
     before = time.perf_counter()
     lighting = _lighting(transport, light)
     encoded = time.perf_counter()
@@ -178,7 +178,7 @@ def illuminated(file: TransportFile, light: Light, asked: WaveletLight, _brdf: s
         "relight_s": time.perf_counter() - encoded,
     }
     return Illuminated(
-        RelitWavelets(transport, rows),
+        RelightWavelets(transport, rows),
         reported,
         lambda eye: radiance_from(transport, rows, eye).negative_rel,
         "bake with more terms",
@@ -192,17 +192,17 @@ def _lighting(transport: WaveletTransport, light: Light) -> Lighting:
     return lighting_of(around, transport.edge, rotation=turn, factor=factor, lamps=light.lamps)
 
 
-def restricted(work: wavelet_bake.Work, _chosen: NDArray[np.int64]) -> wavelet_bake.Work:
+def restrict(work: wavelet_bake.Work, _chosen: NDArray[np.int64]) -> wavelet_bake.Work:
     """All of it: where few vertices are wanted, rays are shared."""
     return work
 
 
-def completed(transport: WaveletTransport, _work: wavelet_bake.Work, _chosen: NDArray[np.int64]) -> WaveletTransport:
+def complete(transport: WaveletTransport, _work: wavelet_bake.Work, _chosen: NDArray[np.int64]) -> WaveletTransport:
     """It is complete."""
     return transport
 
 
-def held(transport: WaveletTransport) -> list[NDArray[Any]]:
+def hold(transport: WaveletTransport) -> list[NDArray[Any]]:
     """The maps and the vectors."""
     of, vectors = transport.factors, transport.vectors
     return [of.first, of.second, vectors.indices, vectors.words, vectors.peaks, vectors.counts]
@@ -237,7 +237,7 @@ def rows_of(work: wavelet_bake.Work) -> int:
     return work.factors.terms
 
 
-def assembled(work: wavelet_bake.Work, arrays: Mapping[str, NDArray[Any]]) -> WaveletTransport:
+def assemble(work: wavelet_bake.Work, arrays: Mapping[str, NDArray[Any]]) -> WaveletTransport:
     """The vectors with their factors."""
     parts = (work.surface, work.ground_vertex, work.factors, work.ground_albedo, work.settings.edge)
     return WaveletTransport(*parts, vectors_of(arrays))

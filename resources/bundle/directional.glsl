@@ -14,7 +14,7 @@
 //     directional_weights.exr, then planeNN.R, planeNN.G, planeNN.B; its first row is light overhead. Linear filter,
 //     repeating along the first coordinate, clamped along the second.
 // uv has v downwards (row 0 of the files on top) and repeats. wi (to the light) and wo (to the viewer) are unit vectors
-// in the local frame of the surface: +x to the right of the pictures, +y upwards in them, +z the normal. The result is
+// in the local frame of the surface: +x to the right of the images, +y upwards in them, +z the normal. The result is
 // linear sRGB.
 // In GLSL ES, begin with: precision highp float; precision highp sampler2D; precision highp sampler2DArray;
 

@@ -1,5 +1,5 @@
 #version 330 core
-// Shows a picture of any number of pixels over the framebuffer. in: sRGB-coded picture, size in pixels; out: the same.
+// Shows an image of any number of pixels over the framebuffer. in: sRGB-coded image, size in pixels; out: the same.
 
 uniform vec2 size;
 uniform sampler2D picture;

@@ -13,8 +13,8 @@ uniform mat3 map_from_world;
 // Code for lamps, and for those that are discs, costs time even where it does not run.
 #if defined(LAMPS)
 uniform int lamp_count;
-uniform vec4 lamps[MOST_LAMPS];    // direction, and the radius as a chord
-uniform vec3 lamp_light[MOST_LAMPS];    // radiance, or irradiance where the radius is 0
+uniform vec4 lamps[MAX_LAMPS];    // direction, and the radius as a chord
+uniform vec3 lamp_light[MAX_LAMPS];    // radiance, or irradiance where the radius is 0
 #endif
 #if defined(DISCS)
 #include "erf.glsl"

@@ -4,7 +4,7 @@
 // of its face, so that a look-up never leaves it.
 
 uniform sampler2DArray filtered;
-uniform vec4 levels[MOST_LEVELS];    // sigma, its logarithm, cells along an edge, first line
+uniform vec4 levels[MAX_LEVELS];    // sigma, its logarithm, cells along an edge, first line
 uniform int last_level;
 uniform float levels_per_log;
 uniform vec2 filtered_texel;    // 1 / size

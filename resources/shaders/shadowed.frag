@@ -1,6 +1,6 @@
 #version 330 core
 // Texels of a material in the light of a bake: L = B · T / T_0 (engine.render.shadowed).
-// in: pictures of equal size, radiance times coverage, and coverage: T and T_0 with mip-maps, and B; out: the same, L.
+// in: images of equal size, radiance times coverage, and coverage: T and T_0 with mip-maps, and B; out: the same, L.
 
 uniform sampler2D texels;
 uniform sampler2D plain;

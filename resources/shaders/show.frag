@@ -1,7 +1,7 @@
 #version 330 core
-// Shows a picture of any number of pixels over the framebuffer, with another one laid over it by a share.
-// in: pictures of radiance times coverage, and coverage, and the size of the framebuffer in pixels; out: sRGB-coded.
-// With BEHIND: an equirectangular environment stands behind the picture, seen by the camera of `map_from_camera`.
+// Shows an image of any number of pixels over the framebuffer, with another one laid over it by a share.
+// in: images of radiance times coverage, and coverage, and the size of the framebuffer in pixels; out: sRGB-coded.
+// With BEHIND: an equirectangular environment stands behind the image, seen by the camera of `map_from_camera`.
 // With DIFFERENCE: the luminance of the first less that of the second where both are covered, blue where it is
 // negative and orange where it is positive, full at `scale`.
 
@@ -43,7 +43,7 @@ vec3 behind()
 
 out vec4 display;
 
-// A picture of as many pixels as the framebuffer is shown as it is.
+// An image of as many pixels as the framebuffer is shown as it is.
 vec4 stretched(sampler2D picture)
 {
     if (vec2(textureSize(picture, 0)) == size)

@@ -75,9 +75,9 @@ class FailingAllocator:
 
     def run(self, work: Callable[[], Value]) -> Value:
         """Return the result of `work`, run while this allocator is the one that numpy asks."""
-        return contextvars.copy_context().run(self._installed, work)
+        return contextvars.copy_context().run(self._install, work)
 
-    def _installed(self, work: Callable[[], Value]) -> Value:
+    def _install(self, work: Callable[[], Value]) -> Value:
         new = ctypes.pythonapi.PyCapsule_New
         new.restype, new.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p]
         _function(SET_HANDLER, ctypes.py_object)(new(ctypes.addressof(self._handler), b"mem_handler", None))

@@ -19,7 +19,7 @@ from engine.simulate.simulate import simulate
 PATIENCE_MS = 240_000
 
 
-def captured(folder: Path, **settings: Any) -> tuple[LightArc, dict[str, Any]]:
+def capture(folder: Path, **settings: Any) -> tuple[LightArc, dict[str, Any]]:
     """A capture in `folder`, and what is known of each photograph by file name."""
     elevation = tuple(math.radians(angle) for angle in (30, 50, 70))
     arc = LightArc(**{"size": 96, "misalignment_px": 0.0, "elevation": elevation, **settings})
@@ -28,7 +28,7 @@ def captured(folder: Path, **settings: Any) -> tuple[LightArc, dict[str, Any]]:
     return arc, {record["file"]: record for record in records}
 
 
-def opened(window: MainWindow, qtbot: Any, folder: Path, **choices: Any) -> MainWindow:
+def open_path(window: MainWindow, qtbot: Any, folder: Path, **choices: Any) -> MainWindow:
     """The window with the capture imported by `choices`, of which those for another capture hold."""
     if choices:
         window.bench.document.change("Choose", import_choices=ImportChoices(**choices))
@@ -37,7 +37,7 @@ def opened(window: MainWindow, qtbot: Any, folder: Path, **choices: Any) -> Main
     return window
 
 
-def imported_again(window: MainWindow, qtbot: Any) -> Any:
+def import_again(window: MainWindow, qtbot: Any) -> Any:
     """The stack after "Import again" was clicked, which is what Ctrl+Enter does until the next change."""
     old = window.bench.document.project.stack
     assert window.capture.again.isEnabled(), window.capture.again.toolTip()

@@ -58,12 +58,12 @@ COARSE = {
 #: Few pixels of the window's references, and pauses that nobody has to wait for.
 AT_ONCE = {
     "engine.exchange.loss.DIAMETER": 40,
-    "app.document.measured.MOST_PIXELS": 6_000,
-    "app.view.pictures.MOST_PIXELS": 20_000,
+    "app.document.measured.MAX_PIXELS": 6_000,
+    "app.view.images.MAX_PIXELS": 20_000,
     "app.view.tab.MEASURED_PX": (96, 72),
     "app.view.tab.AT_REST_MS": 20,
     "app.view.planning.AT_REST_MS": 20,
-    "app.view.pictures.SETTLED_MS": 20,
+    "app.view.images.SETTLED_MS": 20,
     "app.viewport.viewport.STILL_AFTER_MS": 20,
     "app.viewport.gl_surface.FADE_S": 0.02,
     "app.factor.preview.AT_REST_MS": 20,
@@ -188,7 +188,7 @@ def window(
 
     To make all workspaces takes half of its time; those that `IN_FRONT` leaves out are made when they are asked for.
 
-    What this machine costs is made up, since measuring it takes longer than most tests. The error of the picture is
+    What this machine costs is made up, since measuring it takes longer than most tests. The error of the image is
     measured only where a test asks for it (`window.view.pictures.measure`): it takes a reference.
     """
     from app.window.main_window import MainWindow
@@ -207,7 +207,7 @@ def window(
         made = MainWindow(None)
         for name in names:
             getattr(made, name)
-    made.view.pictures.measure(False)
+    made.view.images.measure(False)
     made.show()
     qtbot.waitExposed(made)  # type: ignore[attr-defined]
     yield made

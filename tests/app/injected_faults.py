@@ -39,7 +39,7 @@ from engine.core.errors import LightarcError
 from engine.storage import atomic
 from tests.app.allocations import FailingAllocator
 from tests.app.project.hostile import base
-from tests.app.scenarios import SCENARIOS, FailAt, photographed
+from tests.app.scenarios import SCENARIOS, FailAt, photograph
 
 Kind = Literal["atomic", "system", "allocation"]
 KINDS: tuple[Kind, ...] = ("atomic", "system", "allocation")
@@ -122,16 +122,16 @@ def _functions() -> Iterator[Work]:
     yield Work("open_bundle", function=lambda inputs, _: lightarc.open_bundle(inputs / "a.lightarc"))
     yield Work("verify_bundle", function=lambda inputs, _: lightarc.verify_bundle(inputs / "a.lightarc"))
     yield Work("open_brdf", function=lambda inputs, _: lightarc.open_brdf(str(inputs / "paint.csv")))
-    yield Work("render", function=lambda inputs, _: _rendered(inputs))
+    yield Work("render", function=lambda inputs, _: _render(inputs))
     yield Work(
         "save_picture",
-        function=lambda _, target: lightarc.save_picture(target, np.full((16, 16, 4), 0.5, np.float32)),
+        function=lambda _, target: lightarc.save_image(target, np.full((16, 16, 4), 0.5, np.float32)),
         output="a.exr",
     )
     yield Work("compare ", function=lambda _, __: lightarc.compare(np.ones((64, 64, 4)), np.full((64, 64, 4), 0.9)))
 
 
-def _rendered(inputs: Path) -> Any:
+def _render(inputs: Path) -> Any:
     return lightarc.render(str(inputs / "mesh.obj"), brdf="lambert", size=(24, 16))
 
 
@@ -143,8 +143,8 @@ def prepare(inputs: Path) -> None:
     from engine.images.encode import encode_png
     from tests.engine.brdf.readers.test_damaged_samples import FILES
 
-    photographed(inputs)
-    assert _ended(SCENARIOS["shade"].line(inputs, inputs))[0] == DONE
+    photograph(inputs)
+    assert _end(SCENARIOS["shade"].line(inputs, inputs))[0] == DONE
     (inputs / "paint.csv").write_text(FILES["paint.csv"][0])
     for name, value in (("a.png", 100), ("b.png", 110)):
         (inputs / name).write_bytes(encode_png(np.full((16, 16, 3), value, np.uint8)))
@@ -189,7 +189,7 @@ class FailingSystem:
         _hook = None
 
 
-def _ended(words: list[str]) -> tuple[int, str]:
+def _end(words: list[str]) -> tuple[int, str]:
     """Exit code and standard error of a verb."""
     out, err = (io.TextIOWrapper(io.BytesIO(), "utf-8", write_through=True) for _ in range(2))
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
@@ -204,7 +204,7 @@ def _run(work: Work, inputs: Path, folder: Path) -> tuple[int, str]:
     """Exit code and what was said; of a function DONE, or BAD_FILE with the sentence of its error."""
     target = folder / (work.output or "nothing")
     if work.function is None:
-        return _ended([word.format(inputs=inputs, output=target) for word in work.words.split()])
+        return _end([word.format(inputs=inputs, output=target) for word in work.words.split()])
     try:
         work.function(inputs, target)
     except LightarcError as error:

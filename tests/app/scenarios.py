@@ -61,7 +61,7 @@ SCENARIOS = {
 }
 
 
-def photographed(inputs: Path) -> None:
+def photograph(inputs: Path) -> None:
     """Photographs, a stack of them, and a mesh, in the folder `inputs`."""
     (inputs / "photographs").mkdir(parents=True)
     surface = np.random.default_rng(0).uniform(0.7, 1.3, (18, 24, 3))
@@ -74,7 +74,7 @@ def photographed(inputs: Path) -> None:
 
 def prepare(inputs: Path) -> None:
     """The files of `photographed`, and a bake that was interrupted."""
-    photographed(inputs)
+    photograph(inputs)
     parser = argparse.ArgumentParser()
     bake.add_arguments(parser)
     (inputs / "interrupted").mkdir()

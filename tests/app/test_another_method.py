@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.cli.transport.tradeoff import MOST_S
+from app.cli.transport.tradeoff import MAX_S
 from app.window.main_window import MainWindow
 from engine.core.steps import Step, Steps
 from engine.light.environment_file import open_environment
@@ -22,7 +22,7 @@ from engine.transport import method as transport
 from tests import ambient_occlusion
 from tests.ambient_occlusion import METHOD, NAME
 from tests.app.command import Command, result
-from tests.app.view.test_baking import LONG, ball
+from tests.app.view.test_baking import LONG, sphere
 
 pytestmark = pytest.mark.usefixtures("coarse")
 
@@ -67,7 +67,7 @@ def test_it_is_baked_and_drawn_by_the_command_line(lightarc: Command, mesh: Path
 
 def test_a_sweep_measures_it(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
     """Within a day, so that nothing is left out on whatever machine: the sweep ends when all is measured."""
-    words = ("--width", "24", "--height", "18", "--modes", NAME, "direct", "--budget-s", MOST_S, "--json")
+    words = ("--width", "24", "--height", "18", "--modes", NAME, "direct", "--budget-s", MAX_S, "--json")
     found = lightarc("tradeoff", mesh, "--brdf", "lambert", "--env", "studio", "-o", tmp_path / "out", *words)
     assert found.code == 0, found.err
     record = json.loads(found.out)
@@ -94,7 +94,7 @@ def test_a_plan_offers_it_and_its_bake_follows(lightarc: Command, mesh: Path, tm
 def test_the_window_has_it_with_a_panel(window: MainWindow, qtbot: Any) -> None:
     document, view = window.bench.document, window.view
     material = dataclasses.replace(document.project.material, brdf="lambert:albedo=0.5")
-    document.change("Ball", mesh=ball(), environment=open_environment("studio"), material=material)
+    document.change("Ball", mesh=sphere(), environment=open_environment("studio"), material=material)
     window.show_workspace("view")
     assert view.mode.buttons[NAME].text() == "AO"
     view.choose_mode(NAME)

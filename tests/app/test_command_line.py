@@ -207,7 +207,7 @@ def test_a_result_without_its_health_is_a_mistake(stub: Callable[..., None], wor
         command_line.main(words)
 
 
-def test_people_read_the_report(stub: Callable[..., None], capfd: pytest.CaptureFixture[str]) -> None:
+def test_users_read_the_report(stub: Callable[..., None], capfd: pytest.CaptureFixture[str]) -> None:
     stub(lambda: {"images": 10, "warnings": []}, lambda result: f"{result['images']} photographs")
     command_line.main(["act"])
     assert capfd.readouterr().out == "10 photographs\nHealth: no warnings.\n"
@@ -244,7 +244,7 @@ def test_wrong_usage_ends_with_2(words: list[str], capsys: pytest.CaptureFixture
     ],
 )
 def test_lists_of_negative_numbers_are_values_and_no_options(words: list[str], joined: list[str]) -> None:
-    assert command_line._joined(words) == joined
+    assert command_line._join(words) == joined
 
 
 @pytest.mark.parametrize(

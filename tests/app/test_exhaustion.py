@@ -34,7 +34,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 @LINUX
-def test_a_picture_for_which_there_is_no_memory_is_refused_with_what_it_needs(tmp_path: Path) -> None:
+def test_a_image_for_which_there_is_no_memory_is_refused_with_what_it_needs(tmp_path: Path) -> None:
     """8000 × 8000 pixels in 2 GiB of address space; LLVM and Mesa alone take the first."""
     words = ["render", "sphere", "--width", "8000", "--height", "8000", "--mode", "reference", "-o", tmp_path / "a.exr"]
     limited = (

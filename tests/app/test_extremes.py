@@ -1,7 +1,7 @@
 """Extreme numbers for every parameter of every verb: done, or refused in a sentence, and never a warning of Python.
 
 The parameters are walked: numbers of the verbs' own parsers, and the ranges that BRDFs and lamps declare. Texts
-that hold several numbers are written with a place for each (`TEXTS`). Pictures and models hold extreme numbers as well.
+that hold several numbers are written with a place for each (`TEXTS`). Images and models hold extreme numbers as well.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from tests.app.scenarios import SCENARIOS, prepare
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no timer that interrupts")
 
-#: Seconds of the processor after which a verb that accepted a number, and has much to do with it, is cancelled.
+#: Seconds of the CPU after which a verb that accepted a number, and has much to do with it, is cancelled.
 PATIENCE_S = 10.0
 
 #: Cases of a round, half of them of BRDFs.
@@ -124,7 +124,7 @@ def numbers_of(parameter: params.Parameter) -> tuple[str, ...]:
     return (*EXTREMES, *(repr(float(number)) for number in (*ends, *beside)))
 
 
-def walked() -> list[Case]:
+def walk() -> list[Case]:
     """Words of a command line for every numeric parameter of every verb."""
     cases: list[Case] = []
     for name, action, _ in arguments(command_line.build_parser()):
@@ -161,7 +161,7 @@ def reflectances() -> list[Case]:
     return cases
 
 
-#: Extreme values of pictures and models, in single precision.
+#: Extreme values of images and models, in single precision.
 HELD = (0.0, 1.0, 1e-45, 1e-38, 1e-20, 1e10, 1e19, 1e20, 1e30, 3e38, np.inf, -np.inf, np.nan, -1.0, -1e30, -3e38)
 
 #: Command lines that read what a test has filled with extreme numbers.
@@ -180,7 +180,7 @@ READERS = (
 )
 
 
-def described(draw: random.Random) -> str:
+def describe(draw: random.Random) -> str:
     """The text of a capture.toml; in every second one some numbers are extreme."""
     numbers = draw.choice((EXTREMES, ("1.0",)))
     lines = [f"lamp_distance = {draw.choice(numbers)}"] if draw.random() < 0.3 else []
@@ -198,7 +198,7 @@ def fill(folder: Path, draw: random.Random) -> str:
     share = draw.choice((0.01, 0.3, 1.0))
     rng = np.random.default_rng(draw.randrange(2**32))
 
-    def picture(height: int, width: int) -> dict[str, np.ndarray]:
+    def image(height: int, width: int) -> dict[str, np.ndarray]:
         radiance = rng.random((height, width, 3), np.float32)
         bad = rng.random(radiance.shape) < share
         radiance[bad] = rng.choice(np.array(held, np.float32), np.count_nonzero(bad))
@@ -206,9 +206,9 @@ def fill(folder: Path, draw: random.Random) -> str:
 
     (folder / "photographs").mkdir(parents=True)
     for angle in (20, 50, 80):
-        write_exr(folder / "photographs" / f"a_{angle}deg.exr", picture(40, 48), half=False)
-    (folder / "photographs" / "capture.toml").write_text(described(draw))
-    write_exr(folder / "sky.exr", picture(8, 16), half=False)
+        write_exr(folder / "photographs" / f"a_{angle}deg.exr", image(40, 48), half=False)
+    (folder / "photographs" / "capture.toml").write_text(describe(draw))
+    write_exr(folder / "sky.exr", image(8, 16), half=False)
     corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], np.float64)
     corners.flat[rng.integers(12)] = draw.choice((*held, 1e100, 1e200, 1e300, 1e-300))
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in corners.tolist()]
@@ -235,8 +235,8 @@ PROGRESS = re.compile(r"[ \d]{3} %  ")
 
 
 @contextmanager
-def interrupted_after(seconds: float) -> Iterator[None]:
-    """Interrupt what has run for `seconds` of the processor, however loaded the machine is; with 0, never."""
+def interrupt_after(seconds: float) -> Iterator[None]:
+    """Interrupt what has run for `seconds` of the CPU, however loaded the machine is; with 0, never."""
 
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
@@ -252,7 +252,7 @@ def interrupted_after(seconds: float) -> Iterator[None]:
 
 def run(words: list[str], patience_s: float) -> int | str | None:
     try:
-        with interrupted_after(patience_s), warnings.catch_warnings():
+        with interrupt_after(patience_s), warnings.catch_warnings():
             warnings.simplefilter("error")
             return command_line.main([*words, "--json"])
     except SystemExit as stop:
@@ -291,7 +291,7 @@ def test_no_parameter_brings_a_warning(
     seed: int, inputs: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     draw = random.Random(seed)
-    cases = [*draw.sample(walked(), CASES // 2), *draw.sample(reflectances(), CASES // 2)]
+    cases = [*draw.sample(walk(), CASES // 2), *draw.sample(reflectances(), CASES // 2)]
     for number, case in enumerate(cases):
         folder = tmp_path / str(number)
         folder.mkdir()
@@ -319,7 +319,7 @@ def test_every_verb_with_numbers_is_walked() -> None:
     ("line", "code"),
     [
         (f"{RENDER} --renderer cpu --camera eye=1e300,0,0", WRONG_USAGE),
-        (f"{RENDER} --renderer cpu --intensity 1e39", DONE),  # cut to what a picture holds
+        (f"{RENDER} --renderer cpu --intensity 1e39", DONE),  # cut to what an image holds
         (f"{RENDER} --renderer cpu --intensity 1e101", WRONG_USAGE),
         (f"{RENDER} --mode reference --max-depth 2 --brdf lafortune:ks=5e-324", DONE),
         ("brdf info ggx --seed -1", WRONG_USAGE),

@@ -77,7 +77,7 @@ def share(cases: Sequence[Case], seed: int) -> Sequence[Case]:
     return cases[len(cases) // 2 :][:1] if seed == 0 else cases[seed % ROUNDS :: ROUNDS]
 
 
-def allowed(scenario: Scenario, code: int, operation: str) -> set[str]:
+def allow(scenario: Scenario, code: int, operation: str) -> set[str]:
     """Names that may lie in the folder of the output after a run that ended with `code`."""
     if code == DONE:
         return {scenario.output}
@@ -119,7 +119,7 @@ def test_every_operation_on_the_disk_fails_once(
         if ended.code != DONE:
             assert_one_sentence(ended.err, what)
         if failing.operations[at] not in CLEANING:
-            assert names(folder) <= allowed(scenario, ended.code, failing.operations[at]), what
+            assert names(folder) <= allow(scenario, ended.code, failing.operations[at]), what
         assert_the_next_run_succeeds(scenario, lightarc, inputs, folder, before, what)
 
 
@@ -142,7 +142,7 @@ def test_every_allocation_fails_once(name: str, seed: int, lightarc: Command, in
             assert_one_sentence(ended.err, what)
             assert OutOfMemory("").remedy in ended.err, what
         # Memory may end after the output is there, while a verb measures it; it is then complete.
-        assert names(folder) <= allowed(scenario, ended.code, "") | {scenario.output}, what
+        assert names(folder) <= allow(scenario, ended.code, "") | {scenario.output}, what
         assert_the_next_run_succeeds(scenario, lightarc, inputs, folder, before, what)
 
 

@@ -21,13 +21,13 @@ from app import command_line
 from app.arguments.usage import DONE
 from app.document.document import Project
 from app.project.project_file import History, Writer
-from engine.brdf.ranking import ranked
+from engine.brdf.ranking import rank
 from engine.figures import demo as demos
 from engine.geometry.shapes import shape
 from engine.images.encode import encode_png, write_exr
 from engine.planning.costs.cost_model import machine_name, save
 from engine.simulate.arc import LightArc
-from tests.app.scenarios import SCENARIOS, photographed
+from tests.app.scenarios import SCENARIOS, photograph
 from tests.app.test_extremes import BAKED, LINES, TINY_BAKE
 from tests.engine.planning.conftest import every_rate
 
@@ -83,7 +83,7 @@ def kept_costs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Files that the command lines read: a tiny capture with all that comes of it, and a project."""
     folder = tmp_path_factory.mktemp("health") / "inputs"
-    photographed(folder)
+    photograph(folder)
     lines = [
         SCENARIOS["shade"].line(folder, folder),
         f"{on_plane(TINY_BAKE)} --mode sh --order 3".split(),
@@ -132,12 +132,10 @@ def test_health_is_said_and_stands_in_json(
 ) -> None:
     arc = LightArc(size=48, elevation=tuple(math.radians(angle) for angle in (20, 50, 90)))
     monkeypatch.setattr(demos, "LightArc", lambda: arc)
-    monkeypatch.setattr(demos, "PICTURE_SIZE", (32, 20))
+    monkeypatch.setattr(demos, "IMAGE_SIZE", (32, 20))
     monkeypatch.setattr("benchmarks.shading.SIDE", 16)
     monkeypatch.setattr("engine.tradeoff.write.COSTS", ("frame",))
-    monkeypatch.setattr(
-        "engine.brdf.ranking.ranked", lambda data, models, **options: ranked(data, models[:2], **options)
-    )
+    monkeypatch.setattr("engine.brdf.ranking.rank", lambda data, models, **options: rank(data, models[:2], **options))
     monkeypatch.setattr("engine.exchange.loss.DIAMETER", 16)
     monkeypatch.setattr("engine.exchange.loss.LIGHTS", 4)
     monkeypatch.setattr("engine.exchange.loss.ENVIRONMENTS", ("overcast",))

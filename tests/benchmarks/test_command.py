@@ -124,7 +124,7 @@ def test_unknown_names_are_wrong_usage(lightarc: Callable[..., SimpleNamespace])
     assert lightarc("bench", "--only", "everything").code == 2
 
 
-def test_a_person_reads_a_table(lightarc: Callable[..., SimpleNamespace], small: None) -> None:
+def test_a_user_reads_a_table(lightarc: Callable[..., SimpleNamespace], small: None) -> None:
     done = lightarc("bench", "--only", "linearise")
     assert "linearise" in done.out
     assert "limit: copying" in done.out

@@ -30,14 +30,14 @@ def test_the_error_is_that_of_what_a_map_cannot_show() -> None:
     rng = np.random.default_rng(2)
     slope = rng.normal(0.0, 20.0, (3, 6, 7, 3))
 
-    def picture(up: float, around: float) -> np.ndarray:
+    def image(up: float, around: float) -> np.ndarray:
         direction = surface_direction(0.5 * np.pi - up, around)
         return np.asarray(120.0 + np.einsum("i,ihwc->hwc", direction, slope))
 
-    pictures = np.stack([picture(*light) for light in lights])
+    images = np.stack([image(*light) for light in lights])
     wanted = [(0.7, 0.3), (0.9, 2.0)]
-    truth = np.stack([picture(*light) for light in wanted])
-    photographs = srgb_decode(pictures / 255.0).astype(np.float32)
+    truth = np.stack([image(*light) for light in wanted])
+    photographs = srgb_decode(images / 255.0).astype(np.float32)
     exact = drain(_error(photographs, lights, srgb_decode(truth / 255.0).astype(np.float32), wanted))
     assert exact < 1.0
     off = drain(_error(photographs, lights, srgb_decode((truth + 10.0) / 255.0).astype(np.float32), wanted))

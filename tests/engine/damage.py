@@ -41,7 +41,7 @@ class Damage(NamedTuple):
     last: int
 
 
-def damaged(good: bytes, header: tuple[int, int], count: int = COUNT, *, seed: int) -> Iterator[Damage]:
+def find_damaged(good: bytes, header: tuple[int, int], count: int = COUNT, *, seed: int) -> Iterator[Damage]:
     """`count` damaged copies of `good`, whose header is the bytes [header[0], header[1]); of seed 0 every eighth."""
     return islice(_all_damaged(good, header, count, seed), 0, None, 1 if seed else _SAMPLED)
 

@@ -40,6 +40,6 @@ def scene(
 
 
 def head_on(material: Material | None = None, brdf: str = "lambert:albedo=0.5", **options: Any) -> Scene:
-    """The plane seen from its normal, lit from its normal, larger than the picture."""
+    """The plane seen from its normal, lit from its normal, larger than the image."""
     camera = Camera((0.0, 0.0, 2.0), fov_deg=20.0)
     return Scene(shape("plane"), camera, brdf_from_text(brdf), material, light=(0.0, 0.0, 1.0), **options)

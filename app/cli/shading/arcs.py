@@ -12,7 +12,7 @@ import numpy as np
 from engine.capture.lights.selection import Azimuth, arcs, beside
 from engine.core.errors import InputError
 from engine.core.steps import Step
-from engine.shading.shading_map import included
+from engine.shading.shading_map import include
 from engine.storage.atomic import atomic_folder, write_json
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 Make = Callable[[argparse.Namespace, "ImageStack", Callable[[Step], None]], dict[str, Any]]
 
 
-def excluded(arguments: argparse.Namespace, stack: ImageStack) -> list[str]:
+def exclude(arguments: argparse.Namespace, stack: ImageStack) -> list[str]:
     """Names of the photographs to leave out: those that were named, and those beside the arc that was asked for."""
     if arguments.azimuth is None and not arguments.arc:
         return list(arguments.exclude)
@@ -64,7 +64,7 @@ def _within(show: Callable[[Step], None], start: float, share: float) -> Callabl
 
 def _arcs(arguments: argparse.Namespace, stack: ImageStack, best: bool = False) -> list[tuple[Azimuth, list[str]]]:
     """Arcs of the photographs that are not left out, with their names; the one of most photographs where `best`."""
-    used = included(stack, arguments.exclude)
+    used = include(stack, arguments.exclude)
     azimuth, elevation = _angles(stack)
     found = [(near, [stack.sources[used[at]] for at in own]) for near, own in arcs(azimuth[used], elevation[used])]
     if not found:

@@ -11,11 +11,11 @@ from app.arguments.results import software
 from engine.core.errors import InputError
 from engine.core.figure_text import number, time_text
 from engine.core.steps import Step, drain, part
-from engine.figures.worst_places import seen_places, worst_places, worst_sheet
+from engine.figures.worst_places import select_seen_places, worst_places, worst_sheet
 from engine.images.encode import encode_png
 from engine.shading.compare import Candidate, compare
 from engine.shading.fidelity import FEWEST
-from engine.shading.shading_map import included
+from engine.shading.shading_map import include
 from engine.storage.atomic import make_folder, write_bytes, write_json
 from engine.surface.relight import errors, predicting
 
@@ -37,7 +37,7 @@ def run(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step],
     """Compare, write and tell."""
     from engine.figures.plot import Dot, save, scatter_front
 
-    used = included(stack, arguments.exclude)
+    used = include(stack, arguments.exclude)
     where = stack.folder or "the stack"
     if stack.azimuth is None:
         raise InputError(where, "its lamps have no azimuth", "Import it with a light list (.lp) or a capture.toml")
@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step],
     save(scatter_front(dots, *words, log_y=False, note=note), folder / f"{STEM}.png")
     own = next(each for each in found if each.name.startswith("planes-"))
     places = drain(part(worst_places(stack, used, own.predict), 0.9, 0.95), show)
-    seen = drain(part(seen_places(stack, used, found, places), 0.95, 1.0), show)
+    seen = drain(part(select_seen_places(stack, used, found, places), 0.95, 1.0), show)
     write_bytes(folder / f"{STEM}-worst.png", encode_png(worst_sheet(seen, own.name), software=software("shade")))
     record = {
         "photographs": len(used),

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def report_of(result: dict[str, Any]) -> str:
-    """Lines for people on one material, of the record that `--json` prints."""
+    """Lines for users on one material, of the record that `--json` prints."""
     if result["representation"] == "directional":
         size = size_text(result["size_bytes"])
         first = f"{result['planes']} planes of {result['photographs']} photographs, {size}"
@@ -46,7 +46,7 @@ def report_of(result: dict[str, Any]) -> str:
     return "\n".join([*lines, *_errors(result), _where(result)])
 
 
-def written(path: str) -> dict[str, Any]:
+def write(path: str) -> dict[str, Any]:
     """The path that was written, its members and bytes."""
     output = Path(path)
     members = [*describe_bundle(output)["members"], MANIFEST]
@@ -90,7 +90,7 @@ def _errors(result: dict[str, Any]) -> list[str]:
     return lines
 
 
-def chosen_record(chosen: Chosen, bytes_per_texel: float) -> dict[str, Any]:
+def choose_record(chosen: Chosen, bytes_per_texel: float) -> dict[str, Any]:
     """The errors of what was chosen and of all candidates, and the verdict."""
 
     def errors_of(shown: Fidelity) -> dict[str, Any]:

@@ -11,19 +11,19 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.arguments.results import Input, Output, material_at, picture_by, software
+from app.arguments.results import Input, Output, image_by, material_at, software
 from app.cli.import_ import azimuth_range
 from app.cli.shading import arcs, comparison
-from app.cli.shading.report import chosen_record, evenness_record, report_of, tile_record, written
+from app.cli.shading.report import choose_record, evenness_record, report_of, tile_record, write
 from engine.brdf.models.microfacet import Ggx
 from engine.brdf.readers.read import open_brdf
 from engine.bundle.bundle import save_bundle
-from engine.capture.evenness import evened
+from engine.capture.evenness import even_out
 from engine.capture.lights.sources import as_text
 from engine.core.errors import UsageError
 from engine.core.health import Health
 from engine.core.steps import Step, Steps, drain, part
-from engine.figures.contact_sheet import error_picture, tile_preview
+from engine.figures.contact_sheet import error_image, tile_preview
 from engine.images.encode import encode_png
 from engine.scene.material import Material, error_figures
 from engine.shading.compile import prepare_kernels
@@ -32,8 +32,8 @@ from engine.shading.power_law import fit
 from engine.shading.power_law_error import worst_texels
 from engine.shading.quantise import quantise
 from engine.shading.representation import check_worth, choose, has_sides
-from engine.shading.shading_map import ShadingMap, included
-from engine.shading.tile import make_tile, tile_health, tiled_planes
+from engine.shading.shading_map import ShadingMap, include
+from engine.shading.tile import make_tile, tile_health, tile_planes
 from engine.storage.atomic import write_bytes
 
 if TYPE_CHECKING:
@@ -51,8 +51,8 @@ EXAMPLE = "lightarc shade woven.stack -o woven.lightarc --slices 8 --compress po
 #: Those of `engine.shading.representation`, which loads compiled code.
 REPRESENTATIONS = ("auto", "shading-map", "directional")
 
-MOST_SLICES = 256
-MOST_WORST_TEXELS = 10_000
+MAX_SLICES = 256
+MAX_WORST_TEXELS = 10_000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -81,7 +81,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--azimuth",
         type=azimuth_range,
         metavar="DEGREES",
-        help="use the lamps of this azimuth alone, in degrees, 0 = right, 90 = up in the picture (±2.5); 90±10 sets "
+        help="use the lamps of this azimuth alone, in degrees, 0 = right, 90 = up in the image (±2.5); 90±10 sets "
         "the tolerance",
     )
     lamps.add_argument(
@@ -131,9 +131,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="bits of a stored exponent; with 8 or 16 the scale is stored as half floats (32)",
     )
     compression.add_argument("--worst", type=int, default=10, metavar="N", help="list the N worst texels (10)")
-    pictures = picture_by("shade", ".png")
+    images = image_by("shade", ".png")
     compression.add_argument(
-        "--error-map", type=Output(pictures), metavar="FILE.png", help="picture of the error of each texel"
+        "--error-map", type=Output(images), metavar="FILE.png", help="image of the error of each texel"
     )
     tiling = parser.add_argument_group("tiling")
     tiling.add_argument("--tileable", action="store_true", help="cut the material so that it repeats without seams")
@@ -149,7 +149,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="divide the slow change of brightness over the sample out of the photographs, which repeated makes bands, "
         "before the tile is cut (evened)",
     )
-    tiling.add_argument("--tile-preview", type=Output(pictures), metavar="FILE.png", help="picture of 3 x 3 tiles")
+    tiling.add_argument("--tile-preview", type=Output(images), metavar="FILE.png", help="image of 3 x 3 tiles")
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
@@ -158,28 +158,28 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     _check(arguments)
     stack, evenness = open_stack(arguments.stack), Health()
     if arguments.compare:
-        arguments.exclude = arcs.excluded(arguments, stack)
+        arguments.exclude = arcs.exclude(arguments, stack)
         return comparison.run(arguments, stack, show)
     if arguments.tileable and arguments.brightness != "as-it-is":
-        stack, evenness = drain(part(evened(stack), 0.0, 0.05), show)
-    make = partial(_made, evenness=evenness)
+        stack, evenness = drain(part(even_out(stack), 0.0, 0.05), show)
+    make = partial(_make, evenness=evenness)
     if arguments.per_arc:
         return arcs.run(arguments, stack, make, show)
-    arguments.exclude = arcs.excluded(arguments, stack)
+    arguments.exclude = arcs.exclude(arguments, stack)
     return make(arguments, stack, show)
 
 
-def _made(
+def _make(
     arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step], None], evenness: Health
 ) -> dict[str, Any]:
     """The material of a stack, written as the arguments say; `evenness` tells what was divided out of it before."""
-    used = included(stack, arguments.exclude)
+    used = include(stack, arguments.exclude)
     if _is_about_fit(arguments) and arguments.representation == "auto" and has_sides(stack, used):
         raise UsageError("the compression is of shading maps: add --representation shading-map")
     brdf = _brdf(arguments, show)
     drain(part(prepare_kernels(), 0.0, 0.1), show)
     choosing = choose(stack, arguments.slices, excluded=arguments.exclude, wanted=arguments.representation)
-    chosen, choose_s = _timed(part(choosing, 0.1, 0.45), show)
+    chosen, choose_s = _time(part(choosing, 0.1, 0.45), show)
     if not arguments.force:
         check_worth(stack, chosen)
     if isinstance(chosen.map, ShadingMap):
@@ -200,10 +200,10 @@ def _with_shading_map(
     if arguments.tileable:
         making = make_tile(stack, shading_map, overlap=arguments.overlap, excluded=arguments.exclude)
         shading_map = drain(part(making, 0.45, 0.5), show).shading_map
-        shading_map = dataclasses.replace(shading_map, health=shading_map.health.merged(evenness))
-    power_law, fit_s = _compressed(arguments, shading_map, show)
+        shading_map = dataclasses.replace(shading_map, health=shading_map.health.merge(evenness))
+    power_law, fit_s = _compress(arguments, shading_map, show)
     material = dataclasses.replace(_material(arguments, stack, shading_map, power_law), **brdf)
-    material = dataclasses.replace(material, health=material.health.merged(chosen.health))
+    material = dataclasses.replace(material, health=material.health.merge(chosen.health))
     figures = error_figures(material)
     provenance = {
         **stack.provenance,
@@ -212,7 +212,7 @@ def _with_shading_map(
     }
     saving = save_bundle(arguments.output, material, provenance=provenance, figures=figures)
     drain(part(saving, 0.7, 1.0), show)
-    worst = _pictures(arguments, shading_map, power_law)
+    worst = _images(arguments, shading_map, power_law)
     size_bytes = power_law.size_bytes if power_law is not None else shading_map.slices.nbytes
     return {
         "slice_mean_radiance": shading_map.mean_radiance.tolist(),
@@ -224,9 +224,9 @@ def _with_shading_map(
         "linearise_s": chosen.fit_s,
         "fit_s": fit_s,
         **evenness_record(evenness),
-        **chosen_record(chosen, size_bytes / (shading_map.slices.shape[1] * shading_map.slices.shape[2])),
+        **choose_record(chosen, size_bytes / (shading_map.slices.shape[1] * shading_map.slices.shape[2])),
         **figures,
-        **written(arguments.output),
+        **write(arguments.output),
         "warnings": material.health.warnings,
         "worst_texels": [{"row": t.row, "column": t.column, "error_radiance": t.error} for t in worst],
     }
@@ -243,12 +243,12 @@ def _with_planes(
     show: Callable[[Step], None],
 ) -> dict[str, Any]:
     """Write a directional map, and tell about it. A BRDF that nobody named is Lambert's, which adds no highlight."""
-    health, tile = chosen.health.merged(evenness), None
+    health, tile = chosen.health.merge(evenness), None
     if arguments.tileable:
         sample = directional.planes.shape[1:]
-        making = tiled_planes(directional, overlap=arguments.overlap, name=stack.folder or "the stack")
+        making = tile_planes(directional, overlap=arguments.overlap, name=stack.folder or "the stack")
         directional, tile = drain(part(making, 0.45, 0.5), show)
-        health = health.merged(tile_health(tile, (sample[0], sample[1])))
+        health = health.merge(tile_health(tile, (sample[0], sample[1])))
     material = Material(
         None,
         None,
@@ -258,14 +258,14 @@ def _with_planes(
         directional=directional,
         **{"brdf": "lambert", **brdf},
     )
-    record = chosen_record(chosen, directional.bytes_per_texel) | evenness_record(evenness)
+    record = choose_record(chosen, directional.bytes_per_texel) | evenness_record(evenness)
     if tile is not None:
         record |= tile_record(tile.seam_error, tile.row.shape)
     provenance = {**stack.provenance, "excluded_photographs": arguments.exclude}
     saving = save_bundle(arguments.output, material, provenance=provenance, figures=record)
     drain(part(saving, 0.5, 1.0), show)
     if arguments.tile_preview:
-        _write_preview(arguments, directional.picture(directional.lights[directional.lights[:, 2].argmax()]))
+        _write_preview(arguments, directional.image(directional.lights[directional.lights[:, 2].argmax()]))
     return {
         "planes": len(directional.planes),
         "photographs": len(directional.lights),
@@ -273,7 +273,7 @@ def _with_planes(
         "choose_s": choose_s,
         "fit_s": chosen.fit_s,
         **record,
-        **written(arguments.output),
+        **write(arguments.output),
         "warnings": material.health.warnings,
     }
 
@@ -287,12 +287,12 @@ def report(result: dict[str, Any]) -> str:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    if not 2 <= arguments.slices <= MOST_SLICES:
-        raise UsageError(f"--slices {arguments.slices} is outside 2 … {MOST_SLICES}")
+    if not 2 <= arguments.slices <= MAX_SLICES:
+        raise UsageError(f"--slices {arguments.slices} is outside 2 … {MAX_SLICES}")
     if arguments.max_error is not None and not 0.0 <= arguments.max_error < math.inf:
         raise UsageError(f"--max-error {arguments.max_error} is not a number from 0 upwards")
-    if not 0 <= arguments.worst <= MOST_WORST_TEXELS:
-        raise UsageError(f"--worst {arguments.worst} is outside 0 … {MOST_WORST_TEXELS}")
+    if not 0 <= arguments.worst <= MAX_WORST_TEXELS:
+        raise UsageError(f"--worst {arguments.worst} is outside 0 … {MAX_WORST_TEXELS}")
     if arguments.overlap is not None and arguments.overlap < 1:
         raise UsageError(f"--overlap {arguments.overlap} is not a positive number of texels")
     if not arguments.tileable and (arguments.overlap is not None or arguments.brightness or arguments.tile_preview):
@@ -311,20 +311,20 @@ def _is_about_fit(arguments: argparse.Namespace) -> bool:
     return arguments.max_error is not None or arguments.exponent_bits < 32 or bool(arguments.error_map)
 
 
-def _timed(work: Steps[Any], show: Callable[[Step], None]) -> tuple[Any, float]:
+def _time(work: Steps[Any], show: Callable[[Step], None]) -> tuple[Any, float]:
     """The result of `work` and the seconds that it took."""
     start = time.perf_counter()
     return drain(work, show), time.perf_counter() - start
 
 
-def _compressed(
+def _compress(
     arguments: argparse.Namespace, shading_map: ShadingMap, show: Callable[[Step], None]
 ) -> tuple[PowerLawMap | None, float | None]:
     """The compressed map as it was asked for, and the seconds of the fit alone."""
     if arguments.compress == "none":
         return None, None
 
-    power_law, fit_s = _timed(part(fit(shading_map, arguments.scale), 0.5, 0.6), show)
+    power_law, fit_s = _time(part(fit(shading_map, arguments.scale), 0.5, 0.6), show)
     if arguments.exponent_bits < 32:
         power_law = drain(part(quantise(power_law, shading_map, arguments.exponent_bits), 0.6, 0.65), show)
     if arguments.max_error is not None:
@@ -336,13 +336,13 @@ def _compressed(
 def _material(
     arguments: argparse.Namespace, stack: ImageStack, shading_map: ShadingMap, power_law: PowerLawMap | None
 ) -> Material:
-    health = shading_map.health.merged(power_law.health) if power_law else shading_map.health
+    health = shading_map.health.merge(power_law.health) if power_law else shading_map.health
     elevation_deg, name = _elevation_deg(arguments, stack), as_text(Path(arguments.output).stem)
     return Material(shading_map, power_law, elevation_deg=elevation_deg, name=name, health=health)
 
 
 def _elevation_deg(arguments: argparse.Namespace, stack: ImageStack) -> tuple[float, ...]:
-    return tuple(float(angle) for angle in stack.elevation_deg[included(stack, arguments.exclude)])
+    return tuple(float(angle) for angle in stack.elevation_deg[include(stack, arguments.exclude)])
 
 
 def _brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
@@ -351,28 +351,26 @@ def _brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[s
         return {}
     from engine.brdf.brdf import MODELS, brdf_to_text
     from engine.brdf.fit import fit, fit_data
-    from engine.brdf.readers.table_file import kept_table
+    from engine.brdf.readers.table_file import keep_table
 
     brdf = open_brdf(arguments.brdf)
     if type(brdf) in MODELS.values():
         return {"brdf": brdf_to_text(brdf)}
-    table = drain(part(kept_table(brdf), 0.0, 0.05), show)
+    table = drain(part(keep_table(brdf), 0.0, 0.05), show)
     nearest = drain(part(fit(fit_data(table), Ggx()), 0.05, 0.1), show).brdf
     return {"brdf": brdf_to_text(nearest), "measured": table}
 
 
-def _pictures(
-    arguments: argparse.Namespace, shading_map: ShadingMap, power_law: PowerLawMap | None
-) -> tuple[Texel, ...]:
-    """Write the pictures that were asked for, and find the worst texels."""
+def _images(arguments: argparse.Namespace, shading_map: ShadingMap, power_law: PowerLawMap | None) -> tuple[Texel, ...]:
+    """Write the images that were asked for, and find the worst texels."""
     worst = worst_texels(power_law, arguments.worst) if power_law else ()
     if power_law and arguments.error_map:
-        write_bytes(arguments.error_map, encode_png(error_picture(power_law, worst), software=software("shade")))
+        write_bytes(arguments.error_map, encode_png(error_image(power_law, worst), software=software("shade")))
     if arguments.tile_preview:
         _write_preview(arguments, shading_map.slices[-1])
     return worst
 
 
 def _write_preview(arguments: argparse.Namespace, image: NDArray[np.float32]) -> None:
-    """Write the picture (H, W, 3) of a tile, repeated."""
+    """Write the image (H, W, 3) of a tile, repeated."""
     write_bytes(arguments.tile_preview, encode_png(tile_preview(image), software=software("shade")))

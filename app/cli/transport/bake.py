@@ -70,7 +70,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ground-cells", type=int, default=64, metavar="N", help="cells along a side of the ground (64)"
     )
-    varied = (_most_variations(method) for method in transport.methods_with("variations"))
+    varied = (_max_variations(method) for method in transport.methods_with("variations"))
     vary.add_argument(parser, f"for {', '.join(varied)} and {AUTO}")
     parser.add_argument(
         "--error-env",
@@ -94,7 +94,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     bake_auto.add_arguments(parser.add_argument_group(f"--mode {AUTO}"))
 
 
-def _most_variations(method: transport.Method) -> str:
+def _max_variations(method: transport.Method) -> str:
     return (
         f"{method.name} ({method.variations} times at most)"
         if method.variations < transport.ANY_NUMBER
@@ -148,7 +148,7 @@ def _choose_mode(arguments: argparse.Namespace) -> None:
 
 
 def _settings_there(project: Project, method: Method) -> dict[str, Any]:
-    """The settings that a person chose in a project for bakes with `method`, by the names of their options."""
+    """The settings that a user chose in a project for bakes with `method`, by the names of their options."""
     chosen = choices_for(method.name, **project.bakes.get(method.name, {}))
     return {
         each.flag.removeprefix("--").replace("-", "_"): chosen.values[each.name]
@@ -162,12 +162,12 @@ def _settings(method: Method) -> type[Any]:
 
 
 def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.core.stopwatch import spent
+    from engine.core.stopwatch import read_clock
 
     settings, baking, subject = settings_from(arguments, method.settings), method.baking, subject_of(arguments)
     left_out = list[str]()
     if project_input.is_given(arguments):
-        subject, settings, left_out = project_input.varied(arguments, method, subject, settings)
+        subject, settings, left_out = project_input.vary(arguments, method, subject, settings)
     else:
         subject = replace(subject, variations=variations_of(arguments, subject.brdf))
     tested = open_environment(arguments.error_env) if arguments.error_env is not None else None
@@ -176,15 +176,15 @@ def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], 
     prepared_s = time.perf_counter() - before
     error = drain(baking.measured(work, subject, settings, tested), show)
     varied = arguments.vary or [variation_to_text(each) for each in subject.variations]
-    knobs = {**baking.knobs(work, settings), **({"vary": varied} if method.variations else {})}
-    since = spent()
+    parameters = {**baking.parameters(work, settings), **({"vary": varied} if method.variations else {})}
+    since = read_clock()
     baked, record = carry_out(
         arguments,
         show,
         work,
         lambda: baking.bake(arguments.output, work, arguments.cluster),
         estimated_s=baking.estimate_s(work),
-        knobs=knobs,
+        parameters=parameters,
         start=0.05,
     )
     if baked is None:
@@ -203,7 +203,7 @@ def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], 
 
 def report(result: dict[str, Any]) -> str:
     if result["cancelled"]:
-        return _cancelled(result)
+        return _cancel(result)
     size = size_text(result["size_bytes"])
     share = result["visibility_s"] / result["bake_s"] if result["bake_s"] > 0.0 else 0.0
     lines = [
@@ -222,7 +222,7 @@ def _lines(result: dict[str, Any]) -> list[str]:
     return bake_auto.lines(result) if mode == AUTO else transport.method_of(mode).baking.lines(result)
 
 
-def _cancelled(result: dict[str, Any]) -> str:
+def _cancel(result: dict[str, Any]) -> str:
     if result["unfinished"] is None:
         return SENTENCE
     left, size = result["unfinished"], size_text(result["unfinished_bytes"])
@@ -233,7 +233,7 @@ def _check(arguments: argparse.Namespace) -> None:
     """UsageError where an option is given that belongs to another mode, or an address is none."""
     mode = arguments.mode
     if mode != AUTO:
-        for flag in bake_auto.given(arguments):
+        for flag in bake_auto.list_given(arguments):
             raise UsageError(f"{flag} needs --mode {AUTO}")
     for flag, modes in strange_options(arguments, _settings, mode):
         if mode != AUTO:

@@ -18,7 +18,7 @@ from engine.core.steps import Step, drain, part
 from engine.geometry.camera import frame
 from engine.light.environment_file import open_environment
 from engine.planning.bake import prepare
-from engine.planning.costs.setting import Setting, knobs_of
+from engine.planning.costs.setting import Setting, parameters_of
 from engine.transport import method as transport
 
 #: Options of the methods that a plan takes too.
@@ -35,7 +35,7 @@ def add_arguments(parser: Any) -> None:
     add_budget(parser)
 
 
-def given(arguments: argparse.Namespace) -> list[str]:
+def list_given(arguments: argparse.Namespace) -> list[str]:
     """The options of this mode that were given, each as its flag."""
     parser = argparse.ArgumentParser(add_help=False)
     add_arguments(parser)
@@ -44,7 +44,7 @@ def given(arguments: argparse.Namespace) -> list[str]:
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.session.machine_profile import learn
-    from engine.core.stopwatch import spent
+    from engine.core.stopwatch import read_clock
 
     _check(arguments)
     subject = subject_of(arguments)
@@ -61,14 +61,14 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     preparing = prepare(found, mesh, brdf, ground, variations=variations, fine=fine)
     ready = drain(part(preparing, 0.0, 0.05), show)
     planned = record(found)
-    since = spent()
+    since = read_clock()
     baked, result = carry_out(
         arguments,
         show,
         ready.work,
         lambda: ready.start(arguments.output),
         estimated_s=ready.estimated_s,
-        knobs={**found.knobs, "chosen": found.mode, "fine": fine, "vary": arguments.vary},
+        parameters={**found.parameters, "chosen": found.mode, "fine": fine, "vary": arguments.vary},
         start=0.05,
     )
     result = {**result, **planned, "knobs": result["knobs"]}
@@ -99,7 +99,7 @@ def lines(result: dict[str, Any]) -> list[str]:
 
 
 def _names(result: dict[str, Any]) -> set[str]:
-    return set(knobs_of(result["mode"]))
+    return set(parameters_of(result["mode"]))
 
 
 def _check(arguments: argparse.Namespace) -> None:

@@ -17,7 +17,7 @@ from engine.core.steps import Step, Steps, drain, part
 from engine.factor.factor_file import open_reflectance
 from engine.geometry.ground import Ground
 from engine.geometry.shapes import open_mesh
-from engine.storage.resumable import discard_unfinished, unfinished
+from engine.storage.resumable import discard_unfinished, find_unfinished
 from engine.transport.method import Baked, Subject, Work
 
 
@@ -41,7 +41,7 @@ def carry_out(
     bake: Callable[[], Steps[Any]],
     *,
     estimated_s: float,
-    knobs: dict[str, Any],
+    parameters: dict[str, Any],
     start: float,
 ) -> tuple[Baked | None, dict[str, Any]]:
     """Report the estimate of `bake`, run it, and return its outcome and the record that all modes share.
@@ -51,13 +51,13 @@ def carry_out(
     """
     expected = f"{work.vertices:,} vertices, {size_text(work.size_bytes)}, about {time_text(estimated_s)}"
     print(expected, file=sys.stderr, flush=True)
-    knobs = {"mode": arguments.mode, "brdf": arguments.brdf, "ground_albedo": arguments.ground, **knobs}
+    parameters = {"mode": arguments.mode, "brdf": arguments.brdf, "ground_albedo": arguments.ground, **parameters}
     record = {
         "output": None,
         "vertices": work.vertices,
         "estimated_s": estimated_s,
         "size_bytes": work.size_bytes,
-        "knobs": knobs,
+        "knobs": parameters,
     }
     if arguments.restart:
         discard_unfinished(arguments.output)
@@ -69,7 +69,7 @@ def carry_out(
         record |= {"bake_s": time.perf_counter() - started, "cancelled": True, "exit_code": CANCELLED}
         if arguments.restart:
             discard_unfinished(arguments.output)
-        left = unfinished(arguments.output)
+        left = find_unfinished(arguments.output)
         size_bytes = left.stat().st_size if left else 0
         return None, {**record, "unfinished": str(left) if left else None, "unfinished_bytes": size_bytes}
     return done, {
@@ -78,7 +78,7 @@ def carry_out(
         "faces": len(work.surface.faces),
         "bake_s": done.bake_s,
         "visibility_s": done.visibility_s,
-        "skipped": _skipped(done, work),
+        "skipped": _skip(done, work),
         "chunks": done.chunks,
         "chunks_resumed": done.resumed_chunks,
         "warnings": [],
@@ -87,8 +87,10 @@ def carry_out(
     }
 
 
-def _skipped(done: Baked, work: Work) -> list[str]:
+def _skip(done: Baked, work: Work) -> list[str]:
     """The vertices that needed no rays, and the reason."""
-    if not done.free_vertices:
+    if not done.unoccluded_vertices:
         return []
-    return [f"No rays for {done.free_vertices:,} of {work.vertices:,} vertices, which see their whole hemisphere."]
+    return [
+        f"No rays for {done.unoccluded_vertices:,} of {work.vertices:,} vertices, which see their whole hemisphere."
+    ]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from app.arguments.results import Input
 from app.cli.transport import project_input
-from app.document.variation import as_baked, varied_in
+from app.document.variation import as_baked, find_varied_in
 from engine.core.directions import world_direction
 from engine.core.errors import UsageError
 from engine.core.figure_text import number
@@ -17,7 +17,7 @@ from engine.light.environment_file import open_environment
 from engine.light.lamps import Lamp, lamp_from_text
 from engine.light.near_lamps import near_lamp_from_text
 from engine.transport.baking.spatially_varying import variation_from_text
-from engine.transport.relit import Light
+from engine.transport.relight import Light
 
 if TYPE_CHECKING:
     from engine.light.environment import EnvironmentMap
@@ -94,7 +94,7 @@ def _check_brightness(environment: EnvironmentMap, factor: float) -> None:
 
 HELP = (
     "vary a parameter of an analytic BRDF from one value to another over the model, by x, y or z across its "
-    "bounding box or by the luminance of a picture at its texture coordinates: alpha=0.1:0.5:y"
+    "bounding box or by the luminance of an image at its texture coordinates: alpha=0.1:0.5:y"
 )
 
 
@@ -116,5 +116,5 @@ def variations_of(arguments: argparse.Namespace, brdf: Any) -> list[Variation]:
     Wrong usage where one is invalid.
     """
     if project_input.is_given(arguments):
-        return [*as_baked(varied_in(brdf, project_input.setup_of(arguments).project.variations))]
+        return [*as_baked(find_varied_in(brdf, project_input.setup_of(arguments).project.variations))]
     return [variation_from_text(text) for text in arguments.vary]

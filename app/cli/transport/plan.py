@@ -1,4 +1,4 @@
-"""`lightarc plan`: which effects a scene calls for, and the mode and knobs that show them within a budget."""
+"""`lightarc plan`: which effects a scene calls for, and the mode and parameters that show them within a budget."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 EXAMPLE = "lightarc plan torus-knot --brdf ggx:alpha=0.3 --env studio --error 0.02"
 
-#: Pixels of a picture that frames are predicted for.
+#: Pixels of an image that frames are predicted for.
 WIDTH, HEIGHT = 960, 540
 
-#: Pictures that a bake is spread over (`engine.planning.choices.FRAMES`).
+#: Images that a bake is spread over (`engine.planning.choices.FRAMES`).
 FRAMES = 20_000
 
 
@@ -41,8 +41,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     scene_options.add_surroundings(parser)
     add_budget(parser)
     vary.add_argument(parser)
-    parser.add_argument("--width", type=int, default=WIDTH, metavar="PX", help=f"width of the pictures ({WIDTH})")
-    parser.add_argument("--height", type=int, default=HEIGHT, metavar="PX", help=f"height of the pictures ({HEIGHT})")
+    parser.add_argument("--width", type=int, default=WIDTH, metavar="PX", help=f"width of the images ({WIDTH})")
+    parser.add_argument("--height", type=int, default=HEIGHT, metavar="PX", help=f"height of the images ({HEIGHT})")
     parser.add_argument(
         "--calibrate",
         action="store_true",
@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         default=FRAMES,
         metavar="N",
-        help=f"number of pictures drawn with one bake; 1: a single picture ({FRAMES})",
+        help=f"number of images drawn with one bake; 1: a single image ({FRAMES})",
     )
 
 
@@ -155,7 +155,7 @@ def record(found: EffectsPlan) -> dict[str, Any]:
         "effects": [asdict(effect) for effect in found.effects],
         "mode": found.mode,
         "max_depth": found.max_depth if found.mode == "reference" else None,
-        "knobs": found.knobs,
+        "knobs": found.parameters,
         "means": dict(found.mean),
         "predicted_error_rel": found.predicted_error_rel,
         "error_interval_rel": list(found.error_interval_rel),
@@ -169,7 +169,7 @@ def record(found: EffectsPlan) -> dict[str, Any]:
         "ceilings": asdict(found.ceilings),
         "exceeded": list(found.exceeded),
         "beyond": _beyond_record(found.beyond),
-        "free_vertices_share": found.free_share,
+        "free_vertices_share": found.unoccluded_fraction,
     }
 
 
@@ -202,7 +202,7 @@ def report(result: dict[str, Any]) -> str:
     return "\n".join([*lines, *_ceilings(result), *_shortfall(result)])
 
 
-#: Ceilings as people read them: what is limited, the flag that raises it, and units in a second or a byte.
+#: Ceilings as users read them: what is limited, the flag that raises it, and units in a second or a byte.
 CEILINGS = {
     "memory_bytes": ("memory", "--max-memory-mb", 1e-6),
     "bake_s": ("the bake", "--max-bake-s", 1.0),
@@ -241,17 +241,17 @@ def _beyond(beyond: dict[str, Any] | None) -> list[str]:
     if beyond["mode"] == "reference":
         seconds, samples = beyond["frame_s"], beyond["knobs"]["samples"]
         return [
-            f"The reference meets it with {samples:,} paths for each pixel, in about {time_text(seconds)} a picture: "
+            f"The reference meets it with {samples:,} paths for each pixel, in about {time_text(seconds)} an image: "
             f"lightarc render --mode reference --samples {samples} --max-depth {beyond['max_depth']}."
         ]
-    flags = (_raised(beyond, name) for name in beyond["exceeded"])
+    flags = (_raise_error(beyond, name) for name in beyond["exceeded"])
     return [
         f"With {' '.join(flags)} {setting_of(beyond)} meets it: {error}, {time_text(beyond['frame_s'])} a frame, "
         f"{time_text(beyond['bake_s'])} to bake, {size_text(beyond['memory_bytes'])} of memory."
     ]
 
 
-def _raised(beyond: dict[str, Any], name: str) -> str:
+def _raise_error(beyond: dict[str, Any], name: str) -> str:
     """'--max-bake-s 1600': the flag that allows what a setting takes, rounded up to two digits."""
     value = beyond[name] * CEILINGS[name][2]
     step = 10.0 ** (math.floor(math.log10(value)) - 1)
@@ -271,4 +271,4 @@ def _check(arguments: argparse.Namespace) -> None:
     if not math.isfinite(arguments.env_rotation_deg or 0.0):
         raise UsageError(f"--env-rotation-deg {arguments.env_rotation_deg} is not finite")
     if not (1 <= arguments.width <= 1 << 15 and 1 <= arguments.height <= 1 << 15):
-        raise UsageError(f"pictures of {arguments.width} × {arguments.height} pixels are not possible")
+        raise UsageError(f"images of {arguments.width} × {arguments.height} pixels are not possible")

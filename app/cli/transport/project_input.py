@@ -1,7 +1,7 @@
-"""A project file in place of a model: the scene that a person set up there is what the verbs of transport work on.
+"""A project file in place of a model: the scene that a user set up there is what the verbs of transport work on.
 
 Model, ground and material are the project's, and options that contradict them are refused. Light, look-up and camera
-may be given anew, so that a batch goes on from what a person set up.
+may be given anew, so that a batch goes on from what a user set up.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.document.variation import as_baked, settings_with, shown_by, words_on_left_out
+from app.document.variation import as_baked, select_shown, settings_with, words_on_left_out
 from engine.core.directions import world_direction
 from engine.core.errors import UsageError
 from engine.geometry.camera import parse
@@ -50,22 +50,22 @@ def setup_of(arguments: argparse.Namespace) -> Setup:
     return replace(setup, scene=_with_options(setup.scene, arguments))
 
 
-def left_out(setup: Setup, mode: str) -> list[str]:
-    """Sentences on what a picture or a bake of a project leaves out in a mode."""
+def list_left_out(setup: Setup, mode: str) -> list[str]:
+    """Sentences on what an image or a bake of a project leaves out in a mode."""
     from app.document.modes import mode_named
 
     words = words_on_left_out(mode_named(mode).label, mode, setup.scene.brdf, setup.project.variations)
     return [words] if words else []
 
 
-def varied(
+def vary(
     arguments: argparse.Namespace, method: Method, subject: Subject, settings: Any
 ) -> tuple[Subject, Any, list[str]]:
     """Subject and settings of a bake with what varies over the model of the project, and what is left out of that."""
     setup = setup_of(arguments)
-    shown = shown_by(method, subject.brdf, setup.project.variations)
+    shown = select_shown(method, subject.brdf, setup.project.variations)
     with_variations = replace(subject, variations=as_baked(shown))
-    return with_variations, settings_with(settings, shown), left_out(setup, method.name)
+    return with_variations, settings_with(settings, shown), list_left_out(setup, method.name)
 
 
 def _with_options(scene: Scene, arguments: argparse.Namespace) -> Scene:

@@ -1,4 +1,4 @@
-"""`lightarc render`: a picture of a material on a model, off screen, through the same GL code as the window."""
+"""`lightarc render`: an image of a material on a model, off screen, through the same GL code as the window."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from app.cli.doubts import doubts_of_scene, mean_in_place_of_maps
 from app.cli.transport import project_input, render_auto, render_transport, render_turntable, scene_options
 from app.cli.transport.options import LIGHT_DEG, angles_argument, lamp_argument
 from app.cli.transport.render_output import (
-    ON_PROCESSOR,
+    ON_CPU,
     add_background_arguments,
     check_background,
     check_memory,
-    joined,
+    join,
     lights_of,
     off_screen,
     record_of,
     teach,
 )
-from app.commands.pictures import write_picture
+from app.commands.images import write_image
 from engine.brdf.brdf import brdf_from_text
 from engine.core.directions import world_direction
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, time_text
 from engine.core.steps import Step, drain
-from engine.core.stopwatch import spent
+from engine.core.stopwatch import read_clock
 from engine.factor.factor_file import open_reflectance
 from engine.geometry.camera import parse
 from engine.geometry.ground import Ground
@@ -55,12 +55,12 @@ if TYPE_CHECKING:
 
 EXAMPLE = "lightarc render cloth --brdf phong:exponent=20 --light-deg 45,30 -o cloth.png"
 
-#: Most pixels of a picture; its linear radiance takes 16 bytes for each.
-MOST_PIXELS = 2**28
+#: Most pixels of an image; its linear radiance takes 16 bytes for each.
+MAX_PIXELS = 2**28
 
 #: Samples of a pixel unless something else is said, and the most of them: sub-pixels along a side, and paths.
-SUB_PIXELS, MOST_SUB_PIXELS = 2, 16
-PATHS, MOST_PATHS = 64, 2**20
+SUB_PIXELS, MAX_SUB_PIXELS = 2, 16
+PATHS, MAX_PATHS = 64, 2**20
 
 #: Values of the options of a model unless something else is said; a project says them itself.
 DEFAULTS = {
@@ -76,7 +76,7 @@ DEFAULTS = {
 }
 
 #: Most points of the surface that a path may touch.
-MOST_DEPTH = 1000
+MAX_DEPTH = 1000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -157,8 +157,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--lookup", choices=("radiance", "texture", "outgoing", "angle"))
     parser.add_argument("--above", choices=("clamp", "scale"), help="lookup beyond the brightest photograph (clamp)")
     parser.add_argument("--tile", type=float, metavar="N", help="repeats of the material over one uv (4)")
-    parser.add_argument("--width", type=int, default=1024, metavar="PX", help="width of the picture (1024)")
-    parser.add_argument("--height", type=int, default=768, metavar="PX", help="height of the picture (768)")
+    parser.add_argument("--width", type=int, default=1024, metavar="PX", help="width of the image (1024)")
+    parser.add_argument("--height", type=int, default=768, metavar="PX", help="height of the image (768)")
     parser.add_argument(
         "--camera",
         type=str,
@@ -187,19 +187,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--renderer",
         default="auto",
         choices=("auto", "gl", "cpu"),
-        help="auto: OpenGL if present, otherwise the processor",
+        help="auto: OpenGL if present, otherwise the CPU",
     )
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     scene_options.take_own_material(arguments)
     setup = _setup(arguments)
-    found = _drawn(setup, arguments, show)
-    left_out = project_input.left_out(setup, arguments.mode) if setup is not None else []
+    found = _draw_scene(setup, arguments, show)
+    left_out = project_input.list_left_out(setup, arguments.mode) if setup is not None else []
     return {**found, "warnings": [*found.get("warnings", ()), *left_out]} if left_out else found
 
 
-def _drawn(setup: Setup | None, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+def _draw_scene(setup: Setup | None, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """Draw the scene of the arguments and write it; the record."""
     start = time.perf_counter()
     _check(arguments)
@@ -217,29 +217,29 @@ def _drawn(setup: Setup | None, arguments: argparse.Namespace, show: Callable[[S
         by_mean = mean_in_place_of_maps(material, show)
     plan: dict[str, Any] = {}
     if arguments.mode == "auto":
-        scene, arguments, plan = render_auto.planned(scene, arguments, show)
+        scene, arguments, plan = render_auto.plan(scene, arguments, show)
         _check(arguments)
     behind = check_background(arguments, scene.environment)
     if arguments.turntable:
-        return joined({**plan, **render_turntable.run(scene, arguments, display, show, behind)}, by_mean)
+        return join({**plan, **render_turntable.run(scene, arguments, display, show, behind)}, by_mean)
     draw = _draw_reference if arguments.mode == "reference" else _draw
-    picture, layers, drawn = draw(scene, arguments, show)
+    image, layers, drawn = draw(scene, arguments, show)
     if arguments.layers:
         layers |= drain(all_layers(scene, (arguments.width, arguments.height)), show)
     error = _error(scene, arguments, show) if arguments.measure_error else {}
-    shown = render_turntable.with_background(picture, scene, behind)
-    write_picture(arguments.output, shown, display, layers, arguments.background, software("render"))
+    shown = render_turntable.with_background(image, scene, behind)
+    write_image(arguments.output, shown, display, layers, arguments.background, software("render"))
     record = {
         "image": arguments.output,
         **plan,
         **drawn,
-        **record_of(picture),
+        **record_of(image),
         "sigma": scene.sigma,
         **lights_of(scene),
         **error,
         "time_s": time.perf_counter() - start,
     }
-    return joined(record, by_mean)
+    return join(record, by_mean)
 
 
 def _setup(arguments: argparse.Namespace) -> Setup | None:
@@ -267,22 +267,22 @@ def report(result: dict[str, Any]) -> str:
     if "noise" in result:
         noise = "unknown" if result["noise"] is None else percent(result["noise"])
         return f"{result['image']}: {result['samples']} samples, noise {noise}, {time_text(result['frame_s'])}"
-    device = "the processor" if result["gl_renderer"].startswith("none") else result["gl_renderer"]
+    device = "the CPU" if result["gl_renderer"].startswith("none") else result["gl_renderer"]
     return f"{result['image']}: {time_text(result['frame_s'])} a frame on {device}"
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    if arguments.width < 1 or arguments.height < 1 or arguments.width * arguments.height > MOST_PIXELS:
-        raise UsageError(f"a picture of {arguments.width} × {arguments.height} pixels is not possible")
+    if arguments.width < 1 or arguments.height < 1 or arguments.width * arguments.height > MAX_PIXELS:
+        raise UsageError(f"an image of {arguments.width} × {arguments.height} pixels is not possible")
     render_auto.check(arguments)
     is_reference = arguments.mode == "reference"
     if arguments.samples is None and arguments.mode != "auto":
         arguments.samples = PATHS if is_reference else SUB_PIXELS
-    most = MOST_PATHS if is_reference else MOST_SUB_PIXELS
+    most = MAX_PATHS if is_reference else MAX_SUB_PIXELS
     if arguments.samples is not None and not 1 <= arguments.samples <= most:
         raise UsageError(f"--samples {arguments.samples} is outside 1 … {most}")
-    if not 1 <= arguments.max_depth <= MOST_DEPTH:
-        raise UsageError(f"--max-depth {arguments.max_depth} is outside 1 … {MOST_DEPTH}")
+    if not 1 <= arguments.max_depth <= MAX_DEPTH:
+        raise UsageError(f"--max-depth {arguments.max_depth} is outside 1 … {MAX_DEPTH}")
     if arguments.seed < 0:
         raise UsageError(f"--seed {arguments.seed} is negative")
     if arguments.max_depth > 1 and not is_reference:
@@ -300,7 +300,7 @@ def _scene(arguments: argparse.Namespace, material: Material | None) -> Scene:
         raise UsageError("PBR maps are a BRDF for each texel; --brdf is for a material that is looked up by one")
     mesh = open_mesh(arguments.mesh)
     environment = open_environment(arguments.env) if arguments.env else None
-    camera = parse(arguments.camera or "", render_turntable.framed(mesh.positions, arguments))
+    camera = parse(arguments.camera or "", render_turntable.frame_turntable(mesh.positions, arguments))
     ground = None if arguments.ground is None else Ground(albedo=arguments.ground)
     only_lamps = bool(arguments.lamp) and not arguments.env and arguments.light_deg is None
     return Scene(
@@ -322,7 +322,7 @@ def _scene(arguments: argparse.Namespace, material: Material | None) -> Scene:
     )
 
 
-#: A picture (height, width, 4), what is stored beside it (height, width, 3), and how it was made.
+#: An image (height, width, 4), what is stored beside it (height, width, 3), and how it was made.
 Drawn = tuple["NDArray[np.float32]", dict[str, "NDArray[np.float32]"], dict[str, Any]]
 
 
@@ -333,7 +333,7 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
     size = (arguments.width, arguments.height)
     check_memory(size)
     check_scene(scene)
-    since, start = spent(), time.perf_counter()
+    since, start = read_clock(), time.perf_counter()
     options = {"samples": arguments.samples, "max_depth": arguments.max_depth, "seed": arguments.seed}
     found = drain(reference(scene, size, **options), show)
     frame_s = time.perf_counter() - start
@@ -346,7 +346,7 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
         layers["standard_error"] = np.sqrt(found.variance).clip(0.0, np.finfo(np.float32).max).astype(np.float32)
     figures = {
         "frame_s": frame_s,
-        "gl_renderer": ON_PROCESSOR,
+        "gl_renderer": ON_CPU,
         "warnings": warnings,
         **options,
         "passes": found.passes,
@@ -356,11 +356,11 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
         "rays": found.rays,
         "rays_per_s": found.rays / frame_s,
     }
-    return found.picture, layers, figures
+    return found.image, layers, figures
 
 
 def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
-    """The picture, and how it was made: frame_s, gl_renderer, warnings."""
+    """The image, and how it was made: frame_s, gl_renderer, warnings."""
     from engine.brdf.brdf import MODELS
     from engine.render.direct import radiance
 
@@ -369,17 +369,17 @@ def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], No
     has_shader = type(scene.brdf) in MODELS.values() or factor_source(scene.brdf) is not None
     if renderer == "auto" and not scene.brdf.isotropic and not has_shader:
         renderer = "cpu"
-        warnings.append("The measured BRDF is anisotropic and drawn on the processor, which shows it exactly.")
-    since = spent()
+        warnings.append("The measured BRDF is anisotropic and drawn on the CPU, which shows it exactly.")
+    since = read_clock()
     drawn = off_screen(renderer, lambda context: draw_off_screen(context, scene, size, arguments.samples), warnings)
     if drawn is not None:
         teach(scene, arguments, "direct", drawn[1]["frame_s"], since, drawn[1]["gl_renderer"])
         return drawn[0], {}, drawn[1]
-    since, start = spent(), time.perf_counter()
-    picture = drain(radiance(scene, size, samples=arguments.samples), show)
+    since, start = read_clock(), time.perf_counter()
+    image = drain(radiance(scene, size, samples=arguments.samples), show)
     frame_s = time.perf_counter() - start
     teach(scene, arguments, "direct", frame_s, since)
-    return picture, {}, {"frame_s": frame_s, "gl_renderer": ON_PROCESSOR, "warnings": warnings}
+    return image, {}, {"frame_s": frame_s, "gl_renderer": ON_CPU, "warnings": warnings}
 
 
 def _error(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""`lightarc render --mode auto`: the plan of a single picture, and the mode without a bake that it calls for."""
+"""`lightarc render --mode auto`: the plan of a single image, and the mode without a bake that it calls for."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def check(arguments: argparse.Namespace) -> None:
         raise UsageError("--mode auto chooses --samples and --max-depth itself")
 
 
-def planned(
+def plan(
     scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]
 ) -> tuple[Scene, argparse.Namespace, dict[str, Any]]:
     """The scene and the arguments as the plan has them, and its record."""

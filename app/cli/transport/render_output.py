@@ -1,4 +1,4 @@
-"""Common parts of all modes of `lightarc render`: draw the picture on a device if there is one, and write it."""
+"""Common parts of all modes of `lightarc render`: draw the image on a device if there is one, and write it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from engine.core.directions import world_angles
 from engine.core.errors import MissingCapability, UsageError
 from engine.core.figure_text import size_text
 from engine.planning.costs.setting import Setting
-from engine.render.background import blurred
+from engine.render.background import blur
 from engine.render.reference import BYTES_PER_PIXEL
 
 if TYPE_CHECKING:
@@ -28,17 +28,17 @@ if TYPE_CHECKING:
     from engine.light.environment import EnvironmentMap
     from engine.light.lamps import Lamp
     from engine.scene.scene import Scene
-    from engine.transport.relit import Relit
+    from engine.transport.relight import RelightTransport
 
 #: Value of `gl_renderer` if no device has drawn.
-ON_PROCESSOR = "none (drawn on the processor)"
+ON_CPU = "none (drawn on the CPU)"
 
-#: Name of the processor in a machine profile, and seconds of a frame from which the profile learns: of the reference,
+#: Name of the CPU in a machine profile, and seconds of a frame from which the profile learns: of the reference,
 #: whose prediction takes rays all over the model, and of frames without.
-PROCESSOR, LONG_S, DRAWN_LONG_S = "processor", 1.0, 0.1
+CPU, LONG_S, DRAWN_LONG_S = "processor", 1.0, 0.1
 
 #: Widest blur of a background: beyond it the environment is one colour.
-MOST_BLUR_DEG = 90.0
+MAX_BLUR_DEG = 90.0
 
 
 def off_screen(
@@ -62,10 +62,10 @@ def off_screen(
         return None
     try:
         with context:
-            picture, frame_s, name, messages = draw(context)
+            image, frame_s, name, messages = draw(context)
     finally:
         context.release()
-    return picture, {"frame_s": frame_s, "gl_renderer": name, "warnings": [*warnings, *messages]}
+    return image, {"frame_s": frame_s, "gl_renderer": name, "warnings": [*warnings, *messages]}
 
 
 def teach(
@@ -74,23 +74,23 @@ def teach(
     mode: str,
     frame_s: float,
     since: Spent,
-    device: str = PROCESSOR,
+    device: str = CPU,
 ) -> None:
     """Let the machine profile learn from a frame, begun at `since`, that took longer than it takes to predict it.
 
-    Plans know a material of slices or their fit, and knobs in their own ranges. Frames of a film that OpenGL draws are
-    not timed, each being read back and coded between two of them.
+    Plans know a material of slices or their fit, and parameters in their own ranges. Frames of a film that OpenGL draws
+    are not timed, each being read back and coded between two of them.
     """
     is_reference, material = mode == "reference", scene.material
     if frame_s < (LONG_S if is_reference else DRAWN_LONG_S):
         return
-    knobs = {"samples": arguments.samples} if is_reference else {"directions": arguments.directions}
+    parameters = {"samples": arguments.samples} if is_reference else {"directions": arguments.directions}
     if material is not None:
         if is_reference or material.directional is not None or material.pbr is not None:
             return
-        mode, knobs = "shading-map", {**knobs, "power_law": int(scene.source == "power-law")}
+        mode, parameters = "shading-map", {**parameters, "power_law": int(scene.source == "power-law")}
     try:
-        setting = Setting(mode, knobs)
+        setting = Setting(mode, parameters)
     except ValueError:
         return
     samples, depth = (1, arguments.max_depth) if is_reference else (arguments.samples, 1)
@@ -99,7 +99,12 @@ def teach(
 
 
 def teach_relit(
-    relit: Relit, camera: Camera, arguments: argparse.Namespace, frame_s: float, since: Spent, device: str = PROCESSOR
+    relit: RelightTransport,
+    camera: Camera,
+    arguments: argparse.Namespace,
+    frame_s: float,
+    since: Spent,
+    device: str = CPU,
 ) -> None:
     """Let the machine profile learn from a frame of a bake, begun at `since`, that took as long as its prediction."""
     if frame_s >= DRAWN_LONG_S:
@@ -117,14 +122,14 @@ def check_memory(size: tuple[int, int]) -> None:
         )
 
 
-def record_of(picture: NDArray[np.float32]) -> dict[str, Any]:
-    """Size, mean and coverage of a picture (height, width, 4)."""
-    height, width = picture.shape[:2]
+def record_of(image: NDArray[np.float32]) -> dict[str, Any]:
+    """Size, mean and coverage of an image (height, width, 4)."""
+    height, width = image.shape[:2]
     return {
         "width_px": width,
         "height_px": height,
-        "mean_radiance": float(luminance(picture[..., :3].astype("f8")).mean()),
-        "covered_fraction": float(picture[..., 3].mean(dtype="f8")),
+        "mean_radiance": float(luminance(image[..., :3].astype("f8")).mean()),
+        "covered_fraction": float(image[..., 3].mean(dtype="f8")),
     }
 
 
@@ -136,14 +141,14 @@ def lights_of(scene: Scene) -> dict[str, Any]:
     elif scene.irradiance or not scene.lamps:
         lights = {"light_direction": list(scene.light), "directions": 1}
     if scene.lamps:
-        lights["lamps"] = [_described(lamp) for lamp in scene.lamps]
+        lights["lamps"] = [_describe(lamp) for lamp in scene.lamps]
         lights["directional_lights"] = len(scene.lights.direction)
     if scene.ground is not None:
         lights["ground_albedo"] = scene.ground.albedo
     return lights
 
 
-def _described(lamp: Lamp) -> dict[str, Any]:
+def _describe(lamp: Lamp) -> dict[str, Any]:
     theta, phi = world_angles(lamp.direction)
     return {
         "theta_deg": math.degrees(theta),
@@ -176,19 +181,19 @@ def add_background_arguments(parser: argparse.ArgumentParser) -> None:
 def check_background(arguments: argparse.Namespace, environment: EnvironmentMap | None) -> EnvironmentMap | None:
     """The environment behind the model, blurred as asked for; None for any other background."""
     if arguments.layers and (not arguments.output.lower().endswith(".exr") or arguments.turntable):
-        raise UsageError("--layers needs a picture that is an .exr")
-    if not 0.0 <= arguments.background_blur_deg <= MOST_BLUR_DEG:
-        raise UsageError(f"--background-blur-deg {arguments.background_blur_deg:g} is outside 0 … {MOST_BLUR_DEG:g}")
+        raise UsageError("--layers needs an image that is an .exr")
+    if not 0.0 <= arguments.background_blur_deg <= MAX_BLUR_DEG:
+        raise UsageError(f"--background-blur-deg {arguments.background_blur_deg:g} is outside 0 … {MAX_BLUR_DEG:g}")
     if arguments.background != "environment":
         if arguments.background_blur_deg:
             raise UsageError("--background-blur-deg needs --background environment")
         return None
     if environment is None:
         raise UsageError("--background environment needs --env")
-    return blurred(environment, math.radians(arguments.background_blur_deg))
+    return blur(environment, math.radians(arguments.background_blur_deg))
 
 
-def joined(record: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
+def join(record: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
     """A record with the values of another, whose warnings follow its own."""
     warnings = dict.fromkeys([*record.get("warnings", ()), *other.get("warnings", ())])
     return {**record, **other, "warnings": list(warnings)}

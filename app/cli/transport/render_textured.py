@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from app.cli.transport.render_output import ON_PROCESSOR, off_screen
+from app.cli.transport.render_output import ON_CPU, off_screen
 from engine.brdf.brdf import brdf_from_text
 from engine.core.errors import UsageError
 from engine.core.steps import Step, drain, part
@@ -18,7 +18,7 @@ from engine.factor.factor_file import open_reflectance
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.gl.draw import draw_off_screen
-from engine.render.shadowed import shadowed, with_and_without
+from engine.render.shadowed import combine_shadowed, with_and_without
 from engine.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from engine.geometry.camera import Camera
     from engine.gl.draw import OffScreen
     from engine.transport.baking.file import TransportFile
-    from engine.transport.relit import Light, Relit
+    from engine.transport.relight import Light, RelightTransport
 
 #: Said where a lamp near the model shines: texels are drawn under lamps far away alone.
 NEAR = "Under lamps near the model the texels are shown as in the other light, or as in even light where there is none"
@@ -41,16 +41,16 @@ def with_texels(
     show: Callable[[Step], None],
     brdf: Brdf | None = None,
 ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-    """The picture of the bake of `scene`, and its record, with the texels of the material where that has any.
+    """The image of the bake of `scene`, and its record, with the texels of the material where that has any.
 
-    `brdf` was baked, that of the scene where not given. `frame_s` is then that of all three pictures that texels take.
+    `brdf` was baked, that of the scene where not given. `frame_s` is then that of all three images that texels take.
     """
     if not scene.has_texels:
         return baked
     from engine.render.direct import radiance
 
-    (picture, record), size = baked, (arguments.width, arguments.height)
-    frame_s, device, warnings, drawn = record["frame_s"], ON_PROCESSOR, list(record["warnings"]), []
+    (image, record), size = baked, (arguments.width, arguments.height)
+    frame_s, device, warnings, drawn = record["frame_s"], ON_CPU, list(record["warnings"]), []
     for at, each in enumerate(with_and_without(scene, brdf)):
 
         def on_device(context: Any, each: Scene = each) -> OffScreen:
@@ -68,11 +68,11 @@ def with_texels(
             warnings += found[1]["warnings"]
     figures = {"frame_s": frame_s, "texels_renderer": device, "sigma": scene.sigma}
     warnings += [NEAR] if scene.near_lamps else []
-    return shadowed(drawn[0], drawn[1], picture), {**record, **figures, "warnings": list(dict.fromkeys(warnings))}
+    return combine_shadowed(drawn[0], drawn[1], image), {**record, **figures, "warnings": list(dict.fromkeys(warnings))}
 
 
 def brdf_of_bake(file: TransportFile, arguments: argparse.Namespace) -> tuple[Brdf | None, list[str]]:
-    """The BRDF that a picture of the bake is of: --brdf, or the one in the file; None where that is no model, which a
+    """The BRDF that an image of the bake is of: --brdf, or the one in the file; None where that is no model, which a
     sentence says."""
     if arguments.brdf:
         return open_reflectance(arguments.brdf), []
@@ -83,7 +83,7 @@ def brdf_of_bake(file: TransportFile, arguments: argparse.Namespace) -> tuple[Br
         return None, [f"The bake is of {name or 'a BRDF without a name'}, which is taken to be that of the material"]
 
 
-def scene_of_bake(relit: Relit, light: Light, camera: Camera, arguments: argparse.Namespace) -> Scene:
+def scene_of_bake(relit: RelightTransport, light: Light, camera: Camera, arguments: argparse.Namespace) -> Scene:
     """The model and ground of a bake as a scene of the material under the same light."""
     both, first = relit.mesh, relit.transport.ground_vertex
     mesh, ground = both, None

@@ -15,24 +15,25 @@ from app.cli.doubts import doubts_of_light, doubts_of_scene
 from app.cli.transport import render_textured, render_turntable
 from app.cli.transport.method_options import add_options, strange_options
 from app.cli.transport.options import light_of, near_lamp_argument
-from app.cli.transport.render_output import ON_PROCESSOR, check_background, off_screen, record_of, teach_relit
-from app.commands.pictures import write_picture
-from app.document.bake_request import baked, choices_for, estimated, wanted_of
-from app.document.variation import light_with, shown_by
+from app.cli.transport.render_output import ON_CPU, check_background, off_screen, record_of, teach_relit
+from app.commands.images import write_image
+from app.document.bake_request import bake, choices_for, make_request
+from app.document.bake_request import estimate as estimated
+from app.document.variation import light_with, select_shown
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import percent
 from engine.core.steps import Step, drain, part
 from engine.geometry.camera import parse
 from engine.geometry.mesh import SUFFIXES
 from engine.geometry.shapes import SHAPES
-from engine.gl.draw import relit_off_screen
+from engine.gl.draw import relight_off_screen
 from engine.render.background import in_front_of
-from engine.render.transported import picture_of
+from engine.render.transported import image_of
 from engine.render.turntable import middle
 from engine.transport import method as transport
 from engine.transport.baking.file import SUFFIX, holds_transport, open_transport
 from engine.transport.method import Method
-from engine.transport.relit import light_of as light_of_scene
+from engine.transport.relight import light_of as light_of_scene
 
 if TYPE_CHECKING:
     import numpy as np
@@ -41,11 +42,11 @@ if TYPE_CHECKING:
     from app.project.setup import Setup
     from engine.geometry.camera import Camera
     from engine.render.display import Display
-    from engine.transport.relit import Illuminated, Relit
+    from engine.transport.relight import Illuminated, RelightTransport
 
 
 def is_baked(arguments: argparse.Namespace) -> bool:
-    """True if the picture is one of baked transport: by its mode, or by the file to draw."""
+    """True if the image is one of baked transport: by its mode, or by the file to draw."""
     looks_baked = holds_transport(arguments.mesh) or arguments.mesh.lower().endswith(SUFFIX)
     return arguments.mode in transport.names() or (arguments.mode is None and looks_baked)
 
@@ -64,11 +65,11 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     asked = settings_from(arguments, method.light)
     light = light_of(arguments)
     behind = check_background(arguments, light.environment)
-    steps = method.baking.illuminated(file, light, asked, arguments.brdf)
+    steps = method.baking.illuminate(file, light, asked, arguments.brdf)
     found: Illuminated = drain(part(steps, 0.0, 0.3), show)
-    relit: Relit = found.relit
+    relit: RelightTransport = found.relit
     model = relit.mesh.positions[: relit.transport.ground_vertex]
-    camera = parse(arguments.camera or "", render_turntable.framed(model, arguments))
+    camera = parse(arguments.camera or "", render_turntable.frame_turntable(model, arguments))
     scene, brdf, doubts = None, None, list[str]()
     if arguments.material is not None:
         scene = render_textured.scene_of_bake(relit, light, camera, arguments)
@@ -79,14 +80,14 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
             file, method, light, asked, camera, middle(model), arguments, display, show, behind, textured
         )
         return {**made, "warnings": [*made["warnings"], *doubts]}
-    picture, drawn = _draw(relit, camera, arguments, show)
+    image, drawn = _draw(relit, camera, arguments, show)
     negative_rel = drawn.pop("negative_rel", None)
     negative_rel = found.negative_rel(camera.eye) if negative_rel is None else negative_rel
     if scene is not None:
         drawn["warnings"] += doubts
-        picture, drawn = render_textured.with_texels((picture, drawn), scene, arguments, show, brdf)
-    shown = picture if behind is None else in_front_of(picture, camera, behind, light.rotation, light.factor)
-    write_picture(arguments.output, shown, display, None, arguments.background, software("render"))
+        image, drawn = render_textured.with_texels((image, drawn), scene, arguments, show, brdf)
+    shown = image if behind is None else in_front_of(image, camera, behind, light.rotation, light.factor)
+    write_image(arguments.output, shown, display, None, arguments.background, software("render"))
     return {
         "image": arguments.output,
         "mode": mode,
@@ -94,7 +95,7 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
         **found.figures,
         **drawn,
         "negative_rel": negative_rel,
-        **record_of(picture),
+        **record_of(image),
         "warnings": [
             *doubts_of_light(light.environment),
             *found.warnings,
@@ -108,9 +109,9 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
 def run_project(
     setup: Setup, arguments: argparse.Namespace, display: Display, show: Callable[[Step], None]
 ) -> dict[str, Any]:
-    """The picture of a project in a baked mode: of the bake that lies beside it, or of one with the settings that the
-    person chose, which is gone afterwards."""
-    from app.project.bakes import kept
+    """The image of a project in a baked mode: of the bake that lies beside it, or of one with the settings that the
+    user chose, which is gone afterwards."""
+    from app.project.bakes import keep
     from app.project.project_file import data_folder
 
     if arguments.measure_error:
@@ -122,23 +123,23 @@ def run_project(
     started = time.perf_counter()
     choices = choices_for(arguments.mode, **setup.project.bakes.get(arguments.mode, {}))
     varied = setup.project.variations
-    wanted = wanted_of(scene.mesh, scene.ground, scene.brdf, choices, None, varied)
-    found = kept(wanted, data_folder(setup.path))
+    wanted = make_request(scene.mesh, scene.ground, scene.brdf, choices, None, varied)
+    found = keep(wanted, data_folder(setup.path))
     with tempfile.TemporaryDirectory() as folder:
         if found is None:
             estimate = drain(part(estimated(wanted), 0.0, 0.1), show)
             if estimate.why_not:
                 raise UsageError(estimate.why_not)
-            made = drain(part(baked(Path(folder) / "scene.transport", estimate), 0.1, 0.8), show)
+            made = drain(part(bake(Path(folder) / "scene.transport", estimate), 0.1, 0.8), show)
         else:
             made = found
-        asked = light_with(choices.light, shown_by(choices.method, scene.brdf, varied))
+        asked = light_with(choices.light, select_shown(choices.method, scene.brdf, varied))
         relighting = made.relighter(light_of_scene(scene), asked, scene.brdf)
         relit = drain(part(relighting, 0.8, 0.9), show)
-        baked_picture = _draw(relit, scene.camera, arguments, show)
-    picture, drawn = render_textured.with_texels(baked_picture, scene, arguments, show)
-    shown = render_turntable.with_background(picture, scene, behind)
-    write_picture(arguments.output, shown, display, None, arguments.background, software("render"))
+        baked_image = _draw(relit, scene.camera, arguments, show)
+    image, drawn = render_textured.with_texels(baked_image, scene, arguments, show)
+    shown = render_turntable.with_background(image, scene, behind)
+    write_image(arguments.output, shown, display, None, arguments.background, software("render"))
     return {
         "image": arguments.output,
         "mode": arguments.mode,
@@ -146,7 +147,7 @@ def run_project(
         "bake_s": made.bake_s,
         "baked_before": found is not None,
         **drawn,
-        **record_of(picture),
+        **record_of(image),
         "warnings": [*doubts_of_scene(scene), *drawn["warnings"]],
         "time_s": time.perf_counter() - started,
     }
@@ -207,29 +208,33 @@ def _check_baked(mesh: str, mode: str) -> None:
     raise InputError(mesh, f"is no transport file, which --mode {mode} draws", f"Make one of a model with: {command}")
 
 
-#: A picture (height, width, 4), and how it was made: frame_s, gl_renderer, warnings, perhaps negative_rel.
+#: An image (height, width, 4), and how it was made: frame_s, gl_renderer, warnings, perhaps negative_rel.
 Drawn = tuple["NDArray[np.float32]", dict[str, Any]]
 
 
-def _draw(relit: Relit, camera: Camera, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
-    from engine.core.stopwatch import spent
+def _draw(
+    relit: RelightTransport, camera: Camera, arguments: argparse.Namespace, show: Callable[[Step], None]
+) -> Drawn:
+    from engine.core.stopwatch import read_clock
 
     size = (arguments.width, arguments.height)
     warnings: list[str] = []
-    since = spent()
+    since = read_clock()
     drawn = off_screen(
-        arguments.renderer, lambda context: relit_off_screen(context, relit, camera, size, arguments.samples), warnings
+        arguments.renderer,
+        lambda context: relight_off_screen(context, relit, camera, size, arguments.samples),
+        warnings,
     )
     if drawn is not None:
         teach_relit(relit, camera, arguments, drawn[1]["frame_s"], since, drawn[1]["gl_renderer"])
         return drawn
-    since, start = spent(), time.perf_counter()
-    found = drain(part(picture_of(relit, camera, size, arguments.samples), 0.3, 1.0), show)
+    since, start = read_clock(), time.perf_counter()
+    found = drain(part(image_of(relit, camera, size, arguments.samples), 0.3, 1.0), show)
     frame_s = time.perf_counter() - start
     teach_relit(relit, camera, arguments, frame_s, since)
-    return found.picture, {
+    return found.image, {
         "frame_s": frame_s,
-        "gl_renderer": ON_PROCESSOR,
+        "gl_renderer": ON_CPU,
         "warnings": warnings,
         "negative_rel": found.negative_rel,
     }

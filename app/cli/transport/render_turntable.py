@@ -11,19 +11,19 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
-from app.arguments.results import FILM, FRAMES, picture_by, software
+from app.arguments.results import FILM, FRAMES, image_by, software
 from app.cli.doubts import doubts_of_light, doubts_of_scene
-from app.cli.transport.render_output import ON_PROCESSOR, teach
+from app.cli.transport.render_output import ON_CPU, teach
 from app.cli.transport.render_textured import NEAR
-from app.commands.pictures import coded
+from app.commands.images import code
 from engine.core.errors import MissingCapability, UsageError
 from engine.core.steps import Step, drain
 from engine.geometry.camera import frame
-from engine.gl.draw import frames_off_screen, relit_frames_off_screen
+from engine.gl.draw import frames_off_screen, relight_frames_off_screen
 from engine.images.animation import film, kind_of
 from engine.render.background import in_front_of
-from engine.render.shadowed import shadowed, with_and_without
-from engine.render.transported import picture_of
+from engine.render.shadowed import combine_shadowed, with_and_without
+from engine.render.transported import image_of
 from engine.render.turntable import about_y, camera_about, frame_all_round, frames
 from engine.storage.outputs import Kind
 
@@ -37,10 +37,10 @@ if TYPE_CHECKING:
     from engine.render.display import Display
     from engine.scene.scene import Scene
     from engine.transport.method import Method
-    from engine.transport.relit import Light, Relit
+    from engine.transport.relight import Light, RelightTransport
 
 #: Most frames of a film: five minutes at 30 a second.
-MOST_FRAMES = 9000
+MAX_FRAMES = 9000
 
 FASTEST = 120.0
 
@@ -62,9 +62,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def output_at(path: str, options: argparse.Namespace) -> list[tuple[str, Kind]]:
-    """A film or a folder of frames with --turntable, and else a picture."""
+    """A film or a folder of frames with --turntable, and else an image."""
     if getattr(options, "turntable", None) is None:
-        return [(path, picture_by("render", ".png", ".exr"))]
+        return [(path, image_by("render", ".png", ".exr"))]
     return [(path, FILM if Path(path).suffix else FRAMES)]
 
 
@@ -74,27 +74,27 @@ def check(arguments: argparse.Namespace) -> None:
         if arguments.turns != "model" or arguments.fps != 30.0:
             raise UsageError("--turns and --fps need --turntable")
         return
-    if not 2 <= arguments.turntable <= MOST_FRAMES:
-        raise UsageError(f"--turntable {arguments.turntable} is outside 2 … {MOST_FRAMES}")
+    if not 2 <= arguments.turntable <= MAX_FRAMES:
+        raise UsageError(f"--turntable {arguments.turntable} is outside 2 … {MAX_FRAMES}")
     if not 1.0 <= arguments.fps <= FASTEST:
         raise UsageError(f"--fps {arguments.fps:g} is outside 1 … {FASTEST:g}")
     if arguments.measure_error:
-        raise UsageError("--measure-error is of one picture, not of a --turntable")
+        raise UsageError("--measure-error is of one image, not of a --turntable")
     if kind_of(arguments.output) == "mp4" and arguments.background == "transparent":
         raise UsageError("an .mp4 has no transparency; choose .webp or a folder for --background transparent")
 
 
-def framed(positions: NDArray[Any], arguments: argparse.Namespace) -> Camera:
+def frame_turntable(positions: NDArray[Any], arguments: argparse.Namespace) -> Camera:
     """The camera unless another is asked for: it sees all of the model, also when that turns."""
     is_turning = arguments.turntable and arguments.turns != "light"
     return (frame_all_round if is_turning else frame)(positions, arguments.width / arguments.height)
 
 
-def with_background(picture: NDArray[np.float32], scene: Scene, behind: EnvironmentMap | None) -> NDArray[np.float32]:
+def with_background(image: NDArray[np.float32], scene: Scene, behind: EnvironmentMap | None) -> NDArray[np.float32]:
     """`picture` in front of the environment `behind` it, turned and as bright as the light of the scene is."""
     if behind is None:
-        return picture
-    return in_front_of(picture, scene.camera, behind, scene.environment_rotation, scene.irradiance)
+        return image
+    return in_front_of(image, scene.camera, behind, scene.environment_rotation, scene.irradiance)
 
 
 def run(
@@ -105,14 +105,14 @@ def run(
     behind: EnvironmentMap | None,
 ) -> dict[str, Any]:
     """The film of a scene that is drawn by sums over lights, or by paths."""
-    from engine.core.stopwatch import spent
+    from engine.core.stopwatch import read_clock
 
     scenes = list(frames(scene, arguments.turntable, arguments.turns))
     size, warnings = (arguments.width, arguments.height), doubts_of_scene(scene)
 
     seconds: list[float] = []
 
-    def on_processor() -> Iterator[NDArray[np.float32]]:
+    def on_cpu() -> Iterator[NDArray[np.float32]]:
         from engine.render.direct import radiance
         from engine.render.reference import reference
 
@@ -120,21 +120,21 @@ def run(
             if arguments.mode == "reference":
                 options = {"samples": arguments.samples, "max_depth": arguments.max_depth, "seed": arguments.seed}
                 begun = time.perf_counter()
-                picture = drain(reference(each, size, **options)).picture
+                image = drain(reference(each, size, **options)).image
                 seconds.append(time.perf_counter() - begun)
-                yield picture
+                yield image
             else:
                 yield drain(radiance(each, size, samples=arguments.samples))
 
     def on_device(context: Any) -> Iterator[NDArray[np.float32]]:
         return frames_off_screen(context, scenes, size, arguments.samples)
 
-    def finished(pictures: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
-        return (with_background(picture, each, behind) for picture, each in zip(pictures, scenes, strict=True))
+    def finish(images: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
+        return (with_background(image, each, behind) for image, each in zip(images, scenes, strict=True))
 
     renderer = "cpu" if arguments.mode == "reference" else arguments.renderer
-    since = spent()
-    made = _written(arguments, display, show, warnings, renderer, on_device, on_processor, finished)
+    since = read_clock()
+    made = _write(arguments, display, show, warnings, renderer, on_device, on_cpu, finish)
     if seconds:
         teach(scene, arguments, "reference", median(seconds), since)
     return made
@@ -180,56 +180,56 @@ def run_baked(
             lit = replace(textured[0], camera=seen_from, environment_rotation=each.rotation, lamps=each.lamps)
             pairs.append(with_and_without(lit, textured[1]))
 
-    def relit() -> Iterator[tuple[Relit, Camera]]:
+    def relight_transport() -> Iterator[tuple[RelightTransport, Camera]]:
         found: Any = None
         for each, seen_from in zip(lights, cameras, strict=True):
             if found is None or turn[1]:
-                found = drain(method.baking.illuminated(file, each, asked, arguments.brdf))
+                found = drain(method.baking.illuminate(file, each, asked, arguments.brdf))
             yield found.relit, seen_from
 
-    def on_processor() -> Iterator[NDArray[np.float32]]:
+    def on_cpu() -> Iterator[NDArray[np.float32]]:
         from engine.render.direct import radiance
 
-        for number, (each, seen_from) in enumerate(relit()):
-            picture = drain(picture_of(each, seen_from, size, arguments.samples)).picture
+        for number, (each, seen_from) in enumerate(relight_transport()):
+            image = drain(image_of(each, seen_from, size, arguments.samples)).image
             if pairs:
                 one, other = (drain(radiance(scene, size, samples=arguments.samples)) for scene in pairs[number])
-                picture = shadowed(one, other, picture)
-            yield picture
+                image = combine_shadowed(one, other, image)
+            yield image
 
     def on_device(context: Any) -> Iterator[NDArray[np.float32]]:
-        baked = relit_frames_off_screen(context, relit(), size, arguments.samples)
+        baked = relight_frames_off_screen(context, relight_transport(), size, arguments.samples)
         if not pairs:
             yield from baked
             return
         with_texels, without = zip(*pairs, strict=True)
         texels = frames_off_screen(context, with_texels, size, arguments.samples)
         plain = frames_off_screen(context, without, size, arguments.samples)
-        for one, other, picture in zip(texels, plain, baked, strict=True):
-            yield shadowed(one, other, picture)
+        for one, other, image in zip(texels, plain, baked, strict=True):
+            yield combine_shadowed(one, other, image)
 
-    def finished(pictures: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
-        for picture, each, seen_from in zip(pictures, lights, cameras, strict=True):
-            yield picture if behind is None else in_front_of(picture, seen_from, behind, each.rotation, each.factor)
+    def finish(images: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
+        for image, each, seen_from in zip(images, lights, cameras, strict=True):
+            yield image if behind is None else in_front_of(image, seen_from, behind, each.rotation, each.factor)
 
-    made = _written(arguments, display, show, warnings, arguments.renderer, on_device, on_processor, finished)
+    made = _write(arguments, display, show, warnings, arguments.renderer, on_device, on_cpu, finish)
     return {**made, "mode": method.name}
 
 
-Pictures = Callable[..., "Iterator[NDArray[np.float32]]"]
+Images = Callable[..., "Iterator[NDArray[np.float32]]"]
 
 
-def _written(
+def _write(
     arguments: argparse.Namespace,
     display: Display,
     show: Callable[[Step], None],
     warnings: list[str],
     renderer: str,
-    on_device: Pictures,
-    on_processor: Pictures,
-    finished: Pictures,
+    on_device: Images,
+    on_cpu: Images,
+    finished: Images,
 ) -> dict[str, Any]:
-    """Draw all frames on a device, or on the processor, and write the film; its record."""
+    """Draw all frames on a device, or on the CPU, and write the film; its record."""
     from engine.gl.context import create_context, renderer_name
 
     start, count, context = time.perf_counter(), arguments.turntable, None
@@ -241,12 +241,12 @@ def _written(
                 raise
             warnings.append(str(missing))
     try:
-        pictures = on_processor() if context is None else on_device(context)
-        device = ON_PROCESSOR if context is None else renderer_name(context)
+        images = on_cpu() if context is None else on_device(context)
+        device = ON_CPU if context is None else renderer_name(context)
         size = (arguments.width, arguments.height)
         with film(arguments.output, size, arguments.fps, software=software("render")) as keep:
-            for number, picture in enumerate(finished(pictures), 1):
-                keep(coded(picture, display, arguments.background))
+            for number, image in enumerate(finished(images), 1):
+                keep(code(image, display, arguments.background))
                 show(Step(number / count, f"frame {number} of {count}"))
     finally:
         if context is not None:

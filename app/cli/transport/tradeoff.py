@@ -36,18 +36,18 @@ if TYPE_CHECKING:
 EXAMPLE = "lightarc tradeoff torus-knot --brdf ggx:alpha=0.3 --env studio --budget-s 60 -o tradeoff"
 
 #: Seconds that are measured unless something else is said, and the most of them.
-BUDGET_S, MOST_S = 480.0, 86_400.0
+BUDGET_S, MAX_S = 480.0, 86_400.0
 
 #: Settings without a measurement that are named, and after which there are only how many.
 NAMED = 12
 
-#: Most pixels: pictures of all settings are kept until the end.
-MOST_PIXELS = 1 << 20
+#: Most pixels: images of all settings are kept until the end.
+MAX_PIXELS = 1 << 20
 
-#: Sub-pixels of each pixel, as pictures of a sweep are drawn.
+#: Sub-pixels of each pixel, as images of a sweep are drawn.
 SUBPIXELS = 4
 
-#: Effects that every picture of a sweep shows where the scene has them.
+#: Effects that every image of a sweep shows where the scene has them.
 SHOWN = frozenset({"self-shadowing", "glossy", "anisotropy", "fresnel", "retro-reflection"})
 
 AXES = ("frame", "relight", "bake", "memory")
@@ -88,8 +88,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--axis", default="frame", choices=AXES, help="the time that --choose compares (frame)")
     parser.add_argument("--intensity", type=float, metavar="L", help="factor on the environment (1)")
-    parser.add_argument("--width", type=int, default=320, metavar="PX", help="width of the pictures (320)")
-    parser.add_argument("--height", type=int, default=240, metavar="PX", help="height of the pictures (240)")
+    parser.add_argument("--width", type=int, default=320, metavar="PX", help="width of the images (320)")
+    parser.add_argument("--height", type=int, default=240, metavar="PX", help="height of the images (240)")
     parser.add_argument("--max-depth", type=int, default=1, metavar="D", help="largest path depth of the reference (1)")
     parser.add_argument("--tile", type=float, metavar="N", help="repeats of the material over one uv (4)")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the reference (0)")
@@ -102,7 +102,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     scene = scene_options.scene_of(arguments, "a sweep")
     settings = _settings(arguments, scene)
     with _folder(arguments.output):
-        return _measured(arguments, scene, settings, budget, show)
+        return _measure(arguments, scene, settings, budget, show)
 
 
 @contextmanager
@@ -119,7 +119,7 @@ def _folder(path: Path) -> Iterator[None]:
         raise
 
 
-def _measured(
+def _measure(
     arguments: argparse.Namespace,
     scene: Scene,
     settings: list[Setting],
@@ -127,12 +127,12 @@ def _measured(
     show: Callable[[Step], None],
 ) -> dict[str, Any]:
     from app.session.machine_profile import cost_model, learn_from
-    from engine.core.stopwatch import spent
+    from engine.core.stopwatch import read_clock
     from engine.tradeoff.sweep import sweep
     from engine.tradeoff.write import write
 
     costs = drain(part(cost_model(), 0.0, 0.05), show)
-    planned = _planned(arguments, scene, costs, budget)
+    planned = _plan(arguments, scene, costs, budget)
     latest: list[Tradeoff] = []
     options = {"seconds": arguments.budget_s, "max_depth": arguments.max_depth, "seed": arguments.seed, "costs": costs}
     options["first"] = [planned.setting] if planned else []
@@ -143,7 +143,7 @@ def _measured(
             ending.keep_work()
         show(step)
 
-    since = spent()
+    since = read_clock()
     try:
         found = drain(sweep(scene, settings, (arguments.width, arguments.height), **options), keep)
         is_cancelled = False
@@ -160,10 +160,10 @@ def _measured(
         "env": arguments.env,
         "max_depth": arguments.max_depth,
         "cancelled": is_cancelled,
-        "plan": _planned_record(planned) if planned else None,
+        "plan": _record_plan(planned) if planned else None,
     }
     record = drain(write(found, arguments.output, _title(arguments), **about), show)
-    chosen = _chosen(found, budget, arguments.axis)
+    chosen = _choose(found, budget, arguments.axis)
     exit_code = CANCELLED if is_cancelled else DONE
     return {
         "output": str(arguments.output),
@@ -174,9 +174,7 @@ def _measured(
     }
 
 
-def _planned(
-    arguments: argparse.Namespace, scene: Scene, costs: CostModel, budget: Budget | None
-) -> EffectsPlan | None:
+def _plan(arguments: argparse.Namespace, scene: Scene, costs: CostModel, budget: Budget | None) -> EffectsPlan | None:
     """The plan for the same budget, with the effects that a sweep shows; None where there can be none."""
     from engine.planning.plan import plan
 
@@ -222,16 +220,16 @@ def report(result: dict[str, Any]) -> str:
         lines.append(f"Against the reference at equal error, {name} has paid off after {frames} {times}.")
     if result["baked_share"] < 1.0:
         lines.append(
-            f"The pictures show {percent(result['baked_share'])} of the vertices; only these were baked; "
+            f"The images show {percent(result['baked_share'])} of the vertices; only these were baked; "
             "times are for all vertices."
         )
-    lines.append(_ladders(result["ladders"]))
+    lines.append(_sweeps(result["ladders"]))
     lines += _predictions(result["predictions"])
     if result["plan"]:
         chosen = result["plan"]
         predicted = f"{percent(chosen['predicted_error_rel'])} ({percent_range(*chosen['error_interval_rel'])})"
         hidden = chosen["interreflection_error_rel"]
-        beside = f", of which up to {percent(hidden)} is interreflection that these pictures lack" if hidden else ""
+        beside = f", of which up to {percent(hidden)} is interreflection that these images lack" if hidden else ""
         costs = f"{time_text(chosen['predicted_frame_s'])} a frame, {time_text(chosen['predicted_bake_s'])} to bake"
         certain = f"(times within a factor of {number(chosen['times_within_factor'])})"
         lines.append(f"A plan chooses {setting_of(chosen)}, with an error of {predicted}{beside}; {costs} {certain}.")
@@ -250,18 +248,18 @@ def _time(seconds: float) -> str:
     return time_text(seconds) if seconds > 0.0 else "–"
 
 
-def _ladders(found: list[dict[str, Any]]) -> str:
-    """State that errors fall along the ladders, or name the ladders where they rise."""
+def _sweeps(found: list[dict[str, Any]]) -> str:
+    """State that errors fall along the sweeps, or name the sweeps where they rise."""
     if not found:
-        return "No two settings that were measured differ in one knob alone, so there is no ladder."
+        return "No two settings that were measured differ in one parameter alone, so there is no sweep."
     rising = [f"{each['mode']} {each['knob']} from {low} to {high}" for each in found for low, high in each["rises"]]
     if not rising:
-        return "The error falls along every ladder."
-    return f"The error falls along every ladder, but rises along {', '.join(dict.fromkeys(rising))}."
+        return "The error falls along every sweep."
+    return f"The error falls along every sweep, but rises along {', '.join(dict.fromkeys(rising))}."
 
 
-def _planned_record(planned: EffectsPlan) -> dict[str, Any]:
-    """The setting that the plan chooses, with its error, and how much of it pictures of direct light do not show."""
+def _record_plan(planned: EffectsPlan) -> dict[str, Any]:
+    """The setting that the plan chooses, with its error, and how much of it images of direct light do not show."""
     hidden = next(each for each in planned.effects if each.effect == "interreflection")
     return {
         **planned.setting.as_json(),
@@ -296,11 +294,11 @@ def _check(arguments: argparse.Namespace) -> None:
     if not project_input.is_given(arguments):
         project_input.check_model(arguments)
         project_input.with_defaults(arguments, {"env_rotation_deg": 0.0, "intensity": 1.0, "tile": 4.0})
-    if not 1.0 <= arguments.budget_s <= MOST_S:
-        raise UsageError(f"--budget-s {arguments.budget_s} is outside 1 … {MOST_S:.0f}")
+    if not 1.0 <= arguments.budget_s <= MAX_S:
+        raise UsageError(f"--budget-s {arguments.budget_s} is outside 1 … {MAX_S:.0f}")
     width, height = arguments.width, arguments.height
-    if min(width, height) < 16 or width * height > MOST_PIXELS:
-        raise UsageError(f"pictures of {width} × {height} pixels are outside 16 × 16 … {MOST_PIXELS} pixels")
+    if min(width, height) < 16 or width * height > MAX_PIXELS:
+        raise UsageError(f"images of {width} × {height} pixels are outside 16 × 16 … {MAX_PIXELS} pixels")
     if not 1 <= arguments.max_depth <= 100:
         raise UsageError(f"--max-depth {arguments.max_depth} is outside 1 … 100")
     if arguments.seed < 0:
@@ -332,7 +330,7 @@ def _title(arguments: argparse.Namespace) -> str:
     return f"{Path(arguments.mesh).name}, {what}, under {Path(arguments.env).name}"
 
 
-def _chosen(found: Tradeoff, budget: Any, axis: str) -> dict[str, Any]:
+def _choose(found: Tradeoff, budget: Any, axis: str) -> dict[str, Any]:
     """The best setting within the budget, and why; nothing without one."""
     if budget is None:
         return {}

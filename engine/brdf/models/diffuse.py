@@ -1,4 +1,4 @@
-"""Diffuse models. GLSL twins: resources/shaders/brdf/."""
+"""Diffuse models. GLSL counterparts: resources/shaders/brdf/."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ it is m^n (1 − d)^n, and since directions are unit vectors
 
     2m d = Σ_xy |cxy| (p ± q)² + (m − |cxy|)(p² + q²)  +  |cz| (z ∓ z')² + (m − |cz|)(z² + z'²),
 
-a sum of positive terms, so that nothing cancels where the lobe is sharp. GLSL twins: resources/shaders/brdf/.
+a sum of positive terms, so that nothing cancels where the lobe is sharp. GLSL counterparts: resources/shaders/brdf/.
 """
 
 from __future__ import annotations

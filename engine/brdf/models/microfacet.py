@@ -1,11 +1,11 @@
-"""Microfacet models. GLSL twins: resources/shaders/brdf/.
+"""Microfacet models. GLSL counterparts: resources/shaders/brdf/.
 
 With H = wi + wo, not normalised, the distributions are written so that neither a small width nor the horizon makes
 them cancel: sin²θ_h = (Hx² + Hy²)/|H|², cos²θ_h = Hz²/|H|². G₂/(4 n·l n·v) is one quotient, not three.
 
-Ward's anisotropic model in the form whose albedo is bounded. GLSL twin: resources/shaders/brdf/ward.glsl.
+Ward's anisotropic model in the form whose albedo is bounded. GLSL counterpart: resources/shaders/brdf/ward.glsl.
 
-The anisotropic Phong model of Ashikhmin and Shirley. GLSL twin: resources/shaders/brdf/ashikhmin-shirley.glsl.
+The anisotropic Phong model of Ashikhmin and Shirley. GLSL counterpart: resources/shaders/brdf/ashikhmin-shirley.glsl.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The modified Phong model (Lewis1993) and Blinn–Phong, normalised. GLSL twins: resources/shaders/brdf/.
+"""The modified Phong model (Lewis1993) and Blinn–Phong, normalised. GLSL counterparts: resources/shaders/brdf/.
 
 0⁰ is 1, as in numpy: exponent 0 makes Phong's lobe the constant ks / π.
 """

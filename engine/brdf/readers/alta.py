@@ -114,14 +114,14 @@ def _values(path: Path, header: dict[str, Line], values: NDArray[np.float64], vi
     return srgb_from_measured_xyz(values)
 
 
-def _projected(x: Column, y: Column) -> Column:
+def _project(x: Column, y: Column) -> Column:
     """The direction (N, 3) whose angle from the normal is |(x, y)|, towards (x, y)."""
     theta = np.hypot(x, y)
     scale = np.sinc(theta / math.pi)
     return np.stack([x * scale, y * scale, np.cos(theta)], axis=-1)
 
 
-def _mirrored(vector: Column, axis: Column) -> Column:
+def _mirror(vector: Column, axis: Column) -> Column:
     """`vector` mirrored at the unit `axis`: 2 (v·a) a − v."""
     return 2.0 * (vector * axis).sum(axis=-1, keepdims=True) * axis - vector
 
@@ -132,7 +132,7 @@ def _half(theta_h: Column, phi_h: Column, theta_d: Column, phi_d: Column) -> Pai
     x, y, z = surface_direction(theta_d, phi_d).T
     x, z = x * np.cos(theta_h) + z * np.sin(theta_h), z * np.cos(theta_h) - x * np.sin(theta_h)
     view = np.stack([x * np.cos(phi_h) - y * np.sin(phi_h), x * np.sin(phi_h) + y * np.cos(phi_h), z], axis=-1)
-    return view, _mirrored(view, half)
+    return view, _mirror(view, half)
 
 
 def _isotropic_light(theta_l: Column) -> Column:
@@ -154,17 +154,17 @@ def _retro(theta_l: Column, x: Column, y: Column) -> Pair:
 def _schlick(theta_l: Column, x: Column, y: Column) -> Pair:
     """K is the back vector; V = 2 (r·K) K − r with r the mirror image of L in the normal."""
     light = _isotropic_light(theta_l)
-    return _mirrored(light * (-1.0, -1.0, 1.0), _projected(x, y)), light
+    return _mirror(light * (-1.0, -1.0, 1.0), _project(x, y)), light
 
 
 def _neumann(h: Column, b: Column, phi: Column) -> Pair:
     """Projections of (L + V)/2, of length h along x, and (L − V)/2, of length b at phi from it."""
 
-    def raised(x: Column, y: Column) -> Column:
+    def raise_error(x: Column, y: Column) -> Column:
         return np.stack([x, y, np.sqrt(1.0 - x * x - y * y)], axis=-1)
 
     x, y = np.cos(phi) * b, np.sin(phi) * b
-    return raised(h + x, y), raised(h - x, -y)
+    return raise_error(h + x, y), raise_error(h - x, -y)
 
 
 def _cartesian(*columns: Column) -> Pair:
@@ -185,13 +185,13 @@ PARAMETRISATIONS: dict[str, tuple[int, Callable[..., Pair]]] = {
     "COS_TH": (1, lambda c: _half(np.arccos(c), _zero(c), _zero(c), _zero(c))),
     "RUSIN_TH_TD": (2, lambda h, d: _half(h, _zero(h), d, _zero(h) + math.pi / 2)),
     "COS_TH_TD": (2, lambda h, d: _half(np.arccos(h), _zero(h), np.arccos(d), _zero(h))),
-    "ISOTROPIC_TV_PROJ_DPHI": (2, lambda x, y: (_projected(x, y), _isotropic_light(_zero(x)))),
+    "ISOTROPIC_TV_PROJ_DPHI": (2, lambda x, y: (_project(x, y), _isotropic_light(_zero(x)))),
     "NEUMANN_2D": (2, lambda h, b: _neumann(h, b, _zero(h) + math.pi / 2)),
     "RUSIN_TH_TD_PD": (3, lambda h, d, p: _half(h, _zero(h), d, p)),
     "RUSIN_TH_PH_TD": (3, lambda h, p, d: _half(h, p, d, _zero(h))),
     "RUSIN_VH": (3, lambda x, y, z: _half(np.arctan2(np.hypot(x, y), z), np.arctan2(y, x), _zero(x), _zero(x))),
     "ISOTROPIC_TV_TL_DPHI": (3, lambda tv, tl, p: (surface_direction(tv), surface_direction(tl, p))),
-    "ISOTROPIC_TL_TV_PROJ_DPHI": (3, lambda tl, x, y: (_projected(x, y), _isotropic_light(tl))),
+    "ISOTROPIC_TL_TV_PROJ_DPHI": (3, lambda tl, x, y: (_project(x, y), _isotropic_light(tl))),
     "SCHLICK_TL_TK_PROJ_DPHI": (3, _schlick),
     "RETRO_TL_TVL_PROJ_DPHI": (3, _retro),
     "NEUMANN_3D": (3, _neumann),

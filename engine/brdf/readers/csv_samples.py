@@ -69,7 +69,7 @@ def looks_like_csv(head: bytes, size_bytes: int, name: str) -> bool:
     words = _words(lines[0], _separator(lines[0]))
     if _is_header(words):
         return any("theta" in word.lower() for word in words) and any("phi" in word.lower() for word in words)
-    if _named_in_comments(filled, len(words)):
+    if _find_names_in_comments(filled, len(words)):
         return all(is_number(word.replace(",", ".")) for word in words)
     # The last line may be cut.
     rows = [_words(line, _separator(lines[0])) for line in lines[: max(len(lines) - 1, 1)]]
@@ -133,12 +133,12 @@ def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:
     separator = _separator(lines[0].text)
     first = _words(lines[0].text, separator)
     if _is_header(first):
-        columns = _named(path, lines[0], first)
+        columns = _name_columns(path, lines[0], first)
         lines = lines[1:]
-    elif named := _named_in_comments(filled, len(first)):
-        columns = _named(path, *named)
+    elif named := _find_names_in_comments(filled, len(first)):
+        columns = _name_columns(path, *named)
     else:
-        columns = _counted(path, lines[0], first)
+        columns = _count(path, lines[0], first)
         _refuse_counted_rows(path, lines, separator)
     rows = []
     for line in lines:
@@ -165,7 +165,7 @@ def _words(line: str, separator: str | None) -> list[str]:
     return words[:-1] if len(words) > 1 and not words[-1] else words
 
 
-def _named_in_comments(lines: Sequence[Line], count: int) -> tuple[Line, list[str]] | None:
+def _find_names_in_comments(lines: Sequence[Line], count: int) -> tuple[Line, list[str]] | None:
     """The last comment before the data that names all four angles among `count` columns, and its words."""
     named = None
     for line in lines:
@@ -196,7 +196,7 @@ def _plain(word: str) -> str:
     return name
 
 
-def _named(path: Path, line: Line, words: list[str]) -> list[str]:
+def _name_columns(path: Path, line: Line, words: list[str]) -> list[str]:
     if len(words) > _COLUMNS_LIMIT:
         refuse(path, line.number, f"names {len(words)} columns; at most {_COLUMNS_LIMIT} are possible")
     for word in words:
@@ -209,7 +209,7 @@ def _named(path: Path, line: Line, words: list[str]) -> list[str]:
     return columns
 
 
-def _counted(path: Path, line: Line, words: list[str]) -> list[str]:
+def _count(path: Path, line: Line, words: list[str]) -> list[str]:
     """The columns of a file that names none."""
     values: dict[int, tuple[str, ...]] = {4: (), 5: ("value",), 7: _COLOUR}
     if len(words) not in values:

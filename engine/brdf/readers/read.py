@@ -37,7 +37,7 @@ class MeasuredBrdf(Brdf, Protocol):
     Attributes
     ----------
     name : what was measured, usually the stem of the file's name.
-    kind : how, in a short phrase for a person: "MERL table".
+    kind : how, in a short phrase for a user: "MERL table".
     samples : measured directions that the file holds.
     invalid_samples : how many of them could not be used; `health` says what became of them.
     """
@@ -59,7 +59,7 @@ class MeasuredBrdf(Brdf, Protocol):
 
 
 class Format(NamedTuple):
-    """A file format: its name for a person, whether a file looks like it, and its reader.
+    """A file format: its name for a user, whether a file looks like it, and its reader.
 
     `looks_like` gets the first `HEAD_BYTES` of the file, its size in bytes and its name.
     """

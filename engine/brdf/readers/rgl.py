@@ -273,7 +273,7 @@ class _Fields:
         rising = np.isfinite(axis).all() and (np.diff(axis) > 0.0).all()
         if not rising or abs(axis).max() > largest + 1e-3:
             raise InputError(self.path, f"has {name!r} that are not angles in rising order: it is damaged", AGAIN)
-        return _frozen(axis)
+        return _freeze(axis)
 
     def positive(self, name: str, dimensions: int) -> Floats:
         array = _double(self.array(name, dimensions))
@@ -282,7 +282,7 @@ class _Fields:
         return array
 
     def directions(self, name: str) -> Floats:
-        return _frozen(self.positive(name, 2))
+        return _freeze(self.positive(name, 2))
 
     def densities(self, name: str, grid: tuple[int, int]) -> Floats:
         """One table (Y, X) per incident direction of `grid`, none of them without any weight."""
@@ -317,7 +317,7 @@ def _colours(fields: _Fields, grid: tuple[int, int]) -> tuple[NDArray[Any], Floa
             colours[phi] = srgb_from_spectra(wavelengths, bands) if spectral else bands
         except UsageError as error:
             raise InputError(fields.path, f"has wavelengths that cannot be used: {error}", AGAIN) from None
-    return measured, _frozen(colours), spectral
+    return measured, _freeze(colours), spectral
 
 
 def _description(fields: _Fields) -> str:
@@ -355,6 +355,6 @@ def _double(array: NDArray[Any]) -> Floats:
         return array.astype(np.float64)
 
 
-def _frozen(array: Floats) -> Floats:
+def _freeze(array: Floats) -> Floats:
     array.setflags(write=False)
     return array

@@ -16,10 +16,10 @@ import numpy as np
 from engine.core.kernels import parallel, prange, scalar
 
 #: Of the Jacobian of a half vector's place: only at the very normal, where it vanishes, is it less.
-LEAST_JACOBIAN = 1e-12
+MIN_JACOBIAN = 1e-12
 
 #: Of the cosine that values are divided by, so that they stay finite at the horizon.
-LEAST_COSINE = 1e-9
+MIN_COSINE = 1e-9
 
 #: tan² theta of a half vector below which its azimuth is a rounding error, and 0 is taken: 1e-8 radian.
 AT_NORMAL = 1e-16
@@ -51,7 +51,7 @@ def _slices(phi_axis, theta_axis, phi, theta):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _mixed_row(rows, at, y):  # type: ignore[no-untyped-def]
+def _mix_row(rows, at, y):  # type: ignore[no-untyped-def]
     p, q, p_weight, t, r, t_weight = at
     value = (1.0 - t_weight) * rows[p, t, y] + t_weight * rows[p, r, y]
     if p_weight > 0.0:
@@ -61,7 +61,7 @@ def _mixed_row(rows, at, y):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _mixed(table, at, y, x):  # type: ignore[no-untyped-def]
+def _mix(table, at, y, x):  # type: ignore[no-untyped-def]
     p, q, p_weight, t, r, t_weight = at
     value = (1.0 - t_weight) * table[p, t, y, x] + t_weight * table[p, r, y, x]
     if p_weight > 0.0:
@@ -92,26 +92,26 @@ def _plain(table, x, y):  # type: ignore[no-untyped-def]
 def _density(density, at, x, y):  # type: ignore[no-untyped-def]
     j, b = _cell(y, density.shape[2])
     i, a = _cell(x, density.shape[3])
-    lower = (1.0 - a) * _mixed(density, at, j, i) + a * _mixed(density, at, j, i + 1)
-    upper = (1.0 - a) * _mixed(density, at, j + 1, i) + a * _mixed(density, at, j + 1, i + 1)
+    lower = (1.0 - a) * _mix(density, at, j, i) + a * _mix(density, at, j, i + 1)
+    upper = (1.0 - a) * _mix(density, at, j + 1, i) + a * _mix(density, at, j + 1, i + 1)
     return (1.0 - b) * lower + b * upper
 
 
 @scalar
-def _inverted(density, columns, rows, at, x, y):  # type: ignore[no-untyped-def]
+def _invert(density, columns, rows, at, x, y):  # type: ignore[no-untyped-def]
     """Uniform numbers in the unit square that the warp sends to (x, y), and the density there."""
     height, width = density.shape[2], density.shape[3]
     j, b = _cell(y, height)
     i, a = _cell(x, width)
-    left = (1.0 - b) * _mixed(density, at, j, i) + b * _mixed(density, at, j + 1, i)
-    right = (1.0 - b) * _mixed(density, at, j, i + 1) + b * _mixed(density, at, j + 1, i + 1)
-    before = (1.0 - b) * _mixed(columns, at, j, i) + b * _mixed(columns, at, j + 1, i)
-    lower, upper = _mixed(columns, at, j, width - 1), _mixed(columns, at, j + 1, width - 1)
+    left = (1.0 - b) * _mix(density, at, j, i) + b * _mix(density, at, j + 1, i)
+    right = (1.0 - b) * _mix(density, at, j, i + 1) + b * _mix(density, at, j + 1, i + 1)
+    before = (1.0 - b) * _mix(columns, at, j, i) + b * _mix(columns, at, j + 1, i)
+    lower, upper = _mix(columns, at, j, width - 1), _mix(columns, at, j + 1, width - 1)
     whole = (1.0 - b) * lower + b * upper
     u = x
     if whole > 0.0:
         u = (before + a * (left + 0.5 * a * (right - left)) / (width - 1)) / whole
-    v = _mixed_row(rows, at, j) + b * (lower + 0.5 * b * (upper - lower)) / (height - 1)
+    v = _mix_row(rows, at, j) + b * (lower + 0.5 * b * (upper - lower)) / (height - 1)
     return u, v, (1.0 - a) * left + a * right
 
 
@@ -126,29 +126,29 @@ def _part(share, first, second):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _drawn(density, columns, rows, at, u, v):  # type: ignore[no-untyped-def]
+def _draw(density, columns, rows, at, u, v):  # type: ignore[no-untyped-def]
     """(x, y, density there) of uniform numbers (u, v); the inverse of `_inverted`."""
     height, width = density.shape[2], density.shape[3]
     low, high = 0, height - 1
     while high - low > 1:
         middle = (low + high) // 2
-        if _mixed_row(rows, at, middle) <= v:
+        if _mix_row(rows, at, middle) <= v:
             low = middle
         else:
             high = middle
-    lower, upper = _mixed(columns, at, low, width - 1), _mixed(columns, at, high, width - 1)
-    b = _part((v - _mixed_row(rows, at, low)) * (height - 1), lower, upper)
+    lower, upper = _mix(columns, at, low, width - 1), _mix(columns, at, high, width - 1)
+    b = _part((v - _mix_row(rows, at, low)) * (height - 1), lower, upper)
     target = u * ((1.0 - b) * lower + b * upper)
     left, right = 0, width - 1
     while right - left > 1:
         middle = (left + right) // 2
-        if (1.0 - b) * _mixed(columns, at, low, middle) + b * _mixed(columns, at, high, middle) <= target:
+        if (1.0 - b) * _mix(columns, at, low, middle) + b * _mix(columns, at, high, middle) <= target:
             left = middle
         else:
             right = middle
-    before = (1.0 - b) * _mixed(columns, at, low, left) + b * _mixed(columns, at, high, left)
-    first = (1.0 - b) * _mixed(density, at, low, left) + b * _mixed(density, at, high, left)
-    second = (1.0 - b) * _mixed(density, at, low, right) + b * _mixed(density, at, high, right)
+    before = (1.0 - b) * _mix(columns, at, low, left) + b * _mix(columns, at, high, left)
+    first = (1.0 - b) * _mix(density, at, low, left) + b * _mix(density, at, high, left)
+    second = (1.0 - b) * _mix(density, at, low, right) + b * _mix(density, at, high, right)
     a = _part((target - before) * (width - 1), first, second)
     return (left + a) / (width - 1), (low + b) / (height - 1), (1.0 - a) * first + a * second
 
@@ -220,8 +220,8 @@ def values(  # type: ignore[no-untyped-def]
         theta, phi = np.arctan2(np.sqrt(x * x + y * y), z), np.arctan2(y, x)
         at = _slices(phi_axis, theta_axis, phi, theta)
         u, v = _place(relative, phi, x + x_sign * wo[n, 0], y + y_sign * wo[n, 1], z + wo[n, 2])
-        sample_x, sample_y, _ = _inverted(density, columns, rows, at, u, v)
-        scale = 1.0 / max(wo[n, 2], LEAST_COSINE)
+        sample_x, sample_y, _ = _invert(density, columns, rows, at, u, v)
+        scale = 1.0 / max(wo[n, 2], MIN_COSINE)
         if scaled:
             area = _plain(sigma, np.sqrt(theta * (2.0 / np.pi)), (phi + np.pi) / (2.0 * np.pi))
             scale = scale * _plain(ndf, u, v) / (4.0 * area) if area > 0.0 else 0.0
@@ -251,10 +251,10 @@ def densities(phi_axis, theta_axis, reduction, relative, density, columns, rows,
             continue
         side = -1.0 if half_z < 0.0 else 1.0
         u, v = _place(relative, phi, side * half_x, side * half_y, side * half_z)
-        sample_x, sample_y, visible = _inverted(density, columns, rows, at, u, v)
+        sample_x, sample_y, visible = _invert(density, columns, rows, at, u, v)
         sine = np.sqrt(half_x * half_x + half_y * half_y) / length
         cosine = abs(x * half_x + y * half_y + z * half_z) / length
-        jacobian = max(2.0 * np.pi * np.pi * u * sine, LEAST_JACOBIAN) * 4.0 * cosine
+        jacobian = max(2.0 * np.pi * np.pi * u * sine, MIN_JACOBIAN) * 4.0 * cosine
         if jacobian > 0.0:
             out[n] = visible * _density(luminance, at, sample_x, sample_y) / jacobian
 
@@ -284,8 +284,8 @@ def samples(  # type: ignore[no-untyped-def]
         x, y, z = x_sign * fixed[n, 0], y_sign * fixed[n, 1], fixed[n, 2]
         theta, phi = np.arctan2(np.sqrt(x * x + y * y), z), np.arctan2(y, x)
         at = _slices(phi_axis, theta_axis, phi, theta)
-        u, v, _ = _drawn(luminance, luminance_columns, luminance_rows, at, uniform[n, 1], uniform[n, 0])
-        place_x, place_y, _ = _drawn(density, columns, rows, at, u, v)
+        u, v, _ = _draw(luminance, luminance_columns, luminance_rows, at, uniform[n, 1], uniform[n, 0])
+        place_x, place_y, _ = _draw(density, columns, rows, at, u, v)
         phi_half = (2.0 * place_y - 1.0) * np.pi
         if relative:
             phi_half += phi

@@ -19,7 +19,7 @@ from engine.brdf.readers.curet import read_curet, split_material
 from engine.brdf.samples import BrdfSamples
 from engine.core.directions import Vectors
 from engine.core.health import Finding, Health, Verdict
-from engine.storage.untrusted import decode_in_child, handed
+from engine.storage.untrusted import decode_in_child, hand
 
 _READERS = {"alta": read_alta, "cornell": read_cornell, "csv": read_csv_samples, "curet": read_curet}
 _ARRAYS = ("wi", "wo", "value", "wavelengths_nm", "spectra")
@@ -50,7 +50,7 @@ def decode_samples(
     content: bytes, name: str, reader: str, asked: str, beside: dict[str, bytes] | None = None
 ) -> dict[str, Any]:
     """The decoder: fields of `BrdfSamples` as arrays and JSON values."""
-    with handed({name: content, **(beside or {})}):
+    with hand({name: content, **(beside or {})}):
         samples = _READERS[reader](Path(asked))
     arrays = {each: getattr(samples, each) for each in _ARRAYS if getattr(samples, each) is not None}
     findings = [(int(one.verdict), one.text, one.source) for one in samples.health.findings]
@@ -66,6 +66,6 @@ def read_directions(path: Path) -> tuple[Vectors, Vectors]:
 
 def decode_directions(content: bytes, name: str) -> dict[str, Any]:
     """The decoder: the arrays wi and wo."""
-    with handed({name: content}):
+    with hand({name: content}):
         wi, wo = read_csv_directions(Path(name))
     return {"wi": wi, "wo": wo}

@@ -38,7 +38,7 @@ SUFFIX = ".exr"
 _SIGNATURE = b"\x76\x2f\x31\x01"
 _PLANES = ("R", "G", "B", "missing")
 _LIMIT_BYTES = 1 << 30
-_MOST_ENTRIES = 1 << 25
+_MAX_ENTRIES = 1 << 25
 _REMEDY = "Write the table again with this program"
 
 _Angle = Annotated[float, Field(ge=0.0, le=6.2831853071795865, allow_inf_nan=False)]
@@ -75,20 +75,20 @@ def write_table(path: str | os.PathLike[str], table: Table) -> Table:
     return stored
 
 
-def kept_table(brdf: Brdf) -> Steps[Table]:
+def keep_table(brdf: Brdf) -> Steps[Table]:
     """`brdf` as the table that a file gives back bit for bit: rounded, or resampled where it is no table yet."""
     if isinstance(brdf, HalfDifferenceTable | DirectionTable):
-        return _rounded(brdf)
+        return _round(brdf)
     return (yield from resample(brdf, dtype=np.float32))
 
 
-def _rounded(table: Table) -> Table:
+def _round(table: Table) -> Table:
     """`table` in float32, with a note in its health where that changes values."""
     values = np.ascontiguousarray(table.values, np.float32)
     health = table.health
     if not np.array_equal(values, table.values):
         note = "The values are rounded from float64 to float32, 6·10⁻⁸ relative."
-        health = health.merged(Health(findings=(Finding(Verdict.NOTE, note),)))
+        health = health.merge(Health(findings=(Finding(Verdict.NOTE, note),)))
     if isinstance(table, HalfDifferenceTable):
         return replace(table, values=values, health=health, planes=None)
     return replace(table, values=values, health=health)
@@ -96,7 +96,7 @@ def _rounded(table: Table) -> Table:
 
 def encode_table(table: Table) -> tuple[bytes, Table]:
     """The content of a table's file, and the table that it gives back."""
-    table = _rounded(table)
+    table = _round(table)
     grids = [] if isinstance(table, HalfDifferenceTable) else [table.theta_i, table.phi_i, table.theta_o, table.phi_o]
     record = _Record(
         layout="half-difference" if isinstance(table, HalfDifferenceTable) else "directions",
@@ -107,7 +107,7 @@ def encode_table(table: Table) -> tuple[bytes, Table]:
         health=HealthRecord.of(table.health),
         grids=[[float(angle) for angle in grid] for grid in grids],
     ).model_dump_json()
-    rows, columns = _picture(table.missing.shape)
+    rows, columns = _image(table.missing.shape)
     planes = [*np.moveaxis(table.values.reshape(rows, columns, 3), -1, 0), table.missing.reshape(rows, columns)]
     channels = {name: np.ascontiguousarray(plane, np.float32) for name, plane in zip(_PLANES, planes, strict=True)}
     attributes = {RECORD: record, FINGERPRINT: _fingerprint(record, channels)}
@@ -125,7 +125,7 @@ def decode_table(content: bytes, path: str | os.PathLike[str]) -> Table:
     attributes = found.pop("attributes")
     record = _record(attributes.get(RECORD), path)
     shape = tuple(record.shape)
-    rows, columns = _picture(shape)
+    rows, columns = _image(shape)
     channels: dict[str, Any] = {name: found.get(f"channel:{name}") for name in _PLANES}
     for name, plane in channels.items():
         if plane is None or plane.dtype != np.float32 or plane.shape != (rows, columns):
@@ -150,7 +150,7 @@ def _record(text: Any, path: str | os.PathLike[str]) -> _Record:
         place = ".".join(map(str, first["loc"]))[:60]
         raise InputError(path, f"has a faulty attribute {RECORD}: {place} {first['msg'][:100]}", _REMEDY) from None
     wanted = 3 if record.layout == "half-difference" else 4
-    if len(record.shape) != wanted or np.prod(record.shape, dtype=np.float64) > _MOST_ENTRIES:
+    if len(record.shape) != wanted or np.prod(record.shape, dtype=np.float64) > _MAX_ENTRIES:
         raise InputError(path, f"states an impossible table of {record.shape} entries", _REMEDY)
     if len(record.grids) != (0 if wanted == 3 else 4):
         raise InputError(path, f"states {len(record.grids)} grids for a table in {record.layout}", _REMEDY)
@@ -167,7 +167,7 @@ def _table(record: _Record, values: NDArray[np.float32], missing: NDArray[np.boo
     return DirectionTable(theta_i, phi_i, theta_o, phi_o, values, missing, **words)
 
 
-def _picture(shape: tuple[int, ...]) -> tuple[int, int]:
+def _image(shape: tuple[int, ...]) -> tuple[int, int]:
     """Rows and columns of the image that holds a table of `shape`."""
     return shape[0] * shape[1], int(np.prod(shape[2:]))
 

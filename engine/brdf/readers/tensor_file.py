@@ -23,7 +23,7 @@ from engine.storage.untrusted import AGAIN, read_bytes
 MAGIC = b"tensor_file\0"
 
 #: Far above the 11 fields, 5 dimensions and 11 letters of the largest published files.
-MOST_FIELDS, MOST_DIMENSIONS, MOST_NAME_BYTES = 256, 16, 256
+MAX_FIELDS, MAX_DIMENSIONS, MAX_NAME_BYTES = 256, 16, 256
 
 _PREAMBLE = struct.Struct("<12sBBI")
 _NAME_BYTES = struct.Struct("<H")
@@ -92,10 +92,10 @@ def _fields(path: str | os.PathLike[str], content: bytes) -> tuple[list[_Field],
     _, major, minor, count = cursor.unpack(_PREAMBLE)
     if major != 1:
         raise InputError(path, f"is a tensor_file of version {major}.{minor}, and 1.0 is read", "Convert it to 1.0")
-    if count > MOST_FIELDS:
-        if int.from_bytes(count.to_bytes(4, "little"), "big") <= MOST_FIELDS:
+    if count > MAX_FIELDS:
+        if int.from_bytes(count.to_bytes(4, "little"), "big") <= MAX_FIELDS:
             raise InputError(path, "is byte-swapped: its numbers are big-endian", "Write it in little-endian order")
-        raise InputError(path, f"announces {count} fields, more than {MOST_FIELDS}: it is damaged", AGAIN)
+        raise InputError(path, f"announces {count} fields, more than {MAX_FIELDS}: it is damaged", AGAIN)
     fields = [_field(cursor) for _ in range(count)]
     if len({field.name for field in fields}) < count:
         raise InputError(path, "has two fields of one name: it is damaged", AGAIN)
@@ -104,14 +104,14 @@ def _fields(path: str | os.PathLike[str], content: bytes) -> tuple[list[_Field],
 
 def _field(cursor: _Cursor) -> _Field:
     (length,) = cursor.unpack(_NAME_BYTES)
-    if not 0 < length <= MOST_NAME_BYTES:
+    if not 0 < length <= MAX_NAME_BYTES:
         raise InputError(cursor.path, f"has a field whose name is {length} bytes long: it is damaged", AGAIN)
     raw = cursor.take(length)
     if not raw.isascii() or not raw.decode("ascii").isprintable():
         raise InputError(cursor.path, "has a field whose name is no text: it is damaged", AGAIN)
     name = raw.decode("ascii")
     dimensions, kind, first = cursor.unpack(_LAYOUT)
-    if dimensions > MOST_DIMENSIONS:
+    if dimensions > MAX_DIMENSIONS:
         raise InputError(cursor.path, f"has a field {name!r} of {dimensions} dimensions: it is damaged", AGAIN)
     if kind not in _TYPES:
         raise InputError(cursor.path, f"has a field {name!r} of the unknown type {kind}: it is damaged", AGAIN)

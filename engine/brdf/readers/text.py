@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.errors import InputError
-from engine.storage.text import marked
+from engine.storage.text import mark as marked
 from engine.storage.untrusted import AGAIN, read_bytes
 
 #: Largest text that is read, longest line, and most samples: far beyond any published measurement.
@@ -48,7 +48,7 @@ class Line(NamedTuple):
 def read_lines(path: str | os.PathLike[str]) -> list[Line]:
     """The lines of a text file that hold anything; InputError for what is not text."""
     content = marked(read_bytes(path, LIMIT_BYTES))
-    text = _decoded(path, content)
+    text = _decode(path, content)
     split = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     lines = [Line(number, bare) for number, line in enumerate(split, 1) if (bare := line.strip())]
     for line in lines:
@@ -115,7 +115,7 @@ def refuse(path: str | os.PathLike[str], line: int, problem: str, remedy: str = 
     raise InputError(path, f"line {line} {problem}", remedy)
 
 
-def _decoded(path: str | os.PathLike[str], content: bytes) -> str:
+def _decode(path: str | os.PathLike[str], content: bytes) -> str:
     coding = next((each for mark, each in _MARKS if content.startswith(mark)), None)
     found = _NO_TEXT.search(content) if coding != "utf-16" else None
     if found:

@@ -81,18 +81,16 @@ def room_share(photographs: Sequence[NDArray[np.float32]], directions: Array, ri
     positions = np.stack([(columns + 0.5) / size[0] - 0.5, (0.5 * size[1] - 0.5 - rows) / size[0]], axis=1)
     share = np.empty((len(values), 3))
     with one_thread():
-        room = [
-            _fitted(values[:, :, band], positions, directions, rig, slice(None, None, 8), True) for band in range(3)
-        ]
+        room = [_fit(values[:, :, band], positions, directions, rig, slice(None, None, 8), True) for band in range(3)]
         for first in range(0, len(values), _AT_ONCE):
             part = slice(first, first + _AT_ONCE)
-            normals, _ = _fitted(values.mean(axis=2), positions, directions, rig, part, False)
+            normals, _ = _fit(values.mean(axis=2), positions, directions, rig, part, False)
             for band, (_, ambient) in enumerate(room):
                 share[part, band] = normals @ ambient
     return np.clip(share, 0.0, 0.95).astype(np.float32).reshape(size[1], size[0], 3)
 
 
-def _fitted(
+def _fit(
     values: Array, positions: Array, directions: Array, rig: Rig, part: slice, ambient: bool
 ) -> tuple[Array, Array]:
     """Albedo times normal over the mean, and the room light that fits these values."""

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.calibration.rig import TERMS, Array, Fit, Rig, Sample, fit, held_out, typical
+from engine.capture.calibration.rig import TERMS, Array, Fit, Rig, Sample, fit, measure_held_out, typical
 from engine.core.colour import srgb_encode
 from engine.core.figure_text import number
 from engine.core.one_thread import one_thread
@@ -30,7 +30,7 @@ from engine.core.one_thread import one_thread
 FEWEST = {"distance": 6, "gains": 9, "ambient": 8}
 
 #: Share of the held-out error that a term has to take away, and deviations of its mean over blocks.
-LEAST_GAIN, SURE = {"distance": 0.08, "gains": 0.1, "ambient": 0.08}, 4.0
+MIN_GAIN, SURE = {"distance": 0.08, "gains": 0.1, "ambient": 0.08}, 4.0
 
 #: Held-out error, over the brightness of a texel, up to which the model of a texel is good enough for each term, and
 #: the share that a term has to take away beyond it.
@@ -128,7 +128,7 @@ def _estimated(sample: Sample, directions: Array, allowed: Collection[str], star
         for half in halves:
             rig = fit(sample.of(~half), directions, terms, start).rig
             here = sample.of(half)
-            found[half] = typical(held_out(here, directions, rig), here.usable)
+            found[half] = typical(measure_held_out(here, directions, rig), here.usable)
         return found
 
     kept = tried
@@ -158,7 +158,7 @@ def _put(rig: Rig, start: Rig, term: str) -> Rig:
 def _evidence(term: str, before: Array, after: Array, block: NDArray[np.int64]) -> float:
     """1 or more where a term is worth accepting."""
     share = 1.0 - float(after.mean()) / max(float(before.mean()), 1e-9)
-    needed = LEAST_GAIN[term] if after.mean() < GOOD[term] else LARGE_GAIN[term]
+    needed = MIN_GAIN[term] if after.mean() < GOOD[term] else LARGE_GAIN[term]
     number = np.bincount(block)
     gain = (np.bincount(block, before - after) / np.maximum(number, 1))[number > 0]
     chance = float(gain.std(ddof=1) / np.sqrt(len(gain))) + 1e-9

@@ -7,7 +7,7 @@ absolute deviations. Relief seems to move with the light, though, so this is onl
 compared with what the others of its texels predict for its own lamp (`rig`), whose shading is the same, and moved by
 Gauss-Newton steps (Lucas1981).
 
-Shifts are used only where they lower the error of photographs that are left out by more than `LEAST_GAIN`.
+Shifts are used only where they lower the error of photographs that are left out by more than `MIN_GAIN`.
 Cost: 1 s of one core for 25 photographs, in windows of at most `WINDOW_PIXELS` of photographs of at most 0.6
 megapixels.
 """
@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.sparse.csgraph import minimum_spanning_tree
 
-from engine.capture.calibration.rig import Array, Rig, Sample, fit, held_out, typical
-from engine.capture.registration.texture import Grey, reduced
+from engine.capture.calibration.rig import Array, Rig, Sample, fit, measure_held_out, typical
+from engine.capture.registration.texture import Grey, reduce
 from engine.core.one_thread import one_thread
 from engine.core.steps import Step, Steps
 
@@ -33,7 +33,7 @@ COARSE_PIXELS, WINDOW_PIXELS, WINDOW_SIDE = 40_000, 12_000, 56
 
 #: Least number of lamps, smallest side in pixels, and share of the held-out error that shifts have to take away: of
 #: small shifts, which noise and shading imitate, and of those of `SURE_SHIFT` pixels and more.
-FEWEST, LEAST_SIDE, LEAST_GAIN, SURE_GAIN, SURE_SHIFT = 8, 40, 0.25, 0.1, 0.6
+FEWEST, MIN_SIDE, MIN_GAIN, SURE_GAIN, SURE_SHIFT = 8, 40, 0.25, 0.1, 0.6
 
 #: Deviation of a shift in pixels that scatter over the image does not show.
 HIDDEN_PX = 0.06
@@ -42,7 +42,7 @@ HIDDEN_PX = 0.06
 ROUNDS, LARGEST_STEP = 6, 1.0
 
 #: Smallest of the largest shifts, in pixels of the images, that is worth resampling.
-LEAST_SHIFT = 0.05
+MIN_SHIFT = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,25 +64,25 @@ def camera_motion(images: Sequence[Grey], directions: Array) -> Steps[Motion]:
     """The motion of the camera between luminance `images` (H, W) under lamps in `directions` (N, 3)."""
     count, (height, width) = len(images), images[0].shape
     still = Motion(np.zeros((count, 2)), np.full(count, np.nan), 0.0, 0.0, False)
-    if count < FEWEST or min(height, width) < LEAST_SIDE:
+    if count < FEWEST or min(height, width) < MIN_SIDE:
         return still
     yield Step(0.0, "Looking for motion of the camera")
     factor = max(1, int(np.ceil(np.sqrt(height * width / COARSE_PIXELS))))
-    start = factor * _chained([_normalised(reduced(image, factor)) for image in images], directions)
+    start = factor * _chained([_normalise(reduce(image, factor)) for image in images], directions)
     windows = _windows(images)
     best = still
     with one_thread():
-        before = _refined(images, directions, np.zeros((count, 2)), windows, 0)
-        found = _refined(images, directions, start, windows, ROUNDS)
+        before = _refine(images, directions, np.zeros((count, 2)), windows, 0)
+        found = _refine(images, directions, start, windows, ROUNDS)
         gain = 1.0 - found.after / max(before.after, 1e-9)
         largest = float(np.hypot(*(found.shifts - np.median(found.shifts, axis=0)).T).max())
-        moved = gain >= (LEAST_GAIN if largest < SURE_SHIFT else SURE_GAIN) and largest >= LEAST_SHIFT
+        moved = gain >= (MIN_GAIN if largest < SURE_SHIFT else SURE_GAIN) and largest >= MIN_SHIFT
         shifts = found.shifts if moved else still.shifts
         best = Motion(shifts, found.residual_px, before.after, found.after, moved)
     return best
 
 
-def _normalised(image: Grey) -> Grey:
+def _normalise(image: Grey) -> Grey:
     """Logarithm of radiance over its local mean, over its local deviation."""
     lit = np.maximum(image, 0.0)
     logarithm = np.log(lit + np.float32(0.02 * float(lit.mean()) + 1e-9))
@@ -92,16 +92,16 @@ def _normalised(image: Grey) -> Grey:
     return np.asarray(np.clip(detail / (deviation + 1e-3), -3.0, 3.0), np.float32)
 
 
-def _chained(pictures: Sequence[Grey], directions: Array) -> Array:
+def _chained(images: Sequence[Grey], directions: Array) -> Array:
     """(N, 2) shifts that agree best with those between neighbours."""
     edges = _neighbours(directions)
-    taper = cv2.createHanningWindow(pictures[0].shape[::-1], cv2.CV_32F)
+    taper = cv2.createHanningWindow(images[0].shape[::-1], cv2.CV_32F)
     measured, sure = [], []
     for one, other in edges:
-        shift, confidence = _pair(pictures[one], pictures[other], taper)
+        shift, confidence = _pair(images[one], images[other], taper)
         measured.append(shift)
         sure.append(max(confidence, 1e-3) ** 2)
-    count = len(pictures)
+    count = len(images)
     matrix = np.zeros((len(edges), count))
     for row, edge in enumerate(edges):
         matrix[row, edge] = -1.0, 1.0
@@ -165,7 +165,7 @@ def _windows(images: Sequence[Grey]) -> list[tuple[slice, slice]]:
     return [(slice(top, top + side), slice(left, left + side)) for _, top, left in chosen]
 
 
-def _refined(
+def _refine(
     images: Sequence[Grey], directions: Array, start: Array, windows: list[tuple[slice, slice]], rounds: int
 ) -> Motion:
     """Shifts refined against what the other photographs predict, and the held-out error that they leave."""
@@ -173,7 +173,7 @@ def _refined(
     terms = ("gains", "distance")
     steps = np.zeros((1, len(images), 2))
     for turn in range(rounds + 1):
-        parts = [_aligned(images, window, shifts) for window in windows]
+        parts = [_align(images, window, shifts) for window in windows]
         values = np.concatenate([part.reshape(len(images), -1) for part in parts], axis=1).T.astype(np.float64)
         sample = _sample(values, images[0].shape, windows)
         if turn in (0, 2):
@@ -181,7 +181,7 @@ def _refined(
             rig = fit(sample.of(some), directions, terms, rig).rig
         left = np.concatenate(
             [
-                held_out(sample.of(np.isin(np.arange(len(values)), chunk)), directions, rig)
+                measure_held_out(sample.of(np.isin(np.arange(len(values)), chunk)), directions, rig)
                 for chunk in np.array_split(np.arange(len(values)), max(1, len(values) * len(images) // 100_000))
             ]
         )
@@ -196,7 +196,7 @@ def _refined(
     return Motion(shifts, residual, 0.0, float(np.mean(error)), False)
 
 
-def _aligned(images: Sequence[Grey], window: tuple[slice, slice], shifts: Array) -> NDArray[np.float32]:
+def _align(images: Sequence[Grey], window: tuple[slice, slice], shifts: Array) -> NDArray[np.float32]:
     """(N, h, w) a window of the images, each moved back by its shift."""
     rows, columns = window
     size = (columns.stop - columns.start, rows.stop - rows.start)

@@ -124,7 +124,7 @@ def lamp_vectors(directions: Array, positions: Array, nearness: float) -> Array:
 def fit(sample: Sample, directions: Array, terms: Sequence[str], start: Rig | None = None) -> Fit:
     """Fit `terms` of a rig whose lamps stand in `directions` (N, 3); the other terms are as in `start`."""
     rig = start or Rig.plain(len(directions))
-    weights = _ranked(sample)
+    weights = _rank(sample)
     free = _free(terms, len(directions))
     for _ in range(ROUNDS):
         heard = free.copy()
@@ -133,12 +133,12 @@ def fit(sample: Sample, directions: Array, terms: Sequence[str], start: Rig | No
             rig = _with_unheard(sample, directions, rig, weights, unheard)
             heard[4:] &= ~unheard
         for _ in range(STEPS if free.any() else 0):
-            rig, _, _ = _stepped(sample, directions, rig, weights, heard)
+            rig, _, _ = _step(sample, directions, rig, weights, heard)
         found, residuals = solve(sample, directions, rig, weights)
         weights = _biweights(sample, residuals)
     covariance = np.zeros((len(free), len(free)))
     if free.any():
-        _, inverse, scores = _stepped(sample, directions, rig, weights, free)
+        _, inverse, scores = _step(sample, directions, rig, weights, free)
         covariance[np.ix_(free, free)] = inverse @ (scores.T @ scores) @ inverse
     found, _ = solve(sample, directions, rig, weights)
     return Fit(rig, found, weights, covariance)
@@ -166,10 +166,10 @@ def solve(sample: Sample, directions: Array, rig: Rig, weights: Array) -> tuple[
     return found, sample.values - (design @ found[..., None])[..., 0]
 
 
-def held_out(sample: Sample, directions: Array, rig: Rig, weights: Array | None = None) -> Array:
+def measure_held_out(sample: Sample, directions: Array, rig: Rig, weights: Array | None = None) -> Array:
     """(T, N) residuals of photographs that are left out, each in turn, by the others of its texel."""
     if weights is None:
-        weights = _ranked(sample)
+        weights = _rank(sample)
         for _ in range(ROUNDS):
             weights = _biweights(sample, solve(sample, directions, rig, weights)[1])
     design = _design(sample, directions, rig)
@@ -208,7 +208,7 @@ def _free(terms: Sequence[str], count: int) -> NDArray[np.bool_]:
     return np.array(["distance" in terms, *["ambient" in terms] * 3, *["gains" in terms] * count])
 
 
-def _ranked(sample: Sample) -> Array:
+def _rank(sample: Sample) -> Array:
     """Weights (T, N) without the darkest and the brightest fifth of each texel."""
     usable = sample.usable
     number = usable.sum(axis=1)
@@ -226,7 +226,7 @@ def _biweights(sample: Sample, residuals: Array) -> Array:
     return np.asarray(np.where(sample.usable & (np.abs(off) < 1.0), (1.0 - off**2) ** 2, 0.0))
 
 
-def _stepped(
+def _step(
     sample: Sample, directions: Array, rig: Rig, weights: Array, free: NDArray[np.bool_]
 ) -> tuple[Rig, Array, Array]:
     """A Gauss-Newton step: the rig, the inverse of its normal equations, and scores (blocks, K) of free parameters."""

@@ -1,21 +1,21 @@
-"""`capture.toml`: what a person or the virtual light arc says about a folder of photographs.
+"""`capture.toml`: what a user or the virtual light arc says about a folder of photographs.
 
     notes = "suede, distant lamp"
     transfer = "linear"            # of 8- and 16-bit files: "srgb" or "linear"
     dark = "dark.tif"              # optional; photograph without light
     flat = "flat.tif"              # optional; photograph of an even white surface
     reference = "woven_05.tif"     # optional; the photograph that the others are aligned to
-    lamp_distance = 1.5            # optional; of a near lamp from the middle of the picture, in its widths
+    lamp_distance = 1.5            # optional; of a near lamp from the middle of the image, in its widths
 
     [[photographs]]
     file = "woven_01.tif"
     elevation_deg = 10.0           # of the light above the sample; optional where a mirror sphere tells it
-    azimuth_deg = 0.0              # optional; 0 = right, 90 = up in the picture
+    azimuth_deg = 0.0              # optional; 0 = right, 90 = up in the image
     exposure_s = 0.5               # optional; replaces what the camera noted
     highlight_px = [95.0, 431.5]   # optional; column and row of the lamp's reflection, where it is not found rightly
     control_points = [[12, 30, 15, 28], [400, 310, 402, 309]]    # optional; where it is not aligned rightly
 
-    [sphere]                       # optional; outline of a mirror sphere in the picture
+    [sphere]                       # optional; outline of a mirror sphere in the image
     column_px = 80.5
     row_px = 450.0
     radius_px = 40.0
@@ -38,7 +38,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from engine.core.errors import InputError
 from engine.storage.text import utf8
-from engine.storage.untrusted import decode_in_child, handed, read_bytes
+from engine.storage.untrusted import decode_in_child, hand, read_bytes
 
 _LIMIT_BYTES = 16 << 20
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
@@ -65,7 +65,7 @@ class PhotographEntry(BaseModel):
 
 
 class SphereEntry(BaseModel):
-    """Outline of a mirror sphere in pixels, (0, 0) = the upper left corner of the picture."""
+    """Outline of a mirror sphere in pixels, (0, 0) = the upper left corner of the image."""
 
     model_config = _STRICT
 
@@ -94,26 +94,26 @@ def read_capture_file(path: Path) -> CaptureFile:
     """Read and check `path`; InputError names the line or the key that is wrong."""
     decoder, process = "engine.capture.lights.capture_file:decode_capture_file", "engine.capture.photograph.decode"
     reply = decode_in_child(decoder, path, limit_bytes=_LIMIT_BYTES, process=process)
-    return _checked(path, reply["values"])
+    return _check(path, reply["values"])
 
 
 def decode_capture_file(content: bytes, name: str) -> dict[str, Any]:
     """The decoder: the `values` of a `CaptureFile` that were checked, as JSON has them."""
-    with handed({name: content}):
-        return {"values": _checked(Path(name), _values(Path(name))).model_dump(mode="json")}
+    with hand({name: content}):
+        return {"values": _check(Path(name), _values(Path(name))).model_dump(mode="json")}
 
 
 def _values(path: Path) -> dict[str, Any]:
     try:
         text = utf8(read_bytes(path, _LIMIT_BYTES)).decode("utf-8-sig")
-        if _most_parts(text) > _PARTS_LIMIT:
+        if _max_parts(text) > _PARTS_LIMIT:
             raise InputError(path, f"has a key of more than {_PARTS_LIMIT} parts", "Correct it, or remove the file")
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # also for a whole number of thousands of digits
         raise InputError(path, f"is not valid TOML ({str(error)[:120]})", "Correct it, or remove the file") from None
 
 
-def _checked(path: Path, values: dict[str, Any]) -> CaptureFile:
+def _check(path: Path, values: dict[str, Any]) -> CaptureFile:
     try:
         return CaptureFile.model_validate(values)
     except ValidationError as error:
@@ -122,7 +122,7 @@ def _checked(path: Path, values: dict[str, Any]) -> CaptureFile:
         raise InputError(path, f"{where}: {first['msg']}", "Correct this key, or remove the file") from None
 
 
-def _most_parts(text: str) -> int:
+def _max_parts(text: str) -> int:
     """The most dots between two marks of TOML, outside of strings and comments."""
     parts = most = 0
     closing = ""

@@ -18,7 +18,7 @@ def comparable(name: str) -> str:
     return unicodedata.normalize("NFC", re.split(r"[/\\]", name)[-1])
 
 
-def listed(names: Sequence[str], limit: int = 5) -> str:
+def join_names(names: Sequence[str], limit: int = 5) -> str:
     """The names with commas, the first few of many."""
     more = f" and {len(names) - limit} more" if len(names) > limit else ""
     return ", ".join(names[:limit]) + more

@@ -1,4 +1,4 @@
-"""Files of a capture as people keep them: sidecars, thumbnails, copies, RAW beside JPEG, and the folders of programs.
+"""Files of a capture as users keep them: sidecars, thumbnails, copies, RAW beside JPEG, and the folders of programs.
 
 One photograph of each shot is kept. Where a shot lies there in several kinds of file (IMG_1.CR2 beside IMG_1.JPG), all
 shots are taken from one kind: the best of those that hold every shot, else the one that holds the most, because kinds
@@ -14,11 +14,11 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 
-from engine.capture.lights.file_names import comparable, listed
+from engine.capture.lights.file_names import comparable, join_names
 from engine.capture.photograph.kinds import KINDS, RAW_SUFFIXES, kind_name, kind_of
 from engine.core.health import Finding, Verdict
 
-#: The file in which a person says what the photographs do not (`engine.capture.lights.capture_file`).
+#: The file in which a user says what the photographs do not (`engine.capture.lights.capture_file`).
 CAPTURE_FILE = "capture.toml"
 
 #: Files that cameras and programs put beside photographs; none is a photograph.
@@ -30,7 +30,7 @@ SIDECARS = frozenset(
     )
 )
 
-#: Folders that programs make inside the folder of a capture, whose pictures are none of it.
+#: Folders that programs make inside the folder of a capture, whose images are none of it.
 _MADE_BY_PROGRAMS = frozenset(
     (
         *("@eadir", "__macosx", "thumb", "thumbs", "thumbnail", "thumbnails", "preview", "previews"),
@@ -57,7 +57,7 @@ def inside(folders: Sequence[tuple[str, int]]) -> tuple[str | None, str | None]:
 
     None for the first where there is none, or more than one that could be meant.
     """
-    filled = {name: count for name, count in folders if count and not made_by_program(name)}
+    filled = {name: count for name, count in folders if count and not is_made_by_program(name)}
     by_name = {name.lower(): name for name in filled}
     lights = next((name for name, _ in folders if name.lower() == _RTI_LIGHTS), None)
     for known in _RTI_BUILDER:
@@ -71,8 +71,8 @@ def capture_folder(folder: Path) -> Path:
     return folder.parent if folder.name.lower() in _RTI_BUILDER else folder
 
 
-def made_by_program(name: str) -> bool:
-    """True for the name of a folder whose pictures a program made of the photographs, and for hidden folders."""
+def is_made_by_program(name: str) -> bool:
+    """True for the name of a folder whose images a program made of the photographs, and for hidden folders."""
     name = name.lower()
     return name.startswith(".") or name in _MADE_BY_PROGRAMS or name.endswith(_CATALOGUES)
 
@@ -80,20 +80,20 @@ def made_by_program(name: str) -> bool:
 def one_of_each_shot(photographs: Sequence[Path], named: Collection[str]) -> tuple[list[Path], list[Finding]]:
     """`photographs` with one file for each shot, in their order, and what was left out and why.
 
-    `named` are names of files that a person wrote down, as `comparable` has them; these stay.
+    `named` are names of files that a user wrote down, as `comparable` has them; these stay.
     """
     kept, findings = list(photographs), list[Finding]()
     for rest, words in ((_thumbnails, "Thumbnails"), (_copies, "Copies, equal in every byte,"), (_edits, "Edits")):
         out = [path for path in rest(kept) if comparable(path.name) not in named]
         if out and len(kept) - len(out) >= 2:
             kept = [path for path in kept if path not in out]
-            findings.append(_left_out(f"{words} were left out", out))
-    chosen, said = _of_one_kind(kept, named)
+            findings.append(_list_left_out(f"{words} were left out", out))
+    chosen, said = _select_one_kind(kept, named)
     return chosen, [*findings, *said]
 
 
-def _left_out(words: str, paths: Sequence[Path], verdict: Verdict = Verdict.NOTE) -> Finding:
-    return Finding(verdict, f"{words}: {listed([path.name for path in paths])}")
+def _list_left_out(words: str, paths: Sequence[Path], verdict: Verdict = Verdict.NOTE) -> Finding:
+    return Finding(verdict, f"{words}: {join_names([path.name for path in paths])}")
 
 
 def _thumbnails(paths: Sequence[Path]) -> list[Path]:
@@ -121,10 +121,10 @@ def _equal(path: Path, other: Path) -> bool:
         return False  # what cannot be read is said when it is decoded
 
 
-def _of_one_kind(paths: Sequence[Path], named: Collection[str]) -> tuple[list[Path], list[Finding]]:
+def _select_one_kind(paths: Sequence[Path], named: Collection[str]) -> tuple[list[Path], list[Finding]]:
     shots: dict[tuple[str, Path], dict[int, list[Path]]] = {}
     for path in paths:
-        shots.setdefault((_shot(path), path.parent), {}).setdefault(kind_of(path), []).append(path)
+        shots.setdefault((_shoot(path), path.parent), {}).setdefault(kind_of(path), []).append(path)
     if len(shots) == len(paths):
         return list(paths), []
     counts = {kind: sum(kind in kinds for kinds in shots.values()) for kind in KINDS}
@@ -139,7 +139,7 @@ def _of_one_kind(paths: Sequence[Path], named: Collection[str]) -> tuple[list[Pa
     used = sorted({kind_of(path) for path in chosen})
     words = " and ".join(kind_name(kind) for kind in used)
     text = f"Shots lie there in several kinds of files; {words} {'was' if len(used) == 1 else 'were'} taken, not"
-    findings = [_left_out(text, [path for path in paths if path not in kept])]
+    findings = [_list_left_out(text, [path for path in paths if path not in kept])]
     if len(used) > 1:
         findings.append(Finding(Verdict.WARNING, f"Not all photographs are of one kind: {words} are mixed"))
     return chosen, findings
@@ -155,7 +155,7 @@ def _one_suffix(paths: Sequence[Path], counts: Mapping[str, int]) -> Path:
     return min(paths, key=key)
 
 
-def _shot(path: Path) -> str:
+def _shoot(path: Path) -> str:
     """The name without extensions: editors also write IMG_1.CR2.tif and IMG_1.NEF.jpg."""
     stem = Path(comparable(path.name)).stem
     inner = Path(stem)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.lights.file_names import listed
+from engine.capture.lights.file_names import join_names
 from engine.capture.lights.light_angles import direction_text
 from engine.capture.lights.sources import Sources, Unpacked, find
 from engine.core.directions import surface_direction
@@ -24,7 +24,7 @@ from engine.core.errors import InputError
 SAME = 1e-6
 
 
-def joined(one: Sources, other: Sources) -> Sources:
+def join(one: Sources, other: Sources) -> Sources:
     """The photographs of both by rising elevation; what holds for a whole capture is that of `one` where it says it.
 
     Raises InputError where names or directions of light come twice, or where only one has a mirror sphere.
@@ -35,11 +35,11 @@ def joined(one: Sources, other: Sources) -> Sources:
         raise InputError(new.parent, "has its lights from another source", "Open it as a project of its own")
     if "assumed" in (one.angle_source, other.angle_source):
         both = find([*_files(one), *_files(other), *_frames(one, other)])
-        return replace(both, unpacked=_unpacked(one, other))
+        return replace(both, unpacked=_unpack(one, other))
     order = np.argsort([*one.elevation, *other.elevation], kind="stable")
     elevation = np.concatenate([one.elevation, other.elevation])[order]
     azimuth = _azimuth(one, other, order)
-    photographs = _ordered(order, one.photographs, other.photographs)
+    photographs = _order(order, one.photographs, other.photographs)
     if one.sphere is None:
         _refuse_one_light(photographs, elevation, azimuth)
     return replace(
@@ -47,9 +47,9 @@ def joined(one: Sources, other: Sources) -> Sources:
         photographs=photographs,
         elevation=elevation,
         azimuth=azimuth,
-        exposure_s=_ordered(order, one.exposure_s, other.exposure_s),
-        exposures=_ordered(order, one.exposures, other.exposures),
-        highlights_px=_ordered(order, one.highlights_px, other.highlights_px),
+        exposure_s=_order(order, one.exposure_s, other.exposure_s),
+        exposures=_order(order, one.exposures, other.exposures),
+        highlights_px=_order(order, one.highlights_px, other.highlights_px),
         dark=one.dark or other.dark,
         flat=one.flat or other.flat,
         lamp_distance=one.lamp_distance if one.lamp_distance is not None else other.lamp_distance,
@@ -57,7 +57,7 @@ def joined(one: Sources, other: Sources) -> Sources:
         control_points={**one.control_points, **other.control_points},
         transfer=one.transfer or other.transfer,
         notes="\n".join(filter(None, (one.notes, other.notes))),
-        unpacked=_unpacked(one, other),
+        unpacked=_unpack(one, other),
         findings=tuple(dict.fromkeys((*one.findings, *other.findings))),
     )
 
@@ -71,7 +71,7 @@ def _frames(one: Sources, other: Sources) -> list[Path]:
     return [path for path in (one.dark or other.dark, one.flat or other.flat) if path is not None]
 
 
-def _ordered(order: NDArray[np.int_], one: tuple[Any, ...], other: tuple[Any, ...]) -> tuple[Any, ...]:
+def _order(order: NDArray[np.int_], one: tuple[Any, ...], other: tuple[Any, ...]) -> tuple[Any, ...]:
     both = (*one, *other)
     return tuple(both[at] for at in order)
 
@@ -83,7 +83,7 @@ def _azimuth(one: Sources, other: Sources, order: NDArray[np.int_]) -> NDArray[n
     return np.concatenate([one.azimuth, other.azimuth])[order]
 
 
-def _unpacked(one: Sources, other: Sources) -> Unpacked | None:
+def _unpack(one: Sources, other: Sources) -> Unpacked | None:
     """The archive of the one that came from one; of two archives neither holds all photographs."""
     found = [each.unpacked for each in (one, other) if each.unpacked is not None]
     return found[0] if len(found) == 1 else None
@@ -92,14 +92,14 @@ def _unpacked(one: Sources, other: Sources) -> Unpacked | None:
 def _refuse_twice(place: Path, names: list[str]) -> None:
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
-        problem = f"holds photographs that are there already, or that are called the same: {listed(twice)}"
+        problem = f"holds photographs that are there already, or that are called the same: {join_names(twice)}"
         raise InputError(place.parent, problem, "Leave them out, or give them other names")
 
 
 def _refuse_one_light(
     photographs: tuple[Path, ...], elevation: NDArray[np.float64], azimuth: NDArray[np.float64] | None
 ) -> None:
-    """Two photographs under one light would be one: which of them counts is for a person to say."""
+    """Two photographs under one light would be one: which of them counts is for a user to say."""
     around = azimuth if azimuth is not None else np.zeros(len(elevation))
     light = surface_direction(0.5 * np.pi - elevation, around)
     apart = np.linalg.norm(light[:, None] - light[None], axis=-1) + np.eye(len(light))

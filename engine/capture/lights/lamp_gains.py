@@ -76,18 +76,18 @@ def _part(how: GreyPatch | Literal["object"], height: int, width: int) -> tuple[
 
 def patch_gains(medians: Array, elevation: Array) -> Array:
     """(N,) gains over their median, of the radiance (N,) of a matt patch parallel to the sample."""
-    gains = medians / _received(elevation)
+    gains = medians / _receive(elevation)
     return gains / float(np.median(gains))
 
 
-def _received(elevation: Array) -> Array:
+def _receive(elevation: Array) -> Array:
     """Irradiance of the sample over that from above; that of grazing light is uncertain and not taken as 0."""
     return np.maximum(np.sin(elevation), 0.02)
 
 
 def object_gains(medians: Array, elevation: Array, azimuth: Array | None) -> Array:
     """(N,) gains over their median, of the median radiance (N,) of an object; azimuth None for lamps of one arc."""
-    terms, wanted = _terms(elevation, azimuth), np.log(medians / _received(elevation))
+    terms, wanted = _terms(elevation, azimuth), np.log(medians / _receive(elevation))
     weight = np.ones(len(medians))
     left = wanted
     for _ in range(_ROUNDS):

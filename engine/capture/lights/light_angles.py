@@ -16,11 +16,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from engine.capture.lights.file_names import angles_with_words, bare_angles, comparable, listed, natural
+from engine.capture.lights.file_names import angles_with_words, bare_angles, comparable, join_names, natural
 from engine.capture.lights.folder import capture_files
 from engine.capture.lights.light_positions import Light, read_dome, read_light_positions
 from engine.capture.lights.mirror_sphere import Circle
-from engine.capture.photograph.exposures import noted_exposure
+from engine.capture.photograph.exposures import read_noted_exposure
 from engine.core.errors import InputError
 from engine.core.health import Finding, Verdict
 
@@ -55,7 +55,7 @@ class Lit(NamedTuple):
 
 class Stated(NamedTuple):
     """Photographs with their lights, the name of the source that knew, what to say about it, and the lamp's distance in
-    widths of the picture where the source gives it."""
+    widths of the image where the source gives it."""
 
     lit: list[Lit]
     source: str
@@ -63,7 +63,7 @@ class Stated(NamedTuple):
     lamp_distance: float | None = None
 
 
-def stated_lights(
+def read_stated_lights(
     place: Path,
     files: list[Path],
     photographs: list[Path],
@@ -87,7 +87,7 @@ def stated_lights(
         return _from_dome(light_files[0], photographs)
     if light_files:
         return _from_light_positions(light_files[0], photographs)
-    return _from_names(place, photographs) or _assumed(photographs)
+    return _from_names(place, photographs) or _assume(photographs)
 
 
 def _from_user(place: Path, photographs: list[Path], angles_deg: Sequence[float]) -> list[Lit]:
@@ -112,11 +112,11 @@ def _from_capture_file(path: Path, photographs: list[Path], capture: CaptureFile
     entries = {comparable(entry.file): entry for entry in capture.photographs}
     if len(entries) != len(capture.photographs):
         twice = [name for name, count in Counter(comparable(e.file) for e in capture.photographs).items() if count > 1]
-        raise InputError(path, f"lists {listed(twice)} more than once", "Keep one entry for each")
+        raise InputError(path, f"lists {join_names(twice)} more than once", "Keep one entry for each")
     silent = [entry.file for entry in capture.photographs if entry.elevation_deg is None]
     if silent and not measured:
         remedy = "Add it, or the table [sphere] of a mirror sphere that shows it"
-        raise InputError(path, f"gives no elevation_deg for {listed(silent)}", remedy)
+        raise InputError(path, f"gives no elevation_deg for {join_names(silent)}", remedy)
     _match(path, photographs, {name: name for name in entries})
     chosen = [(photograph, entries[comparable(photograph.name)]) for photograph in photographs]
     return [
@@ -126,7 +126,7 @@ def _from_capture_file(path: Path, photographs: list[Path], capture: CaptureFile
 
 def _from_light_positions(path: Path, photographs: list[Path]) -> Stated:
     lights = read_light_positions(path)
-    chosen, findings = _paired(path, photographs, lights)
+    chosen, findings = _find_pairs(path, photographs, lights)
     lit = [
         Lit(p, math.degrees(one.elevation), math.degrees(one.azimuth))
         for p, one in zip(photographs, chosen, strict=True)
@@ -134,7 +134,7 @@ def _from_light_positions(path: Path, photographs: list[Path]) -> Stated:
     return Stated(lit, "lp", findings)
 
 
-def _paired(path: Path, photographs: list[Path], lights: Sequence[Light]) -> tuple[list[Light], list[Finding]]:
+def _find_pairs(path: Path, photographs: list[Path], lights: Sequence[Light]) -> tuple[list[Light], list[Finding]]:
     """The light of each photograph, and what to say where its name is not that of the photograph."""
     for key, words in ((comparable, ""), (_stem, "without their extensions"), (_last_number, "by their numbers alone")):
         by_key = {key(light.name): light for light in lights}
@@ -175,7 +175,7 @@ def _from_dome(path: Path, photographs: list[Path]) -> Stated:
         Lit(photograph, math.degrees(elevation), math.degrees(azimuth))
         for photograph, (elevation, azimuth) in zip(photographs, dome.directions, strict=True)
     ]
-    near = f", {dome.lamp_distance:.3g} picture widths away" if dome.lamp_distance else ""
+    near = f", {dome.lamp_distance:.3g} image widths away" if dome.lamp_distance else ""
     text = f"its lamps{near} were taken in the order of the file names. Check that they were lit in it"
     return Stated(lit, "dome", [Finding(Verdict.NOTE, text, path.name)], dome.lamp_distance)
 
@@ -185,10 +185,14 @@ def _match(path: Path, photographs: list[Path], described: dict[str, str]) -> No
     names = {comparable(photograph.name) for photograph in photographs}
     missing = [where for name, where in described.items() if name not in names]
     if missing:
-        raise InputError(path, f"names photographs that are not there: {listed(missing)}", "Add them, or correct it")
+        raise InputError(
+            path, f"names photographs that are not there: {join_names(missing)}", "Add them, or correct it"
+        )
     strange = sorted(names - described.keys(), key=natural)
     if strange:
-        raise InputError(path, f"does not mention {listed(strange)}", "Add them to it, or take them out of the folder")
+        raise InputError(
+            path, f"does not mention {join_names(strange)}", "Add them to it, or take them out of the folder"
+        )
 
 
 def _from_names(place: Path, photographs: list[Path]) -> Stated | None:
@@ -196,7 +200,9 @@ def _from_names(place: Path, photographs: list[Path]) -> Stated | None:
     worded = angles_with_words(stems)
     silent = [path.name for path, angle in zip(photographs, worded, strict=True) if angle is None]
     if 0 < len(silent) < len(photographs):
-        problem = f"of {len(photographs)} photographs, {listed(silent)} has no angle in its name and the others have"
+        problem = (
+            f"of {len(photographs)} photographs, {join_names(silent)} has no angle in its name and the others have"
+        )
         raise InputError(place, problem, "Rename it, take it out, or give all angles yourself")
     angles = bare_angles(stems) if silent else [angle for angle in worded if angle is not None]
     if angles is None:
@@ -210,7 +216,7 @@ def _from_names(place: Path, photographs: list[Path]) -> Stated | None:
     return Stated(lit, "file names", [finding])
 
 
-def _assumed(photographs: list[Path]) -> Stated:
+def _assume(photographs: list[Path]) -> Stated:
     """Steps of 10°, or smaller ones where there are more than nine photographs, up to 90° at most."""
     step = min(10.0, 90.0 / len(photographs))
     text = (
@@ -234,19 +240,19 @@ def by_light(lit: list[Lit], measured: bool) -> list[list[Lit]]:
     lights.sort(key=lambda light: (light[0].elevation_deg, light[0].azimuth_deg or 0.0, natural(light[0].path.name)))
     if len(lights) < 2:
         problem = f"holds {len(lit)} exposures of one light only"
-        raise InputError(lit[0].path.parent, problem, "At least two pictures under different lights are needed")
+        raise InputError(lit[0].path.parent, problem, "At least two images under different lights are needed")
     return lights
 
 
 def direction_text(elevation_deg: float, azimuth_deg: float | None) -> str:
-    """A direction of light as people say it: 'elevation 30°, azimuth 120°', of an arc its elevation alone."""
+    """A direction of light as users say it: 'elevation 30°, azimuth 120°', of an arc its elevation alone."""
     azimuth = "" if azimuth_deg is None else f", azimuth {azimuth_deg % 360.0:.4g}°"
     return f"elevation {elevation_deg:.4g}°{azimuth}"
 
 
 def _by_exposure(group: list[Lit]) -> list[Lit]:
     """Photographs of one light, whose exposures must be known and different."""
-    known = [one._replace(exposure_s=one.exposure_s or noted_exposure(one.path).exposure_s) for one in group]
+    known = [one._replace(exposure_s=one.exposure_s or read_noted_exposure(one.path).exposure_s) for one in group]
     if len({one.exposure_s for one in known} - {None}) < len(group):
         names, light = " and ".join(one.path.name for one in group), direction_text(*group[0].direction)
         remedy = (

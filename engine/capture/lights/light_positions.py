@@ -23,7 +23,7 @@ from typing import Any, NoReturn, TypeGuard
 from engine.capture.lights.file_names import comparable
 from engine.core.errors import InputError
 from engine.storage.text import utf8
-from engine.storage.untrusted import decode_in_child, handed, read_bytes
+from engine.storage.untrusted import decode_in_child, hand, read_bytes
 
 _LIMIT_BYTES = 16 << 20
 
@@ -53,7 +53,7 @@ def read_light_positions(path: Path) -> tuple[Light, ...]:
 
 def decode_light_positions(content: bytes, name: str) -> dict[str, Any]:
     """The decoder: the fields of every `Light`."""
-    with handed({name: content}):
+    with hand({name: content}):
         return {"lights": [astuple(light) for light in _lights(Path(name))]}
 
 
@@ -102,7 +102,7 @@ def _refuse(path: Path, line: int, problem: str) -> NoReturn:
 @dataclass(frozen=True)
 class Dome:
     """Directions (elevation, azimuth) in radians in the order of the lamps, and their distance from the middle of the
-    picture in widths of the picture; None where the file does not say."""
+    image in widths of the image; None where the file does not say."""
 
     directions: tuple[tuple[float, float], ...]
     lamp_distance: float | None
@@ -118,7 +118,7 @@ def read_dome(path: Path) -> Dome:
 def decode_dome(content: bytes, name: str) -> dict[str, Any]:
     """The decoder: `directions` and `distance` of a `Dome`."""
     path = Path(name)
-    with handed({name: content}):
+    with hand({name: content}):
         try:
             values = json.loads(utf8(read_bytes(path, _LIMIT_BYTES)).decode("utf-8-sig"))
         except (ValueError, RecursionError):
@@ -145,7 +145,7 @@ def _dome_direction(path: Path, number: int, lamp: Any) -> tuple[float, float]:
 
 
 def _dome_distance(values: dict[str, Any]) -> float | None:
-    """Half the diameter in widths of the picture, for lamps that lie on a sphere."""
+    """Half the diameter in widths of the image, for lamps that lie on a sphere."""
     diameter, width = values.get("domeDiameter"), values.get("imageWidth")
     is_near = values.get("lightConfiguration", "directional") != "directional"
     if not (is_near and _is_number(diameter) and _is_number(width)):

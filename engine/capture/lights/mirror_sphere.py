@@ -1,4 +1,4 @@
-"""Directions of lights from a mirror sphere in the picture.
+"""Directions of lights from a mirror sphere in the image.
 
 An orthographic camera along +z sees the lamp where the sphere's normal halves the angle between camera and lamp, so
 the highlight at (x, y) on the sphere gives n = (x, y, sqrt(1 - x^2 - y^2)) and the light l = 2 (n . v) n - v with
@@ -52,8 +52,8 @@ def find_sphere(mean_image: NDArray[np.float32]) -> Circle:
     if found is None:
         raise UsageError("no sphere was found; mark its outline by hand")
     x, y, radius = (float(value) / scale for value in found[0][0][:3])
-    picture = bright.astype(np.float32)
-    return _refined(picture, _outermost(picture, Circle(x + 0.5 / scale, y + 0.5 / scale, radius)))
+    image = bright.astype(np.float32)
+    return _refine(image, _outermost(image, Circle(x + 0.5 / scale, y + 0.5 / scale, radius)))
 
 
 def _outermost(image: NDArray[np.float32], found: Circle) -> Circle:
@@ -77,7 +77,7 @@ def _outermost(image: NDArray[np.float32], found: Circle) -> Circle:
     return found
 
 
-def _refined(image: NDArray[np.float32], start: Circle) -> Circle:
+def _refine(image: NDArray[np.float32], start: Circle) -> Circle:
     """The circle near `start` that most of the steepest steps along 360 rays lie on, fitted to those.
 
     Part of an outline often drowns in the dark, or a highlight is steeper than it; so circles through three random
@@ -134,7 +134,7 @@ def find_highlight(luminance: NDArray[np.float32], sphere: Circle) -> tuple[floa
     rows, columns = np.mgrid[: luminance.shape[0], : luminance.shape[1]]
     inside = np.hypot(columns + 0.5 - sphere.column, rows + 0.5 - sphere.row) < 0.97 * sphere.radius
     if not inside.any():
-        raise UsageError("the outline of the sphere lies outside the picture")
+        raise UsageError("the outline of the sphere lies outside the image")
     shown = np.where(inside, luminance, 0)
     brightest = float(shown.max())
     if brightest <= 2 * float(np.median(luminance[inside])) or brightest <= 0:

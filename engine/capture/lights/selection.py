@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.lights.azimuth_spread import about_azimuth
-from engine.capture.lights.file_names import comparable, listed, natural
+from engine.capture.lights.file_names import comparable, join_names, natural
 from engine.capture.lights.sources import Sources, printable
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Verdict
@@ -66,7 +66,7 @@ class Listed:
 Selection = Azimuth | Arc | Listed
 
 
-def selected(sources: Sources, selection: Selection) -> Sources:
+def select(sources: Sources, selection: Selection) -> Sources:
     """`sources` with the lights of `selection` alone, and a finding that says which these are.
 
     Raises InputError where azimuths are unknown, where fewer than two lights remain, or for an item of a list that is
@@ -93,19 +93,19 @@ def selected(sources: Sources, selection: Selection) -> Sources:
 
 def without(sources: Sources, places: NDArray[np.intp]) -> Sources:
     """`sources` without the lights at `places`."""
-    return _reduced(sources, np.delete(np.arange(len(sources.photographs)), places))
+    return _reduce(sources, np.delete(np.arange(len(sources.photographs)), places))
 
 
 def _only(sources: Sources, kept: NDArray[np.intp], words: str) -> Sources:
     """`sources` reduced to the lights `kept`, in rising order, and what to say about it."""
     text = f"{words}, {len(kept)} of {len(sources.photographs)} lights are used: {_elevations(sources, kept)}"
-    reduced = _reduced(sources, kept)
+    reduced = _reduce(sources, kept)
     about = about_azimuth(reduced.azimuth)
     others = [finding for finding in reduced.findings if finding not in about]
     return dataclasses.replace(reduced, findings=(*others, Finding(Verdict.NOTE, text), *about))
 
 
-def _reduced(sources: Sources, kept: NDArray[np.intp]) -> Sources:
+def _reduce(sources: Sources, kept: NDArray[np.intp]) -> Sources:
     azimuth = None if sources.azimuth is None else sources.azimuth[kept]
     photographs = tuple(sources.photographs[index] for index in kept)
     outdated = about_azimuth(sources.azimuth)
@@ -125,7 +125,7 @@ def _reduced(sources: Sources, kept: NDArray[np.intp]) -> Sources:
 
 
 def _elevations(sources: Sources, kept: NDArray[np.intp]) -> str:
-    return "elevations " + listed([f"{math.degrees(sources.elevation[index]):.1f}°" for index in kept], 12)
+    return "elevations " + join_names([f"{math.degrees(sources.elevation[index]):.1f}°" for index in kept], 12)
 
 
 def _degrees(sources: Sources) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -152,7 +152,7 @@ def _within(azimuth: NDArray[np.float64], elevation: NDArray[np.float64], near: 
 def _best(azimuth: NDArray[np.float64], elevation: NDArray[np.float64], tolerance_deg: float) -> Azimuth:
     """The arc about one of the lights, and then about the middle of its lights, that has most steps of elevation."""
 
-    def worth(near: Azimuth) -> tuple[int, float]:
+    def find_worthwhile(near: Azimuth) -> tuple[int, float]:
         rising = np.sort(elevation[_within(azimuth, elevation, near)])
         steps, last = 0, -math.inf
         for angle in rising:
@@ -162,12 +162,12 @@ def _best(azimuth: NDArray[np.float64], elevation: NDArray[np.float64], toleranc
 
     sides = azimuth[elevation <= _ABOVE_DEG]
     starts = [Azimuth(float(_turn(angle)), tolerance_deg) for angle in sides] or [Azimuth(0.0, tolerance_deg)]
-    start = max(starts, key=worth)
+    start = max(starts, key=find_worthwhile)
     low = (elevation <= _ABOVE_DEG) & _within(azimuth, elevation, start)
     offsets = _turn(azimuth[low] - start.middle_deg) if low.any() else np.zeros(1)
     middle = start.middle_deg + float(offsets.min() + offsets.max()) / 2
     centred = Azimuth(round(middle % 360.0, 2), tolerance_deg)
-    return centred if worth(centred) >= worth(start) else start
+    return centred if find_worthwhile(centred) >= find_worthwhile(start) else start
 
 
 def _by_list(sources: Sources, items: Sequence[str]) -> NDArray[np.intp]:

@@ -23,17 +23,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.lights.azimuth_spread import about_azimuth
-from engine.capture.lights.file_names import comparable, listed, natural
+from engine.capture.lights.file_names import comparable, join_names, natural
 from engine.capture.lights.folder import (
     CAPTURE_FILE,
     capture_files,
     capture_folder,
     inside,
+    is_made_by_program,
     is_sidecar,
-    made_by_program,
     one_of_each_shot,
 )
-from engine.capture.lights.light_angles import LIGHT_SUFFIXES, by_light, stated_lights
+from engine.capture.lights.light_angles import LIGHT_SUFFIXES, by_light, read_stated_lights
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.photograph.exposures import Exposure
 from engine.capture.photograph.kinds import PHOTOGRAPH_SUFFIXES, UNREAD_SUFFIXES
@@ -75,12 +75,12 @@ class Sources:
     ----------
     photographs : (N,) paths, N ≥ 2, one per light: the shortest of its exposures.
     elevation : (N,) float64, radians above the sample plane, in [0, π/2]; 0 while a mirror sphere is to be asked.
-    azimuth : (N,) float64 radians, 0 = right, π/2 = up in the picture; None where unknown.
+    azimuth : (N,) float64 radians, 0 = right, π/2 = up in the image; None where unknown.
     angle_source : 'user', 'capture.toml', 'lp', 'dome', 'file names', 'assumed' or 'mirror sphere'.
     exposure_s : (N,) what `capture.toml` says of `photographs`, None where it is silent.
     exposures : (N,) all photographs of each light, by rising exposure.
     dark, flat : photographs without light and of an even white surface.
-    lamp_distance : of a near lamp, in widths of the picture; None for a distant one.
+    lamp_distance : of a near lamp, in widths of the image; None for a distant one.
     sphere : outline of a mirror sphere from which the lights are to be measured, 'auto' to find it, or None.
     highlights_px : (N,) column and row of the lamp's reflection where `capture.toml` corrects it.
     reference : the photograph that the others are to be aligned to, where `capture.toml` says so.
@@ -140,21 +140,21 @@ def find(
     direction of light and are not known to be exposures of different length.
     """
     place = paths[0] if len(paths) == 1 else Path(os.path.commonpath([path.absolute() for path in paths]))
-    expanded, looked_into = _looked_into(place, _expanded(paths))
+    expanded, looked_into = _look_into(place, _expand(paths))
     capture = _capture_file(place, expanded)
-    files = _sorted_out(place, _without(expanded, aside), capture)
+    files = _sort_out(place, _without(expanded, aside), capture)
     photographs = [
         path for path in files.kept if path.name.lower() != CAPTURE_FILE and path.suffix.lower() not in LIGHT_SUFFIXES
     ]
     for path in photographs:
         _refuse_irregular(path)
-    photographs, left_out = one_of_each_shot(photographs, _named(capture))
+    photographs, left_out = one_of_each_shot(photographs, _list_named(capture))
     if len(photographs) < 2:
-        raise InputError(place, f"holds {_count(photographs)}", _needed(files.findings))
+        raise InputError(place, f"holds {_count(photographs)}", _list_needed(files.findings))
     _refuse_equal_names(place, photographs)
     if angles_deg is None and sphere is None and capture is not None:
         sphere = _outline(capture)
-    stated = stated_lights(place, files.kept, photographs, capture, angles_deg, sphere)
+    stated = read_stated_lights(place, files.kept, photographs, capture, angles_deg, sphere)
     lights = by_light(stated.lit, sphere is not None)
     azimuths = [light[0].azimuth_deg for light in lights if light[0].azimuth_deg is not None]
     azimuth = np.radians(azimuths) if len(azimuths) == len(lights) else None
@@ -170,7 +170,7 @@ def find(
         lamp_distance=capture.lamp_distance if capture and capture.lamp_distance else stated.lamp_distance,
         sphere=sphere,
         highlights_px=tuple(light[0].highlight_px for light in lights),
-        reference=_stated(place, files.kept, capture.reference) if capture and capture.reference else None,
+        reference=_find_stated(place, files.kept, capture.reference) if capture and capture.reference else None,
         control_points=_control_points(photographs, capture),
         transfer=capture.transfer if capture else None,
         notes=capture.notes if capture else "",
@@ -194,7 +194,7 @@ def _outline(capture: CaptureFile) -> Circle | None:
     return Circle(entry.column_px, entry.row_px, entry.radius_px) if entry is not None else None
 
 
-def _expanded(paths: Sequence[Path]) -> list[Path]:
+def _expand(paths: Sequence[Path]) -> list[Path]:
     """The files meant by `paths` in natural order; of folders the photographs and what describes them."""
     found: dict[str, Path] = {}
     for path in paths:
@@ -207,35 +207,35 @@ def _expanded(paths: Sequence[Path]) -> list[Path]:
     return sorted(found.values(), key=lambda path: (natural(path.name), str(path)))
 
 
-def _looked_into(place: Path, expanded: list[Path]) -> tuple[list[Path], list[Finding]]:
+def _look_into(place: Path, expanded: list[Path]) -> tuple[list[Path], list[Finding]]:
     """The files `expanded`, or those of the one folder in `place` that holds the capture where `place` has none."""
     if not place.is_dir() or any(path.suffix.lower() in PHOTOGRAPH_SUFFIXES for path in expanded):
         return expanded, []
-    folders = [entry for entry in _entries(place) if entry.is_dir() and not made_by_program(entry.name)]
+    folders = [entry for entry in _entries(place) if entry.is_dir() and not is_made_by_program(entry.name)]
     counts = [(folder.name, sum(_is_photograph(entry) for entry in _entries(folder))) for folder in folders]
     name, lights = inside(counts)
     if name is None:
         filled = sorted(folder for folder, count in counts if count)
         deeper = [folder for folder in folders if not filled and any(entry.is_dir() for entry in _entries(folder))]
         if len(deeper) == 1:  # as DCIM/100CANON
-            return _looked_into(deeper[0], [*expanded, *_expanded(deeper)])
+            return _look_into(deeper[0], [*expanded, *_expand(deeper)])
         if filled:
-            problem = f"holds no photographs itself, but its folders {listed(filled)} do"
+            problem = f"holds no photographs itself, but its folders {join_names(filled)} do"
             raise InputError(place, problem, "Give the folder of one capture")
         return expanded, []
     beside = [entry for entry in _entries(place / lights) if entry.suffix.lower() in LIGHT_SUFFIXES] if lights else []
     if any(path.suffix.lower() in LIGHT_SUFFIXES for path in expanded):
         beside = []
     text = f"Photographs were taken from {name}" + (f", light positions from {beside[0].name}" if beside else "")
-    return _expanded([*expanded, place / name, *beside]), [Finding(Verdict.NOTE, text)]
+    return _expand([*expanded, place / name, *beside]), [Finding(Verdict.NOTE, text)]
 
 
 def _is_photograph(entry: Path) -> bool:
     return not is_sidecar(entry) and entry.suffix.lower() in PHOTOGRAPH_SUFFIXES
 
 
-def _named(capture: CaptureFile | None) -> set[str]:
-    """Files that a person wrote down, as names are compared."""
+def _list_named(capture: CaptureFile | None) -> set[str]:
+    """Files that a user wrote down, as names are compared."""
     return {comparable(entry.file) for entry in capture.photographs} if capture is not None else set()
 
 
@@ -254,11 +254,11 @@ def belongs(entry: Path) -> bool:
     return not entry.name.startswith(".") and (suffix in known or entry.name.lower() == CAPTURE_FILE)
 
 
-def _sorted_out(place: Path, files: list[Path], capture: CaptureFile | None) -> _Files:
+def _sort_out(place: Path, files: list[Path], capture: CaptureFile | None) -> _Files:
     """The files that count, the calibration frames, and a finding for each that is no photograph of the sample."""
     kept: list[Path] = []
     findings: list[Finding] = []
-    frames = {kind: _stated(place, files, name) for kind, name in _frame_names(capture).items()}
+    frames = {kind: _find_stated(place, files, name) for kind, name in _frame_names(capture).items()}
     for file in files:
         stem = file.stem.rstrip(string.digits)
         aside = _SET_ASIDE.fullmatch(stem[:-1] if stem.endswith(tuple(" _.-")) else stem)
@@ -282,7 +282,7 @@ def _frame_names(capture: CaptureFile | None) -> dict[str, str]:
     return {kind: name for kind, name in stated.items() if name is not None}
 
 
-def _stated(place: Path, files: list[Path], name: str) -> Path:
+def _find_stated(place: Path, files: list[Path], name: str) -> Path:
     """The file that `capture.toml` names, which lies beside it."""
     for file in files:
         if comparable(file.name) == comparable(name):
@@ -295,9 +295,9 @@ def _count(photographs: list[Path]) -> str:
     return f"one photograph only ({photographs[0].name})" if photographs else "no photographs"
 
 
-def _needed(findings: list[Finding]) -> str:
+def _list_needed(findings: list[Finding]) -> str:
     aside = "; ".join(f"{finding.source}: {finding.text}" for finding in findings[:3])
-    return "At least two pictures under different lights are needed" + (f". Set aside: {aside}" if aside else "")
+    return "At least two images under different lights are needed" + (f". Set aside: {aside}" if aside else "")
 
 
 def _refuse_irregular(path: Path) -> None:
@@ -313,7 +313,7 @@ def _refuse_irregular(path: Path) -> None:
 def _refuse_equal_names(place: Path, photographs: list[Path]) -> None:
     twice = [name for name, count in Counter(path.name for path in photographs).items() if count > 1]
     if twice:
-        raise InputError(place, f"several photographs are called {listed(twice)}", "Give each a name of its own")
+        raise InputError(place, f"several photographs are called {join_names(twice)}", "Give each a name of its own")
 
 
 def _capture_file(place: Path, files: list[Path]) -> CaptureFile | None:
@@ -368,21 +368,21 @@ def find_packed(
     is_whole = False
     try:
         place, left_out = make_folder(top / archive.name), list[str]()
-        members = yield from unpack(archive, place, lambda names: _chosen(archive, names, left_out))
+        members = yield from unpack(archive, place, lambda names: _choose(archive, names, left_out))
         sources = find([place], angles_deg, sphere=sphere, aside=aside)
         is_whole = True
     finally:
         if keep is not None and not is_whole:
             discard(keep)
-    text = f"Photographs in other folders of {archive.name} were left out: {listed(left_out)}"
+    text = f"Photographs in other folders of {archive.name} were left out: {join_names(left_out)}"
     findings = (Finding(Verdict.NOTE, text),) if left_out else ()
     unpacked = Unpacked(archive, members, folder)
     return replace(sources, unpacked=unpacked, findings=(*sources.findings, *findings))
 
 
-def unpacked_again(unpacked: Unpacked, place: Path) -> Steps[None]:
+def unpack_again(unpacked: Unpacked, place: Path) -> Steps[None]:
     """Unpack the photographs of an archive into the folder `place`, where they were before."""
-    yield from unpack(unpacked.archive, make_folder(place), lambda names: _chosen(unpacked.archive, names, []))
+    yield from unpack(unpacked.archive, make_folder(place), lambda names: _choose(unpacked.archive, names, []))
 
 
 def _scratch_folder(scratch: Path | None) -> tempfile.TemporaryDirectory[str]:
@@ -393,9 +393,9 @@ def _scratch_folder(scratch: Path | None) -> tempfile.TemporaryDirectory[str]:
         raise OutputError(place, f"cannot be written ({one_line(error)})", "Check its permissions") from None
 
 
-def _chosen(archive: Path, names: Sequence[str], left_out: list[str]) -> list[str]:
+def _choose(archive: Path, names: Sequence[str], left_out: list[str]) -> list[str]:
     """The photographs in the uppermost folder that has any, and what describes them; other folders are `left_out`."""
-    visible = [PurePosixPath(name) for name in names if not _hidden(PurePosixPath(name))]
+    visible = [PurePosixPath(name) for name in names if not _is_hidden(PurePosixPath(name))]
     if _BUNDLE in visible:
         raise InputError(archive, "is a bundle, or holds one: no photographs", "Open it in the window")
     nested = [path.name for path in visible if path.name.lower().endswith(_NESTED)]
@@ -410,7 +410,7 @@ def _chosen(archive: Path, names: Sequence[str], left_out: list[str]) -> list[st
         name, _ = inside([(folder.name, 1) for folder in uppermost])
         uppermost = [uppermost[0].parent / name] if name is not None else uppermost
     if len(uppermost) > 1:
-        several = listed(sorted(map(str, uppermost)))
+        several = join_names(sorted(map(str, uppermost)))
         raise InputError(archive, f"holds photographs in several folders: {several}", "Pack one capture by itself")
     left_out += sorted(str(folder) for folder in folders - set(uppermost))
     taken = [path for path in visible if path.parent == uppermost[0] and belongs(Path(path.name))]
@@ -431,6 +431,6 @@ def _lights_beside(
     return [path for path in visible if path.parent == place / lights and path.suffix.lower() in LIGHT_SUFFIXES]
 
 
-def _hidden(path: PurePosixPath) -> bool:
+def _is_hidden(path: PurePosixPath) -> bool:
     """True for files that file managers and packers add."""
     return path.name.startswith(".") or "__MACOSX" in path.parts

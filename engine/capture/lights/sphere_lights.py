@@ -40,7 +40,7 @@ def with_sphere(
 ) -> Sources:
     """`sources` whose lights are to be measured on a sphere with this `outline`.
 
-    `highlights` are (column, row) by file name where a person corrected them; the others stay as they were.
+    `highlights` are (column, row) by file name where a user corrected them; the others stay as they were.
     Elevations that were only assumed are forgotten, so that what is measured is not held against them.
     """
     marked = highlights or {}
@@ -56,23 +56,23 @@ def with_sphere(
     )
 
 
-def measured_lights(sources: Sources, transfer: Any, second: Circle | Literal["auto"] | None = None) -> Steps[Sources]:
+def measure_lights(sources: Sources, transfer: Any, second: Circle | Literal["auto"] | None = None) -> Steps[Sources]:
     """`sources` with the directions that their mirror sphere shows, by rising elevation, and its outline.
 
-    With a `second` sphere the directions are those from the middle of the picture, and the distance of near lamps is
+    With a `second` sphere the directions are those from the middle of the image, and the distance of near lamps is
     that of their median. Raises InputError that names the photograph in which no highlight is found, or where there is
     no sphere.
     """
-    pictures = yield from luminances(sources, transfer)
+    images = yield from luminances(sources, transfer)
     outline = sources.sphere
     if not isinstance(outline, Circle):
-        outline = found_outline(sources, pictures)
-    _check_inside(sources, outline, pictures[0])
-    directions = np.array([_direction(sources, index, picture, outline) for index, picture in enumerate(pictures)])
+        outline = find_outline(sources, images)
+    _check_inside(sources, outline, images[0])
+    directions = np.array([_direction(sources, index, image, outline) for index, image in enumerate(images)])
     findings, distance = list[Finding](), sources.lamp_distance
     if second is not None:
-        positions = _positions(sources, pictures, outline, second)
-        directions, distance, found = _seen_from_the_middle(directions, positions, pictures.shape[2])
+        positions = _positions(sources, images, outline, second)
+        directions, distance, found = _observe_from_the_middle(directions, positions, images.shape[2])
         findings.append(found)
     elevation = np.arcsin(np.clip(directions[:, 2], -1, 1))
     azimuth = np.arctan2(directions[:, 1], directions[:, 0])
@@ -94,28 +94,28 @@ def measured_lights(sources: Sources, transfer: Any, second: Circle | Literal["a
 
 
 def _positions(
-    sources: Sources, pictures: NDArray[np.float32], first: Circle, second: Circle | Literal["auto"]
+    sources: Sources, images: NDArray[np.float32], first: Circle, second: Circle | Literal["auto"]
 ) -> NDArray[np.float64]:
-    """(N, 3) lamps in pixels from the middle of the picture, infinite where they are far."""
+    """(N, 3) lamps in pixels from the middle of the image, infinite where they are far."""
     try:
-        other = second if isinstance(second, Circle) else second_sphere(mean_of(pictures), first)
+        other = second if isinstance(second, Circle) else second_sphere(mean_of(images), first)
     except UsageError as error:
         remedy = "Give its outline: --second-sphere COLUMN,ROW,RADIUS"
         raise InputError(sources.photographs[0].parent, f"shows no second sphere: {error}", remedy) from None
-    _check_inside(sources, other, pictures[0])
-    spots = np.empty((len(pictures), 2, 2))
-    for index, picture in enumerate(pictures):
+    _check_inside(sources, other, images[0])
+    spots = np.empty((len(images), 2, 2))
+    for index, image in enumerate(images):
         try:
-            spots[index] = sources.highlights_px[index] or highlight_in(picture, first), highlight_in(picture, other)
+            spots[index] = sources.highlights_px[index] or highlight_in(image, first), highlight_in(image, other)
         except UsageError as error:
             raise InputError(sources.photographs[index], str(error), _REMEDY) from None
-    return lamp_positions((first, other), spots, *pictures.shape[1:])
+    return lamp_positions((first, other), spots, *images.shape[1:])
 
 
-def _seen_from_the_middle(
+def _observe_from_the_middle(
     directions: NDArray[np.float64], positions: NDArray[np.float64], width: int
 ) -> tuple[NDArray[np.float64], float | None, Finding]:
-    """Directions from the middle of the picture, the median distance in widths of the picture, and what to say."""
+    """Directions from the middle of the image, the median distance in widths of the image, and what to say."""
     near = np.isfinite(positions).all(axis=1) & (positions[:, 2] > 0)
     if near.sum() * 2 < len(near):
         text = "The rays of two mirror spheres are parallel: the lamps are taken as distant"
@@ -125,7 +125,7 @@ def _seen_from_the_middle(
     directions[near] = positions[near] / distances[near, None]
     widths = distances[near] / width
     text = (
-        f"Two mirror spheres show the lamps {np.median(widths):.2f} picture widths away ({widths.min():.2f} to "
+        f"Two mirror spheres show the lamps {np.median(widths):.2f} image widths away ({widths.min():.2f} to "
         f"{widths.max():.2f}); {near.sum()} of {len(near)} lights were placed so"
     )
     return directions, max(0.51, float(np.median(widths))), Finding(Verdict.NOTE, text)
@@ -134,34 +134,34 @@ def _seen_from_the_middle(
 def luminances(sources: Sources, transfer: Any) -> Steps[NDArray[np.float32]]:
     """(N, H, W) luminance of the photographs, in a file where it is large."""
     count = len(sources.photographs)
-    pictures: NDArray[np.float32] | None = None
+    images: NDArray[np.float32] | None = None
     with closing(ReadAhead(sources.photographs, transfer=transfer)) as ahead:
         for index, path in enumerate(sources.photographs):
             note = f"Looking at the sphere in {index + 1} of {count}"
             photograph = yield from ahead.next_photograph(index / count, note)
-            if pictures is None:
-                pictures = scratch_array((count, *photograph.saturated.shape), np.float32)
-            if photograph.saturated.shape != pictures.shape[1:]:
+            if images is None:
+                images = scratch_array((count, *photograph.saturated.shape), np.float32)
+            if photograph.saturated.shape != images.shape[1:]:
                 problem = f"is not of the size of {sources.photographs[0].name}, so the sphere lies elsewhere in it"
                 raise InputError(path, problem, "Leave it out")
-            pictures[index] = luminance(photograph.radiance)
-            release(pictures)
-    assert pictures is not None
-    return pictures
+            images[index] = luminance(photograph.radiance)
+            release(images)
+    assert images is not None
+    return images
 
 
-def mean_of(pictures: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The mean of pictures (N, H, W)."""
-    mean = np.zeros(pictures.shape[1:], np.float32)
-    for picture in pictures:
-        mean += picture / np.float32(len(pictures))
+def mean_of(images: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The mean of images (N, H, W)."""
+    mean = np.zeros(images.shape[1:], np.float32)
+    for image in images:
+        mean += image / np.float32(len(images))
     return mean
 
 
-def found_outline(sources: Sources, pictures: NDArray[np.float32]) -> Circle:
+def find_outline(sources: Sources, images: NDArray[np.float32]) -> Circle:
     """The outline of the sphere in the mean of `pictures`; InputError where none is found."""
     try:
-        return find_sphere(mean_of(pictures))
+        return find_sphere(mean_of(images))
     except UsageError as error:
         remedy = (
             "Mark it by hand in the Capture workspace, or give --sphere COLUMN,ROW,RADIUS or [sphere] in capture.toml"
@@ -169,25 +169,25 @@ def found_outline(sources: Sources, pictures: NDArray[np.float32]) -> Circle:
         raise InputError(sources.photographs[0].parent, str(error), remedy) from None
 
 
-def _check_inside(sources: Sources, outline: Circle, picture: NDArray[np.float32]) -> None:
-    height, width = picture.shape
+def _check_inside(sources: Sources, outline: Circle, image: NDArray[np.float32]) -> None:
+    height, width = image.shape
     if not (0 <= outline.column <= width and 0 <= outline.row <= height and outline.radius < max(height, width)):
         problem = f"the outline of the sphere lies outside the {width} × {height} px of the photographs"
         raise InputError(sources.photographs[0].parent, problem, "Correct the outline of the sphere")
 
 
-def _direction(sources: Sources, index: int, picture: NDArray[np.float32], outline: Circle) -> NDArray[np.float64]:
+def _direction(sources: Sources, index: int, image: NDArray[np.float32], outline: Circle) -> NDArray[np.float64]:
     try:
-        return light_direction(outline, *(sources.highlights_px[index] or highlight_in(picture, outline)))
+        return light_direction(outline, *(sources.highlights_px[index] or highlight_in(image, outline)))
     except UsageError as error:
         raise InputError(sources.photographs[index], str(error), _REMEDY) from None
 
 
-def highlight_in(picture: NDArray[np.float32], outline: Circle) -> tuple[float, float]:
+def highlight_in(image: NDArray[np.float32], outline: Circle) -> tuple[float, float]:
     """(column, row) of the lamp's reflection in luminance (H, W); UsageError where none stands out."""
     left, top = (max(0, math.floor(at - outline.radius)) for at in (outline.column, outline.row))
     right, bottom = (max(1, math.ceil(at + outline.radius)) for at in (outline.column, outline.row))
-    square = np.ascontiguousarray(picture[top:bottom, left:right])
+    square = np.ascontiguousarray(image[top:bottom, left:right])
     column, row = find_highlight(square, Circle(outline.column - left, outline.row - top, outline.radius))
     return column + left, row + top
 

@@ -7,7 +7,7 @@ lamp is taken at the point with the least sum of squared distances to both.
 An error of d pixels of a highlight turns its ray by about 2 d / R, so lamps that are farther than a few times R / (2 d)
 of the distance between the spheres are as good as infinitely far.
 
-Conventions: pixels, x to the right and y up from the middle of the picture, z towards the camera, 0 in the sample.
+Conventions: pixels, x to the right and y up from the middle of the image, z towards the camera, 0 in the sample.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def second_sphere(mean_image: NDArray[np.float32], first: Circle) -> Circle:
     distance = np.hypot(columns + 0.5 - first.column, rows + 0.5 - first.row) / first.radius
     around = (distance > 1.15) & (distance < 1.4)
     if not around.any():
-        raise UsageError("the first sphere fills the picture; mark the second by hand")
+        raise UsageError("the first sphere fills the image; mark the second by hand")
     covered = np.where(distance < 1.15, np.float32(np.median(mean_image[around])), mean_image)
     return find_sphere(covered.astype(np.float32))
 
@@ -36,7 +36,7 @@ def second_sphere(mean_image: NDArray[np.float32], first: Circle) -> Circle:
 def lamp_positions(
     spheres: tuple[Circle, Circle], spots: NDArray[np.float64], height: int, width: int
 ) -> NDArray[np.float64]:
-    """(N, 3) lamps in pixels from the middle of a picture of `height` × `width`; infinite for rays that are parallel.
+    """(N, 3) lamps in pixels from the middle of an image of `height` × `width`; infinite for rays that are parallel.
 
     `spots` (N, 2, 2) are column and row of the highlight on each sphere. Raises UsageError for one outside its sphere.
     """

@@ -40,7 +40,7 @@ def develop(samples, black, scale, white, colours, matrix, radiance, saturated):
     planes = np.empty((3, width // 2 + 1), np.float32)
     for row in range(-2, height + 2):
         slot = (row + 2) % 5
-        any_clipped[slot] = _read(samples, _mirrored(row, height), black, scale, white, lines[slot], clipped[slot])
+        any_clipped[slot] = _read(samples, _mirror(row, height), black, scale, white, lines[slot], clipped[slot])
         if row >= 2:
             at = row - 2
             for parity in range(2):
@@ -52,11 +52,9 @@ def develop(samples, black, scale, white, colours, matrix, radiance, saturated):
                 count = (width + 1 - parity) // 2
                 _interpolate(lines, at, parity, colour == 1, count, planes)
                 if colour == 1:
-                    _mixed(planes, matrix[:, beside], matrix[:, 1], matrix[:, across], count, radiance[at, parity::2])
+                    _mix(planes, matrix[:, beside], matrix[:, 1], matrix[:, across], count, radiance[at, parity::2])
                 else:
-                    _mixed(
-                        planes, matrix[:, colour], matrix[:, 1], matrix[:, 2 - colour], count, radiance[at, parity::2]
-                    )
+                    _mix(planes, matrix[:, colour], matrix[:, 1], matrix[:, 2 - colour], count, radiance[at, parity::2])
             if any_clipped.any():
                 a, b, c, d, e = at % 5, (at + 1) % 5, (at + 2) % 5, (at + 3) % 5, (at + 4) % 5
                 _spread(clipped[a], clipped[b], clipped[c], clipped[d], clipped[e], saturated[at])
@@ -65,7 +63,7 @@ def develop(samples, black, scale, white, colours, matrix, radiance, saturated):
 
 
 @scalar
-def _mirrored(place, size):  # type: ignore[no-untyped-def]
+def _mirror(place, size):  # type: ignore[no-untyped-def]
     return abs(place) if place < size else 2 * (size - 1) - place
 
 
@@ -90,7 +88,7 @@ def _read(samples, row, black, scale, white, line, clipped):  # type: ignore[no-
         for column in range(width):
             clipped[column + 2] = samples[row, column] >= white[row % 2, column % 2]
     for beyond in (-2, -1, width, width + 1):
-        inside = _mirrored(beyond, width)
+        inside = _mirror(beyond, width)
         line[beyond % 2, (beyond + 2) // 2] = line[inside % 2, inside // 2 + 1]
         clipped[beyond + 2] = clipped[inside + 2]
     return some > 0
@@ -131,7 +129,7 @@ def _interpolate(lines, at, parity, green, count, planes):  # type: ignore[no-un
 
 
 @scalar
-def _mixed(planes, one, two, three, count, result):  # type: ignore[no-untyped-def]
+def _mix(planes, one, two, three, count, result):  # type: ignore[no-untyped-def]
     """`planes` times the columns `one`, `two`, `three` of the colour matrix."""
     first, second, third = planes[0], planes[1], planes[2]
     for channel in range(3):

@@ -62,12 +62,12 @@ def near_lamp_gain(
 
     Parameters
     ----------
-    distance : from the middle of the picture to the lamp, in widths of the picture, > 0.5.
-    elevation, azimuth : of the lamp seen from the middle, radians; azimuth 0 = right, pi/2 = up in the picture.
+    distance : from the middle of the image to the lamp, in widths of the image, > 0.5.
+    elevation, azimuth : of the lamp seen from the middle, radians; azimuth 0 = right, pi/2 = up in the image.
     rows : the first row and the one after the last of a band, None for all.
     """
     if not distance > 0.5:
-        raise ValueError(f"a lamp at {distance:g} widths of the picture would touch the sample")
+        raise ValueError(f"a lamp at {distance:g} widths of the image would touch the sample")
     across = np.cos(elevation)
     lamp = np.array([across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)])
     x = (np.arange(width) + 0.5) / width - 0.5

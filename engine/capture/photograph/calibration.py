@@ -35,7 +35,7 @@ class Calibration:
     ----------
     dark, gain : (H, W, 3) float32 dark frame and gain of the flat field, None where there is none.
     unknown : (H, W) bool, where the flat field cannot tell.
-    lamp_distance : of a near lamp in widths of the picture, infinite for a distant one.
+    lamp_distance : of a near lamp in widths of the image, infinite for a distant one.
     balance : (3,) factors of red, green, blue for photographs that are not RAW, whose decoder balances them.
     """
 

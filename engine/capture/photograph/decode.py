@@ -1,5 +1,5 @@
-"""A photograph of the capture as linear radiance, whatever wrote it: RAW by `engine.capture.photograph.raw`, else a
-picture.
+"""A photograph of the capture as linear radiance, whatever wrote it: RAW by `engine.capture.photograph.raw`, else an
+image.
 
 What had to be assumed (transfer function, levels, white balance, exposure) stands in the result.
 
@@ -150,15 +150,15 @@ def decode_photograph(
         from engine.capture.photograph.raw import decode_raw
 
         return decode_raw(content, name, white_balance, half_size)
-    picture = images.decode(content, name, transfer, half_size)
-    images.refuse_larger(name, picture["pixels"])
+    image = images.decode(content, name, transfer, half_size)
+    images.refuse_larger(name, image["pixels"])
     if Path(name).suffix.lower() in RAW_SUFFIXES:
-        picture["warnings"].append(f"is a {picture['container']} inside, not camera RAW")
-    del picture["environment"]  # what a photograph is not
-    photographed = picture.pop("exif")
+        image["warnings"].append(f"is a {image['container']} inside, not camera RAW")
+    del image["environment"]  # what a photograph is not
+    photographed = image.pop("exif")
     photographed = {name: photographed[name] for name in ("camera", "exposure_s", "iso", "aperture")}
     levels = {"black_level": [], "white_level": [], "white_balance": [1.0, 1.0, 1.0], "camera_matrix": []}
-    return {"radiance": picture.pop("pixels"), **picture, **photographed, **levels}
+    return {"radiance": image.pop("pixels"), **image, **photographed, **levels}
 
 
 def prepare() -> None:
@@ -185,9 +185,9 @@ def decode_exposure(content: bytes, name: str) -> dict[str, Any]:
         check_directories(content, name, tiff.DIRECTORIES_LIMIT)
     noted = read_exif(content)
     if noted.exposure_s is None and not noted.exposure_garbled and _is_raw(content, name):
-        from engine.capture.photograph.raw import noted_exposure
+        from engine.capture.photograph.raw import read_noted_exposure
 
-        return noted_exposure(content, name)
+        return read_noted_exposure(content, name)
     return {"exposure_s": noted.exposure_s, "iso": noted.iso, "aperture": noted.aperture}
 
 

@@ -30,7 +30,7 @@ def demosaic(mosaic: NDArray[np.float32], colours: NDArray[np.integer]) -> NDArr
         stop = min(start + _STRIP_ROWS, height)
         strip = padded[start : stop + 2 * _HALO]
         shifted = np.roll(start_colours, -start, axis=0)
-        full[start:stop] = _normalised(strip, shifted)[_HALO:-_HALO, _HALO:-_HALO]
+        full[start:stop] = _normalise(strip, shifted)[_HALO:-_HALO, _HALO:-_HALO]
     return full
 
 
@@ -39,7 +39,7 @@ def spread(saturated: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return cv2.dilate(saturated.astype(np.uint8), _FOOTPRINT, borderValue=0).astype(bool)
 
 
-def _normalised(mosaic: NDArray[np.float32], colours: NDArray[np.integer]) -> NDArray[np.float32]:
+def _normalise(mosaic: NDArray[np.float32], colours: NDArray[np.integer]) -> NDArray[np.float32]:
     rows, columns = (-(-size // period) for size, period in zip(mosaic.shape, colours.shape, strict=True))
     sites = np.tile(colours, (rows, columns))[: mosaic.shape[0], : mosaic.shape[1]]
     planes = []

@@ -54,7 +54,7 @@ class Scale:
     findings: tuple[Finding, ...]
 
 
-def noted_exposure(path: Path) -> Noted:
+def read_noted_exposure(path: Path) -> Noted:
     """Exposure that the camera noted in `path`, usually within its first megabyte.
 
     Nothing for a file that cannot be read, which decoding will tell.
@@ -77,11 +77,11 @@ def exposure_scale(lights: Sequence[Sequence[Exposure]], noted: Mapping[Path, No
     photographs = [photograph for light in lights for photograph in light]
     relative = _relative(photographs, noted)
     unknown = [one.path.name for one in photographs if one.path not in relative]
-    different = Counter(_rounded(value) for value in relative.values())
+    different = Counter(_round(value) for value in relative.values())
     if len(different) <= 1 and not (unknown and different):
         return Scale({}, relative, next(iter(relative.values()), None), ())
     if unknown:
-        return Scale({}, relative, None, (_unscaled(photographs, relative, unknown),))
+        return Scale({}, relative, None, (_find_unscaled(photographs, relative, unknown),))
     reference = min(different, key=lambda value: (-different[value], value))
     text = f"Exposures differ: {_table(photographs, relative)}. Radiance is brought to that of {reference:g} s"
     factor = {path: reference / value for path, value in relative.items()}
@@ -112,12 +112,12 @@ def _relative(photographs: Sequence[Exposure], noted: Mapping[Path, Noted]) -> d
     return relative
 
 
-def _rounded(value: float) -> float:
+def _round(value: float) -> float:
     """Exposures within a thousandth of each other are one."""
     return float(f"{value:.3g}")
 
 
-def _unscaled(photographs: Sequence[Exposure], relative: Mapping[Path, float], unknown: Sequence[str]) -> Finding:
+def _find_unscaled(photographs: Sequence[Exposure], relative: Mapping[Path, float], unknown: Sequence[str]) -> Finding:
     text = (
         f"Exposures differ: {_table(photographs, relative)}. Radiance is not scaled, because the exposure of "
         f"{', '.join(unknown[:4])}{' …' if len(unknown) > 4 else ''} is unknown; state exposure_s in capture.toml"
@@ -126,11 +126,11 @@ def _unscaled(photographs: Sequence[Exposure], relative: Mapping[Path, float], u
 
 
 def _table(photographs: Sequence[Exposure], relative: Mapping[Path, float]) -> str:
-    values = [f"{_rounded(relative[one.path]):g} s" if one.path in relative else "unknown" for one in photographs]
-    return grouped([(value, one.path.name) for value, one in zip(values, photographs, strict=True)])
+    values = [f"{_round(relative[one.path]):g} s" if one.path in relative else "unknown" for one in photographs]
+    return group([(value, one.path.name) for value, one in zip(values, photographs, strict=True)])
 
 
-def grouped(values: Sequence[tuple[str, str]]) -> str:
+def group(values: Sequence[tuple[str, str]]) -> str:
     """'8 × 16 bit; 8 bit: a.png, b.png' for (value, name): the usual value by its count, the others by name."""
     groups: dict[str, list[str]] = {}
     for value, name in values:

@@ -1,4 +1,4 @@
-"""White balance from a grey patch in the picture, measured on the photograph that exposes it best.
+"""White balance from a grey patch in the image, measured on the photograph that exposes it best.
 
 The patch's mean in camera colours (RAW) or linear sRGB (all else) becomes neutral; saturated pixels are left out. Best
 exposed is the brightest patch of which no more than `CLIPPED` is saturated.

@@ -30,7 +30,7 @@ _READ = (
 
 PHOTOGRAPH_SUFFIXES = frozenset().union(*(suffixes for _, suffixes in _READ))
 
-#: Suffixes of pictures that no reader knows: they are named, not passed over.
+#: Suffixes of images that no reader knows: they are named, not passed over.
 UNREAD_SUFFIXES = _suffixes("avif bmp gif heic heif jp2 jxl psd ppm pgm webp")
 
 #: Kinds are numbers from 0 up; the last is for what is no photograph.

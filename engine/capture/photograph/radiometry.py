@@ -119,7 +119,7 @@ class ExposureMerge:
             per_second = radiance[band] / np.float32(exposure_s)
             np.maximum(self._brightest[band], per_second, out=self._brightest[band])
 
-    def merged(self) -> Merged:
+    def merge(self) -> Merged:
         """All that was added as one; nothing can be added afterwards. Raises ValueError for no exposures."""
         if not self._time.size:
             raise ValueError("no exposures to merge")
@@ -141,7 +141,7 @@ def merge_exposures(
     merge = ExposureMerge()
     for radiance, saturated, exposure_s in exposures:
         merge.add(radiance, saturated, exposure_s)
-    return merge.merged()
+    return merge.merge()
 
 
 def _bands(height: int) -> list[slice]:

@@ -2,7 +2,7 @@
 
 LibRaw unpacks; black, white, saturation, balance, interpolation and colour matrix are done here in floating point,
 without any automatic brightening. LibRaw half-decodes truncated files without an exception: what it prints is an
-error, and so is a picture with rows that were never filled.
+error, and so is an image with rows that were never filled.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from engine.capture.photograph import demosaic, radiometry
 from engine.capture.photograph.bayer import develop, is_bayer
 from engine.core.colour import invertible, srgb_from_camera
 from engine.core.errors import InputError, UsageError
-from engine.images.decode import halved
-from engine.images.exif import EXPOSURE_GARBLED, Exif, oriented, rational, read_exif
+from engine.images.decode import halve_image
+from engine.images.exif import EXPOSURE_GARBLED, Exif, orient, rational, read_exif
 from engine.images.raster import check_size
 from engine.images.tiff import RAW_PHOTOMETRICS, check_segments, check_tags
 from engine.images.tiff_directories import check_directories
@@ -38,7 +38,7 @@ _ORIENTATION = (1, 2, 4, 3, 5, 8, 6, 7)
 #: The orientation that undoes another, where that is not itself.
 _INVERSE = {6: 8, 8: 6}
 
-_LEAST_SIDE = 4
+_MIN_SIDE = 4
 
 #: Bands of rows in which missing data is looked for.
 _BANDS = 64
@@ -55,7 +55,7 @@ logging.getLogger("tifffile").setLevel(logging.CRITICAL)
 
 def decode_raw(content: bytes, name: str, white_balance: WhiteBalance, half_size: bool) -> dict[str, Any]:
     """Fields of `engine.capture.photograph.decode.Photograph` as arrays and JSON values."""
-    with _unpacked(content, name) as raw:
+    with _unpack(content, name) as raw:
         warnings: list[str] = []
         samples, sites = _samples(raw, name)
         black, white = _levels(raw, sites)
@@ -65,10 +65,10 @@ def decode_raw(content: bytes, name: str, white_balance: WhiteBalance, half_size
         matrix = (camera * multipliers).astype(np.float32)
         colours = None if samples.ndim == 3 else _colours(raw, sites, name)
         try:
-            pixels = _developed(samples, black, white, colours, matrix, _ORIENTATION[raw.sizes.flip % 8])
+            pixels = _develop(samples, black, white, colours, matrix, _ORIENTATION[raw.sizes.flip % 8])
         except UsageError as error:
             raise InputError(name, f"has impossible levels ({error})", "Convert it again to DNG") from None
-        radiance, saturated = halved(*pixels) if half_size else pixels
+        radiance, saturated = halve_image(*pixels) if half_size else pixels
         exposure = _exposure(raw, read_exif(content), warnings)
     return {
         "radiance": radiance,
@@ -85,8 +85,8 @@ def decode_raw(content: bytes, name: str, white_balance: WhiteBalance, half_size
     }
 
 
-def noted_exposure(content: bytes, name: str) -> dict[str, Any]:
-    """exposure_s, iso and aperture as LibRaw finds them, without decoding the picture."""
+def read_noted_exposure(content: bytes, name: str) -> dict[str, Any]:
+    """exposure_s, iso and aperture as LibRaw finds them, without decoding the image."""
     with rawpy.RawPy() as raw, complaints():
         try:
             raw.open_buffer(io.BytesIO(content))
@@ -96,7 +96,7 @@ def noted_exposure(content: bytes, name: str) -> dict[str, Any]:
     return {key: exposure[key] for key in ("exposure_s", "iso", "aperture")}
 
 
-def _unpacked(content: bytes, name: str) -> rawpy.RawPy:
+def _unpack(content: bytes, name: str) -> rawpy.RawPy:
     _check_strips(content, name)
     raw = rawpy.RawPy()
     with complaints() as said:
@@ -128,13 +128,13 @@ def _check_strips(content: bytes, name: str) -> None:
                 check_segments(page, content, name)
             for offset, count in zip(page.dataoffsets, page.databytecounts, strict=False):
                 if offset + count > len(content):
-                    raise InputError(name, "is an incomplete RAW file: it ends before its picture does", AGAIN)
+                    raise InputError(name, "is an incomplete RAW file: it ends before its image does", AGAIN)
 
 
 def _samples(raw: rawpy.RawPy, name: str) -> tuple[NDArray[np.uint16], NDArray[np.integer]]:
     """Sensor samples (H, W), or (H, W, 3) where every pixel has all colours, and the channel of each site."""
     samples = raw.raw_image_visible
-    if min(samples.shape[:2]) < _LEAST_SIDE:
+    if min(samples.shape[:2]) < _MIN_SIDE:
         raise InputError(name, f"has {samples.shape[1]} × {samples.shape[0]} samples only", AGAIN)
     if samples.ndim == 3:
         return samples[..., :3], np.arange(3)[None]
@@ -144,7 +144,7 @@ def _samples(raw: rawpy.RawPy, name: str) -> tuple[NDArray[np.uint16], NDArray[n
     return samples, sites
 
 
-def _developed(
+def _develop(
     samples: NDArray[np.uint16],
     black: NDArray[np.float64],
     white: NDArray[np.float64],
@@ -158,7 +158,7 @@ def _developed(
     """
     shape = samples.shape[1::-1] if orientation >= 5 else samples.shape[:2]
     upright = result_array((*shape, 3), np.float32), result_array(shape, np.bool_)
-    radiance, saturated = (oriented(array, _INVERSE.get(orientation, orientation)) for array in upright)
+    radiance, saturated = (orient(array, _INVERSE.get(orientation, orientation)) for array in upright)
     scale = radiometry.level_scale(black, white)
     if colours is not None and is_bayer(colours):
         develop(samples, black, scale, white, colours, matrix, radiance, saturated)
@@ -195,11 +195,11 @@ def _colours(raw: rawpy.RawPy, sites: NDArray[np.integer], name: str) -> NDArray
 def _check_filled(
     samples: NDArray[np.uint16], black: NDArray[np.float64], white: NDArray[np.float64], name: str
 ) -> None:
-    """Refuse a picture with rows that were never filled: bands of one value, or of zeros where black is above 0.
+    """Refuse an image with rows that were never filled: bands of one value, or of zeros where black is above 0.
 
-    Bands at the black level or at white are left alone, as a picture without noise may have them, unless they are
-    zeros at its end. So is a picture of one value, unless that is 0 where black is above 0: no sensor gives it, and
-    LibRaw does for a file that ends before its picture begins.
+    Bands at the black level or at white are left alone, as an image without noise may have them, unless they are
+    zeros at its end. So is an image of one value, unless that is 0 where black is above 0: no sensor gives it, and
+    LibRaw does for a file that ends before its image begins.
     """
     bands = np.array_split(samples, min(_BANDS, samples.shape[0]))
     lowest, highest = ([int(extreme(band)) for band in bands] for extreme in (np.min, np.max))

@@ -4,8 +4,8 @@ A moving lamp turns valleys into hills, so what is compared is the magnitude of 
 mean, first pair by pair (`pair_motion`).
 
 A matrix (3, 3) takes pixel positions (x, y, 1) of the reference to positions in the photograph; pixel centres are at
-integers. What cannot be aligned keeps the identity and is flagged: no texture, unlike pictures, shifts over half the
-frame, upside-down pictures, degenerate matrices. A pattern that repeats is aligned by the smallest of the shifts
+integers. What cannot be aligned keeps the identity and is flagged: no texture, unlike images, shifts over half the
+frame, upside-down images, degenerate matrices. A pattern that repeats is aligned by the smallest of the shifts
 that fit equally well, and reported.
 
 Relief lit from one side seems to move towards the lamp as the lamp sinks, by up to some pixels. From five photographs
@@ -13,12 +13,12 @@ on, what was found pair by pair is therefore only a start: all are then aligned 
 whose light is too unlike the reference's to be compared with it, and smooth drift from light to light is taken
 for shading. Fewer photographs are left where they were unless their light is like the reference's.
 
-The residual is not what the fit minimised: the aligned picture is compared with the reference (from five photographs
+The residual is not what the fit minimised: the aligned image is compared with the reference (from five photographs
 on with what the others predict of it) tile by tile (4 × 4), each tile's own remaining shift is solved for, and their
 root mean square is given, in pixels of the photograph. It sees wrong motion models, bending and noise. It cannot see
 a shift of all photographs along one smooth curve, which shading imitates.
 
-Cost: about 0.8 s of processor time per photograph at 0.6 megapixels, the size to which larger pictures are reduced.
+Cost: about 0.8 s of CPU time per photograph at 0.6 megapixels, the size to which larger images are reduced.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.registration.arc_motion import (
-    LEAST_PHOTOGRAPHS,
+    MIN_PHOTOGRAPHS,
     arc_motion,
     band_passed,
     jumps,
     one_light,
-    predicted,
+    predict,
 )
 from engine.capture.registration.pair_motion import (
     MOTIONS,
@@ -43,7 +43,7 @@ from engine.capture.registration.pair_motion import (
     Matrix,
     Refused,
     TooUnlike,
-    enlarged,
+    enlarge,
     first_shift,
     largest_move,
     pyramid,
@@ -51,7 +51,7 @@ from engine.capture.registration.pair_motion import (
     refuse_degenerate,
     tile_residual,
 )
-from engine.capture.registration.texture import Grey, supported_motion, texture
+from engine.capture.registration.texture import Grey, choose_supported_motion, texture
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Step, Steps, part
 
@@ -85,7 +85,7 @@ def align(
     except Refused as refusal:
         stays = Finding(Verdict.WARNING, _NONE_ALIGNED.format(refusal))
         return Alignment(matrix, residual, confidence > 0.0, confidence, reference, (stays,))
-    supported = supported_motion(images[reference], motion)
+    supported = choose_supported_motion(images[reference], motion)
     findings = [] if supported == motion else [Finding(Verdict.NOTE, _UNSUPPORTED.format(motion), names[reference])]
     unlike: dict[int, Finding] = {}
     for done, index in enumerate(_outwards(reference, count), start=1):
@@ -106,7 +106,7 @@ def align(
             else:
                 findings.append(flagged)
     joined = sorted({reference, *np.flatnonzero(confidence), *unlike})
-    if len(joined) >= LEAST_PHOTOGRAPHS:
+    if len(joined) >= MIN_PHOTOGRAPHS:
         together = _together([images[n] for n in joined], matrix[joined], joined.index(reference), supported)
         matrix[joined], residual[joined], confidence[joined], drift, doubt = yield from part(together, 0.5, 1.0)
         unlike = {
@@ -126,7 +126,7 @@ def align(
     aligned = confidence > 0.0
     if aligned.any():
         residual[reference], confidence[reference], aligned[reference] = 0.0, 1.0, True
-    whole = np.stack([enlarged(one, factor) for one in matrix])
+    whole = np.stack([enlarge(one, factor) for one in matrix])
     return Alignment(whole, residual * factor, aligned, confidence, reference, tuple(findings))
 
 
@@ -157,22 +157,22 @@ def _together(
     Motions too small to be worth the blur of resampling are left out; what fits badly stays as it was.
     """
     shape = images[0].shape
-    pictures = [band_passed(image) for image in images]
+    photographs = [band_passed(image) for image in images]
     matrix, found, doubt = start, start, np.zeros(len(images))
-    if not one_light(pictures, start):
+    if not one_light(photographs, start):
         motions = yield from part(arc_motion(images, start, reference, motion, "Aligning all together"), 0.0, 0.7)
         (matrix, doubt), found = jumps(motions, reference, motion, shape), motions.matrix
     still = np.array([largest_move(one, shape) < _STILL_PX for one in matrix])
     matrix = np.where(still[:, None, None], np.eye(3), matrix)
-    mixtures, confidence = yield from part(predicted(pictures, matrix), 0.7, 0.9)
+    mixtures, confidence = yield from part(predict(photographs, matrix), 0.7, 0.9)
     residual = np.full(len(images), np.nan)
-    for index, (mixture, picture) in enumerate(zip(mixtures, pictures, strict=True)):
+    for index, (mixture, photograph) in enumerate(zip(mixtures, photographs, strict=True)):
         yield Step(0.9 + 0.1 * index / len(images), "Checking the alignment")
         try:
             refuse_degenerate(matrix[index], shape)
             if confidence[index] < SURE:
                 raise TooUnlike
-            residual[index] = tile_residual(mixture, picture, matrix[index])
+            residual[index] = tile_residual(mixture, photograph, matrix[index])
         except Refused:
             matrix[index], confidence[index] = np.eye(3), 0.0
     middle = np.array([shape[1] / 2, shape[0] / 2, 1.0])

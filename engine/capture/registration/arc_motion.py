@@ -1,20 +1,20 @@
 """Alignment of a whole light arc at once: what photographs of one surface span tells camera motion from shading.
 
-Without shadows a diffuse surface under a moving distant lamp spans few pictures (three, and two along one arc: Shashua
+Without shadows a diffuse surface under a moving distant lamp spans few images (three, and two along one arc: Shashua
 1997; Basri2003), and a photograph that is out of place leaves that span. All motions are therefore found
 together, as those that leave least outside the best span of rank `RANK` (in the spirit of RASL, Peng2012), by
 Gauss-Newton steps on the trailing singular values (variable projection, Kaufman's approximation), coarse to fine.
-With Y the aligned pictures as columns, P and Q the projections on their leading left and right singular vectors and G
-the derivatives of the pictures by their parameters, a step solves
+With Y the aligned images as columns, P and Q the projections on their leading left and right singular vectors and G
+the derivatives of the images by their parameters, a step solves
 
-    [(G_a . (I - P) G_b) (I - Q)_ij] step = - G_a . Y (I - Q)_i     for parameters a of picture i, b of picture j,
+    [(G_a . (I - P) G_b) (I - Q)_ij] step = - G_a . Y (I - Q)_i     for parameters a of image i, b of image j,
 
 for which the inner products of Y and G are enough. Pixels that the span explains badly (edges of shadows, gloss) count
 less.
 
-No picture shows shading drift: relief seems to move towards the lamp as the lamp sinks; `without_shading_drift` takes
+No image shows shading drift: relief seems to move towards the lamp as the lamp sinks; `without_shading_drift` takes
 that off.
-Cost: about a second of processor time per photograph at one megapixel with Euclidean motion.
+Cost: about a second of CPU time per photograph at one megapixel with Euclidean motion.
 
 Separation of the motions along a light arc into knocks of the camera and shading drift.
 
@@ -45,7 +45,7 @@ from numpy.typing import NDArray
 
 from engine.core.steps import Step, Steps, part
 
-#: Sizes of drift that are tried (pixels of the compared pictures), the usual one, and by what power of e others differ.
+#: Sizes of drift that are tried (pixels of the compared images), the usual one, and by what power of e others differ.
 _DRIFTS_PX = np.array([0.05, 0.1, 0.2, 0.4, 0.8, 1.6])
 _USUAL_DRIFT_PX, _DRIFT_SPREAD = 0.8, 1.0
 #: Distance between lights over which drift changes, and the shortest where few photographs were moved: motion that
@@ -55,7 +55,7 @@ _DRIFT_LENGTH, _FASTEST_DRIFT = 0.6, 0.4
 _NOISE_PX = 0.03
 #: Sizes of jumps that are tried, and by what power of e they must be likelier than none.
 _JUMPS_PX = np.array([0.0, *np.geomspace(0.02, 300.0, 30)])
-_LEAST_EVIDENCE = 10.0
+_MIN_EVIDENCE = 10.0
 #: Degrees of freedom of Student's distribution, steps towards it, and a variance that is far out, in usual ones.
 _FREEDOM, _STEPS, _FAR_OUT = 1.0, 8, 15.0
 
@@ -80,20 +80,20 @@ def without_shading_drift(moved: Matrix, distance: Matrix, reference: int) -> tu
     count, parameters = moved.shape
     weight = np.ones(count)
     apart = distance[:, None] - distance
-    jumps = _expected(moved, apart / _DRIFT_LENGTH, reference, weight)
-    if jumps.evidence < _LEAST_EVIDENCE:
+    jumps = _expect(moved, apart / _DRIFT_LENGTH, reference, weight)
+    if jumps.evidence < _MIN_EVIDENCE:
         return np.zeros_like(moved), np.zeros(count)
     few = jumps
     for _ in range(_STEPS):
         weight = (_FREEDOM + few.square) / (_FREEDOM + parameters)
-        few = _expected(moved, apart / _FASTEST_DRIFT, reference, weight)
+        few = _expect(moved, apart / _FASTEST_DRIFT, reference, weight)
     chosen = few if weight.max() > _FAR_OUT else jumps
     doubt = np.sqrt(chosen.variance.mean(axis=1))
     known = (chosen.expected**2).mean() > (doubt**2).mean()
     return chosen.expected * known, doubt
 
 
-def _expected(moved: Matrix, apart: Matrix, reference: int, weight: Matrix) -> _Jumps:
+def _expect(moved: Matrix, apart: Matrix, reference: int, weight: Matrix) -> _Jumps:
     """Jumps of the variances `weight` (N,) times one that is averaged over, as the size of drift is.
 
     `apart` (N, N) is the distance between lights in lengths over which drift changes.
@@ -137,19 +137,19 @@ def _shares(likely: Matrix, axis: int = 0) -> Matrix:
 Grey = NDArray[np.float32]
 Matrix = NDArray[np.float64]
 
-#: Pictures that the span is made of, and the fewest photographs that say something about their motion beyond it.
-RANK, LEAST_PHOTOGRAPHS = 2, 5
+#: Images that the span is made of, and the fewest photographs that say something about their motion beyond it.
+RANK, MIN_PHOTOGRAPHS = 2, 5
 
-#: With more than this share in one picture the lights are alike, and a second picture would only hide a knock.
+#: With more than this share in one image the lights are alike, and a second image would only hide a knock.
 _ONE_LIGHT = 0.97
 
-#: Derivatives of (x, y, 1) by the parameters of each motion, in coordinates where the picture's half-diagonal is 1.
+#: Derivatives of (x, y, 1) by the parameters of each motion, in coordinates where the image's half-diagonal is 1.
 _SHIFTS = [(0, 2), (1, 2)]
 _ENTRIES = {"translation": _SHIFTS, "affine": [*_SHIFTS, (0, 0), (0, 1), (1, 0), (1, 1)]}
 _ENTRIES["homography"] = [*_ENTRIES["affine"], (2, 0), (2, 1)]
 _ITERATIONS = (6, 4, 2)
 _LEVELS = 3
-_LEAST_SIDE = 64
+_MIN_SIDE = 64
 _MARGIN = 8
 _BAND_ROWS = 64
 _LARGEST_WORK = 1.2e10
@@ -162,7 +162,7 @@ class ArcMotion:
     Attributes
     ----------
     matrix : (N, 3, 3) from pixels of the reference to pixels of each photograph.
-    product : (N, N) inner products of the aligned, band-passed pictures of unit energy.
+    product : (N, N) inner products of the aligned, band-passed images of unit energy.
     """
 
     matrix: Matrix
@@ -176,20 +176,20 @@ def arc_motion(images: Sequence[Grey], start: Matrix, reference: int, motion: st
     product = np.eye(len(images))
     for level in range(_LEVELS - 1, -1, -1):
         factor = 2**level
-        if min(images[0].shape) // factor < _LEAST_SIDE and level > 0:
+        if min(images[0].shape) // factor < _MIN_SIDE and level > 0:
             continue
         work = (len(images) * (1 + len(basis))) ** 2 * images[0].size / factor**2
         if work > _LARGEST_WORK and level < _LEVELS - 1:
             break
-        pictures = [band_passed(image, factor) for image in images]
-        small = np.stack([_scaled(one, 1 / factor) for one in matrix])
-        weight = np.ones(pictures[0].shape, np.float32)
+        photographs = [band_passed(image, factor) for image in images]
+        small = np.stack([_scale(one, 1 / factor) for one in matrix])
+        weight = np.ones(photographs[0].shape, np.float32)
         for iteration in range(_ITERATIONS[_LEVELS - 1 - level]):
             before = (_LEVELS - 1 - level + iteration / _ITERATIONS[0]) / _LEVELS
-            system = _inner_products(pictures, small, basis, weight, note)
+            system = _inner_products(photographs, small, basis, weight, note)
             product, kept, weight = yield from part(system, before, before + 0.5 / _LEVELS)
-            small = _stepped(small, kept, basis, reference, pictures[0].shape, motion)
-        matrix = np.stack([_scaled(one, factor) for one in small])
+            small = _step(small, kept, basis, reference, photographs[0].shape, motion)
+        matrix = np.stack([_scale(one, factor) for one in small])
     return ArcMotion(matrix, product[: len(images), : len(images)])
 
 
@@ -201,35 +201,37 @@ def light_distance(product: Matrix) -> NDArray[np.float64]:
     return np.concatenate([[0.0], np.cumsum(np.sqrt(np.clip(1.0 - cosine**2, 0.0, 1.0)))])
 
 
-def one_light(pictures: Sequence[Grey], matrix: Matrix) -> bool:
-    """True if the aligned pictures (of `band_passed`) are so alike that no shading can imitate motion."""
-    size = pictures[0].shape[::-1]
+def one_light(photographs: Sequence[Grey], matrix: Matrix) -> bool:
+    """True if the aligned images (of `band_passed`) are so alike that no shading can imitate motion."""
+    size = photographs[0].shape[::-1]
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    seen = _seen_by_all(matrix, pictures[0].shape).ravel()
-    moved = [cv2.warpPerspective(one, m, size, flags=flags).ravel() for one, m in zip(pictures, matrix, strict=True)]
+    seen = _mask_seen_by_all(matrix, photographs[0].shape).ravel()
+    moved = [cv2.warpPerspective(one, m, size, flags=flags).ravel() for one, m in zip(photographs, matrix, strict=True)]
     table = np.stack(moved) * seen
     values = np.linalg.eigvalsh((table @ table.T).astype(np.float64))
     return bool(values[-1] > _ONE_LIGHT * values.sum())
 
 
-def predicted(pictures: Sequence[Grey], matrix: Matrix) -> Steps[tuple[list[Grey], NDArray[np.float64]]]:
-    """Each aligned picture (of `band_passed`) as the best mixture of all others, and its correlation with that."""
-    size = pictures[0].shape[::-1]
+def predict(photographs: Sequence[Grey], matrix: Matrix) -> Steps[tuple[list[Grey], NDArray[np.float64]]]:
+    """Each aligned image (of `band_passed`) as the best mixture of all others, and its correlation with that."""
+    size = photographs[0].shape[::-1]
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    table = np.empty((len(pictures), pictures[0].size), np.float32)
-    for index, (picture, motion) in enumerate(zip(pictures, matrix, strict=True)):
-        yield Step(0.5 * index / len(pictures), "Checking the alignment")
-        table[index] = cv2.warpPerspective(picture, motion, size, flags=flags, borderMode=cv2.BORDER_REPLICATE).ravel()
+    table = np.empty((len(photographs), photographs[0].size), np.float32)
+    for index, (photograph, motion) in enumerate(zip(photographs, matrix, strict=True)):
+        yield Step(0.5 * index / len(photographs), "Checking the alignment")
+        table[index] = cv2.warpPerspective(
+            photograph, motion, size, flags=flags, borderMode=cv2.BORDER_REPLICATE
+        ).ravel()
     product = (table @ table.T).astype(np.float64)
     product += np.diag(1e-6 * np.diag(product) + 1e-30)
-    mixtures, correlation = [], np.zeros(len(pictures))
-    for index in range(len(pictures)):
-        yield Step(0.5 + 0.5 * index / len(pictures), "Checking the alignment")
-        others = np.flatnonzero(np.arange(len(pictures)) != index)
+    mixtures, correlation = [], np.zeros(len(photographs))
+    for index in range(len(photographs)):
+        yield Step(0.5 + 0.5 * index / len(photographs), "Checking the alignment")
+        others = np.flatnonzero(np.arange(len(photographs)) != index)
         share = np.linalg.solve(product[np.ix_(others, others)], product[others, index])
         correlation[index] = np.sqrt(np.clip(share @ product[others, index] / product[index, index], 0.0, 1.0))
         mixture = share.astype(np.float32) @ table[others]
-        mixtures.append(mixture.reshape(pictures[0].shape))
+        mixtures.append(mixture.reshape(photographs[0].shape))
     return mixtures, correlation
 
 
@@ -281,15 +283,15 @@ def _unit(shape: tuple[int, ...]) -> Matrix:
     return np.array([[half, 0, (width - 1) / 2], [0, half, (height - 1) / 2], [0, 0, 1.0]])
 
 
-def _scaled(matrix: Matrix, factor: float) -> Matrix:
-    """The same motion in pixels of a picture `factor` times as large (pixel centres at integers)."""
+def _scale(matrix: Matrix, factor: float) -> Matrix:
+    """The same motion in pixels of an image `factor` times as large (pixel centres at integers)."""
     offset = (factor - 1) / 2
     scale = np.array([[factor, 0, offset], [0, factor, offset], [0, 0, 1.0]])
     return scale @ matrix @ np.linalg.inv(scale)
 
 
 def band_passed(image: Grey, factor: int = 1) -> Grey:
-    """Details of one to twelve pixels of the picture reduced by `factor`, of unit energy."""
+    """Details of one to twelve pixels of the image reduced by `factor`, of unit energy."""
     height, width = (size // factor for size in image.shape)
     small = image[: height * factor, : width * factor]
     if factor > 1:
@@ -300,18 +302,18 @@ def band_passed(image: Grey, factor: int = 1) -> Grey:
 
 
 def _inner_products(
-    pictures: Sequence[Grey], matrix: Matrix, basis: Matrix, weight: Grey, note: str
+    photographs: Sequence[Grey], matrix: Matrix, basis: Matrix, weight: Grey, note: str
 ) -> Steps[tuple[Matrix, tuple[Matrix, Matrix], Grey]]:
-    """Inner products of the aligned pictures; (hessian, gradient) of a step; the weights for the next one."""
-    height, width = pictures[0].shape
-    count, parameters = len(pictures), len(basis)
+    """Inner products of the aligned images; (hessian, gradient) of a step; the weights for the next one."""
+    height, width = photographs[0].shape
+    count, parameters = len(photographs), len(basis)
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     slopes = []
-    for index, (picture, motion) in enumerate(zip(pictures, matrix, strict=True)):
+    for index, (photograph, motion) in enumerate(zip(photographs, matrix, strict=True)):
         yield Step(0.5 * index / count, note)
-        moved = cv2.warpPerspective(picture, motion, (width, height), flags=flags, borderMode=cv2.BORDER_REPLICATE)
+        moved = cv2.warpPerspective(photograph, motion, (width, height), flags=flags, borderMode=cv2.BORDER_REPLICATE)
         slopes.append((moved, *(cv2.Sobel(moved, cv2.CV_32F, axis, 1 - axis, scale=1 / 8) for axis in (1, 0))))
-    seen = _seen_by_all(matrix, (height, width))
+    seen = _mask_seen_by_all(matrix, (height, width))
     inverse = np.linalg.inv(_unit((height, width))).astype(np.float64)
     product = np.zeros((count * (1 + parameters), count * (1 + parameters)))
     inside = np.s_[_MARGIN : width - _MARGIN]
@@ -335,8 +337,8 @@ def _inner_products(
     return product[:count, :count], (hessian, gradient), _weights([moved for moved, _, _ in slopes], outside)
 
 
-def _seen_by_all(matrix: Matrix, shape: tuple[int, ...]) -> Grey:
-    """1 where all pictures have data, else 0; 1 everywhere where they share less than a quarter of the frame."""
+def _mask_seen_by_all(matrix: Matrix, shape: tuple[int, ...]) -> Grey:
+    """1 where all images have data, else 0; 1 everywhere where they share less than a quarter of the frame."""
     row, column = np.mgrid[: shape[0], : shape[1]].astype(np.float32)
     inside = np.ones(shape, np.bool_)
     for one in matrix.astype(np.float32):
@@ -367,7 +369,7 @@ def _weights(moved: Sequence[Grey], outside: Matrix) -> Grey:
     return weight
 
 
-def _stepped(
+def _step(
     matrix: Matrix, system: tuple[Matrix, Matrix], basis: Matrix, reference: int, shape: tuple[int, ...], motion: str
 ) -> Matrix:
     """The motions after one step of at most three pixels; the reference stays."""

@@ -1,4 +1,4 @@
-"""The motion of a photograph from points that a person has marked in it and in the reference.
+"""The motion of a photograph from points that a user has marked in it and in the reference.
 
 The motion of the wanted kind with the least sum of squared distances in the photograph is found in coordinates about
 the points' middle, scaled to unit spread (Hartley2004 Sec. 4.4): a Euclidean motion by Procrustes
@@ -25,10 +25,10 @@ Matrix = NDArray[np.float64]
 Points = NDArray[np.float64]
 
 #: Motions from stiff to free, and the points that determine them.
-LEAST_POINTS = {"translation": 1, "euclidean": 2, "affine": 3, "homography": 4}
+MIN_POINTS = {"translation": 1, "euclidean": 2, "affine": 3, "homography": 4}
 
 _LARGEST_CONDITION = 1e6
-_LEAST_SPREAD = 0.02
+_MIN_SPREAD = 0.02
 _ITERATIONS = 20
 
 
@@ -47,29 +47,27 @@ class MarkedMotion:
         return float(np.sqrt((self.missed_px**2).mean()))
 
 
-def marked_motion(pairs: Sequence[Sequence[float]], motion: str = "homography") -> MarkedMotion:
+def fit_marked_motion(pairs: Sequence[Sequence[float]], motion: str = "homography") -> MarkedMotion:
     """The motion from `pairs`, each x, y in the reference and x, y in the photograph (pixel centres at integers).
 
     Raises ValueError for an unknown motion, no pairs, and numbers that are not finite.
     """
     table = np.asarray(pairs, np.float64)
-    if motion not in LEAST_POINTS:
-        raise ValueError(f"unknown motion {motion!r}; known are {', '.join(LEAST_POINTS)}")
+    if motion not in MIN_POINTS:
+        raise ValueError(f"unknown motion {motion!r}; known are {', '.join(MIN_POINTS)}")
     if table.ndim != 2 or table.shape[1] != 4 or not len(table) or not np.isfinite(table).all():
-        raise ValueError(
-            "control points need four finite numbers each: x and y in the reference, x and y in the picture"
-        )
+        raise ValueError("control points need four finite numbers each: x and y in the reference, x and y in the image")
     here, there = table[:, :2], table[:, 2:]
-    kinds = list(LEAST_POINTS)
+    kinds = list(MIN_POINTS)
     for kind in reversed(kinds[: kinds.index(motion) + 1]):
         if kind == "translation" or _determines(here, there, kind):
             matrix = _FITS[kind](here, there)
             if kind == "translation" or _sound(matrix, here):
                 break
-    return MarkedMotion(matrix, kind, np.hypot(*(moved(matrix, here) - there).T))
+    return MarkedMotion(matrix, kind, np.hypot(*(move(matrix, here) - there).T))
 
 
-def marked_kind(motion: str, azimuth: NDArray[np.float64] | None) -> str:
+def choose_marked_kind(motion: str, azimuth: NDArray[np.float64] | None) -> str:
     """The kind of motion that control points are fitted with, where an import is asked for `motion`."""
     decided = motion if motion != "auto" else usual_motion(azimuth)
     return decided if decided != "none" else "homography"
@@ -78,7 +76,7 @@ def marked_kind(motion: str, azimuth: NDArray[np.float64] | None) -> str:
 def with_control_points(
     alignment: Alignment, marked: Mapping[int, Sequence[Sequence[float]]], names: Sequence[str], motion: str
 ) -> Alignment:
-    """The alignment with the motions of some photographs taken from points that a person marked.
+    """The alignment with the motions of some photographs taken from points that a user marked.
 
     `marked` maps the index of a photograph to pairs (x and y in the reference, x and y in it, pixels of the
     photographs). Their residual is that of the points. Points that determine only a stiffer motion are reported.
@@ -86,7 +84,7 @@ def with_control_points(
     matrix, residual, aligned = alignment.matrix.copy(), alignment.residual_px.copy(), alignment.aligned.copy()
     confidence, findings = alignment.confidence.copy(), list(alignment.findings)
     for index, pairs in marked.items():
-        found = marked_motion(pairs, motion)
+        found = fit_marked_motion(pairs, motion)
         matrix[index], residual[index], aligned[index], confidence[index] = found.matrix, found.rms_px, True, 1.0
         findings = [one for one in findings if one.source != names[index]]
         if found.motion != motion:
@@ -106,7 +104,7 @@ _STIFFER = "its control points do not determine a motion of kind {}: {} was used
 
 def _determines(here: Points, there: Points, motion: str) -> bool:
     """Enough points, apart for a turn, off one line for an affine motion, four of them so for a homography."""
-    if len(np.unique(here, axis=0)) < LEAST_POINTS[motion] or len(np.unique(there, axis=0)) < LEAST_POINTS[motion]:
+    if len(np.unique(here, axis=0)) < MIN_POINTS[motion] or len(np.unique(there, axis=0)) < MIN_POINTS[motion]:
         return False
     if motion == "euclidean":
         return True
@@ -117,7 +115,7 @@ def _determines(here: Points, there: Points, motion: str) -> bool:
 
 def _off_line(points: Points) -> bool:
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return bool(spread[-1] > _LEAST_SPREAD * spread[0])
+    return bool(spread[-1] > _MIN_SPREAD * spread[0])
 
 
 def _sound(matrix: Matrix, here: Points) -> bool:
@@ -133,7 +131,7 @@ def _sound(matrix: Matrix, here: Points) -> bool:
     )
 
 
-def moved(matrix: Matrix, points: Points) -> Points:
+def move(matrix: Matrix, points: Points) -> Points:
     """Image of `points` (N, 2) under `matrix` (3, 3)."""
     there = points @ matrix[:, :2].T + matrix[:, 2]
     places: Points = there[:, :2] / there[:, 2:]
@@ -166,7 +164,7 @@ def _euclidean(here: Points, there: Points) -> Matrix:
 
 def _affine(here: Points, there: Points) -> Matrix:
     unit = _unit(here)
-    table = np.hstack([moved(unit, here), np.ones((len(here), 1))])
+    table = np.hstack([move(unit, here), np.ones((len(here), 1))])
     matrix = np.eye(3)
     matrix[:2] = np.linalg.lstsq(table, there, rcond=None)[0].T
     return matrix @ unit
@@ -175,7 +173,7 @@ def _affine(here: Points, there: Points) -> Matrix:
 def _homography(here: Points, there: Points) -> Matrix:
     """Direct linear transform, then Gauss-Newton on the distances in the photograph."""
     from_unit, to_unit = _unit(here), _unit(there)
-    one, other = moved(from_unit, here), moved(to_unit, there)
+    one, other = move(from_unit, here), move(to_unit, there)
     rows = []
     for (x, y), (u, v) in zip(one, other, strict=True):
         rows += [[x, y, 1, 0, 0, 0, -u * x, -u * y, -u], [0, 0, 0, x, y, 1, -v * x, -v * y, -v]]

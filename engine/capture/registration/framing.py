@@ -1,13 +1,13 @@
-"""Framing of the picture within the reference photograph: crop, rectification from four corners, and size.
+"""Framing of the image within the reference photograph: crop, rectification from four corners, and size.
 
-A framing is four corners in pixels of the reference and a size. It gives a homography from pixels of the picture to
+A framing is four corners in pixels of the reference and a size. It gives a homography from pixels of the image to
 pixels of the reference (direct linear transform for four points, Hartley2004 Sec. 4.1), which is
-multiplied with a photograph's alignment, so that each photograph is resampled exactly once. Where the picture is
+multiplied with a photograph's alignment, so that each photograph is resampled exactly once. Where the image is
 coarser than the photograph, a pixel is the mean of samples spread evenly over its area, so nothing aliases.
 
-Conventions: pixel centres at integers, so the whole picture reaches from -1/2 to width - 1/2. Corners run clockwise
-from the top left as seen, and are corners of the picture's outline, not centres of its outermost pixels.
-Cost: with `warp`, 10 ns per sample and thread; ceil(reduction)^2 samples per pixel, at most `MOST_SAMPLES` squared.
+Conventions: pixel centres at integers, so the whole image reaches from -1/2 to width - 1/2. Corners run clockwise
+from the top left as seen, and are corners of the image's outline, not centres of its outermost pixels.
+Cost: with `warp`, 10 ns per sample and thread; ceil(reduction)^2 samples per pixel, at most `MAX_SAMPLES` squared.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from engine.core.errors import UsageError
 Matrix = NDArray[np.float64]
 Corners = tuple[tuple[float, float], tuple[float, float], tuple[float, float], tuple[float, float]]
 
-#: No picture is wider or higher.
+#: No image is wider or higher.
 LARGEST_PX = 32768
 #: No pixel is the mean of more than the square of so many samples.
-MOST_SAMPLES = 1024
+MAX_SAMPLES = 1024
 
 
 @dataclass(frozen=True)
 class Framing:
-    """Four `corners` (x, y) in pixels of the reference, clockwise from the top left, and the size of the picture.
+    """Four `corners` (x, y) in pixels of the reference, clockwise from the top left, and the size of the image.
 
     Raises UsageError for corners that are not those of a convex figure in this order, and for impossible sizes.
     """
@@ -55,7 +55,7 @@ class Framing:
             raise UsageError("the corners must run clockwise from the top left around a figure without dents")
 
 
-def cropped(region: Region, width_px: int | None = None, height_px: int | None = None) -> Framing:
+def crop(region: Region, width_px: int | None = None, height_px: int | None = None) -> Framing:
     """Whole pixels of the reference, at their own size or at another one."""
     left, top = region.left - 0.5, region.top - 0.5
     right, bottom = left + region.width, top + region.height
@@ -63,7 +63,7 @@ def cropped(region: Region, width_px: int | None = None, height_px: int | None =
     return Framing(corners, width_px or region.width, height_px or region.height)
 
 
-def rectified(corners: Corners, aspect: float | None, size: tuple[int, int], width_px: int | None = None) -> Framing:
+def rectify(corners: Corners, aspect: float | None, size: tuple[int, int], width_px: int | None = None) -> Framing:
     """The figure between `corners` as a rectangle of `aspect` (width / height), as large as its longest sides.
 
     Without `aspect` it is estimated for a photograph of `size` (height, width). `width_px` sets another width.
@@ -71,12 +71,12 @@ def rectified(corners: Corners, aspect: float | None, size: tuple[int, int], wid
     places = np.asarray(corners, np.float64)
     sides = np.hypot(*(np.roll(places, -1, axis=0) - places).T)
     width, height = max(sides[0], sides[2]), max(sides[1], sides[3])
-    shape = estimated_aspect(corners, size) if aspect is None else aspect
+    shape = estimate_aspect(corners, size) if aspect is None else aspect
     across = width_px or max(1, round(max(width, height * shape)))
     return Framing(corners, across, max(1, round(across / shape)))
 
 
-def estimated_aspect(corners: Corners, size: tuple[int, int]) -> float:
+def estimate_aspect(corners: Corners, size: tuple[int, int]) -> float:
     """Width / height of the rectangle that a camera with square pixels, centred on (height, width) `size`, sees so.
 
     The homography's columns h1, h2 are images of two perpendicular directions: h1' w h2 = 0 gives the focal length, and
@@ -100,7 +100,7 @@ def estimated_aspect(corners: Corners, size: tuple[int, int]) -> float:
 
 
 def framing_matrix(framing: Framing) -> Matrix:
-    """(3, 3) from pixels (x, y, 1) of the picture to pixels of the reference.
+    """(3, 3) from pixels (x, y, 1) of the image to pixels of the reference.
 
     Exactly a shift by whole pixels for a framing that only crops.
     """
@@ -126,14 +126,14 @@ def homography(here: NDArray[np.float64], there: NDArray[np.float64]) -> Matrix:
 
 
 def samples_per_side(matrix: Matrix, width: int, height: int) -> int:
-    """Samples along each side of a pixel of the picture, so that none of the photograph is skipped."""
+    """Samples along each side of a pixel of the image, so that none of the photograph is skipped."""
     corners = np.array([[0, 0], [width - 1, 0], [width - 1, height - 1], [0, height - 1.0]])
     largest = max(float(np.linalg.norm(_jacobian(matrix, x, y), axis=0).max()) for x, y in corners)
-    return min(MOST_SAMPLES, max(1, math.ceil(largest - 1e-6)))
+    return min(MAX_SAMPLES, max(1, math.ceil(largest - 1e-6)))
 
 
 def _jacobian(matrix: Matrix, x: float, y: float) -> Matrix:
-    """(2, 2) how far the place in the photograph moves for one pixel of the picture, at (x, y)."""
+    """(2, 2) how far the place in the photograph moves for one pixel of the image, at (x, y)."""
     u, v, w = matrix @ np.array([x, y, 1.0])
     return (matrix[:2, :2] - np.outer((u / w, v / w), matrix[2, :2])) / w
 
@@ -141,7 +141,7 @@ def _jacobian(matrix: Matrix, x: float, y: float) -> Matrix:
 def inside_all(
     framing: Framing, matrices: Sequence[Matrix], height: int, width: int, tolerance_px: float = 0.51
 ) -> bool:
-    """True if every photograph shows all of the picture, up to `tolerance_px` beyond its outermost pixel centres."""
+    """True if every photograph shows all of the image, up to `tolerance_px` beyond its outermost pixel centres."""
     corners = np.hstack([np.asarray(framing.corners, np.float64), np.ones((4, 1))])
     limits = np.array([width - 1, height - 1]) + tolerance_px
     for matrix in matrices:

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.registration.texture import Grey, feature, reduced, tiles
+from engine.capture.registration.texture import Grey, feature, reduce, tiles
 from engine.core.health import Finding
 from engine.core.steps import Step, Steps
 
@@ -48,8 +48,8 @@ class Alignment:
     findings: tuple[Finding, ...] = ()
 
 
-_LEAST_CONFIDENCE = 0.2
-#: Below this correlation, shading may imitate shifts of up to so many pixels of the compared pictures.
+_MIN_CONFIDENCE = 0.2
+#: Below this correlation, shading may imitate shifts of up to so many pixels of the compared images.
 SURE, _SHADING_PX = 0.5, 8.0
 _LARGEST_CONDITION = 1e6
 #: Correlation that counts as the best one does, and for a small shift: patterns repeat, and tripods move little.
@@ -57,7 +57,7 @@ _EQUALLY_GOOD, _NEARLY_AS_GOOD = 0.9, 0.6
 _COARSE = 320
 
 #: Pixels along the shorter side that alignment needs.
-LEAST_SIDE = 32
+MIN_SIDE = 32
 #: Distance from no shift, and from the neighbour's shift, within which a lower peak is looked for too.
 _NEAR = 8
 _ITERATIONS, _PRECISION = 30, 1e-6
@@ -81,19 +81,19 @@ class TooUnlike(Refused):
 
 
 def pyramid(image: Grey) -> list[Grey]:
-    """Features of the picture and of its halves, fine to coarse; refuses pictures below `LEAST_SIDE` or texture."""
-    if min(image.shape) < LEAST_SIDE:
-        raise Refused(f"at {image.shape[1]} × {image.shape[0]} pixels they are smaller than {LEAST_SIDE} on a side")
+    """Features of the image and of its halves, fine to coarse; refuses images below `MIN_SIDE` or texture."""
+    if min(image.shape) < MIN_SIDE:
+        raise Refused(f"at {image.shape[1]} × {image.shape[0]} pixels they are smaller than {MIN_SIDE} on a side")
     levels = [image]
     while max(levels[-1].shape) > _COARSE and min(levels[-1].shape) >= 64:
-        levels.append(reduced(levels[-1], 2))
+        levels.append(reduce(levels[-1], 2))
     return [feature(level) for level in levels]
 
 
 def first_shift(target: Grey, levels: list[Grey], neighbour: Matrix) -> tuple[Matrix, float]:
     """The shift (as a matrix at the coarsest level) that fits best, and how far off the next one is that fits alike."""
     image = levels[-1]
-    known = enlarged(neighbour, 1 / 2 ** (len(levels) - 1))[:2, 2]
+    known = enlarge(neighbour, 1 / 2 ** (len(levels) - 1))[:2, 2]
     near = [np.zeros(2), np.round(known)]
     shifts = [*near, *_phase_peaks(target, image, near)]
     scored = sorted(((_overlap_correlation(target, image, shift), shift) for shift in shifts), key=lambda s: -s[0])
@@ -102,7 +102,7 @@ def first_shift(target: Grey, levels: list[Grey], neighbour: Matrix) -> tuple[Ma
     turned = max(_overlap_correlation(target, upside_down, shift) for shift in _phase_peaks(target, upside_down))
     if turned > max(best + 0.1, 2.0 * best):
         raise Refused("it looks rotated by 180°")
-    if best < _LEAST_CONFIDENCE / 2:
+    if best < _MIN_CONFIDENCE / 2:
         raise Refused("no shift of up to half the frame makes it like the reference, or there is no texture")
     sure = [(score * np.sqrt(_overlap_share(target, shift)), shift) for score, shift in scored]
     surest = max(score for score, _ in sure)
@@ -124,7 +124,7 @@ def _phase_peaks(
 ) -> list[NDArray[np.float64]]:
     """The highest peaks (x, y) of the phase correlation, up to half a frame, and those about the shifts `near`."""
     taper = cv2.createHanningWindow(target.shape[::-1], cv2.CV_32F)
-    one, other = (np.fft.rfft2((picture - picture.mean()) * taper) for picture in (target, image))
+    one, other = (np.fft.rfft2((image - image.mean()) * taper) for image in (target, image))
     cross = other * np.conj(one)
     strength = np.abs(cross)
     surface = np.fft.irfft2(cross / (strength + 1e-3 * strength.mean() + 1e-30), s=target.shape).astype(np.float32)
@@ -157,13 +157,13 @@ def _overlap_correlation(target: Grey, image: Grey, shift: NDArray[np.float64]) 
 
 
 def _overlap_share(target: Grey, shift: NDArray[np.float64]) -> float:
-    """Of the frame, for a picture moved by `shift`: the correlation of few pixels is less sure."""
+    """Of the frame, for an image moved by `shift`: the correlation of few pixels is less sure."""
     height, width = target.shape
     return max(0.0, 1.0 - abs(float(shift[0])) / width) * max(0.0, 1.0 - abs(float(shift[1])) / height)
 
 
 def _correlation(one: Grey, other: Grey) -> float:
-    a, b = (picture.astype(np.float64) - picture.mean(dtype=np.float64) for picture in (one, other))
+    a, b = (image.astype(np.float64) - image.mean(dtype=np.float64) for image in (one, other))
     energy = float((a * a).sum() * (b * b).sum())
     return float((a * b).sum() / np.sqrt(energy)) if energy > 0.0 else 0.0
 
@@ -175,13 +175,13 @@ def refine(
     matrix = start
     for level in range(len(levels) - 1, -1, -1):
         kind = "translation" if level == len(levels) - 1 and level > 0 else motion
-        matrix = _maximised(target[level], levels[level], matrix, kind)
+        matrix = _maximise(target[level], levels[level], matrix, kind)
         yield Step(1.0 - level / len(levels), note)
         if level > 0:
-            matrix = enlarged(matrix, 2)
+            matrix = enlarge(matrix, 2)
     refuse_degenerate(matrix, target[0].shape)
     confidence = _correlation(*_overlap(target[0], levels[0], matrix))
-    if confidence < _LEAST_CONFIDENCE:
+    if confidence < _MIN_CONFIDENCE:
         raise TooUnlike(f"it stays unlike the reference (correlation {max(0.0, confidence):.2f})")
     if confidence < SURE and largest_move(matrix, target[0].shape) < _SHADING_PX:
         raise TooUnlike(f"its light is too unlike (correlation {confidence:.2f}) to tell a small shift from shading")
@@ -196,7 +196,7 @@ def largest_move(matrix: Matrix, shape: tuple[int, ...]) -> float:
     return float(np.hypot(*(moved[:, :2] / moved[:, 2:] - corners[:, :2]).T).max())
 
 
-def _maximised(target: Grey, image: Grey, matrix: Matrix, motion: str) -> Matrix:
+def _maximise(target: Grey, image: Grey, matrix: Matrix, motion: str) -> Matrix:
     criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, _ITERATIONS, _PRECISION)
     rows = 3 if motion == "homography" else 2
     start = matrix[:rows].astype(np.float32)
@@ -212,7 +212,7 @@ def _maximised(target: Grey, image: Grey, matrix: Matrix, motion: str) -> Matrix
 
 
 def refuse_degenerate(matrix: Matrix, shape: tuple[int, ...]) -> None:
-    """Condition in coordinates that run from -1 to 1 over the picture; corners must stay within half a frame."""
+    """Condition in coordinates that run from -1 to 1 over the image; corners must stay within half a frame."""
     height, width = shape
     unit = np.array([[width / 2, 0, width / 2], [0, height / 2, height / 2], [0, 0, 1.0]])
     normalised = np.linalg.inv(unit) @ matrix @ unit
@@ -247,8 +247,8 @@ def tile_residual(target: Grey, image: Grey, matrix: Matrix) -> float:
     return float(np.sqrt(np.mean(squares))) if squares else float("nan")
 
 
-def enlarged(matrix: Matrix, factor: float) -> Matrix:
-    """The same motion in pixels of a picture `factor` times as large (pixel centres at integers)."""
+def enlarge(matrix: Matrix, factor: float) -> Matrix:
+    """The same motion in pixels of an image `factor` times as large (pixel centres at integers)."""
     offset = (factor - 1) / 2
     scale = np.array([[factor, 0, offset], [0, factor, offset], [0, 0, 1.0]])
     return scale @ matrix @ np.linalg.inv(scale)

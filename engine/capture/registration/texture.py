@@ -1,4 +1,4 @@
-"""Texture of a picture: where it is, how strong beyond the noise, and what of it lamps of any direction leave alike."""
+"""Texture of an image: where it is, how strong beyond the noise, and what of it lamps of any direction leave alike."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 Grey = NDArray[np.float32]
 
-#: Pictures are compared at no more pixels than this.
+#: Images are compared at no more pixels than this.
 WORK_PIXELS = 600_000
 
 #: Tiles off one line that must have texture to support each motion.
@@ -20,11 +20,11 @@ _TILES = 4
 
 
 def reduction(height: int, width: int) -> int:
-    """By which whole number a picture is reduced before it is compared."""
+    """By which whole number an image is reduced before it is compared."""
     return max(1, int(np.ceil(np.sqrt(height * width / WORK_PIXELS))))
 
 
-def reduced(image: Grey, factor: int) -> Grey:
+def reduce(image: Grey, factor: int) -> Grey:
     """Means of factor × factor pixels; what does not fill a block at the right and bottom is left out."""
     height, width = (size // factor for size in image.shape)
     whole = image[: height * factor, : width * factor]
@@ -32,12 +32,12 @@ def reduced(image: Grey, factor: int) -> Grey:
 
 
 def texture(image: Grey) -> float:
-    """Mean gradient of the picture beyond what its noise makes: the larger, the better to align to."""
+    """Mean gradient of the image beyond what its noise makes: the larger, the better to align to."""
     return max(0.0, float(slope(image, 2.0).mean(dtype=np.float64)) - noise_slope(image))
 
 
-def supported_motion(image: Grey, motion: str) -> str:
-    """`motion`, or 'translation' where too few tiles of the picture have texture, or all of them on one line."""
+def choose_supported_motion(image: Grey, motion: str) -> str:
+    """`motion`, or 'translation' where too few tiles of the image have texture, or all of them on one line."""
     steep, floor = slope(image, 2.0), 3.0 * noise_slope(image)
     found = [(float(steep[tile].mean()), centre) for tile, centre in tiles(image.shape)]
     strongest = max(strength for strength, _ in found)
@@ -60,7 +60,7 @@ def slope(image: Grey, deviation: float) -> Grey:
 
 
 def noise_slope(image: Grey) -> float:
-    """Mean of `slope(image, 2.0)` for noise as strong as that of the picture (from the median of its Laplacian)."""
+    """Mean of `slope(image, 2.0)` for noise as strong as that of the image (from the median of its Laplacian)."""
     deviation = float(np.median(np.abs(cv2.Laplacian(image, cv2.CV_32F)))) / 3.0
     return 0.0627 * deviation
 

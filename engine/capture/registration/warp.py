@@ -2,7 +2,7 @@
 
 Bilinear weights are never negative and sum to one, so radiance stays non-negative, a constant stays constant, and
 the mean moves only by what crosses the border. Positions are computed in float64 from the pixel's own row and column,
-so a picture warped in bands of any height has the same bits as one warped whole. A picture that becomes smaller is
+so an image warped in bands of any height has the same bits as one warped whole. An image that becomes smaller is
 sampled several times in each pixel's area, evenly, and averaged.
 Cost: bound by memory: about 10 ns per sample and thread.
 """
@@ -112,7 +112,7 @@ def _warp(image, saturated, matrix, left, top, samples, moved, mask):  # type: i
 
 @scalar
 def _cell(y, x, height, width):  # type: ignore[no-untyped-def]
-    """Upper left neighbour and the fractions to the lower right one, inside the picture."""
+    """Upper left neighbour and the fractions to the lower right one, inside the image."""
     y = min(max(y, 0.0), height - 1.0)
     x = min(max(x, 0.0), width - 1.0)
     i, j = int(y), int(x)

@@ -23,7 +23,7 @@ from engine.storage.untrusted import read_head
 #: Endings of documents that describe a material.
 DOCUMENTS = (".mtlx", ".gltf", ".glb", ".usd", ".usda", ".usdc")
 
-#: Beginning of the files that macOS packs beside others, which hold no picture.
+#: Beginning of the files that macOS packs beside others, which hold no image.
 SHADOW = "._"
 
 
@@ -49,7 +49,7 @@ def read_zip(path: Path) -> Steps[Material]:
 
 
 def _textures(names: Sequence[str]) -> list[str]:
-    """Names of pictures that are named for a map, without the shadows that macOS packs beside files."""
+    """Names of images that are named for a map, without the shadows that macOS packs beside files."""
     paths = [PurePosixPath(name) for name in names]
     return [
         str(path)

@@ -1,7 +1,7 @@
 """MaterialX and glTF documents of strangers, read in a decoder process (`engine.storage.untrusted`).
 
-The decoder gets the content of a document alone, and answers what the document says, with the pictures that lie within
-it. What it calls files is looked for here, in the folder of the document and below, and decoded later as any picture.
+The decoder gets the content of a document alone, and answers what the document says, with the images that lie within
+it. What it calls files is looked for here, in the folder of the document and below, and decoded later as any image.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ import numpy as np
 from engine.core.errors import InputError
 from engine.exchange.readers.gltf import JSON_LIMIT_BYTES, gltf_of, has_textures
 from engine.exchange.readers.materialx import materialx_of
-from engine.exchange.readers.textures import Described, Input, Picture, file_beside
-from engine.storage.untrusted import FILE_LIMIT_BYTES, decode_in_child, opened, read_head
+from engine.exchange.readers.textures import Described, Image, Input, file_beside
+from engine.storage.untrusted import FILE_LIMIT_BYTES, decode_in_child, open_checked, read_head
 
 Kind = Literal["materialx", "gltf"]
 
 _MATERIALX_LIMIT_BYTES = 4 << 20
 _REMEDIES = {"materialx": "Copy the textures beside the document", "gltf": "Export it as .glb"}
 
-#: The decoder processes that serve documents: that of the pictures, which is there next, and that of the model.
-_PICTURES, _MODEL = "engine.images.decode", "engine.geometry.mesh"
+#: The decoder processes that serve documents: that of the images, which is there next, and that of the model.
+_IMAGES, _MODEL = "engine.images.decode", "engine.geometry.mesh"
 
 
 def describe_document(path: Path, kind: Kind) -> Described:
     """The material of a document; InputError where it has none, is damaged, or names a file that is not there."""
     decoder = "engine.exchange.readers.documents_child:decode_document"
-    reply = decode_in_child(decoder, path, limit_bytes=_limit_bytes(path, kind), process=_PICTURES, kind=kind)
+    reply = decode_in_child(decoder, path, limit_bytes=_limit_bytes(path, kind), process=_IMAGES, kind=kind)
     values: dict[str, Any] = {
         each.name: _input(path, kind, value, reply) if each.name in reply["inputs"] else value
         for each in fields(Described)
@@ -55,7 +55,7 @@ def decode_textured(content: bytes, name: str) -> dict[str, bool]:
 
 
 def decode_document(content: bytes, name: str, kind: Kind) -> dict[str, Any]:
-    """The decoder: `described`, the fields of a `Described` by name; `inputs`, those that are an `Input`; and pictures.
+    """The decoder: `described`, the fields of a `Described` by name; `inputs`, those that are an `Input`; and images.
 
     Each of these names the array with its content, or the file that it is, or lies in at `part`.
     """
@@ -63,45 +63,45 @@ def decode_document(content: bytes, name: str, kind: Kind) -> dict[str, Any]:
     described = read(content, Path(name))
     values = {each.name: getattr(described, each.name) for each in fields(Described)}
     inputs = [each for each, value in values.items() if isinstance(value, Input)]
-    pictures = {each: values[each].picture.content for each in inputs if values[each].picture is not None}
-    arrays = {f"picture {each}": np.frombuffer(held, np.uint8) for each, held in pictures.items() if held is not None}
+    images = {each: values[each].image.content for each in inputs if values[each].image is not None}
+    arrays = {f"image {each}": np.frombuffer(held, np.uint8) for each, held in images.items() if held is not None}
     for each in inputs:
         one = values[each]
-        picture = None if one.picture is None else _said(one.picture)
-        values[each] = {"factor": one.factor, "inverted": one.inverted, "picture": picture, "name": each}
+        image = None if one.image is None else _describe(one.image)
+        values[each] = {"factor": one.factor, "inverted": one.inverted, "picture": image, "name": each}
     return {"described": values, "inputs": inputs, **arrays}
 
 
-def _said(picture: Picture) -> dict[str, Any]:
-    file = None if picture.content is not None else str(picture.path)
+def _describe(image: Image) -> dict[str, Any]:
+    file = None if image.content is not None else str(image.path)
     return {
         "file": file,
-        "part": picture.part,
-        "name": picture.name,
-        "transfer": picture.transfer,
-        "channel": picture.channel,
+        "part": image.part,
+        "name": image.name,
+        "transfer": image.transfer,
+        "channel": image.channel,
     }
 
 
 def _input(path: Path, kind: Kind, said: dict[str, Any], reply: dict[str, Any]) -> Input:
-    factor, inverted, picture = tuple(map(float, said["factor"])), bool(said["inverted"]), said["picture"]
-    if picture is None:
+    factor, inverted, image = tuple(map(float, said["factor"])), bool(said["inverted"]), said["picture"]
+    if image is None:
         return Input(factor, None, inverted)
     place, content = path, None
-    if picture["file"] is None:
-        content = reply[f"picture {said['name']}"].tobytes()
+    if image["file"] is None:
+        content = reply[f"image {said['name']}"].tobytes()
     else:
-        place = file_beside(path, picture["file"], _REMEDIES[kind])
-        content = None if picture["part"] is None else _part(path, place, *picture["part"])
-    name, transfer, channel = picture["name"], picture["transfer"], picture["channel"]
-    return Input(factor, Picture(place if content is None else path, name, transfer, channel, content), inverted)
+        place = file_beside(path, image["file"], _REMEDIES[kind])
+        content = None if image["part"] is None else _part(path, place, *image["part"])
+    name, transfer, channel = image["name"], image["transfer"], image["channel"]
+    return Input(factor, Image(place if content is None else path, name, transfer, channel, content), inverted)
 
 
 def _part(path: Path, place: Path, start: int, length: int) -> bytes:
     """Bytes of a file beside the document."""
-    with opened(place, FILE_LIMIT_BYTES) as (file, size_bytes):
+    with open_checked(place, FILE_LIMIT_BYTES) as (file, size_bytes):
         if start + length > size_bytes:
-            raise InputError(path, "names bytes of a picture that it does not have", "Export it as .glb")
+            raise InputError(path, "names bytes of an image that it does not have", "Export it as .glb")
         file.seek(start)
         return file.read(length)
 

@@ -15,14 +15,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from engine.core.errors import InputError
-from engine.exchange.readers.textures import Described, Input, Picture, Upwards
+from engine.exchange.readers.textures import Described, Image, Input, Upwards
 from engine.surface.pbr_maps import DIELECTRIC_F0
 
-#: Endings of pictures that are read, the more exact kinds first.
+#: Endings of images that are read, the more exact kinds first.
 SUFFIXES = (".exr", ".tif", ".tiff", ".png", ".tga", ".jpg", ".jpeg", ".hdr")
 
 #: Most files of a folder that are looked at.
-MOST_FILES = 2000
+MAX_FILES = 2000
 
 #: Letters that textures give to the name of their material.
 LONGEST_NAME = 60
@@ -105,9 +105,9 @@ def _telling(parts: list[str]) -> list[str]:
 
 
 def textures_in(folder: Path) -> dict[str, list[Path]]:
-    """The pictures of a folder by the map that they are named for, in order of their names; empty where it is none."""
+    """The images of a folder by the map that they are named for, in order of their names; empty where it is none."""
     try:
-        files = sorted(each for each in folder.iterdir() if each.suffix.lower() in SUFFIXES)[:MOST_FILES]
+        files = sorted(each for each in folder.iterdir() if each.suffix.lower() in SUFFIXES)[:MAX_FILES]
     except OSError:
         return {}
     return by_map(files)
@@ -132,12 +132,12 @@ def holds_textures(folder: Path) -> bool:
 
 
 def is_material(files: Sequence[Path]) -> bool:
-    """True where pictures, of which some may be named for no map, hold what `holds_textures` asks of a folder."""
-    return _are_of_a_material(by_map(files[:MOST_FILES]))
+    """True where images, of which some may be named for no map, hold what `holds_textures` asks of a folder."""
+    return _are_of_a_material(by_map(files[:MAX_FILES]))
 
 
 def are_textures(files: Sequence[Path]) -> bool:
-    """True for pictures that are each named for a map, and are together what `holds_textures` asks of a folder."""
+    """True for images that are each named for a map, and are together what `holds_textures` asks of a folder."""
     return all(each.suffix.lower() in SUFFIXES and kind_of(each.name)[0] for each in files) and is_material(files)
 
 
@@ -149,22 +149,22 @@ def _are_of_a_material(found: dict[str, list[Path]]) -> bool:
 def describe_folder(folder: Path) -> Described:
     """The material in a folder of textures; InputError where it holds none, or several."""
     own = (folder / "surface.json").is_file()
-    return _described(folder, folder.absolute().name or "material", textures_in(folder), own)
+    return _describe(folder, folder.absolute().name or "material", textures_in(folder), own)
 
 
 def describe_unpacked(archive: Path, folder: Path) -> Described:
     """The material of an archive whose textures are in `folder`; errors as above, of the archive."""
-    return _described(archive, archive.stem or "material", textures_in(folder), False)
+    return _describe(archive, archive.stem or "material", textures_in(folder), False)
 
 
 def document_in(folder: Path) -> Path | None:
-    """The one MaterialX document of a folder, or its one glTF file where no pictures lie beside it; else None."""
+    """The one MaterialX document of a folder, or its one glTF file where no images lie beside it; else None."""
     try:
-        files = sorted(folder.iterdir())[:MOST_FILES]
+        files = sorted(folder.iterdir())[:MAX_FILES]
     except OSError:
         return None
-    has_pictures = any(each.suffix.lower() in SUFFIXES for each in files)
-    for endings in ((".mtlx",), () if has_pictures else (".gltf", ".glb")):
+    has_images = any(each.suffix.lower() in SUFFIXES for each in files)
+    for endings in ((".mtlx",), () if has_images else (".gltf", ".glb")):
         found = [each for each in files if each.suffix.lower() in endings and each.is_file()]
         if len(found) == 1:
             return found[0]
@@ -176,36 +176,36 @@ def describe_textures(files: Sequence[Path]) -> Described:
     first, last = min(each.stem for each in files), max(each.stem for each in files)
     alike = next((at for at, pair in enumerate(zip(first, last, strict=False)) if pair[0] != pair[1]), len(first))
     name = first[: min(alike, LONGEST_NAME)].rstrip("_-. ")
-    return _described(files[0].parent, name or "material", by_map(sorted(files)), False)
+    return _describe(files[0].parent, name or "material", by_map(sorted(files)), False)
 
 
-def _described(folder: Path, title: str, found: dict[str, list[Path]], own: bool) -> Described:
+def _describe(folder: Path, title: str, found: dict[str, list[Path]], own: bool) -> Described:
     """`own` says that this program wrote the maps, and so how it writes specular and normals."""
     if "base_colour" not in found:
-        raise InputError(folder, "holds no base colour among its pictures", _REMEDY)
+        raise InputError(folder, "holds no base colour among its images", _REMEDY)
     notes: list[str] = []
     files = {kind: _one(folder, kind, paths, notes) for kind, paths in found.items()}
-    inputs: dict[str, Input] = {"base_colour": Input(picture=Picture(files["base_colour"], _said(files), "auto"))}
+    inputs: dict[str, Input] = {"base_colour": Input(image=Image(files["base_colour"], _describe_files(files), "auto"))}
     for kind, channels in _PACKED.items():
         if kind not in files:
             continue
         for name, channel in channels.items():
-            packed = Picture(files[kind], files[kind].name, channel=(0, 1, 2)[channel])
-            inputs.setdefault(name, Input(picture=packed))
+            packed = Image(files[kind], files[kind].name, channel=(0, 1, 2)[channel])
+            inputs.setdefault(name, Input(image=packed))
         if kind in ("mask", "metallic_smoothness") and files[kind].suffix.lower() in (".png", ".exr"):
-            smoothness = Picture(files[kind], files[kind].name, channel="alpha")
-            inputs.setdefault("roughness", Input(picture=smoothness, inverted=True))
+            smoothness = Image(files[kind], files[kind].name, channel="alpha")
+            inputs.setdefault("roughness", Input(image=smoothness, inverted=True))
     for name in ("roughness", "metallic", "occlusion", "height"):
         if name in files:
-            inputs[name] = Input(picture=Picture(files[name], files[name].name, channel=0))
+            inputs[name] = Input(image=Image(files[name], files[name].name, channel=0))
     if "smoothness" in files and "roughness" not in files:
-        picture = Picture(files["smoothness"], files["smoothness"].name, channel=0)
-        inputs["roughness"] = Input(picture=picture, inverted=True)
+        image = Image(files["smoothness"], files["smoothness"].name, channel=0)
+        inputs["roughness"] = Input(image=image, inverted=True)
     if "specular" in files:
-        specular = Picture(files["specular"], files["specular"].name, "linear")
+        specular = Image(files["specular"], files["specular"].name, "linear")
         inputs["f0"] = Input((1.0,) if own else (FULL_SPECULAR,), specular)
     if "normal" in files:
-        inputs["normal"] = Input(picture=Picture(files["normal"], files["normal"].name))
+        inputs["normal"] = Input(image=Image(files["normal"], files["normal"].name))
     absent = {"roughness": "0.5", "metallic": "0", "f0": f"{DIELECTRIC_F0:g}", "normal": "flat"}
     left = [f"{name} {value}" for name, value in absent.items() if name not in inputs and name != "f0"]
     if left:
@@ -213,7 +213,7 @@ def _described(folder: Path, title: str, found: dict[str, list[Path]], own: bool
     return Described(title, **inputs, upwards=_upwards(files, own), notes=tuple(notes))  # type: ignore[arg-type]
 
 
-def _said(files: dict[str, Path]) -> str:
+def _describe_files(files: dict[str, Path]) -> str:
     return files["base_colour"].name
 
 
@@ -236,5 +236,5 @@ def _one(folder: Path, kind: str, paths: Sequence[Path], notes: list[str]) -> Pa
     stems = {path.stem for path in paths}
     if len(stems) > 1:
         names = ", ".join(path.name for path in paths[:3])
-        raise InputError(folder, f"holds several pictures for {kind.replace('_', ' ')} ({names})", _REMEDY)
+        raise InputError(folder, f"holds several images for {kind.replace('_', ' ')} ({names})", _REMEDY)
     return min(paths, key=lambda path: SUFFIXES.index(path.suffix.lower()))

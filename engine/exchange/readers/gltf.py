@@ -2,7 +2,7 @@
 
 Base colour is sRGB-coded, roughness is green and metallic blue of one texture, occlusion red (glTF 2.0, Sec. 3.9); y of
 normals is up. KHR_materials_ior gives f0 = ((ior − 1) / (ior + 1))², KHR_materials_specular a share of it. Of several
-materials the first with a texture is taken. What is not drawn is named. Pictures may lie within the file, beside it or
+materials the first with a texture is taken. What is not drawn is named. Images may lie within the file, beside it or
 below its folder. All this runs in the decoder process (`engine.exchange.readers.documents_child`).
 """
 
@@ -17,7 +17,7 @@ from typing import Any
 from urllib.parse import unquote
 
 from engine.core.errors import InputError
-from engine.exchange.readers.textures import Channel, Described, Input, Picture
+from engine.exchange.readers.textures import Channel, Described, Image, Input
 from engine.images.decode import TransferChoice
 from engine.storage.text import read_json
 from engine.storage.untrusted import AGAIN, FILE_LIMIT_BYTES
@@ -38,20 +38,20 @@ _PASSED_OVER = {
 
 def has_textures(content: bytes, path: Path) -> bool:
     """True if the content of a file states a material with a texture; InputError where it is no glTF."""
-    tree, _ = _opened(content, path)
+    tree, _ = _open(content, path)
     return any(_is_textured(each) for each in _list(tree, "materials"))
 
 
 def gltf_of(content: bytes, path: Path) -> Described:
     """The material of a file's content, as it names other files; InputError where it has none."""
-    tree, body = _opened(content, path)
+    tree, body = _open(content, path)
     materials = [each for each in _list(tree, "materials") if isinstance(each, dict)]
     if not materials:
         raise InputError(path, "has no material", "Export it with its materials")
     material = next((each for each in materials if _is_textured(each)), materials[0])
     name = str(material.get("name") or path.stem)[:60]
     notes = [f"of {len(materials)} materials, {name!r} is taken"] if len(materials) > 1 else []
-    return _Reader(path, tree, body, notes).described(material, name)
+    return _Reader(path, tree, body, notes).describe(material, name)
 
 
 class _Reader:
@@ -60,7 +60,7 @@ class _Reader:
     def __init__(self, path: Path, tree: dict[str, Any], body: bytes, notes: list[str]) -> None:
         self.path, self.tree, self.body, self.notes = path, tree, body, notes
 
-    def described(self, material: dict[str, Any], name: str) -> Described:
+    def describe(self, material: dict[str, Any], name: str) -> Described:
         pbr = _dict(material, "pbrMetallicRoughness")
         base = self._numbers(pbr, "baseColorFactor", (1.0, 1.0, 1.0, 1.0))[:3]
         packed = pbr.get("metallicRoughnessTexture")
@@ -70,12 +70,12 @@ class _Reader:
         self._say_what_is_passed_over(material)
         return Described(
             name,
-            base_colour=Input(base, self._picture(pbr.get("baseColorTexture"), "auto")),
-            roughness=Input(roughness, self._picture(packed, "linear", 1)),
-            metallic=Input(metallic, self._picture(packed, "linear", 2)),
+            base_colour=Input(base, self._image(pbr.get("baseColorTexture"), "auto")),
+            roughness=Input(roughness, self._image(packed, "linear", 1)),
+            metallic=Input(metallic, self._image(packed, "linear", 2)),
             f0=self._f0(_dict(material, "extensions")),
-            normal=Input(picture=self._picture(normal, "linear")) if normal else None,
-            occlusion=Input(picture=self._picture(occlusion, "linear", 0)) if occlusion else None,
+            normal=Input(image=self._image(normal, "linear")) if normal else None,
+            occlusion=Input(image=self._image(occlusion, "linear", 0)) if occlusion else None,
             normal_scale=self._numbers(normal, "scale", (1.0,))[0],
             upwards="opengl",
             notes=tuple(self.notes),
@@ -92,7 +92,7 @@ class _Reader:
             self.notes.append("highlights of dielectrics have a colour, which is taken as grey")
         f0 = ((ior - 1.0) / (ior + 1.0)) ** 2 if ior > 0.0 else 1.0
         factor = f0 * strength * (0.2126 * colour[0] + 0.7152 * colour[1] + 0.0722 * colour[2])
-        return Input((factor,), self._picture(specular.get("specularColorTexture"), "auto"))
+        return Input((factor,), self._image(specular.get("specularColorTexture"), "auto"))
 
     def _say_what_is_passed_over(self, material: dict[str, Any]) -> None:
         extensions = _dict(material, "extensions")
@@ -104,23 +104,23 @@ class _Reader:
         if passed:
             self.notes.append(f"{' and '.join(passed)} is not drawn")
 
-    def _picture(self, given: Any, transfer: TransferChoice, channel: Channel = None) -> Picture | None:
-        """The picture of a reference to a texture, None without one."""
+    def _image(self, given: Any, transfer: TransferChoice, channel: Channel = None) -> Image | None:
+        """The image of a reference to a texture, None without one."""
         if not isinstance(given, dict):
             return None
         if "KHR_texture_transform" in _dict(given, "extensions"):
             self.notes.append("a texture is turned or scaled against the others, which is passed over")
         texture = self._entry("textures", given.get("index"))
         image = self._entry("images", texture.get("source"))
-        name = str(image.get("name") or f"picture {texture.get('source')}")[:60]
+        name = str(image.get("name") or f"image {texture.get('source')}")[:60]
         if "bufferView" in image:
-            return self._view(image["bufferView"], Picture(self.path, name, transfer, channel))
+            return self._view(image["bufferView"], Image(self.path, name, transfer, channel))
         uri = image.get("uri")
         if not isinstance(uri, str):
-            raise InputError(self.path, "has a picture without content", AGAIN)
+            raise InputError(self.path, "has an image without content", AGAIN)
         if uri.startswith("data:"):
-            return Picture(self.path, name, transfer, channel, self._data(uri))
-        return Picture(Path(unquote(uri)), uri[:60], transfer, channel)
+            return Image(self.path, name, transfer, channel, self._data(uri))
+        return Image(Path(unquote(uri)), uri[:60], transfer, channel)
 
     def _entry(self, kind: str, index: Any) -> dict[str, Any]:
         entries = _list(self.tree, kind)
@@ -131,8 +131,8 @@ class _Reader:
             raise InputError(self.path, f"has an entry of {kind} that is none", AGAIN)
         return entry
 
-    def _view(self, index: Any, picture: Picture) -> Picture:
-        """The picture with the bytes of a view, or with their place in the file that they lie in."""
+    def _view(self, index: Any, image: Image) -> Image:
+        """The image with the bytes of a view, or with their place in the file that they lie in."""
         view = self._entry("bufferViews", index)
         buffer = self._entry("buffers", view.get("buffer"))
         uri = str(buffer["uri"]) if "uri" in buffer else ""
@@ -140,16 +140,16 @@ class _Reader:
         start, length = view.get("byteOffset", 0), view.get("byteLength")
         limit = FILE_LIMIT_BYTES if uri and not uri.startswith("data:") else len(content)
         if not (isinstance(start, int) and isinstance(length, int) and 0 <= start <= start + length <= limit):
-            raise InputError(self.path, "names bytes of a picture that it does not have", AGAIN)
+            raise InputError(self.path, "names bytes of an image that it does not have", AGAIN)
         if uri and not uri.startswith("data:"):
-            return replace(picture, path=Path(unquote(uri)), part=(start, length))
-        return replace(picture, content=content[start : start + length])
+            return replace(image, path=Path(unquote(uri)), part=(start, length))
+        return replace(image, content=content[start : start + length])
 
     def _data(self, uri: str) -> bytes:
         try:
             return base64.b64decode(uri.partition(",")[2], validate=True)
         except (binascii.Error, ValueError):
-            raise InputError(self.path, "has a picture within its text that is damaged", AGAIN) from None
+            raise InputError(self.path, "has an image within its text that is damaged", AGAIN) from None
 
     def _numbers(self, owner: dict[str, Any], key: str, usual: tuple[float, ...]) -> tuple[float, ...]:
         value = owner.get(key)
@@ -160,7 +160,7 @@ class _Reader:
         return tuple(float(each) for each in given)
 
 
-def _opened(content: bytes, path: Path) -> tuple[dict[str, Any], bytes]:
+def _open(content: bytes, path: Path) -> tuple[dict[str, Any], bytes]:
     """The JSON of a file and its chunk of bytes."""
     if not content.startswith(b"glTF"):
         tree, body = read_json(content, path, "the text", AGAIN), b""

@@ -1,7 +1,7 @@
 """The material of a MaterialX document: OpenPBR, Standard Surface, glTF PBR or UsdPreviewSurface with image nodes.
 
-Inputs of the surface are followed through node graphs, normal maps, channels, factors and inversions to a value or to a
-picture. What goes through another node takes the default of the surface, which is said, as is what is not drawn. f0 is
+Inputs of the surface are followed through node graphs, normal maps, channels, factors and inversions to a value or to
+an image. What goes through another node takes the default of the surface, which is said, as is what is not drawn. f0 is
 ((ior − 1) / (ior + 1))² times the weight of the highlight. A file without a colour space of its own has that of the
 elements around it (MaterialX 1.39, "Color Spaces"); it counts for colours alone. y of normals is up. Entities
 are refused, and nothing outside the folder of the document is read.
@@ -17,7 +17,7 @@ from typing import Literal
 from xml.etree import ElementTree
 
 from engine.core.errors import InputError
-from engine.exchange.readers.textures import Described, Input, Picture
+from engine.exchange.readers.textures import Described, Image, Input
 from engine.images.decode import TransferChoice
 from engine.storage.untrusted import AGAIN
 
@@ -111,7 +111,7 @@ def materialx_of(content: bytes, path: Path) -> Described:
     if not shaders:
         known = ", ".join(SURFACES)
         raise InputError(path, "has no surface that is read", f"These are read: {known}")
-    return _Document(path, root).described(shaders[0], shaders)
+    return _Document(path, root).describe(shaders[0], shaders)
 
 
 class _Document:
@@ -122,7 +122,7 @@ class _Document:
         self.parents = {child: parent for parent in root.iter() for child in parent}
         self.notes: list[str] = []
 
-    def described(self, shader: Element, shaders: list[Element]) -> Described:
+    def describe(self, shader: Element, shaders: list[Element]) -> Described:
         surface = SURFACES[shader.tag]
         if len(shaders) > 1:
             self.notes.append(f"of {len(shaders)} surfaces, {shader.get('name', '')[:40]!r} ({shader.tag}) is taken")
@@ -146,9 +146,9 @@ class _Document:
             roughness=roughness,
             metallic=metallic,
             f0=f0,
-            normal=replace(normal, factor=(1.0,)) if normal.picture else None,
-            occlusion=occlusion if occlusion.picture else None,
-            normal_scale=normal.factor[0] if normal.picture else 1.0,
+            normal=replace(normal, factor=(1.0,)) if normal.image else None,
+            occlusion=occlusion if occlusion.image else None,
+            normal_scale=normal.factor[0] if normal.image else 1.0,
             upwards="opengl",
             notes=tuple(self.notes),
         )
@@ -168,15 +168,15 @@ class _Document:
 
     def _number(self, shader: Element, name: str, usual: float) -> float:
         given = self._input(shader, name, (usual,))
-        if given.picture is not None:
-            self.notes.append(f"the picture of {name} is passed over, and {usual:g} taken")
+        if given.image is not None:
+            self.notes.append(f"the image of {name} is passed over, and {usual:g} taken")
             return usual
         return given.factor[0]
 
     def _input(self, owner: Element, name: str, usual: tuple[float, ...], *, colour: bool = False) -> Input:
-        """The value or the picture of an input, its default where nothing or nothing known is given."""
+        """The value or the image of an input, its default where nothing or nothing known is given."""
         given = _child(owner, name)
-        found = None if given is None else self._followed(given, colour, 0)
+        found = None if given is None else self._has_followed(given, colour, 0)
         if found is None:
             if given is not None:
                 self.notes.append(f"{name} comes from nodes that are not read, and its default is taken")
@@ -187,8 +187,8 @@ class _Document:
             raise InputError(self.path, f"has {len(found.factor)} numbers for {name}", AGAIN)
         return found
 
-    def _followed(self, given: Element, colour: bool, depth: int) -> Input | None:
-        """The value or the picture that an input or an output leads to; None for nodes that are not read."""
+    def _has_followed(self, given: Element, colour: bool, depth: int) -> Input | None:
+        """The value or the image that an input or an output leads to; None for nodes that are not read."""
         if depth > _DEEPEST:
             raise InputError(self.path, "has nodes that lead to each other without end", AGAIN)
         if given.get("value") is not None and given.get("nodename") is None and given.get("nodegraph") is None:
@@ -199,8 +199,8 @@ class _Document:
         if source.tag == "nodegraph":
             named = given.get("output")
             outputs = [each for each in source if each.tag == "output" and named in (None, each.get("name"))]
-            return self._followed(outputs[0], colour, depth + 1) if outputs else None
-        return self._of_node(source, given, colour, depth + 1)
+            return self._has_followed(outputs[0], colour, depth + 1) if outputs else None
+        return self._read_node(source, given, colour, depth + 1)
 
     def _source(self, given: Element) -> Element | None:
         """The node, graph, or input of a graph that an input names."""
@@ -213,20 +213,20 @@ class _Document:
         named = given.get("nodename")
         return next((each for each in scope if each.get("name") == named and each.tag != "input"), None)
 
-    def _of_node(self, node: Element, given: Element, colour: bool, depth: int) -> Input | None:
+    def _read_node(self, node: Element, given: Element, colour: bool, depth: int) -> Input | None:
         if node.tag == "input":
-            return self._followed(node, colour, depth)
+            return self._has_followed(node, colour, depth)
         if node.tag in _IMAGES or (node.tag == "gltf_normalmap" and _child(node, "file") is not None):
             return self._image(node, given, colour)
         inside = _child(node, "in")
         if node.tag == "constant":
             value = _child(node, "value")
-            return None if value is None else self._followed(value, colour, depth)
+            return None if value is None else self._has_followed(value, colour, depth)
         if node.tag == "multiply":
             return self._product(node, colour, depth)
         if inside is None:
             return None
-        found = self._followed(inside, colour, depth)
+        found = self._has_followed(inside, colour, depth)
         if found is None:
             return None
         if node.tag in _THROUGH:
@@ -234,31 +234,31 @@ class _Document:
             strength = self._numbers(scale.get("value", "1")) if scale is not None else (1.0,)
             return _times(found, strength[0])
         if node.tag == "invert":
-            return replace(found, inverted=not found.inverted) if found.picture else None
+            return replace(found, inverted=not found.inverted) if found.image else None
         if node.tag in ("extract", "swizzle") or node.tag.startswith("separate"):
             return self._channel(node, given, found)
         return None
 
     def _channel(self, node: Element, given: Element, found: Input) -> Input | None:
-        """One channel of a picture, by an index, by letters, or by the name of the output that was asked for."""
+        """One channel of an image, by an index, by letters, or by the name of the output that was asked for."""
         index, letters = _child(node, "index"), _child(node, "channels")
         if node.tag == "extract":
             place = int(self._numbers(index.get("value", "0"))[0]) if index is not None else 0
         else:
             said = letters.get("value", "r") if letters is not None else (given.get("output") or "outr")[-1]
             place = _CHANNELS.get(said[:1], -1)
-        if found.picture is None or place not in (0, 1, 2):
+        if found.image is None or place not in (0, 1, 2):
             return None
         channel: Literal[0, 1, 2] = (0, 1, 2)[place]
-        return replace(found, picture=replace(found.picture, channel=channel, transfer="linear"))
+        return replace(found, image=replace(found.image, channel=channel, transfer="linear"))
 
     def _product(self, node: Element, colour: bool, depth: int) -> Input | None:
         sides = [_child(node, name) for name in ("in1", "in2")]
-        found = [self._followed(side, colour, depth) if side is not None else None for side in sides]
+        found = [self._has_followed(side, colour, depth) if side is not None else None for side in sides]
         one, other = found
-        if one is None or other is None or (one.picture and other.picture):
+        if one is None or other is None or (one.image and other.image):
             return None
-        first, second = (one, other) if one.picture else (other, one)
+        first, second = (one, other) if one.image else (other, one)
         count = max(len(first.factor), len(second.factor))
         pairs = zip(_spread(first.factor, count), _spread(second.factor, count), strict=True)
         return replace(first, factor=tuple(a * b for a, b in pairs))
@@ -281,7 +281,7 @@ class _Document:
         if asked in _CHANNELS and not colour:
             channel = _CHANNELS[asked] if given.get("output") in ("r", "g", "b") else channel
         shown = PurePosixPath(named).name
-        return Input(picture=Picture(Path(named), shown, transfer, None if channel is None else (0, 1, 2)[channel]))
+        return Input(image=Image(Path(named), shown, transfer, None if channel is None else (0, 1, 2)[channel]))
 
     def _around(self, element: Element) -> list[Element]:
         """The elements around one, the nearest first."""

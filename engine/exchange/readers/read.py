@@ -1,6 +1,6 @@
 """A material from whatever holds one: a bundle, PBR textures in a folder or a zip, a MaterialX document, a glTF file.
 
-The content says which it is: a folder with a manifest and a zip with one are bundles, a zip of pictures that are named
+The content says which it is: a folder with a manifest and a zip with one are bundles, a zip of images that are named
 for maps holds textures, as a folder of them does; a text that begins as XML is MaterialX, and glTF has its mark or is
 JSON. A folder without textures that holds one such document stands for it. What is none of these is read as a bundle,
 whose reader says what is wrong with it.
@@ -29,7 +29,7 @@ _HEAD_BYTES = 4096
 def holds_pbr_maps(path: str | os.PathLike[str]) -> bool:
     """True if `path` is textures in a folder or a zip, a MaterialX document, a glTF file, or a folder of one of these.
 
-    No picture is decoded.
+    No image is decoded.
     """
     place = Path(path)
     try:

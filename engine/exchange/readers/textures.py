@@ -1,13 +1,13 @@
-"""Pictures that others call PBR textures, as PBR maps.
+"""Images that others call PBR textures, as PBR maps.
 
-A reader of a format says of each map where it comes from (`Input`): a number, a picture or one channel of it, and a
-factor. Here the pictures are decoded, each once and in the decoder child, brought to one size, and checked.
+A reader of a format says of each map where it comes from (`Input`): a number, an image or one channel of it, and a
+factor. Here the images are decoded, each once and in the decoder child, brought to one size, and checked.
 
-What is taken for granted, because no picture says it: base colour is sRGB-coded where its samples are integers and
+What is taken for granted, because no image says it: base colour is sRGB-coded where its samples are integers and
 linear where they are floating point; everything else holds numbers, not colours. Normals are (n + 1) / 2, or n itself
 where values go below zero or have the length 1, with y up (OpenGL) or down (DirectX). Where nothing says which, the
 maps do: slopes are the gradient of a height, so ∂²h/∂x∂y is the same by both of them, and with y the wrong way round it
-is the negative. Maps larger than `MOST_SIDE` are made smaller, which is said. Decoding bounds the time.
+is the negative. Maps larger than `MAX_SIDE` are made smaller, which is said. Decoding bounds the time.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.images.decode import TransferChoice, image_from_reply
-from engine.storage.untrusted import FILE_LIMIT_BYTES, decode_content, opened, read_bytes
+from engine.storage.untrusted import FILE_LIMIT_BYTES, decode_content, open_checked, read_bytes
 from engine.surface.pbr_maps import DIELECTRIC_F0, PbrMaps
 
 Map = NDArray[np.float32]
 
-#: A channel of a picture, or None for its colour.
+#: A channel of an image, or None for its colour.
 Channel = Literal[0, 1, 2, "alpha"] | None
 
 #: Direction of y in a map of normals, where it is known.
 Upwards = Literal["opengl", "directx", ""]
 
 #: Most texels of a side; PBR maps of 4096 × 4096 texels take 0.6 GB.
-MOST_SIDE = 4096
+MAX_SIDE = 4096
 
 #: Correlation of the two mixed derivatives from which they tell the direction of y.
 TELLING = 0.1
@@ -54,11 +54,11 @@ STEEPEST = 10.0
 
 
 @dataclass(frozen=True)
-class Picture:
-    """A picture: a file, or the `content` that `path` holds, `name` for people; what its integer samples mean.
+class Image:
+    """An image: a file, or the `content` that `path` holds, `name` for users; what its integer samples mean.
 
     `channel` is 0, 1 or 2 for one channel as a number, 'alpha' for that of a PNG, None for the colour. `part` is the
-    first byte and the length of a picture within the file `path`. In a decoder `path` is as the document names it.
+    first byte and the length of an image within the file `path`. In a decoder `path` is as the document names it.
     """
 
     path: Path
@@ -70,16 +70,16 @@ class Picture:
 
     @property
     def key(self) -> tuple[Path, str, TransferChoice, bool]:
-        """Pictures of equal keys are decoded once."""
+        """Images of equal keys are decoded once."""
         return self.path, self.name, self.transfer, self.channel == "alpha"
 
 
 @dataclass(frozen=True)
 class Input:
-    """A map: a picture times `factor`, or the factor alone; `inverted` takes 1 − picture (smoothness, glossiness)."""
+    """A map: an image times `factor`, or the factor alone; `inverted` takes 1 − image (smoothness, glossiness)."""
 
     factor: tuple[float, ...] = (1.0,)
-    picture: Picture | None = None
+    image: Image | None = None
     inverted: bool = False
 
 
@@ -89,9 +89,9 @@ class Described:
 
     Attributes
     ----------
-    f0 : its factor is the reflectance of dielectrics at normal incidence, and its picture, a colour by its luminance,
+    f0 : its factor is the reflectance of dielectrics at normal incidence, and its image, a colour by its luminance,
         the share of it.
-    normal : a picture alone, or None; `normal_scale` multiplies its slopes, `upwards` is the direction of its y.
+    normal : an image alone, or None; `normal_scale` multiplies its slopes, `upwards` is the direction of its y.
     notes : sentences about what was assumed or passed over.
     """
 
@@ -119,72 +119,72 @@ def file_beside(path: Path, named: str, remedy: str) -> Path:
     if not inside or _ADDRESS.match(named):
         raise InputError(path, f"names a file outside its folder ({named[:60]!r})", remedy)
     try:
-        with opened(beside, FILE_LIMIT_BYTES):
+        with open_checked(beside, FILE_LIMIT_BYTES):
             return beside
     except InputError as error:
         raise InputError(path, f"needs the file {named[:60]!r} beside it, which {error.problem}", remedy) from None
 
 
 def maps_of(described: Described) -> Steps[tuple[PbrMaps, Health]]:
-    """The maps, and findings about what was assumed; InputError for a picture that cannot be read."""
+    """The maps, and findings about what was assumed; InputError for an image that cannot be read."""
     inputs = {each.name: getattr(described, each.name) for each in fields(described)}
-    pictures = {name: each.picture for name, each in inputs.items() if isinstance(each, Input) and each.picture}
+    images = {name: each.image for name, each in inputs.items() if isinstance(each, Input) and each.image}
     decoded: dict[object, Map] = {}
-    for number, picture in enumerate(pictures.values()):
-        yield Step(number / (len(pictures) + 1), f"reading {picture.name}")
-        if picture.key not in decoded:
-            decoded[picture.key] = _decoded(picture)
-    yield Step(len(pictures) / (len(pictures) + 1), "making maps")
-    found = {name: _of_channel(decoded[picture.key], picture) for name, picture in pictures.items()}
-    size, notes = _size(found, pictures)
+    for number, image in enumerate(images.values()):
+        yield Step(number / (len(images) + 1), f"reading {image.name}")
+        if image.key not in decoded:
+            decoded[image.key] = _decode(image)
+    yield Step(len(images) / (len(images) + 1), "making maps")
+    found = {name: _read_channel(decoded[image.key], image) for name, image in images.items()}
+    size, notes = _size(found, images)
     notes = [*described.notes, *notes]
-    found = {name: _resized(values, size) for name, values in found.items()}
+    found = {name: _resize(values, size) for name, values in found.items()}
     base = _colour(described.base_colour, found.get("base_colour"), size)
     share = found.get("f0")
     if share is not None and share.ndim == 3:
         share = luminance(share).astype(np.float32)
     normal = _normals(described, found.get("normal"), size, notes)
     maps = PbrMaps(
-        base_colour=_limited(base, "base colour", notes),
+        base_colour=_limit(base, "base colour", notes),
         normal=normal,
-        roughness=_limited(_number(described.roughness, found.get("roughness"), size), "roughness", notes),
-        metallic=_limited(_number(described.metallic, found.get("metallic"), size), "metallic", notes),
-        f0=_limited(_number(described.f0, share, size), "specular", notes),
+        roughness=_limit(_number(described.roughness, found.get("roughness"), size), "roughness", notes),
+        metallic=_limit(_number(described.metallic, found.get("metallic"), size), "metallic", notes),
+        f0=_limit(_number(described.f0, share, size), "specular", notes),
         height=_height(found.get("height")),
         occlusion=None
         if described.occlusion is None
-        else _limited(_number(described.occlusion, found.get("occlusion"), size), "occlusion", notes),
+        else _limit(_number(described.occlusion, found.get("occlusion"), size), "occlusion", notes),
     )
     return maps, Health(findings=tuple(Finding(Verdict.WARNING, note) for note in notes))
 
 
-def _decoded(picture: Picture) -> Map:
+def _decode(image: Image) -> Map:
     """(H, W, 3) linear, or (H, W) of an alpha channel."""
-    content = picture.content if picture.content is not None else read_bytes(picture.path)
-    name = picture.path if picture.content is None else f"{picture.path}: {picture.name}"
-    if picture.channel == "alpha":
+    content = image.content if image.content is not None else read_bytes(image.path)
+    name = image.path if image.content is None else f"{image.path}: {image.name}"
+    if image.channel == "alpha":
         alpha: Map = decode_content("engine.images.decode:decode_alpha", name, content)["alpha"]
         return alpha
-    reply = decode_content("engine.images.decode:decode", name, content, transfer=picture.transfer)
+    reply = decode_content("engine.images.decode:decode", name, content, transfer=image.transfer)
     return image_from_reply(reply).pixels
 
 
-def _of_channel(pixels: Map, picture: Picture) -> Map:
-    if pixels.ndim == 2 or not isinstance(picture.channel, int):
+def _read_channel(pixels: Map, image: Image) -> Map:
+    if pixels.ndim == 2 or not isinstance(image.channel, int):
         return pixels
-    return np.ascontiguousarray(pixels[..., picture.channel])
+    return np.ascontiguousarray(pixels[..., image.channel])
 
 
-def _size(found: Mapping[str, Map], pictures: Mapping[str, Picture]) -> tuple[tuple[int, int], list[str]]:
-    """(H, W) of the largest picture, within `MOST_SIDE`, and what is said about it; (1, 1) without any."""
+def _size(found: Mapping[str, Map], images: Mapping[str, Image]) -> tuple[tuple[int, int], list[str]]:
+    """(H, W) of the largest image, within `MAX_SIDE`, and what is said about it; (1, 1) without any."""
     if not found:
         return (1, 1), []
     height, width = max((values.shape[:2] for values in found.values()), key=lambda shape: shape[0] * shape[1])
     notes = []
-    other = sorted({pictures[name].name for name, each in found.items() if each.shape[:2] != (height, width)})
+    other = sorted({images[name].name for name, each in found.items() if each.shape[:2] != (height, width)})
     if other:
         notes.append(f"{', '.join(other)}: another size than {width} × {height} texels, brought to it")
-    scale = min(1.0, MOST_SIDE / max(height, width))
+    scale = min(1.0, MAX_SIDE / max(height, width))
     if scale < 1.0:
         size = max(1, round(height * scale)), max(1, round(width * scale))
         notes.append(f"{width} × {height} texels are taken at {size[1]} × {size[0]}, the most that is kept")
@@ -192,7 +192,7 @@ def _size(found: Mapping[str, Map], pictures: Mapping[str, Picture]) -> tuple[tu
     return (height, width), notes
 
 
-def _resized(values: Map, size: tuple[int, int]) -> Map:
+def _resize(values: Map, size: tuple[int, int]) -> Map:
     if values.shape[:2] == size:
         return values
     smaller = values.shape[0] > size[0]
@@ -211,7 +211,7 @@ def _colour(given: Input, values: Map | None, size: tuple[int, int]) -> Map:
 
 
 def _number(given: Input, values: Map | None, size: tuple[int, int]) -> Map:
-    """(H, W); of a colour the first channel, which is all three of a grey picture."""
+    """(H, W); of a colour the first channel, which is all three of a grey image."""
     factor = np.float32(given.factor[0])
     if values is None:
         return np.full(size, factor, np.float32)
@@ -219,7 +219,7 @@ def _number(given: Input, values: Map | None, size: tuple[int, int]) -> Map:
     return (1.0 - values if given.inverted else values) * factor
 
 
-def _limited(values: Map, name: str, notes: list[str]) -> Map:
+def _limit(values: Map, name: str, notes: list[str]) -> Map:
     """`values` in [0, 1], as numbers; a sentence where they were not."""
     whole = np.nan_to_num(values, nan=0.0, posinf=1.0, neginf=0.0)
     beyond = float(np.mean((whole < -1e-3) | (whole > 1.0 + 1e-3)))

@@ -47,17 +47,17 @@ from engine.core.one_thread import one_thread
 from engine.factor.solvers.least_squares_rows import (
     Rows,
     add_products,
+    find_reached_texels,
     moments,
     own_products,
-    predicted,
+    predict,
     products,
-    reached_texels,
     second_differences,
 )
 
 
 @scalar
-def substituted(factor, right):  # type: ignore[no-untyped-def]
+def substitute(factor, right):  # type: ignore[no-untyped-def]
     """x (n, m) with F Fᵀ x = right (n, m)."""
     x = right.copy()
     n, m = x.shape
@@ -107,7 +107,7 @@ def largest_of_inverse(factor):  # type: ignore[no-untyped-def]
         x[i, 0] = 1.0 if i % 2 else -0.7
     length = 0.0
     for _ in range(20):
-        x = substituted(factor, x)
+        x = substitute(factor, x)
         length = 0.0
         for i in range(n):
             length += x[i, 0] * x[i, 0]
@@ -174,7 +174,7 @@ def term(rows: Rows, target: Floats, mask: Mask, smoothing: float) -> Term:
     Raises UsageError where λ = 0 and the mask has texels that no sample touches.
     """
     count = len(rows.texel)
-    reached = reached_texels(rows)
+    reached = find_reached_texels(rows)
     mask = mask.reshape(-1) | reached
     if smoothing == 0.0 and (mask & ~reached).any():
         raise UsageError(f"{int((mask & ~reached).sum())} texels have no sample; smoothing above 0 fills them")
@@ -219,7 +219,7 @@ def solve(terms: Sequence[Term], target: Floats, refine: bool = False) -> Fit:
         largest = largest_eigenvalue(factor) if refine else 0.0
         with one_thread():
             factor = np.asarray(np.linalg.cholesky(factor), np.float64)
-        solution = substituted(factor, right)
+        solution = substitute(factor, right)
         if not np.isfinite(solution).all():
             raise ValueError("the samples or their weights are not finite")
         if refine:
@@ -230,8 +230,8 @@ def solve(terms: Sequence[Term], target: Floats, refine: bool = False) -> Fit:
     if refine or factor is None:
         problem = _Problem(terms, places, slices, target)
         solution, gradient, steps = _conjugate_gradients(problem, solution, factor, diagonal + ridge)
-    textures = [_filled(one, place, solution[part]) for one, place, part in zip(terms, places, slices, strict=True)]
-    return Fit(tuple(_gauged(terms, textures)), condition, gradient, unknowns, steps)
+    textures = [_fill(one, place, solution[part]) for one, place, part in zip(terms, places, slices, strict=True)]
+    return Fit(tuple(_gauge(terms, textures)), condition, gradient, unknowns, steps)
 
 
 class _Problem(NamedTuple):
@@ -248,8 +248,8 @@ class _Problem(NamedTuple):
         for one, place, part in zip(self.terms, self.places, self.slices, strict=True):
             texture = np.zeros((len(one.reached), 3))
             texture[place] = unknowns[part]
-            values += predicted(one.rows, texture)
-            differences.append(predicted(one.smoothing, texture))
+            values += predict(one.rows, texture)
+            differences.append(predict(one.smoothing, texture))
         return values, differences
 
     def backwards(self, values: Floats, differences: Sequence[Floats]) -> Floats:
@@ -279,7 +279,7 @@ def _conjugate_gradients(
             best, best_size = solution.copy(), size
         if size <= GRADIENT * first:
             break
-        steered = substituted(factor, gradient) if factor is not None else gradient / diagonal[:, None]
+        steered = substitute(factor, gradient) if factor is not None else gradient / diagonal[:, None]
         energy = np.einsum("ij,ij->j", gradient, steered)
         direction = steered + (energy / before) * direction if steps else steered
         before = np.where(energy > 0.0, energy, 1.0)
@@ -297,7 +297,7 @@ def _squares(values: Floats) -> Floats:
     return np.asarray(np.einsum("ij,ij->j", values, values))
 
 
-def _filled(one: Term, place: NDArray[np.intp], values: Floats) -> Floats:
+def _fill(one: Term, place: NDArray[np.intp], values: Floats) -> Floats:
     """The texture (T, 3): `values` at the unknowns, means of the eight neighbours elsewhere in the mask, 0 outside."""
     texture = np.zeros((len(one.reached), 3))
     texture[place] = values
@@ -327,7 +327,7 @@ def _filled(one: Term, place: NDArray[np.intp], values: Floats) -> Floats:
     return texture
 
 
-def _gauged(terms: Sequence[Term], textures: Sequence[Floats]) -> list[Floats]:
+def _gauge(terms: Sequence[Term], textures: Sequence[Floats]) -> list[Floats]:
     """The textures (n, n, 3) with a mean of 0 over the touched texels in all but the first, which takes the means."""
     first = textures[0].copy()
     gauged = []

@@ -39,18 +39,18 @@ def rows_of(look_ups: Sequence[Floats], size: int) -> Rows:
     return rows
 
 
-def touched(rows: Rows) -> int:
+def count_touched(rows: Rows) -> int:
     """Number of texels that samples touch: the unknowns of a term."""
-    return int(reached_texels(rows).sum())
+    return int(find_reached_texels(rows).sum())
 
 
-def reached_texels(rows: Rows) -> Mask:
+def find_reached_texels(rows: Rows) -> Mask:
     reached = np.zeros(rows.size**2, np.bool_)
     _mark(rows.texel, rows.weight, reached)
     return reached
 
 
-def predicted(rows: Rows, texture: Floats) -> Floats:
+def predict(rows: Rows, texture: Floats) -> Floats:
     """B y (N, 3) of one texture (n, n, 3)."""
     out = np.empty((len(rows.texel), 3))
     _apply(rows.texel, rows.weight, np.ascontiguousarray(texture.reshape(-1, 3)), out)

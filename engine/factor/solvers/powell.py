@@ -20,7 +20,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from engine.factor.solvers.quaternions import BASIS, Pair, canonical, compose, inverse, polar, raised, tangent
+from engine.factor.solvers.quaternions import BASIS, Pair, canonical, compose, inverse, polar, raise_error, tangent
 
 Result = TypeVar("Result")
 
@@ -159,7 +159,7 @@ def powell(
             evaluations += used
             if found.error < lowest:
                 drops[number] = lowest - found.error
-                current, lowest = compose(raised(direction, found.t), current), found.error
+                current, lowest = compose(raise_error(direction, found.t), current), found.error
         if not before - lowest > gain * before:
             break
         moved = canonical(compose(current, inverse(origin)))
@@ -168,12 +168,12 @@ def powell(
         found, used = yield from _along(moved, current, lowest, tolerance, 0.5)
         evaluations += used
         if found.error < lowest:
-            current, lowest = compose(raised(moved, found.t), current), found.error
-            directions = replaced(directions, int(np.argmax(drops)), moved)
+            current, lowest = compose(raise_error(moved, found.t), current), found.error
+            directions = replace(directions, int(np.argmax(drops)), moved)
     return Minimum(canonical(current), lowest, evaluations)
 
 
-def replaced(directions: list[Pair], number: int, moved: Pair) -> list[Pair]:
+def replace(directions: list[Pair], number: int, moved: Pair) -> list[Pair]:
     """The directions with `moved` last and number `number` left out; the first six where these would not span."""
     kept = [direction for k, direction in enumerate(directions) if k != number] + [moved]
     spanned = abs(np.linalg.det(np.stack([tangent(direction) for direction in kept])))
@@ -190,7 +190,7 @@ def _along(
         t = next(line)
         while True:
             used += 1
-            t = line.send((yield compose(raised(direction, t), current)))
+            t = line.send((yield compose(raise_error(direction, t), current)))
     except StopIteration as finished:
         return finished.value, used
 

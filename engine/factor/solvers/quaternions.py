@@ -98,7 +98,7 @@ def inverse(pair: Pair) -> Pair:
     return Pair(conjugate(pair.s), conjugate(pair.t))
 
 
-def raised(pair: Pair, exponent: float) -> Pair:
+def raise_error(pair: Pair, exponent: float) -> Pair:
     """The rotation to a real power; use `canonical` first where the shorter way round is meant."""
     return Pair(power(pair.s, exponent), power(pair.t, exponent))
 

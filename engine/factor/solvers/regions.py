@@ -40,7 +40,7 @@ NEAR_SHARE = 0.95
 _BANDS = np.arange(0.0, 91.0, 10.0)
 
 
-def squared_distance(wi: Vectors, wo: Vectors, to_wi: Vectors, to_wo: Vectors) -> Floats:
+def compute_squared_distance(wi: Vectors, wo: Vectors, to_wi: Vectors, to_wo: Vectors) -> Floats:
     """Squared distance (N,) of pairs of unit directions (N, 3) to one pair (3,), as the head of this file says."""
     a, b = wi[:, 0] + 1j * wi[:, 1], wo[:, 0] + 1j * wo[:, 1]
     alike = np.full(len(wi), -np.inf)
@@ -63,7 +63,7 @@ def parts_of(wi: Vectors, wo: Vectors, measurement: Parts) -> Parts | None:
     nearest, region = np.full(len(wi), np.inf), np.zeros(len(wi), np.intp)
     seed, seeds = 0, 0
     while seeds < REGIONS and nearest[seed] > 1e-12:
-        distance = squared_distance(wi, wo, wi[seed], wo[seed])
+        distance = compute_squared_distance(wi, wo, wi[seed], wo[seed])
         region[distance < nearest] = seeds
         nearest = np.minimum(nearest, distance)
         seed, seeds = int(nearest.argmax()), seeds + 1
@@ -86,7 +86,7 @@ class Gaps:
 
     @property
     def sentence(self) -> str:
-        """A sentence for a person; empty where there are none to speak of."""
+        """A sentence for a user; empty where there are none to speak of."""
         if self.share < 0.01:
             return ""
         where = f", most of those with light or viewer beyond {self.beyond_deg:.0f}°" if self.beyond_deg < 90.0 else ""
@@ -115,8 +115,8 @@ def gaps(samples: tuple[Vectors, Vectors, Parts], wi: Vectors, wo: Vectors) -> G
     open_, kept = np.full(len(asked_wi), np.inf), np.full(len(left_out), np.inf)
     for index in range(len(few)):
         to = known_wi[index], known_wo[index]
-        open_ = np.minimum(open_, squared_distance(asked_wi, asked_wo, *to))
-        distance = squared_distance(known_wi[left_out], known_wo[left_out], *to)
+        open_ = np.minimum(open_, compute_squared_distance(asked_wi, asked_wo, *to))
+        distance = compute_squared_distance(known_wi[left_out], known_wo[left_out], *to)
         kept = np.where(part[left_out] != part[index], np.minimum(kept, distance), kept)
     limit = float(np.quantile(kept, NEAR_SHARE))
     far = open_ > limit

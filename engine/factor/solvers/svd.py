@@ -44,16 +44,16 @@ ROUNDING = 64 * 2.0**-53
 RESIDUAL = 5e-7
 
 #: Iterations after which a block gives up and says so.
-MOST_ITERATIONS = 300
+MAX_ITERATIONS = 300
 
 #: Up to this many rows or columns LAPACK finds all terms in less time than an iteration takes to converge.
 DENSE = 200
 
 #: Up to this many rows or columns LAPACK finds them where an iteration does not: maps of 48² texels.
-MOST_DENSE = 2304
+MAX_DENSE = 2304
 
 #: Vectors in a block beyond the terms, products with MᵀM in a Krylov space, and spaces one after the other.
-SPARE, DEPTH, MOST_SPACES = 8, 6, 12
+SPARE, DEPTH, MAX_SPACES = 8, 6, 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,12 +98,12 @@ def asymmetry(matrix: Floats) -> float:
 def symmetric(matrix: Floats, terms: int, seed: int = 1) -> Decomposition:
     """By eigenvectors; ValueError where the asymmetry exceeds `ASYMMETRY`, entries are not finite or `terms` < 1."""
     _check_symmetric(matrix)
-    return _scaled(matrix, terms, lambda scaled: _symmetric(scaled, terms, seed))
+    return _scale(matrix, terms, lambda scaled: _symmetric(scaled, terms, seed))
 
 
 def svd(matrix: Floats, terms: int, seed: int = 1) -> Decomposition:
     """By singular vectors; ValueError where entries are not finite or `terms` < 1."""
-    return _scaled(matrix, terms, lambda scaled: _svd(scaled, terms, seed))
+    return _scale(matrix, terms, lambda scaled: _svd(scaled, terms, seed))
 
 
 def power(
@@ -112,13 +112,13 @@ def power(
     seed: int = 1,
     *,
     start: Floats | None = None,
-    most_iterations: int = MOST_ITERATIONS,
+    max_iterations: int = MAX_ITERATIONS,
 ) -> Decomposition:
     """By block power iteration, from the columns of `start` (n, any) and random ones.
 
-    Gives the best so far with `converged` False where `most_iterations` do not suffice. Raises ValueError as `svd`.
+    Gives the best so far with `converged` False where `max_iterations` do not suffice. Raises ValueError as `svd`.
     """
-    return _scaled(matrix, terms, lambda scaled: _block(scaled, terms, seed, start, most_iterations))
+    return _scale(matrix, terms, lambda scaled: _block(scaled, terms, seed, start, max_iterations))
 
 
 def _check_symmetric(matrix: Floats) -> None:
@@ -136,7 +136,7 @@ def _check(matrix: Floats, terms: int) -> None:
         raise ValueError(f"the entry in row {row}, column {column} is not a finite number")
 
 
-def _scaled(matrix: Floats, terms: int, method: Callable[[Floats], Decomposition]) -> Decomposition:
+def _scale(matrix: Floats, terms: int, method: Callable[[Floats], Decomposition]) -> Decomposition:
     """Run `method` on M/2ᵉ with entries below 1, drop what is rounding, fill up to `terms`, and scale back."""
     matrix = np.asarray(matrix, np.float64)
     _check(matrix, terms)
@@ -156,7 +156,7 @@ def _scaled(matrix: Floats, terms: int, method: Callable[[Floats], Decomposition
     return Decomposition(left, value, right, math.ldexp(found.norm, exponent), found.iterations, found.converged)
 
 
-def _signed(vectors: Floats, values: Floats, terms: int, norm: float) -> Decomposition:
+def _fix_signs(vectors: Floats, values: Floats, terms: int, norm: float) -> Decomposition:
     order = np.argsort(-np.abs(values), kind="stable")[:terms]
     right = vectors[:, order]
     return Decomposition(right * np.where(values[order] < 0.0, -1.0, 1.0), np.abs(values[order]), right, norm)
@@ -165,7 +165,7 @@ def _signed(vectors: Floats, values: Floats, terms: int, norm: float) -> Decompo
 def _symmetric(matrix: Floats, terms: int, seed: int) -> Decomposition:
     if len(matrix) <= DENSE or 4 * terms >= len(matrix):
         values, vectors = np.linalg.eigh(matrix)
-        return _signed(vectors, values, terms, float(np.linalg.norm(matrix)))
+        return _fix_signs(vectors, values, terms, float(np.linalg.norm(matrix)))
     return _large(matrix, terms, seed)
 
 
@@ -178,18 +178,18 @@ def _svd(matrix: Floats, terms: int, seed: int) -> Decomposition:
 
 def _large(matrix: Floats, terms: int, seed: int) -> Decomposition:
     """By an iteration, and by LAPACK where that does not come to rest."""
-    found = _block(matrix, terms, seed, _krylov(matrix, terms, seed), MOST_ITERATIONS // 10)
-    if found.converged or min(matrix.shape) > MOST_DENSE:
+    found = _block(matrix, terms, seed, _krylov(matrix, terms, seed), MAX_ITERATIONS // 10)
+    if found.converged or min(matrix.shape) > MAX_DENSE:
         return found
-    return _block(matrix, terms, seed, _dense(matrix, terms), MOST_ITERATIONS // 10)
+    return _block(matrix, terms, seed, _dense(matrix, terms), MAX_ITERATIONS // 10)
 
 
 def _krylov(matrix: Floats, terms: int, seed: int) -> Floats:
-    """Right vectors (n, terms + `SPARE`) that are near the leading ones, or as near as `MOST_SPACES` come."""
+    """Right vectors (n, terms + `SPARE`) that are near the leading ones, or as near as `MAX_SPACES` come."""
     norm, columns = float(np.linalg.norm(matrix)), matrix.shape[1]
     width = min(*matrix.shape, terms + SPARE)
     best, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(columns, width)))
-    for _ in range(MOST_SPACES):
+    for _ in range(MAX_SPACES):
         space, product = best, matrix @ best
         for _ in range(min(DEPTH, columns // width - 1)):
             following = matrix.T @ product[:, -width:]
@@ -226,7 +226,7 @@ def _is_symmetric(matrix: Floats) -> bool:
 
 
 def _block(
-    matrix: Floats, terms: int, seed: int, start: Floats | None = None, most_iterations: int = MOST_ITERATIONS
+    matrix: Floats, terms: int, seed: int, start: Floats | None = None, max_iterations: int = MAX_ITERATIONS
 ) -> Decomposition:
     """Subspace iteration on MᵀM with Rayleigh–Ritz steps; for a symmetric M the Ritz vectors are M's own."""
     own = _is_symmetric(matrix)
@@ -240,7 +240,7 @@ def _block(
     block, _ = np.linalg.qr(block)
     floor = 16.0 * max(matrix.shape) * 2.0**-53 * norm
     product = matrix @ block
-    for iteration in range(1, most_iterations + 1):
+    for iteration in range(1, max_iterations + 1):
         block, _ = np.linalg.qr(matrix.T @ product)
         product = matrix @ block
         found, residual = _ritz(matrix, block, product, terms, norm, own)
@@ -248,7 +248,7 @@ def _block(
         if iteration > 2 and residual <= max(RESIDUAL * rest, floor):
             break
     else:
-        return Decomposition(found.left, found.value, found.right, norm, most_iterations, False)
+        return Decomposition(found.left, found.value, found.right, norm, max_iterations, False)
     return Decomposition(found.left, found.value, found.right, norm, iteration)
 
 
@@ -261,7 +261,7 @@ def _ritz(
         order = np.argsort(-np.abs(values), kind="stable")[:terms]
         right, image = block @ rotation[:, order], product @ rotation[:, order]
         residual = float(np.linalg.norm(image - right * values[order]))
-        return _signed(right, values[order], terms, norm), residual
+        return _fix_signs(right, values[order], terms, norm), residual
     left, value, rotation = np.linalg.svd(product, full_matrices=False)
     right = block @ rotation[:terms].T
     left, value = left[:, :terms], value[:terms]

@@ -1,4 +1,4 @@
-"""Gaussian transport in memory for the figures on it, and its pictures."""
+"""Gaussian transport in memory for the figures on it, and its images."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ import numpy as np
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.models.diffuse import Lambert
 from engine.core.steps import Steps, part
-from engine.figures.figure import Picture, Settings, ShownRow, camera_of, compared, error_of, reference_of
+from engine.figures.figure import Image, Settings, ShownRow, camera_of, compare_with, error_of, reference_of
 from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import grid_mesh, shape
 from engine.light.environment import EnvironmentMap
-from engine.render.reference import ReferencePicture
-from engine.render.transported import picture_of
+from engine.render.reference import ReferenceImage
+from engine.render.transported import image_of
 from engine.scene.scene import Scene
 from engine.transport.gaussian.diffuse import DiffuseTransfer, rows_of_all
 from engine.transport.gaussian.fitting.fit import Fit, FitSettings, fit
 from engine.transport.gaussian.fitting.lobes import Lobes
 from engine.transport.gaussian.samples import GlossySurface, direct_samples, glossy_surface
 from engine.transport.gaussian.transfer import GaussianTransport
-from engine.transport.relit import relit_gaussians
+from engine.transport.relight import relight_gaussians
 from engine.transport.sh.brdf_table import lambert_table
 from engine.transport.sh.transfer import ShTransport
 
@@ -66,7 +66,7 @@ def without_shadows(surface: GlossySurface) -> GlossySurface:
     return replace(surface, of=replace(surface.of, free=free))
 
 
-def fitted(surface: GlossySurface, lobes: int, samples: int) -> Steps[Fitted]:
+def fit_lobes(surface: GlossySurface, lobes: int, samples: int) -> Steps[Fitted]:
     """Direct transport of `surface`, so many Gaussians for each vertex and view, from so many directions."""
     settings = FitSettings(lobes=lobes)
     steps = fit(surface.mesh, lambda vertices: direct_samples(surface, vertices, samples), settings)
@@ -79,36 +79,36 @@ def fitted(surface: GlossySurface, lobes: int, samples: int) -> Steps[Fitted]:
     return Fitted(surface, found, transport)
 
 
-def nearer_picture(
-    own: Fitted, environment: EnvironmentMap, camera: Camera, size: tuple[int, int], expected: ReferencePicture
-) -> Steps[tuple[Picture, str]]:
-    """The picture with those weights, of least squares or with all energy, that have the lower error, and their name.
+def nearer_image(
+    own: Fitted, environment: EnvironmentMap, camera: Camera, size: tuple[int, int], expected: ReferenceImage
+) -> Steps[tuple[Image, str]]:
+    """The image with those weights, of least squares or with all energy, that have the lower error, and their name.
 
     `lightarc bake` chooses likewise, and judges by some vertices.
     """
-    pictures = {}
+    images = {}
     for number, (name, lobes) in enumerate((("plain", own.fit.lobes), ("preserving", own.fit.preserving()))):
-        relit = relit_gaussians(own.transport(lobes), environment)
-        steps = picture_of(relit, camera, size)
-        pictures[name] = (yield from part(steps, 0.5 * number, 0.5 * number + 0.5)).picture
-    best = min(pictures, key=lambda name: error_of(pictures[name], expected).rmse_rel)
-    return pictures[best], best
+        relit = relight_gaussians(own.transport(lobes), environment)
+        steps = image_of(relit, camera, size)
+        images[name] = (yield from part(steps, 0.5 * number, 0.5 * number + 0.5)).image
+    best = min(images, key=lambda name: error_of(images[name], expected).rmse_rel)
+    return images[best], best
 
 
 @dataclass(frozen=True)
 class Way:
-    """One way to draw a glossy model: what is said of it, its knobs, its lobes, and whether with shadows."""
+    """One way to draw a glossy model: what is said of it, its parameters, its lobes, and whether with shadows."""
 
     words: str
-    knobs: Mapping[str, Any]
+    parameters: Mapping[str, Any]
     lobes: int = 1
     shadows: bool = True
 
 
-def compared_ways(
+def compare_ways(
     mesh: Mesh, brdf: str, environment: EnvironmentMap, settings: Settings, ways: Sequence[Way]
 ) -> Steps[ShownRow]:
-    """A picture by each way, with its error against the reference, which is the last."""
+    """An image by each way, with its error against the reference, which is the last."""
     reflectance, camera = brdf_from_text(brdf), camera_of(mesh, settings.size)
     scene = Scene(mesh, camera, reflectance, environment=environment)
     expected = yield from part(reference_of(scene, settings), 0.0, 0.1)
@@ -118,10 +118,10 @@ def compared_ways(
     panels = []
     for way, start, stop in zip(ways, ends[:-1], ends[1:], strict=True):
         seen = surface if way.shadows else without_shadows(surface)
-        own = yield from part(fitted(seen, way.lobes, settings.directions), start, stop - 0.05)
-        drawing = nearer_picture(own, environment, camera, settings.size, expected)
-        picture, weights = yield from part(drawing, stop - 0.05, stop)
+        own = yield from part(fit_lobes(seen, way.lobes, settings.directions), start, stop - 0.05)
+        drawing = nearer_image(own, environment, camera, settings.size, expected)
+        image, weights = yield from part(drawing, stop - 0.05, stop)
         flips = own.fit.health.figures.get("flipped_pairs", 0.0)
-        knobs = {"lobes": way.lobes, **way.knobs, "weights": weights, "flipped_pairs": flips}
-        panels.append((way.words, knobs, picture))
-    return ShownRow(brdf, compared(panels, expected, "reference"))
+        parameters = {"lobes": way.lobes, **way.parameters, "weights": weights, "flipped_pairs": flips}
+        panels.append((way.words, parameters, image))
+    return ShownRow(brdf, compare_with(panels, expected, "reference"))

@@ -20,7 +20,7 @@ from engine.accuracy.compare import ErrorEstimate
 from engine.brdf.brdf import brdf_from_text
 from engine.core.directions import Vectors, normalize, surface_direction, world_from_tangent
 from engine.core.steps import Step, Steps, part
-from engine.figures.figure import Figure, Picture, Settings, Shown, ShownRow
+from engine.figures.figure import Figure, Image, Settings, Shown, ShownRow
 from engine.figures.lobe_fit import (
     NUMBERS,
     Floats,
@@ -39,12 +39,12 @@ from engine.transport.baking.visibility import occlusion, receivers
 from engine.transport.sh.basis import evaluate
 
 #: Gaussians that are shown.
-MOST = 10
+MAXIMUM = 10
 
 #: Texels along an edge of the cube map that functions are tabulated at.
 EDGE = 64
 
-#: Pixels of the picture of a function: the hemisphere seen from above.
+#: Pixels of the image of a function: the hemisphere seen from above.
 PIXELS = 320
 
 
@@ -70,8 +70,8 @@ Function = Callable[[Vectors], Floats]
 
 
 def green_5(settings: Settings) -> Steps[Figure]:
-    """Errors over the number of Gaussians, and pictures at the most of them."""
-    edge, most = (16, 3) if settings.quick else (EDGE, MOST)
+    """Errors over the number of Gaussians, and images at the most of them."""
+    edge, most = (16, 3) if settings.quick else (EDGE, MAXIMUM)
     rows, plots, table = [], {}, []
     for number, typical in enumerate(TYPICAL):
         function = function_of(typical, settings.model)
@@ -183,11 +183,11 @@ def _row(typical: Typical, function: Function, table: Tabulated, best: Sum, erro
     whole = function(wi)
     stops = -math.log2(max(float(whole.max()), 1e-30) * 1.1)
     shown = [
-        Shown(words, _picture(value, inside), knobs, ErrorEstimate(errors[name], 0.0), stops)
-        for words, knobs, name, value in drawn
+        Shown(words, _image(value, inside), parameters, ErrorEstimate(errors[name], 0.0), stops)
+        for words, parameters, name, value in drawn
     ]
     heading = f"{typical.name}: {typical.brdf}, seen from {typical.view_deg:g}°"
-    return ShownRow(heading, (*shown, Shown("transport", _picture(whole, inside), exposure_ev=stops)))
+    return ShownRow(heading, (*shown, Shown("transport", _image(whole, inside), exposure_ev=stops)))
 
 
 def _disc() -> tuple[Vectors, Any]:
@@ -200,7 +200,7 @@ def _disc() -> tuple[Vectors, Any]:
     return normalize(np.stack([x, y, z], axis=-1)[inside]), inside
 
 
-def _picture(value: Floats, inside: Any) -> Picture:
-    picture = np.zeros((*inside.shape, 4), np.float32)
-    picture[inside, :3], picture[inside, 3] = np.maximum(value, 0.0)[:, None], 1.0
-    return picture
+def _image(value: Floats, inside: Any) -> Image:
+    image = np.zeros((*inside.shape, 4), np.float32)
+    image[inside, :3], image[inside, 3] = np.maximum(value, 0.0)[:, None], 1.0
+    return image

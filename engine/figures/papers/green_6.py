@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from engine.core.steps import Steps
 from engine.figures.figure import Figure, Settings
-from engine.figures.papers.gaussian_lobes import Way, coarse_knot, compared_ways
+from engine.figures.papers.gaussian_lobes import Way, coarse_knot, compare_ways
 from engine.light.environment_file import open_environment
 
 BRDF = "ggx:kd=0.1,alpha=0.2,f0=0.5"
@@ -20,10 +20,10 @@ WAYS = (
 
 
 def green_6(settings: Settings) -> Steps[Figure]:
-    """The two pictures and the reference, which has shadows."""
+    """The two images and the reference, which has shadows."""
     environment = settings.environment or open_environment("studio")
     mesh = settings.mesh or coarse_knot(*((8, 24) if settings.quick else (4, 6)))
-    row = yield from compared_ways(mesh, BRDF, environment, settings, WAYS)
+    row = yield from compare_ways(mesh, BRDF, environment, settings, WAYS)
     return Figure(
         "green-6",
         "Visibility in lobes",

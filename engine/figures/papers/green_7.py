@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from engine.core.steps import Steps
 from engine.figures.figure import Figure, Settings, coarse_bust
-from engine.figures.papers.gaussian_lobes import Way, compared_ways
+from engine.figures.papers.gaussian_lobes import Way, compare_ways
 from engine.light.environment_file import open_environment
 
 BRDF = "ggx:kd=0.3,alpha=0.2,f0=0.3"
@@ -13,10 +13,10 @@ WAYS = (Way("one lobe", {}, 1), Way("two lobes", {}, 2))
 
 
 def green_7(settings: Settings) -> Steps[Figure]:
-    """The two pictures and the reference."""
+    """The two images and the reference."""
     environment = settings.environment or open_environment("studio")
     mesh = settings.mesh or coarse_bust(*((9, 13) if settings.quick else (33, 49)))
-    row = yield from compared_ways(mesh, BRDF, environment, settings, WAYS)
+    row = yield from compare_ways(mesh, BRDF, environment, settings, WAYS)
     return Figure(
         "green-7",
         "One lobe against two",

@@ -20,26 +20,26 @@ from engine.core.figure_text import size_text
 from engine.core.steps import Step, Steps, part
 from engine.figures.figure import (
     Figure,
-    Picture,
+    Image,
     Settings,
     Shown,
     ShownRow,
     camera_of,
-    compared,
+    compare_with,
     error_curve,
     exposure_of,
     reference_of,
 )
 from engine.figures.papers.sh_rows import light_at_vertices
-from engine.figures.papers.vertex_pictures import View, view_of
+from engine.figures.papers.vertex_images import View, view_of
 from engine.figures.plot import curves
 from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import shape
-from engine.light.environment import EnvironmentMap, reduced, solid_angles, texel_directions
+from engine.light.environment import EnvironmentMap, reduce, solid_angles, texel_directions
 from engine.light.environment_file import open_environment
 from engine.scene.scene import Scene
-from engine.transport.sh.basis import evaluate, windowed
+from engine.transport.sh.basis import apply_window, evaluate
 from engine.transport.sh.brdf_table import BrdfTable, tabulate
 from engine.transport.sh.lighting import project
 from engine.transport.sh.transfer import tangent_frames
@@ -50,7 +50,7 @@ ORDERS = (3, 5, 7, 10, 15)
 #: The paper's anisotropic exponents.
 EXPONENTS = ((12, 4), (24, 8), (48, 16))
 
-#: Rows of the picture of the light.
+#: Rows of the image of the light.
 LIGHT_ROWS = 180
 
 #: Vertices whose radiance is found at once.
@@ -61,7 +61,7 @@ SHARE = 0.5
 
 Coefficients = NDArray[np.float64]
 
-#: Words over a column, its knobs, and the light (order², 3) in it.
+#: Words over a column, its parameters, and the light (order², 3) in it.
 Column = tuple[str, Mapping[str, Any], Coefficients]
 
 
@@ -106,28 +106,28 @@ def _columns(environment: EnvironmentMap, orders: tuple[int, ...]) -> list[Colum
         for order in orders
     ]
     last = {"order": orders[-1], "window": "hanning"}
-    return [*columns, (f"order {orders[-1]}, Hanning", last, windowed(whole, "hanning"))]
+    return [*columns, (f"order {orders[-1]}, Hanning", last, apply_window(whole, "hanning"))]
 
 
 def _lights(environment: EnvironmentMap, columns: list[Column]) -> ShownRow:
     """The light as each column has it; errors are over the sphere, by solid angle, and exact."""
-    small = reduced(environment, LIGHT_ROWS)
+    small = reduce(environment, LIGHT_ROWS)
     height, width = small.radiance.shape[:2]
     area, directions = solid_angles(height, width), texel_directions(height, width)
     true = np.asarray(small.radiance, np.float64)
     whole = _opaque(true)
     shown, stops = [], exposure_of(whole)
-    for words, knobs, light in columns:
-        approximation = evaluate(knobs["order"], directions.reshape(-1, 3)) @ light
+    for words, parameters, light in columns:
+        approximation = evaluate(parameters["order"], directions.reshape(-1, 3)) @ light
         apart = approximation.reshape(true.shape) - true
         whole_power = float(np.sum(true**2 * area[..., None]))
         error = np.sqrt(np.sum(apart**2 * area[..., None]) / whole_power) if whole_power > 0.0 else 0.0
-        picture = _opaque(np.maximum(approximation.reshape(true.shape), 0.0))
-        shown.append(Shown(words, picture, knobs, ErrorEstimate(float(error), 0.0), stops))
+        image = _opaque(np.maximum(approximation.reshape(true.shape), 0.0))
+        shown.append(Shown(words, image, parameters, ErrorEstimate(float(error), 0.0), stops))
     return ShownRow("Light", (*shown, Shown("map", whole, exposure_ev=stops)))
 
 
-def _opaque(radiance: NDArray[np.float64]) -> Picture:
+def _opaque(radiance: NDArray[np.float64]) -> Image:
     return np.concatenate([radiance, np.ones((*radiance.shape[:2], 1))], axis=2).astype(np.float32)
 
 
@@ -144,13 +144,15 @@ def _row(
 ) -> Steps[ShownRow]:
     brdf = brdf_from_text(f"ashikhmin-shirley:kd=0,ks=0.5,nu={exponents[0]},nv={exponents[1]}")
     expected = yield from part(reference_of(Scene(mesh, camera, brdf, environment=environment), settings), 0.0, 0.5)
-    table: BrdfTable = yield from part(tabulate(brdf, max(knobs["order"] for _, knobs, _ in columns)), 0.5, 0.8)
+    table: BrdfTable = yield from part(
+        tabulate(brdf, max(parameters["order"] for _, parameters, _ in columns)), 0.5, 0.8
+    )
     panels = []
-    for number, ((words, knobs, _), light) in enumerate(zip(columns, arriving, strict=True)):
-        value = _radiance(table.of_order(knobs["order"]), light, local)
-        panels.append((words, {**knobs, "nu": exponents[0], "nv": exponents[1]}, view.picture(value)))
+    for number, ((words, parameters, _), light) in enumerate(zip(columns, arriving, strict=True)):
+        value = _radiance(table.reduce_order(parameters["order"]), light, local)
+        panels.append((words, {**parameters, "nu": exponents[0], "nv": exponents[1]}, view.image(value)))
         yield Step(0.8 + 0.2 * (number + 1) / len(columns), f"drawing {words}")
-    return ShownRow(f"Exponents {exponents[0]} and {exponents[1]}", compared(panels, expected, "reference"))
+    return ShownRow(f"Exponents {exponents[0]} and {exponents[1]}", compare_with(panels, expected, "reference"))
 
 
 def _radiance(table: BrdfTable, light: NDArray[np.float32], local: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -160,5 +162,5 @@ def _radiance(table: BrdfTable, light: NDArray[np.float32], local: NDArray[np.fl
 
 
 def _plot(rows: list[ShownRow], orders: tuple[int, ...]) -> Any:
-    lines = [error_curve(row.heading, orders, row.pictures[: len(orders)]) for row in rows]
+    lines = [error_curve(row.heading, orders, row.images[: len(orders)]) for row in rows]
     return curves(lines, "Order", "Relative RMSE in %", title="Order against glossiness", y_from_zero=True)

@@ -1,6 +1,6 @@
 """Light at vertices in spherical harmonics of several orders from one set of rays, without keeping any matrices.
 
-The matrix of a lower order is a corner of that of the highest, so a ladder of orders takes no longer than its last
+The matrix of a lower order is a corner of that of the highest, so a sweep of orders takes no longer than its last
 step. A matrix of order 15 takes 200 kB; what it makes of the light takes 2.7 kB.
 """
 
@@ -18,7 +18,7 @@ from engine.geometry.ray_caster import caster_of
 from engine.transport.baking.visibility import receivers, visibility_shares
 from engine.transport.sh.bake import default_edge
 from engine.transport.sh.basis import order_of
-from engine.transport.sh.rotation import rotated_into_frames
+from engine.transport.sh.rotation import rotate_into_frames
 from engine.transport.sh.transfer import matrices, tangent_frames, visibility_harmonics
 
 #: Parts along a side into which a texel is cut where visibility changes.
@@ -44,7 +44,7 @@ def light_at_vertices(
     free = np.flatnonzero(of.free)
     for light, rows in zip(lights, found, strict=True):
         if free.size:
-            rows[free] = rotated_into_frames(light, frames[free])
+            rows[free] = rotate_into_frames(light, frames[free])
         yield Step(0.0, "turning the light into the frames of the vertices")
     shaded = np.flatnonzero(~of.free)
     for start in range(0, len(shaded), CHUNK):

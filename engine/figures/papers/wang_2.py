@@ -10,8 +10,8 @@ import numpy as np
 from engine.brdf.brdf import brdf_from_text
 from engine.core.directions import world_direction
 from engine.core.steps import Step, Steps, part
-from engine.figures.figure import Figure, Settings, ShownRow, camera_of, compared, error_curve, reference_of
-from engine.figures.papers.vertex_pictures import view_of
+from engine.figures.figure import Figure, Settings, ShownRow, camera_of, compare_with, error_curve, reference_of
+from engine.figures.papers.vertex_images import view_of
 from engine.figures.papers.wavelet_rays import without_vectors
 from engine.figures.plot import curves
 from engine.geometry.shapes import shape
@@ -19,7 +19,7 @@ from engine.light.lamps import Lamp, lights_of_all
 from engine.scene.scene import Scene
 from engine.transport.wavelet.bake import factors_for
 from engine.transport.wavelet.lighting import lamp_tuples
-from engine.transport.wavelet.transfer import signed_radiance
+from engine.transport.wavelet.transfer import sum_signed_radiance
 
 BRDF = "ashikhmin-shirley:kd=0.3,ks=0.3,nu=10,nv=60"
 
@@ -30,7 +30,7 @@ THETA_DEG, PHI_DEG, IRRADIANCE = 55.0, -35.0, 3.0
 
 
 def wang_2(settings: Settings) -> Steps[Figure]:
-    """The ladder of terms; the rightmost picture is the analytic model."""
+    """The sweep of terms; the rightmost image is the analytic model."""
     brdf = brdf_from_text(BRDF)
     mesh = settings.mesh or (settings.model if settings.quick else shape("blob"))
     light = world_direction(np.radians(THETA_DEG), np.radians(PHI_DEG))
@@ -44,20 +44,20 @@ def wang_2(settings: Settings) -> Steps[Figure]:
     factors = yield from part(factors_for(brdf, most), 0.3, 0.5)
     panels = []
     for number, terms in enumerate(term for term in TERMS if term <= most):
-        transport = without_vectors(mesh, factors.truncated(terms))
+        transport = without_vectors(mesh, factors.truncate(terms))
         rows = lamp_tuples(transport, lamp)
-        value = signed_radiance(transport, rows, view.local(transport.frames), everything)
-        panels.append((f"K = {terms}", {"terms": terms}, view.picture(value)))
+        value = sum_signed_radiance(transport, rows, view.local(transport.frames), everything)
+        panels.append((f"K = {terms}", {"terms": terms}, view.image(value)))
         yield Step(0.5 + 0.1 * (number + 1), "drawing")
-    pictures = compared(panels, expected, "analytic model")
-    line = error_curve("", [knobs["terms"] for _, knobs, _ in panels], pictures)
-    label, title = "Relative RMSE of the picture in %", "Terms against the analytic model"
+    images = compare_with(panels, expected, "analytic model")
+    line = error_curve("", [parameters["terms"] for _, parameters, _ in panels], images)
+    label, title = "Relative RMSE of the image in %", "Terms against the analytic model"
     plot = curves([line], "Terms", label, title=title, y_from_zero=True)
     return Figure(
         "wang-2",
         "Terms of the reflectance",
         f"{mesh.name} under one distant lamp, after Wang, Tran and Luebke 2004, Figure 2; K terms; errors are relative "
         "RMSE against the reference",
-        (ShownRow(f"{BRDF}, one lamp", pictures),),
+        (ShownRow(f"{BRDF}, one lamp", images),),
         {"errors": plot},
     )

@@ -19,15 +19,15 @@ from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable import separate
 from engine.factor.separable_factors import SeparableFactors
 from engine.figures.contact_sheet import Panel, Row
-from engine.figures.figure import Figure, Picture, Settings, Shown, ShownRow, camera_of, compared, reference_of
-from engine.figures.papers.vertex_pictures import View, view_of
-from engine.figures.papers.wavelet_rays import Kept, baked_together
+from engine.figures.figure import Figure, Image, Settings, Shown, ShownRow, camera_of, compare_with, reference_of
+from engine.figures.papers.vertex_images import View, view_of
+from engine.figures.papers.wavelet_rays import Kept, bake_together
 from engine.figures.plot import Curve, curves
 from engine.light.environment_file import open_environment
 from engine.scene.scene import Scene
 from engine.transport.wavelet.bake import MAP_SIZE, factors_for
 from engine.transport.wavelet.lighting import Lighting, lighting_of, tuples
-from engine.transport.wavelet.transfer import WaveletTransport, signed_radiance
+from engine.transport.wavelet.transfer import WaveletTransport, sum_signed_radiance
 
 #: The paper's four: model, what it is, and text. The paper has no numbers for its plastic.
 BRDFS = (
@@ -38,14 +38,14 @@ BRDFS = (
 )
 
 #: Terms that are shown, that the model is drawn with, and of the curves; texels a side of their maps.
-SHOWN, DRAWN, MOST, SIZES = 8, 4, 20, (16, 32, 48, 64)
+SHOWN, DRAWN, MAXIMUM, SIZES = 8, 4, 20, (16, 32, 48, 64)
 
-#: Pixels of a texture's picture.
+#: Pixels of a texture's image.
 _EDGE = 224
 
 
 def wang_4(settings: Settings) -> Steps[Figure]:
-    """Terms, pictures and curves of the four BRDFs."""
+    """Terms, images and curves of the four BRDFs."""
     environment = settings.environment or open_environment("studio")
     mesh = settings.model
     camera, chosen = camera_of(mesh, settings.size), BRDFS[:1] if settings.quick else BRDFS
@@ -53,22 +53,22 @@ def wang_4(settings: Settings) -> Steps[Figure]:
     maps, plots, table, kept = [], {}, [], []
     for number, (title, name, text, brdf) in enumerate(models):
         start, stop = 0.3 * number / len(models), 0.3 * (number + 1) / len(models)
-        ladder, shown = yield from part(_curves(brdf, settings), start, stop)
+        sweep, shown = yield from part(_curves(brdf, settings), start, stop)
         kept.append(Kept((yield from part(factors_for(brdf, DRAWN), stop, stop))))
-        table += [{"brdf": text, **line} for line in ladder]
-        plots[f"rms-{name.replace(' ', '-')}"] = _plot(title, ladder)
+        table += [{"brdf": text, **line} for line in sweep]
+        plots[f"rms-{name.replace(' ', '-')}"] = _plot(title, sweep)
         textures = tuple(_texture(shown, term) for term in range(SHOWN))
         maps.append(Row(f"{title}: light maps of the first {SHOWN} terms", textures))
     edge = min(settings.edge, 32)
     first = len(mesh.positions)
-    baked = yield from part(baked_together(mesh, first, 0.0, edge, kept), 0.3, 0.6)
+    baked = yield from part(bake_together(mesh, first, 0.0, edge, kept), 0.3, 0.6)
     lighting, view = lighting_of(environment, edge), view_of(mesh, camera, settings.size)
     drawn: list[Shown] = []
     for number, ((_, name, text, brdf), transport) in enumerate(zip(models, baked, strict=True)):
         share = 0.6 + 0.4 * number / len(models), 0.6 + 0.4 * (number + 1) / len(models)
         expected = yield from part(reference_of(Scene(mesh, camera, brdf, environment=environment), settings), *share)
-        knobs = {"brdf": text, "terms": DRAWN, "coefficients": kept[number].coefficients, "cube": edge}
-        drawn += compared([(name, knobs, _picture(transport, lighting, view))], expected, "reference")
+        parameters = {"brdf": text, "terms": DRAWN, "coefficients": kept[number].coefficients, "cube": edge}
+        drawn += compare_with([(name, parameters, _image(transport, lighting, view))], expected, "reference")
     return Figure(
         "wang-4",
         "Reflectances as sums of products",
@@ -84,7 +84,7 @@ def wang_4(settings: Settings) -> Steps[Figure]:
 def _curves(brdf: Brdf, settings: Settings) -> Steps[tuple[list[dict[str, Any]], SeparableFactors]]:
     """The RMS error of each number of terms and size of the maps, and the factors at the size that bakes use."""
     pairs = pairs_of(brdf)
-    most, sizes = (SHOWN, (16, MAP_SIZE)) if settings.quick else (MOST, SIZES)
+    most, sizes = (SHOWN, (16, MAP_SIZE)) if settings.quick else (MAXIMUM, SIZES)
     table, shown = [], None
     for number, size in enumerate(sizes):
         hemisphere_map = HemisphereMap("orthographic", size)
@@ -92,7 +92,7 @@ def _curves(brdf: Brdf, settings: Settings) -> Steps[tuple[list[dict[str, Any]],
         found = yield from part(separate(brdf, hemisphere_map, most, reference=pairs), *share)
         shown = found.factors if size == MAP_SIZE else shown
         for terms in range(1, found.factors.terms + 1):
-            rms, _ = pairs.rms(found.factors.truncated(terms))
+            rms, _ = pairs.rms(found.factors.truncate(terms))
             table.append({"map_size": size, "terms": terms, "rms_cosine_weighted": rms})
         yield Step(share[1], f"terms of maps of {size} × {size}")
     assert shown is not None
@@ -120,6 +120,6 @@ def _texture(factors: SeparableFactors, term: int) -> Panel:
     return Panel(np.asarray(pixels, np.uint8), f"term {term + 1}, white is {white:.2g}")
 
 
-def _picture(transport: WaveletTransport, lighting: Lighting, view: View) -> Picture:
+def _image(transport: WaveletTransport, lighting: Lighting, view: View) -> Image:
     rows, everything = tuples(transport, lighting), np.arange(len(transport.mesh.positions))
-    return view.picture(signed_radiance(transport, rows, view.local(transport.frames), everything))
+    return view.image(sum_signed_radiance(transport, rows, view.local(transport.frames), everything))

@@ -1,6 +1,6 @@
 """Wavelet transport of several BRDFs, or of several numbers of coefficients, from one set of rays in memory.
 
-Rays are nearly all that a bake costs, so a ladder takes little longer than its finest step.
+Rays are nearly all that a bake costs, so a sweep takes little longer than its finest step.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import caster_of
 from engine.transport.baking.visibility import receivers
-from engine.transport.shared_rays import chunks, counted, joined, wavelet_maker
+from engine.transport.shared_rays import chunks, count, join, wavelet_maker
 from engine.transport.wavelet.transfer import Vectors16, WaveletTransport, vectors_of
 
 
@@ -29,7 +29,7 @@ class Kept:
     coefficients: int = 96
 
 
-def baked_together(
+def bake_together(
     surface: Mesh, ground_vertex: int, ground_albedo: float, edge: int, kept: Sequence[Kept]
 ) -> Steps[list[WaveletTransport]]:
     """Transport of `surface`, the ground from `ground_vertex` on, for each of `kept`."""
@@ -38,13 +38,13 @@ def baked_together(
     parts: list[list[Mapping[str, NDArray[Any]]]] = [[] for _ in kept]
     total, done = len(surface.positions), 0
     for vertices in chunks(np.arange(total), ground_vertex, edge):
-        counts = counted(of, edge, vertices)
+        counts = count(of, edge, vertices)
         for own, make in zip(parts, makers, strict=True):
             own.append(make(vertices, counts))
         done += len(vertices)
         yield Step(done / total, f"baking vertex {done:,} of {total:,}")
     return [
-        WaveletTransport(surface, ground_vertex, each.factors, ground_albedo, edge, vectors_of(joined(own)))
+        WaveletTransport(surface, ground_vertex, each.factors, ground_albedo, edge, vectors_of(join(own)))
         for each, own in zip(kept, parts, strict=True)
     ]
 

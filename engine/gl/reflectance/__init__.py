@@ -1,1 +1,1 @@
-"""Reflectance that a person writes in GLSL, evaluated in a confined process of its own."""
+"""Reflectance that a user writes in GLSL, evaluated in a confined process of its own."""

@@ -50,7 +50,7 @@ _DECLARATION = re.compile(
     r"\s{0,999}+(?:const\s{1,999}+)?+[A-Za-z_]\w{0,999}+\s{1,999}+[A-Za-z_]\w{0,999}+\s{0,999}+=[^=]"
 )
 
-#: A triangle over the whole picture.
+#: A triangle over the whole image.
 _VERTEX = """#version 330
 void main() { gl_Position = vec4(4.0 * vec2(gl_VertexID & 1, gl_VertexID >> 1) - 1.0, 0.0, 1.0); }
 """

@@ -1,8 +1,8 @@
 """Cost of a setting on this machine, predicted from some seconds of measuring before anything is baked.
 
 Every cost is a product of counts that are known (`engine.planning.costs.load`) and of rates that
-`engine.planning.costs.machine_profile` has measured at some values of a knob; between and beyond its points a rate is a
-power law. Bakes:
+`engine.planning.costs.machine_profile` has measured at some values of a parameter; between and beyond its points a rate
+is a power law. Bakes:
 
     visibility per vertex that is not open + rows of transport per vertex + the file + what does not grow with the mesh
 
@@ -44,7 +44,7 @@ FORMAT = 6
 #: Bytes of a kept model at most.
 FILE_LIMIT_BYTES = 1 << 16
 
-#: Seconds that a profile holds: drivers, governors and other programs change. Share of the processors that other
+#: Seconds that a profile holds: drivers, governors and other programs change. Share of the CPUs that other
 #: programs may have had while it was measured, and the seconds that it holds where they had more.
 HOLDS_S, BUSY, BUSY_HOLDS_S = 30 * 86_400.0, 0.2, 600.0
 
@@ -53,10 +53,10 @@ WITHIN = 1.5
 
 #: A bake, or a frame, that teaches takes at least so many seconds; the last so many count; no correction is more than
 #: this.
-TEACHES_S, FRAME_TEACHES_S, REMEMBERED, MOST_CORRECTED = 0.5, 2e-3, 8, 4.0
+TEACHES_S, FRAME_TEACHES_S, REMEMBERED, MAX_CORRECTED = 0.5, 2e-3, 8, 4.0
 
-#: Knobs and seconds of a rate are below this, knobs above its inverse, and nothing grows faster than the products of
-#: three spherical harmonics do.
+#: Parameters and seconds of a rate are below this, parameters above its inverse, and nothing grows faster than the
+#: products of three spherical harmonics do.
 LARGEST, STEEPEST = 1e9, 8.0
 
 #: Kinds of frames, and the parts of each: what it takes at least, for each vertex and each pixel that shows the model,
@@ -126,7 +126,7 @@ class CostModel:
     """The rates of one machine; `tables` by the names of `NAMES`.
 
     `renderer` is the name of the graphics device that frames are for, "processor" where there is none.
-    `background_load` is the share of the processors that other programs had while it was measured, `measured_at_s`
+    `background_load` is the share of the CPUs that other programs had while it was measured, `measured_at_s`
     when that was, in seconds of POSIX. `bakes` has, for each method that was baked since, the mean logarithm of the
     seconds of its last bakes over those that the rates predict, and their number; `frames` has the same for the frames
     of each mode.
@@ -142,18 +142,18 @@ class CostModel:
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.background_load <= 1.0:
-            raise ValueError(f"other programs cannot have had {self.background_load} of the processors")
+            raise ValueError(f"other programs cannot have had {self.background_load} of the CPUs")
         for mode, (mean, count) in (*self.bakes.items(), *self.frames.items()):
-            if not (abs(mean) <= math.log(MOST_CORRECTED) and 1 <= count <= REMEMBERED):
+            if not (abs(mean) <= math.log(MAX_CORRECTED) and 1 <= count <= REMEMBERED):
                 raise ValueError(f"{mode} cannot have taken e^{mean} of the predicted time {count} times")
         missing = [name for name in NAMES if not self.tables.get(name)]
         if missing:
             raise ValueError(f"the rates of {missing[0]} are missing")
         for name, rates in self.tables.items():
-            knobs = [knob for knob, _ in rates]
-            fine = all(1.0 / LARGEST < knob < LARGEST and 0.0 <= rate < LARGEST for knob, rate in rates)
-            if not fine or knobs != sorted(set(knobs)):
-                raise ValueError(f"the rates of {name} are not rising knobs with finite seconds")
+            parameters = [parameter for parameter, _ in rates]
+            fine = all(1.0 / LARGEST < parameter < LARGEST and 0.0 <= rate < LARGEST for parameter, rate in rates)
+            if not fine or parameters != sorted(set(parameters)):
+                raise ValueError(f"the rates of {name} are not rising parameters with finite seconds")
         object.__setattr__(self, "tables", MappingProxyType(dict(self.tables)))
         object.__setattr__(self, "bakes", MappingProxyType(dict(self.bakes)))
         object.__setattr__(self, "frames", MappingProxyType(dict(self.frames)))
@@ -162,30 +162,30 @@ class CostModel:
     def within(self) -> float:
         """The factor that times are within of predicted ones in some 95 of 100 cases.
 
-        Rates that were measured beside other programs are too long by what these had of the processors.
+        Rates that were measured beside other programs are too long by what these had of the CPUs.
         """
         return WITHIN / (1.0 - min(self.background_load, 0.9))
 
-    def expired(self, now_s: float) -> bool:
+    def is_expired(self, now_s: float) -> bool:
         """True where it is too old; much sooner if it was measured beside other programs."""
         holds_s = HOLDS_S if self.background_load <= BUSY else BUSY_HOLDS_S
         return not 0.0 <= now_s - self.measured_at_s <= holds_s
 
-    def learned(self, method: str, predicted_s: float, bake_s: float) -> CostModel:
+    def learn(self, method: str, predicted_s: float, bake_s: float) -> CostModel:
         """The model that has seen a bake of `method` take `bake_s` where it predicted `predicted_s`."""
         if min(predicted_s, bake_s) < TEACHES_S:
             return self
         return replace(self, bakes=_with(self.bakes, method, bake_s / predicted_s))
 
-    def learned_frame(self, mode: str, predicted_s: float, frame_s: float) -> CostModel:
+    def learn_frame(self, mode: str, predicted_s: float, frame_s: float) -> CostModel:
         """The model that has seen a frame of `mode` take `frame_s` where it predicted `predicted_s`."""
         if min(predicted_s, frame_s) < FRAME_TEACHES_S:
             return self
         return replace(self, frames=_with(self.frames, mode, frame_s / predicted_s))
 
-    def rate(self, name: str, knob: float = 1.0) -> float:
-        """Seconds at a knob: a power law between the two measured points, and beyond the ends as at the ends."""
-        return rate_at(self.tables[name], knob)
+    def rate(self, name: str, parameter: float = 1.0) -> float:
+        """Seconds at a parameter: a power law between the two measured points, and beyond the ends as at the ends."""
+        return rate_at(self.tables[name], parameter)
 
     def ray_scale(self, rays: Rays) -> float:
         """For `Load`, from what rays cost on a mesh; 1 where no vertex of it needs any."""
@@ -237,29 +237,29 @@ class CostModel:
         """Seconds of a bounce at a vertex: its rays, and what is gathered from those that meet something."""
         return self.rate("bounce-rays") * load.ray_scale + self.rate(f"bounce-{kind}", order)
 
-    def turned_s(self, name: str, knob: float, load: Load) -> float:
+    def measure_turning_s(self, name: str, parameter: float, load: Load) -> float:
         """Seconds that a map takes until rows can be made of it."""
-        return self.rate(name, knob) + self.rate(f"{name}-texel", knob) * load.texels
+        return self.rate(name, parameter) + self.rate(f"{name}-texel", parameter) * load.texels
 
 
 def _with(seen: Seen, mode: str, ratio: float) -> Seen:
     """`seen` with one more measured time, `ratio` times the one that was predicted with what had been seen."""
     before, count = seen.get(mode, (0.0, 0))
     now = before + math.log(ratio)  # over what the rates alone predict
-    count, most = min(count + 1, REMEMBERED), math.log(MOST_CORRECTED)
+    count, most = min(count + 1, REMEMBERED), math.log(MAX_CORRECTED)
     return {**seen, mode: (min(max(before + (now - before) / count, -most), most), count)}
 
 
-def rate_at(rates: Rates, knob: float) -> float:
+def rate_at(rates: Rates, parameter: float) -> float:
     """Rate of a table at `knob`, as `CostModel.rate` returns it."""
     if len(rates) == 1:
         return rates[0][1]
-    high = min(max(bisect_left([at for at, _ in rates], knob), 1), len(rates) - 1)
+    high = min(max(bisect_left([at for at, _ in rates], parameter), 1), len(rates) - 1)
     (x0, y0), (x1, y1) = rates[high - 1], rates[high]
     if min(x0, y0, y1) <= 0.0:
-        return max(0.0, y0 + (y1 - y0) * (knob - x0) / (x1 - x0))
+        return max(0.0, y0 + (y1 - y0) * (parameter - x0) / (x1 - x0))
     power = math.log(y1 / y0) / math.log(x1 / x0)
-    return y0 * (knob / x0) ** min(max(power, -STEEPEST), STEEPEST)
+    return y0 * (parameter / x0) ** min(max(power, -STEEPEST), STEEPEST)
 
 
 def basis_values(edge: int, order: int) -> float:
@@ -290,7 +290,7 @@ def load_model(path: Path) -> CostModel | None:
     try:
         record = json.loads(read_bytes(path, FILE_LIMIT_BYTES))
         tables = {
-            str(name): tuple((float(knob), float(rate)) for knob, rate in rates)
+            str(name): tuple((float(parameter), float(rate)) for parameter, rate in rates)
             for name, rates in record["tables"].items()
         }
         seen = (

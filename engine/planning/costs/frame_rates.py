@@ -1,8 +1,8 @@
 """Measuring what frames take: at least, for each vertex, for each pixel, and for each light, term, lobe or harmonic.
 
-Spheres of few and of many vertices are drawn into small and large pictures at two values of each mode's knob, and once
-from so far away that nothing is covered. The parts of a frame that explain these times best, none below 0, are found
-by least squares of relative errors.
+Spheres of few and of many vertices are drawn into small and large images at two values of each mode's parameter, and
+once from so far away that nothing is covered. The parts of a frame that explain these times best, none below 0, are
+found by least squares of relative errors.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import caster_of
 from engine.light.environment_file import open_environment
 from engine.planning.costs.cost_model import PARTS
-from engine.planning.costs.load import Rates, shaded
+from engine.planning.costs.load import Rates, shade
 from engine.planning.costs.planned import planning_of
-from engine.render.transported import picture_of
+from engine.render.transported import image_of
 from engine.scene.scene import Scene
 from engine.transport.method import METHODS
-from engine.transport.relit import Relit
+from engine.transport.relight import RelightTransport
 
-#: Vertices of the small and the large mesh, and sides of the small and the large picture.
+#: Vertices of the small and the large mesh, and sides of the small and the large image.
 FEW, MANY, SMALL, LARGE = 1_000, 6_000, 128, 320
 
 #: Lights at which frames without a bake are measured.
@@ -42,7 +42,7 @@ LIGHTS = (4, 40)
 #: Most frames that are timed after one that warms up, and the seconds after which no further one begins.
 FRAMES, ENOUGH_S = 16, 0.1
 
-#: A function that draws a scene, or light on a bake, with a camera into a picture of so many pixels a side.
+#: A function that draws a scene, or light on a bake, with a camera into an image of so many pixels a side.
 Draw = Callable[[Any, Camera, int], None]
 
 
@@ -50,7 +50,7 @@ def frame_rates(tables: dict[str, Rates]) -> Steps[str]:
     """Fill the tables of frames; the name of what draws, "processor" where there is no OpenGL."""
     meshes = round_mesh(FEW), round_mesh(MANY)
     camera = frame(meshes[0].positions)
-    shown = shaded(caster_of(meshes[0]), camera)
+    shown = shade(caster_of(meshes[0]), camera)
     with _drawing() as (name, draw):
         plain = _lights(LIGHTS[0], meshes[0])
         far = replace(camera, eye=tuple(1e3 * np.array(camera.eye)))
@@ -58,14 +58,14 @@ def frame_rates(tables: dict[str, Rates]) -> Steps[str]:
         empty_s = max(0.0, large_s - small_s) / (LARGE**2 - SMALL**2)
         tables["frame-pixel"] = ((1.0, empty_s),)
         kinds = _kinds()
-        for number, (kind, knobs, drawn) in enumerate(kinds):
+        for number, (kind, parameters, drawn) in enumerate(kinds):
             yield Step(number / len(kinds), f"measuring frames, {kind}")
             rows, times = [], []
-            for knob in knobs:
-                few, many = (drawn(knob, mesh) for mesh in meshes)
+            for parameter in parameters:
+                few, many = (drawn(parameter, mesh) for mesh in meshes)
                 for what, side in ((few, SMALL), (few, LARGE), (many, SMALL)):
                     pixels, vertices = side * side, len(what.mesh.positions)
-                    rows.append([1.0, vertices, vertices * knob, shown * pixels, shown * pixels * knob])
+                    rows.append([1.0, vertices, vertices * parameter, shown * pixels, shown * pixels * parameter])
                     times.append(max(_frame_s(draw, what, camera, side) - empty_s * pixels, 1e-7))
             for name_of_part, seconds in zip(PARTS, _parts(np.array(rows), np.array(times)), strict=True):
                 tables[f"{kind}-{name_of_part}"] = ((1.0, seconds),)
@@ -82,7 +82,7 @@ def _parts(rows: NDArray[np.float64], times: NDArray[np.float64]) -> list[float]
     return [float(value) for value in found / size]
 
 
-def _frame_s(draw: Draw, what: Relit | Scene, camera: Camera, side: int) -> float:
+def _frame_s(draw: Draw, what: RelightTransport | Scene, camera: Camera, side: int) -> float:
     return shortest(lambda: draw(what, camera, side), FRAMES, ENOUGH_S)
 
 
@@ -96,7 +96,7 @@ def _drawing() -> Iterator[tuple[str, Draw]]:
     try:
         made = create_context()
     except MissingCapability:
-        yield "processor", _on_processor
+        yield "processor", _on_cpu
         return
     with made as context:
         direct, transported = DirectRenderer(context), TransportRenderer(context)
@@ -116,13 +116,13 @@ def _drawing() -> Iterator[tuple[str, Draw]]:
                 owner.release()
 
 
-def _on_processor(what: Any, camera: Camera, side: int) -> None:
+def _on_cpu(what: Any, camera: Camera, side: int) -> None:
     from engine.render.direct import radiance
 
     if isinstance(what, Scene):
         drain(radiance(replace(what, camera=camera), (side, side), samples=1))
     else:
-        drain(picture_of(what, camera, (side, side), 1))
+        drain(image_of(what, camera, (side, side), 1))
 
 
 def round_mesh(vertices: int) -> Mesh:
@@ -138,8 +138,8 @@ def round_mesh(vertices: int) -> Mesh:
     return Mesh(points, points.astype(np.float32), uv, faces, "sphere")
 
 
-#: A kind of frame, the knobs at which it is measured, and what is drawn at one on a mesh.
-Kind = tuple[str, tuple[int, ...], Callable[[int, Mesh], "Relit | Scene"]]
+#: A kind of frame, the parameters at which it is measured, and what is drawn at one on a mesh.
+Kind = tuple[str, tuple[int, ...], Callable[[int, Mesh], "RelightTransport | Scene"]]
 
 
 def _kinds() -> list[Kind]:
@@ -147,7 +147,7 @@ def _kinds() -> list[Kind]:
     found: list[Kind] = [("direct", LIGHTS, _lights)]
     for method in METHODS:
         planning = planning_of(method.name)
-        found += [(kind, knobs, partial(planning.drawn, kind)) for kind, knobs in method.frames.items()]
+        found += [(kind, parameters, partial(planning.drawn, kind)) for kind, parameters in method.frames.items()]
     return found
 
 

@@ -20,7 +20,7 @@ from engine.geometry.ray_caster import RayCaster, offset_origins
 from engine.transport.baking import visibility_kernel
 from engine.transport.baking.visibility import Receivers, portion, visibility_shares
 
-#: A table of rates: value of a knob → seconds, in rising order.
+#: A table of rates: value of a parameter → seconds, in rising order.
 Rates = tuple[tuple[float, float], ...]
 
 #: Edges of cube maps at which visibility is measured; between them it is a power law.
@@ -30,7 +30,7 @@ RAY_EDGES = (16, 64)
 PORTIONS, PROBES, RAYS = 4, 256, 64
 
 #: Texels of the map that costs of a changed light are predicted for where nobody says, and rays along a side of a
-#: picture that tell how much of it the model covers.
+#: image that tell how much of it the model covers.
 TEXELS, GRID = 1024 * 512, 48
 
 #: Layers of a surface behind each other that are looked for.
@@ -43,7 +43,7 @@ class Load:
 
     Attributes
     ----------
-    vertices, pixels : of the surface and of the picture, sub-pixels each by itself.
+    vertices, pixels : of the surface and of the image, sub-pixels each by itself.
     faces : of the surface, twice the vertices where not given.
     ground : how many of the vertices are of a ground, which is diffuse.
     occluded : share of the vertices that do not see their whole hemisphere.
@@ -138,14 +138,14 @@ def rays_of(of: Receivers) -> Rays:
     return Rays(visibility, ray_s, float(met.mean()) * len(vertices) / len(of))
 
 
-def covered(caster: RayCaster, camera: Camera, aspect: float = 1.0) -> float:
-    """The share of a picture by `camera`, `aspect` times as wide as it is high, that shows what `caster` holds."""
+def measure_coverage(caster: RayCaster, camera: Camera, aspect: float = 1.0) -> float:
+    """The share of an image by `camera`, `aspect` times as wide as it is high, that shows what `caster` holds."""
     origin, direction = _grid(camera, aspect)
     return float(caster.occluded(origin, direction).mean())
 
 
-def shaded(caster: RayCaster, camera: Camera, aspect: float = 1.0) -> float:
-    """Mean number of times that a pixel of a picture is shaded, the parts of the surface being drawn in any order.
+def shade(caster: RayCaster, camera: Camera, aspect: float = 1.0) -> float:
+    """Mean number of times that a pixel of an image is shaded, the parts of the surface being drawn in any order.
 
     What is drawn before what lies in front of it is shaded too: of n layers 1 + 1/2 + … + 1/n.
     """
@@ -167,7 +167,7 @@ def _width(aspect: float) -> int:
 
 
 def _grid(camera: Camera, aspect: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Rays through a coarse picture, evenly: where they start and where they go."""
+    """Rays through a coarse image, evenly: where they start and where they go."""
     width = _width(aspect)
     column, row = np.meshgrid(np.arange(width) + 0.5, np.arange(GRID) + 0.5)
     direction = camera.rays(column, row, width, GRID).reshape(-1, 3)

@@ -1,8 +1,8 @@
 """Measuring what this machine takes for each part of a bake, of a rotated environment and of a frame, in some seconds.
 
 Every part runs on the built-in torus knot of 50,000 vertices, at some of them where it is done vertex by vertex,
-through the code that bakes and pictures run, and at few values of its knob: between and beyond them a rate is a power
-law. The shortest of some runs counts. Frames are measured by `engine.planning.costs.frame_rates`.
+through the code that bakes and images run, and at few values of its parameter: between and beyond them a rate is a
+power law. The shortest of some runs counts. Frames are measured by `engine.planning.costs.frame_rates`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from engine.brdf.brdf import brdf_from_text
 from engine.brdf.models.diffuse import Lambert
 from engine.core.one_thread import one_thread
 from engine.core.steps import Step, Steps, drain, part
-from engine.core.stopwatch import DISTURBED, background_load, shortest, spent
+from engine.core.stopwatch import DISTURBED, background_load, read_clock, shortest
 from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.camera import frame
@@ -32,20 +32,20 @@ from engine.geometry.shapes import shape
 from engine.light.environment import EnvironmentMap
 from engine.planning.costs.cost_model import CostModel, basis_values, machine_name
 from engine.planning.costs.frame_rates import frame_rates, round_mesh
-from engine.planning.costs.load import Rates, covered, hemisphere, rays_of, threads
-from engine.render.reference import ReferencePicture, reference
+from engine.planning.costs.load import Rates, hemisphere, measure_coverage, rays_of, threads
+from engine.render.reference import ReferenceImage, reference
 from engine.scene.scene import Scene
 from engine.transport.baking import visibility_kernel
 from engine.transport.baking.file import plan_transport, writing
-from engine.transport.baking.visibility import Receivers, receivers, unshaded, visibility_shares
+from engine.transport.baking.visibility import Receivers, find_unshaded, receivers, visibility_shares
 from engine.transport.gaussian.fitting.fit import Fit, FitSettings, TransportSamples, fit_vertices
 from engine.transport.gaussian.indirect import indirect_samples
 from engine.transport.gaussian.samples import GlossySurface, direct_samples
 from engine.transport.sh import kernel as sh_kernel
 from engine.transport.sh.bake import BakeSettings, Work, default_edge, prepare
 from engine.transport.sh.brdf_table import lambert_table
-from engine.transport.sh.interreflection import gathered
-from engine.transport.sh.lighting import project, turned_about_y
+from engine.transport.sh.interreflection import gather
+from engine.transport.sh.lighting import project, turn_about_y
 from engine.transport.sh.transfer import (
     diffuse_vectors,
     matrices,
@@ -62,7 +62,7 @@ from engine.transport.wavelet.transfer import (
     WaveletTransport,
     cube_texels,
     light_maps,
-    relit,
+    relight_transport,
     transport_vectors,
     vertex_frames,
 )
@@ -94,7 +94,7 @@ VALUES, WRITTEN = 10_000_000, 1 << 24
 #: Most runs of a measurement that takes milliseconds, and the seconds after which no further run begins.
 RUNS, ENOUGH_S = 12, 0.1
 
-#: Side of the picture of the reference, whose pixels are a batch, how many times as many samples of a pixel the longer
+#: Side of the image of the reference, whose pixels are a batch, how many times as many samples of a pixel the longer
 #: of two has, and the points that its longer paths touch.
 SIDE, PATHS, POINTS = 128, 4, 3
 
@@ -107,7 +107,7 @@ Tables = dict[str, Rates]
 def calibrate() -> Steps[CostModel]:
     """Measure this machine: some ten seconds, longer where others work too or kernels have to be compiled.
 
-    Without OpenGL, frames are the processor's. A part beside which others worked is measured again.
+    Without OpenGL, frames are the CPU's. A part beside which others worked is measured again.
     """
     tables: Tables = {}
     shares, renderer = [], ""
@@ -130,24 +130,24 @@ def calibrate() -> Steps[CostModel]:
 
 
 class Share(NamedTuple):
-    """The share of the processors that other programs had for so many seconds."""
+    """The share of the CPUs that other programs had for so many seconds."""
 
     load: float
     seconds: float
 
 
 def quietest(measure: Callable[[Tables], Steps[Any]], tables: Tables) -> Steps[tuple[Any, Share]]:
-    """Fill `tables` with what `measure` finds; its result, and what others had of the processors meanwhile.
+    """Fill `tables` with what `measure` finds; its result, and what others had of the CPUs meanwhile.
 
     Of at most `ROUNDS` the one counts that others disturbed least, and none follows one that they left alone: a program
-    that keeps one of two processors busy makes work that threads share 1.7 times as long.
+    that keeps one of two CPUs busy makes work that threads share 1.7 times as long.
     """
     found: list[tuple[Share, Tables, Any]] = []
     begun = time.perf_counter()
     while True:
-        started, before, filled = time.perf_counter(), spent(), Tables()
+        started, before, filled = time.perf_counter(), read_clock(), Tables()
         result = yield from measure(filled)
-        share = Share(background_load(before, spent()), time.perf_counter() - started)
+        share = Share(background_load(before, read_clock()), time.perf_counter() - started)
         found.append((share, filled, result))
         is_late = len(found) == ROUNDS or time.perf_counter() - begun > ROUNDS_S
         if is_late or share.load <= DISTURBED:
@@ -189,7 +189,7 @@ def _place(mesh: Mesh, tables: Tables) -> Steps[_Place]:
 
 
 def _once(seconds: float) -> Rates:
-    """A rate that no knob changes."""
+    """A rate that no parameter changes."""
     return ((1.0, seconds),)
 
 
@@ -208,8 +208,8 @@ def _spherical_harmonics(place: _Place, tables: Tables) -> Steps[None]:
         texel_basis.cache_clear()
         basis_s = _first_s(partial(texel_basis, SEEN_EDGE, 2 * order - 1))
         tables["sh-basis"] = _once(basis_s / basis_values(SEEN_EDGE, 2 * order - 1))
-        for name, knob, seconds in _rows_s(place, order):
-            found[name].append((knob, seconds))
+        for name, parameter, seconds in _rows_s(place, order):
+            found[name].append((parameter, seconds))
         for kind in ("vector", "matrix"):
             seconds = _bounce_s(place, _with_order(work, order, kind == "vector"))
             found[f"bounce-{kind}"].append((order, max(seconds - rays_s, 0.0)))
@@ -262,7 +262,7 @@ def _bounce_s(place: _Place, work: Work) -> float:
         few = place.vertices[::2]
     sent = np.ones((len(place.mesh.positions), 1, work.settings.order**2), np.float32)
     frames = None if work.table.diffuse else np.broadcast_to(np.eye(3), (len(few), 3, 3))
-    return shortest(lambda: gathered(work.surroundings(place.of), few, sent, frames), 1) / len(few)
+    return shortest(lambda: gather(work.surroundings(place.of), few, sent, frames), 1) / len(few)
 
 
 def factors_of(terms: int) -> SeparableFactors:
@@ -283,20 +283,20 @@ def _wavelets(place: _Place, tables: Tables) -> Steps[None]:
         run = partial(transport_vectors, frames, counts, 16, texels, factors.hemisphere_map, maps, kept)
         return shortest(run) / (4 * len(place.vertices))
 
-    tables["wavelet-fixed"], tables["file-byte"] = _once(_fixed_s()), _once(_written_s())
+    tables["wavelet-fixed"], tables["file-byte"] = _once(_measure_fixed_s()), _once(_measure_write_s())
     rates = [(float(kept), row_s(64, kept)) for kept in KEPT]
     tables["wavelet-row"] = ((16.0, row_s(16, 96)), (64.0, rates[1][1]))
     tables["wavelet-coefficients"] = tuple(rates)
 
 
-def _fixed_s() -> float:
+def _measure_fixed_s() -> float:
     """Seconds of a bake of wavelets that do not grow with the mesh: its file, tables of texels, and threads."""
     work = wavelet_bake.prepare(round_mesh(8), factors_of(4), wavelet_bake.BakeSettings(max(EDGES), 96))
     with tempfile.TemporaryDirectory() as folder:
         return shortest(lambda: drain(wavelet_bake.bake(Path(folder) / "least.transport", work)))
 
 
-def _written_s() -> float:
+def _measure_write_s() -> float:
     """Seconds for a byte of a file: its checksum and writing it."""
     rows = np.ones((WRITTEN // 256, 1, 64), np.float32)
     plan = plan_transport("sh", round_mesh(8), {}, {}, {"rows": ("<f4", (1, 64))}, np.array([0, len(rows)]))
@@ -317,14 +317,14 @@ def _gaussians(place: _Place, tables: Tables) -> Steps[None]:
     chosen = np.linspace(0, len(mesh.positions) - 1, count).astype(np.int64)
     shaded, plain = (
         GlossySurface(mesh, len(mesh.positions), 0.0, brdf, {}, of, frames)
-        for of in (place.of, unshaded(mesh, place.of.caster))
+        for of in (place.of, find_unshaded(mesh, place.of.caster))
     )
     table_s, whole_s = (shortest(partial(direct_samples, of, chosen, DIRECTIONS), 1) / count for of in (plain, shaded))
     indirect_samples(shaded, chosen[:1], DIRECTIONS)  # makes what is remembered
     few = chosen[:: max(1, count // (2 * threads()))]
     indirect_s = _first_s(lambda: indirect_samples(shaded, few, DIRECTIONS)) / len(few)
     tables["gaussian-table"] = _once(table_s)
-    tables["gaussian-indirect"] = _once(max(indirect_s - table_s, 0.0) / _closed(place.of, few))
+    tables["gaussian-indirect"] = _once(max(indirect_s - table_s, 0.0) / _close(place.of, few))
     tables["gaussian-rays"] = _once(max(whole_s - table_s, 0.0) / max(float(np.mean(~place.of.free[chosen])), 1e-3))
     samples, indirect = direct_samples(shaded, chosen, DIRECTIONS), indirect_samples(shaded, few, DIRECTIONS)
     rates = tuple((float(lobes), _fit_s(samples, lobes)) for lobes in LOBES)
@@ -341,7 +341,7 @@ def _fit_s(samples: TransportSamples, lobes: int) -> float:
     return _first_s(lambda: fit_vertices(samples, around, known, settings)) / count
 
 
-def _closed(of: Receivers, vertices: NDArray[np.int64]) -> float:
+def _close(of: Receivers, vertices: NDArray[np.int64]) -> float:
     """The share of the hemispheres of some vertices that is closed, weighted by the cosine."""
     origin, direction = visibility_kernel.hemisphere_rays(vertices, of.origin, of.normal, hemisphere(256))
     return max(float(of.caster.occluded(origin, direction).mean()), 1e-3)
@@ -352,8 +352,8 @@ def _lights(mesh: Mesh, tables: Tables) -> Steps[None]:
     yield Step(0.0, "measuring rotated environments")
     random = np.random.default_rng(0)
     large, small = (EnvironmentMap(random.random((rows, 2 * rows, 3), np.float32)) for rows in (MAP_ROWS, SMALL_ROWS))
-    _of_map(tables, "light-sh", ORDERS, lambda order: [partial(_turned, each, order) for each in (small, large)])
-    _of_map(
+    _measure_map(tables, "light-sh", ORDERS, lambda order: [partial(_turn, each, order) for each in (small, large)])
+    _measure_map(
         tables,
         "light-wavelet",
         LIGHT_EDGES,
@@ -365,7 +365,11 @@ def _lights(mesh: Mesh, tables: Tables) -> Steps[None]:
     for kept in KEPT:
         count = 6_000_000 // (6 * kept)
         rates.append(
-            (float(kept), shortest(partial(relit, _wavelet_transport(mesh, count, kept), lit), RUNS, ENOUGH_S) / count)
+            (
+                float(kept),
+                shortest(partial(relight_transport, _wavelet_transport(mesh, count, kept), lit), RUNS, ENOUGH_S)
+                / count,
+            )
         )
     tables["relight-wavelet"] = tuple(rates)
 
@@ -377,21 +381,21 @@ def _transfer_s(order: int) -> float:
     return shortest(lambda: sh_kernel.transfer(rows, light, out), RUNS, ENOUGH_S) / rows.size
 
 
-def _turned(environment: EnvironmentMap, order: int) -> NDArray[np.float64]:
-    return turned_about_y(project(environment, order), TURN)
+def _turn(environment: EnvironmentMap, order: int) -> NDArray[np.float64]:
+    return turn_about_y(project(environment, order), TURN)
 
 
-def _of_map(
-    tables: Tables, name: str, knobs: tuple[int, ...], works: Callable[[int], list[Callable[[], object]]]
+def _measure_map(
+    tables: Tables, name: str, parameters: tuple[int, ...], works: Callable[[int], list[Callable[[], object]]]
 ) -> None:
     """Base cost of a map, and cost of each of its texels, from a small and a large one."""
     least, more = [], []
     few, many = (2 * rows**2 for rows in (SMALL_ROWS, MAP_ROWS))
-    for knob in knobs:
-        small_s, large_s = (shortest(work, RUNS, ENOUGH_S) for work in works(knob))
+    for parameter in parameters:
+        small_s, large_s = (shortest(work, RUNS, ENOUGH_S) for work in works(parameter))
         texel_s = max(0.0, large_s - small_s) / (many - few)
-        least.append((float(knob), max(small_s - few * texel_s, 0.0)))
-        more.append((float(knob), texel_s))
+        least.append((float(parameter), max(small_s - few * texel_s, 0.0)))
+        more.append((float(parameter), texel_s))
     tables[name], tables[f"{name}-texel"] = tuple(least), tuple(more)
 
 
@@ -407,9 +411,9 @@ def _wavelet_transport(mesh: Mesh, rows: int, kept: int) -> WaveletTransport:
 
 
 def _reference(place: _Place, tables: Tables) -> Steps[None]:
-    """Seconds of a picture, of a path that meets nothing, of one of direct light, its rays alone, and a further point.
+    """Seconds of an image, of a path that meets nothing, of one of direct light, its rays alone, and a further point.
 
-    Few paths and many tell what a picture takes however few they are.
+    Few paths and many tell what an image takes however few they are.
     """
     yield Step(0.0, "measuring the reference")
     mesh, brdf = place.mesh, brdf_from_text(GLOSSY)
@@ -417,11 +421,11 @@ def _reference(place: _Place, tables: Tables) -> Steps[None]:
     far = replace(near, eye=tuple(np.subtract(near.eye, near.target) * 1e3 + near.target))
     light = EnvironmentMap(np.ones((64, 128, 3), np.float32))
     scene = Scene(mesh, near, brdf, environment=light)
-    shown, few, many = covered(place.of.caster, near), SIDE * SIDE * threads(), SIDE * SIDE * threads() * PATHS
+    shown, few, many = measure_coverage(place.of.caster, near), SIDE * SIDE * threads(), SIDE * SIDE * threads() * PATHS
 
     def split(scene: Scene, depth: int) -> tuple[float, float, float]:
-        """Seconds of a picture and of each path, and rays of a path beside its first."""
-        found: list[ReferencePicture] = []
+        """Seconds of an image and of each path, and rays of a path beside its first."""
+        found: list[ReferenceImage] = []
 
         def draw(paths: int) -> None:
             found.append(drain(reference(scene, (SIDE, SIDE), samples=paths // SIDE**2, max_depth=depth)))
@@ -431,11 +435,11 @@ def _reference(place: _Place, tables: Tables) -> Steps[None]:
         return max(few_s - few * path_s, 0.0), path_s, max(0.0, found[-1].rays / many - 1.0)
 
     miss_s = split(replace(scene, camera=far), 1)[1]
-    picture_s, direct_s, rays = split(scene, 1)
+    image_s, direct_s, rays = split(scene, 1)
     longer_s = split(scene, POINTS)[1]
     whole_s = max(direct_s - miss_s, 0.0) / shown
     rays_s = min(rays / shown * place.ray_s / threads(), whole_s)
     further = shown * sum(place.closed**point for point in range(1, POINTS))
-    tables["reference-picture"], tables["reference-miss"] = _once(picture_s), _once(miss_s)
+    tables["reference-picture"], tables["reference-miss"] = _once(image_s), _once(miss_s)
     tables["reference-rays"], tables["reference-shading"] = _once(rays_s), _once(whole_s - rays_s)
     tables["reference-point"] = _once(max(longer_s - direct_s, 0.0) / further)

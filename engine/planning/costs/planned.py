@@ -14,7 +14,7 @@ from engine.transport.method import Subject, method_of
 if TYPE_CHECKING:
     from engine.geometry.mesh import Mesh
     from engine.planning.costs.load import Load
-    from engine.transport.relit import Relit
+    from engine.transport.relight import RelightTransport
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class PlannedBake:
 class Spread(NamedTuple):
     """Ratios of measured to predicted errors, between which 95 of 100 lie on generated scenes.
 
-    `by_camera` of pictures of the camera that the prediction is made for, `around` of those of any other.
+    `by_camera` of images of the camera that the prediction is made for, `around` of those of any other.
     """
 
     by_camera: tuple[float, float]
@@ -61,14 +61,14 @@ class Planning(Protocol):
     def suits(self, offers: Any, skipped: frozenset[str]) -> bool:
         """True where they can draw what is left of it without `skipped` effects, for `choices.Choices`."""
 
-    def adapted(self, setting: Setting, diffuse: bool) -> Setting:
-        """The setting without knobs that change nothing of a diffuse BRDF."""
+    def adapt(self, setting: Setting, diffuse: bool) -> Setting:
+        """The setting without parameters that change nothing of a diffuse BRDF."""
 
-    def drawn(self, kind: str, knob: int, mesh: Mesh) -> Relit:
+    def drawn(self, kind: str, parameter: int, mesh: Mesh) -> RelightTransport:
         """Something of a kind of `Method.frames` on `mesh` that can be drawn; its numbers mean nothing."""
 
     def setting_of(self, relit: Any) -> Setting:
-        """The setting whose pictures cost what those of `relit` do; ValueError where it is none of a plan."""
+        """The setting whose images cost what those of `relit` do; ValueError where it is none of a plan."""
 
     def prepare(self, plan: Any, subject: Subject, settings: Any) -> Steps[PlannedBake]:
         """Lay out the bake that a `plan.EffectsPlan` of this method calls for, with the rest of the settings."""

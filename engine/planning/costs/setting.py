@@ -1,12 +1,13 @@
-"""One way to draw a scene: a mode and what is chosen of its knobs.
+"""One way to draw a scene: a mode and what is chosen of its parameters.
 
     reference     samples: paths for each pixel
     direct        directions: lights that stand for the environment
     shading-map   directions; power_law: 0 the slices, 1 the fit
 
-and the transport methods with those of their parameters that have a ladder (`engine.transport.method`).
+and the transport methods with those of their parameters that have a sweep (`engine.transport.method`).
 
-Knobs that are not named have their mode's default. A setting is a value: it may be a key, and equal settings are one.
+Parameters that are not named have their mode's default. A setting is a value: it may be a key, and equal settings are
+one.
 """
 
 from __future__ import annotations
@@ -24,8 +25,9 @@ Number = int | float
 
 
 @dataclass(frozen=True)
-class Knob:
-    """A knob of a mode: its range, what it stands at where nobody chose, and the values of a sweep, cheapest first.
+class ModeParameter:
+    """A parameter of a mode: its range, what it stands at where nobody chose, and the values of a sweep, cheapest
+    first.
 
     Where there are `values`, no others are possible.
     """
@@ -33,24 +35,28 @@ class Knob:
     low: Number
     high: Number
     default: Number
-    ladder: tuple[Number, ...]
+    sweep: tuple[Number, ...]
     text: str
     values: tuple[Number, ...] = ()
 
 
-#: Modes that bake nothing and their knobs, from the one that is exact on.
-AT_ONCE: Mapping[str, Mapping[str, Knob]] = MappingProxyType(
+#: Modes that bake nothing and their parameters, from the one that is exact on.
+AT_ONCE: Mapping[str, Mapping[str, ModeParameter]] = MappingProxyType(
     {
-        "reference": {"samples": Knob(1, 65536, 64, (1, 4, 16, 64, 256), "paths for each pixel")},
-        "direct": {"directions": Knob(1, 4096, 64, (4, 16, 64, 256, 1024), "lights that stand for the environment")},
+        "reference": {"samples": ModeParameter(1, 65536, 64, (1, 4, 16, 64, 256), "paths for each pixel")},
+        "direct": {
+            "directions": ModeParameter(1, 4096, 64, (4, 16, 64, 256, 1024), "lights that stand for the environment")
+        },
         "shading-map": {
-            "directions": Knob(1, 4096, 64, (4, 16, 64, 256), "lights that stand for the environment"),
-            "power_law": Knob(0, 1, 0, (1, 0), "whether two numbers for each texel take the place of the slices"),
+            "directions": ModeParameter(1, 4096, 64, (4, 16, 64, 256), "lights that stand for the environment"),
+            "power_law": ModeParameter(
+                0, 1, 0, (1, 0), "whether two numbers for each texel take the place of the slices"
+            ),
         },
     }
 )
 
-#: Effects that pictures of the modes without a bake can have, of those that not all modes have.
+#: Effects that images of the modes without a bake can have, of those that not all modes have.
 _SHOWN = {
     "reference": frozenset({"self-shadowing", "interreflection", "glossy", "mesostructure"}),
     "direct": frozenset({"glossy"}),
@@ -63,81 +69,84 @@ def modes() -> tuple[str, ...]:
     return (*AT_ONCE, *transport.names())
 
 
-def knobs_of(mode: str) -> Mapping[str, Knob]:
-    """The knobs of a mode by name; ValueError where there is no such mode."""
+def parameters_of(mode: str) -> Mapping[str, ModeParameter]:
+    """The parameters of a mode by name; ValueError where there is no such mode."""
     if mode in AT_ONCE:
         return AT_ONCE[mode]
     if mode not in transport.names():
         raise ValueError(f"{mode!r} is no mode; known are {', '.join(modes())}")
-    return {each.name: _knob(each) for each in transport.method_of(mode).knobs}
+    return {each.name: _parameter(each) for each in transport.method_of(mode).parameters}
 
 
-def _knob(parameter: Parameter) -> Knob:
+def _parameter(parameter: Parameter) -> ModeParameter:
     low, high, default = int(parameter.low), int(parameter.high), int(cast(int, parameter.default or 0))
-    return Knob(low, high, default, parameter.ladder, parameter.doc, parameter.values)
+    return ModeParameter(low, high, default, parameter.sweep, parameter.doc, parameter.values)
 
 
 def shows(mode: str, effect: str) -> bool:
-    """True where pictures of a mode can have an effect that not all modes have."""
+    """True where images of a mode can have an effect that not all modes have."""
     return effect in (_SHOWN[mode] if mode in _SHOWN else transport.method_of(mode).shows)
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A mode with all of its knobs; those not given are at their default.
+    """A mode with all of its parameters; those not given are at their default.
 
-    ValueError for a mode or a knob that is not known, and for a value out of its range.
+    ValueError for a mode or a parameter that is not known, and for a value out of its range.
     """
 
     mode: str
-    knobs: Mapping[str, Number] = field(default_factory=lambda: MappingProxyType({}))
+    parameters: Mapping[str, Number] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
-        known = knobs_of(self.mode)
-        strange = [name for name in self.knobs if name not in known]
+        known = parameters_of(self.mode)
+        strange = [name for name in self.parameters if name not in known]
         if strange:
-            raise ValueError(f"{strange[0]!r} is no knob of {self.mode}; it has {', '.join(known)}")
-        whole = {name: _checked(name, knob, self.knobs.get(name, knob.default)) for name, knob in known.items()}
-        object.__setattr__(self, "knobs", MappingProxyType(whole))
+            raise ValueError(f"{strange[0]!r} is no parameter of {self.mode}; it has {', '.join(known)}")
+        whole = {
+            name: _check(name, parameter, self.parameters.get(name, parameter.default))
+            for name, parameter in known.items()
+        }
+        object.__setattr__(self, "parameters", MappingProxyType(whole))
 
     def __hash__(self) -> int:
-        return hash((self.mode, *self.knobs.items()))
+        return hash((self.mode, *self.parameters.items()))
 
     def __getitem__(self, name: str) -> int:
-        """The value of a knob; all of them are whole numbers so far."""
-        return int(self.knobs[name])
+        """The value of a parameter; all of them are whole numbers so far."""
+        return int(self.parameters[name])
 
     def __str__(self) -> str:
-        shown = [f"{name} {value}" for name, value in self.knobs.items() if value != 0 or name == "order"]
+        shown = [f"{name} {value}" for name, value in self.parameters.items() if value != 0 or name == "order"]
         return f"{self.mode}, {', '.join(shown)}"
 
-    def replaced(self, **knobs: Number) -> Setting:
-        """This with some knobs turned."""
-        return Setting(self.mode, {**self.knobs, **knobs})
+    def replace(self, **parameters: Number) -> Setting:
+        """This with some parameters turned."""
+        return Setting(self.mode, {**self.parameters, **parameters})
 
     def as_json(self) -> dict[str, Any]:
-        return {"mode": self.mode, "knobs": dict(self.knobs)}
+        return {"mode": self.mode, "knobs": dict(self.parameters)}
 
 
 def setting_of(record: Any) -> Setting:
     """The setting that `as_json` wrote; ValueError for anything else."""
     if not isinstance(record, dict) or not isinstance(record.get("knobs", {}), dict):
-        raise ValueError("a setting is an object with mode and knobs")
+        raise ValueError("a setting is an object with mode and parameters")
     return Setting(str(record.get("mode")), record.get("knobs", {}))
 
 
-def ladder(mode: str, knob: str, base: Setting | None = None) -> Iterator[Setting]:
-    """`base` (the defaults of the mode where None) at each step of one knob, cheapest first."""
+def sweep(mode: str, parameter: str, base: Setting | None = None) -> Iterator[Setting]:
+    """`base` (the defaults of the mode where None) at each step of one parameter, cheapest first."""
     start = Setting(mode) if base is None else base
-    for value in knobs_of(mode)[knob].ladder:
-        yield start.replaced(**{knob: value})
+    for value in parameters_of(mode)[parameter].sweep:
+        yield start.replace(**{parameter: value})
 
 
-def _checked(name: str, knob: Knob, value: Any) -> Number:
+def _check(name: str, parameter: ModeParameter, value: Any) -> Number:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ValueError(f"{name} is a number, not {value!r}")
-    if not knob.low <= value <= knob.high or value != int(value):
-        raise ValueError(f"{name} {value} is not a whole number in {knob.low} … {knob.high}")
-    if knob.values and value not in knob.values:
-        raise ValueError(f"{name} {value} is none of the numbers {', '.join(map(str, knob.values))}")
+    if not parameter.low <= value <= parameter.high or value != int(value):
+        raise ValueError(f"{name} {value} is not a whole number in {parameter.low} … {parameter.high}")
+    if parameter.values and value not in parameter.values:
+        raise ValueError(f"{name} {value} is none of the numbers {', '.join(map(str, parameter.values))}")
     return int(value)

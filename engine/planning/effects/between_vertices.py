@@ -1,4 +1,4 @@
-"""Error of light that is baked at vertices and interpolated between them, in the picture of a camera.
+"""Error of light that is baked at vertices and interpolated between them, in the image of a camera.
 
 A pixel shows a place of a face. There the radiance towards the eye is worked out with the normal and the visibility of
 the place itself, and once more as the mean of that of the three corners by barycentric weights, which is what drawing
@@ -22,7 +22,7 @@ from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import offset_origins
 from engine.light.environment import DistantLights
 from engine.planning.effects.radiance import radiances
-from engine.planning.effects.sample import LAMP_PIXELS, Pixels, Place, Sample, above, by_camera, of_lamps, pixels_of
+from engine.planning.effects.sample import LAMP_PIXELS, Pixels, Place, Sample, above, by_camera, pixels_of, sum_lamps
 from engine.transport.baking.visibility import Receivers
 
 Array = NDArray[np.float64]
@@ -119,7 +119,7 @@ def interpolation_error(between: Between, brdf: Any) -> float:
     squares, whole = _energy(apart), _energy(exact)
     if found.lamps is not None:
         _, lit = between.some.apart(lamps)
-        apart, exact_lamps = between.many.apart(of_lamps_between(between, brdf))
+        apart, exact_lamps = between.many.apart(sum_lamps_between(between, brdf))
         squares += _energy(apart)
         whole += 2.0 * float((exact * lit).sum(axis=1).mean()) + _energy(exact_lamps)
     return float(np.sqrt(squares / whole)) if whole > 0.0 else 0.0
@@ -130,8 +130,8 @@ def _energy(radiance: Array) -> float:
     return float((radiance**2).sum(axis=1).mean())
 
 
-def of_lamps_between(between: Between, brdf: Any) -> Array:
+def sum_lamps_between(between: Between, brdf: Any) -> Array:
     """(4 M, 3) radiance of the lamps alone."""
     looked, at = between.looked, between.many
     lights = DistantLights(looked.lamp_direction, looked.lamp_irradiance)
-    return of_lamps(at.of, at.chosen, at.frames, at.views, lights, brdf)
+    return sum_lamps(at.of, at.chosen, at.frames, at.views, lights, brdf)

@@ -1,4 +1,4 @@
-"""Error of a picture that leaves an effect out, for each effect of a scene, in numbers and in words.
+"""Error of an image that leaves an effect out, for each effect of a scene, in numbers and in words.
 
 The error is the root mean square over pairs of point and view of the difference that the effect makes, over that of the
 radiance (see `engine.planning.effects.radiance`): self-shadowing relative to direct light, interreflection relative to
@@ -27,13 +27,13 @@ from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
-from engine.light.light_tree import chosen_lights
+from engine.light.light_tree import choose_lights
 from engine.planning.effects.between_vertices import Between, between_vertices
-from engine.planning.effects.radiance import FEWER, Radiances, bounced, radiances
+from engine.planning.effects.radiance import FEWER, Radiances, bounce, radiances
 from engine.planning.effects.relative_error import relative_error, with_margin
 from engine.planning.effects.sample import FINE, Sample, sample
 from engine.planning.effects.simplified import albedos
-from engine.planning.effects.varied import Varied, varied
+from engine.planning.effects.varied import Varied, vary
 from engine.scene.material import Material, auto_sigma
 from engine.shading.directional.effective_light import effective_cosine
 from engine.surface.metallic_roughness import reflectance
@@ -123,21 +123,21 @@ def scenery(
     """Look at a scene: `mesh`, on a ground where there is one, of the BRDF `brdf`, under a rotated map.
 
     `variations` move parameters of the BRDF over the mesh: ValueError for those that it does not have. With a `camera`
-    it is looked at in its picture, else from all around.
+    it is looked at in its image, else from all around.
     """
     place: dict[str, Any] = {"rotation": rotation, "ground": ground, "camera": camera}
     points, views, edge = FINE
     many = sample(mesh, environment, **place)
     fine = sample(mesh, environment, points=points, views=views, edge=edge, seed=1, brdf=brdf, **place)
-    own = varied(mesh, brdf, variations) if variations else None
+    own = vary(mesh, brdf, variations) if variations else None
     if own is not None:
         brdf = with_parameters(brdf, dict(own.mean(many)))
-    light = bounced(many, brdf, ground.albedo if ground else 0.0)
+    light = bounce(many, brdf, ground.albedo if ground else 0.0)
     between = between_vertices(many, camera, len(mesh.faces)) if camera is not None else None
-    return seen_as(brdf, many, fine, light, material, own, between)
+    return observe_as(brdf, many, fine, light, material, own, between)
 
 
-def seen_as(
+def observe_as(
     brdf: Any,
     many: Sample,
     fine: Sample,
@@ -175,11 +175,11 @@ def estimates(scene: Scenery) -> Mapping[str, Estimate]:
 def self_shadowing(scene: Scenery) -> Estimate:
     """Of direct light with V = 1 everywhere."""
     looked = scene.sample
-    if looked.free_share == 1.0:
+    if looked.unoccluded_fraction == 1.0:
         return Estimate("self-shadowing", 0.0, "Every vertex sees its whole hemisphere: nothing shades anything.")
     error = relative_error(scene.radiances.unshadowed, scene.radiances.full, looked.shares)
     text = (
-        f"{percent(1.0 - looked.free_share)} of the vertices see less than their hemisphere, on average "
+        f"{percent(1.0 - looked.unoccluded_fraction)} of the vertices see less than their hemisphere, on average "
         f"{percent(looked.open_share)} of it; without shadows the error of direct light is {percent(error)}."
     )
     return Estimate("self-shadowing", error, text)
@@ -188,7 +188,7 @@ def self_shadowing(scene: Scenery) -> Estimate:
 def interreflection(scene: Scenery) -> Estimate:
     """Of all light without what has met the surface before."""
     name = "interreflection"
-    if scene.sample.free_share == 1.0:
+    if scene.sample.unoccluded_fraction == 1.0:
         return Estimate(name, 0.0, "Every vertex sees its whole hemisphere: no part lights another.")
     one, other = scene.bounced
     squares = (one * other).sum(axis=-1)
@@ -198,7 +198,7 @@ def interreflection(scene: Scenery) -> Estimate:
     albedo, closed = float(albedos(scene.brdf).mean.mean()), 1.0 - scene.sample.open_share
     text = (
         f"An albedo of {number(albedo)} and {percent(closed)} of the view closed by other parts: "
-        f"their light is {percent(error)} of the picture."
+        f"their light is {percent(error)} of the image."
     )
     return Estimate(name, error, text)
 
@@ -237,7 +237,7 @@ def sun_split(scene: Scenery) -> Estimate:
     error = relative_error(scene.methods.unsplit, scene.methods.full, scene.fine.shares)
     what = "One tiny bright source brings" if suns == 1 else f"{suns} tiny bright sources bring"
     share = _share_of_suns(scene.sample)
-    text = f"{what} {percent(share)} of the light; left in the map, the error of the picture is {percent(error)}."
+    text = f"{what} {percent(share)} of the light; left in the map, the error of the image is {percent(error)}."
     return Estimate("sun-split", error, text)
 
 
@@ -255,12 +255,12 @@ def mesostructure(scene: Scenery) -> Estimate:
     rng = np.random.default_rng(0)
     height, width = material.size
     row, column = rng.integers(height, size=TEXELS), rng.integers(width, size=TEXELS)
-    lights = chosen_lights(scene.sample.light.whole, LIGHTS)
+    lights = choose_lights(scene.sample.light.whole, LIGHTS)
     apart, whole = np.zeros(scene.sample.seen.shape), np.zeros(scene.sample.seen.shape)
     if material.pbr is not None:
-        looked_up: Callable[..., Array] = _of_texels
+        looked_up: Callable[..., Array] = _evaluate_texels
     else:
-        looked_up = _directional if material.directional is not None else _of_brightness
+        looked_up = _directional if material.directional is not None else _evaluate_brightness
     for point, (frame, views) in enumerate(zip(scene.sample.frames, scene.sample.views, strict=True)):
         wi = lights.direction @ frame
         product = luminance(scene.brdf.f(wi[None], views[:, None])) * np.maximum(wi[:, 2], 0.0)
@@ -273,7 +273,7 @@ def mesostructure(scene: Scenery) -> Estimate:
     return Estimate("mesostructure", error, f"The texels of the material differ from their mean by {percent(error)}.")
 
 
-def _of_brightness(
+def _evaluate_brightness(
     scene: Scenery, material: Material, row: Indices, column: Indices, _wi: Array, _views: Array, product: Array
 ) -> Array:
     """(T, V, L, 3) of texels for f cos (V, L) under lights `_wi` (L, 3), by the shading map."""
@@ -297,10 +297,10 @@ def _directional(
     azimuth = np.broadcast_to(np.arctan2(wi[:, 1], wi[:, 0]), product.shape)
     cosine = table(product / (largest or 1.0), azimuth).ravel()
     texels = directional.planes[:, row, column].T
-    return directional.looked_up(texels, cosine, azimuth.ravel()).reshape(TEXELS, *product.shape, 3)
+    return directional.sample(texels, cosine, azimuth.ravel()).reshape(TEXELS, *product.shape, 3)
 
 
-def _of_texels(
+def _evaluate_texels(
     _scene: Scenery, material: Material, row: Indices, column: Indices, wi: Array, views: Array, _product: Array
 ) -> Array:
     """The same by PBR maps, each texel in the frame about its normal."""
@@ -333,7 +333,7 @@ def fresnel(scene: Scenery) -> Estimate:
     error = relative_error(scene.radiances.risen, scene.radiances.full, scene.sample.shares)
     if error < NOISE:
         return Estimate("fresnel", 0.0, "The BRDF does not rise towards grazing views.")
-    text = f"Its rise towards grazing views changes the picture by {percent(error)}; it costs nothing."
+    text = f"Its rise towards grazing views changes the image by {percent(error)}; it costs nothing."
     return Estimate("fresnel", error, text)
 
 
@@ -343,5 +343,5 @@ def retro_reflection(scene: Scenery) -> Estimate:
     if found is None:
         return Estimate("retro-reflection", 0.0, "Nothing is sent back towards the light more than across it.")
     error = relative_error(found, scene.radiances.full, scene.sample.shares)
-    text = f"What is sent back towards the light changes the picture by {percent(error)}; it costs nothing."
+    text = f"What is sent back towards the light changes the image by {percent(error)}; it costs nothing."
     return Estimate("retro-reflection", error, text)

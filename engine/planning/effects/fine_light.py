@@ -63,7 +63,7 @@ def fine_light(light: Light) -> FineLight:
     for edge, cut in zip(EDGES, (*CUT, 0), strict=True):
         size = EDGES[-1] // edge
         own = _sums(area, size)
-        split = _most_uneven(np.where(whole, _unevenness(bright, area, size), 0.0), cut)
+        split = _max_uneven(np.where(whole, _unevenness(bright, area, size), 0.0), cut)
         left = whole & ~split
         first = sum(len(each) for each in areas)
         numbers = np.cumsum(left.ravel()).reshape(left.shape) - 1 + first
@@ -93,7 +93,7 @@ def _unevenness(bright: Array, area: Array, size: int) -> Array:
     return _sums(np.abs(bright - _spread(mean, size)) * area, size)
 
 
-def _most_uneven(gain: Array, count: int) -> NDArray[np.bool_]:
+def _max_uneven(gain: Array, count: int) -> NDArray[np.bool_]:
     """The `count` texels of the largest `gain`, those without any apart."""
     chosen = np.zeros(gain.size, np.bool_)
     if count:

@@ -6,7 +6,7 @@ the light and its lamps is compared with the exact radiance (`lobe_pairs`). Pair
 their share of the squares of the radiance, and of those of the glossy part, a third each, because a few at grazing
 angles make most of the error.
 
-In the picture of a camera lobes are mixed across triangles. In some of its pixels, more where lamps are reflected,
+In the image of a camera lobes are mixed across triangles. In some of its pixels, more where lamps are reflected,
 lobes are fitted at the place itself and at the corners of its face; what the mixture of these and those make of the
 light differs where highlights wander off or end on a face. What neighbours do to each other in a bake is not in the
 figure.
@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.geometry.mesh import Mesh
-from engine.planning.effects.between_vertices import Between, of_lamps_between
+from engine.planning.effects.between_vertices import Between, sum_lamps_between
 from engine.planning.effects.estimates import Scenery
 from engine.planning.effects.lobe_pairs import Pairs
 from engine.planning.effects.mode_error import together
@@ -33,7 +33,7 @@ from engine.planning.effects.simplified import lambertian
 from engine.transport.baking.diffuse_specular import parts
 from engine.transport.gaussian.error import part_of
 from engine.transport.gaussian.samples import GlossySurface
-from engine.transport.gaussian.transfer import SeenLobes, mixed
+from engine.transport.gaussian.transfer import SeenLobes, mix
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -117,7 +117,7 @@ def _surface(scene: Scenery, points: Indices) -> GlossySurface:
 
 @lru_cache(maxsize=2)
 def _mixing_error(scene: Scenery) -> float:
-    """Change that mixing a lobe across triangles makes in the picture of a camera, relative to it; 0 without one."""
+    """Change that mixing a lobe across triangles makes in the image of a camera, relative to it; 0 without one."""
     if scene.between is None:
         return 0.0
     pairs, corners, barycentric, weight = _pixels(scene.between, scene)
@@ -127,7 +127,7 @@ def _mixing_error(scene: Scenery) -> float:
     for lobes in pairs.fitted(1, len(pairs.views)):
         seen = pairs.seen(lobes)
         own = SeenLobes(seen.energy[:count], seen.mean[:count], seen.sigma[:count])
-        apart = pairs.under(mixed(seen, corners, barycentric)) - pairs.under(own)
+        apart = pairs.under(mix(seen, corners, barycentric)) - pairs.under(own)
         found.append(float((weight[:, None] * apart**2).sum()))
     whole = float((weight[:, None] * exact**2).sum())
     return math.sqrt(min(found) / whole) if whole > 0.0 else 0.0
@@ -140,7 +140,7 @@ def _pixels(between: Between, scene: Scenery) -> tuple[Pairs, Indices, Array, Ar
     """
     places = between.many
     count = len(places.barycentric)
-    lit = np.abs(of_lamps_between(between, scene.brdf)).sum(axis=1).reshape(4, count)
+    lit = np.abs(sum_lamps_between(between, scene.brdf)).sum(axis=1).reshape(4, count)
     rows, weight = by_worth(lit[0] + lit[1:].max(axis=0), PIXELS, np.random.default_rng(3))
     every = (rows + count * np.arange(4)[:, None]).ravel()
     of, frames, chosen = places.of, places.frames[every], places.chosen[every]

@@ -27,7 +27,7 @@ from engine.transport.gaussian.fitting.fit import Fit, FitSettings, TransportSam
 from engine.transport.gaussian.fitting.lobes import Lobes
 from engine.transport.gaussian.fitting.views import nearest_views, view_directions
 from engine.transport.gaussian.lighting import GaussianLight, lobe_radiance
-from engine.transport.gaussian.samples import GlossySurface, density_local, direct, gathered, on_threads, products
+from engine.transport.gaussian.samples import GlossySurface, density_local, direct, gather, on_threads, products
 from engine.transport.gaussian.transfer import GaussianTransport, SeenLobes, lobes_towards
 from engine.transport.sh.basis import evaluate
 
@@ -65,13 +65,13 @@ class Pairs:
         """Transport towards the views that are mixed for the pair's own; nothing towards the others."""
         asked = nearest_views(self.views)[0]
 
-        def of_pair(pair: int) -> Any:
+        def shade_pair(pair: int) -> Any:
             wanted = np.zeros(len(view_directions()), np.bool_)
             wanted[asked[pair]] = True
             wanted &= view_directions() @ self.surface.frames[pair, :, 2] > 0.0
             return wanted, direct(self.surface, pair, view_directions()[wanted], DIRECTIONS)
 
-        return gathered(on_threads(of_pair, np.arange(len(self.views))))
+        return gather(on_threads(shade_pair, np.arange(len(self.views))))
 
     def fitted(self, lobes: int, count: int) -> list[Lobes]:
         """Lobes of the first `count` pairs, weighed in two ways: nearest to the transport, and with all its energy."""
@@ -104,7 +104,7 @@ class Pairs:
     def both(self) -> tuple[Array, Array]:
         """(M, 3) exact radiance, and that of the diffuse part at the order of a bake."""
         towards = evaluate(DIFFUSE_ORDER, self.fine.direction) @ coefficients(self.light)[: DIFFUSE_ORDER**2]
-        found = on_threads(lambda pair: _summed(self, pair, towards), np.arange(len(self.views)))
+        found = on_threads(lambda pair: _sum_up(self, pair, towards), np.arange(len(self.views)))
         whole, diffuse = zip(*found, strict=True)
         return np.array(whole), np.array(diffuse)
 
@@ -117,7 +117,7 @@ class Pairs:
         return self.both[1]
 
 
-def _summed(pairs: Pairs, pair: int, towards: Array) -> tuple[Array, Array]:
+def _sum_up(pairs: Pairs, pair: int, towards: Array) -> tuple[Array, Array]:
     """(3,) the radiance of a pair, and what the diffuse part makes of light of low order, `towards` (T, 3)."""
     surface, light, frame = pairs.surface, pairs.fine, pairs.surface.frames[pair]
     material = surface.material_at(pair)
@@ -137,7 +137,7 @@ def _summed(pairs: Pairs, pair: int, towards: Array) -> tuple[Array, Array]:
     counts = 1.0 / (1.0 / drawn.weight[0] + 1.0 / light.area[texel])
     whole += (drawn.value[0] * light.radiance[texel] * counts[:, None]).sum(axis=0)
     low = (towards[up] * flat * area[:, None]).sum(axis=0)
-    return whole + _of_lamps(pairs, pair), np.maximum(low, 0.0)
+    return whole + _sum_lamps(pairs, pair), np.maximum(low, 0.0)
 
 
 def _open(surface: GlossySurface, pair: int, direction: Vectors) -> NDArray[np.bool_]:
@@ -147,7 +147,7 @@ def _open(surface: GlossySurface, pair: int, direction: Vectors) -> NDArray[np.b
     return ~np.asarray(surface.of.caster.occluded(origin, direction))
 
 
-def _of_lamps(pairs: Pairs, pair: int) -> Array:
+def _sum_lamps(pairs: Pairs, pair: int) -> Array:
     """(3,) the radiance of a pair by lamps."""
     surface, lamps = pairs.surface, lights_of_all(pairs.light.lamps)
     wi = lamps.direction @ surface.frames[pair]

@@ -4,10 +4,10 @@ Spherical harmonics of an order are the truncated sums of `engine.planning.effec
 summed as they are drawn; wavelets run through the factors of a bake, and through its transform and quantisation, at
 some of the points, and Gaussians through its fit (`engine.planning.effects.lobe_error`). The error of the reference is
 its noise, which falls with the root of the samples. Between the settings that are tried an error is a power law of the
-knob, and along a ladder it never rises, but for terms: those of an isotropic BRDF come in pairs, the sine and cosine of
-a turn, and half a pair may be worse than none. By a camera, errors are what the sample says; from all around they are
-raised by what so few views leave unknown. What a method cannot show (shadows of directional lights, light between
-parts of the model in wavelets) is not in these figures: the plan adds the estimate of that effect.
+parameter, and along a sweep it never rises, but for terms: those of an isotropic BRDF come in pairs, the sine and
+cosine of a turn, and half a pair may be worse than none. By a camera, errors are what the sample says; from all around
+they are raised by what so few views leave unknown. What a method cannot show (shadows of directional lights, light
+between parts of the model in wavelets) is not in these figures: the plan adds the estimate of that effect.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from engine.core.steps import drain
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.mesh import Mesh
 from engine.planning.costs.planned import planning_of
-from engine.planning.costs.setting import Setting, knobs_of
+from engine.planning.costs.setting import Setting, parameters_of
 from engine.planning.effects.between_vertices import interpolation_error
 from engine.planning.effects.estimates import Scenery
 from engine.planning.effects.radiance import LIGHTS, ORDERS
@@ -41,8 +41,8 @@ from engine.transport.wavelet.transfer import (
     check_factors,
     cube_texels,
     light_maps,
-    relit,
-    signed_radiance,
+    relight_transport,
+    sum_signed_radiance,
     transport_vectors,
     vectors_of,
 )
@@ -81,7 +81,7 @@ class ModeErrors:
         """The error of `setting`; ValueError for a mode of which nothing is known."""
         if setting.mode in transport.names():
             return planning_of(setting.mode).error(self, setting)
-        if "directions" in setting.knobs:
+        if "directions" in setting.parameters:
             return max(FLOOR, between(self.lights, setting["directions"]))
         raise ValueError(f"nothing is known of the error of {setting.mode}")
 
@@ -89,7 +89,7 @@ class ModeErrors:
         """True if settings of a mode can draw the scene at all."""
         if mode in transport.names():
             return planning_of(mode).can_draw(self.scene)
-        return "directions" in knobs_of(mode)
+        return "directions" in parameters_of(mode)
 
 
 def wavelet_error(errors: ModeErrors, setting: Setting) -> float:
@@ -127,25 +127,25 @@ def mode_errors(scene: Scenery) -> ModeErrors:
 
 
 def _shares(sample: Sample) -> tuple[Array, ...]:
-    """Weights of pairs in pictures; from all around also equal ones, where grazing views count as in a bake's error."""
+    """Weights of pairs in images; from all around also equal ones, where grazing views count as in a bake's error."""
     return sample.shares if sample.by_camera else (*sample.shares, np.ones(sample.views.shape[:2]))
 
 
 def _falling(errors: dict[int, float]) -> dict[int, float]:
-    """The same where none is below one after it: noise of the sample apart, a larger knob is never worse."""
+    """The same where none is below one after it: noise of the sample apart, a larger parameter is never worse."""
     most = np.maximum.accumulate(list(errors.values())[::-1])[::-1]
-    return {knob: float(error) for knob, error in zip(errors, most, strict=True)}
+    return {parameter: float(error) for parameter, error in zip(errors, most, strict=True)}
 
 
-def between(errors: dict[int, float], knob: float) -> float:
+def between(errors: dict[int, float], parameter: float) -> float:
     """A power law between two of `errors`; beyond the last as between the last two, before the first as there."""
-    knobs = sorted(errors)
-    if len(knobs) == 1:
-        return errors[knobs[0]]
-    high = min(max(int(np.searchsorted(knobs, knob)), 1), len(knobs) - 1)
-    low = knobs[high - 1]
-    one, other = max(errors[low], FLOOR), max(errors[knobs[high]], FLOOR)
-    return one * (knob / low) ** (math.log(other / one) / math.log(knobs[high] / low))
+    parameters = sorted(errors)
+    if len(parameters) == 1:
+        return errors[parameters[0]]
+    high = min(max(int(np.searchsorted(parameters, parameter)), 1), len(parameters) - 1)
+    low = parameters[high - 1]
+    one, other = max(errors[low], FLOOR), max(errors[parameters[high]], FLOOR)
+    return one * (parameter / low) ** (math.log(other / one) / math.log(parameters[high] / low))
 
 
 def can_be_factored(brdf: Any) -> bool:
@@ -167,7 +167,7 @@ def _factors(brdf: Any) -> dict[int, SeparableFactors]:
 def _wavelets(scene: Scenery) -> dict[tuple[int, int], float]:
     sample = scene.fine
     rows = np.arange(0, len(sample.vertices), FEWER)
-    frames = baked_frames(scene, rows)
+    frames = compute_bake_frames(scene, rows)
     light = encode_light(sample.light.cube.radiance)
     visible = np.ascontiguousarray(sample.visible[rows], np.uint8)
     wanted, found = scene.methods.full[rows], {}
@@ -177,8 +177,8 @@ def _wavelets(scene: Scenery) -> dict[tuple[int, int], float]:
         for kept in KEPT:
             with one_thread():
                 transport = _transport(scene, rows, frames, visible, factors, kept)
-                tuples = relit(transport, light) + _of_lamps(scene, rows, frames, factors)
-                signed = signed_radiance(transport, tuples, views, vertices)
+                tuples = relight_transport(transport, light) + _sum_lamps(scene, rows, frames, factors)
+                signed = sum_signed_radiance(transport, tuples, views, vertices)
             value = np.maximum(signed, 0.0).reshape(wanted.shape)
             shares = [each[rows] for each in _shares(sample)]
             found[terms, kept] = relative_error(value, wanted, shares, margin=not sample.by_camera)
@@ -188,7 +188,7 @@ def _wavelets(scene: Scenery) -> dict[tuple[int, int], float]:
     return found
 
 
-def baked_frames(scene: Scenery, rows: NDArray[np.int64]) -> Array:
+def compute_bake_frames(scene: Scenery, rows: NDArray[np.int64]) -> Array:
     """(R, 3, 3) frames in which wavelets are baked: terms cut off mid-pair turn with them, though no BRDF does."""
     along = scene.fine.frames[rows]
     return world_from_tangent(along[:, :, 2]) if scene.brdf.isotropic else along
@@ -216,7 +216,7 @@ def _transport(
     return transport
 
 
-def _of_lamps(scene: Scenery, rows: NDArray[np.int64], frames: Array, factors: SeparableFactors) -> Array:
+def _sum_lamps(scene: Scenery, rows: NDArray[np.int64], frames: Array, factors: SeparableFactors) -> Array:
     """(R, 3) what lamps add to the tuples."""
     sample = scene.fine
     total = np.zeros((len(rows), factors.terms, 3))

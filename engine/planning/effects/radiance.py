@@ -34,7 +34,7 @@ from engine.core.directions import dot, normalize
 from engine.core.one_thread import one_thread
 from engine.geometry.ray_caster import in_chunks, offset_origins
 from engine.light.lamps import directions_for
-from engine.light.light_tree import chosen_lights
+from engine.light.light_tree import choose_lights
 from engine.planning.effects.sample import Light, Sample
 from engine.planning.effects.simplified import Unbrushed, WithoutRetro, albedos, lambertian
 from engine.transport.sh.basis import evaluate
@@ -140,7 +140,7 @@ class _Work:
             self._basis = texel_basis(sample.edge, max(ORDERS))
             self._light = coefficients(sample.light)
             self._cut = {order: _cut(sample.light, order) for order in ORDERS}
-            self._lights = {number: chosen_lights(sample.light.whole, number) for number in LIGHTS}
+            self._lights = {number: choose_lights(sample.light.whole, number) for number in LIGHTS}
             self._unsplit = _unsplit(sample.light) if sample.light.suns else None
         self._colour = np.array(lambertian(brdf).albedo) / math.pi
 
@@ -280,7 +280,7 @@ def _values(order: int, edge: int) -> Array:
 RAYS, SHADOWS = 32, 8
 
 
-def bounced(sample: Sample, brdf: Any, ground_albedo: float = 0.0, seed: int = 0) -> tuple[Array, Array]:
+def bounce(sample: Sample, brdf: Any, ground_albedo: float = 0.0, seed: int = 0) -> tuple[Array, Array]:
     """Two independent estimates (N, K, 3) of the radiance of each pair that has met another surface before.
 
     No ray is cast where no vertex of the model sees another surface.
@@ -297,7 +297,7 @@ def bounced(sample: Sample, brdf: Any, ground_albedo: float = 0.0, seed: int = 0
     met = np.flatnonzero(hits.face >= 0)
     sent = np.zeros((len(world), 3))
     albedo = np.clip(albedos(brdf).mean, 0.0, 1.0)
-    sent[met] = _sent(sample, hits.face[met], hits.barycentric[met], world[met], albedo, ground_albedo, rng)
+    sent[met] = _send(sample, hits.face[met], hits.barycentric[met], world[met], albedo, ground_albedo, rng)
     share = len(met) / len(world)
     sent *= 1.0 / (1.0 - np.minimum(albedo * share, 0.95))
     halves = []
@@ -319,7 +319,7 @@ def _pattern(rng: np.random.Generator, count: int) -> Array:
     return np.stack([radius * np.cos(phi), radius * np.sin(phi), np.sqrt(1.0 - radius**2)], axis=-1)
 
 
-def _sent(
+def _send(
     sample: Sample,
     faces: NDArray[np.int32],
     barycentric: Array,

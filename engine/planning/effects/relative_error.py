@@ -1,4 +1,4 @@
-"""Relative error of a sample of a picture, raised by what so few pairs of point and view leave unknown."""
+"""Relative error of a sample of an image, raised by what so few pairs of point and view leave unknown."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 #: Standard errors that are added to an estimate, and the least and the most that they raise it by.
-MARGIN, LEAST, MOST = 1.0, 1.2, 1.6
+MARGIN, MINIMUM, MAXIMUM = 1.0, 1.2, 1.6
 
 #: An error of less than this is rounding.
 ROUNDING = 1e-9
@@ -24,7 +24,7 @@ def relative_error(
     *,
     difference: Array | None = None,
     margin: bool = True,
-    least: float = LEAST,
+    least: float = MINIMUM,
 ) -> float:
     """The root mean square of `values` − `wanted` (N, K, 3) over that of `wanted`, with its margin, `least` or more.
 
@@ -37,7 +37,7 @@ def relative_error(
     return max(with_margin((apart * w).sum(axis=1), (whole * w).sum(axis=1), margin, least) for w in shares)
 
 
-def with_margin(apart: Array, whole: Array, margin: bool, least: float = LEAST) -> float:
+def with_margin(apart: Array, whole: Array, margin: bool, least: float = MINIMUM) -> float:
     """The root of Σ apart / Σ whole over points, raised by the standard error of that ratio."""
     total, count = float(whole.sum()), len(whole)
     if total <= 0.0:
@@ -49,4 +49,4 @@ def with_margin(apart: Array, whole: Array, margin: bool, least: float = LEAST) 
         return math.sqrt(ratio)
     spread = math.sqrt(count / max(count - 1, 1) * float(((apart - ratio * whole) ** 2).sum())) / total
     raised = math.sqrt(ratio + MARGIN * spread) / math.sqrt(ratio)
-    return math.sqrt(ratio) * min(max(raised, least), MOST)
+    return math.sqrt(ratio) * min(max(raised, least), MAXIMUM)

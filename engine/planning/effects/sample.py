@@ -1,10 +1,10 @@
-"""Some points of a scene and what they see: enough to tell within a second what each effect adds to its pictures.
+"""Some points of a scene and what they see: enough to tell within a second what each effect adds to its images.
 
 Vertices are drawn by the area around them, evenly along the list of vertices, which neighbours share; views of each
 evenly over its hemisphere, and a pair weighs as its cosine: pairs at grazing angles, where highlights are brightest,
-are few in pictures, but make much of their errors. A mean over such pairs is a mean over pixels of pictures from all
+are few in images, but make much of their errors. A mean over such pairs is a mean over pixels of images from all
 around, save that parts of the model hide others: pairs whose view is blocked are marked in `seen`. Where a camera is
-given the pairs are pixels of its picture: a corner of the face that each shows, and the way from there to the eye.
+given the pairs are pixels of its image: a corner of the face that each shows, and the way from there to the eye.
 Light is a cube map of the environment without its suns, which are lamps; visibility is asked once for each texel.
 Effects are estimated from many pairs under a coarse map, because few pairs make most of a highlight; the errors of
 methods from fewer under a finer one.
@@ -32,7 +32,7 @@ from engine.light.lamps import Lamp, lights_of_all
 from engine.light.sun_split import split_sun
 from engine.transport.baking.visibility import Receivers, receivers, visibility_shares
 from engine.transport.sh.transfer import tangent_frames
-from engine.transport.wavelet.lighting import rotated
+from engine.transport.wavelet.lighting import rotate
 from engine.transport.wavelet.transfer import GRAZING, Texels, cube_texels
 
 Array = NDArray[np.float64]
@@ -41,13 +41,13 @@ Array = NDArray[np.float64]
 POINTS, VIEWS, EDGE = 192, 8, 16
 FINE = (128, 4, 32)
 
-#: Pixels along a side of the picture by which a camera looks at the model, and pairs from all around for each of its.
+#: Pixels along a side of the image by which a camera looks at the model, and pairs from all around for each of its.
 SIDE, SHARE = 96, 2
 
 #: Pixels that are looked at under lamps alone.
 LAMP_PIXELS = 2048
 
-#: Pixels along a side of the pictures whose silhouettes are left out.
+#: Pixels along a side of the images whose silhouettes are left out.
 COMPARED = 128
 
 
@@ -69,9 +69,9 @@ def light_of(
 ) -> Light:
     """The light of `environment`, rotated about +Y by `rotation` rad, with `lamps` of the scene beside it."""
     rest, suns = split_sun(environment)
-    rest, whole = rotated(rest, rotation), rotated(environment, rotation)
+    rest, whole = rotate(rest, rotation), rotate(environment, rotation)
     cube = cube_of(rest, edge)
-    moved = tuple(sun.rotated(rotation) for sun in suns)
+    moved = tuple(sun.rotate(rotation) for sun in suns)
     return Light(rest, whole, (*moved, *lamps), len(suns), cube, cube_of(whole, edge) if suns else cube)
 
 
@@ -84,12 +84,12 @@ class Sample:
     surface : the model, with its ground where it has one. of : all its vertices as receivers of light.
     vertices : (N,) of the model.
     frames : (N, 3, 3) with columns tangent, bitangent, normal.
-    views : (N, K, 3) in the frame of the point. weight : (N, K) share that a pair has of a picture.
+    views : (N, K, 3) in the frame of the point. weight : (N, K) share that a pair has of an image.
     seen : (N, K) whether no part of the surface blocks the view.
     visible : (N, 6 edge²) bool, or the visible shares of texels.
     mirrored : the same below the horizon, as a mirror at the tangent plane shows it.
     lamp_direction : (S, 3) world. lamp_irradiance : (S, 3). lamp_lit : (N, S) bool.
-    free_share : of the model's vertices, those that see their whole hemisphere.
+    unoccluded_fraction : of the model's vertices, those that see their whole hemisphere.
     by_camera : whether the views are those of one camera, and not from all around.
     """
 
@@ -106,7 +106,7 @@ class Sample:
     lamp_direction: Array
     lamp_irradiance: Array
     lamp_lit: NDArray[np.bool_]
-    free_share: float
+    unoccluded_fraction: float
     model_vertices: int
     by_camera: bool
 
@@ -155,28 +155,28 @@ def sample(
     sees none of the model, it is looked at from all around. With a `brdf` more of the pixels are where it reflects the
     lamps, and count for less: highlights of a sun lie in few pixels and make most of an error.
     """
-    of, frames, areas = _prepared(mesh, ground)
+    of, frames, areas = _prepare(mesh, ground)
     rng = np.random.default_rng(seed)
     most = points * views // SHARE
     asked = most if brdf is None else LAMP_PIXELS
     pixels = None if camera is None else pixels_of(camera, of, len(mesh.faces), asked, rng)
     light = light_of(environment, rotation, tuple(lamps), edge)
-    scene = Place(of_surface(mesh, ground), of, light, len(mesh.positions))
+    scene = Place(sample_surface(mesh, ground), of, light, len(mesh.positions))
     if pixels is not None and len(pixels.face):
         corner = (np.cumsum(pixels.barycentric, axis=1) < rng.random((len(pixels.face), 1))).sum(axis=1).clip(max=2)
         chosen = of.caster.faces[pixels.face, corner].astype(np.int64)
         local = above(np.einsum("nij,ni->nj", frames[chosen], -pixels.direction))
         if len(chosen) <= most:
             return by_camera(scene, chosen, frames[chosen], local)
-        lit = of_lamps(of, chosen, frames[chosen], local, lights_of_all(light.lamps), brdf)
+        lit = sum_lamps(of, chosen, frames[chosen], local, lights_of_all(light.lamps), brdf)
         rows, weight = by_worth(np.abs(lit).sum(axis=1), most, rng)
         return by_camera(scene, chosen[rows], frames[chosen[rows]], local[rows], weight=weight)
-    chosen = _drawn(areas, points, rng)
+    chosen = _draw(areas, points, rng)
     own = frames[chosen]
     local = _all_around(len(chosen), views, rng)
     world = np.einsum("nij,nkj->nki", own, local).reshape(-1, 3)
     blocked = of.caster.occluded(np.repeat(of.origin[chosen], views, axis=0), world).reshape(-1, views)
-    return _looked(scene, chosen, own, local, local[..., 2], ~blocked, False)
+    return _look(scene, chosen, own, local, local[..., 2], ~blocked, False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,16 +192,16 @@ class Place:
 def by_camera(
     scene: Place, chosen: NDArray[np.int64], frames: Array, local: Array, fine: int = 1, weight: Array | None = None
 ) -> Sample:
-    """The sample of one view (N, 3) of each of the receivers `chosen`, all of them pixels of a picture.
+    """The sample of one view (N, 3) of each of the receivers `chosen`, all of them pixels of an image.
 
     Texels that are partly visible are cut into `fine`² parts. Pixels count for their `weight` (N,), else alike.
     """
     seen = np.ones((len(chosen), 1), np.bool_)
     shares = seen.astype(np.float64) if weight is None else weight[:, None]
-    return _looked(scene, chosen, frames, local[:, None], shares, seen, True, fine)
+    return _look(scene, chosen, frames, local[:, None], shares, seen, True, fine)
 
 
-def of_lamps(
+def sum_lamps(
     of: Receivers, chosen: NDArray[np.int64], frames: Array, views: Array, lights: DistantLights, brdf: Any
 ) -> Array:
     """(N, 3) radiance of `lights` alone at the receivers `chosen`, with `frames` and one of `views` (N, 3) each."""
@@ -225,7 +225,7 @@ def by_worth(worth: Array, most: int, rng: np.random.Generator) -> tuple[NDArray
     return rows, 1.0 / (len(worth) * chance[rows])
 
 
-def _looked(
+def _look(
     scene: Place,
     chosen: NDArray[np.int64],
     own: Array,
@@ -254,7 +254,7 @@ def _looked(
         weight,
         seen,
         visible,
-        _mirrored(visible, own, edge),
+        _mirror(visible, own, edge),
         light,
         directional.direction,
         directional.irradiance,
@@ -265,14 +265,14 @@ def _looked(
     )
 
 
-def of_surface(mesh: Mesh, ground: Ground | None) -> Mesh:
+def sample_surface(mesh: Mesh, ground: Ground | None) -> Mesh:
     return mesh if ground is None else with_ground(mesh, ground)[0]
 
 
 @lru_cache(maxsize=2)
-def _prepared(mesh: Mesh, ground: Ground | None) -> tuple[Receivers, Vectors, Array]:
+def _prepare(mesh: Mesh, ground: Ground | None) -> tuple[Receivers, Vectors, Array]:
     """Receivers, frames, and the area around each vertex of the model; remembered, because plans are made often."""
-    surface = of_surface(mesh, ground)
+    surface = sample_surface(mesh, ground)
     a, b, c = (mesh.positions[mesh.faces[:, corner]] for corner in range(3))
     across = np.cross(b - a, c - a)
     face = np.sqrt(dot(across, across))
@@ -280,7 +280,7 @@ def _prepared(mesh: Mesh, ground: Ground | None) -> tuple[Receivers, Vectors, Ar
     return receivers(surface), tangent_frames(surface), areas
 
 
-def _drawn(areas: Array, points: int, rng: np.random.Generator) -> NDArray[np.int64]:
+def _draw(areas: Array, points: int, rng: np.random.Generator) -> NDArray[np.int64]:
     """(points,) vertices, as often as their share of the area, evenly along the list."""
     total = np.cumsum(areas / areas.max()) if areas.max(initial=0.0) > 0.0 else np.arange(1.0, len(areas) + 1)
     at = (np.arange(points) + rng.random(points)) / points * total[-1]
@@ -296,12 +296,12 @@ def _all_around(count: int, views: int, rng: np.random.Generator) -> Array:
 
 
 def above(directions: Array) -> Array:
-    """(N, 3) unit directions above the horizon, as pictures are drawn; some smooth normals look away from the eye."""
+    """(N, 3) unit directions above the horizon, as images are drawn; some smooth normals look away from the eye."""
     return normalize(np.concatenate([directions[:, :2], np.maximum(directions[:, 2:], GRAZING)], axis=1))
 
 
 class Pixels(NamedTuple):
-    """M places of the model that a picture shows: the face (M,), `barycentric` and the `direction` of view (M, 3)."""
+    """M places of the model that an image shows: the face (M,), `barycentric` and the `direction` of view (M, 3)."""
 
     face: NDArray[np.int32]
     barycentric: Array
@@ -312,24 +312,24 @@ class Pixels(NamedTuple):
 
 
 def pixels_of(camera: Camera, of: Receivers, faces: int, most: int, rng: np.random.Generator) -> Pixels:
-    """Up to `most` pixels of a picture that the first `faces`, the model's, cover, evenly over it.
+    """Up to `most` pixels of an image that the first `faces`, the model's, cover, evenly over it.
 
-    Silhouettes are left out, as where pictures are compared: what a grazing eye sees there is far brighter and darker
+    Silhouettes are left out, as where images are compared: what a grazing eye sees there is far brighter and darker
     than what lies beside it, and is not seen by itself. A model that covers no pixel keeps all that show it.
     """
     row, column = np.mgrid[0:SIDE, 0:SIDE].reshape(2, -1) + rng.random((2, SIDE**2))
     direction = camera.rays(column, row, SIDE, SIDE)
     hits = of.caster.intersect(np.broadcast_to(np.asarray(camera.eye), direction.shape), direction)
     shown = (hits.face >= 0) & (hits.face < faces)
-    covered = shown & _covered(camera, of, faces, row, column)
+    covered = shown & _measure_coverage(camera, of, faces, row, column)
     met = np.flatnonzero(covered if covered.any() else shown)
     if len(met) > most:
         met = met[((np.arange(most) + rng.random(most)) / most * len(met)).astype(np.int64)]
     return Pixels(hits.face[met], hits.barycentric[met], direction[met])
 
 
-def _covered(camera: Camera, of: Receivers, faces: int, row: Array, column: Array) -> NDArray[np.bool_]:
-    """True where the model is also met at the corners of pixels of a picture of `COMPARED`² round the places."""
+def _measure_coverage(camera: Camera, of: Receivers, faces: int, row: Array, column: Array) -> NDArray[np.bool_]:
+    """True where the model is also met at the corners of pixels of an image of `COMPARED`² round the places."""
     covered, half = np.ones(len(row), np.bool_), 0.5 * SIDE / COMPARED
     for down, right in product((-half, half), repeat=2):
         direction = camera.rays(column + right, row + down, SIDE, SIDE)
@@ -338,7 +338,7 @@ def _covered(camera: Camera, of: Receivers, faces: int, row: Array, column: Arra
     return covered
 
 
-def _mirrored(visible: NDArray[Any], frames: Array, edge: int) -> NDArray[Any]:
+def _mirror(visible: NDArray[Any], frames: Array, edge: int) -> NDArray[Any]:
     """`visible` with the texels below each horizon as their mirror images above it are."""
     direction = cube_texels(edge).direction
     result = visible.copy()

@@ -93,7 +93,7 @@ class Unbrushed(_Without):
     def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
         wi, wo = np.broadcast_arrays(np.asarray(wi, np.float64), np.asarray(wo, np.float64))
         angles = np.arange(TURNS) * 2.0 * np.pi / TURNS + 0.1
-        return np.asarray(sum(self.brdf.f(_turned(wi, angle), _turned(wo, angle)) for angle in angles) / TURNS)
+        return np.asarray(sum(self.brdf.f(_turn(wi, angle), _turn(wo, angle)) for angle in angles) / TURNS)
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class WithoutRise(_Without):
         return np.asarray(self.brdf.f(wi, wo) * share[..., None])
 
 
-def _turned(direction: Vectors, angle: float) -> Vectors:
+def _turn(direction: Vectors, angle: float) -> Vectors:
     """`direction` (..., 3) rotated about +z."""
     x, y, z = np.moveaxis(direction, -1, 0)
     cosine, sine = np.cos(angle), np.sin(angle)

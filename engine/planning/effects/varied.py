@@ -19,7 +19,7 @@ from engine.geometry.mesh import Mesh
 from engine.planning.effects.sample import Sample
 from engine.transport.baking.spatially_varying import (
     Variation,
-    checked_variations,
+    check_variations,
     vertex_values,
     with_parameters,
 )
@@ -37,7 +37,7 @@ class Varied:
 
     def mean(self, sample: Sample) -> Mapping[str, float]:
         """Mean of each parameter over `sample`."""
-        weight = received(sample)
+        weight = measure_received(sample)
         if weight.sum() <= 0.0:
             weight = np.ones(len(weight))
         rows = sample.vertices
@@ -52,14 +52,14 @@ class Varied:
         ]
 
 
-def varied(mesh: Mesh, brdf: Brdf, variations: Sequence[Variation]) -> Varied:
-    """The BRDF of `mesh`; ValueError for parameters that it does not have, InputError for what is no picture."""
-    checked = checked_variations(brdf, variations)
+def vary(mesh: Mesh, brdf: Brdf, variations: Sequence[Variation]) -> Varied:
+    """The BRDF of `mesh`; ValueError for parameters that it does not have, InputError for what is no image."""
+    checked = check_variations(brdf, variations)
     values = {each.parameter: each.at(vertex_values(mesh, each.source)) for each in checked}
     return Varied(brdf, checked, MappingProxyType(values))
 
 
-def received(sample: Sample) -> Array:
+def measure_received(sample: Sample) -> Array:
     """(N,) luminance of the irradiance of each point."""
     normal = sample.frames[:, :, 2]
     cosine = np.maximum(normal @ sample.texels.direction.T, 0.0) * sample.visible

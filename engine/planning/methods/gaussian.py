@@ -25,7 +25,7 @@ from engine.transport.gaussian.fitting.lobes import Lobes
 from engine.transport.gaussian.fitting.views import VIEWS
 from engine.transport.gaussian.transfer import GaussianTransport
 from engine.transport.method import Subject
-from engine.transport.relit import RelitGaussians, relit_gaussians
+from engine.transport.relight import RelightGaussians, relight_gaussians
 from engine.transport.sh.bake import default_edge
 from engine.transport.sh.transfer import is_diffuse
 
@@ -49,7 +49,9 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
         bake_s += load.model * load.closed * model.rate("gaussian-indirect")
         bake_s += (BOUNCES + 1) * load.vertices * model.bounce_s("vector", DIFFUSE_ORDER, load)
     values = load.vertices * DIFFUSE_ORDER**2 * (3 if bounces else 1)
-    relight_s = model.turned_s("light-sh", DIFFUSE_ORDER, load) + model.rate("relight-sh", DIFFUSE_ORDER) * values
+    relight_s = (
+        model.measure_turning_s("light-sh", DIFFUSE_ORDER, load) + model.rate("relight-sh", DIFFUSE_ORDER) * values
+    )
     frame_s = model.frame_s("gaussian", lobes * (2 if bounces else 1), load)
     sizes = gaussians(setting, load)
     bake_s += model.rate("file-byte") * sizes.file
@@ -69,7 +71,7 @@ def can_draw(scene: Any) -> bool:
 
 def suits(offers: Any, skipped: frozenset[str]) -> bool:
     """True where what is left has a model's own parts, without which nothing is cut into lobes."""
-    if any(offers.estimated(name) != 0.0 for name in skipped & _PARTS):
+    if any(offers.estimate(name) != 0.0 for name in skipped & _PARTS):
         return False
     brdf, force = offers.scene.brdf, offers.wishes.force
     if {"glossy", "anisotropy"} & force and (is_diffuse(brdf) or ("anisotropy" in force and brdf.isotropic)):
@@ -77,21 +79,21 @@ def suits(offers: Any, skipped: frozenset[str]) -> bool:
     return can_draw(offers.scene)
 
 
-def adapted(setting: Setting, _diffuse: bool) -> Setting:
+def adapt(setting: Setting, _diffuse: bool) -> Setting:
     """Nothing diffuse is drawn with lobes."""
     return setting
 
 
-def drawn(_kind: str, knob: int, mesh: Mesh) -> RelitGaussians:
+def draw(_kind: str, parameter: int, mesh: Mesh) -> RelightGaussians:
     """So many lobes that point up, all alike."""
     count = len(mesh.positions)
-    up = np.broadcast_to(np.array([0.0, 1.0, 0.0], np.float32), (count, VIEWS, knob, 3))
+    up = np.broadcast_to(np.array([0.0, 1.0, 0.0], np.float32), (count, VIEWS, parameter, 3))
     alike = Lobes(np.ones_like(up), up, np.full(up.shape[:3], 0.2, np.float32))
     environment = EnvironmentMap(np.ones((32, 64, 3), np.float32))
-    return relit_gaussians(GaussianTransport(mesh, count, 0.0, (alike,), None), environment)
+    return relight_gaussians(GaussianTransport(mesh, count, 0.0, (alike,), None), environment)
 
 
-def setting_of(relit: RelitGaussians) -> Setting:
+def setting_of(relit: RelightGaussians) -> Setting:
     """That of its lobes, of which light from the model itself has as many."""
     components = relit.transport.components
     return Setting("gaussian", {"lobes": components[0].sigma.shape[2], "interreflection": len(components) - 1})

@@ -18,7 +18,7 @@ from engine.planning.effects.mode_error import FLOOR, ModeErrors, between, toget
 from engine.transport.baking.settings import BOUNCES, ShSettings
 from engine.transport.baking.visibility import every_ray
 from engine.transport.method import Subject
-from engine.transport.relit import RelitSh
+from engine.transport.relight import RelightSh
 from engine.transport.sh import bake as sh_bake
 from engine.transport.sh.bake import default_edge
 from engine.transport.sh.brdf_table import BrdfTable, lambert_table
@@ -48,7 +48,7 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
     bake_s += model.rate("file-byte") * sizes.file
     rows = load.vertices - matrices + matrices * order**2
     values = rows * order**2 * channels(setting, load)
-    relight_s = model.turned_s("light-sh", order, load) + model.rate("relight-sh", order) * values
+    relight_s = model.measure_turning_s("light-sh", order, load) + model.rate("relight-sh", order) * values
     frame_s = model.frame_s("sh-flat" if load.diffuse else "sh", order**2, load)
     return Cost(bake_s, relight_s, frame_s, sizes.memory, sizes.file)
 
@@ -81,21 +81,21 @@ def suits(_offers: Any, _skipped: frozenset[str]) -> bool:
     return True
 
 
-def adapted(setting: Setting, _diffuse: bool) -> Setting:
-    """All knobs matter of a diffuse BRDF too."""
+def adapt(setting: Setting, _diffuse: bool) -> Setting:
+    """All parameters matter of a diffuse BRDF too."""
     return setting
 
 
-def drawn(kind: str, knob: int, mesh: Mesh) -> RelitSh:
+def draw(kind: str, parameter: int, mesh: Mesh) -> RelightSh:
     """So many coefficients, of a table or, where it is flat, of a diffuse BRDF."""
-    count, order, flat = len(mesh.positions), math.isqrt(knob), kind == "sh-flat"
-    table = lambert_table(Lambert((0.5, 0.5, 0.5)), order) if flat else BrdfTable(order, np.ones((256, knob, 3)))
-    rows = count * (1 if flat else knob)
-    nothing_yet = np.broadcast_to(np.float32(0.0), (rows, 1, knob))
-    return RelitSh(ShTransport(mesh, count, flat, 0.0, table, False, nothing_yet), np.ones((rows, 3), np.float32))
+    count, order, flat = len(mesh.positions), math.isqrt(parameter), kind == "sh-flat"
+    table = lambert_table(Lambert((0.5, 0.5, 0.5)), order) if flat else BrdfTable(order, np.ones((256, parameter, 3)))
+    rows = count * (1 if flat else parameter)
+    nothing_yet = np.broadcast_to(np.float32(0.0), (rows, 1, parameter))
+    return RelightSh(ShTransport(mesh, count, flat, 0.0, table, False, nothing_yet), np.ones((rows, 3), np.float32))
 
 
-def setting_of(relit: RelitSh) -> Setting:
+def setting_of(relit: RelightSh) -> Setting:
     """That of its order: bounces lie in the rows."""
     return Setting("sh", {"order": relit.transport.order})
 

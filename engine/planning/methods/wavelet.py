@@ -21,7 +21,7 @@ from engine.transport.baking.occluder import Occluder
 from engine.transport.baking.settings import WaveletSettings
 from engine.transport.baking.visibility import Receivers, every_ray
 from engine.transport.method import Subject
-from engine.transport.relit import RelitWavelets
+from engine.transport.relight import RelightWavelets
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.haar import FACES
 from engine.transport.wavelet.transfer import Vectors16, WaveletTransport
@@ -48,7 +48,7 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
     cutting = model.rate("wavelet-coefficients", kept) / model.rate("wavelet-coefficients", 96)
     bake_s = model.rate("wavelet-fixed") + model.rays_s(edge, load)
     bake_s += rows * model.rate("wavelet-row", edge) * cutting
-    relight_s = model.turned_s("light-wavelet", edge, load) + model.rate("relight-wavelet", kept) * rows
+    relight_s = model.measure_turning_s("light-wavelet", edge, load) + model.rate("relight-wavelet", kept) * rows
     relight_s += load.lamps * load.vertices * model.rate("ray") * load.ray_scale
     sizes = wavelets(setting, load)
     bake_s += model.rate("file-byte") * sizes.file
@@ -70,15 +70,15 @@ def suits(offers: Any, _skipped: frozenset[str]) -> bool:
     return can_draw(offers.scene)
 
 
-def adapted(setting: Setting, diffuse: bool) -> Setting:
+def adapt(setting: Setting, diffuse: bool) -> Setting:
     """One term is a diffuse BRDF."""
-    return setting.replaced(terms=1) if diffuse else setting
+    return setting.replace(terms=1) if diffuse else setting
 
 
-def drawn(_kind: str, knob: int, mesh: Mesh) -> RelitWavelets:
+def draw(_kind: str, parameter: int, mesh: Mesh) -> RelightWavelets:
     """So many terms."""
     count = len(mesh.positions)
-    rows, maps = count * knob, np.ones((knob, 48, 48, 3), np.float32)
+    rows, maps = count * parameter, np.ones((parameter, 48, 48, 3), np.float32)
     factors = SeparableFactors(HemisphereMap("orthographic", 48), "in-out", maps, maps, True, True, "frames")
     nothing = Vectors16(
         np.zeros((rows, 1), np.uint16),
@@ -86,10 +86,10 @@ def drawn(_kind: str, knob: int, mesh: Mesh) -> RelitWavelets:
         np.zeros((rows, 3), np.float32),
         np.zeros(rows, np.uint16),
     )
-    return RelitWavelets(WaveletTransport(mesh, count, factors, 0.0, 64, nothing), np.ones((rows, 3)))
+    return RelightWavelets(WaveletTransport(mesh, count, factors, 0.0, 64, nothing), np.ones((rows, 3)))
 
 
-def setting_of(relit: RelitWavelets) -> Setting:
+def setting_of(relit: RelightWavelets) -> Setting:
     """That of its terms: coefficients end with the light."""
     return Setting("wavelet", {"terms": relit.transport.factors.terms})
 

@@ -14,15 +14,15 @@ from engine.factor.homomorphic import LogSpace
 from engine.factor.solvers.quaternions import Pair, compose, matrix, multiply, power, unit
 from engine.factor.solvers.svd import svd
 from engine.selftest.case import Found
-from engine.selftest.generated.law import SEED, SHARE, Law, Values, decades, drawn, many
+from engine.selftest.generated.law import SEED, SHARE, Law, Values, decades, draw, many
 
 U64 = 2.0**-53
 
 #: Most numbers that the parameters of a model are, three for a colour.
-MOST_NUMBERS = max(sum(3 if each.is_colour else 1 for each in parameters(model)) for model in MODELS.values())
+MAX_NUMBERS = max(sum(3 if each.is_colour else 1 for each in parameters(model)) for model in MODELS.values())
 
 #: The place of each of them within its range, from 0 to 1.
-_PARAMETERS = st.lists(SHARE, min_size=MOST_NUMBERS, max_size=MOST_NUMBERS)
+_PARAMETERS = st.lists(SHARE, min_size=MAX_NUMBERS, max_size=MAX_NUMBERS)
 _MODEL = {"model": st.sampled_from(sorted(MODELS)), "shares": _PARAMETERS}
 
 #: The cosine and the azimuth of a direction; grazing ones are drawn as often as others.
@@ -118,7 +118,7 @@ def _decomposition(case: Values) -> Found:
     return float((rest + rounding) / (np.linalg.norm(values[terms:]) + rounding)), 2.0
 
 
-def _clustered(case: Values) -> Found:
+def _cluster(case: Values) -> Found:
     figure, _ = _decomposition({**case, "values": [case["value"] * (1.0 + gap) for gap in case["gaps"]]})
     return figure, 2.0
 
@@ -144,40 +144,40 @@ _COLOUR = st.lists(_DARK_TO_BRIGHT, min_size=3, max_size=3)
 _GAP = st.one_of(st.just(0.0), decades(-15, -3))
 
 LAWS = (
-    Law("BR1", "values of models that are not finite, or below 0", drawn(**_MODEL, **_PAIRS), _values_are_finite),
-    Law("BR9", "relative difference when light and viewer are exchanged", drawn(**_MODEL, **_PAIRS), _exchange),
-    Law("BR10", "largest albedo of models that keep energy", drawn(**_MODEL, wi=_PAIRS["wi"]), _energy),
-    Law("BR12", "models that are others after writing and reading their text", drawn(**_MODEL), _text),
+    Law("BR1", "values of models that are not finite, or below 0", draw(**_MODEL, **_PAIRS), _values_are_finite),
+    Law("BR9", "relative difference when light and viewer are exchanged", draw(**_MODEL, **_PAIRS), _exchange),
+    Law("BR10", "largest albedo of models that keep energy", draw(**_MODEL, wi=_PAIRS["wi"]), _energy),
+    Law("BR12", "models that are others after writing and reading their text", draw(**_MODEL), _text),
     Law(
         "F1",
         "deviation of tangent frames from orthonormal and right-handed",
-        drawn(normals=many(_VECTOR), scale=decades(-100, 100)),
+        draw(normals=many(_VECTOR), scale=decades(-100, 100)),
         _frames,
     ),
-    Law("M5", "error of half and difference angles there and back, in radians", drawn(angles=_ANGLES), _angles),
-    Law("L1", "relative error of logarithms there and back, zeros included", drawn(values=many(_COLOUR)), _logarithms),
+    Law("M5", "error of half and difference angles there and back, in radians", draw(angles=_ANGLES), _angles),
+    Law("L1", "relative error of logarithms there and back, zeros included", draw(values=many(_COLOUR)), _logarithms),
     Law(
         "W6",
         "residual of a decomposition, over the least possible",
-        drawn(values=many(decades(-12, 3), 1, 16), seed=SEED, share=SHARE),
+        draw(values=many(decades(-12, 3), 1, 16), seed=SEED, share=SHARE),
         _decomposition,
     ),
     Law(
         "W7",
         "residual of a decomposition with nearly equal values, over the least possible",
-        drawn(value=decades(-3, 3), gaps=many(_GAP, 2, 16), seed=SEED, share=SHARE),
-        _clustered,
+        draw(value=decades(-3, 3), gaps=many(_GAP, 2, 16), seed=SEED, share=SHARE),
+        _cluster,
     ),
     Law(
         "Q1",
         "error of half of a turn, twice",
-        drawn(w=st.one_of(st.floats(-1.0, -1e-3), st.floats(1e-3, 1.0)), axis=_VECTOR),
+        draw(w=st.one_of(st.floats(-1.0, -1e-3), st.floats(1e-3, 1.0)), axis=_VECTOR),
         _half_turns,
     ),
     Law(
         "Q5",
         "deviation of turns after each other from orthogonal",
-        drawn(pairs=many(st.tuples(_VECTOR, _VECTOR).map(list))),
+        draw(pairs=many(st.tuples(_VECTOR, _VECTOR).map(list))),
         _rotations,
     ),
 )

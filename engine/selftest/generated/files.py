@@ -1,4 +1,4 @@
-"""Laws of files of strangers: text in any coding, and damaged models, pictures and measurements."""
+"""Laws of files of strangers: text in any coding, and damaged models, images and measurements."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from engine.core.errors import InputError
 from engine.geometry.mesh_weld import without_gaps
 from engine.images.encode import encode_exr, encode_png, rgb_channels
 from engine.selftest.case import Found
-from engine.selftest.generated.law import SEED, SHARE, Law, Values, decades, drawn, many
-from engine.selftest.light import ball
+from engine.selftest.generated.law import SEED, SHARE, Law, Values, decades, draw, many
+from engine.selftest.light import sphere
 from engine.storage.text import utf8
 from engine.storage.untrusted import decode_content
 
 _MESH = "engine.geometry.mesh:decode_mesh"
-_PICTURE = "engine.images.decode:decode"
+_IMAGE = "engine.images.decode:decode"
 
 
 #: Kinds of files that are damaged.
@@ -30,7 +30,7 @@ FILES = ("model.obj", "model.off", "model.stl", "picture.png", "picture.exr", "p
 def _good() -> dict[str, tuple[str, bytes]]:
     """Small good files: the decoder of each, and its content."""
     image = np.random.default_rng(0).random((9, 7, 3)).astype(np.float32)
-    model = ball(3)
+    model = sphere(3)
     corners = "".join(f"v {x:.6g} {y:.6g} {z:.6g}\n" for x, y, z in model.positions)
     faces = "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in model.faces)
     off = f"OFF\n{len(model.positions)} {len(model.faces)} 0\n" + corners.replace("v ", "")
@@ -43,13 +43,13 @@ def _good() -> dict[str, tuple[str, bytes]]:
         "model.obj": (_MESH, (corners + faces).encode()),
         "model.off": (_MESH, off.encode()),
         "model.stl": (_MESH, bytes(80) + np.uint32(len(rows)).tobytes() + rows.tobytes()),
-        "picture.png": (_PICTURE, encode_png((255.0 * image).astype(np.uint8))),
-        "picture.exr": (_PICTURE, encode_exr(rgb_channels(image))),
-        "picture.hdr": (_PICTURE, radiance),
+        "picture.png": (_IMAGE, encode_png((255.0 * image).astype(np.uint8))),
+        "picture.exr": (_IMAGE, encode_exr(rgb_channels(image))),
+        "picture.hdr": (_IMAGE, radiance),
     }
 
 
-def damaged(case: Values) -> bytes:
+def find_damaged(case: Values) -> bytes:
     """The content of the case's file with its damage: bytes that are others, and an end that is missing."""
     content = bytearray(_good()[case["file"]][1])
     for share, byte in case["others"]:
@@ -57,7 +57,7 @@ def damaged(case: Values) -> bytes:
     return bytes(content[: max(1, round(case["rest"] * len(content)))])
 
 
-def _decoded(name: str, content: bytes) -> dict[str, Any]:
+def _decode(name: str, content: bytes) -> dict[str, Any]:
     options: dict[str, Any] = {"beside": {}} if name.startswith("model") else {}
     return decode_content(_good()[name][0], name, content, **options)
 
@@ -65,7 +65,7 @@ def _decoded(name: str, content: bytes) -> dict[str, Any]:
 def _damage(case: Values) -> Found:
     """That a damaged file is refused is an answer, also by a decoder that a damage ends."""
     try:
-        reply = _decoded(case["file"], damaged(case))
+        reply = _decode(case["file"], find_damaged(case))
     except InputError:
         return 0.0, 0.0
     arrays = [each for each in reply.values() if isinstance(each, np.ndarray) and each.dtype.kind == "f"]
@@ -75,7 +75,7 @@ def _damage(case: Values) -> Found:
 def _any_bytes(case: Values) -> Found:
     for name in FILES:
         try:
-            _decoded(name, base64.b64decode(case["base64"]))
+            _decode(name, base64.b64decode(case["base64"]))
         except InputError:
             continue
     return 0.0, 0.0
@@ -89,7 +89,7 @@ def _codings(case: Values) -> Found:
 
 def _gaps(case: Values) -> Found:
     """A closed model whose triangles have corners of their own, off by up to 1e-7 of its size, of any size."""
-    model = ball(6)
+    model = sphere(6)
     corners = (case["scale"] * model.positions[model.faces].reshape(-1, 3)).astype(np.float64)
     moved = corners + case["scale"] * np.random.default_rng(case["seed"]).uniform(-1e-7, 1e-7, corners.shape)
     closed, _ = without_gaps(moved, np.arange(len(moved)).reshape(-1, 3))
@@ -102,7 +102,7 @@ LAWS = (
     Law(
         "D2",
         "damaged files that give numbers that are none, or another answer than a refusal",
-        drawn(
+        draw(
             file=st.sampled_from(FILES),
             others=many(st.tuples(SHARE, st.integers(0, 255)).map(list), 0, 8),
             rest=st.one_of(st.just(1.0), SHARE),
@@ -112,9 +112,9 @@ LAWS = (
     Law(
         "D3",
         "contents that no decoder can refuse",
-        drawn(base64=st.binary(min_size=1, max_size=200).map(lambda each: base64.b64encode(each).decode())),
+        draw(base64=st.binary(min_size=1, max_size=200).map(lambda each: base64.b64encode(each).decode())),
         _any_bytes,
     ),
-    Law("N4", "texts in UTF-16 that are not read", drawn(text=_TEXT), _codings),
-    Law("N3", "points too many in a model whose corners differ", drawn(scale=decades(-20, 14), seed=SEED), _gaps),
+    Law("N4", "texts in UTF-16 that are not read", draw(text=_TEXT), _codings),
+    Law("N3", "points too many in a model whose corners differ", draw(scale=decades(-20, 14), seed=SEED), _gaps),
 )

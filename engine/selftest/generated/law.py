@@ -28,7 +28,7 @@ class Law:
     ask: Callable[[Values], Found]
 
 
-def drawn(**values: st.SearchStrategy[Any]) -> st.SearchStrategy[Values]:
+def draw(**values: st.SearchStrategy[Any]) -> st.SearchStrategy[Values]:
     """Cases of values by name."""
     return st.fixed_dictionaries(values)
 

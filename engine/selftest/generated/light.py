@@ -10,10 +10,10 @@ from engine.core.directions import normalize
 from engine.light.cube_map import CubeMap, cube_of, mean_radiance
 from engine.light.environment import EnvironmentMap, solid_angles
 from engine.light.environment_file import repair
-from engine.light.gaussian_prefilter import gaussian_integral, prefiltered
+from engine.light.gaussian_prefilter import gaussian_integral, prefilter
 from engine.light.sun_split import split_sun
 from engine.selftest.case import Found
-from engine.selftest.generated.law import SEED, SHARE, Law, Values, decades, drawn, many
+from engine.selftest.generated.law import SEED, SHARE, Law, Values, decades, draw, many
 from engine.transport.sh.basis import evaluate
 from engine.transport.sh.lighting import project
 from engine.transport.sh.rotation import rotation
@@ -42,7 +42,7 @@ def _turns(case: Values) -> Found:
     return float(np.abs(rotation(ORDER, one @ other) - both).max()), 1e-12
 
 
-def _turned_light(case: Values) -> Found:
+def _turn_light(case: Values) -> Found:
     """A function turned by its coefficients is the function at directions turned back."""
     turn = _turn(case["turn"])
     rng = np.random.default_rng(case["seed"])
@@ -103,7 +103,7 @@ def _wavelet_light(case: Values) -> Found:
     return float(not (np.isfinite(found.energy_error_rel) and found.energy_error_rel >= 0.0)), 0.0
 
 
-def _repaired(case: Values) -> Found:
+def _repair(case: Values) -> Found:
     """Values that are no radiance after the repair, and good ones that it changes."""
     texels = np.array(case["texels"], np.float32)
     radiance = np.broadcast_to(texels[:, None], (len(texels), 4, 3)).copy()
@@ -120,12 +120,12 @@ def _integrals(case: Values) -> Found:
 
 
 def _even(case: Values) -> Found:
-    levels = prefiltered(CubeMap(np.full((6, EDGE, EDGE, 3), case["radiance"], np.float32)), SIGMAS).levels
+    levels = prefilter(CubeMap(np.full((6, EDGE, EDGE, 3), case["radiance"], np.float32)), SIGMAS).levels
     return max(float(np.abs(level / np.float32(case["radiance"]) - 1.0).max()) for level in levels), 1e-5
 
 
 _TURN = st.lists(st.one_of(st.floats(-3.2, 3.2), decades(-15, -3)), min_size=3, max_size=3)
-_SKY = drawn(
+_SKY = draw(
     sky=decades(-3, 6), sun=st.one_of(st.just(0.0), decades(-3, 9)), at=st.tuples(SHARE, SHARE).map(list), seed=SEED
 )
 _POINTS = many(st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3))
@@ -135,28 +135,28 @@ LAWS = (
     Law(
         "H2",
         "relative error of the addition theorem, order 15",
-        drawn(points=_POINTS, scale=decades(-100, 100)),
+        draw(points=_POINTS, scale=decades(-100, 100)),
         _addition,
     ),
-    Law("H5", "error of two rotations after each other", drawn(turns=st.tuples(_TURN, _TURN).map(list)), _turns),
-    Law("H7", "error of a function turned by its coefficients", drawn(turn=_TURN, seed=SEED), _turned_light),
+    Law("H5", "error of two rotations after each other", draw(turns=st.tuples(_TURN, _TURN).map(list)), _turns),
+    Law("H7", "error of a function turned by its coefficients", draw(turn=_TURN, seed=SEED), _turn_light),
     Law("EN6", "relative change of the light by splitting suns off", _SKY, _flux),
     Law("EN4", "relative change of the light from map to cube", _SKY, _cube),
-    Law("EN1", "relative error of even light after filtering", drawn(radiance=decades(-20, 15)), _even),
-    Law("EN5", "texels that a repair leaves bad, or changes without need", drawn(texels=many(_TEXEL)), _repaired),
-    Law("Z1", "relative error of pictures after the transform and back", drawn(size=decades(-9, 9), seed=SEED), _haar),
+    Law("EN1", "relative error of even light after filtering", draw(radiance=decades(-20, 15)), _even),
+    Law("EN5", "texels that a repair leaves bad, or changes without need", draw(texels=many(_TEXEL)), _repair),
+    Law("Z1", "relative error of images after the transform and back", draw(size=decades(-9, 9), seed=SEED), _haar),
     Law(
         "Z9",
         "error of quantised coefficients, in halves of a step",
-        drawn(sizes=st.tuples(*[decades(-9, 9)] * 3).map(list), seed=SEED),
+        draw(sizes=st.tuples(*[decades(-9, 9)] * 3).map(list), seed=SEED),
         _codes,
     ),
     Law(
         "Z10",
         "error of packed coefficients after unpacking",
-        drawn(shares=many(st.tuples(SHARE, SHARE, SHARE).map(list))),
+        draw(shares=many(st.tuples(SHARE, SHARE, SHARE).map(list))),
         _words,
     ),
     Law("X6", "skies whose error in wavelets is no number", _SKY, _wavelet_light),
-    Law("G4", "error of integrals of Gaussians", drawn(sigmas=many(decades(-6, 8), 2)), _integrals),
+    Law("G4", "error of integrals of Gaussians", draw(sigmas=many(decades(-6, 8), 2)), _integrals),
 )

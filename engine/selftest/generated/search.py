@@ -17,22 +17,22 @@ from hypothesis import HealthCheck, Phase, Verbosity, given, seed, settings
 from engine.core.errors import InputError, UsageError
 from engine.core.steps import Step, Steps
 from engine.selftest.case import Case, Question
-from engine.selftest.generated import brdf, files, light, pictures
+from engine.selftest.generated import brdf, files, images, light
 from engine.selftest.generated.law import Law, Values
-from engine.selftest.run import asked
+from engine.selftest.run import ask as asked
 from engine.storage.atomic import write_bytes
 from engine.storage.untrusted import read_bytes
 
-LAWS: tuple[Law, ...] = (*pictures.LAWS, *brdf.LAWS, *light.LAWS, *files.LAWS)
+LAWS: tuple[Law, ...] = (*images.LAWS, *brdf.LAWS, *light.LAWS, *files.LAWS)
 
 #: Cases of a whole search, over all laws, and rounds in which they are drawn; a search can be cancelled between laws.
 CASES, ROUNDS = 10_000, 10
 
 #: The most cases of a search, and the most that are drawn of a law between two moments at which it can be cancelled.
-MOST_CASES, MOST_AT_ONCE = 10**9, 100
+MAX_CASES, MAX_AT_ONCE = 10**9, 100
 
 #: Schema of a file of cases, and the most bytes that are read of one.
-SCHEMA, MOST_BYTES = "lightarc-selftest-cases-1", 1 << 18
+SCHEMA, MAX_BYTES = "lightarc-selftest-cases-1", 1 << 18
 
 
 @dataclass(frozen=True)
@@ -57,16 +57,16 @@ class Searched:
 def search(cases: int = CASES, first_seed: int = 0, only: Sequence[str] = ()) -> Steps[Searched]:
     """Some `cases` over all laws, or those of the ids `only`, from `first_seed` on; a broken law is not asked again.
 
-    About 25 ms a case on two cores, most of it the decoders. UsageError for a number of cases outside 1 … `MOST_CASES`,
+    About 25 ms a case on two cores, most of it the decoders. UsageError for a number of cases outside 1 … `MAX_CASES`,
     and for an id that is not known.
     """
-    if not 1 <= cases <= MOST_CASES:
-        raise UsageError(f"the number of cases must lie between 1 and {MOST_CASES:,}")
+    if not 1 <= cases <= MAX_CASES:
+        raise UsageError(f"the number of cases must lie between 1 and {MAX_CASES:,}")
     laws = [law for law in LAWS if not only or law.id in only]
     if not laws or set(only) - {law.id for law in laws}:
         raise UsageError(f"no law is called so; known are {', '.join(law.id for law in LAWS)}")
     drawn, broken = 0, dict[str, Broken]()
-    each = min(math.ceil(cases / (len(laws) * ROUNDS)), MOST_AT_ONCE)
+    each = min(math.ceil(cases / (len(laws) * ROUNDS)), MAX_AT_ONCE)
     rounds = math.ceil(cases / (len(laws) * each))
     for number in range(rounds):
         for place, law in enumerate(laws):
@@ -74,7 +74,7 @@ def search(cases: int = CASES, first_seed: int = 0, only: Sequence[str] = ()) ->
             yield Step(share, f"{drawn} cases, {len(broken)} laws broken; {law.text}")
             if law.id in broken:
                 continue
-            count, worst = _broken(law, each, first_seed + number)
+            count, worst = _find_broken(law, each, first_seed + number)
             drawn += count
             if worst is not None:
                 broken[law.id] = worst
@@ -85,7 +85,7 @@ def ask(law: Law, values: Values) -> Case:
     return asked(Question(law.id, law.text, lambda: law.ask(values)))
 
 
-def _broken(law: Law, count: int, number: int) -> tuple[int, Broken | None]:
+def _find_broken(law: Law, count: int, number: int) -> tuple[int, Broken | None]:
     """The number of cases drawn, and the smallest that breaks the law, which is the last that Hypothesis asks."""
     found: list[Broken] = []
     drawn = 0
@@ -136,7 +136,7 @@ def ask_file(path: Path) -> Steps[tuple[Case, ...]]:
     """The cases of a file, asked on this machine; InputError for what is no such file."""
     laws = {law.id: law for law in LAWS}
     try:
-        record: Any = json.loads(read_bytes(path, MOST_BYTES))
+        record: Any = json.loads(read_bytes(path, MAX_BYTES))
         if record["schema"] != SCHEMA:
             raise ValueError
         asked_again = [(laws[each["law"]], dict(each["values"])) for each in record["cases"]]

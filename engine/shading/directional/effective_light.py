@@ -2,15 +2,15 @@
 
 Kautz2004 lets a texel know the light by r = sigma f(l, v) cos(theta) alone (Kautz2004 Eq. 2). The photographs are
 taken from above, v = n, so that a lamp at elevation theta' has r' = sigma f(l', n) cos(theta'). A texel under a light l
-that is seen from v looks as in the picture of the lamp of equal r and, as shadows tell the side that light comes from,
+that is seen from v looks as in the image of the lamp of equal r and, as shadows tell the side that light comes from,
 of equal azimuth:
 
     f(l', n) cos(theta') = f(l, v) cos(theta),    phi' = phi.
 
 Seen from above this is l' = l for every BRDF whose product falls with theta: photographs come back as they were taken.
 For a Lambertian surface it is l' = l from every view. Where the product does not fall everywhere, its running maximum
-from the horizon upwards takes its place, and l' is the lowest light of equal r. The picture holds its cosine, so that
-radiance is picture(l') times irradiance; r and sigma cancel, but for a sigma that a person sets. The picture of l
+from the horizon upwards takes its place, and l' is the lowest light of equal r. The image holds its cosine, so that
+radiance is picture(l') times irradiance; r and sigma cancel, but for a sigma that a user sets. The image of l
 itself, whatever the view, would lose the highlights of a BRDF; times f(l, v) / f(l, n) it grows without bound where a
 highlight is absent from above.
 
@@ -39,7 +39,7 @@ TILTS, TURNS = 48, 96
 ENTRIES, SAMPLES, SIDES = 1024, 2048, 64
 
 #: The least cosine of a table, and the least share, as powers of 2: what is below is black.
-LEAST_COSINE, LEAST_SHARE = -12.0, -100.0
+MIN_COSINE, MIN_SHARE = -12.0, -100.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,13 +72,13 @@ class EffectiveCosine:
 def effective_cosine(brdf: Brdf) -> EffectiveCosine:
     """The table of `brdf`; the last ones are kept. Cost: `SAMPLES` evaluations, times `SIDES` where anisotropic."""
     hashable: Any = brdf
-    return _made(hashable)
+    return _make(hashable)
 
 
 @lru_cache(maxsize=4)
-def _made(brdf: Any) -> EffectiveCosine:
+def _make(brdf: Any) -> EffectiveCosine:
     cosine = np.cos(np.linspace(0.5 * np.pi, 0.0, SAMPLES))
-    cosine[0] = 2.0**LEAST_COSINE
+    cosine[0] = 2.0**MIN_COSINE
     azimuth = np.arange(1 if brdf.isotropic else SIDES) * (2.0 * np.pi / SIDES)
     wi = surface_direction(np.arccos(cosine)[None], azimuth[:, None])
     wo = np.broadcast_to((0.0, 0.0, 1.0), wi.shape)
@@ -87,9 +87,9 @@ def _made(brdf: Any) -> EffectiveCosine:
     hull = np.maximum.accumulate(np.maximum(product, 0.0), axis=1)
     largest = float(hull[0, -1])
     if largest <= 0.0:
-        return EffectiveCosine(0.0, LEAST_SHARE, np.zeros((1, ENTRIES), np.float32))
-    power = np.log2(np.maximum(hull / largest, 2.0**LEAST_SHARE))
-    lowest = float(np.clip(power[:, 0].min(), LEAST_SHARE, -1e-3))
+        return EffectiveCosine(0.0, MIN_SHARE, np.zeros((1, ENTRIES), np.float32))
+    power = np.log2(np.maximum(hull / largest, 2.0**MIN_SHARE))
+    lowest = float(np.clip(power[:, 0].min(), MIN_SHARE, -1e-3))
     wanted = np.linspace(lowest, 0.0, ENTRIES)
     found = np.stack([_first_reach(wanted, each, np.log2(cosine)) for each in power])
     return EffectiveCosine(largest, lowest, found.astype(np.float32))

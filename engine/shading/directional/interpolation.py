@@ -25,7 +25,7 @@ LENGTHS, NOISES = (0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.9, 1.4, 2.0), (0.003, 0.01, 
 FLAT = 0.02
 
 #: The least share of a photograph that its own weight may leave, so that a division by it is safe.
-LEAST_LEFT = 1e-9
+MIN_LEFT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -54,10 +54,10 @@ def weights(lights: Vectors, wanted: Vectors, kernel: Kernel) -> Array:
     return np.asarray(np.linalg.solve(system, known)[:count].T)
 
 
-def left_out(lights: Vectors, kernel: Kernel) -> Array:
+def list_left_out(lights: Vectors, kernel: Kernel) -> Array:
     """(N, N) each photograph as the others predict it, minus itself: rows of −1 at their own place."""
     precision = precision_of(lights, kernel)
-    return np.asarray(-precision / np.maximum(np.diag(precision), LEAST_LEFT)[:, None])
+    return np.asarray(-precision / np.maximum(np.diag(precision), MIN_LEFT)[:, None])
 
 
 def precision_of(lights: Vectors, kernel: Kernel) -> Array:
@@ -75,16 +75,16 @@ def precision_of(lights: Vectors, kernel: Kernel) -> Array:
 def best_kernel(lights: Vectors, second: Array) -> Kernel:
     """The kernel with the least error of leaving one out; `second` (N, N) are moments of the photographs."""
     tried = [Kernel(length, noise) for length, noise in product(LENGTHS, NOISES)]
-    return min(tried, key=lambda kernel: rms(left_out(lights, kernel), second))
+    return min(tried, key=lambda kernel: rms(list_left_out(lights, kernel), second))
 
 
-def left_out_of_fit(functions: Array) -> Array:
+def leave_out_of_fit(functions: Array) -> Array:
     """The same of a least-squares fit of `functions` (N, P) at the lights.
 
     The residual of a photograph that is left out is its residual within the fit, over one minus its own weight.
     """
     smooth = functions @ np.linalg.lstsq(functions.T @ functions, functions.T, rcond=None)[0]
-    own = np.maximum(1.0 - np.diag(smooth), LEAST_LEFT)
+    own = np.maximum(1.0 - np.diag(smooth), MIN_LEFT)
     return np.asarray((smooth - np.eye(len(smooth))) / own[:, None])
 
 

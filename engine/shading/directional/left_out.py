@@ -1,6 +1,6 @@
 """A photograph as representations that are made of the others show it, for single texels.
 
-Errors of whole captures follow from moments (`engine.shading.directional.moments`); this tells what a person would
+Errors of whole captures follow from moments (`engine.shading.directional.moments`); this tells what a user would
 see. Linear representations predict the codes of a photograph from those of the others by one matrix for all texels.
 """
 
@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.report import bracketed
+from engine.capture.report import bracket
 from engine.core.colour import srgb_encode
 from engine.core.directions import Vectors
 from engine.shading.directional.interpolation import Kernel, weights
@@ -74,7 +74,7 @@ def by_brightness(means: Array) -> Predict:
 
     def predict(texels: Texels, out: int) -> Array:
         others = [int(each) for each in order if each != out]
-        shown = bracketed(texels.radiance, means, others, float(means[out]))
+        shown = bracket(texels.radiance, means, others, float(means[out]))
         return np.asarray(255.0 * srgb_encode(np.clip(shown, 0.0, 1.0)))
 
     return predict

@@ -26,7 +26,7 @@ LIGHTS = 16
 STEPS, LARGEST = 1 << 12, 510.0
 
 
-def minified(directional: DirectionalMap) -> list[NDArray[np.float16]]:
+def minify(directional: DirectionalMap) -> list[NDArray[np.float16]]:
     """The planes (K, h, w) as codes at half the size, at a quarter … down to one texel."""
     from engine.shading.directional.minified_kernel import halve  # compiled code: loaded when first needed
 

@@ -53,7 +53,7 @@ class Moments:
     def covariance(self) -> Array:
         return self.second - np.outer(self.mean, self.mean)
 
-    def of_channels(self) -> Array:
+    def average_channels(self) -> Array:
         """(N, N) second moments of photographs, the mean of the three channels."""
         count = len(self.mean) // 3
         return np.einsum("icjc->ij", self.second.reshape(count, 3, count, 3)) / 3.0

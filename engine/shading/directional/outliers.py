@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.directions import Vectors
-from engine.shading.directional.interpolation import LEAST_LEFT, Kernel, best_kernel, left_out, precision_of
+from engine.shading.directional.interpolation import MIN_LEFT, Kernel, best_kernel, list_left_out, precision_of
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ FAR, ABOVE_HIGH = 2.5, 1.9
 HARM = 1.2
 
 #: Photographs that tell what is usual, and the share of all that may be outliers.
-FEWEST, MOST = 15, 0.25
+FEWEST, MAXIMUM = 15, 0.25
 
 
 def outliers(lights: Vectors, second: Array, kernel: Kernel) -> dict[int, float]:
@@ -38,13 +38,13 @@ def outliers(lights: Vectors, second: Array, kernel: Kernel) -> dict[int, float]
     """
     found: dict[int, float] = {}
     rest = np.arange(len(lights))
-    while len(rest) > FEWEST and len(found) < int(MOST * len(lights)):
-        place = int(np.argmax(_ratios(*_left_out(lights[rest], second[np.ix_(rest, rest)], kernel))))
+    while len(rest) > FEWEST and len(found) < int(MAXIMUM * len(lights)):
+        place = int(np.argmax(_ratios(*_list_left_out(lights[rest], second[np.ix_(rest, rest)], kernel))))
         suspect, others = rest[place], np.delete(rest, place)
         of_others = lights[others], second[np.ix_(others, others)]
         kernel = best_kernel(*of_others)
-        squares, precision = _left_out(lights[rest], second[np.ix_(rest, rest)], kernel)
-        alone, precision_alone = _left_out(*of_others, kernel)
+        squares, precision = _list_left_out(lights[rest], second[np.ix_(rest, rest)], kernel)
+        alone, precision_alone = _list_left_out(*of_others, kernel)
         usual, high = np.quantile(_ratios(alone, precision_alone), (0.5, 0.9))
         own = float(_ratios(squares, precision)[place])
         harm = float(np.delete(squares, place).sum()) > HARM * float(alone.sum())
@@ -55,11 +55,11 @@ def outliers(lights: Vectors, second: Array, kernel: Kernel) -> dict[int, float]
     return found
 
 
-def _left_out(lights: Vectors, second: Array, kernel: Kernel) -> tuple[Array, Array]:
+def _list_left_out(lights: Vectors, second: Array, kernel: Kernel) -> tuple[Array, Array]:
     """(N,) the mean squared error of predicting each photograph from the others, and one over the variance there."""
-    apart = left_out(lights, kernel)
+    apart = list_left_out(lights, kernel)
     squares = np.maximum(np.einsum("ij,ij->i", apart @ second, apart), 0.0)
-    return squares, np.maximum(np.diag(precision_of(lights, kernel)), LEAST_LEFT)
+    return squares, np.maximum(np.diag(precision_of(lights, kernel)), MIN_LEFT)
 
 
 def _ratios(squares: Array, precision: Array) -> Array:

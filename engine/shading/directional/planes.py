@@ -30,7 +30,7 @@ from engine.shading.directional.moments import Moments, moments, row_blocks, tex
 Array = NDArray[np.float64]
 
 #: Numbers of planes among which is chosen, and how much larger than the least the error of fewer may be.
-LADDER, NEARLY = (1, 2, 3, 5, 7, 9, 12, 15, 18, 22, 27), 1.02
+SWEEP, NEARLY = (1, 2, 3, 5, 7, 9, 12, 15, 18, 22, 27), 1.02
 
 #: Noise of the kernel, over the best without planes, that is tried with them: planes leave out noise by themselves.
 NOISES = (1.0, 0.3, 0.1)
@@ -94,9 +94,9 @@ class DirectionalMap:
     @cached_property
     def smaller(self) -> list[NDArray[np.float16]]:
         """The planes (K, h, w) at half the size, at a quarter … down to one texel, of which light sees the mean."""
-        from engine.shading.directional.minified import minified
+        from engine.shading.directional.minified import minify
 
-        return minified(self)
+        return minify(self)
 
     def at_least(self, side: int) -> NDArray[np.uint8] | NDArray[np.float16]:
         """The planes at the smallest size whose longer side has so many texels; all of fewer."""
@@ -112,14 +112,14 @@ class DirectionalMap:
         shares = np.einsum("mn,nck->mck", of_photographs, self.vectors.reshape(count, 3, -1))
         return np.concatenate([(constant + shares @ self.low)[..., None], shares * self.step], axis=-1)
 
-    def looked_up(self, texels: NDArray[Any], cosine: Array, azimuth: Array) -> Array:
+    def sample(self, texels: NDArray[Any], cosine: Array, azimuth: Array) -> Array:
         """(T, M, 3) radiance of `texels` (T, K), codes of planes, under unit light at cosines and azimuths (M,)."""
         functions = weights_at(self.table, cosine, azimuth)
         codes = functions[..., 0] + np.einsum("mck,tk->tmc", functions[..., 1:], np.asarray(texels, np.float64))
         dimmed = np.minimum(cosine / self.lowest, 1.0)[:, None]
         return np.asarray(dimmed * srgb_decode(np.maximum(codes, 0.0) / 255.0))
 
-    def picture(self, light: Vectors) -> NDArray[np.float32]:
+    def image(self, light: Vectors) -> NDArray[np.float32]:
         """(H, W, 3) linear radiance under unit light from one direction (3,); black from below."""
         light = np.asarray(light, np.float64)
         dimmed = min(max(float(light[2]), 0.0) / self.lowest, 1.0)
@@ -136,27 +136,27 @@ def fit(stack: ImageStack, used: NDArray[np.int64], most: int | None = None) -> 
     ValueError for a stack without azimuths. Reads each photograph twice.
     """
     found = yield from part(moments(stack, used), 0.0, 0.5)
-    return (yield from part(fitted(stack, used, found, most), 0.5, 1.0))
+    return (yield from part(fit_planes(stack, used, found, most), 0.5, 1.0))
 
 
-def fitted(
+def fit_planes(
     stack: ImageStack, used: NDArray[np.int64], found: Moments, most: int | None = None
 ) -> Steps[DirectionalMap]:
     """The same where the moments are known."""
     lights = directions(stack, used)
-    best = best_kernel(lights, found.of_channels())
+    best = best_kernel(lights, found.average_channels())
     kernels = [Kernel(best.length, share * best.noise) for share in NOISES]
-    tried = yield from part(errors_by_planes(lights, found, kernels, ladder(len(used), most)), 0.0, 0.3)
+    tried = yield from part(errors_by_planes(lights, found, kernels, sweep(len(used), most)), 0.0, 0.3)
     kernel = min(tried, key=lambda each: min(tried[each].values()))
     errors = tried[kernel]
-    count = chosen(errors)
+    count = choose(errors)
     vectors = components(found.covariance, count)
-    planes, low, step, noise = yield from part(_projected(stack, used, found.mean, vectors), 0.3, 1.0)
+    planes, low, step, noise = yield from part(_project(stack, used, found.mean, vectors), 0.3, 1.0)
     own = weights(lights, lights, kernel)
-    inside = np.hypot(_error(found, vectors, own), _of_noise(vectors, own, noise))
+    inside = np.hypot(_error(found, vectors, own), _estimate_noise(vectors, own, noise))
     mean_of_others = (1.0 - np.eye(len(used))) / max(len(used) - 1, 1)
     plain = _rms(found, np.einsum("ij,cd->icjd", mean_of_others - np.eye(len(used)), np.eye(3)))
-    figures = (float(np.hypot(errors[count], _of_noise(vectors, own, noise))), float(inside), plain)
+    figures = (float(np.hypot(errors[count], _estimate_noise(vectors, own, noise))), float(inside), plain)
     r_max = float(stack.mean_radiance[used].max())
     return DirectionalMap(planes, low, step, found.mean, vectors, lights, kernel, r_max, *figures)
 
@@ -168,13 +168,13 @@ def directions(stack: ImageStack, used: NDArray[np.int64]) -> Vectors:
     return surface_direction(0.5 * np.pi - stack.elevation[used], stack.azimuth[used])
 
 
-def ladder(photographs: int, most: int | None = None) -> tuple[int, ...]:
+def sweep(photographs: int, most: int | None = None) -> tuple[int, ...]:
     """Numbers of planes that are worth trying: fewer than the values of a texel of which one photograph is left out."""
-    top = min(max(1, 3 * (photographs - 1) - 1), most or LADDER[-1])
-    return tuple(count for count in LADDER if count < top) + ((top,) if top <= LADDER[-1] else ())
+    top = min(max(1, 3 * (photographs - 1) - 1), most or SWEEP[-1])
+    return tuple(count for count in SWEEP if count < top) + ((top,) if top <= SWEEP[-1] else ())
 
 
-def chosen(errors: dict[int, float]) -> int:
+def choose(errors: dict[int, float]) -> int:
     """The least number of planes whose error is nearly the least."""
     least = min(errors.values())
     return min(count for count, error in errors.items() if error <= NEARLY * least)
@@ -252,14 +252,14 @@ def _rms(found: Moments, apart: Array) -> float:
     return float(np.sqrt(max(np.einsum("ij,ij->", flat @ found.second, flat) / len(flat), 0.0)))
 
 
-def _of_noise(vectors: Array, of_photographs: Array, noise: Array) -> float:
+def _estimate_noise(vectors: Array, of_photographs: Array, noise: Array) -> float:
     """Root mean square that the rounding of the planes, variances `noise` (K,), adds to photographs."""
     count = of_photographs.shape[1]
     shares = np.einsum("mn,nck->mck", of_photographs, vectors.reshape(count, 3, -1))
     return float(np.sqrt(np.mean((shares**2) @ noise)))
 
 
-def _projected(
+def _project(
     stack: ImageStack, used: NDArray[np.int64], mean: Array, vectors: Array
 ) -> Steps[tuple[NDArray[np.uint8], Array, Array, Array]]:
     """The planes in eight bits, their ranges, and the variance of their rounding.

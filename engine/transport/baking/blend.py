@@ -67,13 +67,13 @@ class Mixture:
 
 
 def mixture(
-    mesh: Mesh, terms: Sequence[int], sources: Sequence[str | os.PathLike[str]], picture: str | None = None
+    mesh: Mesh, terms: Sequence[int], sources: Sequence[str | os.PathLike[str]], image: str | None = None
 ) -> Mixture:
     """The mixture of bases of so many `terms` over a model.
 
     `sources`, as of `engine.transport.baking.spatially_varying.vertex_values`, are the weights of all bases but the
     first, which has what is left; where they are more than 1 together, they share it. `picture` has the albedo.
-    UsageError where there are more or fewer sources; InputError for what is no picture.
+    UsageError where there are more or fewer sources; InputError for what is no image.
     """
     if len(sources) != len(terms) - 1:
         count = "one reflectance" if len(terms) == 1 else f"{len(terms)} reflectances, of which the first has the rest"
@@ -83,7 +83,7 @@ def mixture(
     if others is not None:
         others /= np.maximum(others.sum(axis=1, keepdims=True), 1.0)
         weights = np.concatenate([np.maximum(1.0 - others.sum(axis=1, keepdims=True), 0.0), others], axis=1)
-    albedo = None if picture is None else vertex_colours(mesh, picture).astype(np.float32)
+    albedo = None if image is None else vertex_colours(mesh, image).astype(np.float32)
     return Mixture(tuple(terms), weights.astype(np.float32), albedo)
 
 

@@ -2,7 +2,7 @@
 
 A chunk depends on its number and on what all chunks share; the kernels inside it run on all threads. For a cluster,
 what they share is a recipe, a mapping of arrays and plain values, which goes to each worker once and is made ready
-there once. Both ways compute the same from the same numbers, and the file is the same bit for bit on processors that
+there once. Both ways compute the same from the same numbers, and the file is the same bit for bit on CPUs that
 round alike (no kernel uses fast-math). A worker that is lost costs the chunks that it had begun; others make them.
 
 Scheduler and workers run the code of this project and exchange objects as Dask does: only name a cluster of your own.
@@ -166,14 +166,14 @@ def _results(distributed: Any, client: Any, remote: Remote, numbers: list[int]) 
                 number = left.pop()
                 key = f"lightarc-chunk-{token}-{number}"
                 under_way.add(client.submit(entry, *words, held, number, key=key, retries=2))
-            for future in _done(distributed, client, under_way):
+            for future in _finish(distributed, client, under_way):
                 under_way.remove(future)
                 yield future.result()
     finally:
         client.cancel([held, *under_way], force=True)
 
 
-def _done(distributed: Any, client: Any, under_way: set[Any]) -> set[Any]:
+def _finish(distributed: Any, client: Any, under_way: set[Any]) -> set[Any]:
     """Those of `under_way` that are done within some time, perhaps none."""
     with client.as_current(), suppress(TimeoutError):
         done: set[Any] = distributed.wait(under_way, timeout=PATIENCE_S, return_when="FIRST_COMPLETED").done
@@ -223,7 +223,7 @@ PROBES, GROUND_PROBES = 48, 16
 PORTIONS, GROUND_PORTIONS = 4, 2
 
 
-def estimated_s(make: Callable[[NDArray[np.int64]], object], vertices: int, first: int, portion: int = 1) -> float:
+def estimate_s(make: Callable[[NDArray[np.int64]], object], vertices: int, first: int, portion: int = 1) -> float:
     """Seconds that `make` takes for all vertices, of which those from `first` on are ground; it is run on some.
 
     `make` bakes vertices, all of one kind; what all vertices share is made before. Threads take `portion` vertices at a
@@ -234,10 +234,10 @@ def estimated_s(make: Callable[[NDArray[np.int64]], object], vertices: int, firs
         (np.arange(first), max(PROBES, PORTIONS * threads * portion)),
         (np.arange(first, vertices), max(GROUND_PROBES, GROUND_PORTIONS * threads * portion)),
     )
-    return sum(_estimated_s(make, some, count) for some, count in kinds if len(some))
+    return sum(_estimate_s(make, some, count) for some, count in kinds if len(some))
 
 
-def _estimated_s(make: Callable[[NDArray[np.int64]], object], vertices: NDArray[np.int64], probes: int) -> float:
+def _estimate_s(make: Callable[[NDArray[np.int64]], object], vertices: NDArray[np.int64], probes: int) -> float:
     spaces = np.linspace(0, len(vertices), min(probes, len(vertices)) + 1)
     chosen = vertices[((spaces[:-1] + spaces[1:]) / 2.0).astype(np.int64)]
     make(chosen[:1])

@@ -44,7 +44,7 @@ from engine.transport.baking.file_header import (
     content_of,
     head_of,
     header_text,
-    laid_out,
+    lay_out,
     read_header,
 )
 from engine.transport.baking.file_header import REMEDY as REMEDY
@@ -145,7 +145,7 @@ def plan_transport(
         size_bytes=0,
         arrays=described,
     )
-    header = laid_out(header)
+    header = lay_out(header)
     text = header_text(header)
     beginning = MAGIC + len(text).to_bytes(4, "little") + zlib.crc32(text).to_bytes(4, "little") + text
     return TransportPlan(header, beginning, MappingProxyType(known))
@@ -170,7 +170,7 @@ class TransportWriter:
         """Write the rows of one chunk of every streamed array."""
         start, stop = self._bounds[chunk], self._bounds[chunk + 1]
         checksum = 0
-        for array in self._streamed():
+        for array in self._stream():
             part = _little_endian(rows[array.name])
             if part.dtype.str != array.dtype or part.shape != (stop - start, *array.shape[1:]):
                 raise ValueError(f"rows of {array.name} have the shape {part.shape} or type {part.dtype} of others")
@@ -184,7 +184,7 @@ class TransportWriter:
         """The rows of one chunk that is not missing, as they were put."""
         start, stop = int(self._bounds[chunk]), int(self._bounds[chunk + 1])
         rows = {}
-        for array in self._streamed():
+        for array in self._stream():
             data = self._output.read_at(array.offset + start * array.row_bytes, (stop - start) * array.row_bytes)
             rows[array.name] = np.frombuffer(data, array.dtype).reshape(stop - start, *array.shape[1:])
         return rows
@@ -196,7 +196,7 @@ class TransportWriter:
         end = self._plan.header.table_offset + 8 * self._plan.chunks
         self._output.write_at(end, zlib.crc32(self._table.data).to_bytes(4, "little"))
 
-    def _streamed(self) -> list[Array]:
+    def _stream(self) -> list[Array]:
         return [array for array in self._plan.header.arrays if array.crc32 is None]
 
     def _holds(self, chunk: int) -> bool:
@@ -205,7 +205,7 @@ class TransportWriter:
         if entry < DONE:
             return False
         checksum, start, stop = 0, int(self._bounds[chunk]), int(self._bounds[chunk + 1])
-        for array in self._streamed():
+        for array in self._stream():
             where = array.offset + start * array.row_bytes
             checksum = zlib.crc32(self._output.read_at(where, (stop - start) * array.row_bytes), checksum)
         return entry == DONE | checksum

@@ -76,19 +76,19 @@ class Header(_Strict):
     arrays: Annotated[list[Array], Field(max_length=64)]
 
 
-def laid_out(header: Header) -> Header:
+def lay_out(header: Header) -> Header:
     """Give every array its place; the offsets change the length of the header, so its length is fixed first."""
     reserved = len(header_text(header)) + 32 * (len(header.arrays) + 2)
-    table = _aligned(len(MAGIC) + 8 + reserved)
-    offset = _aligned(table + 8 * header.chunks + 4)
+    table = _align(len(MAGIC) + 8 + reserved)
+    offset = _align(table + 8 * header.chunks + 4)
     arrays = []
     for array in header.arrays:
         arrays.append(array.model_copy(update={"offset": offset}))
-        offset = _aligned(offset + array.size_bytes)
+        offset = _align(offset + array.size_bytes)
     return header.model_copy(update={"arrays": arrays, "table_offset": table, "size_bytes": offset})
 
 
-def _aligned(offset: int) -> int:
+def _align(offset: int) -> int:
     return (offset + PAGE - 1) // PAGE * PAGE
 
 
@@ -103,7 +103,7 @@ _PART_BYTES = 1 << 26
 
 def head_of(path: Path) -> tuple[NDArray[np.uint8], int]:
     """The beginning of a file, as much as a header takes, and the size of the whole; InputError as `content_of`."""
-    with _opened(path) as (file, size_bytes):
+    with _open(path) as (file, size_bytes):
         if size_bytes < len(MAGIC) + 8:
             raise InputError(path, "is no transport file", "Give one that lightarc bake made")
         return np.frombuffer(file.read(len(MAGIC) + 8 + HEADER_LIMIT_BYTES), np.uint8), size_bytes
@@ -115,7 +115,7 @@ def content_of(path: Path, size_bytes: int) -> NDArray[np.uint8]:
     InputError where it is no regular file of that size, or cannot be read.
     """
     content = scratch_array((size_bytes,), np.uint8)
-    with _opened(path) as (file, now_bytes):
+    with _open(path) as (file, now_bytes):
         read = 0
         while part := file.readinto(content.data[read : read + _PART_BYTES]):
             read += part
@@ -126,7 +126,7 @@ def content_of(path: Path, size_bytes: int) -> NDArray[np.uint8]:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[tuple[io.FileIO, int]]:
+def _open(path: Path) -> Iterator[tuple[io.FileIO, int]]:
     try:
         flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
         with io.FileIO(os.open(path, flags), "rb") as file:

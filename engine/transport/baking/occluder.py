@@ -22,7 +22,7 @@ from engine.light.cube_map import cube_directions, cube_solid_angles
 from engine.transport.baking.visibility import Receivers, receivers, visibility_shares
 
 #: Cells along the longest side of the model.
-FEWEST_CELLS, MOST_CELLS = 8, 4096
+FEWEST_CELLS, MAX_CELLS = 8, 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,10 +53,10 @@ class OccluderError:
     time_rel: float
 
 
-def simplified(mesh: Mesh, cells: int) -> Occluder:
+def simplify(mesh: Mesh, cells: int) -> Occluder:
     """`mesh` with its vertices merged in a grid of `cells` along its longest side; UsageError for too few or many."""
-    if not FEWEST_CELLS <= cells <= MOST_CELLS:
-        raise UsageError(f"an occluder of {cells} cells a side is outside {FEWEST_CELLS} … {MOST_CELLS}")
+    if not FEWEST_CELLS <= cells <= MAX_CELLS:
+        raise UsageError(f"an occluder of {cells} cells a side is outside {FEWEST_CELLS} … {MAX_CELLS}")
     low = mesh.positions.min(axis=0)
     size = float(np.ptp(mesh.positions, axis=0).max()) / cells
     cell = np.floor((mesh.positions - low) / size).astype(np.int64) if size > 0.0 else np.zeros((1, 3), np.int64)

@@ -75,7 +75,7 @@ class Deviation:
         return RadianceError(self.rmse_rel, self.mean_rel, negative_rel, self.pairs)
 
 
-def tried_pairs(count: int, vertices: int, views: int, seed: int) -> tuple[NDArray[np.int64], Vectors]:
+def choose_tried_pairs(count: int, vertices: int, views: int, seed: int) -> tuple[NDArray[np.int64], Vectors]:
     """Rising indices of up to `vertices` of `count`, and directions (views, 3) from which they are seen."""
     rng = np.random.default_rng(seed)
     chosen = np.sort(rng.choice(count, min(vertices, count), replace=False))

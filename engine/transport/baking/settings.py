@@ -32,12 +32,12 @@ class ShSettings:
         5,
         3,
         15,
-        ladder=(3, 5, 8, 15),
+        sweep=(3, 5, 8, 15),
         offered=tuple((order, str(order)) for order in (3, 5, 7, 9, 12, 15)),
         doc="bands of the spherical harmonics: more of them keep sharper light and highlights",
     )
     interreflection: bool | None = flag(
-        None, ladder=(0, 1), offered=AS_PLANNED, doc="include interreflection between parts of the model"
+        None, sweep=(0, 1), offered=AS_PLANNED, doc="include interreflection between parts of the model"
     )
     cube: int | None = whole(None, 4, 256, doc=_CUBE)
     fine: int = whole(4, 1, 15, doc=_FINE)
@@ -80,14 +80,14 @@ class WaveletSettings:
         4,
         1,
         64,
-        ladder=(1, 2, 4, 8),
+        sweep=(1, 2, 4, 8),
         doc="terms, products of a light and a view map, of the BRDF: glossy ones need more",
     )
     coefficients: int = whole(
         96,
         1,
         4096,
-        ladder=(24, 48, 96, 192, 384),
+        sweep=(24, 48, 96, 192, 384),
         offered=tuple((kept, str(kept)) for kept in (32, 64, 96, 200, 400)),
         doc="wavelet coefficients kept for each vertex and term: more keep more shadow",
     )
@@ -96,7 +96,7 @@ class WaveletSettings:
         2,
         64,
         values=(2, 4, 8, 16, 32, 64),
-        ladder=(16, 32, 64),
+        sweep=(16, 32, 64),
         doc="edge of the cube map of the light: more texels keep sharper shadows",
     )
     fine: int = whole(4, 1, 15, doc=_FINE)
@@ -121,11 +121,11 @@ class WaveletSettings:
     blend: tuple[str, ...] = texts(
         metavar="BRDF:SOURCE",
         doc="mix in another BRDF with its own terms; its weight over the model is x, y or z across its bounding box or "
-        "the luminance of a picture at its texture coordinates: ggx:alpha=0.1:y; --brdf has what is left; can be given "
+        "the luminance of an image at its texture coordinates: ggx:alpha=0.1:y; --brdf has what is left; can be given "
         "several times",
     )
     albedo: str | None = text(
-        metavar="IMAGE", doc="multiply the outgoing radiance by a picture at the texture coordinates"
+        metavar="IMAGE", doc="multiply the outgoing radiance by an image at the texture coordinates"
     )
 
     def __post_init__(self) -> None:
@@ -143,7 +143,7 @@ class WaveletLight:
     )
     albedo: str | None = text(
         metavar="IMAGE",
-        doc="multiply the outgoing radiance by a picture at the texture coordinates, in place of what was baked",
+        doc="multiply the outgoing radiance by an image at the texture coordinates, in place of what was baked",
     )
 
 
@@ -152,11 +152,11 @@ class GaussianSettings:
     """Settings of a bake in Gaussians."""
 
     lobes: int = whole(
-        1, 1, 3, ladder=(1, 2, 3), doc="Gaussians for each vertex and view: more follow partly shaded highlights"
+        1, 1, 3, sweep=(1, 2, 3), doc="Gaussians for each vertex and view: more follow partly shaded highlights"
     )
     interreflection: bool | None = flag(
         None,
-        ladder=(0, 1),
+        sweep=(0, 1),
         offered=AS_PLANNED,
         option="indirect",
         doc="include indirect glossy transfer",

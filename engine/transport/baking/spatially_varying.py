@@ -1,13 +1,13 @@
 """Reflectances that are not the same all over a model: a number or a colour at each vertex, and what it moves.
 
-A number comes from where a vertex lies in the bounding box, or from a picture that is looked up at its texture
+A number comes from where a vertex lies in the bounding box, or from an image that is looked up at its texture
 coordinates: bilinear between the centres of pixels, repeated beyond the edges, v up. A `Variation` says which parameter
 of a BRDF a number moves between which two values:
 
     parameter at the vertex = start + (stop − start) · number
 
-A picture of numbers is read as it is stored, codes over the highest code, because such pictures hold no colours; a
-picture of colours is decoded as any other picture is (sRGB where nothing says otherwise).
+An image of numbers is read as it is stored, codes over the highest code, because such images hold no colours; an
+image of colours is decoded as any other image is (sRGB where nothing says otherwise).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from engine.core.params import parameters
 from engine.geometry.mesh import Mesh
 from engine.images.decode import read_image
 
-#: Sources that are no picture: the coordinates across the bounding box.
+#: Sources that are no image: the coordinates across the bounding box.
 AXES = ("x", "y", "z")
 
 Array = NDArray[np.float64]
@@ -80,7 +80,7 @@ def vertex_values(mesh: Mesh, source: str | os.PathLike[str], count: int | None 
     """(V,) numbers in [0, 1] of the vertices of `mesh`, or of the first `count`, which are a model on a ground.
 
     `source` is 'x', 'y' or 'z', the coordinate across the bounding box, 0 at its low side and all over a model without
-    extent; or the path of a picture, whose luminance is clipped to [0, 1]. InputError for what is no picture.
+    extent; or the path of an image, whose luminance is clipped to [0, 1]. InputError for what is no image.
     """
     if source in AXES:
         along = mesh.positions[:count, AXES.index(str(source))]
@@ -89,17 +89,17 @@ def vertex_values(mesh: Mesh, source: str | os.PathLike[str], count: int | None 
         return np.asarray(np.clip((along - low) / size, 0.0, 1.0)) if size > 0.0 else np.zeros(len(along))
     from engine.images.decode import read_image  # with its decoders, 25 MB that few scenes need
 
-    colours = _looked_up(read_image(source, transfer="linear").pixels, mesh.uv[:count])
+    colours = _look_up(read_image(source, transfer="linear").pixels, mesh.uv[:count])
     return np.asarray(np.clip(luminance(colours), 0.0, 1.0))
 
 
 def vertex_colours(mesh: Mesh, path: str | os.PathLike[str]) -> Array:
-    """(V, 3) linear RGB of the vertices of `mesh` from a picture, clipped to [0, 1]; InputError for what is none."""
-    return np.clip(_looked_up(read_image(path).pixels, mesh.uv), 0.0, 1.0)
+    """(V, 3) linear RGB of the vertices of `mesh` from an image, clipped to [0, 1]; InputError for what is none."""
+    return np.clip(_look_up(read_image(path).pixels, mesh.uv), 0.0, 1.0)
 
 
-def _looked_up(pixels: NDArray[np.float32], uv: NDArray[np.float32]) -> Array:
-    """(V, 3) of a picture (H, W, 3), repeated, at texture coordinates (V, 2)."""
+def _look_up(pixels: NDArray[np.float32], uv: NDArray[np.float32]) -> Array:
+    """(V, 3) of an image (H, W, 3), repeated, at texture coordinates (V, 2)."""
     height, width = pixels.shape[:2]
     column, row = (
         uv[:, 0].astype(np.float64) % 1.0 * width - 0.5,
@@ -116,7 +116,7 @@ def _looked_up(pixels: NDArray[np.float32], uv: NDArray[np.float32]) -> Array:
     return (1.0 - down) * line(y) + down * line(y + 1)
 
 
-def checked_variations(brdf: Brdf, variations: Sequence[Variation]) -> tuple[Variation, ...]:
+def check_variations(brdf: Brdf, variations: Sequence[Variation]) -> tuple[Variation, ...]:
     """`variations`, or UsageError where `brdf` has no such parameter, or not these values, or one is named twice."""
     names = [parameter.name for parameter in parameters(brdf)] if type(brdf) in MODELS.values() else []
     for number, variation in enumerate(variations):
@@ -138,7 +138,7 @@ def with_parameters(brdf: Brdf, values: dict[str, float]) -> Brdf:
     return changed
 
 
-def varied_brdfs(brdf: Brdf, variations: Sequence[Variation], numbers: Sequence[ArrayLike]) -> list[Brdf]:
+def vary_brdf(brdf: Brdf, variations: Sequence[Variation], numbers: Sequence[ArrayLike]) -> list[Brdf]:
     """`brdf` at every combination of `numbers` in [0, 1], one array for each variation; the last one runs fastest."""
     values = [variation.at(some).tolist() for variation, some in zip(variations, numbers, strict=True)]
     names = [variation.parameter for variation in variations]

@@ -72,7 +72,7 @@ def receivers(mesh: Mesh, caster: RayCaster | None = None) -> Receivers:
     return Receivers(caster, offset_origins(mesh.positions, away, caster), normal, free)
 
 
-def unshaded(mesh: Mesh, caster: RayCaster) -> Receivers:
+def find_unshaded(mesh: Mesh, caster: RayCaster) -> Receivers:
     """The vertices of `mesh` where nothing shades them: all are free, and `caster` is never asked."""
     normal = normalize(mesh.normals)
     return Receivers(caster, mesh.positions, normal, np.ones(len(normal), np.bool_))
@@ -238,7 +238,7 @@ def _visible(
 ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.bool_]]]:
     """Chunks of vertices (N,) and whether each texel is visible (N, 6 edge²), directions rotated by `angle`."""
     directions = cube_directions(edge).reshape(-1, 3)
-    order = _tiled(edge)
+    order = _tile(edge)
     vertices = np.arange(len(of)) if vertices is None else np.asarray(vertices, np.int64)
     step = max(1, TEXELS // len(directions))
     for start in range(0, len(vertices), step):
@@ -263,7 +263,7 @@ def portion(edge: int) -> int:
 
 
 @lru_cache(maxsize=2)
-def _tiled(edge: int) -> NDArray[np.int64]:
+def _tile(edge: int) -> NDArray[np.int64]:
     """The texels of a cube map square by square of 4 × 4, so that a packet of rays stays together: a quarter faster."""
     row, column = np.meshgrid(np.arange(edge), np.arange(edge), indexing="ij")
     face = np.lexsort((column.ravel(), row.ravel(), column.ravel() // 4, row.ravel() // 4))

@@ -48,7 +48,7 @@ def face_normals(positions, faces):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _least_cosine(direction, normal, faces, flat):  # type: ignore[no-untyped-def]
+def _min_cosine(direction, normal, faces, flat):  # type: ignore[no-untyped-def]
     """Smallest cosine between `direction` and the normal or the faces around; and which face has it, −1 the normal."""
     length = math.sqrt(_dot(direction, direction))
     if length == 0.0:
@@ -75,13 +75,13 @@ def outward(normals, point, start, face, flat):  # type: ignore[no-untyped-def]
     for vertex in range(len(normals)):
         normal, around = normals[vertex], face[start[point[vertex]] : start[point[vertex] + 1]]
         direction[:] = normal
-        best, worst = _least_cosine(direction, normal, around, flat)
+        best, worst = _min_cosine(direction, normal, around, flat)
         away[vertex] = normal
         for _ in range(TRIES):
             if best >= ENOUGH:
                 break
             direction += normal if worst < 0 else flat[worst]
-            least, worst = _least_cosine(direction, normal, around, flat)
+            least, worst = _min_cosine(direction, normal, around, flat)
             if least > best:
                 best = least
                 away[vertex] = direction / math.sqrt(_dot(direction, direction))
@@ -208,7 +208,7 @@ def _turn(vertex, angle, rotation):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _turned(direction, rotation, normal, out):  # type: ignore[no-untyped-def]
+def _turn_direction(direction, rotation, normal, out):  # type: ignore[no-untyped-def]
     """Fill `out` with the turned direction, or with the direction itself where the turn takes it below the horizon."""
     out[0] = direction[0] + rotation[1] * direction[2] - rotation[2] * direction[1]
     out[1] = direction[1] + rotation[2] * direction[0] - rotation[0] * direction[2]
@@ -241,7 +241,7 @@ def cube_rays(vertices, free, origins, normals, directions, order, angle, visibl
         _turn(vertex, angle, rotation)
         for index in order:
             if visible[row, index]:
-                _turned(directions[index], rotation, normals[vertex], turned)
+                _turn_direction(directions[index], rotation, normals[vertex], turned)
                 for axis in range(3):
                     origin[ray, axis] = origins[vertex, axis]
                     direction[ray, axis] = turned[axis]
@@ -267,7 +267,7 @@ def finer_rays(vertices, rows, texels, origins, normals, directions, angle):  # 
         for sample in range(fine):
             towards = directions[texels[index], sample]
             if _dot(normals[vertex], towards) > 0.0:
-                _turned(towards, rotation, normals[vertex], turned)
+                _turn_direction(towards, rotation, normals[vertex], turned)
                 for axis in range(3):
                     origin[ray, axis] = origins[vertex, axis]
                     direction[ray, axis] = turned[axis]

@@ -29,7 +29,7 @@ from engine.brdf.models.diffuse import Lambert
 from engine.core.errors import UsageError
 from engine.core.figure_text import size_text
 from engine.core.params import check_values
-from engine.core.steps import Step, Steps, part, relayed, time_left
+from engine.core.steps import Step, Steps, part, relay, time_left
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.light.cube_map import CubeMap, cube_of
@@ -46,8 +46,9 @@ from engine.transport.baking.file import (
 )
 from engine.transport.baking.settings import GaussianSettings
 from engine.transport.baking.spatially_varying import Variation, variation_to_text
-from engine.transport.gaussian.compress import NAMES, check, compressed, restored, size_bytes
-from engine.transport.gaussian.diffuse import DiffuseTransfer, rows_of_all, sent_light
+from engine.transport.gaussian.compress import NAMES, check, restore, size_bytes
+from engine.transport.gaussian.compress import compress as compressed
+from engine.transport.gaussian.diffuse import DiffuseTransfer, rows_of_all, send_light
 from engine.transport.gaussian.error import GaussianError, Known, Weighting, change, gaussian_error
 from engine.transport.gaussian.fitting.fit import (
     Block,
@@ -173,7 +174,7 @@ class Baked:
     diffuse_s: float
     resumed_chunks: int
     chunks: int
-    free_vertices: int
+    unoccluded_vertices: int
     figures: dict[str, float]
 
 
@@ -248,13 +249,13 @@ def _size_bytes(model: GlossySurface, settings: BakeSettings, tried: Sequence[Lo
         "matt": np.broadcast_to(np.float32(0), (len(model.mesh.positions), channels, settings.order**2))
     }
     for component, lobes in zip(settings.components, tried, strict=True):
-        for name, array in _stored(lobes, settings.compress).items():
+        for name, array in _store(lobes, settings.compress).items():
             rows = round(len(array) * count / len(lobes))
             arrays[f"{component}_{name}"] = np.zeros((rows, *array.shape[1:]), array.dtype)
     return plan_transport(KIND, model.mesh, {}, arrays, {}, np.zeros(1, np.int64)).size_bytes
 
 
-def _stored(lobes: Lobes, compress: bool) -> dict[str, NDArray[Any]]:
+def _store(lobes: Lobes, compress: bool) -> dict[str, NDArray[Any]]:
     """The arrays that lobes are stored as, by name."""
     if compress:
         return compressed(lobes)
@@ -286,8 +287,8 @@ def bake(path: str | os.PathLike[str], work: Work) -> Steps[Baked]:
         rows = yield from part(_diffuse_rows(work), 0.95, 0.99)
         diffuse_s = time.perf_counter() - before
         yield Step(0.99, "writing")
-        figures, lobes = figures_of(work, fits), _weighed(work, fits)
-        stored = [_stored(each, work.settings.compress) for each in lobes]
+        figures, lobes = figures_of(work, fits), _weigh(work, fits)
+        stored = [_store(each, work.settings.compress) for each in lobes]
         if work.settings.compress:
             figures |= _compression(work, lobes, stored)
         write_transport(path, _plan(work, stored, rows, figures))
@@ -319,16 +320,16 @@ class _Filling:
         )
         fresh = 0
 
-        def kept(step: Step) -> Step:
+        def keep(step: Step) -> Step:
             nonlocal fresh
             block = step.partial
             if isinstance(block, Block) and first + block.index in self.missing:
                 self.missing.remove(first + block.index)
                 self._writer.put(first + block.index, {"values": _flat(block.fit)})
                 fresh += len(block.vertices)
-            return Step(step.done, f"{step.note}, {component}{_left(started, fresh, step.done, work)}")
+            return Step(step.done, f"{step.note}, {component}{_estimate_time_left(started, fresh, step.done, work)}")
 
-        return (yield from relayed(steps, kept))
+        return (yield from relay(steps, keep))
 
     def _samples(self, component: str, vertices: Indices) -> TransportSamples:
         before = time.perf_counter()
@@ -341,7 +342,7 @@ class _Filling:
         return _unflat(self._writer.get(chunk)["values"], len(vertices), self._work.settings.lobes)
 
 
-def _left(started: float, fresh: int, done: float, work: Work) -> str:
+def _estimate_time_left(started: float, fresh: int, done: float, work: Work) -> str:
     """Time left, from the vertices that were fitted in this run."""
     if not fresh or done >= 0.95:
         return ""
@@ -389,7 +390,7 @@ def _diffuse_rows(work: Work) -> Steps[NDArray[np.float32]]:
     diffuse = DiffuseTransfer(model, settings.order, settings.edge, settings.fine)
     if not settings.indirect:
         return (yield from rows_of_all(diffuse))
-    diffuse = replace(diffuse, sent=(yield from part(sent_light(diffuse), 0.0, 0.4)))
+    diffuse = replace(diffuse, sent=(yield from part(send_light(diffuse), 0.0, 0.4)))
     return (yield from part(rows_of_all(diffuse), 0.4, 1.0))
 
 
@@ -410,7 +411,7 @@ def figures_of(work: Work, fits: Sequence[Fit]) -> dict[str, float]:
     return figures
 
 
-def _weighed(work: Work, fits: Sequence[Fit]) -> list[Lobes]:
+def _weigh(work: Work, fits: Sequence[Fit]) -> list[Lobes]:
     """The lobes of each component with the weights that are taken."""
     taken = zip(work.weights, fits, strict=True)
     return [fitted.lobes if weights == "plain" else fitted.preserving() for weights, fitted in taken]
@@ -419,9 +420,9 @@ def _weighed(work: Work, fits: Sequence[Fit]) -> list[Lobes]:
 def _compression(work: Work, lobes: Sequence[Lobes], stored: Sequence[dict[str, NDArray[Any]]]) -> dict[str, float]:
     """Bytes of the lobes before and after, and by how much the radiance under the test environment changes (RMS)."""
     pairs = zip(lobes, stored, strict=True)
-    error = [change(each, restored(arrays, len(each), each.count), work.cube) for each, arrays in pairs]
+    error = [change(each, restore(arrays, len(each), each.count), work.cube) for each, arrays in pairs]
     return {
-        "uncompressed_bytes": float(sum(size_bytes(_stored(each, False)) for each in lobes)),
+        "uncompressed_bytes": float(sum(size_bytes(_store(each, False)) for each in lobes)),
         "compressed_bytes": float(sum(size_bytes(arrays) for arrays in stored)),
         "compression_error_rel": max(error),
     }
@@ -465,7 +466,7 @@ def _lobes_of(arrays: Any, component: str, asked: BakeSettings, vertices: int) -
     """Lobes of one component, checked: finite, not negative, as wide as lobes may be, with means of length 1."""
     if asked.compress:
         names = NAMES
-        return restored({name: arrays[f"{component}_{name}"] for name in names}, vertices, asked.lobes)
+        return restore({name: arrays[f"{component}_{name}"] for name in names}, vertices, asked.lobes)
     lobes = Lobes(*(arrays[f"{component}_{name}"] for name in ("weight", "mean", "sigma")))
     if lobes.sigma.shape != (vertices, VIEWS, asked.lobes) or lobes.weight.dtype != np.float32:
         raise ValueError(f"its lobes of {component} light are those of other vertices")

@@ -48,7 +48,7 @@ NAMES = ("lit", "mean", "sigma", "energy", "book")
 UNIT = 1e-3
 
 
-def compressed(lobes: Lobes) -> dict[str, NDArray[Any]]:
+def compress(lobes: Lobes) -> dict[str, NDArray[Any]]:
     """`lobes` as the arrays `NAMES`; "book" is empty where clusters would be too far off."""
     lit = lobes.weight.any(axis=(2, 3))
     sigma, energy = lobes.sigma[lit], _energy(lobes)[lit]
@@ -59,14 +59,14 @@ def compressed(lobes: Lobes) -> dict[str, NDArray[Any]]:
         "energy": _energy_codes(energy),
         "book": np.zeros((0, 4), np.float32),
     }
-    found = clustered(sigma, energy)
+    found = cluster(sigma, energy)
     if found is not None:
         arrays["book"], arrays["sigma"] = found
         arrays["energy"] = np.zeros((0, lobes.count), np.uint32)
     return arrays
 
 
-def restored(arrays: Mapping[str, NDArray[Any]], vertices: int, lobes: int) -> Lobes:
+def restore(arrays: Mapping[str, NDArray[Any]], vertices: int, lobes: int) -> Lobes:
     """The lobes of so many `vertices` that `compressed` made arrays of; ValueError where these cannot be."""
     codes, book = arrays["lit"], arrays["book"]
     if codes.shape != (vertices, (VIEWS + 7) // 8) or codes.dtype != np.uint8:
@@ -113,7 +113,7 @@ def check(lobes: Lobes) -> None:
         raise ValueError("its lobes have means that are no directions")
 
 
-def clustered(
+def cluster(
     sigma: NDArray[np.float32], energy: NDArray[np.float64]
 ) -> tuple[NDArray[np.float32], NDArray[np.uint16]] | None:
     """Pairs of sigma and energy (K, 4), and for each lobe (N, L) the number of one; None where they are not close.

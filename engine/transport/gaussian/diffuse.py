@@ -25,7 +25,7 @@ from engine.light.cube_map import cube_directions
 from engine.transport.baking.diffuse_specular import DiffusePart
 from engine.transport.baking.visibility import visibility_shares
 from engine.transport.gaussian.samples import GlossySurface, Material, draw_local, products
-from engine.transport.sh.interreflection import Surroundings, gathered, reflections
+from engine.transport.sh.interreflection import Surroundings, gather, reflections
 from engine.transport.sh.transfer import diffuse_vectors, texel_basis
 
 Floats = NDArray[np.float64]
@@ -92,7 +92,7 @@ class DiffuseTransfer:
         if self.sent is not None:
             around = _around(surface, self.order)
             share = np.where(model, mean_gain(surface.material.diffuse), 1.0).astype(np.float32)
-            rows += gathered(around, vertices, self.sent) * share[:, None, None]
+            rows += gather(around, vertices, self.sent) * share[:, None, None]
         if self.channels == 3:
             rows[model] *= self.colours[vertices[model]].astype(np.float32)[..., None]
         return rows
@@ -127,7 +127,7 @@ def mean_gain(diffuse: DiffusePart) -> float:
     return float(share @ (diffuse.gain(cosine) * cosine))
 
 
-def sent_light(diffuse: DiffuseTransfer) -> Steps[NDArray[np.float32]]:
+def send_light(diffuse: DiffuseTransfer) -> Steps[NDArray[np.float32]]:
     """(V, 3, order²) what each vertex sends to every side after up to `BOUNCES` reflections."""
     surface = diffuse.surface
     kind, made = surface.coarse

@@ -19,7 +19,7 @@ from engine.core.directions import Vectors, normalize
 from engine.core.steps import Step, Steps
 from engine.geometry.mesh import Mesh
 from engine.light.cube_map import CubeMap, cube_directions, cube_solid_angles, texel_numbers
-from engine.light.gaussian_prefilter import gaussian_integral, prefiltered
+from engine.light.gaussian_prefilter import gaussian_integral, prefilter
 from engine.transport.baking.radiance_error import Deviation
 from engine.transport.baking.visibility import visibility_shares
 from engine.transport.gaussian.diffuse import DiffuseTransfer
@@ -132,7 +132,7 @@ def _glossy(surface: GlossySurface, chosen: Indices, lobes: Lobes, cube: CubeMap
 def _light(components: tuple[Lobes, ...], cube: CubeMap) -> GaussianLight:
     """A cube map as lobes see it, in levels that are not below its own texels."""
     widths = [width for width in levels_for(components).sigma if width >= _least(cube.edge)]
-    return GaussianLight(prefiltered(cube, np.array(widths or [_least(cube.edge)])))
+    return GaussianLight(prefilter(cube, np.array(widths or [_least(cube.edge)])))
 
 
 def change(lobes: Lobes, other: Lobes, cube: CubeMap, *, most: int = 400) -> float:

@@ -27,7 +27,7 @@ from engine.light.gaussian_prefilter import PrefilteredCube, gaussian_integral
 from engine.transport.gaussian.fitting.lobes import NARROWEST, WIDEST_LOBE, Lobes
 
 #: Highest energy that a half float holds.
-MOST_ENERGY = 65504.0
+MAX_ENERGY = 65504.0
 
 #: Lobes that are packed at once.
 AT_ONCE = 1 << 18
@@ -40,7 +40,7 @@ def sigma_span() -> tuple[float, float]:
     return math.log(NARROWEST), (math.log(WIDEST_LOBE) - math.log(NARROWEST)) / _LEVELS
 
 
-def packed(components: Sequence[Lobes]) -> NDArray[np.uint32]:
+def pack(components: Sequence[Lobes]) -> NDArray[np.uint32]:
     """(V · views · K, 3) words, lobe by lobe of each view of each vertex; about 0.1 µs each."""
     counts = [lobes.count for lobes in components]
     vertices, views = components[0].sigma.shape[:2] if components else (0, 0)
@@ -62,12 +62,12 @@ def _words(weight: NDArray[np.float32], mean: NDArray[np.float32], sigma: NDArra
     x, y = np.moveaxis(np.rint((0.5 * place + 0.5) * _LEVELS).astype(np.uint32), -1, 0)
     first, step = sigma_span()
     width = np.clip(np.rint((np.log(sigma) - first) / step), 0, _LEVELS).astype(np.uint32)
-    energy = np.minimum(weight * gaussian_integral(sigma)[..., None], MOST_ENERGY)
+    energy = np.minimum(weight * gaussian_integral(sigma)[..., None], MAX_ENERGY)
     red, green, blue = np.moveaxis(energy.astype(np.float16).view(np.uint16).astype(np.uint32), -1, 0)
     return np.stack([x | y << 16, width | red << 16, green | blue << 16], axis=-1)
 
 
-def unpacked(words: NDArray[np.uint32]) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+def unpack(words: NDArray[np.uint32]) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
     """Energies (n, 3), unit means (n, 3) and widths (n,) of `words` (n, 3): what a shader reads."""
     place = np.stack([words[:, 0] & 0xFFFF, words[:, 0] >> 16], axis=-1) * (2.0 / _LEVELS) - 1.0
     height = 1.0 - np.abs(place).sum(axis=-1)
@@ -85,7 +85,7 @@ def unpacked(words: NDArray[np.uint32]) -> tuple[NDArray[np.float32], NDArray[np
 BRIGHTEST = 60_000.0
 
 #: Texels along a side of textures that graphics devices of this century take.
-MOST_TEXELS = 16384
+MAX_TEXELS = 16384
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +108,7 @@ class Atlas:
         return bool(np.allclose(logarithms, np.linspace(logarithms[0], logarithms[-1], len(logarithms)), atol=1e-4))
 
 
-def atlas_of(cube: PrefilteredCube | None, most: int = MOST_TEXELS) -> Atlas:
+def atlas_of(cube: PrefilteredCube | None, most: int = MAX_TEXELS) -> Atlas:
     """The atlas of `cube`, black without one, with at most `most` texels along a side of its layers."""
     levels, sigma = _levels(cube)
     reduced = 0

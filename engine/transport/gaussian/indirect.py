@@ -27,7 +27,7 @@ from engine.geometry.ray_caster import offset_origins
 from engine.light.cube_map import cube_directions, cube_solid_angles, texel_numbers
 from engine.transport.gaussian.fitting.fit import TransportSamples
 from engine.transport.gaussian.fitting.views import view_directions
-from engine.transport.gaussian.samples import Drawn, GlossySurface, Material, draw, gathered, on_threads
+from engine.transport.gaussian.samples import Drawn, GlossySurface, Material, draw, gather, on_threads
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -42,7 +42,7 @@ SPREAD = 0.2
 BOUNCES = 4
 
 #: Least cosine between the normal that shades and the direction of view, as in `engine.render.surface`.
-LEAST_FACING = 0.01
+MIN_FACING = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,20 +73,20 @@ def arrivals(
 ) -> Arrivals:
     """Indirect glossy transport of a vertex towards world `views` (M, 3) above its horizon, `count` directions each."""
     if surface.of.free[vertex]:
-        return _joined([])
+        return _join([])
     drawn = draw(surface, vertex, views, count)
     view, sample = np.nonzero(drawn.value.any(axis=-1))
     value = drawn.value[view, sample] * drawn.weight[view, sample, None]
     direction = drawn.direction[view, sample]
     origin = np.broadcast_to(surface.of.origin[vertex], direction.shape)
-    front = _split(_met(surface, view, origin, direction, value)[0])
+    front = _split(_find_surface_points(surface, view, origin, direction, value)[0])
     rng, found = np.random.default_rng([seed, vertex]), []
     for _ in range(bounces):
         if not front.view.size:
             break
         front, left = _go_on(surface, front, rng)
         found.append(left)
-    return _joined(found)
+    return _join(found)
 
 
 def _split(front: _Front) -> _Front:
@@ -99,14 +99,14 @@ def _split(front: _Front) -> _Front:
     )
 
 
-def _joined(found: list[Arrivals]) -> Arrivals:
+def _join(found: list[Arrivals]) -> Arrivals:
     if not found:
         return Arrivals(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)))
     names = ("view", "direction", "value")
     return Arrivals(*(np.concatenate([getattr(each, name) for each in found]) for name in names))
 
 
-def _met(
+def _find_surface_points(
     surface: GlossySurface, view: Indices, origin: Vectors, direction: Vectors, value: Floats
 ) -> tuple[_Front, NDArray[np.bool_]]:
     """The rays that meet the surface, and which do."""
@@ -118,11 +118,11 @@ def _met(
 def _go_on(surface: GlossySurface, front: _Front, rng: np.random.Generator) -> tuple[_Front, Arrivals]:
     """Follow a direction from every point: the paths that meet the surface again, and those that leave it."""
     origin, frame, viewer = _points(surface, front)
-    wi, value = _reflected(surface, front, viewer, rng.random((len(viewer), 3)))
+    wi, value = _reflect(surface, front, viewer, rng.random((len(viewer), 3)))
     direction = np.einsum("nij,nj->ni", frame, wi)
     bright = np.flatnonzero(value.any(axis=1))
     direction, value, view = direction[bright], value[bright], front.view[bright]
-    after, met = _met(surface, view, origin[bright], direction, value)
+    after, met = _find_surface_points(surface, view, origin[bright], direction, value)
     own = after.face == front.face[bright[met]]
     after = _Front(
         *(getattr(after, name)[~own] for name in ("view", "face", "barycentric", "incoming", "value")),
@@ -140,14 +140,14 @@ def _points(surface: GlossySurface, front: _Front) -> tuple[Vectors, Vectors, Ve
     flat = np.where(dot(flat, flat)[:, None] > 0.0, flat, away)
     side = np.where(dot(flat, away) < 0.0, -1.0, 1.0)[:, None]
     shading = normalize(np.einsum("nk,nki->ni", front.barycentric, mesh.normals[corners].astype(np.float64)) * side)
-    low = np.maximum(LEAST_FACING - dot(shading, away), 0.0)
+    low = np.maximum(MIN_FACING - dot(shading, away), 0.0)
     tangent = np.einsum("nk,nki->ni", front.barycentric, mesh.tangents[corners].astype(np.float64))
     frame = frames_along(normalize(shading + low[:, None] * away), tangent)
     point = np.einsum("nk,nki->ni", front.barycentric, np.stack([a, b, c], axis=1))
     return offset_origins(point, side * flat, caster), frame, np.einsum("nij,ni->nj", frame, away)
 
 
-def _reflected(surface: GlossySurface, front: _Front, viewer: Vectors, u: Floats) -> tuple[Vectors, Floats]:
+def _reflect(surface: GlossySurface, front: _Front, viewer: Vectors, u: Floats) -> tuple[Vectors, Floats]:
     """Directions (N, 3) in the frames of the points, and what paths bring from there (N, 3)."""
     wi, value = np.empty(viewer.shape), np.zeros(viewer.shape)
     for material, some in _materials(surface, front):
@@ -177,7 +177,7 @@ def _materials(surface: GlossySurface, front: _Front) -> list[tuple[Material | N
     return [*groups, *((made[number], model[kind == number]) for number in np.unique(kind))]
 
 
-def binned(found: Arrivals, views: int, edge: int) -> Floats:
+def bin_values(found: Arrivals, views: int, edge: int) -> Floats:
     """(views, 6 edge², 3) mean transport over each texel of a cube map."""
     texel = found.view * (6 * edge * edge) + texel_numbers(found.direction, edge)
     count = views * 6 * edge * edge
@@ -191,14 +191,14 @@ def indirect_samples(
     surface: GlossySurface, vertices: Indices, count: int, *, bounces: int = BOUNCES
 ) -> TransportSamples:
     """Indirect glossy transport of `vertices` (B,) of the model towards the 92 views, from `count` directions each."""
-    return gathered(on_threads(lambda vertex: _of_vertex(surface, vertex, count, bounces), vertices))
+    return gather(on_threads(lambda vertex: _mask_vertex(surface, vertex, count, bounces), vertices))
 
 
-def _of_vertex(surface: GlossySurface, vertex: int, count: int, bounces: int) -> tuple[NDArray[np.bool_], Drawn]:
+def _mask_vertex(surface: GlossySurface, vertex: int, count: int, bounces: int) -> tuple[NDArray[np.bool_], Drawn]:
     """Mask of the 92 views that get indirect light from a vertex, and its transport towards these over texels."""
     views = view_directions()
     above = views @ surface.frames[vertex, :, 2] > 0.0
-    value = spread(binned(arrivals(surface, vertex, views[above], count, bounces=bounces), int(above.sum()), EDGE))
+    value = spread(bin_values(arrivals(surface, vertex, views[above], count, bounces=bounces), int(above.sum()), EDGE))
     lit = value.any(axis=(1, 2))
     above[np.flatnonzero(above)[~lit]] = False
     return above, texels(value[lit])

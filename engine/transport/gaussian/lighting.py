@@ -29,7 +29,7 @@ from engine.light.gaussian_prefilter import (
     WIDEST,
     PrefilteredCube,
     gaussian_integral,
-    prefiltered,
+    prefilter,
     texel_width,
 )
 from engine.light.lamps import Lamp
@@ -38,7 +38,7 @@ from engine.transport.gaussian.gpu_layout import Atlas, atlas_of
 from engine.transport.gaussian.kernel import add_lamp
 
 #: Edges of the cube map that an environment is filtered from: the least, and the most.
-LEAST_EDGE, MOST_EDGE = 32, 512
+MIN_EDGE, MAX_EDGE = 32, 512
 
 #: Narrowest sigma in units of a texel's share 1 / N of an edge: from here on levels are right to 2 % of a lone texel.
 NARROW = 4.0
@@ -133,16 +133,16 @@ def levels_for(components: Sequence[Lobes]) -> Levels:
 def levels_under(environment: EnvironmentMap, widths: tuple[float, float]) -> Levels:
     """The same of this one for lobes of these widths (`sigma_range`): it is cut no finer than its own texels are."""
     across = math.ceil(environment.radiance.shape[1] / 4)
-    return levels_between(*widths, min(max(1 << (across - 1).bit_length(), LEAST_EDGE), MOST_EDGE))
+    return levels_between(*widths, min(max(1 << (across - 1).bit_length(), MIN_EDGE), MAX_EDGE))
 
 
-def levels_between(narrow: float, wide: float, most: int = MOST_EDGE) -> Levels:
+def levels_between(narrow: float, wide: float, most: int = MAX_EDGE) -> Levels:
     """Levels for lobes of `narrow` … `wide` rad, and the least map, of `most` texels along an edge, that shows them.
 
     They are `RATIO` apart; those that are hardly wider than a texel, which are the dearest and off by what texels are
     anyway, twice as far. The first is at most `narrow`, for all have `THRIFTY` / N among them or would if they went on.
     """
-    edge = LEAST_EDGE
+    edge = MIN_EDGE
     while edge < most and narrow * edge < NARROW:
         edge *= 2
     least, thrifty = 0.5 * texel_width(edge), THRIFTY / edge
@@ -180,17 +180,17 @@ def sigma_range(components: Sequence[Lobes]) -> tuple[float, float]:
     return float(widths[order][low]), float(widths[order][min(high, len(widths) - 1)])
 
 
-def filtered_for(environment: EnvironmentMap, levels: Levels) -> PrefilteredCube:
+def filter_for(environment: EnvironmentMap, levels: Levels) -> PrefilteredCube:
     """`filtered`, and the same again for the last two that were asked for."""
     return _kept(environment, levels)
 
 
-def filtered(environment: EnvironmentMap, levels: Levels) -> PrefilteredCube:
+def filter_levels(environment: EnvironmentMap, levels: Levels) -> PrefilteredCube:
     """`environment` under Gaussians of these widths."""
-    return prefiltered(cube_of(environment, levels.edge), levels.sigma)
+    return prefilter(cube_of(environment, levels.edge), levels.sigma)
 
 
-_kept = lru_cache(maxsize=2)(filtered)
+_kept = lru_cache(maxsize=2)(filter_levels)
 
 
 @lru_cache(maxsize=2)

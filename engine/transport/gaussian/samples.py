@@ -38,7 +38,7 @@ from engine.geometry.ray_caster import caster_of
 from engine.transport.baking.diffuse_specular import DiffusePart, diffuse_part, parts
 from engine.transport.baking.spatially_varying import (
     Variation,
-    checked_variations,
+    check_variations,
     vertex_values,
     with_parameters,
 )
@@ -166,7 +166,7 @@ def glossy_surface(
     """A model, on a ground where there is one; ValueError for `variations` that `brdf` does not have."""
     varied = {
         variation.parameter: variation.at(vertex_values(mesh, variation.source))
-        for variation in checked_variations(brdf, variations)
+        for variation in check_variations(brdf, variations)
     }
     surface = mesh if ground is None else with_ground(mesh, ground)[0]
     of = receivers(surface, caster_of(surface))
@@ -255,7 +255,7 @@ def products(glossy: Brdf | None, wi: Vectors, wo: Vectors) -> Floats:
     return value
 
 
-def shadowed(surface: GlossySurface, vertex: int, drawn: Drawn) -> NDArray[np.bool_]:
+def combine_shadowed(surface: GlossySurface, vertex: int, drawn: Drawn) -> NDArray[np.bool_]:
     """(M, S) whether something stands in the way; False where nothing is reflected anyway."""
     hidden = np.zeros(drawn.weight.shape, np.bool_)
     if surface.of.free[vertex]:
@@ -270,13 +270,13 @@ def shadowed(surface: GlossySurface, vertex: int, drawn: Drawn) -> NDArray[np.bo
 def direct(surface: GlossySurface, vertex: int, views: Vectors, count: int) -> Drawn:
     """Direct glossy transport (Green2006 Eq. 2) of a vertex towards world `views` (M, 3) above its horizon."""
     drawn = draw(surface, vertex, views, count)
-    drawn.value[shadowed(surface, vertex, drawn)] = 0.0
+    drawn.value[combine_shadowed(surface, vertex, drawn)] = 0.0
     return drawn
 
 
 def direct_samples(surface: GlossySurface, vertices: Indices, count: int) -> TransportSamples:
     """Direct glossy transport of `vertices` (B,) of the model towards the 92 views, `count` directions for each."""
-    return gathered(on_threads(lambda vertex: _of_vertex(surface, vertex, count), vertices))
+    return gather(on_threads(lambda vertex: _mask_vertex(surface, vertex, count), vertices))
 
 
 def on_threads(work: Callable[[int], Result], vertices: Indices) -> list[Result]:
@@ -287,14 +287,14 @@ def on_threads(work: Callable[[int], Result], vertices: Indices) -> list[Result]
         return list(pool.map(work, vertices.tolist()))
 
 
-def _of_vertex(surface: GlossySurface, vertex: int, count: int) -> tuple[NDArray[np.bool_], Drawn]:
+def _mask_vertex(surface: GlossySurface, vertex: int, count: int) -> tuple[NDArray[np.bool_], Drawn]:
     """Mask of the 92 views that see a vertex, and its transport towards these."""
     views = view_directions()
     above = views @ surface.frames[vertex, :, 2] > 0.0
     return above, direct(surface, vertex, views[above], count)
 
 
-def gathered(found: Sequence[tuple[NDArray[np.bool_], Drawn]]) -> TransportSamples:
+def gather(found: Sequence[tuple[NDArray[np.bool_], Drawn]]) -> TransportSamples:
     """Samples of one vertex after the other: which views (92,) have any, and what was drawn towards these."""
     counts = [np.where(above, drawn.weight.shape[1], 0) for above, drawn in found]
     start = np.concatenate([[0], np.cumsum(np.concatenate(counts))]) if counts else np.zeros(1, np.int64)
@@ -319,5 +319,5 @@ def transport_at(surface: GlossySurface, vertex: int, view: ArrayLike, direction
     with surface.guard:
         value = products(surface.material_at(vertex).glossy, flat @ frame, np.broadcast_to(wo, flat.shape))
     drawn = Drawn(flat[None], value[None], np.ones((1, len(flat))))
-    value[shadowed(surface, vertex, drawn)[0]] = 0.0
+    value[combine_shadowed(surface, vertex, drawn)[0]] = 0.0
     return value.reshape(towards.shape)

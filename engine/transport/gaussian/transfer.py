@@ -10,7 +10,7 @@ mixture. Where means cancel, the lobe points where that of the nearest view does
 have no light to give; energies are mixed over the views above it alone, so that a model neither darkens towards its
 outline nor shines from behind it.
 
-The light is `engine.transport.gaussian.lighting`'s; the twin that draws is `engine.gl.gaussian`.
+The light is `engine.transport.gaussian.lighting`'s; the counterpart that draws is `engine.gl.gaussian`.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from engine.transport.baking.diffuse_specular import DiffusePart
 from engine.transport.gaussian import kernel as gaussian_kernel
 from engine.transport.gaussian.fitting.lobes import Lobes
 from engine.transport.gaussian.fitting.views import VIEWS, nearest_views, view_directions
-from engine.transport.gaussian.gpu_layout import packed
+from engine.transport.gaussian.gpu_layout import pack
 from engine.transport.gaussian.lighting import GaussianLight, lobe_radiance, sigma_range
-from engine.transport.sh.transfer import ShTransport, transferred
+from engine.transport.sh.transfer import ShTransport, transfer
 
 #: The lowest that a view of a vertex is taken for, as its cosine, where a face beside it is seen.
 GRAZING = 0.01
@@ -82,7 +82,7 @@ class GaussianTransport:
     @cached_property
     def texels(self) -> NDArray[np.uint32]:
         """(V · 92 · lobes, 3) the lobes as shaders read them (`engine.transport.gaussian.gpu_layout`)."""
-        return packed(self.components)
+        return pack(self.components)
 
     @cached_property
     def normals(self) -> Vectors:
@@ -138,11 +138,11 @@ def lobes_towards(
 
 
 def lobes_seen_from(transport: GaussianTransport, eye: ArrayLike) -> SeenLobes:
-    """Lobes (V, K) of all vertices towards the point `eye` (3,), as pictures show them: those of the ground are black.
+    """Lobes (V, K) of all vertices towards the point `eye` (3,), as images show them: those of the ground are black.
 
     A vertex of a face that is seen may be turned away itself; its view is then taken for a grazing one.
     """
-    model = lobes_towards(transport, _lifted(transport, eye))
+    model = lobes_towards(transport, _lift(transport, eye))
     rest = len(transport.mesh.positions) - transport.ground_vertex
     if not rest:
         return model
@@ -160,7 +160,7 @@ def diffuse_radiance(transport: GaussianTransport, coefficients: NDArray[np.floa
     diffuse, first = transport.diffuse, transport.ground_vertex
     if diffuse is None:
         return np.zeros((len(transport.mesh.positions), 3))
-    value = transferred(diffuse, coefficients).astype(np.float64)
+    value = transfer(diffuse, coefficients).astype(np.float64)
     value[:first] *= diffuse.albedo
     value[first:] *= transport.ground_albedo
     return value
@@ -172,11 +172,11 @@ def diffuse_gain(transport: GaussianTransport, eye: ArrayLike) -> NDArray[np.flo
     if transport.grazing:
         model = transport.normals[: transport.ground_vertex]
         diffuse = DiffusePart((1.0, 1.0, 1.0), grazing=True)
-        gain[: transport.ground_vertex] = diffuse.gain(dot(model, _lifted(transport, eye)))
+        gain[: transport.ground_vertex] = diffuse.gain(dot(model, _lift(transport, eye)))
     return gain
 
 
-def _lifted(transport: GaussianTransport, eye: ArrayLike) -> Vectors:
+def _lift(transport: GaussianTransport, eye: ArrayLike) -> Vectors:
     """Unit directions from the vertices of the model to `eye`, lifted above their horizons."""
     first = transport.ground_vertex
     wo = normalize(np.asarray(eye, np.float64) - transport.mesh.positions[:first])
@@ -185,7 +185,7 @@ def _lifted(transport: GaussianTransport, eye: ArrayLike) -> Vectors:
     return normalize(wo + low[:, None] * normals)
 
 
-def mixed(seen: SeenLobes, corners: NDArray[np.int64], share: NDArray[np.float64]) -> SeenLobes:
+def mix(seen: SeenLobes, corners: NDArray[np.int64], share: NDArray[np.float64]) -> SeenLobes:
     """Lobes (n, K) within triangles, from those of their `corners` (n, 3) by barycentric `share` (n, 3).
 
     Where means cancel, the lobe points where that of the nearest corner does.

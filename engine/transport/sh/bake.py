@@ -27,7 +27,8 @@ from engine.core.steps import Step, Steps, part
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import RayCaster, caster_of
-from engine.transport.baking.chunks import Recipe, Remote, estimated_s, fill
+from engine.transport.baking.chunks import Recipe, Remote, fill
+from engine.transport.baking.chunks import estimate_s as estimated_s
 from engine.transport.baking.file import (
     TransportFile,
     TransportPlan,
@@ -38,11 +39,11 @@ from engine.transport.baking.file import (
 )
 from engine.transport.baking.settings import ShSettings
 from engine.transport.baking.spatially_varying import Variation, variation_to_text
-from engine.transport.baking.visibility import Receivers, portion, receivers, unshaded
+from engine.transport.baking.visibility import Receivers, find_unshaded, portion, receivers
 from engine.transport.sh.bake_chunk import Baker, maker
 from engine.transport.sh.brdf_table import BrdfTable
 from engine.transport.sh.brdf_table_varying import Table, VariedTable, table_of, tables_of
-from engine.transport.sh.interreflection import Surroundings, gathered, opened, reflections
+from engine.transport.sh.interreflection import Surroundings, gather, reflections, transfer_open
 from engine.transport.sh.transfer import ShTransport, is_diffuse, tangent_frames
 
 KIND = "sh"
@@ -136,7 +137,7 @@ class Baked:
     bounce_s: float
     resumed_chunks: int
     chunks: int
-    free_vertices: int
+    unoccluded_vertices: int
 
 
 def default_edge(order: int) -> int:
@@ -154,14 +155,14 @@ def prepare(
     """Tabulate the BRDF and lay out the bake of `mesh`, on a ground where there is one; nothing is written.
 
     `variations`, two at most, move parameters of the BRDF from vertex to vertex of the model. UsageError where
-    it does not have them, InputError for a picture that cannot be read.
+    it does not have them, InputError for an image that cannot be read.
     """
     table = yield from table_of(brdf, settings.order, variations, mesh)
     name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
     first = len(mesh.positions)
     surface = mesh if ground is None else with_ground(mesh, ground)[0]
     albedo = ground.albedo if ground else 0.0
-    table, stated, arrays = _stored(table, is_diffuse(brdf))
+    table, stated, arrays = _store(table, is_diffuse(brdf))
     empty = Work(surface, first, table, albedo, settings, _caster(surface, settings), None)  # type: ignore[arg-type]
     plan = plan_transport(
         KIND,
@@ -182,7 +183,7 @@ def prepare(
     return replace(empty, plan=plan)
 
 
-def _stored(table: Table, diffuse: bool) -> tuple[Table, dict[str, Any], dict[str, NDArray[Any]]]:
+def _store(table: Table, diffuse: bool) -> tuple[Table, dict[str, Any], dict[str, NDArray[Any]]]:
     """`table` in the precision of the file, and what the file says and holds of it."""
     tables = tables_of(table)
     values = [some.values.astype(np.float32) for some in tables]
@@ -219,7 +220,7 @@ def _caster(surface: Mesh, settings: BakeSettings) -> RayCaster:
 
 def receivers_of(work: Work) -> Receivers:
     """The vertices of a bake as places where light arrives."""
-    return receivers(work.surface, work.caster) if work.settings.shadows else unshaded(work.surface, work.caster)
+    return receivers(work.surface, work.caster) if work.settings.shadows else find_unshaded(work.surface, work.caster)
 
 
 def bake(
@@ -239,7 +240,7 @@ def bake(
         share = 0.4 if work.settings.bounces and missing else 0.0
         sent = None
         if work.settings.bounces and missing:
-            sent = yield from part(reflected(work, of), 0.0, share)
+            sent = yield from part(reflect(work, of), 0.0, share)
         bounce_s = time.perf_counter() - started if sent is not None else 0.0
         recipe = recipe_of(work, of, sent)
         remote = Remote(cluster, maker, recipe) if cluster else None
@@ -280,7 +281,7 @@ def baker_of(work: Work, of: Receivers, sent: NDArray[np.float32] | None = None)
     return Baker(recipe_of(work, of, sent), of)
 
 
-def reflected(work: Work, of: Receivers) -> Steps[NDArray[np.float32]]:
+def reflect(work: Work, of: Receivers) -> Steps[NDArray[np.float32]]:
     """Light that each vertex sends to the others, as `reflections`; for `Baker`."""
     return reflections(work.surroundings(of), work.settings.bounces, work.albedo, work.bounds)
 
@@ -299,8 +300,8 @@ def estimate_s(work: Work) -> float:
 
     total = shared_s + all_of(baker.made)
     if sent is not None:
-        total += all_of(lambda vertices: opened(around, vertices))
-        total += (settings.bounces - 1) * all_of(lambda vertices: gathered(around, vertices, sent))
+        total += all_of(lambda vertices: transfer_open(around, vertices))
+        total += (settings.bounces - 1) * all_of(lambda vertices: gather(around, vertices, sent))
     return total
 
 

@@ -16,7 +16,7 @@ from engine.core.one_thread import one_thread
 from engine.geometry.ray_caster import RayCaster
 from engine.transport.baking.chunks import Chunk, Make, Recipe
 from engine.transport.baking.visibility import Receivers, visibility_shares
-from engine.transport.sh.interreflection import Surroundings, gathered
+from engine.transport.sh.interreflection import Surroundings, gather
 from engine.transport.sh.transfer import diffuse_vectors, free_vectors, matrices, visibility_harmonics
 
 
@@ -58,13 +58,13 @@ class Baker:
         if recipe["diffuse"] or vertices[0] >= recipe["ground_vertex"]:
             rows = np.repeat(self._vectors(vertices, counts)[:, None], channels, axis=1)
             if self._sent is not None:
-                rows += gathered(self._around, vertices, self._sent)
+                rows += gather(self._around, vertices, self._sent)
             return rows
         frames = recipe["frames"][vertices]
         own = matrices(self._seen(vertices, counts), frames, self._of.free[vertices])
         whole = np.repeat(own[:, :, None], channels, axis=2)
         if self._sent is not None:
-            whole += gathered(self._around, vertices, self._sent, frames)
+            whole += gather(self._around, vertices, self._sent, frames)
         return whole.reshape(-1, channels, recipe["order"] ** 2)
 
     def _vectors(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8] | None) -> NDArray[np.float32]:

@@ -24,7 +24,7 @@ from engine.core.directions import dot
 from engine.transport.sh import kernel as sh_kernel
 
 #: The highest order that the tests reach.
-MOST_ORDER = 64
+MAX_ORDER = 64
 
 Window = Literal["none", "hanning", "lanczos"]
 WINDOWS: tuple[Window, ...] = ("none", "hanning", "lanczos")
@@ -32,10 +32,10 @@ WINDOWS: tuple[Window, ...] = ("none", "hanning", "lanczos")
 Array = NDArray[np.float64]
 
 
-def checked_order(order: int) -> int:
-    """`order`, or ValueError where it is not 1 … `MOST_ORDER`."""
-    if not 1 <= order <= MOST_ORDER:
-        raise ValueError(f"an order of {order} is outside 1 … {MOST_ORDER}")
+def check_order(order: int) -> int:
+    """`order`, or ValueError where it is not 1 … `MAX_ORDER`."""
+    if not 1 <= order <= MAX_ORDER:
+        raise ValueError(f"an order of {order} is outside 1 … {MAX_ORDER}")
     return int(order)
 
 
@@ -44,7 +44,7 @@ def order_of(count: int) -> int:
     order = math.isqrt(max(count, 0))
     if order * order != count or count == 0:
         raise ValueError(f"{count} coefficients are of no order: 1, 4, 9, 16, 25 … are")
-    return checked_order(order)
+    return check_order(order)
 
 
 def bands(order: int) -> NDArray[np.int64]:
@@ -63,7 +63,7 @@ def evaluate(order: int, directions: ArrayLike) -> Array:
 def band_values(order: int, first: int, directions: ArrayLike) -> Array:
     """Only the bands `first` <= l < `order`: (..., order^2 - first^2)."""
     unit = _unit(directions)
-    values = np.empty((math.prod(unit.shape[:-1]), checked_order(order) ** 2 - first**2))
+    values = np.empty((math.prod(unit.shape[:-1]), check_order(order) ** 2 - first**2))
     sh_kernel.basis_of_all(order, first, unit.reshape(-1, 3), recurrence(order), values)
     return values.reshape(*unit.shape[:-1], values.shape[1])
 
@@ -119,13 +119,13 @@ def window(order: int, kind: Window) -> Array:
     """
     if kind not in WINDOWS:
         raise ValueError(f"{kind!r} is no window; known are {', '.join(WINDOWS)}")
-    band = np.arange(checked_order(order)) / order
+    band = np.arange(check_order(order)) / order
     weights = {"none": np.ones(order), "hanning": 0.5 + 0.5 * np.cos(np.pi * band), "lanczos": np.sinc(band)}[kind]
     weights[0] = 1.0
     return weights[bands(order)]
 
 
-def windowed(coefficients: ArrayLike, kind: Window) -> Array:
+def apply_window(coefficients: ArrayLike, kind: Window) -> Array:
     """`coefficients` (order^2, ...) with `window` applied."""
     values = np.asarray(coefficients, np.float64)
     return values * window(order_of(len(values)), kind).reshape(-1, *[1] * (values.ndim - 1))
@@ -141,7 +141,7 @@ def disc_zonal(order: int, radius: ArrayLike) -> Array:
     wrong = angle[~((angle >= 0.0) & (angle <= np.pi / 2))]
     if wrong.size:
         raise ValueError(f"a disc of radius {math.degrees(wrong[0]):g}° is not between 0 and 90°")
-    degree = np.arange(checked_order(order))
+    degree = np.arange(check_order(order))
     share = np.empty((*angle.shape, order))
     share[..., 0] = 1.0 / np.cos(angle / 2.0) ** 2
     share[..., 1:] = 2.0 * _legendre_slopes(order, np.cos(angle))[..., 1:] / (degree[1:] * (degree[1:] + 1.0))
@@ -161,7 +161,7 @@ def _legendre_slopes(order: int, c: Array) -> Array:
 
 def cosine_zonal(order: int) -> Array:
     """(order,) coefficients y_l0 of max(0, cos(theta)): what turns lighting into irradiance (Ramamoorthi2001)."""
-    moment = np.zeros(checked_order(order))  # of P_l over z = 0 … 1 with weight z
+    moment = np.zeros(check_order(order))  # of P_l over z = 0 … 1 with weight z
     moment[0] = 0.5
     if order > 1:
         moment[1] = 1.0 / 3.0
@@ -172,7 +172,7 @@ def cosine_zonal(order: int) -> Array:
     return 2.0 * np.pi * np.sqrt((2.0 * np.arange(order) + 1.0) / (4.0 * np.pi)) * moment
 
 
-def turned_zonal(zonal: ArrayLike, directions: ArrayLike) -> Array:
+def turn_zonal(zonal: ArrayLike, directions: ArrayLike) -> Array:
     """(..., order^2) coefficients of the functions of `zonal` about `directions` (..., 3) instead of +z.
 
     `zonal` is (order,) of one function for all directions, or (..., order) of one each.

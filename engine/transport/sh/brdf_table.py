@@ -32,7 +32,7 @@ from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.factor.hemisphere_map import HemisphereMap
 from engine.transport.sh import kernel as sh_kernel
-from engine.transport.sh.basis import bands, checked_order, cosine_zonal, evaluate, recurrence
+from engine.transport.sh.basis import bands, check_order, cosine_zonal, evaluate, recurrence
 
 #: Texels a side of the map of anisotropic BRDFs, and rows of isotropic ones.
 MAP_SIZE, ROWS = 128, 256
@@ -48,7 +48,7 @@ FOR_TABLES = 4
 LOW_ORDER = 8
 
 #: Share of the directions that the cosine lobe gets at least: its rule is the best one for what is smooth.
-LEAST_SMOOTH = 0.5
+MIN_SMOOTH = 0.5
 
 #: Cosines of the view below this are looked up at it: models are 0 or not finite at the horizon itself.
 GRAZING = 1e-3
@@ -132,7 +132,7 @@ class BrdfTable:
         """(3,) the share of even light that is reflected, in the mean over all sides; of Lambert's its albedo."""
         return np.asarray(self.mean[0] * math.sqrt(4.0 * math.pi))
 
-    def of_order(self, order: int) -> BrdfTable:
+    def reduce_order(self, order: int) -> BrdfTable:
         """The same with fewer coefficients; ValueError where it has fewer than asked for."""
         if order > self.order:
             raise ValueError(f"a table of order {self.order} has no coefficients of order {order}")
@@ -142,7 +142,7 @@ class BrdfTable:
 
 def tabulate(brdf: Brdf, order: int) -> Steps[BrdfTable]:
     """The table of `brdf` at any order; ValueError for orders out of range."""
-    checked_order(order)
+    check_order(order)
     if isinstance(brdf, Lambert):
         return lambert_table(brdf, order)
     if brdf.isotropic:
@@ -218,7 +218,7 @@ def _parity(order: int) -> tuple[Floats, Floats]:
 def _quarter(brdf: Brdf, hemisphere_map: HemisphereMap, order: int) -> tuple[NDArray[np.intp], Any]:
     """The texels that have to be worked out, and what makes all of theirs: a quarter where both axes are mirrors."""
     texels = np.arange(len(hemisphere_map.directions))
-    if hemisphere_map.flips is None or not _mirrored(brdf):
+    if hemisphere_map.flips is None or not _mirror(brdf):
         return texels, lambda values: values
     across, along = hemisphere_map.flips
     first = np.minimum(np.minimum(texels, across), np.minimum(along, across[along]))
@@ -235,7 +235,7 @@ def _quarter(brdf: Brdf, hemisphere_map: HemisphereMap, order: int) -> tuple[NDA
     return chosen, fill
 
 
-def _mirrored(brdf: Brdf) -> bool:
+def _mirror(brdf: Brdf) -> bool:
     """True if f keeps its value when both directions are mirrored across x, and across y: by 512 pairs."""
     rng = np.random.default_rng(0)
     pairs = rng.normal(size=(2, 512, 3))
@@ -272,7 +272,7 @@ def _project(brdf: Brdf, order: int, views: Vectors, samples: int) -> Steps[Floa
 
 def _sums(brdf: Brdf, mixture: Mixture, order: int, views: Vectors, samples: int, half: int) -> Floats:
     """Sums (N, order², 3) over about `samples` directions towards the light for each of `views` (N, 3)."""
-    shares = np.maximum(mixture.shares, [LEAST_SMOOTH * isinstance(lobe, CosineLobe) for lobe in mixture.lobes])
+    shares = np.maximum(mixture.shares, [MIN_SMOOTH * isinstance(lobe, CosineLobe) for lobe in mixture.lobes])
     rules = [
         _rule(lobe, share * samples, half) for lobe, share in zip(mixture.lobes, shares / shares.sum(), strict=True)
     ]

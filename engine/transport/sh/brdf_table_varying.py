@@ -28,12 +28,12 @@ from engine.core.directions import Vectors
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
-from engine.core.steps import Step, Steps, part, relayed
+from engine.core.steps import Step, Steps, part, relay
 from engine.geometry.mesh import Mesh
 from engine.transport.baking.spatially_varying import (
     Variation,
-    checked_variations,
-    varied_brdfs,
+    check_variations,
+    vary_brdf,
     vertex_values,
 )
 from engine.transport.sh.brdf_table import (
@@ -45,19 +45,19 @@ from engine.transport.sh.brdf_table import (
 )
 
 #: Numbers that may move a parameter each.
-MOST_VARIATIONS = 2
+MAX_VARIATIONS = 2
 
 #: An interval between tables is halved while its middle is off by more than this, relative.
 TOLERANCE = 0.01
 
 #: Most tables along the only number, and along each of two; the same of brushed BRDFs, whose tables are large.
-MOST_NODES, MOST_BRUSHED_NODES = (17, 9), (9, 5)
+MAX_NODES, MAX_BRUSHED_NODES = (17, 9), (9, 5)
 
 #: Most bytes of the tables of a brushed BRDF while they are made.
-MOST_BYTES = 1 << 29
+MAX_BYTES = 1 << 29
 
 #: Cells whose middles are compared.
-MOST_CELLS = 16
+MAX_CELLS = 16
 
 #: Views towards which a BRDF is compared.
 VIEWS = 24
@@ -86,7 +86,7 @@ class VariedTable:
 
     def __post_init__(self) -> None:
         shape = tuple(len(some) for some in self.nodes)
-        if not 1 <= len(shape) <= MOST_VARIATIONS or len(self.tables) != int(np.prod(shape)) or 0 in shape:
+        if not 1 <= len(shape) <= MAX_VARIATIONS or len(self.tables) != int(np.prod(shape)) or 0 in shape:
             raise ValueError(f"{len(self.tables)} tables do not fill a grid of {shape}")
         first = self.tables[0]
         if any((t.values.shape, t.diffuse) != (first.values.shape, first.diffuse) for t in self.tables):
@@ -185,8 +185,8 @@ class VariedTable:
         index, weight = self.corners(np.arange(len(self.numbers)))
         return np.asarray(np.einsum("vk,vkc->vc", weight, albedo[index]))
 
-    def of_order(self, order: int) -> VariedTable:
-        tables = tuple(table.of_order(order) for table in self.tables)
+    def reduce_order(self, order: int) -> VariedTable:
+        tables = tuple(table.reduce_order(order) for table in self.tables)
         return VariedTable(tables, self.nodes, self.numbers, self.interpolation_rel)
 
 
@@ -205,7 +205,7 @@ def table_of(
     """The table of `brdf`, or where there are `variations` the tables for the first `count` vertices of `mesh`."""
     if not variations:
         return (yield from tabulate(brdf, order))
-    checked_variations(brdf, variations)
+    check_variations(brdf, variations)
     numbers = np.stack([vertex_values(mesh, variation.source, count) for variation in variations], axis=1)
     return (yield from tabulate_varied(brdf, order, variations, numbers))
 
@@ -213,18 +213,18 @@ def table_of(
 def tabulate_varied(brdf: Brdf, order: int, variations: Sequence[Variation], numbers: Floats) -> Steps[VariedTable]:
     """Tables of `brdf` for vertices whose parameters the `numbers` (V, K) in [0, 1] move; as many as are needed.
 
-    UsageError for parameters that the BRDF does not have, and for more variations than `MOST_VARIATIONS`.
+    UsageError for parameters that the BRDF does not have, and for more variations than `MAX_VARIATIONS`.
     """
-    if not 1 <= len(variations) <= MOST_VARIATIONS:
+    if not 1 <= len(variations) <= MAX_VARIATIONS:
         raise UsageError(f"{len(variations)} parameters are to vary; spherical harmonics have tables over 1 or 2")
-    probes = _Probes(brdf, order, checked_variations(brdf, variations))
+    probes = _Probes(brdf, order, check_variations(brdf, variations))
     nodes = [_ends(number) for number in numbers.T]
     for axis in range(len(nodes)):
-        nodes[axis] = yield from _refined(probes, nodes, axis)
+        nodes[axis] = yield from _refine(probes, nodes, axis)
     left = yield from _between(probes, nodes)
-    grid, tables = varied_brdfs(brdf, variations, nodes), []
+    grid, tables = vary_brdf(brdf, variations, nodes), []
     for number, one in enumerate(grid):
-        named = _named(tabulate(one, order), f"table {number + 1} of {len(grid)}")
+        named = _name_steps(tabulate(one, order), f"table {number + 1} of {len(grid)}")
         tables.append((yield from part(named, 0.3 + 0.7 * number / len(grid), 0.3 + 0.7 * (number + 1) / len(grid))))
     return VariedTable(tuple(tables), tuple(nodes), np.asarray(numbers, np.float64), left)
 
@@ -238,22 +238,22 @@ class _Probes:
         self._known: dict[tuple[float, ...], Floats] = {}
 
     @property
-    def most_nodes(self) -> int:
+    def max_nodes(self) -> int:
         """Along each number."""
         count = len(self.variations)
         if self.brdf.isotropic:
-            return MOST_NODES[count - 1]
-        most = MOST_BRUSHED_NODES[count - 1]
+            return MAX_NODES[count - 1]
+        most = MAX_BRUSHED_NODES[count - 1]
         size_bytes = 8 * 3 * MAP_SIZE**2 * self.order**2
-        return max(2, min(most, int((MOST_BYTES // size_bytes) ** (1.0 / count))))
+        return max(2, min(most, int((MAX_BYTES // size_bytes) ** (1.0 / count))))
 
     def at(self, place: tuple[float, ...]) -> Steps[Floats]:
         """(N, order², 3) for the numbers `place`."""
         if place not in self._known:
-            (brdf,) = varied_brdfs(self.brdf, self.variations, [[number] for number in place])
+            (brdf,) = vary_brdf(self.brdf, self.variations, [[number] for number in place])
             finding = coefficients_towards(brdf, self.order, self._views)
             words = f"looking where tables are needed, {len(self._known) + 1}"
-            self._known[place] = yield from part(_named(finding, words), 0.1, 0.1)
+            self._known[place] = yield from part(_name_steps(finding, words), 0.1, 0.1)
         return self._known[place]
 
     def error(self, between: Sequence[tuple[float, ...]], place: tuple[float, ...]) -> Steps[float]:
@@ -272,9 +272,9 @@ def _views_around(count: int) -> Vectors:
     return np.stack([across * np.cos(azimuth), across * np.sin(azimuth), z], axis=-1)
 
 
-def _named(steps: Steps[Result], words: str) -> Steps[Result]:
+def _name_steps(steps: Steps[Result], words: str) -> Steps[Result]:
     """`steps` that tell `words`."""
-    return relayed(steps, lambda step: Step(step.done, f"tabulating the reflectance, {words}"))
+    return relay(steps, lambda step: Step(step.done, f"tabulating the reflectance, {words}"))
 
 
 def _ends(number: Floats) -> Floats:
@@ -282,7 +282,7 @@ def _ends(number: Floats) -> Floats:
     return np.unique([number.min(), number.max()]) if number.size else np.zeros(1)
 
 
-def _refined(probes: _Probes, nodes: Sequence[Floats], axis: int) -> Steps[Floats]:
+def _refine(probes: _Probes, nodes: Sequence[Floats], axis: int) -> Steps[Floats]:
     """The nodes along `axis`: intervals are halved, the worst first, until all are fine or there are enough."""
     others = [np.unique([some[0], 0.5 * (some[0] + some[-1]), some[-1]]).tolist() for some in nodes]
     across = list(product(*(others[k] if k != axis else [0.0] for k in range(len(nodes)))))
@@ -298,7 +298,7 @@ def _refined(probes: _Probes, nodes: Sequence[Floats], axis: int) -> Steps[Float
     errors = {}
     if len(found) == 2:
         errors[found[0], found[1]] = yield from error(found[0], found[1])
-    while errors and max(errors.values()) > TOLERANCE and len(found) < probes.most_nodes:
+    while errors and max(errors.values()) > TOLERANCE and len(found) < probes.max_nodes:
         low, high = max(errors, key=lambda interval: errors[interval])
         middle = 0.5 * (low + high)
         del errors[low, high]
@@ -309,11 +309,11 @@ def _refined(probes: _Probes, nodes: Sequence[Floats], axis: int) -> Steps[Float
 
 
 def _between(probes: _Probes, nodes: Sequence[Floats]) -> Steps[float]:
-    """Relative error of the mean of a cell's corners against its middle, at most in up to `MOST_CELLS` cells."""
+    """Relative error of the mean of a cell's corners against its middle, at most in up to `MAX_CELLS` cells."""
     sides = [list(pairwise(some)) if len(some) > 1 else [(some[0],)] for some in nodes]
     cells = list(product(*sides))
     worst = 0.0
-    for number in np.unique(np.linspace(0, len(cells) - 1, MOST_CELLS).astype(np.int64)):
+    for number in np.unique(np.linspace(0, len(cells) - 1, MAX_CELLS).astype(np.int64)):
         cell = cells[number]
         middle = tuple(float(np.mean(side)) for side in cell)
         worst = max(worst, (yield from probes.error(list(product(*cell)), middle)))

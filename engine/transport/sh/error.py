@@ -9,11 +9,11 @@ import numpy as np
 from engine.brdf.brdf import Brdf
 from engine.core.steps import Step, Steps
 from engine.light.cube_map import CubeMap, cube_directions, cube_solid_angles
-from engine.transport.baking.radiance_error import Deviation, RadianceError, exact_radiance, tried_pairs
-from engine.transport.baking.spatially_varying import Variation, varied_brdfs
+from engine.transport.baking.radiance_error import Deviation, RadianceError, choose_tried_pairs, exact_radiance
+from engine.transport.baking.spatially_varying import Variation, vary_brdf
 from engine.transport.baking.visibility import receivers
 from engine.transport.sh.bake import Work, baker_of
-from engine.transport.sh.basis import Window, windowed
+from engine.transport.sh.basis import Window, apply_window
 from engine.transport.sh.brdf_table_varying import VariedTable
 from engine.transport.sh.lighting import project
 from engine.transport.sh.transfer import tangent_frames
@@ -38,12 +38,12 @@ def sh_error(
     """
     if cube.edge != work.settings.edge:
         raise ValueError(f"a cube map of edge {cube.edge} does not fit visibility over {work.settings.edge}")
-    chosen, towards = tried_pairs(work.ground_vertex, vertices, views, seed)
+    chosen, towards = choose_tried_pairs(work.ground_vertex, vertices, views, seed)
     yield Step(0.0, "casting rays")
     of = receivers(work.surface, work.caster)
     baker = baker_of(work, of)
     counts = baker.visible(chosen)
-    light = windowed(project(cube, work.settings.order), window)
+    light = apply_window(project(cube, work.settings.order), window)
     count = 1 if work.table.diffuse else work.settings.order**2
     step = max(1, 2**24 // work.settings.order**4)
     frames = tangent_frames(work.surface)
@@ -79,4 +79,4 @@ def _brdf_at(work: Work, brdf: Brdf, variations: Sequence[Variation], vertex: in
     """The BRDF of a vertex of the model."""
     if not isinstance(work.table, VariedTable):
         return brdf
-    return varied_brdfs(brdf, variations, [[number] for number in work.table.numbers[vertex]])[0]
+    return vary_brdf(brdf, variations, [[number] for number in work.table.numbers[vertex]])[0]

@@ -55,7 +55,7 @@ def reflections(
         arriving = np.empty(shape, np.float32)
         for start, stop in pairwise(bounds):
             some = np.arange(start, stop)
-            arriving[some] = opened(around, some) if bounce == 0 else gathered(around, some, latest)
+            arriving[some] = transfer_open(around, some) if bounce == 0 else gather(around, some, latest)
             yield Step((bounce + stop / len(albedo)) / rounds, f"following bounce {bounce + 1} of {rounds}")
         latest = arriving * albedo[..., None]
         total += latest
@@ -82,7 +82,7 @@ def _blocks(around: Surroundings, vertices: NDArray[np.int64]) -> Iterator[slice
     yield from (slice(start, start + step) for start in range(0, len(vertices), step))
 
 
-def opened(around: Surroundings, vertices: NDArray[np.int64]) -> NDArray[np.float32]:
+def transfer_open(around: Surroundings, vertices: NDArray[np.int64]) -> NDArray[np.float32]:
     """(B, 1, order²) transfer to irradiance / π of the distant light, by the rays of a bounce."""
     result = np.empty((len(vertices), 1, around.order**2), np.float32)
     for block in _blocks(around, vertices):
@@ -93,7 +93,7 @@ def opened(around: Surroundings, vertices: NDArray[np.int64]) -> NDArray[np.floa
     return result
 
 
-def gathered(
+def gather(
     around: Surroundings,
     vertices: NDArray[np.int64],
     sent: NDArray[np.float32],

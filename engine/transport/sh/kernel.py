@@ -138,7 +138,7 @@ def _about_z(order: int, columns: int, cosine: Array, sine: Array, values: Array
 
 
 @scalar
-def _swapped(start: Array, index: Array, weight: Array, values: Array, out: Array) -> None:
+def _swap(start: Array, index: Array, weight: Array, values: Array, out: Array) -> None:
     """`out` = swap of y and z times `values`; the swap is given by its rows' entries that are not 0."""
     for i in range(values.shape[0]):
         row = out[i]
@@ -179,9 +179,9 @@ def rotate_many(
                 for column in range(columns):
                     values[i, column * _TOGETHER + b] = source[i, column]
         _about_z(order, columns, angle[0, 0], angle[0, 1], values)
-        _swapped(start, index, weight, values, other)
+        _swap(start, index, weight, values, other)
         _about_z(order, columns, angle[1, 0], angle[1, 1], other)
-        _swapped(start, index, weight, other, values)
+        _swap(start, index, weight, other, values)
         _about_z(order, columns, angle[2, 0], angle[2, 1], values)
         for b in range(here):
             for i in range(count):
@@ -318,7 +318,7 @@ def total(values: Array) -> float:
 
 
 @parallel
-def viewed(matrix: Array, coefficients: Array, out: Array) -> None:
+def view(matrix: Array, coefficients: Array, out: Array) -> None:
     """Vectors (V, 3, n) of `matrix` (V, n, 1 or 3, n), transposed, times `coefficients` (V, n, 3)."""
     count = matrix.shape[1]
     for v in prange(matrix.shape[0]):

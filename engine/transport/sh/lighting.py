@@ -19,7 +19,7 @@ from engine.light.environment import EnvironmentMap
 from engine.light.lamps import Lamp
 from engine.scene.scene import Scene
 from engine.transport.sh import kernel as sh_kernel
-from engine.transport.sh.basis import bands, checked_order, disc_zonal, evaluate, recurrence, turned_zonal
+from engine.transport.sh.basis import bands, check_order, disc_zonal, evaluate, recurrence, turn_zonal
 from engine.transport.sh.rotation import rotate
 
 #: The frame in which rows of equirectangular maps are circles about z and columns run against the azimuth; its rows are
@@ -30,20 +30,20 @@ POLAR_FROM_WORLD = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]
 _NODES = 6
 
 #: Values of the basis that are held at once while they are added up.
-MOST_VALUES = 2**21
+MAX_VALUES = 2**21
 
 Array = NDArray[np.float64]
 
 
 def project(lighting: EnvironmentMap | CubeMap, order: int) -> Array:
     """(order^2, 3) float64 coefficients of the radiance of a map, in the world's axes."""
-    return _of_cube(lighting, order) if isinstance(lighting, CubeMap) else _of_environment(lighting, order)
+    return _project_cube(lighting, order) if isinstance(lighting, CubeMap) else _project_environment(lighting, order)
 
 
-def _of_environment(environment: EnvironmentMap, order: int) -> Array:
+def _project_environment(environment: EnvironmentMap, order: int) -> Array:
     """Sums along rows give the waves in longitude; their sums over rows, weighted by `_latitudes`, the rest."""
     height, width = environment.radiance.shape[:2]
-    along = np.empty((height, 3, 2 * checked_order(order) - 1))
+    along = np.empty((height, 3, 2 * check_order(order) - 1))
     sh_kernel.row_sums(environment.radiance, _longitudes(order, width), along)
     weights = _latitudes(order, height)
     polar = np.empty((order * order, 3))
@@ -71,7 +71,7 @@ def _latitudes(order: int, height: int) -> Array:
     """
     nodes, share = np.polynomial.legendre.leggauss(_NODES + math.ceil(0.5 * np.pi * order / height))
     sums = np.empty((order * order, height))
-    at_once = max(1, MOST_VALUES // (len(nodes) * order * order))
+    at_once = max(1, MAX_VALUES // (len(nodes) * order * order))
     for first in range(0, height, at_once):
         row = np.arange(first, min(first + at_once, height))
         theta = np.pi / height * (row[:, None] + 0.5 + 0.5 * nodes)
@@ -85,10 +85,10 @@ def _latitudes(order: int, height: int) -> Array:
     return table
 
 
-def _of_cube(cube: CubeMap, order: int) -> Array:
+def _project_cube(cube: CubeMap, order: int) -> Array:
     """All faces are summed as if each were +Z, with one basis, and then turned to their places."""
     size = cube.edge
-    points, weights = _texel_nodes(size, max(1, math.ceil(_NODES * checked_order(order) / (2 * size))) + 1)
+    points, weights = _texel_nodes(size, max(1, math.ceil(_NODES * check_order(order) / (2 * size))) + 1)
     together = np.moveaxis(cube.radiance, 0, 2).reshape(size, size, 18)
     rows = np.empty((size, order * order, 18))
     sh_kernel.face_sums(np.ascontiguousarray(together), order, points, weights, recurrence(order), rows)
@@ -114,22 +114,22 @@ def _texel_nodes(size: int, nodes: int) -> tuple[Array, Array]:
 
 def lamp_coefficients(lamp: Lamp, order: int) -> Array:
     """(order^2, 3) coefficients of a lamp's radiance, in closed form; those of a directional light do not decay."""
-    about = turned_zonal(disc_zonal(order, lamp.radius), lamp.direction)
+    about = turn_zonal(disc_zonal(order, lamp.radius), lamp.direction)
     return about[:, None] * np.array(lamp.irradiance)
 
 
 def scene_coefficients(scene: Scene, order: int) -> Array:
     """(order^2, 3) coefficients of all light of a scene: its rotated environment or its one light, and its lamps."""
     lamps = list(scene.lamps)
-    total = np.zeros((checked_order(order) ** 2, 3))
+    total = np.zeros((check_order(order) ** 2, 3))
     if scene.environment is not None:
-        total += scene.irradiance * turned_about_y(project(scene.environment, order), scene.environment_rotation)
+        total += scene.irradiance * turn_about_y(project(scene.environment, order), scene.environment_rotation)
     else:
         lamps.append(Lamp(scene.light, (scene.irradiance,) * 3))
     return total + sum(lamp_coefficients(lamp, order) for lamp in lamps)
 
 
-def turned_about_y(coefficients: Array, angle: float) -> Array:
+def turn_about_y(coefficients: Array, angle: float) -> Array:
     """`coefficients` of lighting that is rotated about +Y by `angle` in radians, as `DistantLights.rotated`."""
     cosine, sine = math.cos(angle), math.sin(angle)
     about_y = [[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]]

@@ -20,10 +20,10 @@ from numpy.typing import ArrayLike, NDArray
 from engine.core.directions import Vectors
 from engine.core.errors import UsageError
 from engine.light.near_lamps import NearLamp
-from engine.transport.sh.basis import disc_zonal, turned_zonal
+from engine.transport.sh.basis import disc_zonal, turn_zonal
 
 #: Points along the longest side of the grid, one try after the other.
-LADDER = (2, 3, 5, 9, 17, 33)
+SWEEP = (2, 3, 5, 9, 17, 33)
 
 #: The error of interpolation that is accepted.
 TOLERANCE = 0.01
@@ -63,7 +63,7 @@ def incident(lamps: Sequence[NearLamp], points: ArrayLike, order: int, least: fl
         if (distance == 0.0).any():
             raise UsageError("a lamp that is a point lies on a vertex")
         offset[~offset.any(axis=1)] = (0.0, 1.0, 0.0)
-        about = turned_zonal(disc_zonal(order, np.arcsin(np.minimum(lamp.radius / distance, 1.0))), offset)
+        about = turn_zonal(disc_zonal(order, np.arcsin(np.minimum(lamp.radius / distance, 1.0))), offset)
         total += (about / (4.0 * np.pi * distance**2)[:, None])[..., None] * np.asarray(lamp.power)
     return total
 
@@ -74,22 +74,22 @@ def near_light(lamps: Sequence[NearLamp], positions: Vectors, order: int, points
     `points` is how many there are along the longest side of the grid, and otherwise found by the error. UsageError
     where a lamp touches a vertex, and for less than one point.
     """
-    if points is not None and not 1 <= points <= LADDER[-1]:
-        raise UsageError(f"{points} points along a side are outside 1 … {LADDER[-1]}")
+    if points is not None and not 1 <= points <= SWEEP[-1]:
+        raise UsageError(f"{points} points along a side are outside 1 … {SWEEP[-1]}")
     least = 0.5 * min((_clearance(lamp, positions) for lamp in lamps), default=0.0)
     probes = np.unique(np.linspace(0, len(positions) - 1, PROBES).astype(np.int64)) if len(positions) else slice(0, 0)
     exact = incident(lamps, positions[probes], order)
     size = float(np.linalg.norm(exact))
     if not size < LARGEST:
         raise UsageError("a lamp is too bright for numbers of 32 bits")
-    for along in (points,) if points is not None else LADDER:
+    for along in (points,) if points is not None else SWEEP:
         nodes = grid(positions, along)
         values = incident(lamps, list(product(*nodes)), order, least)
-        difference = interpolated(nodes, values, positions[probes]) - exact
+        difference = interpolate(nodes, values, positions[probes]) - exact
         error = float(np.linalg.norm(difference)) / size if size > 0.0 else 0.0
         if error <= TOLERANCE:
             break
-    return NearLight(interpolated(nodes, values, positions), len(values), error)
+    return NearLight(interpolate(nodes, values, positions), len(values), error)
 
 
 def _clearance(lamp: NearLamp, positions: Vectors) -> float:
@@ -117,7 +117,7 @@ def grid(positions: Vectors, along: int) -> list[Array]:
     ]
 
 
-def interpolated(nodes: Sequence[Array], values: Array, positions: Vectors) -> NDArray[np.float32]:
+def interpolate(nodes: Sequence[Array], values: Array, positions: Vectors) -> NDArray[np.float32]:
     """(V, order², 3) between the `values` (points, order², 3) of a grid, trilinear; beyond it those of its sides."""
     counts = [len(some) for some in nodes]
     result = np.zeros((len(positions), *values.shape[1:]), np.float32)

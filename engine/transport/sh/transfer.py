@@ -31,9 +31,9 @@ from engine.core.errors import UsageError
 from engine.geometry.mesh import Mesh
 from engine.light.cube_map import cube_directions, cube_solid_angles, direction_on_face
 from engine.transport.sh import kernel as sh_kernel
-from engine.transport.sh.basis import bands, checked_order, cosine_zonal, evaluate, order_of, turned_zonal
+from engine.transport.sh.basis import bands, check_order, cosine_zonal, evaluate, order_of, turn_zonal
 from engine.transport.sh.brdf_table_varying import Table, VariedTable
-from engine.transport.sh.rotation import rotated_from_frames, rotated_into_frames
+from engine.transport.sh.rotation import rotate_from_frames, rotate_into_frames
 
 Floats = NDArray[np.floating[Any]]
 
@@ -99,7 +99,7 @@ def row_count(vertices: int, first: int, rows: int) -> int:
 @lru_cache(maxsize=4)  # orders that are baked together
 def texel_basis(edge: int, order: int) -> NDArray[np.float32]:
     """(6 N², order²) integrals of the basis over the texels of a cube map, by Gauss's rule in each."""
-    nodes = max(2, math.ceil(3 * checked_order(order) / edge) + 1)
+    nodes = max(2, math.ceil(3 * check_order(order) / edge) + 1)
     at, share = np.polynomial.legendre.leggauss(nodes)
     place = (np.arange(edge)[:, None] + 0.5 + 0.5 * at) / edge
     s = np.broadcast_to(place[None, :, None, :], (edge, edge, nodes, nodes))
@@ -138,7 +138,7 @@ def even_in_z(order: int) -> NDArray[np.bool_]:
 @lru_cache(maxsize=4)  # orders that are baked together
 def products(order: int) -> Products:
     """The table of `Products`, by quadrature that is exact; 5 s at order 15, once."""
-    higher = 2 * checked_order(order) - 1
+    higher = 2 * check_order(order) - 1
     z, share = np.polynomial.legendre.leggauss(2 * order)
     turns = 4 * order - 2
     phi = 2.0 * np.pi * np.arange(turns) / turns
@@ -177,13 +177,13 @@ def matrices(seen: NDArray[np.float32], frames: Vectors, free: NDArray[np.bool_]
     """
     higher = order_of(seen.shape[1])
     order = (higher + 1) // 2
-    local = 2.0 * rotated_into_frames(np.asarray(seen, np.float64)[..., None], frames)[..., 0]
+    local = 2.0 * rotate_into_frames(np.asarray(seen, np.float64)[..., None], frames)[..., 0]
     local[free] = 0.0
     local[free, 0] = math.sqrt(4.0 * math.pi)
     table = products(order)
     own = np.zeros((len(seen), order**2, order**2), np.float32)
     sh_kernel.expand(local, table.first, table.second, table.start, table.index, table.weight, own)
-    return np.ascontiguousarray(rotated_from_frames(own, frames).swapaxes(1, 2))
+    return np.ascontiguousarray(rotate_from_frames(own, frames).swapaxes(1, 2))
 
 
 def diffuse_vectors(
@@ -200,10 +200,10 @@ def diffuse_vectors(
 
 def free_vectors(order: int, normals: Vectors) -> NDArray[np.float32]:
     """(B, n) the same of vertices that see their whole hemisphere: the cosine's SH about each normal."""
-    return turned_zonal(cosine_zonal(order) / np.pi, normals).astype(np.float32)
+    return turn_zonal(cosine_zonal(order) / np.pi, normals).astype(np.float32)
 
 
-def transferred(transport: ShTransport, light: ArrayLike) -> NDArray[np.float32]:
+def transfer(transport: ShTransport, light: ArrayLike) -> NDArray[np.float32]:
     """(R, 3) what the rows make of `light`: coefficients in the vertices' frames, or irradiance / π.
 
     `light` is (order², 3) for all vertices, or (V, order², 3) for each where lamps are near. Raises ValueError for
@@ -224,12 +224,12 @@ def transferred(transport: ShTransport, light: ArrayLike) -> NDArray[np.float32]
     return result
 
 
-def unshadowed(mesh: Mesh, light: Floats) -> Floats:
+def compute_unshadowed(mesh: Mesh, light: Floats) -> Floats:
     """(V, order², 3) `light` (order², 3) in the frames of the vertices: what transfer without shadows would give."""
-    return rotated_into_frames(light, tangent_frames(mesh))
+    return rotate_into_frames(light, tangent_frames(mesh))
 
 
-def signed_radiance(
+def sum_signed_radiance(
     transport: ShTransport, rows: Floats, local: Vectors, vertices: NDArray[np.int64]
 ) -> NDArray[np.float64]:
     """Sums (n, 3), before they are clamped, for directions `local` (n, 3) in the frames of `vertices` (n,).
@@ -269,7 +269,7 @@ def view_vectors(transport: ShTransport, local: Vectors) -> NDArray[np.float32]:
         vectors[:first] = transport.rows[:first] * transport.albedo.astype(np.float32)[..., None]
     else:
         own = transport.rows[: first * count].reshape(first, count, *transport.rows.shape[1:])
-        sh_kernel.viewed(own, transport.table.at(local[:first], np.arange(first)), vectors[:first])
+        sh_kernel.view(own, transport.table.at(local[:first], np.arange(first)), vectors[:first])
     vectors[local[:, 2] <= 0.0] = 0.0
     return vectors
 
@@ -287,7 +287,7 @@ def with_table(transport: ShTransport, table: Table) -> ShTransport:
         transport.ground_vertex,
         transport.diffuse,
         transport.ground_albedo,
-        table.of_order(transport.order),
+        table.reduce_order(transport.order),
         transport.interreflection,
         transport.rows,
     )

@@ -23,14 +23,15 @@ from engine.core.params import check_values
 from engine.core.steps import Step, Steps, part
 from engine.factor.errors import reference
 from engine.factor.hemisphere_map import HemisphereMap, MapKind
-from engine.factor.normalised import normalised
+from engine.factor.normalised import normalise
 from engine.factor.separable import Weighting, separate
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import RayCaster, caster_of
 from engine.transport.baking.blend import Mixture
-from engine.transport.baking.chunks import Chunk, Make, Recipe, Remote, estimated_s, fill
+from engine.transport.baking.chunks import Chunk, Make, Recipe, Remote, fill
+from engine.transport.baking.chunks import estimate_s as estimated_s
 from engine.transport.baking.file import (
     TransportFile,
     TransportPlan,
@@ -39,7 +40,7 @@ from engine.transport.baking.file import (
     read_as,
     writing,
 )
-from engine.transport.baking.occluder import Occluder, simplified
+from engine.transport.baking.occluder import Occluder, simplify
 from engine.transport.baking.settings import WaveletSettings
 from engine.transport.baking.visibility import Receivers, portion, visibility_shares
 from engine.transport.wavelet.haar import FACES, check_edge
@@ -126,7 +127,7 @@ class Baked:
     visibility_s: float
     resumed_chunks: int
     chunks: int
-    free_vertices: int
+    unoccluded_vertices: int
 
 
 def factors_for(
@@ -146,25 +147,25 @@ def factors_of_each(
 
     They are the first terms of the same ones, at least `NESTED` of which choose the norm: a norm for each number may
     let more terms be worse. Of a measurement, whose highlights may lie between the texels of a map, more may be worse
-    in pictures although they meet the matrix better: then these are left out. A single term is the better of the first
+    in images although they meet the matrix better: then these are left out. A single term is the better of the first
     and Kautz and McCool's normalised term, by their errors in most bands of the viewer's elevation.
     """
     if isinstance(brdf, SeparableFactors):
         check_factors(brdf)
-        return {terms: brdf.truncated(min(terms, brdf.terms)) for terms in counts}
+        return {terms: brdf.truncate(min(terms, brdf.terms)) for terms in counts}
     hemisphere_map, pairs, most = HemisphereMap(kind, MAP_SIZE), reference(brdf), max(NESTED, *counts)
     share = 0.5 if 1 in counts else 1.0
     found = yield from part(separate(brdf, hemisphere_map, most, weighting=weighting, reference=pairs), 0.0, share)
     name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
     every = replace(found.factors, name=name)
-    first = {terms: every.truncated(min(terms, every.terms)) for terms in counts}
+    first = {terms: every.truncate(min(terms, every.terms)) for terms in counts}
     if type(brdf) not in MODELS.values():
-        errors = [pairs.seen(every.truncated(terms)) for terms in range(1, min(max(counts), every.terms) + 1)]
-        first = {terms: every.truncated(1 + int(np.argmin(errors[:terms]))) for terms in counts}
+        errors = [pairs.seen(every.truncate(terms)) for terms in range(1, min(max(counts), every.terms) + 1)]
+        first = {terms: every.truncate(1 + int(np.argmin(errors[:terms]))) for terms in counts}
     if 1 in counts:
-        positive = yield from part(normalised(brdf, hemisphere_map, "in-out", pairs), share, 1.0)
+        positive = yield from part(normalise(brdf, hemisphere_map, "in-out", pairs), share, 1.0)
         other = replace(positive, name=name)
-        first[1] = min(first[1], other, key=lambda each: pairs.missed(pairs.rms(each)[1]))
+        first[1] = min(first[1], other, key=lambda each: pairs.miss(pairs.rms(each)[1]))
     return first
 
 
@@ -210,7 +211,7 @@ def prepare(
         rows,
     )
     if settings.occluder_cells:
-        occluder = simplified(surface, settings.occluder_cells)
+        occluder = simplify(surface, settings.occluder_cells)
     else:
         occluder = Occluder(caster_of(surface))
     return Work(surface, first, factors, ground.albedo if ground else 0.0, settings, occluder, plan, mixture)

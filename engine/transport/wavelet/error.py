@@ -24,7 +24,7 @@ from engine.factor.separable_factors import SeparableFactors
 from engine.light.cube_map import cube_of
 from engine.light.environment import EnvironmentMap
 from engine.transport.baking.blend import Mixture
-from engine.transport.baking.radiance_error import Deviation, RadianceError, exact_radiance, tried_pairs
+from engine.transport.baking.radiance_error import Deviation, RadianceError, choose_tried_pairs, exact_radiance
 from engine.transport.baking.visibility import visibility_shares
 from engine.transport.wavelet.bake import Work
 from engine.transport.wavelet.quantise import THRESHOLD, encode_light
@@ -33,7 +33,7 @@ from engine.transport.wavelet.transfer import (
     cube_texels,
     light_maps,
     radiance_towards,
-    relit,
+    relight_transport,
     transport_vectors,
     vectors_of,
     vertex_frames,
@@ -59,7 +59,7 @@ def wavelet_error(
     Where BRDFs are mixed, `brdf` has all of them in order. ValueError where the cube map does not fit the
     settings of the bake.
     """
-    chosen, towards = tried_pairs(work.ground_vertex, vertices, views, seed)
+    chosen, towards = choose_tried_pairs(work.ground_vertex, vertices, views, seed)
     light = encode_light(radiance, threshold)
     texels = cube_texels(work.settings.edge)
     incident = np.asarray(radiance, np.float64).reshape(-1, 3) * texels.area[:, None]
@@ -68,7 +68,7 @@ def wavelet_error(
     visible = np.concatenate([counts for _, counts in shares])
     transport = _transport(work, chosen, visible)
     mixed = transport.mixture or Mixture((work.factors.terms,), np.ones((len(chosen), 1), np.float32))
-    rows = mixed.applied(relit(transport, light))
+    rows = mixed.applied(relight_transport(transport, light))
     bases = list(brdf) if isinstance(brdf, Sequence) else [brdf]
     found = [radiance_towards(transport, rows, np.broadcast_to(wo, (len(chosen), 3))) for wo in towards]
     deviation = Deviation()
@@ -119,7 +119,7 @@ def best_terms(factors: SeparableFactors, brdf: Brdf, environment: EnvironmentMa
     cube, rng = cube_of(environment, TRIED_EDGE), np.random.default_rng(seed)
     texels = cube_texels(TRIED_EDGE)
     incident = np.asarray(cube.radiance, np.float64).reshape(-1, 3) * texels.area[:, None]
-    sums = [_Signed(factors.truncated(terms)) for terms in range(1, factors.terms + 1)]
+    sums = [_Signed(factors.truncate(terms)) for terms in range(1, factors.terms + 1)]
     deviations = [Deviation() for _ in sums]
     open_share = np.ones(len(incident))
     for number in range(TRIED_FRAMES):
@@ -144,4 +144,4 @@ class _Signed:
         self._factors = factors
 
     def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
-        return self._factors.signed(wi, wo)
+        return self._factors.sum_terms(wi, wo)

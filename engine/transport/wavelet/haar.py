@@ -52,15 +52,15 @@ def haar(images: NDArray[Any]) -> NDArray[Any]:
 
     ValueError where N is no power of two, or the images are not square.
     """
-    return _transformed(images, forwards=True)
+    return _transform(images, forwards=True)
 
 
 def inverse_haar(coefficients: NDArray[Any]) -> NDArray[Any]:
     """The images (..., N, N) of which `coefficients` (..., N, N) are the transform."""
-    return _transformed(coefficients, forwards=False)
+    return _transform(coefficients, forwards=False)
 
 
-def _transformed(images: NDArray[Any], forwards: bool) -> NDArray[Any]:
+def _transform(images: NDArray[Any], forwards: bool) -> NDArray[Any]:
     images = np.asarray(images)
     if images.dtype not in (np.float32, np.float64):
         images = images.astype(np.float64)
@@ -204,10 +204,10 @@ def select(planes: Any, kept: Any, value: Any, scratch: Any, index: Any) -> int:
             value[held], index[held] = total, m
             held += 1
             if held == len(value):
-                bar = _thinned(value, scratch, index, held, wanted)
+                bar = _thin(value, scratch, index, held, wanted)
                 held = wanted
     if held > wanted:
-        _thinned(value, scratch, index, held, wanted)
+        _thin(value, scratch, index, held, wanted)
         held = wanted
     for n in range(held):
         kept[n] = index[n]
@@ -215,7 +215,7 @@ def select(planes: Any, kept: Any, value: Any, scratch: Any, index: Any) -> int:
 
 
 @scalar
-def _thinned(value: Any, scratch: Any, index: Any, held: int, wanted: int) -> Any:
+def _thin(value: Any, scratch: Any, index: Any, held: int, wanted: int) -> Any:
     """Leave the `wanted` strongest of `held` candidates in their order, ties to the first; the weakest of them."""
     for n in range(held):
         scratch[n] = value[n]

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from engine.core.kernels import parallel, prange, scalar
 from engine.factor.hemisphere_map import taps
 from engine.transport.wavelet.haar import FACES, select
-from engine.transport.wavelet.quantise import quantised
+from engine.transport.wavelet.quantise import quantise_vectors
 
 #: Vertices that a thread takes at a time, with one scratch buffer for all of them.
 BLOCK = 8
 
 
 @scalar
-def _transformed(face: int, image: Any, scratch: Any, coefficients: Any) -> None:
+def _transform(face: int, image: Any, scratch: Any, coefficients: Any) -> None:
     """Put the Haar coefficients of one face (N, N) where their indices say; `image` and `scratch` (N/2, N/2) are used
     up.
 
@@ -63,7 +63,7 @@ def inner_cells(kind: int, size: int) -> Any:
 
 
 @scalar
-def _lit(
+def _find_lit(
     frame: Any,
     visible: Any,
     full: int,
@@ -160,7 +160,7 @@ def transfer(
         held, scratch = np.empty(capacity, np.float32), np.empty(capacity, np.float32)
         index = np.empty(capacity, np.int64)
         for v in range(block * BLOCK, min((block + 1) * BLOCK, vertices)):
-            count = _lit(frames[v], visible[v], full, direction, area, kind, size, inner, lit, place, weight)
+            count = _find_lit(frames[v], visible[v], full, direction, area, kind, size, inner, lit, place, weight)
             for k in range(terms):
                 for p in range(planes):
                     _project(maps[k, p], lit[:count], place, weight, image, square, cube[p])
@@ -187,13 +187,13 @@ def _project(light_map: Any, lit: Any, place: Any, weight: Any, image: Any, squa
                 weight[n, 0] * light_map[place[n, 0]] + weight[n, 1] * light_map[place[n, 1]]
             ) + (weight[n, 2] * light_map[place[n, 2]] + weight[n, 3] * light_map[place[n, 3]])
             n += 1
-        _transformed(face, image, square, coefficients)
+        _transform(face, image, square, coefficients)
 
 
 @scalar
 def _store(values: Any, kept: Any, index: Any, word: Any, peak: Any) -> int:
     """Quantise `values` (n, 3) and keep those that are not all 0 then; how many."""
-    quantised(values, peak, word)
+    quantise_vectors(values, peak, word)
     count = 0
     for n in range(len(values)):
         if word[n] != 0:
@@ -204,7 +204,7 @@ def _store(values: Any, kept: Any, index: Any, word: Any, peak: Any) -> int:
     return count
 
 
-def packed_light(quantised: NDArray[np.int16]) -> NDArray[np.int64]:
+def pack_light(quantised: NDArray[np.int16]) -> NDArray[np.int64]:
     """(M,) words of the quantised light (M, 3): red in bits 0–15, green in 16–31, blue in the highest 16."""
     four = np.zeros((len(quantised), 4), "<i2")
     four[:, :2], four[:, 3] = quantised[:, :2], quantised[:, 2]

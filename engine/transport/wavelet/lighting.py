@@ -21,7 +21,7 @@ from engine.light.environment import DistantLights, EnvironmentMap
 from engine.light.lamps import Lamp, lights_of_all
 from engine.light.sun_split import split_sun
 from engine.transport.wavelet.quantise import THRESHOLD, WaveletLight, encode_light
-from engine.transport.wavelet.transfer import WaveletTransport, relit
+from engine.transport.wavelet.transfer import WaveletTransport, relight_transport
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +52,9 @@ def lighting_of(
     Without `split`, a sun stays in the map. ValueError for an edge without wavelets or a threshold out of range.
     """
     rest, suns = split_sun(environment) if split else (environment, ())
-    cube = cube_of(rotated(rest, rotation), edge)
+    cube = cube_of(rotate(rest, rotation), edge)
     light = encode_light(cube.radiance.astype(np.float64) * factor, threshold)
-    moved = tuple(_scaled(sun.rotated(rotation), factor) for sun in suns)
+    moved = tuple(_scale(sun.rotate(rotation), factor) for sun in suns)
     return Lighting(light, (*moved, *lamps))
 
 
@@ -63,7 +63,7 @@ def dark(edge: int, lamps: Sequence[Lamp]) -> Lighting:
     return Lighting(encode_light(np.zeros((6, edge, edge, 3))), tuple(lamps))
 
 
-def rotated(environment: EnvironmentMap, angle: float) -> EnvironmentMap:
+def rotate(environment: EnvironmentMap, angle: float) -> EnvironmentMap:
     """The map rotated about +Y by `angle` rad: what came from +Z comes from +X after π/2, linear between texels."""
     width = environment.radiance.shape[1]
     columns = angle / (2.0 * math.pi) * width
@@ -76,20 +76,20 @@ def rotated(environment: EnvironmentMap, angle: float) -> EnvironmentMap:
     return EnvironmentMap(between, environment.name, environment.health)
 
 
-def _scaled(lamp: Lamp, factor: float) -> Lamp:
+def _scale(lamp: Lamp, factor: float) -> Lamp:
     red, green, blue = (channel * factor for channel in lamp.irradiance)
     return Lamp(lamp.direction, (red, green, blue), lamp.radius)
 
 
 def tuples(transport: WaveletTransport, lighting: Lighting) -> NDArray[np.float64]:
     """The light-modulated K-tuples (R, 3) under all the light, mixed where the transport has a mixture."""
-    rows = relit(transport, lighting.light)
+    rows = relight_transport(transport, lighting.light)
     if len(lighting.directional.direction):
         rows += lamp_tuples(transport, lighting.directional)
-    return mixed(transport, rows)
+    return mix(transport, rows)
 
 
-def mixed(transport: WaveletTransport, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def mix(transport: WaveletTransport, rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """`rows` of all terms, multiplied in place by the weights of the transport's mixture, if it has one."""
     return rows if transport.mixture is None else transport.mixture.applied(rows)
 

@@ -57,7 +57,7 @@ def unpack(words: NDArray[np.uint32]) -> NDArray[np.int32]:
 
 
 @scalar
-def quantised(values: Any, peak: Any, word: Any) -> int:
+def quantise_vectors(values: Any, peak: Any, word: Any) -> int:
     """Quantise `values` (M, 3) float32 into `word` (M,) and `peak` (3,); how many words are not 0."""
     for channel in range(3):
         peak[channel] = 0.0
@@ -89,7 +89,7 @@ def quantise(values: ArrayLike) -> tuple[NDArray[np.uint32], NDArray[np.float32]
     words = np.zeros(values.shape[:-1], "<u4")
     peaks = np.zeros((*values.shape[:-2], 3), np.float32)
     for place in np.ndindex(values.shape[:-2]):
-        quantised(np.ascontiguousarray(values[place]), peaks[place], words[place])
+        quantise_vectors(np.ascontiguousarray(values[place]), peaks[place], words[place])
     return words, peaks
 
 

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from engine.light.lamps import Lamp
 from engine.transport.wavelet.kernel import add_changes, by_coefficient, finish_sums
-from engine.transport.wavelet.lighting import Lighting, lamp_tuples, mixed
+from engine.transport.wavelet.lighting import Lighting, lamp_tuples, mix
 from engine.transport.wavelet.quantise import WaveletLight
-from engine.transport.wavelet.transfer import WaveletTransport, relit
+from engine.transport.wavelet.transfer import WaveletTransport, relight_transport
 
 #: Adding changes is taken where they touch less than this share of all kept coefficients: one thread, for which they
 #: lie anywhere in memory, takes several times as long for each as the threads of a fresh sum.
@@ -45,12 +45,12 @@ class Relighter:
             if self._lamps is None or self._lamps[0] != lighting.lamps:
                 self._lamps = lighting.lamps, lamp_tuples(self.transport, lighting.directional)
             rows += self._lamps[1]
-        return mixed(self.transport, rows)
+        return mix(self.transport, rows)
 
     def _under(self, light: WaveletLight) -> NDArray[np.float64]:
         before, self._light = self._light, light
         if before is None or self._around is None or len(before.quantised) != len(light.quantised):
-            self._around = relit(self.transport, light)
+            self._around = relight_transport(self.transport, light)
         elif not _same(before, light):
             self._around = self._changed(before, light)
         return self._around
@@ -58,7 +58,7 @@ class Relighter:
     def _changed(self, before: WaveletLight, light: WaveletLight) -> NDArray[np.float64]:
         changed = (light.quantised != before.quantised).any(axis=1)
         if self._entries[changed].sum() > CHEAPER * self._entries.sum():
-            return relit(self.transport, light)
+            return relight_transport(self.transport, light)
         if self._relighting is None:
             self._relighting = Relighting(self.transport, before)
         return self._relighting.update(light)

@@ -1,5 +1,5 @@
 """Wavelet transport with separable BRDFs (Wang2004, "All-frequency relighting of non-diffuse
-objects using separable BRDF approximation"), on the processor.
+objects using separable BRDF approximation"), on the CPU.
 
     T_k(v, wi) = light_k(wi) V(v, wi) cos θ_i dω         the strongest Haar coefficients of each vertex (Wang2004 Eq. 3)
     L_k(v)     = Σ T_k L                                 for each light: the light-modulated K-tuple (Wang2004 Eq. 5)
@@ -31,11 +31,11 @@ from engine.light.cube_map import cube_directions, cube_solid_angles
 from engine.transport.baking.blend import Mixture, mixture
 from engine.transport.baking.visibility import Receivers, receivers
 from engine.transport.wavelet.haar import FACES, candidates, check_edge
-from engine.transport.wavelet.kernel import packed_light, relight, transfer
+from engine.transport.wavelet.kernel import pack_light, relight, transfer
 from engine.transport.wavelet.quantise import WaveletLight
 
 #: Most terms of a BRDF and most coefficients of a vector.
-MOST_TERMS, MOST_COEFFICIENTS = 64, 4096
+MAX_TERMS, MAX_COEFFICIENTS = 64, 4096
 
 #: Squared length of the mean of unit tangents from which frames count as one (`transported.frag`), and a little more.
 ONE_FRAME = 0.935
@@ -138,8 +138,8 @@ def check_factors(factors: SeparableFactors) -> None:
     """UsageError for factors that cannot be baked."""
     if factors.parametrisation != "in-out":
         raise UsageError("wavelets need factors over light and viewer (in-out), not over half and difference vectors")
-    if factors.terms > MOST_TERMS:
-        raise UsageError(f"{factors.terms} terms are more than the {MOST_TERMS} that can be baked")
+    if factors.terms > MAX_TERMS:
+        raise UsageError(f"{factors.terms} terms are more than the {MAX_TERMS} that can be baked")
 
 
 def check_mixture(mixture: Mixture, factors: SeparableFactors, vertices: int) -> None:
@@ -151,8 +151,8 @@ def check_mixture(mixture: Mixture, factors: SeparableFactors, vertices: int) ->
         )
 
 
-def remixed(
-    transport: WaveletTransport, sources: Sequence[str] | None = None, picture: str | None = None
+def remix(
+    transport: WaveletTransport, sources: Sequence[str] | None = None, image: str | None = None
 ) -> WaveletTransport:
     """The same transport with other weights of its BRDFs, and another colour; None keeps what there is.
 
@@ -168,12 +168,12 @@ def remixed(
     )
     terms = (transport.factors.terms,) if before is None else before.terms
     if sources is not None or before is None:
-        mixed = mixture(model, terms, sources or (), picture)
+        mixed = mixture(model, terms, sources or (), image)
         kept = None if before is None else before.albedo
     else:
         mixed, kept = replace(before, albedo=None), before.albedo
-        if picture is not None:
-            mixed = replace(mixed, albedo=mixture(model, (1,), (), picture).albedo)
+        if image is not None:
+            mixed = replace(mixed, albedo=mixture(model, (1,), (), image).albedo)
     return replace(transport, mixture=mixed if mixed.albedo is not None else replace(mixed, albedo=kept))
 
 
@@ -242,7 +242,7 @@ def transport_vectors(
     return {name: array.reshape(-1, *array.shape[2:]) for name, array in found.items()}
 
 
-def relit(transport: WaveletTransport, light: WaveletLight) -> NDArray[np.float64]:
+def relight_transport(transport: WaveletTransport, light: WaveletLight) -> NDArray[np.float64]:
     """The light-modulated K-tuples (Wang2004 Eq. 5) as rows (R, 3), ordered as `transport.vectors`, before mixing."""
     if light.edge != transport.edge:
         raise ValueError(f"light of an edge of {light.edge} does not fit transport of {transport.edge}")
@@ -253,7 +253,7 @@ def relit(transport: WaveletTransport, light: WaveletLight) -> NDArray[np.float6
         vectors.words,
         vectors.peaks,
         vectors.counts,
-        packed_light(light.quantised),
+        pack_light(light.quantised),
         light.scaling,
         light.quantum,
         result,
@@ -279,12 +279,12 @@ def radiance_towards(
 ) -> VertexRadiance:
     """Radiance towards world directions `wo` (n, 3) of `vertices` (n,), all of them where none are named."""
     chosen = np.arange(len(transport.mesh.positions)) if vertices is None else vertices
-    signed = signed_radiance(transport, rows, np.einsum("nij,ni->nj", transport.frames[chosen], wo), chosen)
+    signed = sum_signed_radiance(transport, rows, np.einsum("nij,ni->nj", transport.frames[chosen], wo), chosen)
     kept, cut = float(np.maximum(signed, 0.0).sum()), float(np.maximum(-signed, 0.0).sum())
     return VertexRadiance(np.maximum(signed, 0.0), cut / kept if kept > 0.0 else 0.0)
 
 
-def signed_radiance(
+def sum_signed_radiance(
     transport: WaveletTransport, rows: NDArray[np.float64], local: Vectors, vertices: NDArray[np.int64]
 ) -> NDArray[np.float64]:
     """The sums (n, 3; Wang2004 Eq. 4) before clamping, for directions `local` (n, 3) in frames of `vertices` (n,)."""

@@ -1,17 +1,17 @@
 // Products of textures of projections of both directions, as engine/factor/homomorphic.py looks them up.
 // in: wi to the light, wo to the viewer, unit, surface frame (normal +z); out: 1/sr, no cosine, 0 below the horizon.
-// A layer per term: logarithms, bilinear between texel centres at -1 ... 1. MOST_TERMS as in that file.
+// A layer per term: logarithms, bilinear between texel centres at -1 ... 1. MAX_TERMS as in that file.
 
-const int MOST_TERMS = 16;
+const int MAX_TERMS = 16;
 
 uniform sampler2DArray brdf_textures;
 uniform int brdf_terms;
 
 // 0 linear, then the fixed projections in the order of engine/factor/projections.py; two rows for each linear one,
 // divided by its scale; and 1 where the texture is read by the conjugate projection, too.
-uniform int brdf_kinds[MOST_TERMS];
-uniform vec4 brdf_rows[2 * MOST_TERMS];
-uniform int brdf_twice[MOST_TERMS];
+uniform int brdf_kinds[MAX_TERMS];
+uniform vec4 brdf_rows[2 * MAX_TERMS];
+uniform int brdf_twice[MAX_TERMS];
 
 // 1 where linear projections are of half and difference vector, 0 of light and viewer.
 uniform int brdf_of_half;

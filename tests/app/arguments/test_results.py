@@ -37,7 +37,7 @@ def arguments(parser: argparse.ArgumentParser, verb: str = "") -> Iterator[tuple
 def test_every_argument_says_whether_it_is_a_file() -> None:
     """A new option cannot forget the check: without a type it could be a file, and with `str` it says that it is none.
 
-    The dash of -o, and words such as FILE in its name for people, are not believed to be anything but files.
+    The dash of -o, and words such as FILE in its name for users, are not believed to be anything but files.
     """
     outputs = []
     for name, action, can_overwrite in arguments(build_parser()):
@@ -177,7 +177,7 @@ def test_no_output_meets_an_input(lightarc: Callable[..., SimpleNamespace], plac
         (("bake", "sphere", "--brdf", "meas.csv", "-o", "keep.jpg"), 2, "must end in .transport"),
         (("bake", "sphere", "--brdf", "ggx", "-o", "alike.transport"), 3, "is not a transport file"),
         (("bake", "sphere", "--brdf", "ggx", "-o", "deep"), 2, "must end in .transport"),
-        (("render", "sphere", "-o", "a.png"), 3, "is not a picture that this command wrote"),
+        (("render", "sphere", "-o", "a.png"), 3, "is not an image that this command wrote"),
         (("render", "sphere", "-o", "a.png/"), 3, "names a folder"),
         (("render", "sphere", "-o", "a.png/."), 3, "names a folder"),
         (("render", "sphere", "-o", ".."), 2, "must end in"),
@@ -236,7 +236,7 @@ def test_outputs_that_cannot_be_are_refused_before_any_work(
     assert contents(place) == before
 
 
-def test_a_verb_replaces_its_own_picture_and_with_consent_that_of_others(
+def test_a_verb_replaces_its_own_image_and_with_consent_that_of_others(
     lightarc: Callable[..., SimpleNamespace], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -18,7 +18,7 @@ from app.brdf.library import KEY
 from app.brdf.tab import BrdfTab
 from app.commands import brdf as commands_brdf
 from app.document.comparison import MARKERS
-from app.project.values import Finder, Keeper, decoded, encoded, name_of
+from app.project.values import Finder, Keeper, decode, encode, name_of
 from app.widgets.param_form import NumberEditor
 from app.window.main_window import MainWindow
 from engine.brdf.brdf import MODELS, brdf_from_text
@@ -125,12 +125,12 @@ def test_the_search_leaves_what_has_all_its_words(tab: BrdfTab) -> None:
 
 def test_thumbnails_are_drawn_for_the_rows_in_sight(tab: BrdfTab, qtbot: Any) -> None:
     library = tab.library
-    qtbot.waitUntil(lambda: "lambert" in library.pictures and not library.in_sight_without(), timeout=60_000)
+    qtbot.waitUntil(lambda: "lambert" in library.images and not library.in_sight_without(), timeout=60_000)
     last = PRESETS[-1].text
-    assert last not in library.pictures
+    assert last not in library.images
     library.list.scrollToBottom()
-    qtbot.waitUntil(lambda: last in library.pictures, timeout=60_000)
-    assert len(library.pictures) < len(MODELS) + len(PRESETS)
+    qtbot.waitUntil(lambda: last in library.images, timeout=60_000)
+    assert len(library.images) < len(MODELS) + len(PRESETS)
 
 
 def test_a_parameter_is_dragged_in_one_step_with_live_views(tab: BrdfTab, qtbot: Any) -> None:
@@ -434,11 +434,11 @@ def test_a_table_is_saved_and_reads_back_the_same(
     tab.bench.said.connect(said.append)
     proposals: list[Path] = []
 
-    def answered(_parent: Any, _title: str, proposal: str, _endings: str) -> tuple[str, str]:
+    def answer(_parent: Any, _title: str, proposal: str, _endings: str) -> tuple[str, str]:
         proposals.append(Path(proposal))
         return str(tmp_path / "again"), "Table of Lightarc (*.exr)"
 
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", answered)
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", answer)
     before = tab.bench.output_folder
     tab.inspector.save.click()
     qtbot.waitUntil(lambda: (tmp_path / "again.exr").exists() and bool(said), timeout=60_000)
@@ -566,5 +566,5 @@ def test_reflectance_written_in_glsl_is_compared_and_kept(tab: BrdfTab, qtbot: A
     def no_array(*_: object) -> Any:
         raise AssertionError("GLSL has no arrays")
 
-    kept = encoded(entry.brdf, Keeper(text=keep, array=no_array, folder=tmp_path))
-    assert decoded(kept, Finder(text=texts.__getitem__, array=no_array, folder=tmp_path)) == entry.brdf
+    kept = encode(entry.brdf, Keeper(text=keep, array=no_array, folder=tmp_path))
+    assert decode(kept, Finder(text=texts.__getitem__, array=no_array, folder=tmp_path)) == entry.brdf

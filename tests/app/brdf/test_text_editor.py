@@ -16,7 +16,7 @@ from app.widgets.theme import RESOURCES
 from app.window.main_window import MainWindow
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.resample import random_pairs
-from engine.brdf.written import read_written, written
+from engine.brdf.written import read_written, write
 from tests.present import present
 
 PATIENCE_MS = 60_000
@@ -58,7 +58,7 @@ def test_templates_are_the_models_that_they_name(template: str, put: tuple[str, 
     wi, wo = random_pairs(500)
     text = (RESOURCES / "brdf" / f"{template}.brdf").read_text(encoding="utf-8").replace(*put)
     ours = brdf_from_text(words).f(wi, wo)
-    highlight = written(text.replace("color base 0.4 0.25 0.15", "color base 0 0 0"), template).f(wi, wo)
+    highlight = write(text.replace("color base 0.4 0.25 0.15", "color base 0 0 0"), template).f(wi, wo)
     ratio = highlight.sum() / ours.sum()
     np.testing.assert_allclose(highlight, ratio * ours, rtol=3e-3, atol=1e-5)
     assert 0.9 < ratio < 1.1

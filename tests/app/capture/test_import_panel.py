@@ -36,7 +36,7 @@ def panel(qtbot: Any) -> ImportPanel:
 
 
 def pick(panel: ImportPanel, qtbot: Any, value: str) -> None:
-    """Choose an intensity by keys, as a person does."""
+    """Choose an intensity by keys, as a user does."""
     box = panel.boxes["equalise"]
     box.setFocus()
     while box.currentData() != value:

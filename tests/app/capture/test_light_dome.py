@@ -14,7 +14,7 @@ from PySide6.QtTest import QTest
 from app.capture.light_dome import DOT, Lamp, LightDome, dot_colour, lamps_of
 from app.widgets import theme
 from app.window.main_window import MainWindow
-from tests.app.captures import opened
+from tests.app.captures import open_path
 from tests.present import present
 
 LEFT, CONTROL = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ControlModifier
@@ -23,7 +23,7 @@ LEFT, CONTROL = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ControlModifier
 @pytest.fixture
 def dome(window: MainWindow, qtbot: Any, photographs: Path) -> MainWindow:
     """The capture with its lamps on several sides."""
-    made = opened(window, qtbot, photographs)
+    made = open_path(window, qtbot, photographs)
     document = made.bench.document
     stack = present(document.project.stack)
     azimuth = np.radians(np.linspace(0.0, 270.0, len(stack.sources)))
@@ -33,12 +33,12 @@ def dome(window: MainWindow, qtbot: Any, photographs: Path) -> MainWindow:
 
 
 def lasso(window: MainWindow, corners: list[QPointF]) -> None:
-    picture = window.capture.dome.picture
+    image = window.capture.dome.image
     points = [corner.toPoint() for corner in corners]
-    QTest.mousePress(picture, LEFT, pos=points[0])
+    QTest.mousePress(image, LEFT, pos=points[0])
     for point in points[1:]:
-        QTest.mouseMove(picture, point)
-    QTest.mouseRelease(picture, LEFT, pos=points[-1])
+        QTest.mouseMove(image, point)
+    QTest.mouseRelease(image, LEFT, pos=points[-1])
 
 
 def test_lamps_lie_as_seen_from_above() -> None:
@@ -61,7 +61,7 @@ def test_colours_tell_how_well_a_photograph_is_predicted() -> None:
 
 
 def test_one_arc_has_no_dome(window: MainWindow, qtbot: Any, photographs: Path) -> None:
-    made = opened(window, qtbot, photographs)
+    made = open_path(window, qtbot, photographs)
     stack = present(made.bench.document.project.stack)
     assert lamps_of(stack, frozenset()) == ()
     assert lamps_of(dataclasses.replace(stack, azimuth=np.zeros(len(stack.sources))), frozenset()) == ()
@@ -70,18 +70,18 @@ def test_one_arc_has_no_dome(window: MainWindow, qtbot: Any, photographs: Path) 
 
 def test_a_click_shows_a_photograph_and_with_control_picks_another(dome: MainWindow) -> None:
     tab = dome.capture
-    picture = tab.dome.picture
+    image = tab.dome.image
     for place, keys, selected in ((1, Qt.KeyboardModifier.NoModifier, {1}), (3, CONTROL, {1, 3}), (1, CONTROL, {3})):
-        QTest.mouseClick(picture, LEFT, keys, picture.position(place).toPoint())
-        assert picture.selection == selected
-    QTest.mouseClick(picture, LEFT, Qt.KeyboardModifier.NoModifier, picture.position(0).toPoint() + QPoint(int(DOT), 0))
+        QTest.mouseClick(image, LEFT, keys, image.position(place).toPoint())
+        assert image.selection == selected
+    QTest.mouseClick(image, LEFT, Qt.KeyboardModifier.NoModifier, image.position(0).toPoint() + QPoint(int(DOT), 0))
     assert tab.current == present(dome.bench.document.project.stack).sources[0]
 
 
 def test_lamps_within_a_line_can_alone_be_used_in_one_step(dome: MainWindow) -> None:
     tab, document = dome.capture, dome.bench.document
-    picture, names = tab.dome.picture, present(document.project.stack).sources
-    first, second = picture.position(0), picture.position(1)
+    image, names = tab.dome.image, present(document.project.stack).sources
+    first, second = image.position(0), image.position(1)
     edge = QPointF(14.0, 14.0)
     low = QPointF(min(first.x(), second.x()), min(first.y(), second.y())) - edge
     high = QPointF(max(first.x(), second.x()), max(first.y(), second.y())) + edge
@@ -89,9 +89,9 @@ def test_lamps_within_a_line_can_alone_be_used_in_one_step(dome: MainWindow) -> 
     inside = {
         place
         for place in range(len(names))
-        if low.x() < picture.position(place).x() < high.x() and low.y() < picture.position(place).y() < high.y()
+        if low.x() < image.position(place).x() < high.x() and low.y() < image.position(place).y() < high.y()
     }
-    assert picture.selection == inside >= {0, 1}
+    assert image.selection == inside >= {0, 1}
     steps = document.undo_stack.count()
     tab.dome.only.click()
     assert document.project.excluded == {name for place, name in enumerate(names) if place not in inside}
@@ -104,7 +104,7 @@ def test_lamps_within_a_line_can_alone_be_used_in_one_step(dome: MainWindow) -> 
 def test_an_arc_is_picked_by_its_azimuth_and_left_out_with_a_key(dome: MainWindow, qtbot: Any) -> None:
     tab, document = dome.capture, dome.bench.document
     names = present(document.project.stack).sources
-    azimuths = [lamp.azimuth_deg for lamp in tab.dome.picture.lamps]
+    azimuths = [lamp.azimuth_deg for lamp in tab.dome.image.lamps]
     tab.dome.azimuth.setFocus()
     tab.dome.azimuth.selectAll()
     qtbot.keyClicks(tab.dome.azimuth, f"{azimuths[2]:.0f}")
@@ -122,7 +122,7 @@ def test_the_selection_of_another_capture_is_that_of_its_list(dome: MainWindow, 
     document.change("Come", stack=dataclasses.replace(stack, sources=tuple(f"new {name}" for name in stack.sources)))
     qtbot.wait(50)
     assert tab.list.selection
-    assert tab.dome.picture.selection == frozenset(tab.list.selection)
+    assert tab.dome.image.selection == frozenset(tab.list.selection)
     assert tab.dome.count.text() == f"1 of {len(stack.sources)} selected"
 
 

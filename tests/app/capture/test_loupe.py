@@ -1,4 +1,4 @@
-"""The loupe on the big picture: pixels at 100 %, a place that stays, and keys."""
+"""The loupe on the big image: pixels at 100 %, a place that stays, and keys."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QColor
 
 from app.capture.loupe import Loupe
-from app.widgets.image_view import ImageView, pixels_picture
+from app.widgets.image_view import ImageView, pixels_image
 from tests.app.captures import drag
 
 LEVELS = np.random.default_rng(3).integers(0, 256, (600, 1000, 3), dtype=np.uint8)
@@ -21,7 +21,7 @@ def loupe(qapp: object, qtbot: Any) -> Loupe:
     view = ImageView()
     qtbot.addWidget(view)
     view.resize(500, 400)
-    view.show_picture(pixels_picture(LEVELS))
+    view.show_image(pixels_image(LEVELS))
     view.show()
     qtbot.waitExposed(view)
     made = Loupe(view)
@@ -44,15 +44,15 @@ def test_a_pixel_of_the_photograph_is_one_of_the_screen(loupe: Loupe) -> None:
 
 
 def test_its_place_stays_while_photographs_change(loupe: Loupe) -> None:
-    loupe.view.show_picture(pixels_picture(255 - LEVELS))
+    loupe.view.show_image(pixels_image(255 - LEVELS))
     assert loupe.place == QPointF(500.0, 300.0)
     half = loupe.width() // 2
     assert colour_at(loupe, half, half) == tuple(255 - LEVELS[300, 500])
-    loupe.view.show_picture(pixels_picture(LEVELS[::2, ::2]))
+    loupe.view.show_image(pixels_image(LEVELS[::2, ::2]))
     assert loupe.place == QPointF(250.0, 150.0)
 
 
-def test_it_lies_over_its_place_and_within_the_picture(loupe: Loupe) -> None:
+def test_it_lies_over_its_place_and_within_the_image(loupe: Loupe) -> None:
     middle = loupe.view.to_screen(loupe.place)
     assert (QPointF(loupe.geometry().center()) - middle).manhattanLength() <= 2.0
     loupe.move_to(QPointF(-40.0, 9_999.0))
@@ -95,7 +95,7 @@ def test_the_read_out_follows_the_pixel_below_the_pointer(loupe: Loupe, qtbot: A
     assert half > 0
 
 
-def test_a_picture_that_is_magnified_is_magnified_further(loupe: Loupe) -> None:
+def test_a_image_that_is_magnified_is_magnified_further(loupe: Loupe) -> None:
     loupe.hide()
     loupe.view.resize(2500, 1600)  # all of it at more than 200 %
     loupe.open()

@@ -18,7 +18,7 @@ from app.capture.photograph_menu import menu_of
 from app.window.main_window import MainWindow
 from engine.core.health import Verdict
 from engine.images.encode import encode_png
-from tests.app.captures import PATIENCE_MS, opened, quiet
+from tests.app.captures import PATIENCE_MS, open_path, quiet
 from tests.present import present
 
 ROWS = (
@@ -116,7 +116,7 @@ def test_the_space_bar_asks_for_use(column: PhotographColumn, qtbot: Any) -> Non
 
 @pytest.fixture
 def capture(window: MainWindow, qtbot: Any, photographs: Path) -> MainWindow:
-    return opened(window, qtbot, photographs, motion="none")
+    return open_path(window, qtbot, photographs, motion="none")
 
 
 def items(menu: QMenu) -> Iterator[QAction]:

@@ -11,10 +11,11 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.capture.panel import unaligned
+from app.capture.panel import find_unaligned
 from app.capture.points_tool import PointsTool
 from app.window.main_window import MainWindow
-from tests.app.captures import captured, choices, click, drag, imported_again, opened, pick
+from tests.app.captures import capture as captured
+from tests.app.captures import choices, click, drag, import_again, open_path, pick
 from tests.present import present
 
 SPOTS = ((20.0, 18.0), (80.0, 24.0), (74.0, 79.0), (15.0, 66.0), (48.0, 45.0))
@@ -30,15 +31,15 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, A
 @pytest.fixture
 def marking(window: MainWindow, qtbot: Any, capture: tuple[Path, dict[str, Any]]) -> MainWindow:
     """The window with the tool open, on a photograph that is not the reference."""
-    opened(window, qtbot, capture[0], motion="none")
+    open_path(window, qtbot, capture[0], motion="none")
     qtbot.mouseClick(window.capture.options.points, Qt.MouseButton.LeftButton)
-    loaded(window, qtbot)
+    load(window, qtbot)
     return window
 
 
-def loaded(window: MainWindow, qtbot: Any) -> None:
+def load(window: MainWindow, qtbot: Any) -> None:
     views = window.capture.points.views
-    qtbot.waitUntil(lambda: all(view.picture is not None for view in views), timeout=60_000)
+    qtbot.waitUntil(lambda: all(view.image is not None for view in views), timeout=60_000)
 
 
 def points(window: MainWindow) -> PointsTool:
@@ -52,7 +53,7 @@ def motion(truth: dict[str, Any], reference: str, name: str) -> np.ndarray:
 
 
 def mark(window: MainWindow, spot: tuple[float, float], there: tuple[float, float], first: int = 0) -> None:
-    """Click the same spot in both pictures, in picture number `first` first."""
+    """Click the same spot in both images, in image number `first` first."""
     tool = points(window)
     for side in (first, 1 - first):
         view = tool.views[side]
@@ -69,7 +70,7 @@ def mark_truly(window: MainWindow, truth: dict[str, Any], spots: Any) -> np.ndar
     return matrix
 
 
-def test_points_marked_in_both_pictures_move_the_photograph_where_it_was(
+def test_points_marked_in_both_images_move_the_photograph_where_it_was(
     marking: MainWindow, qtbot: Any, capture: tuple[Path, dict[str, Any]]
 ) -> None:
     """A click is known to half a pixel of the screen, which is about 0.15 px of these photographs."""
@@ -83,7 +84,7 @@ def test_points_marked_in_both_pictures_move_the_photograph_where_it_was(
     assert choices(marking).reference == tool.reference.currentData()
     assert "For the next import: a shift from 5 points" in tool.status.text()
     name = str(tool.name)
-    stack = imported_again(marking, qtbot)
+    stack = import_again(marking, qtbot)
     place = stack.sources.index(name)
     found = np.reshape(stack.provenance["photographs"][place]["alignment_matrix"], (3, 3))
     assert np.abs(found - truth).max() < 0.3
@@ -161,7 +162,7 @@ def test_another_photograph_while_marking_forgets_the_half_pair_and_keeps_the_po
     assert tool.waiting is None
     other = next(one for one in rows if one not in (reference, name))
     tab.list.choose(rows.index(other))
-    loaded(marking, qtbot)
+    load(marking, qtbot)
     assert tool.table.rowCount() == 0
     mark(marking, SPOTS[2], SPOTS[2])
     assert {one: len(pairs) for one, pairs in choices(marking).control_points.items()} == {name: 1, other: 1}
@@ -177,13 +178,13 @@ def test_too_few_points_and_points_on_one_line_are_said_to_be_so(marking: MainWi
         if number < 3:
             assert f"{number} of the 3 points" in tool.status.text()
     assert "do not determine an affine motion" in tool.status.text()
-    stack = imported_again(marking, qtbot)
+    stack = import_again(marking, qtbot)
     assert any("do not determine" in finding.text for finding in stack.health.findings if finding.source == tool.name)
     pick(marking, "motion", "none")
     assert "3 of the 4 points that a perspective motion needs" in tool.status.text()
 
 
-def test_the_middle_serves_people_without_a_mouse_and_all_points_can_be_removed(marking: MainWindow) -> None:
+def test_the_middle_serves_users_without_a_mouse_and_all_points_can_be_removed(marking: MainWindow) -> None:
     tool, undo = points(marking), marking.bench.document.undo_stack
     for view in tool.views:
         assert view.focusPolicy() == Qt.FocusPolicy.StrongFocus
@@ -213,7 +214,7 @@ def test_another_reference_takes_the_points_of_the_old_one_away_in_one_step(mark
     assert tool.right.currentWidget() is tool.itself
     marking.undo.trigger()
     assert choices(marking).reference == old
-    loaded(marking, qtbot)
+    load(marking, qtbot)
     assert tool.table.rowCount() == 1
 
 
@@ -269,7 +270,7 @@ def test_a_storm_of_undo_and_redo_leaves_view_and_project_of_one_mind(marking: M
     assert len(pairs) == len(SPOTS)
     marking.capture._show_source(name)  # undoing the opening of the photographs left the tool and chose none of them
     qtbot.mouseClick(marking.capture.options.points, Qt.MouseButton.LeftButton)
-    loaded(marking, qtbot)
+    load(marking, qtbot)
     assert tool.name == name
     assert tool.table.rowCount() == len(tool.views[0].markers) == len(SPOTS)
 
@@ -286,17 +287,17 @@ def test_what_could_not_be_aligned_leads_to_the_points(
     captured(other, sample="leather", seed=9)
     victim = sorted(folder.glob("*.tif"))[0]
     shutil.copyfile(sorted(other.glob("*.tif"))[0], victim)
-    opened(window, qtbot, folder, motion="translation")
-    assert unaligned(window.bench.document.project.stack) == (victim.name,)
+    open_path(window, qtbot, folder, motion="translation")
+    assert find_unaligned(window.bench.document.project.stack) == (victim.name,)
     panel = window.capture.options
     assert panel.lost.isVisible()
     assert victim.name in panel.lost.text()
     qtbot.mouseClick(panel.points, Qt.MouseButton.LeftButton)
-    loaded(window, qtbot)
+    load(window, qtbot)
     assert points(window).name == victim.name
     mark(window, (50.0, 50.0), (52.0, 51.0))
     assert not panel.lost.isVisible()
-    stack = imported_again(window, qtbot)
-    assert unaligned(stack) == ()
+    stack = import_again(window, qtbot)
+    assert find_unaligned(stack) == ()
     matrix = np.reshape(stack.provenance["photographs"][0]["alignment_matrix"], (3, 3))
     assert matrix[:2, 2] == pytest.approx([2, 1], abs=0.4)

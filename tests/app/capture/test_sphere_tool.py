@@ -15,7 +15,8 @@ from app.capture.sphere_tool import SphereTool
 from app.document.import_choices import choose
 from app.window.main_window import MainWindow
 from engine.simulate.arc import sphere
-from tests.app.captures import captured, choices, click, drag, imported_again, opened
+from tests.app.captures import capture as captured
+from tests.app.captures import choices, click, drag, import_again, open_path
 from tests.present import present
 
 SIZE = 256
@@ -33,21 +34,21 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, dict[s
 @pytest.fixture
 def measuring(window: MainWindow, qtbot: Any, capture: tuple[Path, Any, dict[str, Any]]) -> MainWindow:
     """The window with the lights to be measured on the sphere, and its tool open."""
-    opened(window, qtbot, capture[0], motion="none")
+    open_path(window, qtbot, capture[0], motion="none")
     panel = window.capture.options
     assert not panel.correct.isEnabled()
     assert "not measured" in panel.correct.toolTip()
     panel.fold.head.setChecked(True)
     qtbot.mouseClick(panel.sphere.buttons["sphere"], Qt.MouseButton.LeftButton)
     qtbot.mouseClick(panel.correct, Qt.MouseButton.LeftButton)
-    settled(window, qtbot)
+    settle(window, qtbot)
     return window
 
 
-def settled(window: MainWindow, qtbot: Any) -> None:
+def settle(window: MainWindow, qtbot: Any) -> None:
     tool = window.capture.sphere
     qtbot.waitUntil(
-        lambda: tool.looked is not None and tool.view.picture is not None and not window.bench.jobs.active,
+        lambda: tool.looked is not None and tool.view.image is not None and not window.bench.jobs.active,
         timeout=60_000,
     )
 
@@ -78,7 +79,7 @@ def test_an_outline_dragged_onto_the_sphere_shows_the_lights_at_once_and_is_impo
     _, arc, truth = capture
     tool, document, ball = measuring.capture.sphere, measuring.bench.document, sphere(arc)
     choose(document, "Beside it", outline=(ball.column + 40, ball.row - 30, 0.5 * ball.radius))
-    settled(measuring, qtbot)
+    settle(measuring, qtbot)
     tool.view.fit()
     view, steps = tool.view, document.undo_stack.count()
     start = QPointF(view.middle().x() - 4, view.middle().y() + 6)
@@ -87,17 +88,17 @@ def test_an_outline_dragged_onto_the_sphere_shows_the_lights_at_once_and_is_impo
     drag(view, view.rim(), view.middle() + QPointF(ball.radius * view.zoom, 0))
     assert document.undo_stack.count() == steps + 2
     assert choices(measuring).outline == pytest.approx((ball.column, ball.row, ball.radius), abs=1.0)
-    settled(measuring, qtbot)
+    settle(measuring, qtbot)
     shown = lights(tool)
     assert len(shown) == len(truth)
     assert max(off_deg(shown[name], truth[name]["sphere_light"]) for name in truth) < 5.0
     tool.fields["Column"].edited.emit(ball.column, True)
     tool.fields["Row"].edited.emit(ball.row, True)
     tool.fields["Radius"].edited.emit(ball.radius, True)
-    settled(measuring, qtbot)
+    settle(measuring, qtbot)
     shown = lights(tool)
     assert max(off_deg(shown[name], truth[name]["sphere_light"]) for name in truth) < 1.0
-    stack = imported_again(measuring, qtbot)
+    stack = import_again(measuring, qtbot)
     assert stack.angle_source == "mirror sphere"
     assert measuring.capture.panel.angles.text() == "mirror sphere"
     assert stack.provenance["sphere_px"] == [ball.column, ball.row, ball.radius]
@@ -112,7 +113,7 @@ def test_a_reflection_moved_by_hand_turns_the_light_as_the_mirror_law_says(
     arc, tool, document = capture[1], measuring.capture.sphere, measuring.bench.document
     ball = sphere(arc)
     choose(document, "Outline", outline=(ball.column, ball.row, ball.radius))
-    settled(measuring, qtbot)
+    settle(measuring, qtbot)
     name, view = str(tool.name), tool.view
     view.look_near(present(choices(measuring).outline))
     others = {one: light for one, light in lights(tool).items() if one != name}
@@ -126,10 +127,10 @@ def test_a_reflection_moved_by_hand_turns_the_light_as_the_mirror_law_says(
     QTest.keyRelease(view, Qt.Key.Key_Up)
     assert document.undo_stack.count() == steps + 2
     choose(document, "Exactly", highlights={name: (ball.column + 0.4 * ball.radius, ball.row)})
-    stack = imported_again(measuring, qtbot)
+    stack = import_again(measuring, qtbot)
     assert stack.elevation_deg[stack.sources.index(name)] == pytest.approx(expected, abs=1e-6)
     tool.again.click()
-    settled(measuring, qtbot)
+    settle(measuring, qtbot)
     assert (choices(measuring).highlights, choices(measuring).outline) == ({}, None)
     measuring.undo.trigger()
     assert name in choices(measuring).highlights
@@ -142,13 +143,13 @@ def test_a_click_sets_a_reflection_that_was_not_found_and_none_is_below_the_samp
     tool, document, ball = measuring.capture.sphere, measuring.bench.document, sphere(capture[1])
     outline = (ball.column + 0.1 * ball.radius, ball.row + 0.35 * ball.radius, 0.2 * ball.radius)
     choose(document, "In the dark", outline=outline, highlights={})
-    settled(measuring, qtbot)
+    settle(measuring, qtbot)
     tool.view.look_near(outline)
     lost = [name for name in tool._names() if name not in lights(tool)]
     assert lost
     assert "click the lamp's reflection" in tool.status.text()
     measuring.capture._show_source(lost[0])
-    settled(measuring, qtbot)
+    settle(measuring, qtbot)
     click(tool.view, tool.view.middle() + QPointF(3, -8))
     elevation, _ = lights(tool)[lost[0]]
     assert elevation > 60
@@ -178,10 +179,10 @@ def test_photographs_are_changed_and_undone_while_the_sphere_is_held(measuring: 
 
 
 def test_without_a_sphere_a_circle_waits_to_be_dragged(window: MainWindow, qtbot: Any, photographs: Path) -> None:
-    opened(window, qtbot, photographs)
+    open_path(window, qtbot, photographs)
     choose(window.bench.document, "Lights", sphere=True)
     window.capture.open_tool("sphere")
-    settled(window, qtbot)
+    settle(window, qtbot)
     tool = window.capture.sphere
     assert "No sphere was found" in tool.status.text()
     assert not tool.view.sure

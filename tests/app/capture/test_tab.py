@@ -15,13 +15,13 @@ from app.document.document import ImportChoices
 from app.window.main_window import MainWindow
 from engine.capture.stack import RADIANCE, RECORD, open_stack
 from engine.storage.file_array import FileArray
-from tests.app.captures import choices, drag, opened, pick
+from tests.app.captures import choices, drag, open_path, pick
 from tests.present import present
 
 
 @pytest.fixture
 def imported(window: MainWindow, qtbot: Any, photographs: Path) -> MainWindow:
-    return opened(window, qtbot, photographs)
+    return open_path(window, qtbot, photographs)
 
 
 def test_the_handle_below_a_point_excludes_its_photograph(imported: MainWindow, qtbot: Any) -> None:
@@ -35,7 +35,7 @@ def test_the_handle_below_a_point_excludes_its_photograph(imported: MainWindow, 
         qtbot.wait(600)
 
 
-def test_four_corners_are_dragged_in_one_step_and_cut_the_picture(imported: MainWindow, qtbot: Any) -> None:
+def test_four_corners_are_dragged_in_one_step_and_cut_the_image(imported: MainWindow, qtbot: Any) -> None:
     tab, document = imported.capture, imported.bench.document
     assert not tab.options.width_field.isEnabled()
     pick(imported, "framing", "corners")
@@ -133,7 +133,7 @@ def test_pixels_of_the_cache_that_are_cut_short_are_read_again(imported: MainWin
     tab.list.choose(0)
     qtbot.waitUntil(lambda: files[0].stat().st_size > 0 and not bench.jobs.active, timeout=60_000)
     shape = stack.radiance.shape[2], stack.radiance.shape[1]
-    qtbot.waitUntil(lambda: present(tab.image.picture).size == shape, timeout=60_000)
+    qtbot.waitUntil(lambda: present(tab.image.image).size == shape, timeout=60_000)
     assert [file.read_bytes() for file in files] == before
     os.truncate(files[1], 200)
     built = bench.document.project.material

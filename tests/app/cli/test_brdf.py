@@ -1,4 +1,4 @@
-"""`lightarc brdf` as a person types it."""
+"""`lightarc brdf` as a user types it."""
 
 from __future__ import annotations
 

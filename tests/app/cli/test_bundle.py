@@ -156,7 +156,7 @@ def test_a_bundle_is_extracted_and_viewed(
     page.parent.rmdir()
 
 
-def test_show_tells_a_person_what_is_in_it_and_json_all(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_show_tells_a_user_what_is_in_it_and_json_all(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("show", str(saved)) == 0
     said = capsys.readouterr().out
     assert "shading map: 2 slices of 4 × 3 texels" in said

@@ -20,7 +20,7 @@ from engine.simulate.arc import LightArc
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     arc = LightArc(size=48, elevation=tuple(math.radians(angle) for angle in (20, 50, 90)))
     monkeypatch.setattr(demos, "LightArc", lambda: arc)
-    monkeypatch.setattr(demos, "PICTURE_SIZE", (64, 40))
+    monkeypatch.setattr(demos, "IMAGE_SIZE", (64, 40))
     monkeypatch.setattr(command_line, "VERBS", (("demo", "app.cli.demo", ""),))
 
 

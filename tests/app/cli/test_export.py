@@ -1,4 +1,4 @@
-"""`lightarc export` as a person runs it."""
+"""`lightarc export` as a user runs it."""
 
 from __future__ import annotations
 

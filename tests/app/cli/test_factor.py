@@ -1,4 +1,4 @@
-"""`lightarc factor` as a person types it."""
+"""`lightarc factor` as a user types it."""
 
 from __future__ import annotations
 
@@ -42,10 +42,12 @@ def test_factors_are_made_measured_written_and_used(lightarc: Command, tmp_path:
     found = result(lightarc("factor", "lafortune:preset=blue-paint", "-o", folder, *QUICK))
     assert (found["method"], found["optimum_ratio"]) == ("symmetric", pytest.approx(1.0, abs=1e-6))
     assert found["asymmetry"] <= 1e-12
-    assert [rung["terms"] for rung in found["terms"]] == [1, 2]
-    for rung in found["terms"]:
-        assert set(METRICS) | {"rms_cosine_weighted", "rms_by_elevation_band", "time_s", "size_bytes"} <= set(rung)
-        assert len(rung["rms_by_elevation_band"]) == len(found["elevation_bands_deg"]) - 1
+    assert [term_error["terms"] for term_error in found["terms"]] == [1, 2]
+    for term_error in found["terms"]:
+        assert set(METRICS) | {"rms_cosine_weighted", "rms_by_elevation_band", "time_s", "size_bytes"} <= set(
+            term_error
+        )
+        assert len(term_error["rms_by_elevation_band"]) == len(found["elevation_bands_deg"]) - 1
     assert any("wavelets" in sentence for sentence in found["uses"])
     assert sorted(path.name for path in folder.iterdir())[0] == "factors.json"
     info = result(lightarc("brdf", "info", folder, "--json"))
@@ -67,7 +69,7 @@ def test_a_search_goes_on_where_it_ended(lightarc: Command, tmp_path: Path) -> N
     assert len(first["projections"]) == 1
     more = lightarc("factor", "phong", "--terms", "2", "--resume", tmp_path / "one", "-o", tmp_path / "two", *options)
     second = result(more)
-    assert [rung["textures"] for rung in second["terms"]] == [1, 2]
+    assert [term_error["textures"] for term_error in second["terms"]] == [1, 2]
     assert second["terms"][0]["sq_log"] == first["terms"][0]["sq_log"]
     assert second["evaluations"] > first["evaluations"]
 
@@ -78,15 +80,15 @@ def test_what_is_cancelled_keeps_the_best_so_far(tmp_path: Path) -> None:
     factor.add_arguments(parser)
     words = ["phong", "--method", "search", "--restarts", "2", "--size", "6", "--samples", "300", "--terms", "3"]
 
-    def interrupted(step: Step) -> None:
+    def interrupt(step: Step) -> None:
         if step.partial is not None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        factor.run(parser.parse_args(words), interrupted)
-    found = factor.run(parser.parse_args([*words, "-o", str(folder)]), interrupted)
+        factor.run(parser.parse_args(words), interrupt)
+    found = factor.run(parser.parse_args([*words, "-o", str(folder)]), interrupt)
     assert (found["cancelled"], found["exit_code"]) == (True, 4)
-    assert len(read_factors(folder).ladder) == len(found["terms"]) >= 1
+    assert len(read_factors(folder).term_errors) == len(found["terms"]) >= 1
     assert "--resume" in factor.report(found)
 
 

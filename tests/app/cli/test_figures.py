@@ -1,4 +1,4 @@
-"""`lightarc figures` as a person types it."""
+"""`lightarc figures` as a user types it."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def test_a_figure_is_drawn_from_one_command(lightarc: Command, mesh: Path, tmp_p
     folder = tmp_path / "out" / figure["name"]
     assert (folder / figure["picture"]).is_file()
     assert all((folder / plot).is_file() for plot in figure["plots"])
-    compared = [picture for picture in found["pictures"] if picture["error_rmse_rel"] is not None]
-    assert [picture["knobs"]["terms"] for picture in compared] == [1, 2, 4]
+    compared = [image for image in found["pictures"] if image["error_rmse_rel"] is not None]
+    assert [image["knobs"]["terms"] for image in compared] == [1, 2, 4]
     assert {"name", "panel", "knobs", "error_rmse_rel", "error_uncertainty"} <= set(compared[0])
     files = [folder / "radiance" / compared[0][name] for name in ("radiance", "reference")]
     known = json.loads(lightarc("compare", *files, "--json").out)
@@ -28,7 +28,7 @@ def test_a_figure_is_drawn_from_one_command(lightarc: Command, mesh: Path, tmp_p
     assert known["rmse_rel"] == pytest.approx(compared[0]["error_rmse_rel"], rel=0.3)
 
 
-def test_people_read_the_errors(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+def test_users_read_the_errors(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
     ran = lightarc("figures", "wang-2", "--mesh", mesh, "--quick", "-o", tmp_path)
     assert ran.code == 0, ran.err
     assert "K = 4" in ran.out
@@ -61,10 +61,10 @@ def test_a_file_in_the_place_of_the_folder_is_refused(lightarc: Command, mesh: P
 def test_cancelling_leaves_no_figure(
     lightarc: Command, mesh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupted(*_: object) -> None:
+    def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("engine.figures.papers.wang_2.compared", interrupted)
+    monkeypatch.setattr("engine.figures.papers.wang_2.compare_with", interrupt)
     ran = lightarc("figures", "wang-2", "--mesh", mesh, "--quick", "-o", tmp_path / "out")
     assert ran.code == 4
     assert list((tmp_path / "out").iterdir()) == []
@@ -73,10 +73,10 @@ def test_cancelling_leaves_no_figure(
 def test_cancelling_later_keeps_the_figures_that_are_complete(
     lightarc: Command, mesh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupted(*_: object) -> None:
+    def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("engine.figures.papers.wang_3.compared", interrupted)
+    monkeypatch.setattr("engine.figures.papers.wang_3.compare_with", interrupt)
     ran = lightarc("figures", "wang-2", "wang-3", "--mesh", mesh, "--quick", "-o", tmp_path / "out", "--json")
     assert ran.code == 4
     found = json.loads(ran.out)

@@ -1,4 +1,4 @@
-"""`lightarc import` as a person or a script meets it."""
+"""`lightarc import` as a user or a script meets it."""
 
 import argparse
 import json
@@ -52,12 +52,12 @@ def test_json_has_the_promised_keys_and_photographs_in_the_order_of_elevation(
     assert result["peak_memory_bytes"] > 50e6
 
 
-def test_table_for_people(lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path) -> None:
+def test_table_for_users(lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path) -> None:
     done = lightarc("import", photographs, "-o", tmp_path / "s", "--crop", "0,20,100,60", "--trust-angles")
     assert done.code == 0
     assert "4 photographs" in done.out
     assert "are assumed" in done.out
-    assert "because a person said so" in done.out
+    assert "because a user said so" in done.out
     assert " px" in done.out
 
 
@@ -78,7 +78,7 @@ def test_a_near_lamp_on_an_unknown_side_is_warned_of(
         (("--crop", "10,20,60,40", "--size", "30x20"), (20, 30)),
     ],
 )
-def test_pictures_are_framed(
+def test_images_are_framed(
     lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path, words: Any, size: Any
 ) -> None:
     done = lightarc("import", photographs, "-o", tmp_path / "s", "--no-align", "--trust-angles", "--json", *words)
@@ -126,7 +126,7 @@ def test_bad_input_names_file_and_remedy(
     assert len(list(photographs.iterdir())) == 4
 
 
-def left(folder: Path) -> list[Any]:
+def leave(folder: Path) -> list[Any]:
     return sorted(path.name for path in folder.rglob("*") if path.is_file())
 
 
@@ -135,12 +135,12 @@ def test_interrupted_import_leaves_nothing(
 ) -> None:
     from engine.capture import import_stack
 
-    def interrupted(*_arguments: Any) -> None:
+    def interrupt(*_arguments: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(import_stack, "_record", interrupted)
+    monkeypatch.setattr(import_stack, "_record", interrupt)
     assert lightarc("import", photographs, "-o", tmp_path / "s", "--trust-angles").code == 4
-    assert left(tmp_path) == []
+    assert leave(tmp_path) == []
 
 
 def test_help_says_what_the_lists_mean() -> None:
@@ -161,7 +161,7 @@ def test_an_archive_is_imported_and_nothing_of_it_is_left_behind(
     provenance = json.loads((tmp_path / "s" / "stack.json").read_text())["provenance"]
     assert provenance["archive"] == "shots.tar.gz"
     assert [one["member"] for one in provenance["photographs"]] == [f"IMG_{n:04}.png" for n in (0, 1, 3, 2)]
-    assert left(tmp_path) == ["radiance.npy", "saturated.npy", "shots.tar.gz", "stack.json"]
+    assert leave(tmp_path) == ["radiance.npy", "saturated.npy", "shots.tar.gz", "stack.json"]
 
 
 def test_a_damaged_archive_is_refused_in_a_sentence(

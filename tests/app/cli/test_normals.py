@@ -1,4 +1,4 @@
-"""`lightarc normals` as a person or a script meets it."""
+"""`lightarc normals` as a user or a script meets it."""
 
 from __future__ import annotations
 

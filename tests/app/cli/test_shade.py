@@ -1,4 +1,4 @@
-"""`lightarc shade` as a person or a script meets it."""
+"""`lightarc shade` as a user or a script meets it."""
 
 from __future__ import annotations
 
@@ -154,17 +154,17 @@ def test_fewer_bits_are_fewer_bytes_with_a_bound(
     assert present(open_bundle(target).power_law).storage.exponent_bits == bits
 
 
-def test_a_tile_comes_with_its_seam_and_a_picture(
+def test_a_tile_comes_with_its_seam_and_a_image(
     lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path
 ) -> None:
-    target, picture = tmp_path / "tile.lightarc", tmp_path / "tile.png"
-    done = lightarc("shade", stack, "-o", target, "--tileable", "--overlap", 6, "--tile-preview", picture, "--json")
+    target, image = tmp_path / "tile.lightarc", tmp_path / "tile.png"
+    done = lightarc("shade", stack, "-o", target, "--tileable", "--overlap", 6, "--tile-preview", image, "--json")
     result = json.loads(done.out)
     size = (result["tile_height_px"], result["tile_width_px"])
     assert result["seam_error"] > 0
     assert present(open_bundle(target).shading_map).slices.shape[1:3] == size
     assert describe_bundle(target)["figures"]["seam_error"] == result["seam_error"]
-    shown = cv2.imread(str(picture))
+    shown = cv2.imread(str(image))
     assert shown is not None
     assert shown.shape[:2] == (3 * size[0], 3 * size[1])
     assert np.array_equal(shown[: size[0], : size[1]], shown[size[0] : 2 * size[0], size[1] : 2 * size[1]])
@@ -190,13 +190,13 @@ def test_brightness_is_evened_before_the_tile_is_cut_unless_it_is_to_stay(
 def test_worst_texels_and_the_error_map_show_where_the_fit_is_off(
     lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path
 ) -> None:
-    picture = tmp_path / "error.png"
-    done = lightarc("shade", stack, "-o", tmp_path / "m.lightarc", "--worst", 3, "--error-map", picture, "--json")
+    image = tmp_path / "error.png"
+    done = lightarc("shade", stack, "-o", tmp_path / "m.lightarc", "--worst", 3, "--error-map", image, "--json")
     worst = json.loads(done.out)["worst_texels"]
     error_map = present(open_bundle(tmp_path / "m.lightarc").power_law).error_map
     assert [texel["error_radiance"] for texel in worst] == sorted(error_map.ravel().tolist(), reverse=True)[:3]
     assert all(error_map[texel["row"], texel["column"]] == texel["error_radiance"] for texel in worst)
-    assert cv2.imread(str(picture)) is not None
+    assert cv2.imread(str(image)) is not None
 
 
 def test_a_measured_brdf_goes_into_the_bundle_as_a_table(
@@ -294,7 +294,7 @@ def test_what_is_no_stack_and_what_may_not_be_replaced_is_refused(
     assert (tmp_path / "letter.lightarc").read_text() == "Dear reader"
 
 
-def test_a_person_reads_two_lines(lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path) -> None:
+def test_a_user_reads_two_lines(lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path) -> None:
     done = lightarc("shade", stack, "-o", tmp_path / "cloth.lightarc")
     assert "8 slices" in done.out
     assert "RMS error" in done.out
@@ -310,19 +310,19 @@ def test_a_stack_that_is_cut_short_while_it_is_open_is_named(
 ) -> None:
     folder = make_stack(tmp_path, (20, 60, 90))
 
-    def opened(place: Path) -> Any:
+    def open_path(place: Path) -> Any:
         found = open_stack(place)
         os.truncate(folder / name, left_bytes)
         return found
 
-    monkeypatch.setattr("engine.capture.stack.open_stack", opened)
+    monkeypatch.setattr("engine.capture.stack.open_stack", open_path)
     done = lightarc("shade", folder, "-o", tmp_path / "cloth.lightarc")
     assert done.code == 3
     assert f"{name}: was cut short while it was open. Check the disk" in done.err
     assert not (tmp_path / "cloth.lightarc").exists()
 
 
-def test_a_material_that_is_worse_than_a_mean_picture_is_refused_unless_forced(
+def test_a_material_that_is_worse_than_a_mean_image_is_refused_unless_forced(
     lightarc: Callable[..., SimpleNamespace], dome: Path, tmp_path: Path
 ) -> None:
     target = tmp_path / "dome.lightarc"
@@ -366,14 +366,14 @@ def test_a_directional_material_draws_left_and_right_light_differently(
 ) -> None:
     target = tmp_path / "dome.lightarc"
     assert lightarc("shade", dome, "-o", target).code == 0
-    pictures = []
+    images = []
     for side in (50, -50):
-        picture = tmp_path / f"{side}.png"
-        words = ("render", "plane", "--material", target, "--light-deg", f"90,{side}", "-o", picture)
+        image = tmp_path / f"{side}.png"
+        words = ("render", "plane", "--material", target, "--light-deg", f"90,{side}", "-o", image)
         done = lightarc(*words, "--width", 40, "--height", 40)
         assert done.code == 0, done.err
-        pictures.append(np.asarray(cv2.imread(str(picture)), np.float64))
-    assert np.abs(pictures[0] - pictures[1]).mean() > 5.0
+        images.append(np.asarray(cv2.imread(str(image)), np.float64))
+    assert np.abs(images[0] - images[1]).mean() > 5.0
 
 
 def test_a_directional_material_repeats(lightarc: Callable[..., SimpleNamespace], dome: Path, tmp_path: Path) -> None:

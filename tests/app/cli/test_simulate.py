@@ -1,4 +1,4 @@
-"""`lightarc simulate` as a person or a script meets it."""
+"""`lightarc simulate` as a user or a script meets it."""
 
 from __future__ import annotations
 

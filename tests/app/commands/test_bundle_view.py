@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.commands.bundle_view import Referred, referred, view_of, with_view
+from app.commands.bundle_view import Referred, find_referred, view_of, with_view
 from app.document.document import Look, Project
 from engine.core.steps import drain
 from engine.geometry.camera import Camera
@@ -33,21 +33,21 @@ LOOK = Look(
 CAMERA = Camera((3.0, 2.0, 1.0), (0.25, 0.25, 0.25), fov_deg=20.0)
 
 
-def kept(project: Project, bundle: Path) -> dict[str, Any]:
+def keep(project: Project, bundle: Path) -> dict[str, Any]:
     """The provenance as a manifest keeps it."""
     text = json.dumps({"view": view_of(project, bundle)})
-    assert str(bundle.parent) not in text, "it tells nobody where this person keeps files"
+    assert str(bundle.parent) not in text, "it tells nobody where this user keeps files"
     found: dict[str, Any] = json.loads(text)
     return found
 
 
-def found_by(provenance: dict[str, Any], bundle: Path) -> Referred:
-    return drain(referred(provenance, bundle, (30, 40)))
+def find_by(provenance: dict[str, Any], bundle: Path) -> Referred:
+    return drain(find_referred(provenance, bundle, (30, 40)))
 
 
 def test_a_flat_image_comes_back_with_the_proportions_of_the_material(tmp_path: Path) -> None:
     bundle = tmp_path / "ring.lightarc"
-    found = found_by(kept(Project(mesh=flat_image(40, 30)), bundle), bundle)
+    found = find_by(keep(Project(mesh=flat_image(40, 30)), bundle), bundle)
     assert found.missing == ()
     assert np.ptp(found.parts["mesh"].positions, axis=0).tolist() == [2.0, 1.5, 0.0]
     assert found.parts["camera"] is None
@@ -63,9 +63,9 @@ def shown(mesh: Path) -> Project:
 
 def test_everything_that_is_seen_comes_back(shown: Project, mesh: Path, tmp_path: Path) -> None:
     bundle = tmp_path / "out" / "felt.lightarc"
-    provenance = kept(shown, bundle)
+    provenance = keep(shown, bundle)
     assert with_view(Look(), provenance) == LOOK
-    found = found_by(provenance, bundle)
+    found = find_by(provenance, bundle)
     assert found.missing == ()
     assert (found.parts["camera"], found.parts["came_from"]) == (CAMERA, {"tetrahedron": mesh})
     assert found.parts["environment"].name == "overcast"
@@ -75,10 +75,10 @@ def test_everything_that_is_seen_comes_back(shown: Project, mesh: Path, tmp_path
 def test_a_flipped_model_comes_back_flipped_and_a_new_project_as_one(shown: Project, tmp_path: Path) -> None:
     assert isinstance(shown.mesh, Mesh)
     turned = dataclasses.replace(shown, mesh=shown.mesh.flipped(), environment=None)
-    found = found_by(kept(turned, tmp_path / "a"), tmp_path / "a")
+    found = find_by(keep(turned, tmp_path / "a"), tmp_path / "a")
     assert found.parts["mesh"].normals.tolist() == turned.mesh.normals.tolist()  # type: ignore[union-attr]
     assert found.parts["environment"] is None
-    found = found_by(kept(Project(), tmp_path / "a"), tmp_path / "a")
+    found = find_by(keep(Project(), tmp_path / "a"), tmp_path / "a")
     assert (found.parts["mesh"], found.parts["camera"], found.missing) == (None, None, ())
 
 
@@ -86,16 +86,16 @@ def test_a_model_that_is_another_by_now_is_named_and_one_beside_the_bundle_is_op
     shown: Project, mesh: Path, tmp_path: Path
 ) -> None:
     bundle = tmp_path / "felt.lightarc"
-    provenance, content = kept(shown, bundle), mesh.read_text()
+    provenance, content = keep(shown, bundle), mesh.read_text()
     mesh.write_text(content.replace("v 1 0 0", "v 2 0 0"))
-    found = found_by(provenance, bundle)
+    found = find_by(provenance, bundle)
     assert "mesh" not in found.parts
     assert "camera" not in found.parts
     assert found.missing == ("The model tetrahedron is not where it was; the material is shown on another",)
     folder = tmp_path / "elsewhere"
     folder.mkdir()
     (folder / mesh.name).write_text(content)
-    assert found_by(provenance, folder / "felt.lightarc").parts["mesh"] is not None
+    assert find_by(provenance, folder / "felt.lightarc").parts["mesh"] is not None
 
 
 @pytest.mark.parametrize(
@@ -109,7 +109,7 @@ def test_a_model_that_is_another_by_now_is_named_and_one_beside_the_bundle_is_op
 )
 def test_a_reference_that_leads_nowhere_opens_nothing(model: Any, tmp_path: Path) -> None:
     view = {"model": model, "environment": model, "camera": {"eye": [0, 0, float("nan")], "target": 3}}
-    found = found_by({"view": view}, tmp_path / "a")
+    found = find_by({"view": view}, tmp_path / "a")
     assert not {"mesh", "camera"} & set(found.parts)
     assert found.parts.get("environment") is None
 

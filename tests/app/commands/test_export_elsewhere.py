@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from app.commands import export_elsewhere, surface
-from app.commands.export_bundle import exported
+from app.commands.export_bundle import export as exported
 from app.document.document import Project
 from app.document.exporting import Exporting
 from app.project import losses
@@ -111,10 +111,10 @@ def test_damaged_errors_are_none(damage: dict[str, Any], tmp_path: Path, caplog:
 def test_an_export_states_errors_that_were_measured_before(
     project: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = drain(export_elsewhere.sent(project, None, export_elsewhere.Known(), ["gltf"], tmp_path / "1", tmp_path))
+    first = drain(export_elsewhere.send(project, None, export_elsewhere.Known(), ["gltf"], tmp_path / "1", tmp_path))
     monkeypatch.setattr(export, "references", None)  # nothing is compared any more
     whole = with_maps(project)
-    again = drain(export_elsewhere.sent(whole, None, export_elsewhere.Known(), ["gltf"], tmp_path / "2", tmp_path))
+    again = drain(export_elsewhere.send(whole, None, export_elsewhere.Known(), ["gltf"], tmp_path / "2", tmp_path))
     names = (*export.ERRORS, "bytes", "warnings")
     (one,), (other,) = first.record["targets"], again.record["targets"]
     assert {name: one[name] for name in names} == {name: other[name] for name in names}

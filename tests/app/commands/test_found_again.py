@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from app.commands import making
-from app.commands.making import kept_stack_of
+from app.commands.making import keep_stack
 from app.document.document import ImportChoices
 from app.document.import_choices import choose
 from app.project import tidying
-from app.project.made import noted
-from app.project.photographs import taken
+from app.project.made import list_notes
+from app.project.photographs import take_marks
 from app.project.project_file import data_folder, read
 from app.window.main_window import MainWindow
 from engine.capture.lights.sources import find
@@ -35,13 +35,13 @@ def nothing_made(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(making, "material_of", refuse)
 
 
-def imported(window: MainWindow, qtbot: Any, drop: Any, photographs: Path) -> MainWindow:
+def import_capture(window: MainWindow, qtbot: Any, drop: Any, photographs: Path) -> MainWindow:
     drop(window, [photographs])
     qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=120_000)
     return window
 
 
-def built(window: MainWindow, qtbot: Any) -> Any:
+def build(window: MainWindow, qtbot: Any) -> Any:
     """Press the button, wait for the material and its way to the disk."""
     bench = window.bench
     bench.build_material()
@@ -52,7 +52,7 @@ def built(window: MainWindow, qtbot: Any) -> Any:
     return bench.document.project
 
 
-def imported_again(window: MainWindow, qtbot: Any) -> Any:
+def import_again(window: MainWindow, qtbot: Any) -> Any:
     bench = window.bench
     sources = bench.document.project.sources
     assert sources is not None
@@ -70,17 +70,17 @@ def imported_again(window: MainWindow, qtbot: Any) -> Any:
 def test_choices_that_are_set_back_find_stack_and_material_also_after_a_restart(
     window: MainWindow, qtbot: Any, drop: Any, photographs: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    imported(window, qtbot, drop, photographs)
+    import_capture(window, qtbot, drop, photographs)
     document, path = window.bench.document, window.projects.path
     first: Any = document.project
     choose(document, "No alignment", motion="none")
-    second = imported_again(window, qtbot)
+    second = import_again(window, qtbot)
     assert second.stack.folder != first.stack.folder
     window.new()
     open_project(window, qtbot, path)
     nothing_made(monkeypatch)
     choose(document, "Alignment", motion="auto")
-    third = imported_again(window, qtbot)
+    third = import_again(window, qtbot)
     assert third.stack.folder == first.stack.folder
     assert np.array_equal(third.material.shading_map.slices, first.material.shading_map.slices)
     assert third.recipe == third.built_from
@@ -90,10 +90,10 @@ def test_choices_that_are_set_back_find_stack_and_material_also_after_a_restart(
 def test_a_material_whose_steps_were_undone_and_done_otherwise_is_found(
     window: MainWindow, qtbot: Any, drop: Any, photographs: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    imported(window, qtbot, drop, photographs)
+    import_capture(window, qtbot, drop, photographs)
     document, path = window.bench.document, window.projects.path
     document.change("6 slices", slices=6)
-    six = built(window, qtbot).material
+    six = build(window, qtbot).material
     window.undo.trigger()
     window.undo.trigger()
     assert document.project.slices == 8
@@ -103,24 +103,24 @@ def test_a_material_whose_steps_were_undone_and_done_otherwise_is_found(
     open_project(window, qtbot, path)
     nothing_made(monkeypatch)
     document.change("6 slices", slices=6)
-    again = built(window, qtbot).material
+    again = build(window, qtbot).material
     assert np.array_equal(again.shading_map.slices, six.shading_map.slices)
     assert again.name == "Another"
     assert again.brdf == document.project.material.brdf
 
 
 def test_a_material_whose_data_are_gone_is_built(window: MainWindow, qtbot: Any, drop: Any, photographs: Path) -> None:
-    imported(window, qtbot, drop, photographs)
+    import_capture(window, qtbot, drop, photographs)
     document, path = window.bench.document, window.projects.path
     document.change("6 slices", slices=6)
-    six = built(window, qtbot).material
+    six = build(window, qtbot).material
     document.change("8 slices", slices=8)
-    built(window, qtbot)
+    build(window, qtbot)
     window.new()
     shutil.rmtree(data_folder(path) / "arrays")
     open_project(window, qtbot, path)
     document.change("6 slices", slices=6)
-    assert np.array_equal(built(window, qtbot).material.shading_map.slices, six.shading_map.slices)
+    assert np.array_equal(build(window, qtbot).material.shading_map.slices, six.shading_map.slices)
 
 
 def test_a_stack_is_known_by_content_wherever_the_photographs_lie(tmp_path: Path, photographs: Path) -> None:
@@ -129,7 +129,7 @@ def test_a_stack_is_known_by_content_wherever_the_photographs_lie(tmp_path: Path
 
     def stack(place: Path, choices: ImportChoices) -> ImageStack:
         sources = find([place])
-        return drain(kept_stack_of(sources, choices, drain(taken(sources.photographs)), [folder]))
+        return drain(keep_stack(sources, choices, drain(take_marks(sources.photographs)), [folder]))
 
     first = stack(photographs, choices)
     assert isinstance(first.radiance, FileArray)
@@ -148,7 +148,7 @@ def test_a_stack_is_known_by_content_wherever_the_photographs_lie(tmp_path: Path
     assert stack(moved, choices).folder == first.folder
     assert first.radiance[:].tobytes() == content  # damaged, and made again
     one = sorted(moved.glob("*.png"))[0]
-    one.write_bytes((moved / one.name).read_bytes() + b"\0")  # another content, the same picture
+    one.write_bytes((moved / one.name).read_bytes() + b"\0")  # another content, the same image
     assert stack(moved, choices).folder != first.folder
 
 
@@ -156,11 +156,11 @@ def test_stacks_that_nothing_leads_to_go_when_the_project_is_closed(
     window: MainWindow, qtbot: Any, drop: Any, photographs: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(tidying, "KEPT_MATERIALS", 0)
-    imported(window, qtbot, drop, photographs)
+    import_capture(window, qtbot, drop, photographs)
     document, path = window.bench.document, window.projects.path
     first: Any = document.project.stack
     choose(document, "No alignment", motion="none")
-    second = imported_again(window, qtbot).stack
+    second = import_again(window, qtbot).stack
     assert {second.folder, first.folder} == set(data_folder(path).glob("stack-*"))
     while document.project.stack is second:
         window.undo.trigger()
@@ -169,4 +169,4 @@ def test_stacks_that_nothing_leads_to_go_when_the_project_is_closed(
     window.new()
     assert list(data_folder(path).glob("stack-*")) == [first.folder]
     assert read(path).current.stack is not None
-    assert all(each.present for each in noted(path) if each.name == first.folder.name)
+    assert all(each.present for each in list_notes(path) if each.name == first.folder.name)

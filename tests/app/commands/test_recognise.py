@@ -28,7 +28,7 @@ def kinds(found: Opening) -> list[tuple[Kind, int]]:
     return [(group.kind, len(group.paths)) for group in found.groups]
 
 
-def excluded(found: Opening) -> list[tuple[str, str]]:
+def exclude(found: Opening) -> list[tuple[str, str]]:
     return [(Path(error.path).name, error.problem) for error in found.excluded]
 
 
@@ -102,16 +102,16 @@ def test_measured_brdfs_are_recognised_by_content_and_by_endings_that_nothing_el
 
 
 def test_other_files_are_not_taken_for_brdfs(tmp_path: Path) -> None:
-    picture = radiance(tmp_path / "picture.exr", 8, 4)
+    image = radiance(tmp_path / "picture.exr", 8, 4)
     mesh = tmp_path / "mesh.obj"
     mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    assert one(picture).kind == "environment"
+    assert one(image).kind == "environment"
     assert one(mesh).kind == "mesh"
     notes = tmp_path / "notes.txt"
     notes.write_text("nothing of the kind")
     found = recognise([notes, tmp_path / "gone"])
     assert found.groups == ()
-    assert excluded(found) == [("notes.txt", "is not a kind of file that Lightarc opens"), ("gone", "does not exist")]
+    assert exclude(found) == [("notes.txt", "is not a kind of file that Lightarc opens"), ("gone", "does not exist")]
 
 
 def test_files_of_all_kinds_open_together(tmp_path: Path) -> None:
@@ -138,7 +138,7 @@ def test_files_of_all_kinds_open_together(tmp_path: Path) -> None:
         assert found.groups[2].paths == (first,)
         left = {"notes.txt": "is not a kind of file that Lightarc opens"}
         left |= {(second if first is mesh else mesh).name: "is a second model"}
-        assert dict(excluded(found)) == left
+        assert dict(exclude(found)) == left
     assert kinds(recognise([tmp_path / "capture", sky])) == [("environment", 1), ("photographs", 1)]
 
 
@@ -147,14 +147,14 @@ def test_hdr_images_are_photographs_where_their_lights_are_stated(tmp_path: Path
     assert one(*angles).kind == "photographs"
     others = [radiance(tmp_path / f"{name}.exr", 8, 4) for name in ("harbour", "studio", "forest")]
     assert kinds(recognise(others)) == [("environment", 1)]
-    assert [problem for _, problem in excluded(recognise(others))] == ["is a second environment"] * 2
+    assert [problem for _, problem in exclude(recognise(others))] == ["is a second environment"] * 2
     square = [radiance(tmp_path / f"{at}.exr", 4, 4) for at in range(3)]
     assert one(*square).kind == "photographs"
     assert kinds(recognise([*square, others[0]])) == [("environment", 1), ("photographs", 3)]
     described = tmp_path / "lights.lp"
     described.write_text("3\nharbour.exr 1 0 0\nstudio.exr 0 1 0\nforest.exr 0 0 1\n")
     assert one(*others, described) == Recognised("photographs", (*others, described))
-    assert excluded(recognise([described])) == [("lights.lp", "is no photograph that Lightarc reads")]
+    assert exclude(recognise([described])) == [("lights.lp", "is no photograph that Lightarc reads")]
 
 
 def test_a_folder_without_a_capture_stands_for_its_files(tmp_path: Path) -> None:
@@ -162,7 +162,7 @@ def test_a_folder_without_a_capture_stands_for_its_files(tmp_path: Path) -> None
     (tmp_path / "spot.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     (tmp_path / "licence.txt").write_text("free")
     assert kinds(recognise([tmp_path])) == [("environment", 1), ("mesh", 1)]
-    assert excluded(recognise([tmp_path])) == []
+    assert exclude(recognise([tmp_path])) == []
 
 
 def test_measurements_behind_pages_of_comments_are_recognised(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from app.commands.making import material_of, stack_of
-from app.commands.replay import NO_PHOTOGRAPHS, replayed
+from app.commands.replay import NO_PHOTOGRAPHS, replay
 from app.commands.surface import surface_of
 from app.document.document import ImportChoices, Project
 from app.document.measured import Accuracy
@@ -24,7 +24,7 @@ from engine.core.steps import drain
 from tests.app.command import Command
 
 
-def saved(path: Path, project: Project) -> Path:
+def save(path: Path, project: Project) -> Path:
     writer = Writer(path)
     writer.write(History(project))
     writer.close()
@@ -36,7 +36,7 @@ def test_a_replay_is_equal_until_the_settings_change(lightarc: Command, tmp_path
     stack = drain(stack_of(sources, choices, tmp_path / "stack"))
     project = Project(sources=sources, import_choices=choices, imported_with=choices, stack=stack)
     project = dataclasses.replace(project, material=drain(material_of(project)), built_from=project.recipe)
-    path = saved(tmp_path / "a.lap", project)
+    path = save(tmp_path / "a.lap", project)
     found = lightarc("project", "replay", path, "-o", tmp_path / "again", "--json")
     assert found.code == 0, found.err
     results = json.loads(found.out)["results"]
@@ -49,8 +49,8 @@ def test_a_replay_is_equal_until_the_settings_change(lightarc: Command, tmp_path
     with (tmp_path / "stack" / "radiance.npy").open("r+b") as file:
         file.seek(-4, os.SEEK_END)
         file.write(b"\0\0\0\1")
-    saved(path, dataclasses.replace(project, slices=project.slices + 1))
-    stack_again, map_again, _ = drain(replayed(path, tmp_path / "other"))
+    save(path, dataclasses.replace(project, slices=project.slices + 1))
+    stack_again, map_again, _ = drain(replay(path, tmp_path / "other"))
     assert (stack_again["bit_equal"], stack_again["reason"][:17]) == (False, "radiance differ: ")
     assert not map_again["bit_equal"]
     assert "settings were changed" in map_again["reason"]
@@ -67,8 +67,8 @@ def test_maps_of_the_surface_are_made_of_the_photographs_that_they_were_made_of(
     project = Project(stack=stack, surface=drain(surface_of(out)), surface_from=out.surface_recipe)
 
     def surface_in(name: str, surface_from: tuple[ImageStack, frozenset[str]]) -> dict[str, Any]:
-        path = saved(tmp_path / f"{name}.lap", dataclasses.replace(project, surface_from=surface_from))
-        found: dict[str, Any] = drain(replayed(path, tmp_path / name))[-1]
+        path = save(tmp_path / f"{name}.lap", dataclasses.replace(project, surface_from=surface_from))
+        found: dict[str, Any] = drain(replay(path, tmp_path / name))[-1]
         assert found["name"] == "surface maps"
         return found
 
@@ -85,7 +85,7 @@ def test_what_no_photographs_lead_to_is_named_with_the_reason(tmp_path: Path, ph
     stack = drain(stack_of(find([photographs]), ImportChoices(motion="none"), tmp_path / "stack"))
     project = Project(stack=stack, accuracy=Accuracy((), (), (8, 8), 1, "none"))
     project = dataclasses.replace(project, material=drain(material_of(project)), built_from=project.recipe)
-    results = drain(replayed(saved(tmp_path / "a.lap", project), tmp_path / "again"))
+    results = drain(replay(save(tmp_path / "a.lap", project), tmp_path / "again"))
     assert [(each["name"], each["bit_equal"]) for each in results] == [
         ("stack", None),
         ("shading map", True),
@@ -97,4 +97,4 @@ def test_what_no_photographs_lead_to_is_named_with_the_reason(tmp_path: Path, ph
 
 def test_a_project_without_photographs_cannot_be_replayed(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not made from photographs"):
-        drain(replayed(saved(tmp_path / "a.lap", Project()), tmp_path / "again"))
+        drain(replay(save(tmp_path / "a.lap", Project()), tmp_path / "again"))

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.commands.brdf import fitted
-from app.commands.replay import replayed
+from app.commands.brdf import fit
+from app.commands.replay import replay
 from app.commands.replay_made import EDITED, LOST, NOT_AT_END, NOT_FOUND_YET, OTHER_STATE, SAME, TARGET_GONE
-from app.document.bake_request import Wanted, choices_for, estimated
+from app.document.bake_request import Wanted, choices_for, estimate
 from app.document.comparison import Comparison, Fitted
 from app.document.document import Project
 from app.document.factoring import Factoring, Run
@@ -29,12 +29,12 @@ from engine.factor.settings import FactorSettings
 from engine.geometry.mesh import Mesh
 from engine.scene.material import Material
 from tests.app.command import Command
-from tests.app.commands.test_replay import saved
+from tests.app.commands.test_replay import save
 
 GLOSSY = "ggx:kd=0.5,alpha=0.4,f0=0.04"
 
 
-def ball() -> Mesh:
+def sphere() -> Mesh:
     made = trimesh.creation.icosphere(subdivisions=1)
     positions = np.asarray(made.vertices, np.float64)
     uv = np.zeros((len(positions), 2), np.float32)
@@ -47,16 +47,16 @@ def project(coarse: None, tmp_path: Path) -> tuple[Path, Project, Run]:
     given = brdf_from_text(GLOSSY)
     run = Run(7, 0, "GGX", "material", FactorSettings(side=8, products=2), given)
     made = Project(
-        mesh=ball(),
+        mesh=sphere(),
         material=Material(None, None, brdf=GLOSSY, name="Ball"),
         bakes={"sh": {"order": 3}},
         factoring=Factoring().with_run(run),
     )
-    path = saved(tmp_path / "a.lap", made)
+    path = save(tmp_path / "a.lap", made)
     assert run.choices is not None
     Keeping(run, data_folder(path)).keep(drain(factor(given, run.choices, None)))
-    wanted = Wanted(ball(), None, given, choices_for("sh", order=3))
-    drain(bake_and_keep(drain(estimated(wanted)), data_folder(path)))
+    wanted = Wanted(sphere(), None, given, choices_for("sh", order=3))
+    drain(bake_and_keep(drain(estimate(wanted)), data_folder(path)))
     return path, made, run
 
 
@@ -84,11 +84,11 @@ def test_differences_are_named(project: tuple[Path, Project, Run], tmp_path: Pat
     assert run.choices is not None
     other = drain(factor(brdf_from_text("ggx:kd=0.5,alpha=0.3,f0=0.04"), run.choices, None))
     Keeping(run, folder).keep(dataclasses.replace(other, searching=True))
-    wanted = Wanted(ball(), None, brdf_from_text(GLOSSY), choices_for("sh", order=3))
-    another = Wanted(ball(), None, brdf_from_text("lambert:albedo=0.3"), choices_for("sh", order=3))
-    drain(bake_and_keep(drain(estimated(another)), tmp_path / "elsewhere"))
+    wanted = Wanted(sphere(), None, brdf_from_text(GLOSSY), choices_for("sh", order=3))
+    another = Wanted(sphere(), None, brdf_from_text("lambert:albedo=0.3"), choices_for("sh", order=3))
+    drain(bake_and_keep(drain(estimate(another)), tmp_path / "elsewhere"))
     place_of(another, tmp_path / "elsewhere").replace(place_of(wanted, folder))
-    factors, bake = drain(replayed(path, tmp_path / "again"))
+    factors, bake = drain(replay(path, tmp_path / "again"))
     assert (factors["bit_equal"], bake["bit_equal"]) == (False, False)
     assert NOT_AT_END in factors["reason"]
     assert "differ: settings are the same" in bake["reason"]
@@ -101,25 +101,25 @@ def test_results_of_other_states_and_lost_ones_are_told_apart(
     for place in data_folder(path).glob("bake-*"):
         place.unlink()
     place_of_factors(run, data_folder(path)).rename(tmp_path / "away")
-    results = drain(replayed(path, tmp_path / "again"))
+    results = drain(replay(path, tmp_path / "again"))
     assert [(each["bit_equal"], each["reason"]) for each in results] == [(None, LOST), (None, LOST)]
     unfinished = dataclasses.replace(run, number=8, choices=FactorSettings(side=8, products=1))
     runs = Factoring().with_run(unfinished)
-    saved(path, dataclasses.replace(made, material=Material(None, None, brdf="lambert", name="Ball"), factoring=runs))
-    results = drain(replayed(path, tmp_path / "other"))
+    save(path, dataclasses.replace(made, material=Material(None, None, brdf="lambert", name="Ball"), factoring=runs))
+    results = drain(replay(path, tmp_path / "other"))
     assert [each["reason"] for each in results] == [NOT_FOUND_YET, OTHER_STATE]
 
 
 def test_fits_are_made_again_from_their_targets(project: tuple[Path, Project, Run], tmp_path: Path) -> None:
     path, made, _ = project
     target = brdf_from_text("lambert:albedo=0.4")
-    found = drain(fitted(target, "lambert", "cosine"))
+    found = drain(fit(target, "lambert", "cosine"))
     note = Fitted("paper", "cosine", 1.0, 0.0)
     compared = Comparison().added("paper", target).added("Lambert to paper", found.brdf, fitted=note)
     turned = compared.added("turned", brdf_from_text("lambert:albedo=0.41"), fitted=note)
     turned = turned.added("orphan", found.brdf, fitted=Fitted("gone", "cosine", 1.0, 0.0))
     alone = dataclasses.replace(made, comparison=turned, factoring=Factoring(), bakes={})
-    results = drain(replayed(saved(path, alone), tmp_path / "again"))
+    results = drain(replay(save(path, alone), tmp_path / "again"))
     verdict = {each["name"]: (each["bit_equal"], each["reason"]) for each in results}
     assert verdict["fit Lambert to paper"] == (True, SAME)
     assert verdict["fit turned"] == (False, f"albedo differ: {EDITED}")

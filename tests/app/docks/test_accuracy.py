@@ -30,7 +30,7 @@ from engine.core.steps import Step, Steps
 from engine.light.environment_file import open_environment
 from engine.planning.costs.setting import Setting
 from engine.tradeoff.point import COSTS, Point
-from tests.app.view.test_baking import LONG, ball
+from tests.app.view.test_baking import LONG, sphere
 
 POINTS = (
     Point(Setting("direct", {"directions": 16}), 0.2, 0.2, 0.001, 0.004, 1e-5, 0.0, 100, 0),
@@ -46,7 +46,7 @@ def view(window: MainWindow, qtbot: Any) -> MainWindow:
     """A ball under the studio in the View workspace."""
     document = window.bench.document
     material = dataclasses.replace(document.project.material, brdf="phong:exponent=5")
-    document.change("Ball", mesh=ball(), environment=open_environment("studio"), material=material)
+    document.change("Ball", mesh=sphere(), environment=open_environment("studio"), material=material)
     window.show_workspace("view")
     dock = window.docks.accuracy
     qtbot.waitUntil(lambda: window.view.scene(document.project) is not None and dock.isVisible(), timeout=LONG)
@@ -54,7 +54,7 @@ def view(window: MainWindow, qtbot: Any) -> MainWindow:
     return window
 
 
-def measured(window: MainWindow) -> Accuracy:
+def measure(window: MainWindow) -> Accuracy:
     scene = window.view.scene(window.bench.document.project)
     assert scene is not None
     found = Accuracy(POINTS, scene_key(scene, 0), (64, 48), 16, "test")
@@ -82,7 +82,7 @@ def test_all_axes_of_the_engine_are_there() -> None:
 def test_points_are_shown_kept_and_undone(view: MainWindow) -> None:
     dock = view.docks.accuracy
     assert "Nothing measured yet" in dock.words.text()
-    found = measured(view)
+    found = measure(view)
     assert dock.accuracy is found
     assert {point.setting for point in dock.plot.shown} == {point.setting for point in POINTS}
     dock.axis.setCurrentIndex(dock.axis.findData("bake"))
@@ -93,9 +93,9 @@ def test_points_are_shown_kept_and_undone(view: MainWindow) -> None:
     assert dock.accuracy is None
 
 
-def test_a_click_applies_mode_and_knobs(view: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_click_applies_mode_and_parameters(view: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Baking, "_ask", lambda _self, _wanted: None)
-    measured(view)
+    measure(view)
     click(view, qtbot, POINTS[1].setting)
     look = view.bench.document.project.look
     assert (look.mode, look.directions) == ("direct", 256)
@@ -112,7 +112,7 @@ def test_a_click_applies_mode_and_knobs(view: MainWindow, qtbot: Any, monkeypatc
 
 
 def test_arrow_keys_reach_points_and_enter_applies_one(view: MainWindow, qtbot: Any) -> None:
-    measured(view)
+    measure(view)
     plot = view.docks.accuracy.plot
     with qtbot.waitSignal(plot.picked) as picked:
         for key in (Qt.Key.Key_Right, Qt.Key.Key_Right, Qt.Key.Key_Left, Qt.Key.Key_Return):
@@ -125,7 +125,7 @@ def test_arrow_keys_reach_points_and_enter_applies_one(view: MainWindow, qtbot: 
     [("10 ms and 5 MB", POINTS[2].setting), ("3 %", POINTS[3].setting), ("20 ms", POINTS[3].setting)],
 )
 def test_a_budget_names_the_best_setting(view: MainWindow, qtbot: Any, words: str, setting: Setting) -> None:
-    measured(view)
+    measure(view)
     dock = view.docks.accuracy
     dock.applied.disconnect(view.view.apply_setting)
     dock.budget.setText(words)
@@ -136,7 +136,7 @@ def test_a_budget_names_the_best_setting(view: MainWindow, qtbot: Any, words: st
 
 
 def test_it_says_when_none_does_and_what_a_budget_is(view: MainWindow) -> None:
-    measured(view)
+    measure(view)
     dock = view.docks.accuracy
     dock.budget.setText("0.1 %")
     assert "No measured setting keeps within it" in dock.words.text()
@@ -146,7 +146,7 @@ def test_it_says_when_none_does_and_what_a_budget_is(view: MainWindow) -> None:
 
 
 def test_another_light_makes_points_stale(view: MainWindow) -> None:
-    measured(view)
+    measure(view)
     dock = view.docks.accuracy
     assert not dock.is_stale
     view.bench.document.change("Light", environment=open_environment("sky"))
@@ -181,7 +181,7 @@ def test_enter_in_the_budget_measures_first_and_then_applies(
     view: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     dock, found = view.docks.accuracy, Accuracy(POINTS, (), (64, 48), 16, "test")
-    monkeypatch.setattr(accuracy, "measured", waiting)
+    monkeypatch.setattr(accuracy, "measure", waiting)
     dock.budget.setText("3 %")
     assert "Enter measures" in dock.words.text()
     qtbot.keyClick(dock.budget, Qt.Key.Key_Return)
@@ -199,7 +199,7 @@ def test_enter_in_the_budget_measures_first_and_then_applies(
 
 def test_a_sweep_that_is_stopped_applies_nothing(view: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     dock = view.docks.accuracy
-    monkeypatch.setattr(accuracy, "measured", waiting)
+    monkeypatch.setattr(accuracy, "measure", waiting)
     dock.budget.setText("3 %")
     qtbot.keyClick(dock.budget, Qt.Key.Key_Return)
     assert dock.job is not None
@@ -266,7 +266,7 @@ def test_settings_are_reported_in_words() -> None:
 def test_before_anything_is_measured_the_axes_have_no_numbers(view: MainWindow) -> None:
     axes = [view.docks.accuracy.plot.getPlotItem().getAxis(side) for side in ("bottom", "left")]
     assert all(axis._tickLevels == [] for axis in axes)
-    measured(view)
+    measure(view)
     assert all(axis._tickLevels != [] for axis in axes)
 
 
@@ -281,8 +281,8 @@ def test_what_lies_below_shares_the_place_of_accuracy_in_a_narrow_window(view: M
 
 def test_points_come_back_with_the_scene_that_they_are_of(view: MainWindow) -> None:
     """Another scene makes them stale, taking that back makes them good again, and so it does with the sweep itself."""
-    found, stack, dock = measured(view), view.bench.document.undo_stack, view.docks.accuracy
-    view.bench.document.change("Another", mesh=ball())
+    found, stack, dock = measure(view), view.bench.document.undo_stack, view.docks.accuracy
+    view.bench.document.change("Another", mesh=sphere())
     assert dock.is_stale
     stack.undo()
     assert not dock.is_stale

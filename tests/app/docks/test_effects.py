@@ -15,7 +15,7 @@ from app.window.main_window import MainWindow
 from engine.light.environment_file import open_environment
 from engine.planning.effects.estimates import EFFECTS
 from engine.planning.plan import Effect
-from tests.app.view.test_baking import LONG, ball
+from tests.app.view.test_baking import LONG, sphere
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def planned(window: MainWindow, qtbot: Any) -> MainWindow:
     """The plan of a diffuse ball under a sky."""
     document = window.bench.document
     material = dataclasses.replace(document.project.material, brdf="lambert:albedo=0.5")
-    document.change("Ball", mesh=ball(), environment=open_environment("sky"), material=material)
+    document.change("Ball", mesh=sphere(), environment=open_environment("sky"), material=material)
     window.show_workspace("view")
     qtbot.waitUntil(lambda: window.docks.effects.plan is not None, timeout=LONG)
     return window

@@ -19,7 +19,7 @@ from engine.core.steps import Step, Steps
 from engine.light.environment_file import open_environment
 from engine.selftest.case import Case
 from engine.storage.sandbox import Protection
-from tests.app.view.test_baking import LONG, ball
+from tests.app.view.test_baking import LONG, sphere
 from tests.present import present
 
 DOUBTFUL = Health({"clipped_texels": 12.0, "edge_error_px": 0.25}, (Finding(Verdict.WARNING, "12 texels are clipped"),))
@@ -42,7 +42,7 @@ def rows(window: MainWindow) -> dict[str, list[str]]:
 
 
 def test_every_result_is_reported_with_its_figures_and_a_verdict(window: MainWindow) -> None:
-    mesh = dataclasses.replace(ball(), health=DOUBTFUL)
+    mesh = dataclasses.replace(sphere(), health=DOUBTFUL)
     window.bench.document.change("Ball", mesh=mesh, environment=open_environment("sky"))
     shown = rows(window)
     assert shown["Model"][:2] == ["12 texels are clipped", "check"]
@@ -55,7 +55,7 @@ def test_every_result_is_reported_with_its_figures_and_a_verdict(window: MainWin
 
 def test_a_finding_names_what_it_is_about_and_is_read_in_whole(window: MainWindow, qtbot: Any) -> None:
     about = Finding(Verdict.WARNING, "is predicted from the others with an error of 77 % of its mean radiance", "a.tif")
-    window.bench.document.change("Ball", mesh=dataclasses.replace(ball(), health=Health({}, (about, *[about] * 2))))
+    window.bench.document.change("Ball", mesh=dataclasses.replace(sphere(), health=Health({}, (about, *[about] * 2))))
     assert rows(window)["Model"][0].startswith("a.tif is predicted from the others")
     assert window.status.health.toolTip().startswith("a.tif is predicted")
     assert (
@@ -76,7 +76,7 @@ def test_the_status_bar_opens_it(window: MainWindow) -> None:
 
 def test_the_status_bar_tells_of_all_results(window: MainWindow) -> None:
     assert not window.status.health.isVisibleTo(window)
-    window.bench.document.change("Ball", mesh=dataclasses.replace(ball(), health=DOUBTFUL))
+    window.bench.document.change("Ball", mesh=dataclasses.replace(sphere(), health=DOUBTFUL))
     assert window.status.health.isVisibleTo(window)
     assert window.status.health.text() == "Health: check"
     assert window.status.health.toolTip() == "12 texels are clipped"
@@ -108,7 +108,7 @@ def test_figures_that_are_not_known_are_said_to_be() -> None:
         ("angle_deg", 12.5, "12.5 °"),
     ],
 )
-def test_figures_have_units_that_people_read(name: str, value: float, words: str) -> None:
+def test_figures_have_units_that_users_read(name: str, value: float, words: str) -> None:
     assert [shown for _, shown, _ in figures_of(Health({name: value}))] == [words]
 
 
@@ -118,11 +118,11 @@ def test_the_self_test_is_under_help_and_reported_case_by_case(
 ) -> None:
     cases = (Case("F1", "frames", 1e-16, 1e-15), Case("H2", "poles", 2.0 if fails else 0.0, 1.0))
 
-    def tested() -> Steps[Any]:
+    def check() -> Steps[Any]:
         yield Step(0.5, "trying")
         return cases
 
-    monkeypatch.setattr(health, "_tested", tested)
+    monkeypatch.setattr(health, "_on_tested", check)
     window.self_test()
     qtbot.waitUntil(lambda: window.docks.health.job is None, timeout=LONG)
     reported = rows(window)["Self-test"]
@@ -133,11 +133,11 @@ def test_the_self_test_is_under_help_and_reported_case_by_case(
 
 
 def test_a_stopped_self_test_says_so(window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    def tested() -> Steps[Any]:
+    def check() -> Steps[Any]:
         while True:
             yield Step(0.5, "trying")
 
-    monkeypatch.setattr(health, "_tested", tested)
+    monkeypatch.setattr(health, "_on_tested", check)
     window.self_test()
     window.docks.health.test.click()
     qtbot.waitUntil(lambda: window.docks.health.job is None, timeout=LONG)
@@ -151,7 +151,7 @@ def test_reports_are_sentences() -> None:
 
 
 def test_names_of_results_are_not_cut(window: MainWindow) -> None:
-    window.bench.document.change("Ball", mesh=ball(), environment=open_environment("sky"))
+    window.bench.document.change("Ball", mesh=sphere(), environment=open_environment("sky"))
     window.docks.health.show()
     QApplication.processEvents()
     tree = window.docks.health.tree

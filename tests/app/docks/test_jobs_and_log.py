@@ -19,7 +19,7 @@ from app.window.main_window import MainWindow
 from engine.core.steps import Step, Steps
 from engine.light.environment_file import open_environment
 from engine.transport.method import METHODS
-from tests.app.view.test_baking import LONG, ball
+from tests.app.view.test_baking import LONG, sphere
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def view(window: MainWindow, qtbot: Any) -> MainWindow:
     """All docks of a ball under the studio, planned, with a job that runs."""
     document = window.bench.document
     material = dataclasses.replace(document.project.material, brdf="phong:exponent=5")
-    document.change("Ball", mesh=ball(), environment=open_environment("studio"), material=material)
+    document.change("Ball", mesh=sphere(), environment=open_environment("studio"), material=material)
     window.show_workspace("view")
     qtbot.waitUntil(lambda: window.docks.effects.plan is not None, timeout=LONG)
     window.bench.jobs.submit("Waiting", _waiting, lane="compute")
@@ -39,7 +39,7 @@ def _waiting() -> Steps[None]:
         yield Step(0.5, "waiting")
 
 
-def reached(dock: QDockWidget) -> Iterator[QWidget]:
+def reach(dock: QDockWidget) -> Iterator[QWidget]:
     """The widgets that the key Tab reaches inside a dock, in its order."""
     start = dock.widget()
     assert start is not None
@@ -61,7 +61,7 @@ def test_everything_in_a_dock_that_takes_the_keyboard_has_a_name(view: MainWindo
         dock.show()
         dock.raise_()
         QApplication.processEvents()
-        for widget in reached(dock):
+        for widget in reach(dock):
             words = widget.text() if isinstance(widget, QAbstractButton) else ""
             assert widget.accessibleName() or words, f"{dock.windowTitle()}: {widget} has no name"
             named += 1
@@ -75,7 +75,7 @@ def test_tab_goes_through_docks_as_they_are_read(view: MainWindow, size: tuple[i
         dock.show()
         dock.raise_()
         QApplication.processEvents()
-        seen = (widget for widget in reached(dock) if not widget.visibleRegion().isEmpty())
+        seen = (widget for widget in reach(dock) if not widget.visibleRegion().isEmpty())
         places = [(widget.mapTo(dock, QPoint(0, 0)), widget) for widget in seen]
         for (before, one), (behind, other) in pairwise(places):
             is_below = behind.y() >= before.y() - ROW // 2
@@ -85,7 +85,7 @@ def test_tab_goes_through_docks_as_they_are_read(view: MainWindow, size: tuple[i
 
 def test_effects_are_reached_from_the_first_to_the_plan(view: MainWindow) -> None:
     dock = view.docks.effects
-    names = [widget.accessibleName() or widget.text() for widget in reached(dock)]  # type: ignore[attr-defined]
+    names = [widget.accessibleName() or widget.text() for widget in reach(dock)]  # type: ignore[attr-defined]
     assert names[0] == "Shadows"
     assert names[-2:] == ["Budget of the plan", "Use this plan"] or names[-1] == "Budget of the plan"
     assert all(isinstance(wish, QComboBox) for wish in dock.wishes.values())

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.document.bake_request import Estimate, Wanted, baked, choices_for, wanted_of
+from app.document.bake_request import Estimate, Wanted, bake, choices_for, make_request
 from app.session import machine_profile
 from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import Step, Steps, drain
@@ -29,26 +29,26 @@ PLAN = EffectsPlan(
     error_interval_rel=(0.0, 0.2),
     cost=Cost(PLANNED_S, 0.01, 0.01, 1000, 1000),
     satisfied=True,
-    free_share=0.0,
+    unoccluded_fraction=0.0,
     times_within=1.5,
     ceilings=usual(),
 )
 
 
-def asked(order: int = 3, plan: EffectsPlan | None = PLAN) -> Wanted:
+def ask(order: int = 3, plan: EffectsPlan | None = PLAN) -> Wanted:
     made = trimesh.creation.icosphere(subdivisions=1)
     positions = np.asarray(made.vertices, np.float64)
     uv = np.zeros((len(positions), 2), np.float32)
-    ball = Mesh(positions, positions.astype(np.float32), uv, np.asarray(made.faces, np.int32), "ball")
-    return wanted_of(ball, None, brdf_from_text("lambert:albedo=0.5"), choices_for("sh", order=order), plan)
+    sphere = Mesh(positions, positions.astype(np.float32), uv, np.asarray(made.faces, np.int32), "ball")
+    return make_request(sphere, None, brdf_from_text("lambert:albedo=0.5"), choices_for("sh", order=order), plan)
 
 
 def test_only_the_bake_that_the_plan_chose_has_its_time() -> None:
     forced = replace(PLAN, effects=(replace(PLAN.effects[0], decision="needed"), PLAN.effects[1]))
-    assert asked().predicted_s == PLANNED_S
-    assert asked(order=4).predicted_s is None, "another setting"
-    assert asked(plan=forced).predicted_s is None, "interreflection is part of the setting"
-    assert asked(plan=None).predicted_s is None
+    assert ask().predicted_s == PLANNED_S
+    assert ask(order=4).predicted_s is None, "another setting"
+    assert ask(plan=forced).predicted_s is None, "interreflection is part of the setting"
+    assert ask(plan=None).predicted_s is None
 
 
 @pytest.mark.parametrize(("order", "resumed_chunks", "lessons"), [(3, 0, 1), (4, 0, 0), (3, 2, 0)])
@@ -63,6 +63,6 @@ def test_a_predicted_bake_teaches_the_profile_unless_it_was_resumed(
         file = SimpleNamespace(size_bytes=7)
         return SimpleNamespace(transport=None, bake_s=20.0, resumed_chunks=resumed_chunks, file=file)
 
-    made = drain(baked(tmp_path / "ball.transport", Estimate(asked(order), None, 0.0, start)))
+    made = drain(bake(tmp_path / "ball.transport", Estimate(ask(order), None, 0.0, start)))
     assert made.bake_s == 20.0
     assert learnt == [("sh", PLANNED_S, 20.0)] * lessons

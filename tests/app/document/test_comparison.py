@@ -86,12 +86,12 @@ def test_values_at_the_horizon_do_not_decide_the_scale() -> None:
 
 
 def test_a_thumbnail_is_a_lit_sphere_of_the_brdf() -> None:
-    picture = thumbnail(Lambert((0.5, 0.25, 0.0)), 36)
-    assert picture.shape == (36, 36, 4)
-    assert picture[0, 0].tolist() == [0, 0, 0, 0]
-    assert picture[18, 18, 3] == 255
-    linear = srgb_decode(picture[14, 14, :3] / 255.0)
+    image = thumbnail(Lambert((0.5, 0.25, 0.0)), 36)
+    assert image.shape == (36, 36, 4)
+    assert image[0, 0].tolist() == [0, 0, 0, 0]
+    assert image[18, 18, 3] == 255
+    linear = srgb_decode(image[14, 14, :3] / 255.0)
     assert linear[0] > 0.1
     assert linear[1] == pytest.approx(linear[0] / 2.0, rel=0.05)
     assert linear[2] == 0.0
-    assert picture[10, 10, 0] > picture[26, 26, 0]
+    assert image[10, 10, 0] > image[26, 26, 0]

@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.document.bake_request import choices_for, wanted_of
+from app.document.bake_request import choices_for, make_request
 from app.document.document import Project
 from app.document.variation import (
     Blend,
     Colours,
     VariedParameter,
     as_baked,
-    baked_by,
+    images_of,
     light_with,
-    pictures_of,
+    select_baked,
+    select_shown,
     settings_with,
-    shown_by,
     words_on_left_out,
 )
 from app.project.bakes import place_of
@@ -40,10 +40,10 @@ ALL = (WIDTH, BLEND, HEAD_ON, COLOURS, DIFFUSE)
 
 
 def test_each_method_shows_what_it_has_a_place_for() -> None:
-    shown = {name: shown_by(transport.method_of(name), GGX, ALL) for name in transport.names()}
+    shown = {name: select_shown(transport.method_of(name), GGX, ALL) for name in transport.names()}
     assert shown == {"sh": (WIDTH, HEAD_ON), "wavelet": (BLEND, COLOURS), "gaussian": (WIDTH, HEAD_ON, DIFFUSE)}
-    assert baked_by(transport.method_of("wavelet"), GGX, ALL) == (BLEND,), "colours are put on a finished bake"
-    assert shown_by(transport.method_of("sh"), brdf_from_text("phong"), ALL) == (DIFFUSE,)
+    assert select_baked(transport.method_of("wavelet"), GGX, ALL) == (BLEND,), "colours are put on a finished bake"
+    assert select_shown(transport.method_of("sh"), brdf_from_text("phong"), ALL) == (DIFFUSE,)
 
 
 def test_settings_and_light_have_them_as_the_command_line_says_them() -> None:
@@ -69,10 +69,10 @@ def test_what_varies_otherwise_is_another_bake(tmp_path: Path) -> None:
     for name, radiance in (("a.exr", 0.2), ("b.exr", 0.7)):
         write_exr(tmp_path / name, rgb_channels(flat(radiance)), half=False)
     first, second = (VariedParameter("alpha", 0.1, 0.5, tmp_path / name) for name in ("a.exr", "b.exr"))
-    ball, choices = shape("sphere"), choices_for("sh", order=3)
+    sphere, choices = shape("sphere"), choices_for("sh", order=3)
 
     def place(*variations: VariedParameter) -> Path:
-        return place_of(wanted_of(ball, None, GGX, choices, None, variations), tmp_path)
+        return place_of(make_request(sphere, None, GGX, choices, None, variations), tmp_path)
 
     head_on = [VariedParameter("f0", 0.1, 0.5, tmp_path / name) for name in ("a.exr", "b.exr")]
     places = [place(), place(WIDTH), place(HEAD_ON), place(first), place(second)]
@@ -81,16 +81,16 @@ def test_what_varies_otherwise_is_another_bake(tmp_path: Path) -> None:
     moved = tmp_path / "moved"
     moved.mkdir()
     (tmp_path / "a.exr").rename(moved / "c.exr")
-    assert place(VariedParameter("alpha", 0.1, 0.5, moved / "c.exr")) == places[3], "a picture counts by its content"
+    assert place(VariedParameter("alpha", 0.1, 0.5, moved / "c.exr")) == places[3], "an image counts by its content"
 
 
 def flat(value: float) -> NDArray[np.float32]:
     return np.full((4, 4, 3), value, np.float32)
 
 
-def test_pictures_are_files_of_the_project_and_no_photographs() -> None:
+def test_images_are_files_of_the_project_and_no_photographs() -> None:
     project = Project(variations=(VariedParameter("alpha", 0.1, 0.5, Path("mask.png")), BLEND, COLOURS))
-    assert files_of(project) == pictures_of(project.variations) == (Path("mask.png"), Path("cloth.png"))
+    assert files_of(project) == images_of(project.variations) == (Path("mask.png"), Path("cloth.png"))
     assert photographs(project) == ()
 
 

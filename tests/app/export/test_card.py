@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from PySide6.QtCore import QPoint, Qt
 
-from app.export.card import BALLS, Board, Card
+from app.export.card import SPHERES, Board, Card
 
 
 def test_a_click_anywhere_on_a_card_is_one_on_its_box(qtbot: Any) -> None:
@@ -16,7 +16,7 @@ def test_a_click_anywhere_on_a_card_is_one_on_its_box(qtbot: Any) -> None:
     card.show()
     assert card.box is not None
     was = card.box.isChecked()
-    for place in (card.ball.geometry().center(), card.figures[0].geometry().center(), QPoint(3, card.height() - 3)):
+    for place in (card.sphere.geometry().center(), card.figures[0].geometry().center(), QPoint(3, card.height() - 3)):
         child = card.childAt(place) or card
         qtbot.mouseClick(child, Qt.MouseButton.LeftButton, pos=child.mapFrom(card, place))
         assert card.box.isChecked() != was
@@ -26,13 +26,15 @@ def test_a_click_anywhere_on_a_card_is_one_on_its_box(qtbot: Any) -> None:
     assert card.box.isChecked() == was
 
 
-@pytest.mark.parametrize(("size", "ball"), [((640, 480), BALLS[0]), ((1010, 820), BALLS[1]), ((2200, 1300), BALLS[-1])])
-def test_cards_are_as_large_as_all_of_them_fit(qtbot: Any, size: tuple[int, int], ball: int) -> None:
+@pytest.mark.parametrize(
+    ("size", "sphere"), [((640, 480), SPHERES[0]), ((1010, 820), SPHERES[1]), ((2200, 1300), SPHERES[-1])]
+)
+def test_cards_are_as_large_as_all_of_them_fit(qtbot: Any, size: tuple[int, int], sphere: int) -> None:
     board = Board([Card(f"card {place}", "glTF", "A hint") for place in range(10)])
     qtbot.addWidget(board)
     board.resize(*size)
     board.show()
-    qtbot.waitUntil(lambda: board.cards[0].ball.width() == ball)
+    qtbot.waitUntil(lambda: board.cards[0].sphere.width() == sphere)
     bar = board.verticalScrollBar()
-    qtbot.waitUntil(lambda: (bar.maximum() > 0) == (ball == BALLS[0]))
+    qtbot.waitUntil(lambda: (bar.maximum() > 0) == (sphere == SPHERES[0]))
     assert all(card.width() >= card.minimumWidth() for card in board.cards)

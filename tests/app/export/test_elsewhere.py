@@ -120,7 +120,7 @@ def test_cards_say_what_is_lost_and_the_files_say_the_same(
         assert texts[0] == percent(entry["rmse_rel_reference"], 3)
         assert texts[2] == percent(entry["rmse_rel"], 3)
         assert texts[3] == size_text(entry["bytes"])
-        assert card.ball.image is not None
+        assert card.sphere.image is not None
     assert page.own.figures[2].text() == percent(record["material"]["rmse_rel"], 3)
     assert "felt elsewhere written" in page.verdict.text()
     assert page.export.isEnabled()
@@ -216,8 +216,8 @@ def test_another_material_is_measured_when_asked_for_and_the_former_is_known(
         again = page.found[name]
         assert {key: offer.entry[key] for key in again.entry if key in offer.entry} == again.entry
         assert again.why_not == offer.why_not
-        np.testing.assert_array_equal(again.ball, offer.ball)
-    assert page.cards["gltf"].ball.image is not None
+        np.testing.assert_array_equal(again.sphere, offer.sphere)
+    assert page.cards["gltf"].sphere.image is not None
 
 
 def test_what_was_stopped_stays_stopped(page: Any, window: MainWindow, qtbot: Any) -> None:

@@ -25,7 +25,7 @@ from engine.scene.material import Material, error_figures
 from engine.storage import atomic
 from engine.surface.recover import recover
 from tests.app.window.test_main_window import fill
-from tests.engine.exchange.materials import dome_stack, measured_maps
+from tests.engine.exchange.materials import dome_stack, measure_maps
 from tests.present import present
 
 
@@ -70,7 +70,7 @@ def test_maps_of_the_surface_are_offered_and_what_is_left_out_belongs_to_the_pro
 ) -> None:
     document, (box, figure) = window.bench.document, tab.parts["pbr"]
     assert (box.isChecked(), box.isEnabled(), figure.text()) == (False, False, "make them in Material")
-    made = dataclasses.replace(drain(recover(dome_stack(), np.arange(24))), maps=measured_maps(48, 64))
+    made = dataclasses.replace(drain(recover(dome_stack(), np.arange(24))), maps=measure_maps(48, 64))
     document.change("Make surface maps", surface=made, surface_from=document.project.surface_recipe)
     assert (box.isChecked(), box.isEnabled()) == (True, True)
     assert figure.text() == size_text(made.maps.size_bytes)
@@ -233,7 +233,7 @@ def test_the_preview_is_the_scene_even_where_view_was_never_opened(
     tab: Any, window: MainWindow, qtbot: Any, tmp_path: Path
 ) -> None:
     rest(window, qtbot)
-    qtbot.waitUntil(lambda: tab.image.picture is not None, timeout=30_000)
+    qtbot.waitUntil(lambda: tab.image.image is not None, timeout=30_000)
     assert "verified" in export(window, qtbot)
     import zipfile
 
@@ -242,7 +242,7 @@ def test_the_preview_is_the_scene_even_where_view_was_never_opened(
     with zipfile.ZipFile(tmp_path / "felt.lightarc") as packed:
         content = packed.read("preview.png")
     stored, opacity = read_png(content, "preview.png").samples, read_alpha(content, "preview.png")
-    shown = tab.image.picture.levels[0]
+    shown = tab.image.image.levels[0]
     assert stored.shape == (120, 160, 3)
     colour = shown.pixelColor(80, 60)
     assert stored[60, 80].tolist() == [colour.red(), colour.green(), colour.blue()]
@@ -365,6 +365,6 @@ def test_any_order_of_undo_and_redo_shows_what_the_project_holds(tab: Any, windo
     assert project.material.power_law is not None
     height, width = project.material.power_law.scale.shape[:2]
     assert material.resolution.text() == f"{width} × {height} px"
-    assert material.image.picture is not None
-    assert material.image.picture.size == (width, height)
+    assert material.image.image is not None
+    assert material.image.image.size == (width, height)
     assert not window.failures.open_dialogs

@@ -13,9 +13,9 @@ import pytest
 from app.document.factoring import Run
 from app.factor.runs import LOST, FactorRuns
 from app.project.factors import Keeping, place_of, read_kept
-from app.project.made import noted
+from app.project.made import list_notes
 from app.project.project_file import data_folder
-from app.project.report import described
+from app.project.report import describe
 from app.window.main_window import MainWindow
 from engine.brdf.brdf import brdf_from_text
 from engine.core.errors import InputError
@@ -27,7 +27,7 @@ from tests.app.factor.test_tab import QUICK, settle
 from tests.app.opening import open_project
 
 
-def reopened(window: MainWindow, qtbot: Any) -> Any:
+def reopen(window: MainWindow, qtbot: Any) -> Any:
     """Close the project and open it again; the folder of its data may be removed in between."""
     first = window.projects.path
     qtbot.waitUntil(lambda: window.projects.is_saved, timeout=60_000)
@@ -36,9 +36,9 @@ def reopened(window: MainWindow, qtbot: Any) -> Any:
     return first
 
 
-def factored(window: MainWindow, qtbot: Any, **choices: Any) -> tuple[Run, Any]:
+def factor_brdf(window: MainWindow, qtbot: Any, **choices: Any) -> tuple[Run, Any]:
     window.show_workspace("factor")
-    window.factor._edited(replace(QUICK, **choices), True)
+    window.factor._on_edited(replace(QUICK, **choices), True)
     run = window.factor.runs.start()
     assert run is not None
     settle(window.factor, qtbot)
@@ -46,24 +46,24 @@ def factored(window: MainWindow, qtbot: Any, **choices: Any) -> tuple[Run, Any]:
 
 
 def test_a_sum_whose_errors_are_not_all_known_yet_is_not_kept(tmp_path: Path) -> None:
-    """A slow machine comes to keep one in the middle, as does a person who stops."""
+    """A slow machine comes to keep one in the middle, as does a user who stops."""
     choices = replace(QUICK, method="svd")
     run, folder = Run(1, 0, "Phong", "model:phong", choices, "phong"), tmp_path / "a.lap-data"
     folder.mkdir()
     keeping, unfinished = Keeping(run, folder), []
 
-    def watched() -> Steps[Factorisation]:
+    def watch() -> Steps[Factorisation]:
         steps = factor(brdf_from_text("phong"), choices)
         while True:
             try:
                 step = next(steps)
             except StopIteration as ended:
                 return ended.value
-            if step.partial is not None and 0 < len(step.partial.ladder) < step.partial.factors.terms:
+            if step.partial is not None and 0 < len(step.partial.term_errors) < step.partial.factors.terms:
                 unfinished.append(step.partial)
             yield step
 
-    whole = drain(watched())
+    whole = drain(watch())
     assert unfinished
     for each in unfinished:
         keeping.keep(each)
@@ -71,7 +71,7 @@ def test_a_sum_whose_errors_are_not_all_known_yet_is_not_kept(tmp_path: Path) ->
     keeping.keep(whole)
     kept = read_kept(run, folder)
     assert kept is not None
-    assert kept.ladder == whole.ladder
+    assert kept.term_errors == whole.term_errors
 
 
 @pytest.mark.parametrize("method", ["svd", pytest.param("search", marks=pytest.mark.long)])
@@ -79,8 +79,8 @@ def test_a_run_is_there_again_without_factoring(
     window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch, method: str
 ) -> None:
     small = {"textures": 1, "restarts": 0, "samples": 300} if method == "search" else {}
-    run, live = factored(window, qtbot, method=method, **small)
-    first = reopened(window, qtbot)
+    run, live = factor_brdf(window, qtbot, method=method, **small)
+    first = reopen(window, qtbot)
     monkeypatch.setattr("engine.factor.factor.factor", None)
     open_project(window, qtbot, first)
     window.show_workspace("factor")
@@ -89,28 +89,28 @@ def test_a_run_is_there_again_without_factoring(
     assert [each.choices for each in runs] == [run.choices]
     qtbot.waitUntil(lambda: window.factor.runs.of(runs[0]).state == "done", timeout=60_000)
     again = window.factor.runs.of(runs[0])
-    assert again.ladder == live.ladder
+    assert again.term_errors == live.term_errors
     textures = "first" if method == "svd" else "textures"
     for old, new in zip(getattr(live.factors(None), textures), getattr(again.factors(None), textures), strict=True):
         assert np.array_equal(old.astype(np.float32), new.astype(np.float32))
     qtbot.waitUntil(lambda: window.factor.preview.factors is not None, timeout=60_000)
     qtbot.waitUntil(lambda: len(window.factor.plot.shown) == 1, timeout=60_000)
-    assert {each["kind"]: each["present"] for each in described(first)["derived"]} == {"factors": True}
+    assert {each["kind"]: each["present"] for each in describe(first)["derived"]} == {"factors": True}
     later = FactorRuns(window.bench)  # as of a workspace that is made when the project is open already
     qtbot.waitUntil(lambda: later.of(runs[0]).state == "done", timeout=60_000)
 
 
 def test_a_lost_result_is_said_with_its_cost_and_factored_again(window: MainWindow, qtbot: Any) -> None:
-    _, live = factored(window, qtbot)
-    first = reopened(window, qtbot)
+    _, live = factor_brdf(window, qtbot)
+    first = reopen(window, qtbot)
     shutil.rmtree(data_folder(first))
     said: list[str] = []
     window.bench.said.connect(said.append)
     open_project(window, qtbot, first)
     assert "Gone from the data folder: a factor run. Making that again takes about" in said[0]
-    (made,) = noted(first)
+    (made,) = list_notes(first)
     assert (made.kind, made.present) == ("factors", False)
-    assert made.seconds == pytest.approx(live.ladder[-1].time_s, abs=1e-3)
+    assert made.seconds == pytest.approx(live.term_errors[-1].time_s, abs=1e-3)
     (run,) = window.factor.factoring.runs
     again = window.factor.runs.of(run)
     qtbot.waitUntil(lambda: again.why == LOST, timeout=60_000)
@@ -119,8 +119,10 @@ def test_a_lost_result_is_said_with_its_cost_and_factored_again(window: MainWind
     window.factor.inspector.pause.click()
     settle(window.factor, qtbot)
     assert (again.state, again.why) == ("done", "")
-    assert [rung.terms for rung in again.ladder] == [rung.terms for rung in live.ladder]
-    assert noted(first)[0].present
+    assert [term_error.terms for term_error in again.term_errors] == [
+        term_error.terms for term_error in live.term_errors
+    ]
+    assert list_notes(first)[0].present
 
 
 def test_results_are_found_by_what_they_were_made_from(tmp_path: Path) -> None:

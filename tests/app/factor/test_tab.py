@@ -17,8 +17,8 @@ from PySide6.QtSvg import QSvgRenderer
 from app.commands import brdf as commands_brdf
 from app.document.document import Document
 from app.document.factoring import MATERIAL, Factoring, Run
+from app.factor.images import ANGLES
 from app.factor.inspector import state_of, why_fewer
-from app.factor.pictures import ANGLES
 from app.factor.plot import line_of, log_ticks
 from app.factor.runs import Live
 from app.widgets.labels import FIXED, projection_name, shares
@@ -41,7 +41,7 @@ QUICK = FactorSettings(side=10, products=3, size=8, textures=2, restarts=1, samp
 def factor(window: MainWindow) -> Any:
     """The workspace on screen, with small settings and no history."""
     window.show_workspace("factor")
-    window.factor._edited(QUICK, True)
+    window.factor._on_edited(QUICK, True)
     window.bench.document.undo_stack.clear()
     return window.factor
 
@@ -54,7 +54,7 @@ def settle(factor: Any, qtbot: Any) -> None:
 
 
 def run_with(factor: Any, qtbot: Any, **choices: Any) -> Run:
-    factor._edited(replace(factor.factoring.choices, **choices), True)
+    factor._on_edited(replace(factor.factoring.choices, **choices), True)
     factor.settings.start.click()
     settle(factor, qtbot)
     run = factor.factoring.run
@@ -79,13 +79,13 @@ def test_a_run_becomes_the_chosen_one_and_is_one_step_of_the_history(factor: Any
     run = run_with(factor, qtbot)
     live = factor.runs.of(run)
     assert (run.name, run.source, live.state) == ("Blue paint", "model:lafortune:preset=blue-paint", "done")
-    assert [rung.terms for rung in live.ladder] == [1, 2, 3]
+    assert [term_error.terms for term_error in live.term_errors] == [1, 2, 3]
     assert factor.pages.currentIndex() == 1
     assert len(factor.plot.shown) == 1
     assert "3 of 3" in factor.inspector.many.text()
     assert "Held-out errors are best with 3 terms" in factor.inspector.remark.text()
     held_out = factor.inspector.errors["held_out_sq_log"].text()
-    assert float(held_out) == pytest.approx(live.ladder[-1].held_out_sq_log, rel=5e-3)
+    assert float(held_out) == pytest.approx(live.term_errors[-1].held_out_sq_log, rel=5e-3)
     document_of(factor).undo_stack.undo()
     assert (factor.factoring.runs, factor.pages.currentIndex()) == ((), 0)
     document_of(factor).undo_stack.redo()
@@ -125,13 +125,13 @@ def test_the_error_plot_is_saved_as_images_and_values(factor: Any, qtbot: Any, t
     painter.end()
     assert np.abs(pixels(on_screen).astype(float) - pixels(redrawn)).mean() < 2.5
     rows = list(csv.DictReader(io.StringIO((tmp_path / "errors.csv").read_text(encoding="utf-8"))))
-    ladders = [(run, rung) for run in (first, second) for rung in factor.runs.of(run).ladder]
+    term_errors = [(run, term_error) for run in (first, second) for term_error in factor.runs.of(run).term_errors]
     found = [(row["Run"], int(row["Number of terms"])) for row in rows]
-    assert found == [(run.name, rung.terms) for run, rung in ladders]
-    for row, (_, rung) in zip(rows, ladders, strict=True):
-        assert float(row["RMS, cosine-weighted / sr⁻¹"]) == rung.rms_cosine_weighted
-        assert float(row["Size / B"]) == rung.size_bytes
-        assert float(row["Mean relative (log) / 1"]) == rung.error("abs_log")
+    assert found == [(run.name, term_error.terms) for run, term_error in term_errors]
+    for row, (_, term_error) in zip(rows, term_errors, strict=True):
+        assert float(row["RMS, cosine-weighted / sr⁻¹"]) == term_error.rms_cosine_weighted
+        assert float(row["Size / B"]) == term_error.size_bytes
+        assert float(row["Mean relative (log) / 1"]) == term_error.error("abs_log")
     factor.plot.resize(400, 130)
     assert factor.plot.getPlotItem().getAxis("left").labelText == "RMS / sr⁻¹"
     assert factor.plot.getPlotItem().getAxis("bottom").labelText == "Number of terms"
@@ -165,11 +165,11 @@ def test_methods_stand_side_by_side_each_in_a_colour_of_its_own(factor: Any, qtb
 
 
 def test_a_search_pauses_goes_on_and_keeps_the_best_when_it_is_stopped(factor: Any, qtbot: Any) -> None:
-    factor._edited(replace(QUICK, method="search", textures=4, restarts=40, samples=3000, size=16), True)
+    factor._on_edited(replace(QUICK, method="search", textures=4, restarts=40, samples=3000, size=16), True)
     factor.start()
     run = factor.factoring.run
     live = factor.runs.of(run)
-    qtbot.waitUntil(lambda: bool(live.ladder), timeout=60_000)
+    qtbot.waitUntil(lambda: bool(live.term_errors), timeout=60_000)
     factor.inspector.pause.click()
     assert live.job.state == "paused"
     qtbot.waitUntil(lambda: factor.inspector.pause.text() == "Resume")
@@ -187,7 +187,7 @@ def test_a_search_pauses_goes_on_and_keeps_the_best_when_it_is_stopped(factor: A
     factor.inspector.stop.click()
     settle(factor, qtbot)
     assert (live.state, live.job) == ("stopped", None)
-    assert live.factors(None).terms == live.ladder[-1].terms
+    assert live.factors(None).terms == live.term_errors[-1].terms
     assert state_of(live).startswith("stopped")
     qtbot.waitUntil(lambda: factor.inspector.export.isEnabled())
 
@@ -195,13 +195,13 @@ def test_a_search_pauses_goes_on_and_keeps_the_best_when_it_is_stopped(factor: A
 def test_a_search_goes_on_with_further_terms_from_where_it_was(factor: Any, qtbot: Any) -> None:
     run = run_with(factor, qtbot, method="search", textures=1, restarts=0, samples=300)
     live = factor.runs.of(run)
-    first = live.ladder[0]
-    assert [rung.terms for rung in live.ladder] == [1]
+    first = live.term_errors[0]
+    assert [term_error.terms for term_error in live.term_errors] == [1]
     factor.inspector.terms.show_value(2.0)
     factor.inspector.more.click()
     settle(factor, qtbot)
-    assert [rung.terms for rung in live.ladder] == [1, 2]
-    assert live.ladder[0] is first
+    assert [term_error.terms for term_error in live.term_errors] == [1, 2]
+    assert live.term_errors[0] is first
     assert factor.factoring.run.choices.textures == 2
 
 
@@ -209,7 +209,7 @@ def test_what_a_method_refuses_is_said_in_a_sentence(factor: Any, qtbot: Any, wi
     factor._set_source("model:lambert:albedo=0")
     run = run_with(factor, qtbot, method="search")
     live = factor.runs.of(run)
-    assert (live.state, live.ladder) == ("failed", ())
+    assert (live.state, live.term_errors) == ("failed", ())
     qtbot.waitUntil(lambda: bool(window.failures.open_dialogs))
     (words,) = window.failures.open_dialogs
     assert "0 everywhere" in words
@@ -224,7 +224,7 @@ def test_what_a_method_refuses_is_said_in_a_sentence(factor: Any, qtbot: Any, wi
 
 
 def test_undoing_the_start_of_a_run_ends_it(factor: Any, qtbot: Any) -> None:
-    factor._edited(replace(QUICK, method="search", textures=8, restarts=100, samples=3000), True)
+    factor._on_edited(replace(QUICK, method="search", textures=8, restarts=100, samples=3000), True)
     factor.start()
     live = factor.live
     qtbot.waitUntil(lambda: live.job.begun)
@@ -282,13 +282,13 @@ def test_a_brdf_from_a_file_is_what_is_factored_next_and_listed_once(factor: Any
 def test_a_run_with_fewer_terms_than_were_asked_for_says_why() -> None:
     values = Metrics(0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
     errors = ((1, 0.3, 0.2), (2, 0.1, 0.1), (3, 0.2, 0.3), (4, 0.4, 0.3))
-    rungs = tuple(TermError(terms, 1, 0.7, (), values, 1.0, 100, rms, log) for terms, rms, log in errors)
-    found = Factorisation(None, "search", rungs[:2], left_out=rungs[2:], best_terms=2)
+    term_errors = tuple(TermError(terms, 1, 0.7, (), values, 1.0, 100, rms, log) for terms, rms, log in errors)
+    found = Factorisation(None, "search", term_errors[:2], left_out=term_errors[2:], best_terms=2)
     run = Run(1, 1, "paint", MATERIAL, FactorSettings(products=8, textures=5))
     assert why_fewer(run, Live(factorisation=found)) == (
         "2 of 8 terms: one more raises the held-out RMS × cos from 0.1 to 0.2 sr⁻¹."
     )
-    logarithm = replace(found, left_out=(replace(rungs[2], held_out_rms_cosine_weighted=0.05),))
+    logarithm = replace(found, left_out=(replace(term_errors[2], held_out_rms_cosine_weighted=0.05),))
     assert "held-out squared logarithm from 0.1 to 0.3" in why_fewer(run, Live(factorisation=logarithm))
     last = replace(found, left_out=())
     assert why_fewer(run, Live(factorisation=last)) == "2 of 8 terms: no further term lowers the held-out errors."
@@ -343,7 +343,7 @@ def test_the_material_is_to_reflect_as_the_chosen_factors(
 def test_factors_are_drawn_in_the_view_as_they_are(
     factor: Any, qtbot: Any, window: MainWindow, monkeypatch: pytest.MonkeyPatch, method: str
 ) -> None:
-    monkeypatch.setattr("engine.brdf.readers.table_file.kept_table", None)
+    monkeypatch.setattr("engine.brdf.readers.table_file.keep_table", None)
     run = run_with(factor, qtbot, method=method)
     factor.inspector.use.click()
     qtbot.waitUntil(lambda: document_of(factor).project.material.measured is not None, timeout=60_000)
@@ -363,7 +363,7 @@ def test_a_new_project_forgets_the_runs(factor: Any, qtbot: Any, window: MainWin
     assert document_of(factor).project.factoring.runs == ()
 
 
-def test_the_light_and_the_camera_are_the_same_in_both_pictures(factor: Any, qtbot: Any) -> None:
+def test_the_light_and_the_camera_are_the_same_in_both_images(factor: Any, qtbot: Any) -> None:
     run_with(factor, qtbot)
     views = factor.preview.views
     qtbot.waitUntil(lambda: all(view.scene is not None for view in views.values()), timeout=20_000)

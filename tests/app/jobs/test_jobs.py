@@ -21,7 +21,7 @@ from engine.core.stopwatch import had_company
 OUTCOMES = ("succeeded", "failed", "cancelled")
 
 
-def watched(jobs: Jobs, work: Callable[[], Steps[Any]], **options: Any) -> tuple[Job, list[str]]:
+def watch(jobs: Jobs, work: Callable[[], Steps[Any]], **options: Any) -> tuple[Job, list[str]]:
     """A submitted job and the outcomes it reports."""
     job = jobs.submit("Work", work, **{"lane": "compute", **options})
     reported: list[str] = []
@@ -57,7 +57,7 @@ def test_a_job_succeeds_once_with_its_result_off_the_window_thread(qtbot: Any) -
         threads.append(threading.current_thread())
         return (yield from counting(5))
 
-    job, reported = watched(jobs, work)
+    job, reported = watch(jobs, work)
     job.succeeded.connect(results.append)
     qtbot.waitUntil(lambda: job.over)
     assert (results, reported, job.state) == ([5], ["succeeded"], "succeeded")
@@ -71,7 +71,7 @@ def test_whatever_a_generator_raises_is_reported_as_failed_exactly_once(qtbot: A
     jobs = Jobs()
     failures: list[BaseException] = []
     jobs.failed.connect(lambda _job, reason: failures.append(reason))
-    job, reported = watched(jobs, lambda: raising(error))
+    job, reported = watch(jobs, lambda: raising(error))
     qtbot.waitUntil(lambda: job.over)
     qtbot.wait(20)
     assert reported == ["failed"]
@@ -83,7 +83,7 @@ def test_work_that_cannot_even_begin_fails(qtbot: Any) -> None:
     def work() -> Steps[None]:
         raise ImportError("no such module")
 
-    job, reported = watched(Jobs(), work)
+    job, reported = watch(Jobs(), work)
     qtbot.waitUntil(lambda: job.over)
     assert reported == ["failed"]
 
@@ -93,7 +93,7 @@ def test_fault_17_cancel_at_random_times_reports_one_outcome_and_closes_the_gene
     jobs = Jobs()
     for _ in range(60):
         life: list[str] = []
-        job, reported = watched(jobs, functools.partial(counting, 10, life))
+        job, reported = watch(jobs, functools.partial(counting, 10, life))
         qtbot.wait(chance.randrange(0, 26))
         for _again in range(chance.choice([1, 2, 3])):
             jobs.cancel(job)
@@ -105,14 +105,14 @@ def test_fault_17_cancel_at_random_times_reports_one_outcome_and_closes_the_gene
 
 def test_fault_17_cancel_and_close_leave_no_thread(qtbot: Any) -> None:
     jobs, before = Jobs(), threading.active_count()
-    made = [watched(jobs, lambda: counting(10_000)) for _ in range(3)]
+    made = [watch(jobs, lambda: counting(10_000)) for _ in range(3)]
     qtbot.waitUntil(lambda: made[0][0].state == "running")
     jobs.cancel(made[0][0])
     jobs.close()
     assert [reported for _, reported in made] == [["cancelled"]] * 3
     assert not any(job._thread.isRunning() for job, _ in made)
     assert threading.active_count() <= before
-    late, _ = watched(jobs, lambda: counting(1))
+    late, _ = watch(jobs, lambda: counting(1))
     qtbot.wait(30)
     assert late.state == "queued"
 
@@ -142,7 +142,7 @@ def test_a_job_that_is_over_keeps_nothing_of_its_work_its_result_and_its_listene
 
 def test_a_job_that_is_over_is_gone_when_nobody_lists_it(qtbot: Any) -> None:
     jobs = Jobs()
-    alive = [weakref.ref(watched(jobs, lambda: counting(2))[0]) for _ in range(3)]
+    alive = [weakref.ref(watch(jobs, lambda: counting(2))[0]) for _ in range(3)]
     qtbot.waitUntil(lambda: not any(each() for each in alive))
 
 
@@ -153,8 +153,8 @@ class _Kept:
 def test_a_waiting_job_is_cancelled_without_running(qtbot: Any) -> None:
     jobs, ran = Jobs(), []
     jobs.max_compute = 1
-    first, _ = watched(jobs, lambda: counting(50))
-    second, reported = watched(jobs, lambda: ran.append(1) or counting(1))  # type: ignore[func-returns-value]
+    first, _ = watch(jobs, lambda: counting(50))
+    second, reported = watch(jobs, lambda: ran.append(1) or counting(1))  # type: ignore[func-returns-value]
     jobs.cancel(second)
     assert reported == ["cancelled"]
     qtbot.waitUntil(lambda: first.over)
@@ -164,7 +164,7 @@ def test_a_waiting_job_is_cancelled_without_running(qtbot: Any) -> None:
 def test_a_dropped_job_keeps_its_result_to_itself_also_where_it_has_one() -> None:
     """Its thread has ended with a result, and the window does not know that yet."""
     jobs = Jobs()
-    job, reported = watched(jobs, lambda: counting(1))
+    job, reported = watch(jobs, lambda: counting(1))
     job._thread.wait()
     jobs.drop(job)
     job._thread.finished.emit()
@@ -192,11 +192,11 @@ def go() -> Iterator[threading.Event]:
 @pytest.mark.parametrize("lane", ["save", "open", "screen"])
 def test_saves_opens_and_images_start_at_once_whatever_runs(qtbot: Any, go: threading.Event, lane: Lane) -> None:
     jobs = Jobs()
-    computing = [watched(jobs, lambda: waiting_for(go))[0] for _ in range(5)]
-    computing.append(watched(jobs, lambda: waiting_for(go), alone=True)[0])
-    others = [watched(jobs, lambda: waiting_for(go), lane=lane)[0] for _ in range(3)]
+    computing = [watch(jobs, lambda: waiting_for(go))[0] for _ in range(5)]
+    computing.append(watch(jobs, lambda: waiting_for(go), alone=True)[0])
+    others = [watch(jobs, lambda: waiting_for(go), lane=lane)[0] for _ in range(3)]
     assert [job.state for job in others] == ["running"] * 3
-    ends, _ = watched(jobs, lambda: counting(2), lane=lane)
+    ends, _ = watch(jobs, lambda: counting(2), lane=lane)
     qtbot.waitUntil(lambda: ends.state == "succeeded")
     assert not any(job.over for job in computing)
     go.set()
@@ -208,8 +208,8 @@ def test_computations_run_side_by_side_up_to_the_number_that_fits_and_the_others
 ) -> None:
     jobs = Jobs()
     jobs.max_compute = 2
-    first, second, third = (watched(jobs, lambda: waiting_for(go))[0] for _ in range(3))
-    short, _ = watched(jobs, lambda: counting(1), lane="open")
+    first, second, third = (watch(jobs, lambda: waiting_for(go))[0] for _ in range(3))
+    short, _ = watch(jobs, lambda: counting(1), lane="open")
     assert [job.state for job in (first, second, third)] == ["running", "running", "queued"]
     assert third.waits_for == "Work or another to end"
     qtbot.waitUntil(lambda: short.over)
@@ -225,8 +225,8 @@ def test_a_computation_waits_for_memory_beside_another_and_never_alone(
     few = memory._replace(total=16_000_000_000, available=1_200_000_000)
     monkeypatch.setattr("app.jobs.jobs.psutil.virtual_memory", lambda: few)
     jobs._again.setInterval(1)
-    first, _ = watched(jobs, lambda: waiting_for(go))
-    second, _ = watched(jobs, lambda: waiting_for(go))
+    first, _ = watch(jobs, lambda: waiting_for(go))
+    second, _ = watch(jobs, lambda: waiting_for(go))
     assert (first.state, second.state) == ("running", "queued")
     assert second.waits_for == "memory: 1.2 GB of 16 GB are free"
     monkeypatch.setattr("app.jobs.jobs.psutil.virtual_memory", lambda: few._replace(available=8_000_000_000))
@@ -240,9 +240,9 @@ def test_a_measurement_of_times_runs_alone_and_what_ran_beside_another_knows(qtb
         yield from waiting_for(go)
         alone.append(not had_company())
 
-    first, _ = watched(jobs, telling)
-    measuring, _ = watched(jobs, telling, alone=True)
-    later, _ = watched(jobs, telling)
+    first, _ = watch(jobs, telling)
+    measuring, _ = watch(jobs, telling, alone=True)
+    later, _ = watch(jobs, telling)
     assert [job.state for job in (first, measuring, later)] == ["running", "queued", "running"]
     assert measuring.waits_for == "Work to end, because it measures times"
     go.set()
@@ -262,11 +262,11 @@ def test_jobs_of_one_resource_run_one_after_the_other_also_while_one_is_being_ca
         finally:
             held.wait(30)
 
-    first, _ = watched(jobs, stubborn, resource="a file")
-    second, _ = watched(jobs, lambda: counting(1), resource="a file")
+    first, _ = watch(jobs, stubborn, resource="a file")
+    second, _ = watch(jobs, lambda: counting(1), resource="a file")
     qtbot.waitUntil(lambda: first.step.note != "")
     jobs.cancel(first)
-    other, _ = watched(jobs, lambda: counting(1), lane="save", resource="another file")
+    other, _ = watch(jobs, lambda: counting(1), lane="save", resource="another file")
     qtbot.waitUntil(lambda: other.over)
     assert (first.stopping, second.state) == (True, "queued")
     held.set()
@@ -278,14 +278,14 @@ def test_background_work_stops_at_its_next_step_and_goes_on_where_it_was(
     qtbot: Any, go: threading.Event, lane: Lane
 ) -> None:
     jobs, life = Jobs(), list[str]()
-    background, reported = watched(jobs, lambda: counting_up(life), lane="background")
+    background, reported = watch(jobs, lambda: counting_up(life), lane="background")
     qtbot.waitUntil(lambda: len(life) > 3)
-    asked, _ = watched(jobs, lambda: waiting_for(go), lane=lane)
+    asked, _ = watch(jobs, lambda: waiting_for(go), lane=lane)
     assert (asked.state, background.state, background.waits_for) == ("running", "queued", "Work to end")
-    later, _ = watched(jobs, lambda: counting(1), lane="background")
+    later, _ = watch(jobs, lambda: counting(1), lane="background")
     so_far = []
     for _ in range(2):
-        on_screen, _ = watched(jobs, lambda: counting(20), lane="screen")
+        on_screen, _ = watch(jobs, lambda: counting(20), lane="screen")
         qtbot.waitUntil(lambda on_screen=on_screen: on_screen.over)
         so_far.append(len(life))
     assert so_far[0] == so_far[1] < 200
@@ -304,10 +304,10 @@ def counting_up(life: list[str]) -> Steps[None]:
 
 def test_background_work_that_waits_can_be_cancelled_paused_and_hurried(qtbot: Any, go: threading.Event) -> None:
     jobs = Jobs()
-    computing, _ = watched(jobs, lambda: waiting_for(go))
+    computing, _ = watch(jobs, lambda: waiting_for(go))
     jobs.max_compute = 2
     begun: list[list[str]] = [[], []]
-    cancelled, hurried = (watched(jobs, functools.partial(counting, 30, life), lane="background")[0] for life in begun)
+    cancelled, hurried = (watch(jobs, functools.partial(counting, 30, life), lane="background")[0] for life in begun)
     jobs.pause(hurried)
     assert (hurried.state, hurried.waits_for) == ("paused", "")
     jobs.resume(hurried)
@@ -322,9 +322,9 @@ def test_background_work_that_waits_can_be_cancelled_paused_and_hurried(qtbot: A
 
 def test_background_work_that_was_preempted_can_be_cancelled(qtbot: Any, go: threading.Event) -> None:
     jobs, life = Jobs(), list[str]()
-    background, reported = watched(jobs, functools.partial(counting, 10_000, life), lane="background")
+    background, reported = watch(jobs, functools.partial(counting, 10_000, life), lane="background")
     qtbot.waitUntil(lambda: background.step.note != "")
-    watched(jobs, lambda: waiting_for(go))
+    watch(jobs, lambda: waiting_for(go))
     jobs.cancel(background)
     qtbot.waitUntil(lambda: background.over)
     assert (reported, life) == (["cancelled"], ["begun", "closed"])
@@ -346,7 +346,7 @@ def test_steps_take_turns_where_kernels_of_two_threads_must_not_run_at_once(
             inside.pop()
             yield Step(0.5, "")
 
-    made = [watched(jobs, work, lane=lane)[0] for lane in ("compute", "compute", "open", "screen")]
+    made = [watch(jobs, work, lane=lane)[0] for lane in ("compute", "compute", "open", "screen")]
     qtbot.waitUntil(lambda: all(job.over for job in made), timeout=30_000)
     assert max(most) == 1
     assert len(most) == 160
@@ -367,7 +367,7 @@ def test_what_a_job_freed_goes_back_to_the_system(qtbot: Any) -> None:
         yield Step(0.5, "hoarding")
         return process.memory_info().rss
 
-    job, reported = watched(jobs, hoarding)
+    job, reported = watch(jobs, hoarding)
     most: list[int] = []
     job.succeeded.connect(most.append)
     qtbot.waitUntil(lambda: reported == ["succeeded"])
@@ -382,7 +382,7 @@ def test_partial_results_are_never_left_out(qtbot: Any) -> None:
             yield Step(index / 200, "", index)
 
     seen: list[int] = []
-    job, _ = watched(Jobs(), work)
+    job, _ = watch(Jobs(), work)
     job.progressed.connect(lambda step: seen.append(step.partial))
     qtbot.waitUntil(lambda: job.over)
     assert seen == list(range(200))
@@ -413,10 +413,10 @@ def test_a_paused_job_takes_no_step_lets_the_next_one_run_and_goes_on_where_it_w
             yield Step(index / 200, "")
         return len(taken)
 
-    job, reported = watched(jobs, work)
+    job, reported = watch(jobs, work)
     qtbot.waitUntil(lambda: len(taken) > 3)
     jobs.pause(job)
-    other, other_reported = watched(jobs, lambda: counting(3))
+    other, other_reported = watch(jobs, lambda: counting(3))
     qtbot.waitUntil(lambda: other.over)
     so_far = len(taken)
     qtbot.wait(40)
@@ -431,8 +431,8 @@ def test_a_paused_job_can_be_cancelled(qtbot: Any, begun: bool) -> None:
     jobs = Jobs()
     jobs.max_compute = 1
     life: list[Any] = []
-    first, _ = watched(jobs, lambda: counting(400))
-    job, reported = (first, _) if begun else watched(jobs, lambda: counting(400, life))
+    first, _ = watch(jobs, lambda: counting(400))
+    job, reported = (first, _) if begun else watch(jobs, lambda: counting(400, life))
     qtbot.waitUntil(lambda: first.step.done > 0.0)
     jobs.pause(job)
     jobs.cancel(job)
@@ -445,7 +445,7 @@ def test_a_paused_job_can_be_cancelled(qtbot: Any, begun: bool) -> None:
 def test_closing_ends_a_paused_job(qtbot: Any) -> None:
     jobs = Jobs()
     life: list[Any] = []
-    job, reported = watched(jobs, lambda: counting(400, life))
+    job, reported = watch(jobs, lambda: counting(400, life))
     qtbot.waitUntil(lambda: bool(life))
     jobs.pause(job)
     jobs.close()

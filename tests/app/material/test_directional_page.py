@@ -40,14 +40,14 @@ def test_a_dome_becomes_a_directional_material_with_its_errors(filled: MainWindo
     page, found = filled.material.directional, planes_of(filled)
     assert filled.material.pages.currentWidget() is page
     shown = [[cell.text() for cell in line] for line in page.candidates.lines]
-    assert [line[0] for line in shown] == ["Directional map", "Shading map", "Mean picture"]
+    assert [line[0] for line in shown] == ["Directional map", "Shading map", "Mean image"]
     assert shown[0][1:] == [number(found.leave_one_out, 3), number(found.in_sample, 3), str(len(found.planes))]
     assert shown[1][3] == str(12 * filled.bench.document.project.slices)
     assert shown[2][1] == number(found.mean_picture, 3)
     assert page.candidates.verdict.text() == verdict(page.candidates.rows)[0]
     assert page.planes.text() == str(len(found.planes))
     assert len(page.pad.lamps) == 12
-    assert page.image.picture is not None
+    assert page.image.image is not None
     assert not page.build.isEnabled()
     assert "up to date" in page.build.toolTip()
 
@@ -81,33 +81,33 @@ def test_a_capture_from_a_dome_is_shown_flat_once_and_from_the_front(filled: Mai
     assert document.project.without_capture["mesh"] is None
 
 
-def test_dragging_the_light_relights_the_picture(filled: MainWindow, qtbot: Any) -> None:
+def test_dragging_the_light_relights_the_image(filled: MainWindow, qtbot: Any) -> None:
     page = filled.material.directional
-    before = page.image.picture
+    before = page.image.image
     middle = QPoint(page.pad.width() // 2, page.pad.height() // 2)
     qtbot.mousePress(page.pad, Qt.MouseButton.LeftButton, pos=middle + QPoint(40, 0))
     assert page.pad.direction[0] > 0.3
     assert page.angles.text().startswith("Elevation ")
     assert page.angles.text().endswith("°, azimuth 0°")
-    qtbot.waitUntil(lambda: page.image.picture is not before, timeout=60_000)
+    qtbot.waitUntil(lambda: page.image.image is not before, timeout=60_000)
     qtbot.keyClick(page.pad, Qt.Key.Key_Up)
     assert page.pad.direction[1] == pytest.approx(0.05)
     page.pad.move_to(3.0, 0.0)
     assert page.pad.direction == pytest.approx([1.0, 0.0, 0.0])
 
 
-def test_exposure_brightens_the_picture_alone(filled: MainWindow, qtbot: Any) -> None:
+def test_exposure_brightens_the_image_alone(filled: MainWindow, qtbot: Any) -> None:
     page, steps = filled.material.directional, filled.bench.document.undo_stack.count()
-    before = present(page.image.picture)
+    before = present(page.image.image)
     page.exposure.setFocus()
     page.exposure.selectAll()
     qtbot.keyClicks(page.exposure, "2")
     qtbot.keyClick(page.exposure, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: page.image.picture is not before, timeout=60_000)
+    qtbot.waitUntil(lambda: page.image.image is not before, timeout=60_000)
     qtbot.waitUntil(lambda: not filled.bench.jobs.active, timeout=60_000)
     found, height = planes_of(filled), before.size[1]
-    wanted = np.clip(255.0 * srgb_encode(4.0 * found.picture(page.pad.direction)), 0.0, 255.0)
-    shown = [present(page.image.picture).levels[0].pixelColor(3, row).green() for row in range(height)]
+    wanted = np.clip(255.0 * srgb_encode(4.0 * found.image(page.pad.direction)), 0.0, 255.0)
+    shown = [present(page.image.image).levels[0].pixelColor(3, row).green() for row in range(height)]
     assert np.abs(wanted[:, 3, 1] - shown).max() <= 1.0
     assert filled.bench.document.undo_stack.count() == steps
 
@@ -122,7 +122,7 @@ def test_a_shading_map_can_be_wished_for_and_the_wish_undone(filled: MainWindow,
     assert filled.material.pages.currentIndex() == 1
     warnings = filled.bench.document.project.material.health.warnings
     assert any("brightness alone does not tell" in each for each in warnings)
-    assert [each.name for each in filled.material.candidates.rows] == ["Shading map", "Mean picture"]
+    assert [each.name for each in filled.material.candidates.rows] == ["Shading map", "Mean image"]
     assert filled.material.candidates.verdict.text().startswith("Worse than the mean image")
     filled.undo.trigger()
     filled.undo.trigger()

@@ -23,7 +23,7 @@ from engine.core.directions import surface_direction
 from engine.core.figure_text import number
 from engine.core.steps import drain
 from engine.surface.recover import Surface, recover
-from engine.surface.write import known_maps
+from engine.surface.write import find_known_maps
 from tests.app.project.test_project_file import shading_map
 from tests.engine.domes import dome
 from tests.present import present
@@ -39,11 +39,11 @@ def arc() -> ImageStack:
     return dataclasses.replace(stack, radiance=radiance, elevation=elevation, azimuth=azimuth)
 
 
-def found(window: MainWindow) -> Surface:
+def find(window: MainWindow) -> Surface:
     return present(window.bench.document.project.surface)
 
 
-def filled(window: MainWindow, stack: ImageStack) -> None:
+def fill_in(window: MainWindow, stack: ImageStack) -> None:
     """A capture with a material in the document, and the Material workspace in front."""
     material = dataclasses.replace(window.bench.document.project.material, shading_map=shading_map())
     window.bench.document.change("Import", stack=stack, material=material)
@@ -51,19 +51,19 @@ def filled(window: MainWindow, stack: ImageStack) -> None:
 
 
 @cache
-def of_dome() -> tuple[ImageStack, Surface]:
+def make_dome() -> tuple[ImageStack, Surface]:
     """A dome and its maps."""
     stack = dome()
     return stack, drain(recover(stack, np.arange(len(stack.sources))))
 
 
-def given(window: MainWindow, qtbot: Any) -> None:
+def list_given(window: MainWindow, qtbot: Any) -> None:
     """A dome and its maps in the document, on screen."""
-    stack, surface = of_dome()
-    filled(window, stack)
+    stack, surface = make_dome()
+    fill_in(window, stack)
     window.bench.document.change("Maps", surface=surface, surface_from=(stack, frozenset()))
     qtbot.mouseClick(window.material.switch.buttons["surface"], Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: window.material.surface.image.picture is not None, timeout=60_000)
+    qtbot.waitUntil(lambda: window.material.surface.image.image is not None, timeout=60_000)
 
 
 def make(window: MainWindow, qtbot: Any) -> None:
@@ -75,43 +75,43 @@ def make(window: MainWindow, qtbot: Any) -> None:
 
 
 def test_maps_are_made_and_shown_with_their_errors(window: MainWindow, qtbot: Any) -> None:
-    filled(window, dome())
+    fill_in(window, dome())
     page = window.material.surface
     assert not page.save.isEnabled()
     make(window, qtbot)
     assert window.material.pages.currentWidget() is page
     assert window.bench.document.undo_stack.undoText() == "Make surface maps"
-    maps = found(window).maps
+    maps = find(window).maps
     assert page.left_out.text() == number(maps.errors.left_out)
     assert page.slopes.text() == "both directions"
     assert not page.one_arc.isVisible()
     assert "up to date" in page.make.toolTip()
     for name, button in page.which.buttons.items():
         for what in ("map", "error"):
-            before = page.image.picture
+            before = page.image.image
             qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
             qtbot.mouseClick(page.show_what.buttons[what], Qt.MouseButton.LeftButton)
-            qtbot.waitUntil(lambda before=before: page.image.picture is not before, timeout=60_000)
+            qtbot.waitUntil(lambda before=before: page.image.image is not before, timeout=60_000)
             qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=60_000)
             assert page.bar.isVisible() == (what == "error" or name not in ("normal", "base_colour"))
-            assert page.error.text() == error_words(name, known_maps(maps)[f"{name}_sigma"])
+            assert page.error.text() == error_words(name, find_known_maps(maps)[f"{name}_sigma"])
     window.undo.trigger()
     assert window.bench.document.project.surface is None
     assert page.pages.currentWidget() is page.empty
     window.redo.trigger()
-    assert found(window).maps is maps
+    assert find(window).maps is maps
 
 
 def test_what_a_normal_map_shows_is_the_normal(window: MainWindow, qtbot: Any) -> None:
-    given(window, qtbot)
-    normal = found(window).maps.normal
-    shown = present(window.material.surface.image.picture).levels[0].pixelColor(3, 2)
+    list_given(window, qtbot)
+    normal = find(window).maps.normal
+    shown = present(window.material.surface.image.image).levels[0].pixelColor(3, 2)
     wanted = np.rint(255.0 * (0.5 + 0.5 * normal[2, 3]))
     assert np.abs(np.array([shown.red(), shown.green(), shown.blue()]) - wanted).max() <= 1.0
 
 
 def test_lamps_of_one_arc_tell_one_slope_and_no_height(window: MainWindow, qtbot: Any) -> None:
-    filled(window, arc())
+    fill_in(window, arc())
     make(window, qtbot)
     page = window.material.surface
     assert page.slopes.text() == "along the arc"
@@ -121,7 +121,7 @@ def test_lamps_of_one_arc_tell_one_slope_and_no_height(window: MainWindow, qtbot
 
 
 def test_maps_are_out_of_date_when_a_photograph_is_left_out(window: MainWindow, qtbot: Any) -> None:
-    given(window, qtbot)
+    list_given(window, qtbot)
     window.bench.set_excluded(["3"], True)
     page = window.material.surface
     assert page.make.isEnabled()
@@ -131,7 +131,7 @@ def test_maps_are_out_of_date_when_a_photograph_is_left_out(window: MainWindow, 
 
 
 def test_a_white_card_that_is_known_is_a_step_and_puts_maps_out_of_date(window: MainWindow, qtbot: Any) -> None:
-    given(window, qtbot)
+    list_given(window, qtbot)
     page, document = window.material.surface, window.bench.document
     assert not page.white.isEnabled()
     qtbot.mouseClick(page.whites.buttons["known"], Qt.MouseButton.LeftButton)
@@ -153,7 +153,7 @@ def test_a_white_card_that_is_known_is_a_step_and_puts_maps_out_of_date(window: 
 
 
 def test_cancelled_maps_leave_nothing(window: MainWindow, qtbot: Any) -> None:
-    filled(window, dome())
+    fill_in(window, dome())
     window.material.show_page("surface")
     page = window.material.surface
     qtbot.mouseClick(page.make, Qt.MouseButton.LeftButton)
@@ -167,7 +167,7 @@ def test_cancelled_maps_leave_nothing(window: MainWindow, qtbot: Any) -> None:
 def test_maps_are_written_to_a_folder(
     window: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    given(window, qtbot)
+    list_given(window, qtbot)
     folder = tmp_path / "dome maps"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(folder), ""))
     page = window.material.surface
@@ -175,13 +175,13 @@ def test_maps_are_written_to_a_folder(
     with qtbot.waitSignal(present(page.saving).succeeded, timeout=60_000):
         pass
     record = json.loads((folder / "surface.json").read_text())
-    assert record["leave_one_out_rmse_srgb8"] == pytest.approx(found(window).maps.errors.left_out)
+    assert record["leave_one_out_rmse_srgb8"] == pytest.approx(find(window).maps.errors.left_out)
     assert (folder / "normal.exr").is_file()
     assert (folder / "height_sigma.png").is_file()
 
 
 def test_maps_are_read_from_a_project_as_they_were_written(tmp_path: Path) -> None:
-    _, surface = of_dome()
+    _, surface = make_dome()
     path = tmp_path / "dome.lap"
     writer = Writer(path)
     writer.write(History(Project(surface=surface, name="Coin")))
@@ -191,7 +191,7 @@ def test_maps_are_read_from_a_project_as_they_were_written(tmp_path: Path) -> No
     assert not opened.missing
     assert (again.white, again.health.findings) == (surface.white, surface.health.findings)
     assert again.maps.errors == surface.maps.errors
-    before, after = known_maps(surface.maps), known_maps(again.maps)
+    before, after = find_known_maps(surface.maps), find_known_maps(again.maps)
     assert before.keys() == after.keys()
     assert all(np.array_equal(before[name], after[name]) for name in before)
 

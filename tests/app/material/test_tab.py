@@ -80,10 +80,10 @@ def test_a_tileable_material_repeats_and_its_seams_are_measured(filled: MainWind
     assert tab.tiling.seams.text() == f"{number(shading_map.health.figures['seam_error'], 3)} × inside"
     qtbot.mouseClick(tab.show_what.buttons["tiles"], Qt.MouseButton.LeftButton)
     height, width = shading_map.slices.shape[1:3]
-    qtbot.waitUntil(lambda: present(tab.image.picture).size == (3 * width, 3 * height), timeout=60_000)
+    qtbot.waitUntil(lambda: present(tab.image.image).size == (3 * width, 3 * height), timeout=60_000)
     assert tab.image.probe is None
-    assert tab.image.picture is not None
-    shown = tab.image.picture.levels[0]
+    assert tab.image.image is not None
+    shown = tab.image.image.levels[0]
     assert shown.pixel(3, 5) == shown.pixel(3 + width, 5 + 2 * height)
 
 

@@ -14,7 +14,7 @@ import pytest
 from app.process import crash
 from app.process.native_stack import make_handler
 from engine.storage.writer import writer
-from tests.processes import gone
+from tests.processes import is_gone
 
 PROJECT = Path(__file__).resolve().parents[3]
 
@@ -73,7 +73,7 @@ ctypes.string_at(8)
     assert "OpenGL: a driver, version 3\n" in words
     assert words.index("did 4999: Change the light") < words.index("the last line") < words.index("string_at")
     assert "did 10:" not in words
-    assert len(words) < 2 * crash.MOST_TRACE
+    assert len(words) < 2 * crash.MAX_TRACE
     if sys.platform.startswith("linux"):
         native = words[words.index("string_at") :]
         assert "_ctypes" in native[native.index("Extension modules") :]
@@ -104,12 +104,12 @@ def test_an_end_while_native_stacks_are_prepared_stays_quiet(logs: Path, monkeyp
 
 def test_a_fault_of_python_code_stays_in_a_report_of_bounded_size(logs: Path) -> None:
     crash.begin()
-    for _ in range(crash.MOST_BYTES // 1000 + 100):
+    for _ in range(crash.MAX_BYTES // 1000 + 100):
         crash.note("x" * 1000)
     crash.end()
     report = logs / f"running-{writer()}.txt"
     assert report.with_suffix(".log").is_file()
-    assert 0.9 * crash.MOST_BYTES < report.stat().st_size <= crash.MOST_BYTES
+    assert 0.9 * crash.MAX_BYTES < report.stat().st_size <= crash.MAX_BYTES
     assert str(os.getpid()) in crash.begin()
     crash.end()
 
@@ -117,7 +117,7 @@ def test_a_fault_of_python_code_stays_in_a_report_of_bounded_size(logs: Path) ->
 def test_few_reports_are_kept_and_empty_ones_vanish(logs: Path) -> None:
     for number in range(30):
         (logs / f"crash-2020-01-01-0000{number:02}-1.txt").write_text("old")
-    (logs / f"running-{gone()}.txt").touch()
+    (logs / f"running-{is_gone()}.txt").touch()
     assert crash.begin() == ""
     crash.end()
     kept = sorted(path.name for path in logs.iterdir())

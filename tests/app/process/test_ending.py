@@ -14,7 +14,7 @@ import pytest
 
 from app.project.project_file import read
 from tests.app.conftest import NO_DISPLAY
-from tests.processes import gone
+from tests.processes import is_gone
 
 PROJECT = Path(__file__).resolve().parents[3]
 
@@ -226,7 +226,7 @@ def test_the_window_ends_through_its_event_loop_and_keeps_its_settings(wish: sig
     logs = tmp_path / "state" / "lightarc" / "log"
     if crashed := sys.platform == "linux":
         logs.mkdir(parents=True)
-        (logs / f"running-{gone(999999999)}.txt").write_text("Fatal Python error: Segmentation fault\n")
+        (logs / f"running-{is_gone(999999999)}.txt").write_text("Fatal Python error: Segmentation fault\n")
     with start((), tmp_path, WINDOW.replace("WISH", str(int(wish)))) as process:
         out, err = process.communicate(timeout=2 * HANGS_S)
     assert process.returncode == 0, err

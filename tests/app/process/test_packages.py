@@ -85,7 +85,7 @@ print(len(most), max(most))
 """
 
 
-def said(program: str, *arguments: object) -> str:
+def describe(program: str, *arguments: object) -> str:
     command = [sys.executable, "-c", program, *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, cwd=ROOT)
     assert done.returncode == 0, done.stderr
@@ -95,8 +95,8 @@ def said(program: str, *arguments: object) -> str:
 def test_a_part_that_is_ready_while_its_package_is_put_in_place_does_not_fail(tmp_path: Path) -> None:
     for folder in ("a", "b"):
         (tmp_path / folder).mkdir()
-    assert said(TWO, tmp_path / "a", "at once") == "KeyError('shared') whole", "the fault of Python is made"
-    assert said(TWO, tmp_path / "b", "ready") == "part whole"
+    assert describe(TWO, tmp_path / "a", "at once") == "KeyError('shared') whole", "the fault of Python is made"
+    assert describe(TWO, tmp_path / "b", "ready") == "part whole"
 
 
 def test_every_package_of_which_the_engine_loads_parts_is_loaded_before_the_first_job() -> None:
@@ -105,12 +105,12 @@ def test_every_package_of_which_the_engine_loads_parts_is_loaded_before_the_firs
     parents = {name.rpartition(".")[0] for name in named} - {""}
     assert len(parents) > 2
     program = "import sys; from app.process.packages import load_shared; load_shared(); print(*sys.modules)"
-    assert parents <= set(said(program).split())
+    assert parents <= set(describe(program).split())
 
 
 def test_the_packages_of_the_engine_are_loaded_without_their_modules() -> None:
     program = "import sys; from app.process.packages import load_own; load_own(); print(*sys.modules)"
-    loaded = {name for name in said(program).split() if name.split(".")[0] == "engine"}
+    loaded = {name for name in describe(program).split() if name.split(".")[0] == "engine"}
     packages = {str(path.parent.relative_to(ROOT)).replace("/", ".") for path in (ROOT / "engine").rglob("__init__.py")}
     assert packages <= loaded
     assert len(loaded) < len(packages) + 3
@@ -134,11 +134,13 @@ for end in (job.succeeded, job.failed):
     end.connect(lambda _: application.quit())
 application.exec()
 """
-    assert said(program, tmp_path) == "True"
+    assert describe(program, tmp_path) == "True"
 
 
 def test_no_two_threads_load_ahead_side_by_side() -> None:
-    assert said(LOADERS) == "7 1"  # each of two packages, the compiler, two libraries, a workspace, the native stack
+    assert (
+        describe(LOADERS) == "7 1"
+    )  # each of two packages, the compiler, two libraries, a workspace, the native stack
 
 
 def test_an_idle_window_loads_no_library_that_only_work_needs() -> None:
@@ -150,5 +152,5 @@ for name in ("app.window.application", *LIBRARIES):
     import_module(name)
 print(*sys.modules)
 """
-    loaded = {name.split(".")[0] for name in said(program).split()}
+    loaded = {name.split(".")[0] for name in describe(program).split()}
     assert loaded & {"numba", "llvmlite", "scipy", "cv2", "matplotlib", "OpenEXR", "tifffile"} == set()

@@ -242,8 +242,8 @@ class Driver:
         self.document.changed.connect(lambda _old, _new: self._show())
         self.document.undo_stack.indexChanged.connect(lambda _index: self._show())
         window.projects.leaving.connect(lambda: self.say(event="leaving", path=str(window.projects.path)))
-        window.projects.switched.connect(self._switched)
-        window.projects.changed.connect(self._saved)
+        window.projects.switched.connect(self._on_switched)
+        window.projects.changed.connect(self._on_saved)
         window.closes.connect(self._stop_burst)
         window.failures.arrived.connect(
             lambda title, error: self.say(
@@ -254,7 +254,7 @@ class Driver:
         self.say(event="ready", pid=os.getpid())
         self.notifier.setEnabled(True)
 
-    def _switched(self) -> None:
+    def _on_switched(self) -> None:
         self._show()
         self.say(event="switched", path=str(self.window.projects.path))
 
@@ -266,7 +266,7 @@ class Driver:
             return  # the window is gone
         self.say(event="shown", path=path, marks=marks(self.document.project, stack.count(), stack.index()))
 
-    def _saved(self) -> None:
+    def _on_saved(self) -> None:
         if self.window.projects.is_saved:
             self.say(event="saved", path=str(self.window.projects.path))
 

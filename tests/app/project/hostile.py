@@ -33,12 +33,12 @@ from app.document.factoring import Factoring, Run
 from app.document.variation import Blend, VariedParameter
 from app.project.arrays import PACKED, find_beside
 from app.project.copying import copy
-from app.project.photographs import keep, photographs, taken
+from app.project.photographs import keep, photographs, take_marks
 from app.project.project_file import History, Writer, data_folder, read
 from app.project.recovery import recover
-from app.project.report import described, identity, problems_of
+from app.project.report import describe, identity, problems_of
 from app.project.setup import set_up
-from app.project.thumbnail import picture_of
+from app.project.thumbnail import image_of
 from app.project.values import Absent, array_from, name_of
 from engine.brdf.brdf import MODELS
 from engine.capture.lights.sources import Sources
@@ -79,11 +79,11 @@ def base(folder: Path) -> Path:
     """A sound project with something of each kind, small, with two steps."""
     from engine.images.encode import encode_png
 
-    pictures = folder / "pictures"
-    pictures.mkdir(parents=True)
+    images = folder / "pictures"
+    images.mkdir(parents=True)
     for angle in (10, 50, 90):
-        (pictures / f"felt_{angle}deg.png").write_bytes(encode_png(np.full((8, 9, 3), 100 * angle, np.uint16)))
-    paths = tuple(sorted(pictures.iterdir()))
+        (images / f"felt_{angle}deg.png").write_bytes(encode_png(np.full((8, 9, 3), 100 * angle, np.uint16)))
+    paths = tuple(sorted(images.iterdir()))
     elevation = np.radians([10.0, 50.0, 90.0])
     exposures = tuple((Exposure(path, 0.1),) for path in paths)
     sources = Sources(paths, elevation, None, "file names", (0.1, None, None), exposures)
@@ -111,12 +111,12 @@ def base(folder: Path) -> Path:
     path = folder / "Felt.lap"
     with contextlib.closing(Writer(path)) as writer:
         writer.write(History(second, (Step("Gain", "", first, second), Step("Gain", "", second, first)), 1))
-    keep(path, drain(taken(photographs(second))))
+    keep(path, drain(take_marks(photographs(second))))
     return path
 
 
 @contextlib.contextmanager
-def changed(path: Path) -> Iterator[sqlite3.Connection]:
+def change(path: Path) -> Iterator[sqlite3.Connection]:
     with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as connection:
         left = iter(range(100))  # the change before may have put a view that never ends in place of a table
         connection.set_progress_handler(lambda: next(left, None) is None, 10_000)
@@ -134,7 +134,7 @@ def _evil(rng: random.Random) -> Any:
     return rng.choice(EVIL)
 
 
-def _mutated(said: Any, rng: random.Random) -> Any:
+def _mutate(said: Any, rng: random.Random) -> Any:
     """A JSON value with one of its parts another one."""
     if isinstance(said, dict) and said and rng.random() < 0.85:
         key = rng.choice(list(said))
@@ -142,14 +142,14 @@ def _mutated(said: Any, rng: random.Random) -> Any:
             return {name: value for name, value in said.items() if name != key}
         if rng.random() < 0.05:
             return {**said, rng.choice(["x", "path", "of", "tuple"]): _evil(rng)}
-        return {**said, key: _mutated(said[key], rng)}
+        return {**said, key: _mutate(said[key], rng)}
     if isinstance(said, list) and said and rng.random() < 0.85:
         at = rng.randrange(len(said))
         if rng.random() < 0.1:
             return said[:at] + said[at + 1 :]
         if rng.random() < 0.05:
             return said * 1000
-        return [*said[:at], _mutated(said[at], rng), *said[at + 1 :]]
+        return [*said[:at], _mutate(said[at], rng), *said[at + 1 :]]
     if isinstance(said, float | int) and not isinstance(said, bool) and rng.random() < 0.6:
         return rng.choice([-said, said * 1e6, said * 1e-9, said + 1, int(said), str(said), 0.0, -1e30, 1e300])
     return _evil(rng)
@@ -166,14 +166,14 @@ def _text(value: Any, rng: random.Random) -> str:
 
 def values(path: Path, rng: random.Random) -> None:
     """One value of the document is another, under its right name, wherever it was named."""
-    with changed(path) as connection:
+    with change(path) as connection:
         name, text = _row(connection, "value", rng)
-        _replace(connection, name, _text(_mutated(json.loads(text), rng), rng))
+        _replace(connection, name, _text(_mutate(json.loads(text), rng), rng))
 
 
 def parts(path: Path, rng: random.Random) -> None:
     """A part of the current document is of another kind: anything, or the value of another part."""
-    with changed(path) as connection:
+    with change(path) as connection:
         current = connection.execute("SELECT value FROM meta WHERE name = 'current'").fetchone()[0]
         said = json.loads(connection.execute("SELECT parts FROM state WHERE name = ?", (current,)).fetchone()[0])
         part = rng.choice([field.name for field in dataclasses.fields(Project)])
@@ -202,7 +202,7 @@ def _replace(connection: sqlite3.Connection, name: str, text: str) -> None:
 
 def rows(path: Path, rng: random.Random) -> None:
     """A column of a row holds another value, or one of another type."""
-    with changed(path) as connection:
+    with change(path) as connection:
         table = rng.choice(["meta", "step", "state", "value", "array", "photograph"])
         names = [row[1] for row in connection.execute(f"PRAGMA table_info({table})")]
         row = _row(connection, table, rng) if connection.execute(f"SELECT 1 FROM {table}").fetchone() else None
@@ -242,13 +242,13 @@ def objects(path: Path, rng: random.Random) -> None:
         "".join(f"CREATE TABLE t{at}(a);" for at in range(200)),
         "ANALYZE;",
     ]
-    with changed(path) as connection, contextlib.suppress(sqlite3.OperationalError):
+    with change(path) as connection, contextlib.suppress(sqlite3.OperationalError):
         connection.executescript(rng.choice(statements))
 
 
 def numbers(path: Path, rng: random.Random) -> None:
     """An array is of another kind, shape or size, or holds other numbers; within the file or beside it."""
-    with changed(path) as connection:
+    with change(path) as connection:
         there = sorted(data_folder(path).glob("arrays/*"))
         stored = connection.execute("SELECT name, content FROM array").fetchall()
         name = rng.choice([*(name for name, _ in stored), *(each.stem for each in there)])
@@ -331,7 +331,7 @@ def file_bytes(path: Path, rng: random.Random) -> None:
 
 def loops(path: Path, rng: random.Random) -> None:
     """Values that each name the one before twice, or a long way down: small on disk, without an end in memory."""
-    with changed(path) as connection:
+    with change(path) as connection:
         count, times = rng.choice([(40, 2), (200, 1), (8, 50)])
         kind = rng.choice(["list", "factors"])
         name = ""
@@ -350,7 +350,7 @@ def loops(path: Path, rng: random.Random) -> None:
 
 def marks(path: Path, rng: random.Random) -> None:
     """Rows about photographs and results that name what they like."""
-    with changed(path) as connection:
+    with change(path) as connection:
         evil = json.dumps(_evil(rng))
         place = rng.choice(
             [evil, '{"path": "/etc/passwd"}', '{"near": "../../../etc/passwd", "path": "/x"}', "[[[", ""]
@@ -411,7 +411,7 @@ def outcome(path: Path, away: Path) -> str:
     Whatever else is raised is a fault.
     """
     try:
-        described(path)
+        describe(path)
         problems = drain(problems_of(path))
     except LightarcError:
         with contextlib.suppress(LightarcError):
@@ -430,7 +430,7 @@ def outcome(path: Path, away: Path) -> str:
                 assert problems, f"verify called sound what cannot be read: {step.text}"
     if problems:
         return "problems"
-    picture_of(opened.current)
+    image_of(opened.current)
     if opened.missing:  # which `described` says, and which can be made again
         return "incomplete"
     setup = set_up(path)

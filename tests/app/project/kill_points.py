@@ -33,7 +33,7 @@ from app.document.document import Look, Project, Step
 from app.document.factoring import Factoring, Run
 from app.project import places
 from app.project.bakes import KIND, tidy
-from app.project.interrupted import interrupted_in, running
+from app.project.interrupted import interrupt_in, running
 from app.project.made import keep_newest, note
 from app.project.project_file import History, Opened, Writer, data_folder, read
 from app.project.report import problems_of
@@ -89,7 +89,7 @@ class Death:
             os.kill(os.getpid(), signal.SIGKILL)
         return self.count == self.at
 
-    def of_atomic(self, operation: str, _path: Path) -> int | None:
+    def watch_atomic(self, operation: str, _path: Path) -> int | None:
         """Hook of `engine.storage.atomic.fault`: bytes of a write that are let through."""
         if not self.point():
             return None
@@ -138,14 +138,14 @@ def watch_sqlite() -> tuple[str, ...]:
         if not address:
             continue
         kind = ctypes.CFUNCTYPE(*kinds, use_errno=True)
-        call = kind(_watched(name, kind(address)))
+        call = kind(_watch(name, kind(address)))
         _kept.append(call)
         if found.contents.set_call(found, name.encode(), ctypes.cast(call, place)) == 0:
             watched.append(name)
     return tuple(watched)
 
 
-def _watched(name: str, original: Any) -> Callable[..., int]:
+def _watch(name: str, original: Any) -> Callable[..., int]:
     def call(*given: Any) -> int:
         if DEATH.point():
             if "write" in name:
@@ -156,7 +156,7 @@ def _watched(name: str, original: Any) -> Callable[..., int]:
     return call
 
 
-def changed(current: Project, kind: str, chance: random.Random) -> dict[str, Any]:
+def change(current: Project, kind: str, chance: random.Random) -> dict[str, Any]:
     """Parts of the document after a gesture."""
     at = chance.randrange(1 << 20)
     if kind == "mesh":
@@ -172,13 +172,13 @@ def changed(current: Project, kind: str, chance: random.Random) -> dict[str, Any
         table = HalfDifferenceTable(np.full((4, 5, 6, 3), at / 2**20), np.zeros((4, 5, 6), bool), "measured", "table")
         return {"comparison": Comparison((Entry(f"measured {at}", table, at % 12, path=Path("/gone")),))}
     if kind == "factor":
-        return {"factoring": Factoring().with_run(Run(at, 0, "GGX", "material", CHOICES, factored_brdf(at)))}
+        return {"factoring": Factoring().with_run(Run(at, 0, "GGX", "material", CHOICES, factor_brdf(at)))}
     if kind == "setting":
         return {"bakes": {"sh": choices_for("sh", order=3 + at % 5).values}}
     return {"look": dataclasses.replace(current.look, gain=1.0 + at / 2**20) if kind == "look" else current.look}
 
 
-def factored_brdf(at: int) -> Any:
+def factor_brdf(at: int) -> Any:
     return brdf_from_text(f"ggx:alpha={0.2 + at / 2**22}")
 
 
@@ -193,13 +193,13 @@ def after(opened: Opened, kind: str, tag: str, chance: random.Random) -> History
     if kind == "camera":
         camera = Camera((float(chance.random()), 1.0, 2.0))
         return History(dataclasses.replace(opened.current, camera=camera), opened.steps, opened.position)
-    parts = changed(opened.current, "look" if kind in ("undo", "redo", "bake") else kind, chance)
+    parts = change(opened.current, "look" if kind in ("undo", "redo", "bake") else kind, chance)
     new = dataclasses.replace(opened.current, name=tag, **parts)
     step = Step(f"Gesture {tag}", kind, opened.current, new)
     return History(new, (*opened.steps[: opened.position], step), opened.position + 1)
 
 
-def derived(kind: str, chance: random.Random) -> Derive | None:
+def derive(kind: str, chance: random.Random) -> Derive | None:
     """The work of a job that follows a gesture, as it is written: factors file by file, a bake chunk by chunk."""
     at = chance.randrange(1 << 20)
 
@@ -239,7 +239,7 @@ def gesture(path: Path, tag: str, seed: str, told: int) -> None:
     history = after(opened, kind, tag, chance)
     writer.write(history)
     os.write(told, b"!")
-    work = derived(kind, chance)
+    work = derive(kind, chance)
     if work is not None:
         with running(folder, f"Job {tag}", {"kind": kind}):
             work(folder)
@@ -299,7 +299,7 @@ def faults(path: Path) -> list[str]:
         names = json.loads((place / RECORD).read_bytes())
         if any((place / name).read_bytes() != name.encode() for name in names):
             found.append(f"{place.name} is there in part")
-    interrupted_in(folder)
+    interrupt_in(folder)
     return found
 
 
@@ -351,7 +351,7 @@ def session(folder: Path, seed: int, points: int) -> dict[str, Any]:
 
 if __name__ == "__main__":
     calls = watch_sqlite()
-    atomic.fault = DEATH.of_atomic
+    atomic.fault = DEATH.watch_atomic
     if not {"write", "pwrite", "pwrite64"} & set(calls):
         sys.exit("this SQLite does not let its writes be watched")
     place = Path(sys.argv[1])

@@ -154,12 +154,12 @@ class Promises:
         if left == path and not is_empty(marks) and self.allowed[path][-1] != marks:
             self.faults.append(f"{Path(path).name} with {marks} was replaced by a new project")
         self.left = None
-        self.settled(path)
+        self.settle(path)
 
     def shown(self, path: str, marks: Marks) -> None:
         """The window shows this document in this project."""
         if path != self.path and self.path:
-            self.settled(self.path)
+            self.settle(self.path)
             continued = [target for target, paths in self.begun.items() if self.path in paths]
             if path in continued:
                 self.moved.add(self.path)
@@ -167,7 +167,7 @@ class Promises:
                     self.begun[target].add(path)
             else:
                 self.begun = {target: set() for target in self.begun}
-            self._finished(path)
+            self._on_finished(path)
         self.path = path
         self.allowed.setdefault(path, []).append(marks)
         for target, paths in self.begun.items():
@@ -184,11 +184,11 @@ class Promises:
         self.begun[target] = {path}
         self.moved.discard(target)
 
-    def settled(self, path: str) -> None:
+    def settle(self, path: str) -> None:
         """The file of `path` holds what the window shows, and nothing earlier."""
         self.allowed[path] = self.allowed.get(path, [])[-1:]
 
-    def _finished(self, target: str) -> None:
+    def _on_finished(self, target: str) -> None:
         self.begun.pop(target, None)
         self.unsure.pop(target, None)
 
@@ -199,7 +199,7 @@ class Promises:
                 self.allowed[target] = [*self.allowed[target], *self.unsure.get(target, [])]
                 self.unsure.setdefault(target, [])
         else:
-            self.settled(self.path)
+            self.settle(self.path)
             for target in self.begun:  # those that were killed before stay unsure
                 self.unsure.pop(target, None)
         self.begun.clear()
@@ -425,7 +425,7 @@ class Play:
             self.promises.shown(event["path"], event["marks"])
         elif kind == "saved":
             self.is_saved = True
-            self.promises.settled(event["path"])
+            self.promises.settle(event["path"])
         elif kind == "baking":
             self.is_baking, self.is_baked = True, event["is_made"]
         elif kind == "leaving":
@@ -439,10 +439,10 @@ class Play:
             if event["fault"]:
                 self.promises.faults.append(f"a fault of the program: {event['message']}")
         elif kind == "ended":
-            self._ended(event["code"])
+            self._on_ended(event["code"])
         return event
 
-    def _ended(self, code: int | None) -> None:
+    def _on_ended(self, code: int | None) -> None:
         assert self.link is not None
         self.link.close()
         self.link, self.pid, how = None, 0, self.ended_by

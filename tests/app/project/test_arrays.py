@@ -16,9 +16,9 @@ from app.project.arrays import (
     PACKED,
     array_name,
     compress,
-    damaged,
     file_of,
     find_beside,
+    find_damaged,
     folder_of,
     keep_beside,
 )
@@ -102,7 +102,7 @@ def test_projects_of_before_arrays_were_compressed_open_and_are_compressed(numbe
         compress(tmp_path, name)
         assert not old.exists()
         assert np.array_equal(find_beside(tmp_path, name), array)
-    assert drain(damaged(tmp_path)) == []
+    assert drain(find_damaged(tmp_path)) == []
 
 
 def test_damage_is_found_at_once_in_small_arrays_and_by_verification_in_all(
@@ -110,7 +110,7 @@ def test_damage_is_found_at_once_in_small_arrays_and_by_verification_in_all(
 ) -> None:
     small = np.arange(5.0)
     names = [keep_beside(tmp_path, array) for array in (small, numbers)]
-    assert drain(damaged(tmp_path)) == []
+    assert drain(find_damaged(tmp_path)) == []
     for name in names:
         path = file_of(tmp_path, name)
         content = bytearray(path.read_bytes())
@@ -118,7 +118,7 @@ def test_damage_is_found_at_once_in_small_arrays_and_by_verification_in_all(
         path.write_bytes(content)
     with pytest.raises(Absent):
         find_beside(tmp_path, names[0])
-    assert drain(damaged(tmp_path)) == sorted(f"{name}{PACKED}" for name in names)
+    assert drain(find_damaged(tmp_path)) == sorted(f"{name}{PACKED}" for name in names)
 
 
 def test_an_array_that_declares_another_size_than_its_shape_has_is_damaged(tmp_path: Path) -> None:
@@ -127,7 +127,7 @@ def test_an_array_that_declares_another_size_than_its_shape_has_is_damaged(tmp_p
     with file_of(tmp_path, name).open("wb") as file:
         deque(pack(file, [header, bytes(80)], len(header) + 80, 8), maxlen=0)
     with pytest.raises(InputError, match="are not 208 bytes"):
-        arrays._unpacked(file_of(tmp_path, name))
+        arrays._unpack(file_of(tmp_path, name))
     with pytest.raises(Absent):
         find_beside(tmp_path, name)
 

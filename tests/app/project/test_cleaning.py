@@ -19,7 +19,7 @@ from app.project import arrays
 from app.project.arrays import PACKED
 from app.project.cleaning import clean_up
 from app.project.made import size_of
-from app.project.photographs import keep, photographs, taken
+from app.project.photographs import keep, photographs, take_marks
 from app.project.pixels import are_packed, are_there
 from app.project.places import claim, release
 from app.project.project_file import History, Writer, data_folder, read
@@ -37,7 +37,7 @@ from engine.storage.atomic import discard, make_folder
 from tests.app.command import Command
 
 
-def made(path: Path, capture: Path, choices: ImportChoices) -> Path:
+def make(path: Path, capture: Path, choices: ImportChoices) -> Path:
     """A project with stack, material and a model, all of whose photographs are marked."""
     sources = find([capture])
     target = make_folder(data_folder(path)) / f"stack-{'5' * 40}"
@@ -49,7 +49,7 @@ def made(path: Path, capture: Path, choices: ImportChoices) -> Path:
     project = dataclasses.replace(project, material=drain(material_of(project)), built_from=project.recipe)
     writer.write(History(project))
     writer.close()
-    keep(path, drain(taken(photographs(project))))
+    keep(path, drain(take_marks(photographs(project))))
     return path
 
 
@@ -61,7 +61,7 @@ def capture(tmp_path: Path, photographs: Path) -> Path:
 
 @pytest.fixture
 def project(tmp_path: Path, capture: Path) -> Path:
-    return made(tmp_path / "a.lap", capture, ImportChoices(motion="none"))
+    return make(tmp_path / "a.lap", capture, ImportChoices(motion="none"))
 
 
 def content(project: Project) -> dict[str, bytes]:
@@ -110,7 +110,7 @@ def test_aligned_raw_photographs_give_the_same_bits_on_one_thread(tmp_path: Path
     """Demosaicing, alignment and warping are repeated by another process, which has one thread."""
     angles = tuple(np.radians((15.0, 40.0, 65.0, 85.0)))
     drain(simulate(LightArc(elevation=angles, size=96, format="dng", interreflection=False), tmp_path / "raw"))
-    path = made(tmp_path / "a.lap", tmp_path / "raw", ImportChoices(trust_angles=True))
+    path = make(tmp_path / "a.lap", tmp_path / "raw", ImportChoices(trust_angles=True))
     before = content(read(path).current)
     drain(clean_up(path))
     assert lacks_material(read(path).current)

@@ -28,7 +28,7 @@ from engine.storage.writer import writer
 from tests.app.command import Command
 
 
-def saved(path: Path, name: str, model: str) -> Path:
+def save(path: Path, name: str, model: str) -> Path:
     """A project with one step and an array beside it."""
     first = Project(mesh=shape(model), name=name)
     second = dataclasses.replace(first, look=Look(gain=2.0))
@@ -40,13 +40,13 @@ def saved(path: Path, name: str, model: str) -> Path:
 
 @pytest.fixture
 def new(tmp_path: Path) -> Path:
-    return saved(tmp_path / "New.lap", "new", "sphere")
+    return save(tmp_path / "New.lap", "new", "sphere")
 
 
 @pytest.fixture
 def old(tmp_path: Path) -> Path:
     (tmp_path / "there").mkdir()
-    return saved(tmp_path / "there" / "Old.lap", "old", "plane")
+    return save(tmp_path / "there" / "Old.lap", "old", "plane")
 
 
 def whole(path: Path) -> str:
@@ -168,7 +168,7 @@ def test_where_any_operation_fails_the_old_project_stays_or_the_new_is_there(
                 break
             shutil.rmtree(old.parent)
             old.parent.mkdir()
-            saved(old, "old", "plane")
+            save(old, "old", "plane")
     finally:
         atomic.fault = None
     assert set(outcomes) == {"old", "new"}
@@ -213,7 +213,7 @@ def test_killed_at_any_operation_the_project_is_the_old_one_or_the_new_one(new: 
             assert os.WTERMSIG(ended) == signal.SIGKILL
             shutil.rmtree(old.parent)
             old.parent.mkdir()
-            saved(old, "old", "plane")
+            save(old, "old", "plane")
             copying.stdin.write("next\n")
             copying.stdin.flush()
     assert outcomes[0] == "old"

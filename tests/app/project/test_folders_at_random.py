@@ -1,4 +1,4 @@
-"""Projects and photographs that people move, copy, collect and remove at random, from wherever a process stands.
+"""Projects and photographs that users move, copy, collect and remove at random, from wherever a process stands.
 
 What still exists somewhere is found, and a collected project needs nothing but itself. After each step all projects are
 looked at: photographs that are where they were, or that moved as the project did, are there without a word; those that
@@ -18,10 +18,10 @@ import pytest
 
 from app.document.document import Look, Project, Step
 from app.project.copying import OutsideFiles, collect, copy
-from app.project.photographs import Checked, files_of, find_moved, keep, photographs, relocate, taken
+from app.project.photographs import Checked, files_of, find_moved, keep, photographs, relocate, take_marks
 from app.project.project_file import History, Writer, data_folder, read
 from app.project.report import problems_of
-from app.window.whereabouts import looked_for
+from app.window.whereabouts import look_for as looked_for
 from engine.capture.lights.sources import find
 from engine.core.steps import drain
 from engine.images.encode import encode_png
@@ -45,22 +45,22 @@ def test_photographs_are_found_wherever_folders_went(
 
 
 class World:
-    """Folders with projects of three photographs, and what a person does to them."""
+    """Folders with projects of three photographs, and what a user does to them."""
 
     def __init__(self, root: Path, chance: random.Random) -> None:
         self.root, self.chance, self.told = root, chance, list[str]()
         for name in FOLDERS:
             (root / name).mkdir(parents=True, exist_ok=True)
-        self.pictures = [encode_png(np.full((4, 4, 3), 9000 * at + 4000, np.uint16)) for at in range(3)]
-        self.folder = self.written(self.somewhere() / "photographs", self.pictures)
-        self.written(root / "decoy" / "photographs", self.pictures[::-1])
+        self.images = [encode_png(np.full((4, 4, 3), 9000 * at + 4000, np.uint16)) for at in range(3)]
+        self.folder = self.written(self.somewhere() / "photographs", self.images)
+        self.written(root / "decoy" / "photographs", self.images[::-1])
         self.projects: dict[Path, bool] = {}  # each with True if it was collected
         self.projects[self.begun(self.somewhere() / NAMES[0])] = False
 
-    def written(self, folder: Path, pictures: list[bytes]) -> Path:
+    def written(self, folder: Path, images: list[bytes]) -> Path:
         folder.mkdir(parents=True)
-        for angle, picture in zip((10, 50, 90), pictures, strict=True):
-            (folder / f"felt_{angle}deg.png").write_bytes(picture)
+        for angle, image in zip((10, 50, 90), images, strict=True):
+            (folder / f"felt_{angle}deg.png").write_bytes(image)
         return folder
 
     def begun(self, path: Path) -> Path:
@@ -70,7 +70,7 @@ class World:
         writer = Writer(self.said(path))
         writer.write(History(second, (Step("Open", "", Project(), first), Step("Gain", "", first, second)), 2))
         writer.close()
-        keep(path, drain(taken(photographs(second))))
+        keep(path, drain(take_marks(photographs(second))))
         return path
 
     def somewhere(self) -> Path:
@@ -85,11 +85,11 @@ class World:
             (
                 self.moved,
                 self.photographs_moved,
-                self.moved_together,
-                self.copied,
-                self.collected,
+                self.move_together,
+                self.copy,
+                self.collect,
                 self.removed,
-                self.turned,
+                self.turn,
             )
         )
         self.told.append(what(self.chance.choice(sorted(self.projects))))
@@ -112,10 +112,10 @@ class World:
         old, self.folder = self.folder, self.folder.rename(target)
         return f"{old} moved to {target}"
 
-    def moved_together(self, project: Path) -> str:
+    def move_together(self, project: Path) -> str:
         """The folder of a project and its photographs is moved: they are there without being looked for."""
         if self.projects[project]:
-            return self.turned(project)
+            return self.turn(project)
         number = self.chance.randrange(10**6)
         home = self.root / f"home {number}"
         home.mkdir()
@@ -123,23 +123,23 @@ class World:
         target = home / project.name
         project.rename(target)
         data_folder(project).rename(data_folder(target))
-        self.turned(target)
+        self.turn(target)
         away = home.rename(self.somewhere() / f"away {number}")
         self.folder, now = away / "photographs", away / project.name
         self.projects[now] = self.projects.pop(project)
         assert not self.opened(now).missing, f"{self.told}; {now}"
         return f"{project} moved to {now} with its photographs"
 
-    def copied(self, project: Path) -> str:
+    def copy(self, project: Path) -> str:
         target = self.free()
         drain(copy(self.said(project), self.said(target)))
         self.projects[target] = self.projects[project]
         return f"{project} copied to {target}"
 
-    def collected(self, project: Path) -> str:
+    def collect(self, project: Path) -> str:
         target = self.free()
         self.look_for(project)
-        outside = [path for path in self.sorted_files(project) if not path.is_relative_to(project.parent)]
+        outside = [path for path in self.list_sorted_files(project) if not path.is_relative_to(project.parent)]
         if outside:  # these are copied only after they were shown
             with pytest.raises(OutsideFiles) as refused:
                 drain(collect(self.said(project), self.said(target)))
@@ -151,28 +151,28 @@ class World:
 
     def removed(self, project: Path) -> str:
         if len(self.projects) == 1:
-            return self.turned(project)
+            return self.turn(project)
         project.unlink()
         shutil.rmtree(data_folder(project))
         del self.projects[project]
         return f"{project} removed"
 
-    def turned(self, project: Path) -> str:
-        """Opened, and a knob turned: the history is written again."""
+    def turn(self, project: Path) -> str:
+        """Opened, and a parameter turned: the history is written again."""
         self.look_for(project)
         opened = read(self.said(project))
         now = Project(sources=opened.current.sources, look=Look(gain=self.chance.uniform(1.0, 2.0)), name="Felt")
         writer = Writer(self.said(project))
         writer.write(History(now, (*opened.steps, Step("Gain", "", opened.current, now)), len(opened.steps) + 1))
         writer.close()
-        return f"a knob of {project} turned"
+        return f"a parameter of {project} turned"
 
     def opened(self, project: Path) -> Checked:
         """Photographs as the window finds them where it opens a project."""
         return drain(looked_for(self.said(project), read(self.said(project)).current, False))
 
     def look_for(self, project: Path) -> None:
-        """Find what is missing in the whole world, as a person would who points at it."""
+        """Find what is missing in the whole world, as a user would who points at it."""
         about = self.opened(project)
         if about.missing:
             relocate(self.said(project), drain(find_moved(self.said(project), about.missing, self.said(self.root))))
@@ -181,10 +181,10 @@ class World:
         for project, is_collected in self.projects.items():
             if not is_collected:
                 self.look_for(project)
-            for picture, path in zip(self.pictures, self.sorted_files(project), strict=True):
+            for image, path in zip(self.images, self.list_sorted_files(project), strict=True):
                 assert path.is_file(), f"{told}; {project}, {path}"
-                assert path.read_bytes() == picture, (told, project, path)
+                assert path.read_bytes() == image, (told, project, path)
             assert drain(problems_of(self.said(project))) == [], (told, project)
 
-    def sorted_files(self, project: Path) -> Iterator[Path]:
+    def list_sorted_files(self, project: Path) -> Iterator[Path]:
         return iter(sorted(files_of(read(self.said(project)).current), key=lambda path: path.name))

@@ -135,8 +135,8 @@ def make(kind: str, server: Path, folder: Path) -> Work:
     for at, name in enumerate(names):
         (given / name).mkdir()
         for role, value in (("basecolor", 90 + 60 * at), ("roughness", 120)):
-            picture = np.full((8, 8, 3), value, np.uint8)
-            (given / name / f"felt_{role}.png").write_bytes(encode_png(picture))
+            image = np.full((8, 8, 3), value, np.uint8)
+            (given / name / f"felt_{role}.png").write_bytes(encode_png(image))
     target = out / ("felt.lightarc" if kind == "bundle" else "felt")
     before, after = (["bundle", "make"], []) if kind == "bundle" else (["export"], ["--to", "materialx"])
     verbs = tuple([*before, str(given / name), *after, "-o", str(target)] for name in names)

@@ -26,9 +26,9 @@ from app.document.scene import scene_of_project
 from app.project import places
 from app.project.copying import collect, copy
 from app.project.database import APPLICATION
-from app.project.photographs import files_of, keep, taken
+from app.project.photographs import files_of, keep, take_marks
 from app.project.project_file import KEPT_STEPS, History, Writer, data_folder, read, state_name
-from app.project.report import described, identity, problems_of
+from app.project.report import describe, identity, problems_of
 from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.capture.lights.sources import find
 from engine.core.errors import InputError, OutputError
@@ -43,7 +43,7 @@ from engine.shading.shading_map import ShadingMap
 from tests.engine.domes import dome_material
 
 
-def written(path: Path, project: Project, steps: tuple[Step, ...] = ()) -> Path:
+def write(path: Path, project: Project, steps: tuple[Step, ...] = ()) -> Path:
     writer = Writer(path)
     writer.write(History(project, steps, len(steps)))
     writer.close()
@@ -55,7 +55,7 @@ def test_every_number_that_a_run_can_get_is_read_again(tmp_path: Path, number: i
     """Numbers of runs are drawn by chance; a project must not be called damaged for one of them."""
     run = Run(number, len(MARKERS) - 1, "Phong", "model:phong", FactorSettings(), "phong")
     project = Project(factoring=Factoring(runs=(run,), current=number))
-    found = read(written(tmp_path / "a.lap", project)).current.factoring
+    found = read(write(tmp_path / "a.lap", project)).current.factoring
     assert (found.current, found.runs[0].number, found.runs[0].identity) == (number, number, len(MARKERS) - 1)
 
 
@@ -101,7 +101,7 @@ def full(photographs: Path) -> Project:
 
 def test_a_project_is_read_as_it_was_written(tmp_path: Path, photographs: Path) -> None:
     project = full(photographs)
-    opened = read(written(tmp_path / "Felt.lap", project))
+    opened = read(write(tmp_path / "Felt.lap", project))
     assert not opened.missing
     for part in dataclasses.fields(Project):
         assert same(getattr(opened.current, part.name), getattr(project, part.name)), part.name
@@ -109,7 +109,7 @@ def test_a_project_is_read_as_it_was_written(tmp_path: Path, photographs: Path) 
 
 def test_a_directional_material_is_read_as_it_was_written(tmp_path: Path) -> None:
     project = Project(material=dome_material(), representation="directional", name="Dome")
-    opened = read(written(tmp_path / "Dome.lap", project))
+    opened = read(write(tmp_path / "Dome.lap", project))
     assert not opened.missing
     assert opened.current.representation == "directional"
     before, found = project.material.directional, opened.current.material.directional
@@ -124,14 +124,14 @@ def test_what_was_measured_under_lamps_on_a_ground_is_kept(tmp_path: Path) -> No
     look = Look(lamps=(LampSettings(),), has_ground=True)
     scene = scene_of_project(Project(look=look), shape("sphere"), brdf_from_text("lambert"), Camera((0.0, 0.0, 3.0)))
     accuracy = Accuracy((), scene_key(scene, 2), (32, 24), 4, "test")
-    found = read(written(tmp_path / "a.lap", Project(accuracy=accuracy, look=look))).current.accuracy
+    found = read(write(tmp_path / "a.lap", Project(accuracy=accuracy, look=look))).current.accuracy
     assert found is not None
     assert (found.of[1], found.of[8]) == (look.ground, (LampSettings().lamp,))
 
 
 def test_a_state_has_the_same_name_without_being_written(tmp_path: Path, photographs: Path) -> None:
     project = full(photographs)
-    path = written(tmp_path / "Felt.lap", project)
+    path = write(tmp_path / "Felt.lap", project)
     assert state_name(project, data_folder(path)) == identity(path)["state"]
     other = dataclasses.replace(project, look=Look())
     assert state_name(other, data_folder(path)) != identity(path)["state"]
@@ -142,7 +142,7 @@ def test_states_of_the_history_share_what_they_shared(tmp_path: Path) -> None:
     second = dataclasses.replace(first, look=Look(gain=2.0))
     third = dataclasses.replace(second, look=first.look)
     steps = (Step("Gain", "gain 1", first, second), Step("Gain", "", second, third))
-    opened = read(written(tmp_path / "a.lap", third, steps))
+    opened = read(write(tmp_path / "a.lap", third, steps))
     assert [(step.text, step.gesture) for step in opened.steps] == [("Gain", "gain 1"), ("Gain", "")]
     assert opened.position == 2
     states = [opened.state(str(state)) for step in opened.steps for state in (step.old, step.new)]
@@ -180,17 +180,17 @@ def test_what_was_undone_can_be_done_again_after_a_restart(tmp_path: Path) -> No
 
 def test_steps_of_an_opened_project_are_written_again_without_reading_them(tmp_path: Path) -> None:
     first, second = Project(), Project(look=Look(gain=2.0))
-    path = written(tmp_path / "a.lap", second, (Step("Gain", "", first, second),))
+    path = write(tmp_path / "a.lap", second, (Step("Gain", "", first, second),))
     opened = read(path)
     third = dataclasses.replace(opened.current, name="Third")
-    written(path, third, (*opened.steps, Step("Name", "", opened.current, third)))
+    write(path, third, (*opened.steps, Step("Name", "", opened.current, third)))
     again = read(path)
     assert [step.text for step in again.steps] == ["Gain", "Name"]
     assert again.state(str(again.steps[0].old)).look.gain == 1.0
 
 
 def test_what_can_be_made_again_may_be_deleted(tmp_path: Path, photographs: Path) -> None:
-    path = written(tmp_path / "a.lap", full(photographs))
+    path = write(tmp_path / "a.lap", full(photographs))
     shutil.rmtree(data_folder(path))
     opened = read(path)
     assert opened.missing
@@ -202,7 +202,7 @@ def test_what_can_be_made_again_may_be_deleted(tmp_path: Path, photographs: Path
 
 @pytest.mark.parametrize("at", [0, 1000, 5000])
 def test_damage_is_named_and_never_a_traceback(tmp_path: Path, photographs: Path, at: int) -> None:
-    path = written(tmp_path / "a.lap", full(photographs))
+    path = write(tmp_path / "a.lap", full(photographs))
     content = bytearray(path.read_bytes())
     content[at : at + 400] = bytes(range(200)) * 2
     path.write_bytes(content)
@@ -211,7 +211,7 @@ def test_damage_is_named_and_never_a_traceback(tmp_path: Path, photographs: Path
 
 
 def test_no_class_but_those_of_the_document_is_made(tmp_path: Path) -> None:
-    path = written(tmp_path / "a.lap", Project())
+    path = write(tmp_path / "a.lap", Project())
     with sqlite3.connect(path) as connection:
         (text,) = connection.execute("SELECT parts FROM state").fetchone()
         connection.execute("UPDATE state SET parts = ?", (text.replace('"name"', '"nothing"'),))
@@ -222,7 +222,7 @@ def test_no_class_but_those_of_the_document_is_made(tmp_path: Path) -> None:
 
 
 def test_a_newer_version_and_other_files_are_refused(tmp_path: Path) -> None:
-    path = written(tmp_path / "a.lap", Project())
+    path = write(tmp_path / "a.lap", Project())
     with sqlite3.connect(path) as connection:
         connection.execute("UPDATE meta SET value = '999' WHERE name = 'schema'")
     connection.close()
@@ -261,7 +261,7 @@ def test_a_second_process_finds_it_claimed_and_a_dead_one_leaves_it_interrupted(
         assert not places.was_interrupted(path)
         other.kill()
     assert places.was_interrupted(path)
-    assert places.interrupted(tmp_path) == [path]
+    assert places.interrupt(tmp_path) == [path]
     assert places.claim(path)
     places.release(path)
     assert not places.was_interrupted(path)
@@ -270,20 +270,20 @@ def test_a_second_process_finds_it_claimed_and_a_dead_one_leaves_it_interrupted(
 def test_a_copy_has_all_and_a_collected_project_opens_without_its_photographs(
     tmp_path: Path, photographs: Path
 ) -> None:
-    pictures = tmp_path / "pictures"
-    shutil.copytree(photographs, pictures)
-    path = written(tmp_path / "a.lap", full(pictures))
+    images = tmp_path / "pictures"
+    shutil.copytree(photographs, images)
+    path = write(tmp_path / "a.lap", full(images))
     drain(copy(path, tmp_path / "b.lap"))
     assert not read(tmp_path / "b.lap").missing
-    keep(path, drain(taken(files_of(read(path).current))))
+    keep(path, drain(take_marks(files_of(read(path).current))))
     drain(collect(path, tmp_path / "away" / "c.lap"))
-    shutil.rmtree(pictures)
+    shutil.rmtree(images)
     (tmp_path / "away").rename(tmp_path / "elsewhere")
-    found = described(tmp_path / "elsewhere" / "c.lap")
+    found = describe(tmp_path / "elsewhere" / "c.lap")
     assert found["missing"] == []
     assert len(found["photographs"]) == 5
     assert not drain(problems_of(tmp_path / "elsewhere" / "c.lap"))
-    assert described(path)["missing"] == described(path)["photographs"]
+    assert describe(path)["missing"] == describe(path)["photographs"]
     with pytest.raises(InputError, match="missing"):
         drain(collect(path, tmp_path / "d.lap"))
     assert not (tmp_path / "d.lap").exists()
@@ -293,9 +293,9 @@ def test_a_copy_has_all_and_a_collected_project_opens_without_its_photographs(
 def test_photographs_that_moved_with_the_project_are_found(tmp_path: Path, photographs: Path) -> None:
     together = tmp_path / "together"
     shutil.copytree(photographs, together / "pictures")
-    written(together / "a.lap", full(together / "pictures"))
+    write(together / "a.lap", full(together / "pictures"))
     together.rename(tmp_path / "moved")
-    assert described(tmp_path / "moved" / "a.lap")["missing"] == []
+    assert describe(tmp_path / "moved" / "a.lap")["missing"] == []
 
 
 SESSION = """
@@ -329,10 +329,10 @@ def test_every_acknowledged_gesture_is_there_after_a_kill(tmp_path: Path, seed: 
 
 
 def test_the_verb_shows_checks_and_collects(tmp_path: Path, photographs: Path, lightarc: Any) -> None:
-    path = written(tmp_path / "a.lap", full(photographs))
+    path = write(tmp_path / "a.lap", full(photographs))
     assert lightarc("project", "info", path, "--json").code == 0
     assert "The project is sound." in lightarc("project", "verify", path).out
-    keep(path, drain(taken(files_of(read(path).current))))
+    keep(path, drain(take_marks(files_of(read(path).current))))
     listed = lightarc("project", "collect", path, "-o", tmp_path / "b.lap")
     assert listed.code == 3
     assert str(photographs / "felt_10deg.png") in listed.err
@@ -344,20 +344,20 @@ def test_the_verb_shows_checks_and_collects(tmp_path: Path, photographs: Path, l
 
 
 def test_the_last_change_is_that_of_the_document_and_not_of_the_file(tmp_path: Path, photographs: Path) -> None:
-    path = written(tmp_path / "a.lap", full(photographs))
+    path = write(tmp_path / "a.lap", full(photographs))
     with sqlite3.connect(path) as connection:
         connection.execute("UPDATE meta SET value = '1480-05-01T00:00:00+00:00' WHERE name = 'changed'")
     opened = read(path)
     with contextlib.closing(Writer(path)) as writer:
         writer.write(History(opened.current, opened.steps, opened.position))
     shutil.copy(path, tmp_path / "b.lap")
-    assert described(tmp_path / "b.lap")["last_change"].startswith("1480")
-    written(path, dataclasses.replace(opened.current, notes="Linen"))
-    assert described(path)["last_change"].startswith("20")
+    assert describe(tmp_path / "b.lap")["last_change"].startswith("1480")
+    write(path, dataclasses.replace(opened.current, notes="Linen"))
+    assert describe(path)["last_change"].startswith("20")
 
 
 def test_photographs_that_are_gone_are_said_once(tmp_path: Path, photographs: Path, lightarc: Any) -> None:
-    path = written(tmp_path / "a.lap", full(shutil.copytree(photographs, tmp_path / "photographs")))
+    path = write(tmp_path / "a.lap", full(shutil.copytree(photographs, tmp_path / "photographs")))
     (tmp_path / "photographs").rename(tmp_path / "moved")
     found = lightarc("project", "verify", path)
     assert found.code == 3
@@ -370,7 +370,7 @@ def test_brdfs_that_were_measured_are_within_the_file(tmp_path: Path) -> None:
     values = np.random.default_rng(3).random((4, 5, 6, 3))
     table = HalfDifferenceTable(values, np.zeros((4, 5, 6), bool), "measured", "table")
     entry = Entry("measured", table, 0, path=tmp_path / "gone.binary")
-    path = written(tmp_path / "a.lap", Project(comparison=Comparison((entry,))))
+    path = write(tmp_path / "a.lap", Project(comparison=Comparison((entry,))))
     shutil.rmtree(data_folder(path))
     again = read(path).current.comparison.entries[0].brdf
     directions = np.array([[0.3, 0.1, 0.9], [0.0, 0.5, 0.8]])
@@ -395,21 +395,21 @@ os.kill(os.getpid(), signal.SIGKILL)
     folder = places.projects_folder()
     for words in (["work"], [], []):
         subprocess.run([sys.executable, "-c", begin, str(folder), *words], check=False)
-    (found,) = places.interrupted(folder)
+    (found,) = places.interrupt(folder)
     assert read(found).current.name == "Felt"
     assert list(folder.glob("*.lap")) == [found]
 
 
 def test_a_project_that_has_a_place_of_its_own_is_found_interrupted_among_the_recent_ones(tmp_path: Path) -> None:
-    path, other = written(tmp_path / "own" / "Felt.lap", Project(name="Felt")), tmp_path / "own" / "photographs"
+    path, other = write(tmp_path / "own" / "Felt.lap", Project(name="Felt")), tmp_path / "own" / "photographs"
     other.mkdir()
     recent = [other, tmp_path / "gone" / "Old.lap", path]
-    assert places.interrupted(tmp_path / "projects", recent) == []
+    assert places.interrupt(tmp_path / "projects", recent) == []
     words = f"from pathlib import Path; from app.project.places import claim; claim(Path({str(path)!r}))"
     subprocess.run([sys.executable, "-c", words], check=True, cwd=Path(__file__).parents[3])
-    assert places.interrupted(tmp_path / "projects", recent) == [path]
+    assert places.interrupt(tmp_path / "projects", recent) == [path]
     assert places.claim(path)
-    assert places.interrupted(tmp_path / "projects", recent) == []
+    assert places.interrupt(tmp_path / "projects", recent) == []
     places.release(path)
 
 
@@ -424,5 +424,5 @@ def test_photographs_that_were_left_out_worry_nobody_any_more(tmp_path: Path, ph
         )
         project = dataclasses.replace(project, material=drain(material_of(project)))
         assert any("in doubt" in text for text in project.material.health.warnings) == (not excluded)
-        told = described(written(tmp_path / "a.lap", project))["warnings"]
+        told = describe(write(tmp_path / "a.lap", project))["warnings"]
         assert any("in doubt" in text for text in told) == (not excluded)

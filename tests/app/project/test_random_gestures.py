@@ -1,8 +1,8 @@
 """Random gestures through the window, twenty kinds of them: after each the project on disk is the one that is shown.
 
-A run mixes what a person does (light, model, undo, import, build, save as, collect, open another project) with what
+A run mixes what a user does (light, model, undo, import, build, save as, collect, open another project) with what
 happens to files meanwhile: the data folder or the whole project is deleted, photographs move, the clock jumps. Names
-are hostile. Every problem that the window reports has to be one that a person can mend.
+are hostile. Every problem that the window reports has to be one that a user can mend.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ PLAIN = ("name", "notes", "look", "excluded", "slices", "mixed", "import_choices
 
 
 class Hand:
-    """The hand of a person in `window`, and the fate of the files in `folder`."""
+    """The hand of a user in `window`, and the fate of the files in `folder`."""
 
     def __init__(self, window: MainWindow, qtbot: Any, folder: Path, photographs: Path, seed: int) -> None:
         self.window, self.qtbot, self.folder = window, qtbot, folder

@@ -66,23 +66,23 @@ def small_capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def broken_by(windows: Path, photographs: Path, actions: Sequence[Action]) -> list[str]:
+def find_broken_by(windows: Path, photographs: Path, actions: Sequence[Action]) -> list[str]:
     """The promises that the program breaks in a sequence, in a home of its own."""
     with folder_in_memory() as folder:
         return Play(windows, folder, photographs).run(actions)
 
 
 def test_what_was_lost_once_is_kept(windows: Path, small_capture: Path) -> None:
-    assert broken_by(windows, small_capture, KNOWN) == []
+    assert find_broken_by(windows, small_capture, KNOWN) == []
 
 
 @pytest.mark.campaign(rounds=250)
 def test_no_confirmed_work_is_lost_in_any_sequence(windows: Path, small_capture: Path, seed: int) -> None:
     for number in range(SEQUENCES * seed, SEQUENCES * (seed + 1)):
         actions = draw(number)
-        broken = broken_by(windows, small_capture, actions)
+        broken = find_broken_by(windows, small_capture, actions)
         if broken:
-            small = smallest(actions, lambda fewer: bool(broken_by(windows, small_capture, fewer)), TRIES)
+            small = smallest(actions, lambda fewer: bool(find_broken_by(windows, small_capture, fewer)), TRIES)
             pytest.fail(f"sequence {number} of seed {seed}: {broken}\nsmallest:\n{text_of(small)}")
 
 
@@ -94,11 +94,11 @@ def test_a_lost_save_and_a_lost_gesture_are_found(tmp_path: Path) -> None:
     def read(path: Path) -> dict:
         return {"marks": held[str(path)], "problems": []}
 
-    def played(how: str) -> Promises:
+    def play(how: str) -> Promises:
         promises = Promises()
         promises.shown(here, EMPTY)
         promises.shown(here, _marks(1))
-        promises.settled(here)
+        promises.settle(here)
         promises.shown(here, _marks(2))
         promises.accepted(here, there)
         promises.leaving(here)  # Save as lets the view come to rest, and nothing is on disk for that
@@ -108,19 +108,19 @@ def test_a_lost_save_and_a_lost_gesture_are_found(tmp_path: Path) -> None:
 
     Path(here).touch()
     held[here] = _marks(3)
-    assert played("quit").broken(read) == [f"there.lap is lost; the last of it was {_marks(3)}"]
-    assert played("kill").broken(read) == []
+    assert play("quit").broken(read) == [f"there.lap is lost; the last of it was {_marks(3)}"]
+    assert play("kill").broken(read) == []
     Path(there).touch()
     for kept, is_whole in ((1, False), (2, True), (3, True)):
         held[there] = _marks(kept)
-        assert (played("quit").broken(read) == []) is is_whole
+        assert (play("quit").broken(read) == []) is is_whole
     held[here] = _marks(1)
-    assert played("kill").broken(read) == []
+    assert play("kill").broken(read) == []
     held[here] = _marks(2)
-    assert [words.partition(" ")[0] for words in played("quit").broken(read)] == ["here.lap"]
-    assert played("kill").broken(read) == []
+    assert [words.partition(" ")[0] for words in play("quit").broken(read)] == ["here.lap"]
+    assert play("kill").broken(read) == []
     held[here] = EMPTY
-    assert [words.partition(" ")[0] for words in played("kill").broken(read)] == ["here.lap"]
+    assert [words.partition(" ")[0] for words in play("kill").broken(read)] == ["here.lap"]
 
 
 def test_a_sequence_that_fails_is_shrunk_to_what_it_takes() -> None:

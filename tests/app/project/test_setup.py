@@ -1,4 +1,4 @@
-"""A project as input of the command line: the scene that a person set up is what is drawn, baked and planned."""
+"""A project as input of the command line: the scene that a user set up is what is drawn, baked and planned."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.document.bake_request import choices_for, estimated, wanted_of
+from app.document.bake_request import choices_for, estimate, make_request
 from app.document.document import Document, Look, Project
 from app.project.bakes import bake_and_keep
 from app.project.project_file import History, Writer, data_folder
@@ -24,7 +24,7 @@ from engine.geometry.camera import Camera, frame
 from engine.geometry.shapes import shape
 from engine.images.decode import read_image
 from engine.light.lamps import LampSettings
-from engine.light.sky import built_in
+from engine.light.sky import make_built_in
 from engine.scene.material import Material, material_of_maps
 from engine.surface.pbr_maps import PbrMaps
 from engine.transport.baking.file import open_transport
@@ -37,7 +37,7 @@ LOOK = Look(mode="direct", light_theta_deg=40.0, light_phi_deg=10.0, irradiance=
 SMALL = ("--width", "48", "--height", "36", "--renderer", "cpu", "--samples", "1")
 
 
-def saved(path: Path, **parts: Any) -> Path:
+def save(path: Path, **parts: Any) -> Path:
     """A project file with these parts."""
     writer = Writer(path)
     writer.write(History(Project(**parts)))
@@ -48,14 +48,14 @@ def saved(path: Path, **parts: Any) -> Path:
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     material = Material(None, None, brdf=BRDF)
-    return saved(tmp_path / "a.lap", mesh=shape("sphere"), material=material, look=LOOK, camera=CAMERA)
+    return save(tmp_path / "a.lap", mesh=shape("sphere"), material=material, look=LOOK, camera=CAMERA)
 
 
 def test_the_scene_is_the_one_that_was_set_up(tmp_path: Path) -> None:
     lamps = (LampSettings(),)
     look = Look(gain=3.0, rotation_deg=90.0, lamps=lamps, repeats=5.0, source="power-law", lookup="angle", directions=8)
-    sky, material = built_in("overcast"), weave(16)
-    path = saved(tmp_path / "a.lap", mesh=shape("sphere"), environment=sky, material=material, look=look, camera=CAMERA)
+    sky, material = make_built_in("overcast"), weave(16)
+    path = save(tmp_path / "a.lap", mesh=shape("sphere"), environment=sky, material=material, look=look, camera=CAMERA)
     found = set_up(path)
     scene = found.scene
     assert (scene.camera, scene.irradiance, scene.repeats, scene.directions) == (CAMERA, 3.0, 5.0, 8)
@@ -77,27 +77,27 @@ def test_pbr_maps_are_kept_and_drawn(tmp_path: Path) -> None:
         metallic=np.zeros((4, 4), np.float32),
         f0=np.full((4, 4), 0.04, np.float32),
     )
-    found = set_up(saved(tmp_path / "a.lap", mesh=shape("sphere"), material=material_of_maps(maps, "rock")))
+    found = set_up(save(tmp_path / "a.lap", mesh=shape("sphere"), material=material_of_maps(maps, "rock")))
     assert found.mode == "shading-map"
     assert found.scene.pbr is not None
     assert np.array_equal(found.scene.pbr.base_colour, maps.base_colour)
 
 
-def test_a_model_that_nobody_moved_is_framed_for_the_picture(tmp_path: Path) -> None:
-    path = saved(tmp_path / "a.lap")
+def test_a_model_that_nobody_moved_is_framed_for_the_image(tmp_path: Path) -> None:
+    path = save(tmp_path / "a.lap")
     scene = set_up(path, 2.0).scene
     assert scene.mesh.name == "cloth"
     assert scene.camera == frame(scene.mesh.positions, 2.0)
 
 
 def test_data_that_are_gone_are_named_in_place_of_another_scene(tmp_path: Path) -> None:
-    path = saved(tmp_path / "a.lap", mesh=shape("sphere"), environment=built_in("overcast"), material=weave(16))
+    path = save(tmp_path / "a.lap", mesh=shape("sphere"), environment=make_built_in("overcast"), material=weave(16))
     shutil.rmtree(data_folder(path))
     with pytest.raises(InputError, match="model and light and shading map and power law"):
         set_up(path)
 
 
-def test_a_picture_of_a_project_is_the_picture_of_its_scene(lightarc: Command, project: Path, tmp_path: Path) -> None:
+def test_a_image_of_a_project_is_the_image_of_its_scene(lightarc: Command, project: Path, tmp_path: Path) -> None:
     one, other = tmp_path / "one.exr", tmp_path / "other.exr"
     found = lightarc("render", project, "-o", one, *SMALL, "--json")
     assert found.code == 0, found.err
@@ -121,10 +121,10 @@ def test_options_that_contradict_a_project_are_refused(lightarc: Command, projec
 
 
 def test_a_bake_of_a_project_is_of_its_model_ground_and_mode(lightarc: Command, tmp_path: Path) -> None:
-    """So are its settings, as the person chose them there; an option of the command stands before both."""
+    """So are its settings, as the user chose them there; an option of the command stands before both."""
     look = Look(mode="sh", has_ground=True, ground_albedo=0.25)
     material, chosen = Material(None, None, brdf="lambert"), {"sh": {"order": 3}, "wavelet": {"terms": 2}}
-    path = saved(tmp_path / "a.lap", mesh=shape("plane"), look=look, material=material, bakes=chosen)
+    path = save(tmp_path / "a.lap", mesh=shape("plane"), look=look, material=material, bakes=chosen)
     for given, order in (((), 3), (("--order", "4"), 4)):
         target = tmp_path / f"{order}.transport"
         found = lightarc("bake", path, "-o", target, *given, "--ground-cells", "4", "--json")
@@ -135,20 +135,20 @@ def test_a_bake_of_a_project_is_of_its_model_ground_and_mode(lightarc: Command, 
         assert open_transport(target).kind == "sh"
 
 
-def test_a_picture_is_drawn_from_the_bake_of_the_window_with_its_settings(lightarc: Command, tmp_path: Path) -> None:
-    """A project whose bake lies beside it is not baked again; one without is baked as the person chose."""
+def test_a_image_is_drawn_from_the_bake_of_the_window_with_its_settings(lightarc: Command, tmp_path: Path) -> None:
+    """A project whose bake lies beside it is not baked again; one without is baked as the user chose."""
     parts: dict[str, Any] = {"mesh": shape("plane"), "material": Material(None, None, brdf="lambert"), "camera": CAMERA}
-    path = saved(tmp_path / "a.lap", look=Look(mode="sh"), bakes={"sh": {"order": 3}}, **parts)
-    pictures = []
+    path = save(tmp_path / "a.lap", look=Look(mode="sh"), bakes={"sh": {"order": 3}}, **parts)
+    images = []
     for name in ("anew", "kept"):
         found = lightarc("render", path, *SMALL, "-o", tmp_path / f"{name}.exr", "--json")
         assert found.code == 0, found.err
         assert json.loads(found.out)["baked_before"] == (name == "kept")
-        pictures.append(read_image(tmp_path / f"{name}.exr").pixels)
+        images.append(read_image(tmp_path / f"{name}.exr").pixels)
         choices = choices_for("sh", order=3)
-        wanted = wanted_of(shape("plane"), None, brdf_from_text("lambert"), choices, None)
-        drain(bake_and_keep(drain(estimated(wanted)), data_folder(path)))
-    assert np.array_equal(pictures[0], pictures[1])
+        wanted = make_request(shape("plane"), None, brdf_from_text("lambert"), choices, None)
+        drain(bake_and_keep(drain(estimate(wanted)), data_folder(path)))
+    assert np.array_equal(images[0], images[1])
 
 
 def test_the_camera_is_kept_beside_the_steps_and_undo_leaves_it() -> None:
@@ -167,7 +167,7 @@ def test_a_bundle_is_made_of_a_project_and_names_it(lightarc: Command, tmp_path:
     """The material is the project's, and the record leads back to the state of the project that it was made of."""
     photographs = [{"file": "felt_10deg.png", "motion": [1.0, 0.0, 0.5]}]
     provenance = {"camera": "one", "photographs": photographs, "settings": {"motion": "auto"}}
-    path = saved(tmp_path / "felt.lap", mesh=shape("sphere"), material=weave(16), provenance=provenance)
+    path = save(tmp_path / "felt.lap", mesh=shape("sphere"), material=weave(16), provenance=provenance)
     done = lightarc("bundle", "make", str(path), "-o", str(tmp_path / "felt.lightarc"), "--json")
     assert done.code == 0
     assert json.loads(done.out)["ok"]
@@ -179,7 +179,7 @@ def test_a_bundle_is_made_of_a_project_and_names_it(lightarc: Command, tmp_path:
     record = describe_bundle(tmp_path / "felt.lightarc")["provenance"]
     assert {name: record[name] for name in provenance} == provenance
     assert record["project"] == identity(path)
-    saved(path, mesh=shape("sphere"), material=weave(16), provenance={"camera": "another"})
+    save(path, mesh=shape("sphere"), material=weave(16), provenance={"camera": "another"})
     assert identity(path)["state"] != record["project"]["state"]
 
 

@@ -16,11 +16,11 @@ import pytest
 from app.document.document import Project
 from app.project import database
 from app.project.copying import OutsideFiles, collect, copy
-from app.project.database import Damaged, connected
-from app.project.photographs import files_of, keep, outside_of, taken
+from app.project.database import Damaged, connect
+from app.project.photographs import files_of, keep, outside_of, take_marks
 from app.project.project_file import History, Writer, data_folder, read
 from app.project.recovery import recover
-from app.project.report import described, problems_of
+from app.project.report import describe, problems_of
 from app.project.tidying import forget_unused
 from app.project.values import array_parts, header_of, name_of
 from engine.core.errors import InputError
@@ -28,7 +28,7 @@ from engine.core.steps import drain
 from engine.storage.text import whole_number
 from tests.app.command import Command
 from tests.app.project import hostile
-from tests.kept import kept
+from tests.kept import keep as kept
 
 #: Hostile projects of one seed of the campaign; all 2000 seeds are 100,000.
 COUNT = 50
@@ -85,7 +85,7 @@ def test_the_sound_project_is_sound(sound: Path, tmp_path: Path) -> None:
     ],
 )
 def test_a_project_has_exactly_the_tables_and_types_of_this_program(felt: Path, statements: str, said: str) -> None:
-    with hostile.changed(felt) as connection:
+    with hostile.change(felt) as connection:
         connection.executescript(statements)
     with pytest.raises(Damaged, match=said):
         read(felt)
@@ -94,8 +94,8 @@ def test_a_project_has_exactly_the_tables_and_types_of_this_program(felt: Path, 
 def test_a_statement_has_a_budget_and_can_do_nothing_else(felt: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(database, "BASE_STEPS", 100_000)
     endless = "SELECT count(*) FROM value a, value b, value c, value d, value e, value f"
-    with connected(felt) as connection:
-        with pytest.raises(Damaged, match="more work"), database.explained(felt):
+    with connect(felt) as connection:
+        with pytest.raises(Damaged, match="more work"), database.explain(felt):
             connection.execute(endless)
         for statement in (
             "ATTACH 'other.db' AS other",
@@ -142,7 +142,7 @@ def test_a_journal_that_names_a_file_does_not_make_sqlite_delete_it(felt: Path) 
     ],
 )
 def test_parts_are_compared_with_their_declared_types(felt: Path, part: str, value: Any, said: str) -> None:
-    replaced(felt, part, value)
+    replace(felt, part, value)
     if said:
         with pytest.raises(Damaged, match=said):
             read(felt)
@@ -150,11 +150,11 @@ def test_parts_are_compared_with_their_declared_types(felt: Path, part: str, val
         assert part in read(felt).missing
 
 
-def replaced(path: Path, part: str, value: Any) -> None:
+def replace(path: Path, part: str, value: Any) -> None:
     """Let a part of the current document be what JSON says."""
     text = json.dumps(value)
     name = name_of(text.encode())
-    with hostile.changed(path) as connection:
+    with hostile.change(path) as connection:
         connection.execute("INSERT OR REPLACE INTO value VALUES (?, ?)", (name, text))
         current = connection.execute("SELECT value FROM meta WHERE name = 'current'").fetchone()[0]
         statement = "UPDATE state SET parts = json_set(parts, ?, ?) WHERE name = ?"
@@ -163,8 +163,8 @@ def replaced(path: Path, part: str, value: Any) -> None:
 
 def test_all_damaged_parts_are_named_and_the_others_recovered(felt: Path, tmp_path: Path, lightarc: Command) -> None:
     before = read(felt).current
-    replaced(felt, "mesh", 5)
-    replaced(felt, "look", "no")
+    replace(felt, "mesh", 5)
+    replace(felt, "look", "no")
     with pytest.raises(Damaged, match=r"look is no look; mesh is no mesh"):
         read(felt)
     found = lightarc("project", "recover", felt, "-o", tmp_path / "new.lap", "--json")
@@ -179,7 +179,7 @@ def test_all_damaged_parts_are_named_and_the_others_recovered(felt: Path, tmp_pa
 
 def test_a_history_whose_states_are_sound_is_recovered_from_a_file_with_a_view(felt: Path, tmp_path: Path) -> None:
     steps = len(read(felt).steps)
-    with hostile.changed(felt) as connection:
+    with hostile.change(felt) as connection:
         connection.execute("CREATE VIEW v AS SELECT 1")
     with pytest.raises(Damaged):
         read(felt)
@@ -211,7 +211,7 @@ def test_only_recorded_photographs_are_collected(felt: Path, tmp_path: Path) -> 
     with pytest.raises(OutsideFiles, match=str(files[0])):
         drain(collect(felt, tmp_path / "out.lap"))
     drain(collect(felt, tmp_path / "out.lap", include_outside=True))
-    assert described(tmp_path / "out.lap")["missing"] == []
+    assert describe(tmp_path / "out.lap")["missing"] == []
     secret = tmp_path / "id_key"
     secret.write_text("-----BEGIN KEY-----")
     sources = read(felt).current.sources
@@ -228,7 +228,7 @@ def test_only_recorded_photographs_are_collected(felt: Path, tmp_path: Path) -> 
         assert caught.value.path == str(secret)
         assert not (tmp_path / "stolen.lap").exists()
         assert not data_folder(tmp_path / "stolen.lap").exists()
-        keep(theirs, drain(taken([secret, *sources.photographs])))
+        keep(theirs, drain(take_marks([secret, *sources.photographs])))
     secret.write_text("-----BEGIN OTHER-----")
     with pytest.raises(InputError, match="not the file that the project recorded"):
         drain(collect(theirs, tmp_path / "stolen.lap", include_outside=True))
@@ -249,7 +249,7 @@ def test_links_in_a_data_folder_are_not_followed(felt: Path, tmp_path: Path) -> 
     assert outside_of(felt, [data / "photographs" / "0001.png"])
     (data / "arrays").rename(data / "other")
     (data / "arrays").symlink_to(work)
-    with connected(felt) as connection:
+    with connect(felt) as connection:
         forget_unused(connection, data, stacks=True)
     assert (work / "mine.npy").exists()
 

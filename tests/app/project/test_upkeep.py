@@ -17,7 +17,7 @@ from engine.core.errors import InputError, OutputError
 from engine.core.steps import drain
 
 
-def saved(path: Path, name: str) -> Path:
+def save(path: Path, name: str) -> Path:
     data_folder(path).mkdir(parents=True)
     writer = Writer(path)
     writer.write(History(Project(name=name)))
@@ -27,9 +27,9 @@ def saved(path: Path, name: str) -> Path:
 
 def test_all_projects_are_listed_and_none_is_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
-    untitled = saved(new_path(projects_folder()), "Felt")
+    untitled = save(new_path(projects_folder()), "Felt")
     drain(keep_thumbnail(untitled, Project(name="Felt\n\x1b[31m")))
-    named, damaged = saved(tmp_path / "Linen.lap", "Linen"), tmp_path / "Damaged.lap"
+    named, damaged = save(tmp_path / "Linen.lap", "Linen"), tmp_path / "Damaged.lap"
     damaged.write_bytes(b"SQLite format 3\0" + os.urandom(4000))
     data_folder(damaged).mkdir()
     (data_folder(damaged) / "title.txt").write_bytes(b"x" * 10_000)
@@ -51,7 +51,7 @@ def test_all_projects_are_listed_and_none_is_opened(tmp_path: Path, monkeypatch:
 def test_a_renamed_project_keeps_its_data_wherever_it_is_interrupted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = saved(tmp_path / "Old.lap", "Felt")
+    path = save(tmp_path / "Old.lap", "Felt")
     (data_folder(path) / "kept").write_text("data")
     new = drain(upkeep.rename(path, "New name"))
     assert new == tmp_path / "New name.lap"
@@ -79,7 +79,7 @@ def failing(*_given: object) -> None:
 def test_no_project_is_renamed_onto_another_or_while_it_is_open(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    one, other = saved(tmp_path / "One.lap", "1"), saved(tmp_path / "Other.lap", "2")
+    one, other = save(tmp_path / "One.lap", "1"), save(tmp_path / "Other.lap", "2")
     with pytest.raises(InputError, match="exists already"):
         drain(upkeep.rename(one, "Other"))
     for name in ("../away", "", "..", "a/b"):
@@ -95,7 +95,7 @@ def test_no_project_is_renamed_onto_another_or_while_it_is_open(
 
 def test_a_project_goes_to_the_trash_with_its_data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
-    path = saved(tmp_path / "Felt.lap", "Felt")
+    path = save(tmp_path / "Felt.lap", "Felt")
     drain(upkeep.move_to_trash(path))
     assert not path.exists()
     assert not data_folder(path).exists()
@@ -103,7 +103,7 @@ def test_a_project_goes_to_the_trash_with_its_data(tmp_path: Path, monkeypatch: 
 
 
 def test_where_there_is_no_trash_nothing_is_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = saved(tmp_path / "Felt.lap", "Felt")
+    path = save(tmp_path / "Felt.lap", "Felt")
     monkeypatch.setattr(upkeep, "trash", lambda _path: False)
     with pytest.raises(OutputError, match="cannot be moved to the trash"):
         drain(upkeep.move_to_trash(path))

@@ -34,7 +34,7 @@ def homes(module: str) -> dict[str, str]:
     return found
 
 
-def held_by(kind: type, seen: set[type]) -> Iterator[type]:
+def find_held_by(kind: type, seen: set[type]) -> Iterator[type]:
     """Classes of values that the fields of `kind` are annotated with, and those that they hold."""
     parts = [(part.name, part.type) for part in dataclasses.fields(kind) if part.init]
     for _, words in parts:
@@ -44,16 +44,16 @@ def held_by(kind: type, seen: set[type]) -> Iterator[type]:
             if isinstance(held, type) and dataclasses.is_dataclass(held) and held not in seen:
                 seen.add(held)
                 yield held
-                yield from held_by(held, seen)
+                yield from find_held_by(held, seen)
 
 
 def test_every_class_that_a_document_can_hold_is_kept() -> None:
-    """A class that is missing is a fault that a person sees: the latest changes are not saved.
+    """A class that is missing is a fault that a user sees: the latest changes are not saved.
 
     A `FileArray` belongs to a stack in a folder, which is kept by its name.
     """
     kept = {(module, name) for module, names in CLASSES.items() for name in names}
-    held = list(held_by(Project, {FileArray}))
+    held = list(find_held_by(Project, {FileArray}))
     assert {DirectionalMap, Kernel, Material} <= set(held)
     assert [each for each in held if (each.__module__, each.__name__) not in kept] == []
 

@@ -33,7 +33,7 @@ def entry(name: str, used_at: float, size: int = 1000) -> Path:
 
 def test_those_used_longest_ago_go_first() -> None:
     places = [entry(f"array-{at}", 1000.0 + at) for at in range(4)]
-    cache.used(places[0])
+    cache.mark_used(places[0])
     assert cache.keep_within(2500) == 2000
     assert [place.exists() for place in places] == [True, False, False, True]
     assert cache.size_bytes() == 2000

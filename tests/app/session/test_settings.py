@@ -11,7 +11,7 @@ from app.session import settings
 from app.session import settings as session_settings
 from app.session.settings import Settings
 from engine.storage.writer import writer
-from tests.processes import gone
+from tests.processes import is_gone
 
 
 def test_what_is_saved_comes_back(tmp_path: Path) -> None:
@@ -87,7 +87,7 @@ def test_files_do_not_push_projects_out_and_500_projects_load_again(tmp_path: Pa
 
 
 def test_folders_of_dead_runs_are_removed_and_those_of_the_living_stay(tmp_path: Path) -> None:
-    dead = tmp_path / f"{session_settings.PREFIX}{gone()}-abc"
+    dead = tmp_path / f"{session_settings.PREFIX}{is_gone()}-abc"
     alive = tmp_path / f"{session_settings.PREFIX}{writer()}-abc"
     for folder in (dead, alive):
         folder.mkdir()

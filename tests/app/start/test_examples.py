@@ -10,7 +10,7 @@ from typing import Any, BinaryIO
 import pytest
 from PySide6.QtGui import QImageReader
 
-from app.project.database import SCHEMA, connected, schema_of
+from app.project.database import SCHEMA, connect, schema_of
 from app.project.factors import place_of
 from app.project.places import is_untitled, projects_folder
 from app.project.project_file import data_folder, read
@@ -30,7 +30,7 @@ MAX_BYTES = 12e6
 def test_an_example_opens_whole_as_an_untitled_project(example: Example, tmp_path: Path) -> None:
     path = drain(unpack(example, projects_folder()))
     assert is_untitled(path)
-    with connected(path) as connection:
+    with connect(path) as connection:
         assert schema_of(connection, path) == SCHEMA, "run packaging/make_gallery.py"
     found = read(path)
     project = found.current

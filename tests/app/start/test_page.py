@@ -26,7 +26,7 @@ from engine.core.steps import drain
 from engine.images.encode import encode_png
 
 
-def saved(path: Path, name: str) -> Path:
+def save(path: Path, name: str) -> Path:
     data_folder(path).mkdir(parents=True)
     writer = Writer(path)
     writer.write(History(Project(name=name)))
@@ -55,7 +55,7 @@ def test_projects_are_listed_searched_renamed_cleaned_up_and_moved_to_the_trash(
 ) -> None:
     untitled, linen, bomb = new_path(projects_folder()), tmp_path / "Linen.lap", tmp_path / "Bomb.lap"
     for path, name in ((untitled, "Felt"), (linen, "Linen"), (bomb, "Bomb")):
-        saved(path, name)
+        save(path, name)
     drain(keep_thumbnail(untitled, Project(name="Felt")))
     thumbnail_of(linen).write_bytes(encode_png(np.full((SIZE[1], SIZE[0], 3), 200, np.uint8)))
     thumbnail_of(bomb).write_bytes(encode_png(np.zeros((2000, 2000, 3), np.uint8)))
@@ -102,7 +102,7 @@ def test_projects_are_listed_searched_renamed_cleaned_up_and_moved_to_the_trash(
 def test_the_open_project_can_be_opened_and_shown_but_not_moved_away(
     page: StartPage, qtbot: Any, tmp_path: Path
 ) -> None:
-    path = saved(tmp_path / "Open.lap", "Open")
+    path = save(tmp_path / "Open.lap", "Open")
     page.remembered = lambda: [path]
     page.read()
     qtbot.waitUntil(lambda: bool(page.list.projects.all) and not page.bench.jobs.active)
@@ -122,7 +122,7 @@ def test_the_open_project_can_be_opened_and_shown_but_not_moved_away(
 def test_a_pointer_or_a_focus_that_comes_to_a_card_or_a_project_is_told_of(
     page: StartPage, qtbot: Any, tmp_path: Path
 ) -> None:
-    page.remembered = lambda: [saved(tmp_path / "Open.lap", "Open")]
+    page.remembered = lambda: [save(tmp_path / "Open.lap", "Open")]
     page.read()
     qtbot.waitUntil(lambda: bool(page.list.projects.all) and not page.bench.jobs.active)
     told: list[int] = []

@@ -11,7 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from app.commands.pictures import Saving
+from app.commands.images import Saving
 from app.document.document import Project
 from app.document.variation import Blend, Colours, VariedParameter
 from app.project.project_file import History, Writer, read
@@ -20,7 +20,7 @@ from engine.geometry.camera import Camera
 from engine.images.decode import read_image
 from engine.images.encode import rgb_channels, write_exr
 from tests.app.command import Command
-from tests.app.view.test_baking import LONG, baked, drawn, view
+from tests.app.view.test_baking import LONG, bake, draw, view
 from tests.present import present
 
 __all__ = ["view"]
@@ -75,20 +75,20 @@ def test_what_varies_is_one_step_a_gesture(view: MainWindow) -> None:
 
 
 def test_another_brdf_and_colours_are_chosen(view: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    panel, picture = view.view.varying, tmp_path / "cloth.png"
+    panel, image = view.view.varying, tmp_path / "cloth.png"
     choose(view, "Mix in another BRDF")
     menu = present(panel.form).menus["brdf"]
     menu.setCurrentIndex(menu.findData("ward"))
     menu.activated.emit(0)
     assert variations(view)[0].brdf.startswith("ward:")
-    monkeypatch.setattr("app.varying.panel.ask_picture", lambda _parent: picture)
-    monkeypatch.setattr("app.varying.forms.ask_picture", lambda _parent: None)
-    choose(view, "Colours of a picture…")
-    assert variations(view)[1] == Colours(picture)
+    monkeypatch.setattr("app.varying.panel.ask_image", lambda _parent: image)
+    monkeypatch.setattr("app.varying.forms.ask_image", lambda _parent: None)
+    choose(view, "Colours of an image…")
+    assert variations(view)[1] == Colours(image)
     menu = present(panel.form).menus["picture"]
     menu.setCurrentIndex(1)
     menu.activated.emit(1)
-    assert variations(view)[1] == Colours(picture), "nothing was chosen"
+    assert variations(view)[1] == Colours(image), "nothing was chosen"
     panel.list.activated.emit(0)
     assert "ward" in str(present(panel.form).menus["brdf"].currentData())
 
@@ -111,20 +111,20 @@ def test_what_varies_is_kept_with_the_project(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("method", ["sh", "wavelet"])
-def test_the_picture_is_the_one_that_the_command_line_renders(
+def test_the_image_is_the_one_that_the_command_line_renders(
     view: MainWindow, qtbot: QtBot, lightarc: Command, tmp_path: Path, method: str
 ) -> None:
-    """A variation that is put on a finished bake gives the picture of one that was made with it."""
-    baking, document = baked(view, qtbot, method), view.bench.document
+    """A variation that is put on a finished bake gives the image of one that was made with it."""
+    baking, document = bake(view, qtbot, method), view.bench.document
     document.look_from(CAMERA)
-    before = present(drawn(view))
+    before = present(draw(view))
     view.view.save(Saving(tmp_path / "plain.exr", (48, 36)))
     qtbot.waitUntil(lambda: (tmp_path / "plain.exr").exists(), timeout=LONG)
     colours = np.zeros((2, 2, 3), np.float32) + np.array([0.9, 0.5, 0.1], np.float32)
     write_exr(tmp_path / "colours.exr", rgb_channels(colours), half=False)
     varied = VariedParameter("alpha", 0.2, 0.6) if method == "sh" else Colours(tmp_path / "colours.exr")
     document.change("Vary", variations=(varied,))
-    qtbot.waitUntil(lambda: drawn(view) is not None and drawn(view) is not before, timeout=LONG)
+    qtbot.waitUntil(lambda: draw(view) is not None and draw(view) is not before, timeout=LONG)
     assert baking.is_made, "no other bake is needed"
     view.view.save(Saving(tmp_path / "window.exr", (48, 36)))
     qtbot.waitUntil(lambda: (tmp_path / "window.exr").exists(), timeout=LONG)
@@ -136,7 +136,7 @@ def test_the_picture_is_the_one_that_the_command_line_renders(
     assert np.abs(window - read_image(tmp_path / "plain.exr").pixels).max() > 0.02 * window.max()
 
 
-def test_a_picture_that_is_gone_is_named(view: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+def test_a_image_that_is_gone_is_named(view: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
     view.view.choose_mode("sh")
     view.bench.document.change("Vary", variations=(VariedParameter("alpha", 0.2, 0.6, tmp_path / "gone.png"),))
     words = view.view.bake_panels["sh"].words

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.commands.pictures import Saving
+from app.commands.images import Saving
 from app.view.baking import Baking
 from app.window.main_window import MainWindow
 from engine.core.figure_text import size_text, time_text
@@ -28,7 +28,7 @@ LONG = 90_000
 GLOSSY = "ggx:kd=0.5,alpha=0.4,f0=0.04"
 
 
-def ball() -> Mesh:
+def sphere() -> Mesh:
     made = trimesh.creation.icosphere(subdivisions=2)
     positions = np.asarray(made.vertices, np.float64)
     uv = np.zeros((len(positions), 2), np.float32)
@@ -41,7 +41,7 @@ def view(window: MainWindow, qtbot: Any) -> MainWindow:
     window.resize(1120, 700)
     document = window.bench.document
     material = dataclasses.replace(document.project.material, brdf=GLOSSY)
-    document.change("Ball", mesh=ball(), environment=open_environment("studio"), material=material)
+    document.change("Ball", mesh=sphere(), environment=open_environment("studio"), material=material)
     window.show_workspace("view")
     return window
 
@@ -60,13 +60,13 @@ def set_brdf(window: MainWindow, text: str) -> None:
     document.change("Brdf", material=dataclasses.replace(document.project.material, brdf=text))
 
 
-def drawn(window: MainWindow) -> Any:
+def draw(window: MainWindow) -> Any:
     """The baked light that is on screen."""
     scene = cast(Any, window.view.viewport.surface).scene
     return scene.relit if scene is not None else None
 
 
-def baked(window: MainWindow, qtbot: Any, method: str) -> Baking:
+def bake(window: MainWindow, qtbot: Any, method: str) -> Baking:
     """Show a mode and bake it with the button, as quickly as it goes."""
     baking, panel = window.view.bakings[method], window.view.bake_panels[method]
     for name, value in (("order", 3), ("terms", 2), ("cube", 16)):
@@ -75,9 +75,9 @@ def baked(window: MainWindow, qtbot: Any, method: str) -> Baking:
             panel.choices[name].activated.emit(0)
     window.view.choose_mode(method)
     wait(qtbot, lambda: "Baking takes about" in panel.words.text())
-    assert drawn(window) is None
+    assert draw(window) is None
     panel.go.click()
-    wait(qtbot, lambda: baking.made is not None and drawn(window) is not None)
+    wait(qtbot, lambda: baking.made is not None and draw(window) is not None)
     return baking
 
 
@@ -85,63 +85,63 @@ def baked(window: MainWindow, qtbot: Any, method: str) -> Baking:
 def test_a_bake_is_offered_made_and_lit_anew(view: MainWindow, qtbot: Any, method: str) -> None:
     panel = view.view.bake_panels[method]
     assert not panel.isVisible()
-    baking = baked(view, qtbot, method)
+    baking = bake(view, qtbot, method)
     assert panel.isVisible()
     assert not panel.go.isVisible()
     assert panel.words.text().startswith("Baked in ")
     assert baking.made is not None
     (place,) = view.bench.folder.glob("bake-*.transport")
     assert baking.made.size_bytes == place.stat().st_size
-    before = drawn(view)
+    before = draw(view)
     change(view, rotation_deg=90.0)
-    wait(qtbot, lambda: drawn(view) is not None and drawn(view) is not before)
-    assert not np.allclose(before.rows, drawn(view).rows)
-    turned = drawn(view)
+    wait(qtbot, lambda: draw(view) is not None and draw(view) is not before)
+    assert not np.allclose(before.rows, draw(view).rows)
+    turned = draw(view)
     view.view.viewport.turn(0.3, 0.1)
     wait(qtbot, lambda: view.view.viewport.surface.is_finished)
-    assert drawn(view) is turned
+    assert draw(view) is turned
     view.view.choose_mode("direct")
     assert not panel.isVisible()
-    assert drawn(view) is None
+    assert draw(view) is None
     view.view.choose_mode(method)
-    assert drawn(view) is turned
+    assert draw(view) is turned
 
 
 def test_harmonics_take_another_brdf_without_a_bake(view: MainWindow, qtbot: Any) -> None:
-    baking = baked(view, qtbot, "sh")
-    before = drawn(view)
+    baking = bake(view, qtbot, "sh")
+    before = draw(view)
     set_brdf(view, "ggx:kd=0.1,alpha=0.6,f0=0.5")
     assert baking.why_stale == ""
-    wait(qtbot, lambda: drawn(view) is not None and drawn(view).table is not before.table)
-    assert np.array_equal(drawn(view).rows, before.rows)
+    wait(qtbot, lambda: draw(view) is not None and draw(view).table is not before.table)
+    assert np.array_equal(draw(view).rows, before.rows)
     change(view, has_ground=True)
     assert baking.why_stale == "The bake is of another ground."
-    assert drawn(view) is None
+    assert draw(view) is None
     wait(qtbot, view.view.bake_panels["sh"].go.isEnabled)
 
 
-def test_a_near_lamp_inside_the_model_is_said_and_the_picture_stays(view: MainWindow, qtbot: Any) -> None:
-    """A person drags it there: that is no failure, and the next place is shown again."""
-    baked(view, qtbot, "sh")
-    before, failed = drawn(view), []
+def test_a_near_lamp_inside_the_model_is_said_and_the_image_stays(view: MainWindow, qtbot: Any) -> None:
+    """A user drags it there: that is no failure, and the next place is shown again."""
+    bake(view, qtbot, "sh")
+    before, failed = draw(view), []
     view.bench.jobs.failed.connect(lambda job, error: failed.append(job.title))
     with qtbot.waitSignal(view.bench.said, timeout=LONG, check_params_cb=lambda words: "touches the model" in words):
         change(view, near_lamps=(NearLampSettings(radius=2.0),))
     assert failed == []
-    assert drawn(view) is before
+    assert draw(view) is before
     change(view, near_lamps=(NearLampSettings(x=3.0, power=40.0),))
-    wait(qtbot, lambda: drawn(view) is not before)
+    wait(qtbot, lambda: draw(view) is not before)
 
 
 def test_wavelets_say_that_another_brdf_has_to_be_baked(view: MainWindow, qtbot: Any) -> None:
-    baking, panel = baked(view, qtbot, "wavelet"), view.view.bake_panels["wavelet"]
+    baking, panel = bake(view, qtbot, "wavelet"), view.view.bake_panels["wavelet"]
     set_brdf(view, "ggx:kd=0.1,alpha=0.6,f0=0.5")
     assert panel.words.text().startswith("The bake is of another BRDF; wavelets are baked for one.")
     assert panel.go.isVisible()
-    assert drawn(view) is None
+    assert draw(view) is None
     set_brdf(view, GLOSSY)
     assert baking.is_made
-    wait(qtbot, lambda: drawn(view) is not None)
+    wait(qtbot, lambda: draw(view) is not None)
 
 
 def test_a_bake_that_is_stopped_can_be_begun_again(view: MainWindow, qtbot: Any) -> None:
@@ -159,12 +159,12 @@ def test_a_bake_that_is_stopped_can_be_begun_again(view: MainWindow, qtbot: Any)
 
 
 def test_baked_light_is_measured_against_the_reference(view: MainWindow, qtbot: Any) -> None:
-    baked(view, qtbot, "sh")
+    bake(view, qtbot, "sh")
     change(view, comparing="wipe", against="reference", mode="sh")
     view.view.at_rest.stop()
-    wait(qtbot, lambda: view.view.pictures.error is not None)
-    assert view.view.pictures.error is not None
-    assert view.view.pictures.error.rmse_rel < 0.2
+    wait(qtbot, lambda: view.view.images.error is not None)
+    assert view.view.images.error is not None
+    assert view.view.images.error.rmse_rel < 0.2
 
 
 def test_times_and_sizes_are_reported_in_few_digits() -> None:
@@ -175,20 +175,20 @@ def test_times_and_sizes_are_reported_in_few_digits() -> None:
 def test_texels_are_shown_in_baked_light_as_the_command_line_draws_them(
     view: MainWindow, qtbot: Any, lightarc: Command, tmp_path: Path
 ) -> None:
-    baked(view, qtbot, "sh")
+    bake(view, qtbot, "sh")
     document, surface = view.bench.document, cast(Any, view.view.viewport.surface)
     document.look_from(Camera((0.0, 0.5, 4.0), (0.0, 0.0, 0.0), fov_deg=40.0))
 
-    def picture(name: str) -> Any:
+    def image(name: str) -> Any:
         view.view.save(Saving(tmp_path / name, (48, 36)))
         wait(qtbot, lambda: (tmp_path / name).exists())
         return read_image(tmp_path / name).pixels
 
-    before = picture("before.exr")
+    before = image("before.exr")
     material = dataclasses.replace(document.project.material, directional=dome_material().directional)
     document.change("Texels", material=material)
-    wait(qtbot, lambda: drawn(view) is not None and surface.scene.has_texels)
-    window = picture("window.exr")
+    wait(qtbot, lambda: draw(view) is not None and surface.scene.has_texels)
+    window = image("window.exr")
     wait(qtbot, lambda: view.projects.is_saved)
     size = ("--width", "48", "--height", "36", "--json")
     said = lightarc("render", view.projects.path, "--mode", "sh", "-o", tmp_path / "said.exr", *size)

@@ -13,7 +13,7 @@ from app.document.document import Project
 from app.window.main_window import MainWindow
 from engine.geometry.camera import Camera
 from tests.app.opening import open_project
-from tests.app.view.test_baking import ball
+from tests.app.view.test_baking import sphere
 from tests.engine.scenes import weave
 
 CAMERA = Camera((0.0, 0.5, 4.0), (0.0, 0.1, 0.0), fov_deg=30.0)
@@ -38,7 +38,7 @@ def test_a_default_model_that_arrives_late_leaves_the_camera_of_the_project(in_v
     """Once, and a second time as another object: whoever asks twice gets two."""
     document, view = in_view.bench.document, in_view.view
     document.restore(Project(camera=CAMERA))
-    for mesh in (ball(), ball()):
+    for mesh in (sphere(), sphere()):
         view._default_ready(mesh)
         assert view.viewport.camera == CAMERA
         at_rest(in_view)
@@ -52,7 +52,7 @@ def test_a_model_of_a_bundle_that_was_opened_is_not_replaced_by_one_that_still_l
     loading = bench.loading
     assert loading is not None
     loading._thread.wait()
-    parts = {"mesh": ball(), "camera": CAMERA}
+    parts = {"mesh": sphere(), "camera": CAMERA}
     bench._bundle_opened(OpenedBundle("felt", weave(16), {}, Referred(parts)))
     loading._thread.finished.emit()
     assert loading.state == "cancelled"
@@ -62,17 +62,17 @@ def test_a_model_of_a_bundle_that_was_opened_is_not_replaced_by_one_that_still_l
 
 def test_the_camera_of_one_project_does_not_come_to_rest_in_another(in_view: MainWindow) -> None:
     document, view = in_view.bench.document, in_view.view
-    document.restore(Project(mesh=ball(), camera=CAMERA))
+    document.restore(Project(mesh=sphere(), camera=CAMERA))
     view.viewport.look_from(OTHER)
     document.restore(Project(camera=CAMERA))
     assert not view.camera_at_rest.isActive(), "nothing of this project is on screen"
-    view._default_ready(ball())
+    view._default_ready(sphere())
     assert view.viewport.camera == CAMERA
 
 
 def test_a_camera_that_still_moves_belongs_to_the_project_that_is_left(in_view: MainWindow, qtbot: Any) -> None:
     projects, document = in_view.projects, in_view.bench.document
-    document.change("Ball", mesh=ball())
+    document.change("Ball", mesh=sphere())
     in_view.view.viewport.look_from(OTHER)
     left = projects.path
     projects.begin()
@@ -84,7 +84,7 @@ def test_a_camera_that_still_moves_belongs_to_the_project_that_is_left(in_view: 
 
 def test_a_flipped_model_is_seen_from_the_same_side(in_view: MainWindow) -> None:
     document, view = in_view.bench.document, in_view.view
-    mesh = ball()
+    mesh = sphere()
     document.change("Ball", mesh=mesh)
     view.viewport.look_from(OTHER)
     at_rest(in_view)
@@ -115,7 +115,7 @@ def test_the_model_of_a_new_project_is_loaded_once_and_again_where_that_was_canc
 
 def test_undo_leads_back_to_the_model_and_keeps_where_it_was_seen_from(in_view: MainWindow) -> None:
     document, view = in_view.bench.document, in_view.view
-    document.change("Ball", mesh=ball())
+    document.change("Ball", mesh=sphere())
     view.viewport.look_from(OTHER)
     at_rest(in_view)
     document.change("Light", look=dataclasses.replace(document.project.look, irradiance=1.0))

@@ -1,4 +1,4 @@
-"""The error of the picture on screen in the status bar: found in the background, refined, expected, and left out."""
+"""The error of the image on screen in the status bar: found in the background, refined, expected, and left out."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from app.document.measured import MOST_PIXELS, size_of
+from app.document.measured import MAX_PIXELS, size_of
 from app.jobs.jobs import Jobs
 from app.session import settings
-from app.view.picture_error import Comparing, PictureError, Side
-from app.view.pictures import reference_size
+from app.view.image_error import Comparing, ImageError, Side
+from app.view.images import reference_size
 from app.view.reference import Progressive
 from app.window.main_window import MainWindow
 from engine.geometry.shapes import shape
@@ -34,7 +34,7 @@ def view(window: MainWindow, qtbot: Any) -> MainWindow:
     look = dataclasses.replace(document.project.look, mode="direct")
     material = dataclasses.replace(document.project.material, brdf="lambert:albedo=0.5")
     document.change("Knot", mesh=shape("torus-knot"), look=look, material=material)
-    window.view.pictures.measure(True)
+    window.view.images.measure(True)
     window.show_workspace("view")
     return window
 
@@ -49,62 +49,62 @@ def change(window: MainWindow, **parts: Any) -> None:
 
 
 def test_the_error_of_what_is_shown_is_found_while_nobody_does_anything(view: MainWindow, qtbot: Any) -> None:
-    pictures, status = view.view.pictures, view.status.error
+    images, status = view.view.images, view.status.error
     assert status.text() == "error being measured"
-    wait(qtbot, lambda: pictures.error is not None)
-    assert pictures.error is not None
-    assert 0.1 < pictures.error.rmse_rel < 1.0, "a knot without its shadows is far off"
+    wait(qtbot, lambda: images.error is not None)
+    assert images.error is not None
+    assert 0.1 < images.error.rmse_rel < 1.0, "a knot without its shadows is far off"
     assert "±" in status.text()
     assert "Direct against the reference" in status.toolTip()
-    assert f"{pictures.error.samples} sample" in status.toolTip()
-    assert view.view.compare.error.text() == "–", "nothing is compared that a person chose"
-    wait(qtbot, lambda: pictures.reference.held)
-    assert pictures.error.is_certain
+    assert f"{images.error.samples} sample" in status.toolTip()
+    assert view.view.compare.error.text() == "–", "nothing is compared that a user chose"
+    wait(qtbot, lambda: images.reference.held)
+    assert images.error.is_certain
     assert cast(Any, present(view.view.viewport.surface._over[0])).pixels is None, "the reference is not shown"
-    assert all(job.state == "paused" for job in view.bench.jobs.active if pictures.reference.is_run_by(job))
+    assert all(job.state == "paused" for job in view.bench.jobs.active if images.reference.is_run_by(job))
 
 
 def test_turning_begins_anew_and_another_mode_goes_on(view: MainWindow, qtbot: Any) -> None:
-    pictures = view.view.pictures
-    wait(qtbot, lambda: pictures.reference.held)
-    found = pictures.reference.found
+    images = view.view.images
+    wait(qtbot, lambda: images.reference.held)
+    found = images.reference.found
     change(view, mode="sh")
-    assert pictures.error is None
-    assert pictures.reference.found is found, "the reference is of the scene, not of how it is drawn"
-    wait(qtbot, lambda: pictures.error is not None)
+    assert images.error is None
+    assert images.reference.found is found, "the reference is of the scene, not of how it is drawn"
+    wait(qtbot, lambda: images.error is not None)
     view.view.viewport.turn(0.2, 0.0)
-    assert (pictures.error, pictures.reference.found, pictures.reference.running) == (None, None, False)
+    assert (images.error, images.reference.found, images.reference.running) == (None, None, False)
     assert view.status.error.text() == "error being measured"
-    wait(qtbot, lambda: pictures.error is not None)
+    wait(qtbot, lambda: images.error is not None)
 
 
 def test_a_reference_that_is_shown_has_all_pixels_and_tells_its_noise(view: MainWindow, qtbot: Any) -> None:
-    pictures, surface = view.view.pictures, view.view.viewport.surface
-    wait(qtbot, lambda: pictures.error is not None)
+    images, surface = view.view.images, view.view.viewport.surface
+    wait(qtbot, lambda: images.error is not None)
     change(view, mode="reference", against="direct")
     assert cast(Any, present(surface._over[0])).pixels is None
     wait(qtbot, lambda: cast(Any, present(surface._over[0])).pixels is not None)
     height, width = present(cast(Any, present(surface._over[0])).pixels).shape[:2]
     assert (width, height) == reference_size(view.view.viewport.screen_px())
-    wait(qtbot, lambda: pictures.error is not None)
+    wait(qtbot, lambda: images.error is not None)
     assert "noise of the reference" in view.status.error.toolTip()
-    assert not pictures.reference.held
+    assert not images.reference.held
 
 
 def test_it_can_be_left_out_and_that_is_remembered(view: MainWindow, qtbot: Any, tmp_path: Path) -> None:
-    pictures = view.view.pictures
+    images = view.view.images
     view.settings.folder = tmp_path
-    wait(qtbot, lambda: pictures.error is not None)
+    wait(qtbot, lambda: images.error is not None)
     view.menus.measure.trigger()
-    assert pictures.error is None
-    assert not pictures.reference.running
+    assert images.error is None
+    assert not images.reference.running
     assert view.status.error.text() == ""
     qtbot.wait(100)
-    assert not pictures.reference.running
+    assert not images.reference.running
     view._keep_settings()
     assert not settings.load(tmp_path).measure_error
     view.menus.measure.trigger()
-    wait(qtbot, lambda: pictures.error is not None)
+    wait(qtbot, lambda: images.error is not None)
 
 
 def test_before_it_is_known_the_plan_tells_what_to_expect(view: MainWindow) -> None:
@@ -133,9 +133,9 @@ def test_without_a_reference_it_says_why(view: MainWindow) -> None:
 
 
 def test_other_workspaces_tell_the_error_of_the_material(view: MainWindow, qtbot: Any) -> None:
-    wait(qtbot, lambda: view.view.pictures.error is not None)
+    wait(qtbot, lambda: view.view.images.error is not None)
     view.show_workspace("capture")
-    assert not view.view.pictures.reference.running
+    assert not view.view.images.reference.running
     assert view.status.error.text() == ""
 
 
@@ -158,16 +158,16 @@ def test_a_reference_that_is_held_rests_and_goes_on_where_it_was(qapp: Any, qtbo
     jobs.close()
 
 
-def test_T8_the_noise_of_a_picture_is_estimated_from_its_variance(qapp: Any, qtbot: Any) -> None:
-    """Of ones with normal noise of 0.1 it is 0.1, and pictures made so are as far from the truth as it says."""
+def test_T8_the_noise_of_a_image_is_estimated_from_its_variance(qapp: Any, qtbot: Any) -> None:
+    """Of ones with normal noise of 0.1 it is 0.1, and images made so are as far from the truth as it says."""
     rng = np.random.default_rng(1)
     found: list[Any] = []
     comparing = Comparing(Jobs())
     comparing.found.connect(found.append)
-    picture = np.ones((60, 80, 4), np.float32)
-    comparing.weigh(Side(picture, np.full((60, 80, 3), 0.01), 4))
+    image = np.ones((60, 80, 4), np.float32)
+    comparing.weigh(Side(image, np.full((60, 80, 3), 0.01), 4))
     wait(qtbot, lambda: bool(found))
-    error: PictureError = found[0]
+    error: ImageError = found[0]
     assert (error.samples, error.pixels) == (4, 4800)
     grey = rng.normal(0.0, 0.1, (400, 4800))  # the three channels rise and fall together
     off = np.sqrt(np.mean(grey**2, axis=1))
@@ -177,8 +177,8 @@ def test_T8_the_noise_of_a_picture_is_estimated_from_its_variance(qapp: Any, qtb
 
 
 @pytest.mark.parametrize("screen", [(613, 367), (1200, 900), (2560, 1300), (80, 60), (1, 1)])
-def test_pictures_that_are_measured_have_the_shape_of_the_screen(screen: tuple[int, int]) -> None:
+def test_images_that_are_measured_have_the_shape_of_the_screen(screen: tuple[int, int]) -> None:
     width, height = size_of(screen)
-    assert width * height <= max(1.02 * MOST_PIXELS, 32 * 32)
+    assert width * height <= max(1.02 * MAX_PIXELS, 32 * 32)
     if min(screen) > 32:
         assert width / height == pytest.approx(screen[0] / screen[1], rel=2e-3)

@@ -14,9 +14,9 @@ from app.window.main_window import MainWindow
 from engine.geometry.mesh import Mesh
 from engine.light.environment_file import open_environment
 from engine.transport.method import METHODS
-from engine.transport.relit import RelitGaussians
-from tests.app.view.test_baking import GLOSSY, baked, change, drawn, set_brdf, wait
-from tests.engine.gl.relit_scenes import ball
+from engine.transport.relight import RelightGaussians
+from tests.app.view.test_baking import GLOSSY, bake, change, draw, set_brdf, wait
+from tests.engine.gl.relit_scenes import sphere
 
 
 @pytest.fixture
@@ -25,7 +25,7 @@ def view(window: MainWindow, qtbot: Any) -> MainWindow:
     window.resize(1120, 700)
     document = window.bench.document
     material = dataclasses.replace(document.project.material, brdf=GLOSSY)
-    mesh: Mesh = ball(1)
+    mesh: Mesh = sphere(1)
     document.change("Ball", mesh=mesh, environment=open_environment("studio"), material=material)
     window.show_workspace("view")
     return window
@@ -39,20 +39,20 @@ def choose(window: MainWindow, method: str, name: str, value: Any) -> None:
 
 
 def test_gaussians_are_baked_drawn_and_turned_without_a_bake(view: MainWindow, qtbot: Any) -> None:
-    baking = baked(view, qtbot, "gaussian")
+    baking = bake(view, qtbot, "gaussian")
     panel = view.view.bake_panels["gaussian"]
-    first = drawn(view)
-    assert isinstance(first, RelitGaussians)
+    first = draw(view)
+    assert isinstance(first, RelightGaussians)
     assert panel.words.text().startswith("Baked in ")
     change(view, rotation_deg=90.0)
-    wait(qtbot, lambda: drawn(view) is not None and drawn(view) is not first)
-    turned = drawn(view)
+    wait(qtbot, lambda: draw(view) is not None and draw(view) is not first)
+    turned = draw(view)
     assert turned.light.environment is first.light.environment, "turning the light filters nothing"
     assert turned.light.rotation == pytest.approx(np.pi / 2)
     wait(qtbot, lambda: view.view.viewport.surface.is_finished)
     set_brdf(view, "ggx:kd=0.1,alpha=0.6,f0=0.5")
     assert baking.why_stale == "The bake is of another BRDF; Gaussians are baked for one."
-    assert drawn(view) is None
+    assert draw(view) is None
     set_brdf(view, GLOSSY)
     assert baking.is_made
 
@@ -70,38 +70,38 @@ def test_a_diffuse_brdf_says_why_it_has_no_gaussians(view: MainWindow, qtbot: An
 
 
 def test_gaussians_take_lamps_without_an_environment(view: MainWindow, qtbot: Any) -> None:
-    baked(view, qtbot, "gaussian")
+    bake(view, qtbot, "gaussian")
     view.bench.document.change("Dark", environment=None)
-    wait(qtbot, lambda: drawn(view) is not None and drawn(view).light.environment is None)
-    assert len(drawn(view).light.lamps) == 1
+    wait(qtbot, lambda: draw(view) is not None and draw(view).light.environment is None)
+    assert len(draw(view).light.lamps) == 1
     wait(qtbot, lambda: view.view.viewport.surface.is_finished)
 
 
 def test_a_window_against_ringing_asks_for_no_bake(view: MainWindow, qtbot: Any) -> None:
-    baking = baked(view, qtbot, "sh")
-    before = drawn(view)
+    baking = bake(view, qtbot, "sh")
+    before = draw(view)
     choose(view, "sh", "window", "hanning")
     assert baking.is_made
-    wait(qtbot, lambda: drawn(view) is not None and drawn(view) is not before)
-    assert not np.array_equal(drawn(view).rows, before.rows)
+    wait(qtbot, lambda: draw(view) is not None and draw(view) is not before)
+    assert not np.array_equal(draw(view).rows, before.rows)
     choose(view, "sh", "interreflection", True)
     assert not baking.is_made
-    assert drawn(view) is not None, "the bake before is shown until there is another"
+    assert draw(view) is not None, "the bake before is shown until there is another"
 
 
 def test_bounced_light_fixes_the_brdf(view: MainWindow, qtbot: Any) -> None:
     choose(view, "sh", "interreflection", True)
-    baking = baked(view, qtbot, "sh")
+    baking = bake(view, qtbot, "sh")
     assert baking.made is not None
     assert baking.made.transport.interreflection
     set_brdf(view, "ggx:kd=0.1,alpha=0.6,f0=0.5")
     assert baking.why_stale == "The bake is of another BRDF; interreflection is baked for one."
 
 
-def test_knobs_of_wavelets_reach_the_bake(view: MainWindow, qtbot: Any) -> None:
+def test_parameters_of_wavelets_reach_the_bake(view: MainWindow, qtbot: Any) -> None:
     choose(view, "wavelet", "coefficients", 32)
     choose(view, "wavelet", "occluder_cells", 32)
-    baking = baked(view, qtbot, "wavelet")
+    baking = bake(view, qtbot, "wavelet")
     assert baking.made is not None
     assert baking.made.wanted.choices == choices_for("wavelet", terms=2, coefficients=32, cube=16, occluder_cells=32)
     assert baking.made.transport.vectors.counts.max() <= 32

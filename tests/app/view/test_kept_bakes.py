@@ -11,16 +11,16 @@ import pytest
 
 from app.document.bake_request import choices_for
 from app.project import bakes
-from app.project.bakes import kept, noted_as, place_of, tidy, with_effects
-from app.project.made import noted
+from app.project.bakes import encode_note, keep, place_of, tidy, with_effects
+from app.project.made import list_notes
 from app.project.project_file import data_folder
-from app.project.report import described
+from app.project.report import describe
 from app.view.bake_panel import state_text
 from app.view.baking import Baking
 from app.window.main_window import MainWindow
 from engine.brdf.brdf import brdf_from_text
 from tests.app.opening import open_project
-from tests.app.view.test_baking import LONG, ball, drawn
+from tests.app.view.test_baking import LONG, draw, sphere
 from tests.app.view.test_planning import bake, planned, wish
 from tests.present import present
 
@@ -30,7 +30,7 @@ __all__ = ["planned"]
 @pytest.fixture
 def unable(monkeypatch: pytest.MonkeyPatch) -> Any:
     """A function after which no bake can be made."""
-    return lambda: monkeypatch.setattr("app.project.bakes.baked", None)
+    return lambda: monkeypatch.setattr("app.project.bakes.bake", None)
 
 
 def is_shown(baking: Baking, qtbot: Any) -> None:
@@ -54,8 +54,8 @@ def test_a_bake_is_there_again_in_the_project_that_is_opened(planned: MainWindow
     assert np.array_equal(again.transport.rows, before.transport.rows)
     assert again.bake_s == pytest.approx(present(before.bake_s), abs=1e-3)
     assert state_text(baking).startswith("Baked in ")
-    qtbot.waitUntil(lambda: drawn(planned) is not None, timeout=LONG)
-    (found,) = [each for each in described(first)["derived"] if each["kind"] == "bake"]
+    qtbot.waitUntil(lambda: draw(planned) is not None, timeout=LONG)
+    (found,) = [each for each in describe(first)["derived"] if each["kind"] == "bake"]
     assert (found["present"], found["bytes"]) == (True, again.size_bytes)
 
 
@@ -107,21 +107,21 @@ def test_a_lost_bake_is_said_with_its_cost_and_baked_again(planned: MainWindow, 
     open_project(planned, qtbot, first)
     planned.show_workspace("view")
     assert "Gone from the data folder: a bake. Making that again takes about" in said[0]
-    (made,) = noted(first)
+    (made,) = list_notes(first)
     assert not made.present
     bake(planned, qtbot)
-    assert noted(first)[0].present
+    assert list_notes(first)[0].present
 
 
 def test_a_damaged_bake_is_left_out(planned: MainWindow, qtbot: Any, caplog: pytest.LogCaptureFixture) -> None:
     made = present(bake(planned, qtbot).made)
     folder = planned.bench.folder
     place = place_of(made.wanted, folder)
-    assert kept(made.wanted, folder) is not None
+    assert keep(made.wanted, folder) is not None
     content = bytearray(place.read_bytes())
     content[-1] ^= 1
     place.write_bytes(content[: len(content) - 5])
-    assert kept(made.wanted, folder) is None
+    assert keep(made.wanted, folder) is None
     assert "instead of" in caplog.text
 
 
@@ -130,10 +130,13 @@ def test_bakes_are_found_by_what_they_were_made_from(planned: MainWindow, qtbot:
     wanted = present(bake(planned, qtbot).made).wanted
     plan = present(wanted.plan)
     place = place_of(wanted, tmp_path)
-    assert place_of(dataclasses.replace(wanted, plan=dataclasses.replace(plan, free_share=0.123)), tmp_path) == place
-    assert place_of(with_effects(wanted, noted_as(wanted)["effects"]), tmp_path) == place
-    assert place_of(dataclasses.replace(wanted, mesh=dataclasses.replace(ball())), tmp_path) == place
-    forced = [[name, "forced on", error] for name, _, error in noted_as(wanted)["effects"]]
+    assert (
+        place_of(dataclasses.replace(wanted, plan=dataclasses.replace(plan, unoccluded_fraction=0.123)), tmp_path)
+        == place
+    )
+    assert place_of(with_effects(wanted, encode_note(wanted)["effects"]), tmp_path) == place
+    assert place_of(dataclasses.replace(wanted, mesh=dataclasses.replace(sphere())), tmp_path) == place
+    forced = [[name, "forced on", error] for name, _, error in encode_note(wanted)["effects"]]
     moved = dataclasses.replace(wanted.mesh, positions=wanted.mesh.positions + 1.0)
     others = [
         dataclasses.replace(wanted, brdf=brdf_from_text("ggx")),
@@ -151,7 +154,7 @@ def test_a_folder_keeps_no_more_bakes_than_there_is_room_for(tmp_path: Path, mon
     import os
 
     monkeypatch.setattr(bakes, "KEPT", 3)
-    monkeypatch.setattr(bakes, "MOST_BYTES", 25)
+    monkeypatch.setattr(bakes, "MAX_BYTES", 25)
     for age, (name, size) in enumerate([("a", 30), ("b", 10), ("c", 10), ("d", 10), ("e", 1)]):
         for path in (tmp_path / f"bake-{name}.transport", tmp_path / f".bake-{name}.transport.unfinished"):
             path.write_bytes(bytes(size))

@@ -102,12 +102,12 @@ def test_the_error_is_shown_also_where_the_project_keeps_the_camera_while_it_is_
 ) -> None:
     kept = threading.Event()
 
-    def measured_late(_scene: Scene) -> Steps[float]:
+    def measure_late(_scene: Scene) -> Steps[float]:
         yield Step(0.0, "waiting")
         return 0.0123 if kept.wait(60) else 0.5
 
     qtbot.waitUntil(lambda: lit.view.lights.error.text() != "–", timeout=120_000)
-    monkeypatch.setattr("app.view.tab._directions_error", measured_late)
+    monkeypatch.setattr("app.view.tab._directions_error", measure_late)
     choose_directions(lit, 256)
     qtbot.waitUntil(lambda: lit.view.latest.busy, timeout=60_000)
     camera = lit.view.viewport.camera
@@ -128,7 +128,7 @@ def choose_directions(window: MainWindow, count: int) -> None:
     box.activated.emit(box.currentIndex())
 
 
-def test_the_picture_comes_coarse_at_once_and_ends_as_the_one_that_is_drawn_in_one_go(
+def test_the_image_comes_coarse_at_once_and_ends_as_the_one_that_is_drawn_in_one_go(
     lit: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     surface = lit.view.viewport.surface
@@ -169,7 +169,7 @@ def pixels_of(image: QImage) -> np.ndarray:
     return rows[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).copy()
 
 
-def test_moving_gives_up_the_finer_picture_and_rest_takes_it_up_again(lit: MainWindow, qtbot: Any) -> None:
+def test_moving_gives_up_the_finer_image_and_rest_takes_it_up_again(lit: MainWindow, qtbot: Any) -> None:
     viewport, surface = lit.view.viewport, lit.view.viewport.surface
     assert isinstance(surface, GlSurface)
     qtbot.waitUntil(lambda: surface._sides[0].under_way or surface.is_finished, timeout=120_000)

@@ -1,4 +1,4 @@
-"""The lobe inspector: a vertex is chosen by a click, and its pictures come from the background."""
+"""The lobe inspector: a vertex is chosen by a click, and its images come from the background."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from PySide6.QtTest import QTest
 from app.view.lobe_inspector import ASK, DIFFUSE, LobeInspector
 from app.window.main_window import MainWindow
 from tests.app.view.test_baking import GLOSSY, set_brdf, wait
-from tests.engine.gl.relit_scenes import ball
+from tests.engine.gl.relit_scenes import sphere
 
 
 @pytest.fixture
@@ -21,7 +21,7 @@ def inspector(window: MainWindow, qtbot: Any) -> LobeInspector:
     """The open dock beside a glossy ball."""
     window.resize(1120, 800)
     document = window.bench.document
-    document.change("Ball", mesh=ball(2), material=dataclasses.replace(document.project.material, brdf=GLOSSY))
+    document.change("Ball", mesh=sphere(2), material=dataclasses.replace(document.project.material, brdf=GLOSSY))
     window.show_workspace("view")
     dock = next(iter(window.findChildren(LobeInspector)), None) or LobeInspector(window.bench, window.view, window)
     window.addDockWidget(Qt.DockWidgetArea.BottomDockWidgetArea, dock)
@@ -50,9 +50,9 @@ def test_a_click_chooses_a_vertex_and_shows_what_is_kept_of_it(inspector: LobeIn
     assert camera is not None
     towards = np.asarray(camera.eye) - scene.mesh.positions[answer.vertex]
     assert towards @ scene.mesh.normals[answer.vertex] > 0.0
-    assert all(picture.image is not None for picture in inspector.pictures)
-    assert inspector.pictures[1].title == "Gaussian, 7 numbers"
-    assert inspector.pictures[3].title == "SH, 9 numbers"
+    assert all(image.image is not None for image in inspector.images)
+    assert inspector.images[1].title == "Gaussian, 7 numbers"
+    assert inspector.images[3].title == "SH, 9 numbers"
     assert inspector.view.viewport.overlay.mark is not None
     inspector.hide()
     assert inspector.view.viewport.overlay.mark is None
@@ -70,7 +70,7 @@ def test_another_view_or_brdf_is_looked_at_anew(inspector: LobeInspector, qtbot:
     assert second.question.view == 4
     set_brdf(inspector.view.window(), "lambert:albedo=0.5")  # type: ignore[arg-type]
     wait(qtbot, lambda: inspector.words.forms[0] == DIFFUSE)
-    assert all(picture.image is None for picture in inspector.pictures)
+    assert all(image.image is None for image in inspector.images)
 
 
 def test_a_drag_or_a_click_beside_the_model_chooses_nothing(inspector: LobeInspector, qtbot: Any) -> None:

@@ -1,4 +1,4 @@
-"""Bakes of the window show what their mode shows: the plan advises, and what a person switches off is not baked."""
+"""Bakes of the window show what their mode shows: the plan advises, and what a user switches off is not baked."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Any
 
 import pytest
 
-from app.document.bake_request import choices_for, decided_by, wanted_of
+from app.document.bake_request import choices_for, decide, make_request
 from app.view.bake_panel import state_text
 from app.view.baking import Baking
 from app.window.main_window import MainWindow
 from engine.core.steps import Step, Steps
 from engine.light.environment_file import open_environment
 from engine.planning.plan import Effect
-from tests.app.view.test_baking import LONG, ball
+from tests.app.view.test_baking import LONG, sphere
 from tests.present import present
 
 
@@ -24,7 +24,7 @@ def planned(window: MainWindow, qtbot: Any) -> MainWindow:
     """A ball, which neither shades nor lights itself, under the studio in spherical harmonics of few bands."""
     document = window.bench.document
     material = dataclasses.replace(document.project.material, brdf="phong:exponent=5")
-    document.change("Ball", mesh=ball(), environment=open_environment("studio"), material=material)
+    document.change("Ball", mesh=sphere(), environment=open_environment("studio"), material=material)
     window.show_workspace("view")
     window.view.bakings["sh"].choose(choices_for("sh", order=3))
     window.view.choose_mode("sh")
@@ -50,7 +50,7 @@ def names(effects: tuple[Effect, ...]) -> tuple[str, ...]:
     return tuple(effect.effect for effect in effects)
 
 
-def test_shadows_are_baked_unless_a_person_switches_them_off(planned: MainWindow, qtbot: Any) -> None:
+def test_shadows_are_baked_unless_a_user_switches_them_off(planned: MainWindow, qtbot: Any) -> None:
     panel = planned.view.bake_panels["sh"]
     baking = bake(planned, qtbot)
     plan = present(planned.docks.effects.plan)
@@ -68,7 +68,7 @@ def test_shadows_are_baked_unless_a_person_switches_them_off(planned: MainWindow
 def test_a_bake_begins_at_once_although_the_plan_is_on_its_way(planned: MainWindow, qtbot: Any) -> None:
     baking, panel = planned.view.bakings["sh"], planned.view.bake_panels["sh"]
     planned.view.planning.at_rest.setInterval(LONG)  # the plan does not come
-    planned.bench.document.change("Another", mesh=dataclasses.replace(ball()))
+    planned.bench.document.change("Another", mesh=dataclasses.replace(sphere()))
     assert baking.is_planning
     assert panel.go.isEnabled()
     panel.go.click()
@@ -105,7 +105,7 @@ def test_a_forced_effect_is_one_step_and_calls_for_another_bake(planned: MainWin
     assert stack.count() == count + 1
     qtbot.waitUntil(lambda: baking.ready is not None, timeout=LONG)
     assert not baking.is_made
-    assert baking.is_drawn, "the picture keeps what was baked before"
+    assert baking.is_drawn, "the image keeps what was baked before"
     assert "Left out: gloss (" in panel.words.text()
     assert present(bake(planned, qtbot).made).transport.diffuse, "nothing of the view is baked"
     for move, is_diffuse in ((stack.undo, False), (stack.redo, True)):
@@ -126,7 +126,7 @@ def test_bounces_that_are_forced_are_baked_and_cannot_be_left_out(planned: MainW
 
 def test_a_plan_is_made_for_a_bake_although_its_dock_is_closed(planned: MainWindow, qtbot: Any) -> None:
     planned.docks.effects.close()
-    planned.bench.document.change("Another", mesh=dataclasses.replace(ball()))
+    planned.bench.document.change("Another", mesh=dataclasses.replace(sphere()))
     baking = planned.view.bakings["sh"]
     assert baking.is_planning
     assert "Analysing the scene" in state_text(baking)
@@ -143,23 +143,23 @@ def test_without_a_plan_all_is_baked(planned: MainWindow, qtbot: Any) -> None:
     assert baking.ready.wanted.left_out == ()
 
 
-def test_choices_of_a_person_go_before_what_the_plan_would_do(planned: MainWindow, qtbot: Any) -> None:
+def test_choices_of_a_user_go_before_what_the_plan_would_do(planned: MainWindow, qtbot: Any) -> None:
     dock = planned.docks.effects
     qtbot.waitUntil(lambda: dock.plan is not None, timeout=LONG)
-    mesh = ball()
+    mesh = sphere()
     for chosen, expected in ((None, False), (True, True), (False, False)):
         choices = choices_for("sh", interreflection=chosen)
-        assert decided_by(choices, dock.plan).settings.interreflection is expected
-        wanted = wanted_of(mesh, None, None, choices, dock.plan)  # type: ignore[arg-type]
+        assert decide(choices, dock.plan).settings.interreflection is expected
+        wanted = make_request(mesh, None, None, choices, dock.plan)  # type: ignore[arg-type]
         assert wanted.choices.settings.interreflection is expected
 
 
 @pytest.fixture
 def broken_plan(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(*_scene: Any, **_wishes: Any) -> None:
+    def find_broken(*_scene: Any, **_wishes: Any) -> None:
         raise ZeroDivisionError("a plan broke")
 
-    monkeypatch.setattr("engine.planning.plan.plan", broken)
+    monkeypatch.setattr("engine.planning.plan.plan", find_broken)
 
 
 @pytest.mark.usefixtures("broken_plan")

@@ -18,7 +18,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.document.modes import modes
-from app.view.pictures import reference_size
+from app.view.images import reference_size
 from app.viewport.gl_surface import GlSurface
 from app.widgets.fitting import Fitting
 from app.window.main_window import MainWindow
@@ -51,7 +51,7 @@ def wait(qtbot: Any, done: Callable[[], bool]) -> None:
     qtbot.waitUntil(done, timeout=LONG)
 
 
-def shown(window: MainWindow) -> QImage:
+def show(window: MainWindow) -> QImage:
     return cast(Any, window.view.viewport.surface).grabFramebuffer()
 
 
@@ -79,7 +79,7 @@ def look(window: MainWindow) -> Any:
     return window.bench.document.project.look
 
 
-def coded(radiance: float) -> float:
+def code(radiance: float) -> float:
     return 255.0 * float(srgb_encode(radiance))
 
 
@@ -93,8 +93,8 @@ def test_modes_have_keys_of_their_own_and_a_lit_segment(view: MainWindow, qtbot:
         assert view.view.mode.value == mode.value
     assert view.bench.document.undo_stack.count() == count + 1, "one step for all that was tried"
     wait(qtbot, lambda: view.view.viewport.surface.is_finished)
-    expected = coded(0.5 / np.pi * look(view).irradiance)
-    assert np.abs(pixel(shown(view), 0.5, 0.45) - expected).max() <= 2, "the reflectance without the map"
+    expected = code(0.5 / np.pi * look(view).irradiance)
+    assert np.abs(pixel(show(view), 0.5, 0.45) - expected).max() <= 2, "the reflectance without the map"
     view.undo.trigger()
     assert view.view.mode.value == "shading-map"
 
@@ -114,35 +114,35 @@ def test_a_mode_that_cannot_be_shown_says_why_and_another_is_shown(view: MainWin
 
 
 def test_the_reference_refines_at_rest_and_gives_way_at_once(view: MainWindow, qtbot: Any) -> None:
-    pictures, surface = view.view.pictures, view.view.viewport.surface
+    images, surface = view.view.images, view.view.viewport.surface
     change(view, mode="direct", against="shading-map")
     press(view, "R")
     assert cast(Any, surface).scene is not None, "what stands for it is drawn meanwhile"
-    wait(qtbot, lambda: pictures.reference.found is not None and pictures.reference.found.variance is not None)
-    assert "samples" in view.view.pictures.progress
-    assert "±" in view.view.pictures.progress
+    wait(qtbot, lambda: images.reference.found is not None and images.reference.found.variance is not None)
+    assert "samples" in view.view.images.progress
+    assert "±" in view.view.images.progress
     wait(qtbot, lambda: cast(Any, present(surface._over[0])).pixels is not None)
-    assert pictures.reference.found is not None
-    picture = pictures.reference.found.picture
-    assert (picture.shape[1], picture.shape[0]) == reference_size(view.view.viewport.screen_px())
+    assert images.reference.found is not None
+    image = images.reference.found.image
+    assert (image.shape[1], image.shape[0]) == reference_size(view.view.viewport.screen_px())
     qtbot.wait(100)
-    expected = coded_colour(picture[picture.shape[0] // 2, picture.shape[1] // 2, :3])
-    assert np.abs(pixel(shown(view), 0.5, 0.5) - expected).max() <= 3
-    job = pictures.reference._job
+    expected = code_colour(image[image.shape[0] // 2, image.shape[1] // 2, :3])
+    assert np.abs(pixel(show(view), 0.5, 0.5) - expected).max() <= 3
+    job = images.reference._job
     view.view.viewport.turn(0.1, 0.0)
-    assert pictures.reference.found is None
+    assert images.reference.found is None
     assert present(surface._over[0]).pixels is None
     assert job is None or job.stopping or job.over
-    wait(qtbot, lambda: pictures.reference.running)
+    wait(qtbot, lambda: images.reference.running)
     view.view.stop.trigger()
-    assert not pictures.reference.running
-    assert "stopped" in view.view.pictures.progress
+    assert not images.reference.running
+    assert "stopped" in view.view.images.progress
     view.view.stop.trigger()
-    assert pictures.reference.running
+    assert images.reference.running
     view.show_workspace("capture")
-    assert not pictures.reference.running
+    assert not images.reference.running
     view.show_workspace("view")
-    wait(qtbot, lambda: pictures.reference.running)
+    wait(qtbot, lambda: images.reference.running)
 
 
 def test_the_reference_lies_over_no_mode_but_its_own(view: MainWindow, qtbot: Any) -> None:
@@ -150,24 +150,24 @@ def test_the_reference_lies_over_no_mode_but_its_own(view: MainWindow, qtbot: An
     surface = view.view.viewport.surface
     change(view, mode="shading-map")
     wait(qtbot, lambda: surface.is_finished)
-    whole = pixels_of(shown(view))
+    whole = pixels_of(show(view))
     press(view, "R")
     wait(qtbot, lambda: cast(Any, present(surface._over[0])).pixels is not None)
     change(view, mode="shading-map", against="reference", comparing="wipe")
     wait(qtbot, lambda: cast(Any, present(surface._over[1])).pixels is not None and surface.is_finished)
     qtbot.wait(100)
-    picture = pixels_of(shown(view))
-    left = picture.shape[1] // 3
-    assert np.array_equal(picture[:, :left], whole[:, :left])
-    assert not np.array_equal(picture[:, -left:], whole[:, -left:]), "the reference is another picture"
+    image = pixels_of(show(view))
+    left = image.shape[1] // 3
+    assert np.array_equal(image[:, :left], whole[:, :left])
+    assert not np.array_equal(image[:, -left:], whole[:, -left:]), "the reference is another image"
 
 
-def coded_colour(colour: np.ndarray) -> np.ndarray:
+def code_colour(colour: np.ndarray) -> np.ndarray:
     return 255.0 * np.asarray(srgb_encode(np.clip(colour, 0.0, 1.0)))
 
 
 def test_a_change_of_light_restarts_the_reference_and_one_of_exposure_does_not(view: MainWindow, qtbot: Any) -> None:
-    reference = view.view.pictures.reference
+    reference = view.view.images.reference
     press(view, "R")
     wait(qtbot, lambda: reference.found is not None)
     found = reference.found
@@ -190,14 +190,12 @@ def test_a_computation_makes_the_reference_wait(view: MainWindow, qtbot: Any) ->
             yield Step(0.0, "working")
 
     press(view, "R")
-    wait(qtbot, lambda: view.view.pictures.reference.running)
+    wait(qtbot, lambda: view.view.images.reference.running)
     job = view.bench.jobs.submit("Working", computing, lane="compute")
-    wait(qtbot, lambda: present(view.view.pictures.reference._job).state == "queued")
+    wait(qtbot, lambda: present(view.view.images.reference._job).state == "queued")
     go.append(True)
     wait(qtbot, lambda: job.over)
-    wait(
-        qtbot, lambda: view.view.pictures.reference._job is None or view.view.pictures.reference._job.state == "running"
-    )
+    wait(qtbot, lambda: view.view.images.reference._job is None or view.view.images.reference._job.state == "running")
 
 
 def test_the_wipe_shows_each_mode_on_its_side_and_is_dragged(view: MainWindow, qtbot: Any) -> None:
@@ -208,25 +206,25 @@ def test_the_wipe_shows_each_mode_on_its_side_and_is_dragged(view: MainWindow, q
     for mode in ("direct", "shading-map"):
         change(view, mode=mode, comparing="")
         wait(qtbot, lambda: viewport.surface.is_finished)
-        whole[mode] = pixels_of(shown(view))
+        whole[mode] = pixels_of(show(view))
     change(view, mode="direct", against="shading-map", comparing="wipe")
     wait(qtbot, lambda: viewport.surface.is_finished)
     line = QPoint(viewport.width() // 2, viewport.height() - 30)
     for share in (0.5, 0.25):
         drag(
             viewport,
-            QPoint(round(view.view.pictures.wipe * viewport.width()), line.y()),
+            QPoint(round(view.view.images.wipe * viewport.width()), line.y()),
             QPoint(round(share * viewport.width()), line.y()),
         )
-        assert view.view.pictures.wipe == pytest.approx(share, abs=0.01)
-        picture = pixels_of(shown(view))
-        middle = round(view.view.pictures.wipe * picture.shape[1])
-        assert np.array_equal(picture[:, :middle], whole["direct"][:, :middle])
-        assert np.array_equal(picture[:, middle:], whole["shading-map"][:, middle:])
+        assert view.view.images.wipe == pytest.approx(share, abs=0.01)
+        image = pixels_of(show(view))
+        middle = round(view.view.images.wipe * image.shape[1])
+        assert np.array_equal(image[:, :middle], whole["direct"][:, :middle])
+        assert np.array_equal(image[:, middle:], whole["shading-map"][:, middle:])
     press(view, "Tab")
     assert (look(view).mode, look(view).against) == ("shading-map", "direct")
     wait(qtbot, lambda: viewport.surface.is_finished)
-    assert np.array_equal(pixels_of(shown(view))[:, :20], whole["shading-map"][:, :20])
+    assert np.array_equal(pixels_of(show(view))[:, :20], whole["shading-map"][:, :20])
     press(view, "B")
     assert look(view).comparing == ""
     assert viewport.overlay.wipe is None
@@ -246,15 +244,15 @@ def drag(widget: QWidget, start: QPoint, end: QPoint) -> None:
     QTest.mouseRelease(widget, Qt.MouseButton.LeftButton, keys, end)
 
 
-def test_the_error_of_two_modes_is_that_of_their_pictures(view: MainWindow, qtbot: Any) -> None:
+def test_the_error_of_two_modes_is_that_of_their_images(view: MainWindow, qtbot: Any) -> None:
     """A flat material of radiance 0.1 against a BRDF of 0.5 / π, both even: the error is their ratio less 1."""
     material = view.bench.document.project.material
     even = ShadingMap(np.full((2, 4, 4, 3), 0.1, np.float32), 1.0, np.full(2, 0.1))
     flat = dataclasses.replace(material, shading_map=even, power_law=None, sigma=1.0)
     view.bench.document.change("Even", material=flat)
     change(view, mode="shading-map", against="direct", irradiance=1.0, comparing="difference")
-    wait(qtbot, lambda: view.view.pictures.error is not None and view.view.pictures.error.flip is not None)
-    error, reflectance = view.view.pictures.error, 0.5 / np.pi
+    wait(qtbot, lambda: view.view.images.error is not None and view.view.images.error.flip is not None)
+    error, reflectance = view.view.images.error, 0.5 / np.pi
     assert error is not None
     assert error.rmse_rel == pytest.approx(1.0 - 0.1 / reflectance, rel=1e-3)
     assert error.max_abs == pytest.approx(reflectance - 0.1, rel=1e-3)
@@ -266,11 +264,11 @@ def test_the_error_of_two_modes_is_that_of_their_pictures(view: MainWindow, qtbo
     qtbot.wait(100)
     assert view.view.viewport.overlay.scale == error.scale
     expected = diverging(np.array((0.1 - reflectance) / error.scale)).astype(int)
-    assert np.abs(pixel(shown(view), 0.5, 0.45) - expected).max() <= 2
+    assert np.abs(pixel(show(view), 0.5, 0.45) - expected).max() <= 2
     view.view.viewport.turn(0.2, 0.0)
-    assert view.view.pictures.error is None
+    assert view.view.images.error is None
     assert view.view.compare.error.text() == "–"
-    view.view.pictures.measure(True)
+    view.view.images.measure(True)
     change(view, comparing="")
     assert view.status.error.toolTip().startswith("Measured against a reference")
     view.show_workspace("material")
@@ -284,15 +282,15 @@ def test_the_error_against_the_reference_states_its_uncertainty_and_it_falls(
     change(view, mode="direct", against="reference", comparing="wipe")
     lamp = LampSettings(theta_deg=80.0, phi_deg=30.0, radius_deg=3.0)
     change(view, lamps=(lamp,), mode="shading-map")
-    pictures = view.view.pictures
-    wait(qtbot, lambda: pictures.error is not None)
-    first = pictures.error
+    images = view.view.images
+    wait(qtbot, lambda: images.error is not None)
+    first = images.error
     assert first is not None
     assert first.uncertainty > 0.0
     assert "±" in view.status.error.text()
-    wait(qtbot, lambda: pictures.error is not None and pictures.error.uncertainty < present(first).uncertainty)
-    assert pictures.error is not None
-    assert pictures.error.rmse_rel < 0.05, "nothing shadows a plane: both are the same light"
+    wait(qtbot, lambda: images.error is not None and images.error.uncertainty < present(first).uncertainty)
+    assert images.error is not None
+    assert images.error.rmse_rel < 0.05, "nothing shadows a plane: both are the same light"
 
 
 def test_lamps_are_added_dragged_changed_and_removed_one_step_each(view: MainWindow, qtbot: Any) -> None:
@@ -338,12 +336,12 @@ def test_a_near_lamp_is_added_dragged_changed_and_removed_one_step_each(view: Ma
     assert "leaves out the lamps near" in view.view.hint.text(), "no bake in spherical harmonics is shown"
     change(view, mode="sh")
     assert "leaves out the lamps near" not in view.view.hint.text()
-    assert view.view.pictures.why_no_error == "The reference leaves out the lamps near the model"
+    assert view.view.images.why_no_error == "The reference leaves out the lamps near the model"
     change(view, comparing="wipe", against="reference")
     assert "Reference leaves out the lamps near" in view.view.hint.text()
     view.undo.trigger()
     view.undo.trigger()
-    assert not view.view.pictures.why_no_error
+    assert not view.view.images.why_no_error
     place = present(viewport.overlay.handle(0, near=True)).toPoint()
     drag(viewport, place, place + QPoint(-30, 40))
     assert stack.count() == count + 2
@@ -375,8 +373,8 @@ def test_lamps_alone_light_the_model(view: MainWindow, qtbot: Any) -> None:
     assert look(view).only_lamps
     assert not view.view.lights.light.isVisible()
     wait(qtbot, lambda: view.view.viewport.surface.is_finished)
-    expected = coded_colour(0.5 / np.pi * 0.8 * np.array(lamp.colour))
-    assert np.abs(pixel(shown(view), 0.5, 0.45) - expected).max() <= 2
+    expected = code_colour(0.5 / np.pi * 0.8 * np.array(lamp.colour))
+    assert np.abs(pixel(show(view), 0.5, 0.45) - expected).max() <= 2
     view.undo.trigger()
     assert not look(view).only_lamps
 
@@ -389,7 +387,7 @@ def test_every_built_in_sky_is_offered_by_its_label(view: MainWindow) -> None:
     assert {name: offered[name] for name in SKIES} == {name: sky.label for name, sky in SKIES.items()}
 
 
-def test_the_ground_is_part_of_the_project_and_of_the_picture(view: MainWindow, qtbot: Any) -> None:
+def test_the_ground_is_part_of_the_project_and_of_the_image(view: MainWindow, qtbot: Any) -> None:
     view.bench.document.change("Sphere", mesh=shape("sphere"))
     change(view, light_theta_deg=0.0, irradiance=1.0, mode="direct")
     count = view.bench.document.undo_stack.count()
@@ -398,10 +396,10 @@ def test_the_ground_is_part_of_the_project_and_of_the_picture(view: MainWindow, 
     assert view.view.model.albedo.isVisible()
     assert view.bench.document.undo_stack.count() == count + 1
     wait(qtbot, lambda: view.view.viewport.surface.is_finished)
-    assert np.abs(pixel(shown(view), 0.02, 0.98) - coded(0.5 / np.pi)).max() <= 2
+    assert np.abs(pixel(show(view), 0.02, 0.98) - code(0.5 / np.pi)).max() <= 2
     view.undo.trigger()
     wait(qtbot, lambda: view.view.viewport.surface.is_finished)
-    assert np.abs(pixel(shown(view), 0.02, 0.98) - 0x18).max() <= 1
+    assert np.abs(pixel(show(view), 0.02, 0.98) - 0x18).max() <= 1
 
 
 def test_what_is_doubtful_about_a_mesh_is_shown_and_it_is_flipped_in_one_step(
@@ -443,9 +441,9 @@ def test_GL5_without_opengl_two_modes_are_computed_and_compared(
     window.show_workspace("view")
     change(window, mode="shading-map", against="direct", comparing="wipe")
     assert "OpenGL is not available" in window.view.viewport.banner.words.text()
-    wait(qtbot, lambda: window.view.pictures.error is not None)
-    assert window.view.pictures.error is not None
-    assert window.view.pictures.error.rmse_rel > 0.05
+    wait(qtbot, lambda: window.view.images.error is not None)
+    assert window.view.images.error is not None
+    assert window.view.images.error.rmse_rel > 0.05
     assert len(cast(Any, window.view.viewport.surface)._images) == 2
     change(window, comparing="difference")
     wait(qtbot, lambda: len(cast(Any, window.view.viewport.surface)._images) == 1)
@@ -484,13 +482,13 @@ def test_no_words_of_the_view_are_cut_off(view: MainWindow, qtbot: Any, size: tu
     assert tab.caption.width() >= tab.caption.fontMetrics().horizontalAdvance(tab.caption.text())
 
 
-def test_GL6_a_lost_context_is_replaced_and_the_picture_is_the_same_to_the_bit(view: MainWindow, qtbot: Any) -> None:
+def test_GL6_a_lost_context_is_replaced_and_the_image_is_the_same_to_the_bit(view: MainWindow, qtbot: Any) -> None:
     """Moving the viewport to another window gives it another context, as a driver that was reset does."""
     viewport = view.view.viewport
     assert isinstance(viewport.surface, GlSurface)
     change(view, mode="direct", against="shading-map", comparing="wipe")
     wait(qtbot, lambda: viewport.surface.is_finished)
-    before, context = pixels_of(shown(view)), viewport.surface.gl
+    before, context = pixels_of(show(view)), viewport.surface.gl
     viewport.surface.setParent(None)
     viewport.surface.show()
     qtbot.wait(50)
@@ -501,7 +499,7 @@ def test_GL6_a_lost_context_is_replaced_and_the_picture_is_the_same_to_the_bit(v
     viewport.redraw()
     wait(qtbot, lambda: viewport.surface.is_finished)
     assert viewport.surface.gl is not context
-    assert np.array_equal(pixels_of(shown(view)), before)
+    assert np.array_equal(pixels_of(show(view)), before)
 
 
 HIDPI = """
@@ -542,4 +540,4 @@ def test_GL7_every_pixel_of_a_dense_screen_is_drawn(qapp: QApplication, scale: s
     assert ratio == float(scale)
     expected = [int(203 * ratio + 0.5), int(151 * ratio + 0.5)]
     assert sizes == expected * 3
-    assert red == pytest.approx(coded(0.5 / np.pi), abs=2)
+    assert red == pytest.approx(code(0.5 / np.pi), abs=2)

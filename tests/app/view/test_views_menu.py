@@ -7,7 +7,7 @@ from typing import Any
 
 from app.window.main_window import MainWindow
 from engine.light.environment_file import open_environment
-from tests.app.view.test_baking import ball
+from tests.app.view.test_baking import sphere
 
 
 def trigger(menu: Any, words: str) -> None:
@@ -17,7 +17,7 @@ def trigger(menu: Any, words: str) -> None:
 
 def test_a_view_is_kept_found_again_and_forgotten(window: MainWindow, qtbot: Any) -> None:
     document, viewport, menu = window.bench.document, window.view.viewport, window.view.views
-    document.change("Ball", mesh=ball())
+    document.change("Ball", mesh=sphere())
     window.show_workspace("view")
     qtbot.waitUntil(lambda: viewport.camera is not None, timeout=60_000)
     viewport.turn(0.4, 0.2)
@@ -36,7 +36,7 @@ def test_a_view_is_kept_found_again_and_forgotten(window: MainWindow, qtbot: Any
 def test_the_environment_stands_behind_the_model(window: MainWindow, qtbot: Any) -> None:
     document, view = window.bench.document, window.view
     studio = open_environment("studio")
-    document.change("Ball", mesh=ball(), environment=studio)
+    document.change("Ball", mesh=sphere(), environment=studio)
     window.show_workspace("view")
     qtbot.waitUntil(lambda: view.viewport.scene is not None, timeout=60_000)
     assert view.viewport.surface.behind is None

@@ -12,7 +12,7 @@ from app.viewport.gl_widget import GlWidget
 from app.window.main_window import MainWindow
 
 
-def test_what_follows_a_picture_happens_after_the_paint_event(window: MainWindow, qtbot: Any) -> None:
+def test_what_follows_a_image_happens_after_the_paint_event(window: MainWindow, qtbot: Any) -> None:
     surface: Any = window.view.viewport.surface
     if not isinstance(surface, GlWidget):
         pytest.skip("OpenGL 3.3 is not available")

@@ -1,4 +1,4 @@
-"""Quality of the next frame: no number of lights leaves a picture coarse, and pieces do not make a frame look dear."""
+"""Quality of the next frame: no number of lights leaves an image coarse, and pieces do not make a frame look dear."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from app.viewport.refining import IDLE_S, MANY_LIGHTS, ONE_LIGHT, Cost
 
 
 @pytest.mark.parametrize("lights", [1, 2, 3, 5, 7, 16, 23, 25, 64, 97, 257, 1024])
-def test_every_picture_becomes_the_finest_step_by_step(lights: int) -> None:
+def test_every_image_becomes_the_finest_step_by_step(lights: int) -> None:
     levels, pixels, cost = (ONE_LIGHT if lights == 1 else MANY_LIGHTS), 500_000, Cost()
     at = len(levels) - 1
     for _ in range(20):

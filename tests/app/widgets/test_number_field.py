@@ -17,7 +17,7 @@ from app.widgets.panels import Panel
 from app.widgets.param_form import ElevationEditor, ParamForm
 from engine.brdf.models.lafortune import LafortuneThreeLobes
 from engine.brdf.models.phong import Phong
-from engine.core.figure_text import fixed, number, percent, size_text, write_with
+from engine.core.figure_text import format_fixed, number, percent, size_text, write_with
 from engine.factor.settings import FactorSettings
 
 
@@ -158,7 +158,7 @@ def _combo() -> ComboBox:
 
 
 def _wheel(widget: QWidget) -> None:
-    """One notch down over a widget; what it ignores goes on to the widgets around it, as a person's does."""
+    """One notch down over a widget; what it ignores goes on to the widgets around it, as a user's does."""
     middle = QPointF(widget.rect().center())
     buttons, keys, phase = Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase
     around: QWidget | None = widget
@@ -239,7 +239,12 @@ def test_negative_numbers_have_a_true_minus_sign_and_are_read_with_both(qtbot: A
     write_with(".", minus="−")
     field = NumberField(-30.0, -180.0, 180.0, unit="°")
     qtbot.addWidget(field)
-    assert (field.text(), number(-0.25), fixed(-12.04, 1), fixed(-0.01, 1)) == ("−30°", "−0.25", "−12.0", "0.0")
+    assert (field.text(), number(-0.25), format_fixed(-12.04, 1), format_fixed(-0.01, 1)) == (
+        "−30°",
+        "−0.25",
+        "−12.0",
+        "0.0",
+    )
     assert number(3e-7) == "3e-7"
     for typed, value in (("−45°", -45.0), ("-60", -60.0)):
         field.setText(typed)

@@ -1,4 +1,4 @@
-"""The line of a job that runs: its step, and its time to go in the unit that a person would take."""
+"""The line of a job that runs: its step, and its time to go in the unit that a user would take."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_the_button_that_cancels_stays_where_it_is_while_texts_change(qapp: Any,
     for note in ("finding slopes", "solving", "integrating the height of a very long name " * 9):
         job.step = Step(0.5, note)
         status.show_frame_time(0.001 * len(note))
-        status.show_picture_error(f"{len(note)} %")
+        status.show_image_error(f"{len(note)} %")
         status._show_job()
         QApplication.processEvents()
         positions.add(status.cancel.geometry().getRect())

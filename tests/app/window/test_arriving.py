@@ -1,4 +1,4 @@
-"""A folder of photographs that is dropped on a window with a capture: a person says where it belongs."""
+"""A folder of photographs that is dropped on a window with a capture: a user says where it belongs."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def halves(photographs: Path, tmp_path: Path) -> list[Path]:
     return folders
 
 
-def test_photographs_for_a_window_with_a_capture_become_what_a_person_says(
+def test_photographs_for_a_window_with_a_capture_become_what_a_user_says(
     window: MainWindow, qtbot: Any, drop: Any, halves: list[Path]
 ) -> None:
     document, first = window.bench.document, window.projects.path
@@ -202,7 +202,7 @@ def test_a_project_and_files_are_opened_together(
     assert window.projects.path == tmp_path / "Felt.lap"
 
 
-def test_angles_that_the_light_contradicts_wait_for_a_person(
+def test_angles_that_the_light_contradicts_wait_for_a_user(
     window: MainWindow, qtbot: Any, drop: Any, photographs: Path, tmp_path: Path
 ) -> None:
     folder = tmp_path / "Frames"
@@ -228,7 +228,7 @@ def test_angles_that_the_light_contradicts_wait_for_a_person(
         assert not rows.setData(rows.index(0), wrong)
 
 
-def test_a_photograph_that_cannot_be_read_is_left_out_where_a_person_says_so(
+def test_a_photograph_that_cannot_be_read_is_left_out_where_a_user_says_so(
     window: MainWindow, qtbot: Any, drop: Any, photographs: Path, tmp_path: Path
 ) -> None:
     folder = tmp_path / "One broken"
@@ -248,7 +248,7 @@ def test_a_photograph_that_cannot_be_read_is_left_out_where_a_person_says_so(
 
 
 @pytest.mark.parametrize(("words", "consent"), [("Leave it out", "leave_out"), ("Use it all the same", "use_all")])
-def test_a_person_says_what_becomes_of_a_photograph_that_shows_nothing(qtbot: Any, words: str, consent: str) -> None:
+def test_a_user_says_what_becomes_of_a_photograph_that_shows_nothing(qtbot: Any, words: str, consent: str) -> None:
     parent, agreed = QWidget(), list[str]()
     qtbot.addWidget(parent)
     doubt = Doubtful("/a/felt.png", "is black", "Check that its lamp lit", "leave_out", "use_all")

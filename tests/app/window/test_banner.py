@@ -7,7 +7,7 @@ from pathlib import Path
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.window.banner import MOST_LETTERS, MOST_OF_NAME, short_path
+from app.window.banner import MAX_LETTERS, MAX_OF_NAME, short_path
 
 NAMES = st.text(st.characters(codec="utf-8", exclude_characters="/\0"), min_size=1, max_size=200)
 
@@ -23,6 +23,6 @@ def test_folders_in_the_middle_are_left_out_whole() -> None:
 def test_a_path_is_short_whatever_its_names(names: list[str]) -> None:
     shown = short_path(Path("/", *names))
     assert shown.isprintable()
-    assert len(shown) <= max(MOST_LETTERS, 2 * MOST_OF_NAME + len("/…/…/…"))
+    assert len(shown) <= max(MAX_LETTERS, 2 * MAX_OF_NAME + len("/…/…/…"))
     end = "".join(letter if letter.isprintable() else "?" for letter in names[-1])
-    assert shown.endswith(end[-MOST_OF_NAME // 2 :])
+    assert shown.endswith(end[-MAX_OF_NAME // 2 :])

@@ -1,4 +1,4 @@
-"""Dialogs about the project: what is collected, the history and a person's notes; and commands of the menus."""
+"""Dialogs about the project: what is collected, the history and a user's notes; and commands of the menus."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QMessageBox, QPlainText
 
 from app.document.document import Look
 from app.project.project_file import read
-from app.project.report import described
+from app.project.report import describe
 from app.window.main_window import CRASHED, MainWindow
 from tests.app.opening import open_project
 from tests.app.window.test_arriving import answer, at_rest, question
@@ -82,7 +82,7 @@ def test_notes_are_a_step_of_the_history_and_part_of_the_project(window: MainWin
     assert buttons is not None
     qtbot.mouseClick(buttons.button(QDialogButtonBox.StandardButton.Ok), Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: window.projects.is_saved, timeout=60_000)
-    assert described(window.projects.path)["notes"] == "Linen, Ghent, about 1480"
+    assert describe(window.projects.path)["notes"] == "Linen, Ghent, about 1480"
     assert "name" not in window.banners.words or window.projects.is_worth_keeping()
     window.undo.trigger()
     assert window.bench.document.project.notes == ""
@@ -117,7 +117,7 @@ def test_the_help_menu_opens_the_folder_of_crash_reports(
     assert (tmp_path / "reports").is_dir()
 
 
-def test_a_crash_before_is_told_in_whole_until_a_person_has_seen_it(window: MainWindow) -> None:
+def test_a_crash_before_is_told_in_whole_until_a_user_has_seen_it(window: MainWindow) -> None:
     window.tell_of_crash("crash-7.txt says where")
     assert window.banners.words["crashed"] == CRASHED
     banner = window.banners.of["crashed"]

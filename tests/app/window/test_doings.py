@@ -1,4 +1,4 @@
-"""The doings of a person, noted for the report of a crash."""
+"""The doings of a user, noted for the report of a crash."""
 
 from __future__ import annotations
 

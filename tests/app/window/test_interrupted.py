@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QFileDialog
 
 from app.export.tab import ExportTab
 from app.jobs.jobs import Jobs
-from app.project.interrupted import Interrupted, interrupted_in, proposed_place, running
+from app.project.interrupted import Interrupted, interrupt_in, propose_place, running
 from app.project.project_file import data_folder
 from app.session.settings import load
 from app.view.baking import RESUMED
@@ -38,7 +38,7 @@ with running(Path(sys.argv[1]), sys.argv[2], eval(sys.argv[3])):
 """
 
 
-def killed_during(folder: Path, title: str, again: dict[str, Any] | None) -> None:
+def kill_during(folder: Path, title: str, again: dict[str, Any] | None) -> None:
     """Let a process be killed in the middle of a job."""
     command = [sys.executable, "-c", KILLED, str(folder), title, repr(again)]
     assert subprocess.run(command, check=False).returncode < 0
@@ -47,7 +47,7 @@ def killed_during(folder: Path, title: str, again: dict[str, Any] | None) -> Non
 def test_a_job_leaves_a_file_while_it_runs_and_no_longer(tmp_path: Path) -> None:
     with running(tmp_path, "Baking", {"kind": "bake"}):
         assert len(list(tmp_path.glob("job-*"))) == 1
-        assert interrupted_in(tmp_path) == (), "the process lives"
+        assert interrupt_in(tmp_path) == (), "the process lives"
     with pytest.raises(ValueError, match="mishap"), running(tmp_path, "Baking"):
         raise ValueError("mishap")
     assert not list(tmp_path.iterdir())
@@ -56,14 +56,14 @@ def test_a_job_leaves_a_file_while_it_runs_and_no_longer(tmp_path: Path) -> None
 
 
 def test_jobs_of_a_killed_process_are_listed_and_damaged_files_are_not(tmp_path: Path) -> None:
-    killed_during(tmp_path, "Baking wavelets", {"kind": "bake", "method": "wavelet"})
-    killed_during(tmp_path, "Fitting", None)
-    (first, second) = interrupted_in(tmp_path)
+    kill_during(tmp_path, "Baking wavelets", {"kind": "bake", "method": "wavelet"})
+    kill_during(tmp_path, "Fitting", None)
+    (first, second) = interrupt_in(tmp_path)
     assert (first.title, dict(first.again)) == ("Baking wavelets", {"kind": "bake", "method": "wavelet"})
     assert (second.title, dict(second.again)) == ("Fitting", {})
     for content in (b"", b"[]", json.dumps({"title": 1}).encode(), b"{" * 100_000):
         second.path.write_bytes(content)
-        assert [each.title for each in interrupted_in(tmp_path)] == ["Baking wavelets"]
+        assert [each.title for each in interrupt_in(tmp_path)] == ["Baking wavelets"]
         assert not second.path.exists()
 
 
@@ -83,19 +83,19 @@ def test_every_job_that_the_user_asked_for_leaves_its_file(window: MainWindow, q
     assert not list(window.bench.folder.glob("job-*"))
 
 
-def opened_after(window: MainWindow, qtbot: Any, jobs: list[tuple[str, dict[str, Any] | None]]) -> Any:
+def open_after(window: MainWindow, qtbot: Any, jobs: list[tuple[str, dict[str, Any] | None]]) -> Any:
     """The banner of the project that is opened after a process was killed during `jobs`."""
     path = window.projects.path
     qtbot.waitUntil(lambda: window.projects.is_saved, timeout=LONG)
     window.new()
     for title, again in jobs:
-        killed_during(data_folder(path), title, again)
+        kill_during(data_folder(path), title, again)
     open_project(window, qtbot, path)
     return window.banners.of[CAUSE]
 
 
 def test_an_interrupted_bake_goes_on_at_a_button(planned: MainWindow, qtbot: Any) -> None:
-    banner = opened_after(
+    banner = open_after(
         planned,
         qtbot,
         [("Baking spherical harmonics", {"kind": "bake", "method": "sh"}), ("Fitting GGX", {"kind": "unknown"})],
@@ -124,7 +124,7 @@ def test_several_interrupted_jobs_go_on_at_one_button(window: MainWindow, qtbot:
     ]
     gone_on: list[Any] = []
     window.interrupted.ways = {"bake": gone_on.append, "factor": gone_on.append}
-    banner = opened_after(window, qtbot, [*jobs, ("Exporting", None)])
+    banner = open_after(window, qtbot, [*jobs, ("Exporting", None)])
     assert [each.text() for each in banner.buttons] == ["Resume all", "Hide"]
     banner.buttons[0].click()
     assert sorted(each["kind"] for each in gone_on) == ["bake", "factor"]
@@ -154,8 +154,8 @@ def test_a_bake_that_was_done_after_all_is_not_baked_anew(
 ) -> None:
     bake(planned, qtbot)
     again = {"kind": "bake", "method": "sh"}
-    banner = opened_after(planned, qtbot, [("Baking spherical harmonics", again)])
-    monkeypatch.setattr("app.project.bakes.baked", None)
+    banner = open_after(planned, qtbot, [("Baking spherical harmonics", again)])
+    monkeypatch.setattr("app.project.bakes.bake", None)
     banner.buttons[0].click()
     baking = planned.view.bakings["sh"]
     qtbot.waitUntil(lambda: baking.is_made, timeout=LONG)
@@ -168,7 +168,7 @@ def test_an_interrupted_import_begins_again_and_its_material_follows(
     from engine.capture.lights.sources import find
 
     window.bench.document.change("Open 5 photographs", sources=find([photographs]))
-    banner = opened_after(window, qtbot, [("Importing photographs", {"kind": "import", "name": "Felt"})])
+    banner = open_after(window, qtbot, [("Importing photographs", {"kind": "import", "name": "Felt"})])
     banner.buttons[0].click()
     qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=2 * LONG)
     assert window.bench.document.project.name == "Felt"
@@ -176,22 +176,22 @@ def test_an_interrupted_import_begins_again_and_its_material_follows(
 
 
 def test_an_interrupted_run_is_factored(window: MainWindow, qtbot: Any) -> None:
-    from tests.app.factor.test_kept import factored
+    from tests.app.factor.test_kept import factor_brdf
     from tests.app.factor.test_tab import settle
 
-    run, _ = factored(window, qtbot)
+    run, _ = factor_brdf(window, qtbot)
     for place in window.bench.folder.glob("factors-*"):
         for file in place.iterdir():
             file.unlink()
         place.rmdir()
-    banner = opened_after(window, qtbot, [("Factoring", {"kind": "factor", "number": run.number})])
+    banner = open_after(window, qtbot, [("Factoring", {"kind": "factor", "number": run.number})])
     banner.buttons[0].click()
     settle(window.factor, qtbot)
     qtbot.waitUntil(lambda: window.factor.runs.of(window.factor.factoring.runs[0]).state == "done", timeout=LONG)
 
 
-def answered(monkeypatch: pytest.MonkeyPatch, dialog: str, answer: Path | None) -> list[Path]:
-    """The paths that a file dialog proposes from now on; the person answers with `answer`, or cancels."""
+def answer(monkeypatch: pytest.MonkeyPatch, dialog: str, answer: Path | None) -> list[Path]:
+    """The paths that a file dialog proposes from now on; the user answers with `answer`, or cancels."""
     proposed: list[Path] = []
 
     def ask(_parent: object, _title: str, place: str, *_filter: str) -> Any:
@@ -203,7 +203,7 @@ def answered(monkeypatch: pytest.MonkeyPatch, dialog: str, answer: Path | None) 
     return proposed
 
 
-def test_an_interrupted_bundle_is_written_where_the_person_says(
+def test_an_interrupted_bundle_is_written_where_the_user_says(
     tab: ExportTab, window: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tab.parts["power-law"][0].setChecked(False)
@@ -217,9 +217,9 @@ def test_an_interrupted_bundle_is_written_where_the_person_says(
     tab.parts["slices"][0].setChecked(False)
     tab.parts["power-law"][0].setChecked(True)
     tab.name.setText("another.lightarc")
-    banner = opened_after(window, qtbot, [("Writing the bundle", dict(exporting.again or {}))])
+    banner = open_after(window, qtbot, [("Writing the bundle", dict(exporting.again or {}))])
     tab.bench.write_into(Path.home())
-    proposed = answered(monkeypatch, "getSaveFileName", None)
+    proposed = answer(monkeypatch, "getSaveFileName", None)
     banner.buttons[0].click()
     assert window.stack.currentWidget() is tab
     assert proposed == [written]
@@ -227,7 +227,7 @@ def test_an_interrupted_bundle_is_written_where_the_person_says(
     assert not written.exists()
     again = tmp_path / "elsewhere"
     again.mkdir()
-    answered(monkeypatch, "getSaveFileName", again / "mine.lightarc")
+    answer(monkeypatch, "getSaveFileName", again / "mine.lightarc")
     tab.go_on(exporting.again or {})
     qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=LONG)
     assert "mine.lightarc written and verified" in tab.verdict.text()
@@ -235,20 +235,20 @@ def test_an_interrupted_bundle_is_written_where_the_person_says(
     assert not written.exists()
 
 
-def test_interrupted_exports_are_written_where_the_person_says(
+def test_interrupted_exports_are_written_where_the_user_says(
     tab: ExportTab, window: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     again = {"kind": "exports", "folder": str(tmp_path), "name": "felt exports", "parts": ["brdf"]}
-    banner = opened_after(window, qtbot, [("Exporting", again)])
+    banner = open_after(window, qtbot, [("Exporting", again)])
     tab.bench.write_into(Path.home())
     begun: list[tuple[Path, list[str]]] = []
     monkeypatch.setattr(tab.elsewhere, "start", lambda: begun.append((tab.elsewhere.target, tab.elsewhere.names)))
     tab.elsewhere.export.clicked.disconnect()
     tab.elsewhere.export.clicked.connect(lambda: tab.elsewhere.start())
-    assert answered(monkeypatch, "getExistingDirectory", None) == []
+    assert answer(monkeypatch, "getExistingDirectory", None) == []
     banner.buttons[0].click()
     assert begun == []
-    proposed = answered(monkeypatch, "getExistingDirectory", tmp_path)
+    proposed = answer(monkeypatch, "getExistingDirectory", tmp_path)
     tab.elsewhere.go_on(again)
     assert proposed == [tmp_path]
     assert begun == [(tmp_path / "felt exports", ["brdf"])]
@@ -265,7 +265,7 @@ NONSENSE: tuple[dict[str, Any], ...] = (
 def test_a_file_that_says_nonsense_begins_nothing_and_is_no_fault(
     tab: ExportTab, window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    proposed = [answered(monkeypatch, dialog, None) for dialog in ("getSaveFileName", "getExistingDirectory")]
+    proposed = [answer(monkeypatch, dialog, None) for dialog in ("getSaveFileName", "getExistingDirectory")]
     kinds = ("bundle", "exports", "factor", "bake", "import", ["bundle"])
     jobs = [Interrupted(tmp_path / "none", "Work", {"kind": kind, **said}) for kind in kinds for said in NONSENSE]
     window.interrupted.jobs = tuple(jobs)
@@ -277,11 +277,11 @@ def test_a_file_that_says_nonsense_begins_nothing_and_is_no_fault(
 
 def test_the_place_of_an_interrupted_export_has_a_name_that_can_be_shown(tmp_path: Path) -> None:
     folder = tmp_path / "folder"
-    assert proposed_place({"folder": str(tmp_path), "name": "a.lightarc"}, folder, "b") == tmp_path / "a.lightarc"
-    assert proposed_place({"name": "a\u202e\nb"}, folder, "b") == folder / "ab"
+    assert propose_place({"folder": str(tmp_path), "name": "a.lightarc"}, folder, "b") == tmp_path / "a.lightarc"
+    assert propose_place({"name": "a\u202e\nb"}, folder, "b") == folder / "ab"
     for name in ("", ".", "..", "../a", "a/b", "/etc/passwd", "\0"):
-        assert proposed_place({"folder": "..", "name": name}, folder, "b") == folder / "b"
-    assert proposed_place({"folder": str(tmp_path / "gone")}, folder, "b") == folder / "b"
+        assert propose_place({"folder": "..", "name": name}, folder, "b") == folder / "b"
+    assert propose_place({"folder": str(tmp_path / "gone")}, folder, "b") == folder / "b"
 
 
 def test_a_project_that_a_crash_left_says_so_with_its_last_step_until_that_is_read(
@@ -303,7 +303,7 @@ os.kill(os.getpid(), signal.SIGKILL)
     open_project(window, qtbot, path)
     words = "Lightarc ended unexpectedly. Felt is as you left it, after “Change the light”."
     assert window.banners.words[CAUSE] == words
-    assert window.banners.of[CAUSE].picture.isVisible()
+    assert window.banners.of[CAUSE].image.isVisible()
     (hide,) = window.banners.of[CAUSE].buttons
     hide.click()
     assert CAUSE not in window.banners.words

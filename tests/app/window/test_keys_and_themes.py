@@ -63,16 +63,16 @@ def test_the_choice_of_segments_can_be_told_from_their_focus(qapp: QApplication,
     segments.activateWindow()
     qtbot.waitUntil(segments.isActiveWindow, timeout=30_000)
 
-    def seen(value: str) -> tuple[QColor, QColor]:
+    def observe(value: str) -> tuple[QColor, QColor]:
         """Colours of the fill and of the edge of the segment `value`."""
         image = segments.grab().toImage()
         box = segments.buttons[value].geometry()
         return image.pixelColor(box.left() + 5, box.center().y()), image.pixelColor(box.left() + 1, box.top() + 1)
 
     segments.buttons["c"].setFocus()
-    chosen, free, focused = seen("a"), seen("b"), seen("c")
+    chosen, free, focused = observe("a"), observe("b"), observe("c")
     segments.buttons["a"].setFocus()
-    chosen_and_focused = seen("a")
+    chosen_and_focused = observe("a")
     assert contrast(chosen[0], free[0]) >= 3.0, "the choice is told by its fill"
     assert focused[0] == free[0], "the focus does not look like a choice"
     assert contrast(focused[1], free[1]) >= 3.0, "the focus is told by its edge"
@@ -83,7 +83,7 @@ def test_the_choice_of_segments_can_be_told_from_their_focus(qapp: QApplication,
 
 
 def test_a_widget_that_is_there_takes_the_theme_that_a_new_one_has(qapp: QApplication, qtbot: Any) -> None:
-    def made() -> QWidget:
+    def make() -> QWidget:
         holder = theme.role(QWidget(), "panel")
         holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         rows = QVBoxLayout(holder)
@@ -95,7 +95,7 @@ def test_a_widget_that_is_there_takes_the_theme_that_a_new_one_has(qapp: QApplic
         return holder
 
     theme.apply(qapp, "dark")
-    shown, hidden = made(), made()
+    shown, hidden = make(), make()
     for holder in (shown, hidden):
         holder.show()
         qtbot.waitExposed(holder)
@@ -103,7 +103,7 @@ def test_a_widget_that_is_there_takes_the_theme_that_a_new_one_has(qapp: QApplic
     dark = shown.grab().toImage()
     steps = theme.changing(qapp, "light")
     next(steps)
-    light = made().grab().toImage()
+    light = make().grab().toImage()
     assert light != dark
     assert shown.grab().toImage() == light, "after the first step"
     for _ in steps:
@@ -123,7 +123,7 @@ def test_icons_of_all_buttons_can_be_told_from_what_is_behind_them(window: MainW
         if each.icon().isNull() or isinstance(each.parent(), (QLineEdit, QMenuBar)):
             continue  # none, or one of Qt's own
         if each.property("role") == "swatch":
-            continue  # a colour of the person's
+            continue  # a colour of the user's
         behind = theme.current().accent if each.property("role") == "primary" else theme.current().field
         if contrast(ink(each.icon()), QColor(behind)) < 2.5:
             faint.append((each.accessibleName() or each.text() or each.toolTip(), ink(each.icon()).name()))

@@ -1,4 +1,4 @@
-"""The window as a person uses it: drop, look, build, view, export; and what must not end it."""
+"""The window as a user uses it: drop, look, build, view, export; and what must not end it."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_opening_the_window_loads_no_compiler_and_no_heavy_library() -> None:
 
 
 def is_quiet(window: MainWindow) -> bool:
-    """Nothing runs or waits; the reference that tells the error of a picture may rest, half refined."""
+    """Nothing runs or waits; the reference that tells the error of an image may rest, half refined."""
     return all(job.state == "paused" for job in window.bench.jobs.active)
 
 
@@ -76,12 +76,12 @@ def test_drop_a_folder_look_build_view_and_export(
     assert set(window.capture.list.photographs.thumbnails) == set(project.stack.sources)
     assert project.name == "Felt sample"
     assert project.material.power_law is not None
-    wait(qtbot, lambda: window.capture.image.picture is not None)
+    wait(qtbot, lambda: window.capture.image.image is not None)
 
     window.show_workspace("material")
-    wait(qtbot, lambda: window.material.image.picture is not None and is_quiet(window))
-    assert window.material.image.picture is not None
-    shown = window.material.image.picture.levels[0]
+    wait(qtbot, lambda: window.material.image.image is not None and is_quiet(window))
+    assert window.material.image.image is not None
+    shown = window.material.image.image.levels[0]
     shading_map = project.material.shading_map
     assert shading_map is not None
     expected = to_display8(tone_map(shading_map.slices[-1], 0.0, "none"))
@@ -158,7 +158,7 @@ def test_a_bad_folder_says_what_is_wrong_and_the_program_goes_on(
 
 def test_what_is_no_capture_is_refused_in_words(window: MainWindow, qtbot: Any, drop: Drop, tmp_path: Path) -> None:
     (tmp_path / "empty folder").mkdir()
-    (tmp_path / "text").write_text("no picture")
+    (tmp_path / "text").write_text("no image")
     for name in ("empty folder", "text", "missing"):
         drop(window, [tmp_path / name])
         wait(qtbot, lambda: len(dialogs(window)) == 1)
@@ -197,11 +197,11 @@ def test_fault_19_an_exception_in_a_slot_opens_one_dialog_and_the_program_goes_o
 def test_fault_19_an_error_while_painting_opens_one_dialog_and_the_next_scene_is_drawn(
     window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(*_arguments: object, **_options: object) -> None:
+    def find_broken(*_arguments: object, **_options: object) -> None:
         raise RuntimeError("the driver is in a bad mood")
 
     with monkeypatch.context() as patch:
-        patch.setattr("engine.gl.direct.DirectRenderer.bands", broken)
+        patch.setattr("engine.gl.direct.DirectRenderer.bands", find_broken)
         flat_material(window, 2.0)
         window.show_workspace("view")
         for phi in range(3):
@@ -314,7 +314,7 @@ def test_GL9_changes_of_brdf_leave_no_widgets_behind(window: MainWindow, qtbot: 
     assert abs(len(window.view.findChildren(QWidget)) - before) <= 20
 
 
-def test_GL5_without_opengl_a_banner_says_so_and_the_processor_draws(
+def test_GL5_without_opengl_a_banner_says_so_and_the_cpu_draws(
     qapp: QApplication, qtbot: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("app.viewport.viewport.why_no_gl", lambda: "OpenGL is 2.1, and 3.3 is needed")
@@ -455,7 +455,7 @@ def test_recent_files_and_theme_are_remembered(
 def test_a_project_has_the_name_of_its_capture_before_that_is_read(
     window: MainWindow, qtbot: Any, photographs: Path
 ) -> None:
-    """So that a crash in the middle of the import leaves one that a person knows again."""
+    """So that a crash in the middle of the import leaves one that a user knows again."""
     names = []
     window.bench.document.changed.connect(lambda _old, new: names.append((new.name, new.stack is None)))
     window.open([photographs])

@@ -20,7 +20,7 @@ from app.document.document import Project
 from app.project import database, recording
 from app.project.made import size_of
 from app.project.pixels import are_there
-from app.project.places import claim, interrupted, projects_folder, release
+from app.project.places import claim, interrupt, projects_folder, release
 from app.project.project_file import History, Writer, data_folder, read
 from app.window.banner import short_path
 from app.window.main_window import MainWindow
@@ -30,7 +30,7 @@ from engine.storage import atomic
 from tests.app.opening import open_project
 
 
-def saved(path: Path, name: str, **parts: Any) -> Path:
+def save(path: Path, name: str, **parts: Any) -> Path:
     path.parent.mkdir(exist_ok=True)
     writer = Writer(path)
     writer.write(History(Project(name=name, **parts)))
@@ -63,7 +63,7 @@ def full(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
 
 
 def test_save_as_takes_the_place_of_another_project(window: MainWindow, qtbot: Any, tmp_path: Path) -> None:
-    target = saved(tmp_path / "a" / "Felt.lap", "old", mesh=shape("plane"))
+    target = save(tmp_path / "a" / "Felt.lap", "old", mesh=shape("plane"))
     window.bench.load_model("sphere")
     qtbot.waitUntil(lambda: window.bench.document.project.mesh is not None, timeout=60_000)
     gain(window, 2.0)
@@ -91,7 +91,7 @@ def test_changes_that_are_made_while_a_copy_is_made_are_in_it(window: MainWindow
 @pytest.fixture
 def elsewhere(tmp_path: Path) -> Iterator[Path]:
     """A project that another process has open."""
-    path = saved(tmp_path / "b" / "Felt.lap", "Felt", mesh=shape("sphere"))
+    path = save(tmp_path / "b" / "Felt.lap", "Felt", mesh=shape("sphere"))
     words = f"from pathlib import Path; from app.project.places import claim; claim(Path({str(path)!r}))"
     pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     with subprocess.Popen([sys.executable, "-c", f"{words}; print(flush=True); input()"], **pipes) as other:
@@ -124,7 +124,7 @@ def test_a_project_that_cannot_be_written_opens_read_only_and_its_changes_are_sa
     window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """A disk that is read-only, or a file that another program holds: SQLite says no to the first who would write."""
-    path = saved(tmp_path / "medium" / "Felt.lap", "Felt", mesh=shape("sphere"))
+    path = save(tmp_path / "medium" / "Felt.lap", "Felt", mesh=shape("sphere"))
     monkeypatch.setattr(database, "LOCK_S", 0.05)
     with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")
@@ -143,7 +143,7 @@ def test_a_project_that_cannot_be_written_opens_read_only_and_its_changes_are_sa
 
 
 def test_a_newer_project_is_refused_with_its_version(window: MainWindow, qtbot: Any, tmp_path: Path) -> None:
-    path, here = saved(tmp_path / "c" / "Felt.lap", "Felt"), window.projects.path
+    path, here = save(tmp_path / "c" / "Felt.lap", "Felt"), window.projects.path
     with sqlite3.connect(path) as connection:
         connection.execute("UPDATE meta SET value = '77' WHERE name = 'schema'")
     connection.close()
@@ -175,7 +175,7 @@ def test_a_full_disk_is_said_in_a_banner_that_stays_until_it_has_room(
 def test_closing_does_not_wait_for_a_disk_that_takes_nothing_and_keeps_all_elsewhere(
     window: MainWindow, qtbot: Any, full: list[Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    path = saved(tmp_path / "full" / "Felt.lap", "Felt")
+    path = save(tmp_path / "full" / "Felt.lap", "Felt")
     open_project(window, qtbot, path)
     wait_saved(window, qtbot)
     monkeypatch.undo()  # the fixture's own rescue, and a shorter pause
@@ -201,7 +201,7 @@ def test_closing_does_not_wait_for_a_disk_that_takes_nothing_and_keeps_all_elsew
     assert read(rescued).current.name == "Felt"
     release(rescued)
     assert claim(rescued)
-    assert interrupted(projects_folder()) == []
+    assert interrupt(projects_folder()) == []
     release(rescued)
     window.projects.begin()
 
@@ -226,7 +226,7 @@ def test_a_drive_that_goes_is_not_made_anew_and_is_written_when_it_is_back(
     window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(recording, "AGAIN_S", 0.05)
-    path = saved(tmp_path / "drive" / "Felt.lap", "Felt")
+    path = save(tmp_path / "drive" / "Felt.lap", "Felt")
     open_project(window, qtbot, path)
     wait_saved(window, qtbot)
     path.parent.rename(tmp_path / "gone")
@@ -242,7 +242,7 @@ def test_a_drive_that_goes_is_not_made_anew_and_is_written_when_it_is_back(
 def test_a_locked_file_keeps_closing_waiting_once_and_loses_nothing(
     window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    path = saved(tmp_path / "locked" / "Felt.lap", "Felt")
+    path = save(tmp_path / "locked" / "Felt.lap", "Felt")
     open_project(window, qtbot, path)
     monkeypatch.undo()
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))

@@ -1,4 +1,4 @@
-"""The menu of what was opened lately: on disk at once, with pictures, and marked where it is gone."""
+"""The menu of what was opened lately: on disk at once, with images, and marked where it is gone."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QApplication, QMenu
 
 from app.document.document import Project
 from app.project.project_file import History, Writer
-from app.project.thumbnail import SIZE, picture_of, thumbnail_of
+from app.project.thumbnail import SIZE, image_of, thumbnail_of
 from app.session import settings
 from app.window.main_window import MainWindow
 from app.window.recent import fill
@@ -24,7 +24,7 @@ from engine.scene.material import Material
 from engine.shading.shading_map import ShadingMap
 
 
-def saved(path: Path, name: str) -> Path:
+def save(path: Path, name: str) -> Path:
     writer = Writer(path)
     writer.write(History(Project(name=name)))
     writer.close()
@@ -32,7 +32,7 @@ def saved(path: Path, name: str) -> Path:
 
 
 def test_what_is_opened_is_remembered_at_once_and_survives_a_kill(tmp_path: Path) -> None:
-    path = saved(tmp_path / "Felt.lap", "Felt")
+    path = save(tmp_path / "Felt.lap", "Felt")
     program = (
         "import sys; from pathlib import Path; from app.window.application import start\n"
         "from app.window.main_window import MainWindow\n"
@@ -58,7 +58,7 @@ def test_two_windows_remember_both_of_what_they_open(tmp_path: Path) -> None:
     assert [Path(text).stem for text in settings.load(tmp_path).recent_projects] == ["other", "one"]
 
 
-def test_projects_have_a_picture_and_what_is_gone_is_marked(
+def test_projects_have_a_image_and_what_is_gone_is_marked(
     qapp: QApplication, qtbot: Any, photographs: Path, tmp_path: Path
 ) -> None:
     window = MainWindow(tmp_path / "config")
@@ -72,7 +72,7 @@ def test_projects_have_a_picture_and_what_is_gone_is_marked(
     assert pixels.shape == (SIZE[1], SIZE[0], 3)
     assert np.asarray(pixels).std() > 0.02
     assert settings.load(tmp_path / "config").recent_projects[0] == str(path)
-    saved(tmp_path / "A & B.lap", "A")
+    save(tmp_path / "A & B.lap", "A")
     opened: list[Path] = []
     menu = QMenu()
     now = window.settings.now
@@ -101,23 +101,23 @@ def test_a_file_that_fails_to_open_is_not_remembered(window: MainWindow, qtbot: 
     assert window.settings.now.recent_files == (str(whole),)
 
 
-def test_the_picture_is_of_the_brightest_slice_whatever_its_size() -> None:
-    assert picture_of(Project()) is None
+def test_the_image_is_of_the_brightest_slice_whatever_its_size() -> None:
+    assert image_of(Project()) is None
     for height, width in ((4, 5), (72, 96), (300, 1000)):
         slices = np.zeros((2, height, width, 3), np.float32)
         slices[-1, :, : width // 2] = (4.0, 0.0, 0.0)
         material = Material(ShadingMap(slices, 1.0, np.array([0.5, 1.0])), None, brdf="lambert")
-        picture = picture_of(Project(material=material))
-        assert picture is not None
-        assert picture.shape == (SIZE[1], SIZE[0], 3)
-        assert tuple(picture[36, 46]) == (255, 0, 0)
-        assert not picture[36, 52].any()
-        assert not picture[..., 1:].any()
+        image = image_of(Project(material=material))
+        assert image is not None
+        assert image.shape == (SIZE[1], SIZE[0], 3)
+        assert tuple(image[36, 46]) == (255, 0, 0)
+        assert not image[36, 52].any()
+        assert not image[..., 1:].any()
 
 
-@pytest.mark.parametrize("content", [b"", b"no picture", b"x" * (2 << 20)])
-def test_a_damaged_picture_is_replaced_by_an_icon(qapp: QApplication, tmp_path: Path, content: bytes) -> None:
-    path = saved(tmp_path / "Felt.lap", "Felt")
+@pytest.mark.parametrize("content", [b"", b"no image", b"x" * (2 << 20)])
+def test_a_damaged_image_is_replaced_by_an_icon(qapp: QApplication, tmp_path: Path, content: bytes) -> None:
+    path = save(tmp_path / "Felt.lap", "Felt")
     thumbnail_of(path).write_bytes(content)
     menu = QMenu()
     fill(menu, (str(path),), (), print)

@@ -363,7 +363,7 @@ def test_a_project_that_cannot_be_written_is_not_collected(
     window: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from app.project.recording import Recording
-    from app.window.projects import _collected
+    from app.window.projects import _collect
     from engine.core.steps import drain
 
     qtbot.waitUntil(lambda: window.projects.is_saved, timeout=LONG)
@@ -372,5 +372,5 @@ def test_a_project_that_cannot_be_written_is_not_collected(
     monkeypatch.setattr(recording, "has_written", lambda _seconds: False)
     recording._is_failing = True
     with pytest.raises(InputError, match="latest changes"):
-        drain(_collected(recording, window.projects.path, tmp_path / "Felt.lap", True))
+        drain(_collect(recording, window.projects.path, tmp_path / "Felt.lap", True))
     recording._is_failing = False

@@ -13,19 +13,19 @@ from app.document.document import Project
 from app.project.photographs import marks_of, photographs
 from app.project.project_file import data_folder, read
 from app.window.main_window import MainWindow
-from app.window.whereabouts import made_of
+from app.window.whereabouts import describe_contents
 from engine.images.encode import encode_png
 from tests.app.opening import open_project
 from tests.engine.scenes import weave
 
 
 @pytest.fixture
-def pictures(tmp_path: Path, photographs: Path) -> Path:
+def images(tmp_path: Path, photographs: Path) -> Path:
     """Photographs of this test alone."""
     return Path(shutil.copytree(photographs, tmp_path / "pictures" / "Felt"))
 
 
-def imported(window: MainWindow, qtbot: Any, paths: list[Path]) -> Path:
+def import_capture(window: MainWindow, qtbot: Any, paths: list[Path]) -> Path:
     """The path of a project with `paths` imported; the window shows another one then."""
     window.open(paths)
     qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=240_000)
@@ -35,36 +35,36 @@ def imported(window: MainWindow, qtbot: Any, paths: list[Path]) -> Path:
     return path
 
 
-def opened(window: MainWindow, qtbot: Any, path: Path) -> None:
+def open_path(window: MainWindow, qtbot: Any, path: Path) -> None:
     open_project(window, qtbot, path)
     qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=60_000)
 
 
 def test_what_is_there_of_all_that_was_made_is_said_and_no_more() -> None:
     stack: Any = object()
-    assert made_of(Project(stack=stack), 2) == ". What was made of them is here"
-    assert made_of(Project(material=weave(16)), 1) == ". The material made of it is here"
-    assert made_of(Project(), 2) == ", and what was made of them as well"
+    assert describe_contents(Project(stack=stack), 2) == ". What was made of them is here"
+    assert describe_contents(Project(material=weave(16)), 1) == ". The material made of it is here"
+    assert describe_contents(Project(), 2) == ", and what was made of them as well"
 
 
 def test_photographs_that_moved_are_named_and_found_all_at_once(
-    window: MainWindow, qtbot: Any, pictures: Path, monkeypatch: pytest.MonkeyPatch
+    window: MainWindow, qtbot: Any, images: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = imported(window, qtbot, [pictures])
+    path = import_capture(window, qtbot, [images])
     document = window.bench.document
     assert len(marks_of(path)) >= 5
-    opened(window, qtbot, path)
+    open_path(window, qtbot, path)
     assert window.banners.words == {}
     window.new()
-    pictures.rename(pictures.parent / "elsewhere")
-    opened(window, qtbot, path)
+    images.rename(images.parent / "elsewhere")
+    open_path(window, qtbot, path)
     assert window.banners.words["missing"].startswith("5 photographs")
     assert document.project.has_map
     steps = document.undo_stack.count()
-    monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getExistingDirectory", lambda *_: str(pictures.parent))
+    monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getExistingDirectory", lambda *_: str(images.parent))
     window.banners.of["missing"].buttons[0].click()
     qtbot.waitUntil(lambda: window.banners.words == {}, timeout=60_000)
-    assert all(each.parent == pictures.parent / "elsewhere" for each in photographs(document.project))
+    assert all(each.parent == images.parent / "elsewhere" for each in photographs(document.project))
     assert document.undo_stack.count() == document.undo_stack.index() == steps
     assert document.project.recipe == document.project.built_from
     window.undo.trigger()
@@ -73,16 +73,16 @@ def test_photographs_that_moved_are_named_and_found_all_at_once(
 
 
 def test_a_project_that_moved_with_its_photographs_opens_without_a_word(
-    window: MainWindow, qtbot: Any, pictures: Path
+    window: MainWindow, qtbot: Any, images: Path
 ) -> None:
-    window.open([pictures])
+    window.open([images])
     qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=240_000)
-    window.projects.copy_to(pictures.parent / "Felt.lap")
-    qtbot.waitUntil(lambda: window.projects.path == pictures.parent / "Felt.lap", timeout=60_000)
+    window.projects.copy_to(images.parent / "Felt.lap")
+    qtbot.waitUntil(lambda: window.projects.path == images.parent / "Felt.lap", timeout=60_000)
     qtbot.waitUntil(lambda: window.projects.is_saved and not window.bench.jobs.active, timeout=60_000)
     window.new()
-    elsewhere = pictures.parent.rename(pictures.parent.with_name("elsewhere"))
-    opened(window, qtbot, elsewhere / "Felt.lap")
+    elsewhere = images.parent.rename(images.parent.with_name("elsewhere"))
+    open_path(window, qtbot, elsewhere / "Felt.lap")
     found = window.bench.document.project
     assert window.banners.words == {}
     assert found.has_map
@@ -91,20 +91,20 @@ def test_a_project_that_moved_with_its_photographs_opens_without_a_word(
 
 
 def test_what_is_gone_with_the_data_folder_is_made_again_at_a_button(
-    window: MainWindow, qtbot: Any, pictures: Path, monkeypatch: pytest.MonkeyPatch
+    window: MainWindow, qtbot: Any, images: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = imported(window, qtbot, [pictures])
+    path = import_capture(window, qtbot, [images])
     shutil.rmtree(data_folder(path))
-    opened(window, qtbot, path)
+    open_path(window, qtbot, path)
     project = window.bench.document.project
     assert (project.stack, project.has_map) == (None, False)
     assert "an import of photographs. Making that again takes about" in window.banners.words["lost"]
     assert window.capture.again.isEnabled()
     arrived: list[Any] = []
     monkeypatch.setattr("app.window.files.ask_where", lambda *said: arrived.append(said[-1]))
-    window.open([pictures])
+    window.open([images])
     qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=60_000)
-    assert [arrival.name for arrival in arrived] == [pictures.name]
+    assert [arrival.name for arrival in arrived] == [images.name]
     window.banners.of["lost"].buttons[0].click()
     qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=240_000)
     assert window.banners.words == {}
@@ -112,12 +112,12 @@ def test_what_is_gone_with_the_data_folder_is_made_again_at_a_button(
 
 
 def test_photographs_that_changed_are_named_and_nothing_is_made_anew(
-    window: MainWindow, qtbot: Any, pictures: Path
+    window: MainWindow, qtbot: Any, images: Path
 ) -> None:
-    path = imported(window, qtbot, [pictures])
-    changed = pictures / "felt_50deg.png"
+    path = import_capture(window, qtbot, [images])
+    changed = images / "felt_50deg.png"
     changed.write_bytes(encode_png(np.full((96, 128, 3), 30_000, np.uint16)))
-    opened(window, qtbot, path)
+    open_path(window, qtbot, path)
     document = window.bench.document
     stack = document.project.stack
     assert "felt_50deg.png is not as it was when it was imported" in window.banners.words["changed"]
@@ -135,16 +135,16 @@ def test_photographs_of_an_archive_are_there_after_a_restart(
     window: MainWindow, qtbot: Any, photographs: Path, tmp_path: Path
 ) -> None:
     archive = Path(shutil.make_archive(str(tmp_path / "Red felt"), "zip", photographs))
-    path = imported(window, qtbot, [archive])
+    path = import_capture(window, qtbot, [archive])
     sources = read(path).current.sources
     assert sources is not None
     assert all(each.is_file() for each in sources.photographs)
     shutil.rmtree(data_folder(path) / "photographs")
-    opened(window, qtbot, path)
+    open_path(window, qtbot, path)
     assert window.banners.words == {}
     assert all(each.is_file() for each in sources.photographs)
     shutil.rmtree(data_folder(path) / "photographs")
     archive.unlink()
     window.new()
-    opened(window, qtbot, path)
+    open_path(window, qtbot, path)
     assert "missing" in window.banners.words

@@ -41,7 +41,7 @@ def sheet(qtbot: Any) -> Iterator[QWidget]:
     return made  # type: ignore[return-value]
 
 
-def shown(sheet: QWidget, qtbot: Any) -> QWidget:
+def show(sheet: QWidget, qtbot: Any) -> QWidget:
     with qtbot.waitExposed(sheet):
         sheet.show()
     return sheet
@@ -58,7 +58,7 @@ def test_text_without_room_is_found(sheet: QWidget, qtbot: Any) -> None:
     words.setMaximumWidth(60)
     add(sheet, words)
     add(sheet, QLabel("Enough"))
-    (found,) = cut(shown(sheet, qtbot))
+    (found,) = cut(show(sheet, qtbot))
     assert "Much more" in found
 
 
@@ -69,7 +69,7 @@ def test_a_cell_without_room_is_found(sheet: QWidget, qtbot: Any) -> None:
     table.setItem(0, 0, QTableWidgetItem("Sharp shadows under any light, and highlights"))
     table.setItem(1, 0, QTableWidgetItem("Enough"))
     add(sheet, table)
-    shown(sheet, qtbot)
+    show(sheet, qtbot)
     assert [found for found in cut(sheet) if "Sharp shadows" in found]
     table.setColumnWidth(0, 600)
     assert not [found for found in cut(sheet) if "Sharp shadows" in found]
@@ -81,7 +81,7 @@ def test_widgets_over_each_other_are_found(qtbot: Any) -> None:
     grid = QGridLayout(sheet)
     grid.addWidget(QPushButton("One"), 0, 0)
     grid.addWidget(QPushButton("Two"), 0, 0)
-    (found,) = overlapping(shown(sheet, qtbot))
+    (found,) = overlapping(show(sheet, qtbot))
     assert "lies over" in found
 
 
@@ -90,14 +90,14 @@ def test_faint_text_is_found(sheet: QWidget, qtbot: Any, colour: str, is_found: 
     words = QLabel("Words")
     words.setStyleSheet(f"background: #a0a0a0; color: {colour}; padding: 8px")
     add(sheet, words)
-    assert bool(faint(shown(sheet, qtbot))) is is_found
+    assert bool(faint(show(sheet, qtbot))) is is_found
 
 
 def test_a_control_without_a_name_is_found(sheet: QWidget, qtbot: Any) -> None:
     nobody = QPushButton("")
     add(sheet, nobody)
     add(sheet, QPushButton("Go"))
-    assert len(nameless(shown(sheet, qtbot))) == 1
+    assert len(nameless(show(sheet, qtbot))) == 1
     nobody.setAccessibleName("Stop")
     assert nameless(sheet) == []
 
@@ -108,7 +108,7 @@ def test_a_tab_key_that_leads_back_is_found(sheet: QWidget, qtbot: Any) -> None:
     assert isinstance(layout, QVBoxLayout)
     layout.addWidget(second)
     layout.insertWidget(0, first)
-    (found,) = out_of_order(shown(sheet, qtbot))
+    (found,) = out_of_order(show(sheet, qtbot))
     assert "'Second'" in found
     assert "back to" in found
 
@@ -125,7 +125,7 @@ def test_a_form_that_comes_later_follows_what_is_above_it(qtbot: Any) -> None:
     panel.finish()
     panel.resize(QSize(296, 400))
     form.follow(above)
-    assert out_of_order(shown(panel, qtbot)) == []
+    assert out_of_order(show(panel, qtbot)) == []
 
 
 @pytest.mark.parametrize(
@@ -161,8 +161,8 @@ def test_no_dialog_has_a_fault_or_is_higher_than_the_smallest_window(window: Mai
         lambda: show_keys(window),
         lambda: show_about(window),
         lambda: show_history(window, window.bench),
-        lambda: window.view.save_picture("picture"),
-        lambda: window.view.save_picture("turntable"),
+        lambda: window.view.save_image("picture"),
+        lambda: window.view.save_image("turntable"),
         lambda: ModeChooser(window, window.bench.document.project).open(),
         lambda: show_notes(window, window.bench),
         lambda: ask_what_to_collect(window, window.projects.path, [window.projects.path] * 40, print),

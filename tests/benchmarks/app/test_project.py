@@ -19,7 +19,7 @@ def test_it_reports_each_promise_with_its_bound(tmp_path: Path, monkeypatch: pyt
         "open": {"open_s": 0.1},
         "window": {"open_s": 0.5},
     }
-    monkeypatch.setattr(project, "_measured", lambda what, _folder: figures[what])
+    monkeypatch.setattr(project, "_measure", lambda what, _folder: figures[what])
     monkeypatch.setattr(project, "_large", lambda folder: iter(()) if folder else None)
     monkeypatch.setenv("DISPLAY", ":0")
     found = {each.name: (each.error, each.bound) for each in drain(project.project(tmp_path))}
@@ -36,6 +36,6 @@ def test_it_reports_each_promise_with_its_bound(tmp_path: Path, monkeypatch: pyt
 def test_a_long_session_is_written_and_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(project, "LONG", KEPT_STEPS + 20)
     assert project.session(tmp_path)["size_mb"] < project.FILE_MB
-    assert project.opened(tmp_path)["open_s"] > 0.0
+    assert project.open_path(tmp_path)["open_s"] > 0.0
     steps = read(tmp_path / "long.lap")
     assert (len(steps.steps), steps.position) == (KEPT_STEPS, KEPT_STEPS)

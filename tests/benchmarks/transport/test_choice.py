@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.transport.choice import DEARER, FEW, Chosen, _counted, _settings, choices, summary
+from benchmarks.transport.choice import DEARER, FEW, Chosen, _count, _settings, choices, summary
 from benchmarks.transport.predictions import EVERY
 from engine.accuracy.compare import ErrorEstimate
 from engine.core.steps import drain
@@ -23,12 +23,12 @@ ROW = Chosen(4, "a ball under a sky", 0.05, SH, 0.06, GAUSSIAN, 0.04, 1.4, 9)
 @pytest.mark.parametrize(("error", "counted"), [(0.02, 3.0), (0.05, 3.0), (0.1, 12.0), (0.2, 48.0)])
 def test_beyond_the_budget_twice_the_error_counts_four_times(error: float, counted: float) -> None:
     choice: Any = SimpleNamespace(price=3.0)
-    assert _counted(choice, ErrorEstimate(error, 0.0), 0.05) == pytest.approx(counted)
+    assert _count(choice, ErrorEstimate(error, 0.0), 0.05) == pytest.approx(counted)
 
 
 def test_an_uncertain_error_counts_as_the_least_that_it_may_be() -> None:
     choice: Any = SimpleNamespace(price=3.0)
-    assert _counted(choice, ErrorEstimate(0.07, 0.02), 0.05) == pytest.approx(3.0)
+    assert _count(choice, ErrorEstimate(0.07, 0.02), 0.05) == pytest.approx(3.0)
 
 
 def test_a_row_names_both_settings_and_the_last_one_the_share() -> None:
@@ -40,13 +40,13 @@ def test_a_row_names_both_settings_and_the_last_one_the_share() -> None:
     assert rows[-1].error == 0.5
 
 
-def test_a_seed_draws_the_same_settings_and_few_of_many_ladders() -> None:
+def test_a_seed_draws_the_same_settings_and_few_of_many_sweeps() -> None:
     every, some = (_settings(seed, np.random.default_rng(1)) for seed in (EVERY, EVERY + 1))
     assert every == _settings(EVERY, np.random.default_rng(1))
     assert {each.mode for each in every} == {"direct", *transport.names()}
     assert {each.mode for each in some} == {"direct", *transport.names()} - {transport.names()[-1]}
     assert sum(each.mode == "wavelet" for each in every) == FEW
-    assert all(each.knobs.get("interreflection", 0) == 0 for each in every)
+    assert all(each.parameters.get("interreflection", 0) == 0 for each in every)
 
 
 @pytest.mark.long

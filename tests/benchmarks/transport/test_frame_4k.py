@@ -1,4 +1,4 @@
-"""The frame of each mode beside the plain model, in a picture that is small enough for every machine."""
+"""The frame of each mode beside the plain model, in an image that is small enough for every machine."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def scene() -> Scene:
 def test_the_reference_is_timed_at_the_error_that_is_asked_for(scene: Scene) -> None:
     truth = drain(reference(scene, SIZE, samples=256, seed=1))
     for samples in (6, 24):
-        error = paid_off._error(drain(reference(scene, SIZE, samples=samples, seed=3)).picture, truth).rmse_rel
+        error = paid_off._error(drain(reference(scene, SIZE, samples=samples, seed=3)).image, truth).rmse_rel
         seconds, taken = paid_off.equal_error_s(scene, SIZE, truth, error)
         assert taken == pytest.approx(samples, rel=0.35)
         assert seconds > 0.0
@@ -39,7 +39,7 @@ def test_the_reference_is_timed_at_the_error_that_is_asked_for(scene: Scene) -> 
 def test_a_bake_is_measured_beside_the_reference(scene: Scene, mode: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(paid_off, "FRAMES", 2)
     try:
-        found = paid_off.measured("test", mode, scene, SIZE, 32)
+        found = paid_off.measure("test", mode, scene, SIZE, 32)
     except MissingCapability as missing:
         pytest.skip(str(missing))
     assert found.more["light_speedup"] == pytest.approx(found.limit_s / found.time_s)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from benchmarks.transport import predictions as campaign
-from benchmarks.transport.generated_scenes import generated
-from benchmarks.transport.predictions import LEAST, Compared, drawn_settings, predictions, spread, summary
+from benchmarks.transport.generated_scenes import generate
+from benchmarks.transport.predictions import MINIMUM, Compared, draw_settings, predictions, spread, summary
 from engine.accuracy.compare import ErrorEstimate
 from engine.core.directions import dot
 from engine.core.errors import InputError, UsageError
@@ -50,7 +50,7 @@ def test_an_interval_covers_what_may_lie_in_it() -> None:
         (0.04, 0.0, False),
     ):
         assert dataclasses.replace(ROW, measured=measured, uncertainty=uncertainty).covered == covered
-    assert dataclasses.replace(ROW, interval=(0.0, 0.0), measured=0.5 * LEAST).covered
+    assert dataclasses.replace(ROW, interval=(0.0, 0.0), measured=0.5 * MINIMUM).covered
 
 
 def test_a_spread_leaves_out_what_five_of_a_hundred_and_one_more_would_be() -> None:
@@ -60,8 +60,8 @@ def test_a_spread_leaves_out_what_five_of_a_hundred_and_one_more_would_be() -> N
     assert spread(rows[:10]) == (ratios[0], ratios[9])
 
 
-def test_errors_that_no_picture_shows_are_alike() -> None:
-    assert dataclasses.replace(ROW, predicted=0.0, measured=0.5 * LEAST).factor == 1.0
+def test_errors_that_no_image_shows_are_alike() -> None:
+    assert dataclasses.replace(ROW, predicted=0.0, measured=0.5 * MINIMUM).factor == 1.0
 
 
 def test_the_worst_is_named_with_the_seed_that_repeats_it() -> None:
@@ -73,20 +73,20 @@ def test_the_worst_is_named_with_the_seed_that_repeats_it() -> None:
 def test_a_seed_draws_one_scene_and_its_settings() -> None:
     names = set()
     for seed in range(8):
-        (name, scene), (again, same) = generated(seed), generated(seed)
+        (name, scene), (again, same) = generate(seed), generate(seed)
         assert name == again
         assert np.array_equal(scene.mesh.positions, same.mesh.positions)
         assert np.allclose(dot(scene.mesh.normals, scene.mesh.normals), 1.0)
         assert scene.environment is not None
         assert np.isfinite(scene.environment.radiance).all()
-        assert drawn_settings(seed, ["direct", "sh"]) == drawn_settings(seed, ["direct", "sh"])
+        assert draw_settings(seed, ["direct", "sh"]) == draw_settings(seed, ["direct", "sh"])
         names.add(name)
     assert len(names) == 8
 
 
 def test_closed_models_are_turned_outwards() -> None:
     for seed in range(8):
-        mesh = generated(seed)[1].mesh
+        mesh = generate(seed)[1].mesh
         a, b, c = (mesh.positions[mesh.faces[:, corner]] for corner in range(3))
         flat = np.cross(b - a, c - a)
         assert np.mean(dot(flat, mesh.normals[mesh.faces[:, 0]]) >= 0.0) > 0.99
@@ -95,7 +95,7 @@ def test_closed_models_are_turned_outwards() -> None:
 def test_files_of_a_folder_join_where_they_can_be_read(tmp_path: Path) -> None:
     (tmp_path / "broken.obj").write_bytes(b"v nonsense")
     (tmp_path / "broken.bsdf").write_bytes(b"")
-    assert all(generated(seed, tmp_path)[1].mesh.positions.size for seed in range(8))
+    assert all(generate(seed, tmp_path)[1].mesh.positions.size for seed in range(8))
 
 
 def test_wrong_wishes_are_said(tmp_path: Path) -> None:
@@ -114,8 +114,8 @@ def test_modes_that_are_asked_for_are_drawn_in_every_scene_that_they_can_draw(
         drawn.extend(settings)
         return dict.fromkeys(settings, ErrorEstimate(0.1, 0.001))
 
-    monkeypatch.setattr(campaign, "measured", draw)
-    diffuse = next(seed for seed in range(100, 200) if generated(seed)[0].split(", ")[1].startswith("lambert"))
+    monkeypatch.setattr(campaign, "measure", draw)
+    diffuse = next(seed for seed in range(100, 200) if generate(seed)[0].split(", ")[1].startswith("lambert"))
     with pytest.raises(UsageError, match="none of these 1 scenes can be drawn with gaussian"):
         drain(predictions(tmp_path, scenes=1, seed=diffuse, modes=["gaussian"]))
     rows = drain(predictions(tmp_path, scenes=1, seed=diffuse, modes=["gaussian", "direct"]))

@@ -1,4 +1,4 @@
-"""Errors of pictures: closed forms, laws, and the package of ꟻLIP as it is called on whole pictures."""
+"""Errors of images: closed forms, laws, and the package of ꟻLIP as it is called on whole images."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from engine.core.steps import drain
 RNG = np.random.default_rng(3)
 
 
-def picture(height: int = 40, width: int = 52, seed: int = 0) -> np.ndarray:
+def image(height: int = 40, width: int = 52, seed: int = 0) -> np.ndarray:
     """Radiance from 0.01 to 4 with structure at all scales."""
     return (0.01 + 4.0 * np.random.default_rng(seed).random((height, width, 3)) ** 3).astype(np.float32)
 
 
-def test_identical_pictures_have_no_error() -> None:
-    one = picture()
+def test_identical_images_have_no_error() -> None:
+    one = image()
     assert compare(one, one.copy()) == ImageError(0.0, 0.0, 0.0, 40 * 52)
 
 
 @pytest.mark.parametrize("gain", [0.5, 0.99, 1.01, 3.0])
 def test_a_gain_is_the_relative_error_itself(gain: float) -> None:
-    one = picture().astype(np.float64)
+    one = image().astype(np.float64)
     found = compare(gain * one, one)
     assert found.rmse_rel == pytest.approx(abs(gain - 1.0), rel=1e-12)
     assert found.max_abs == pytest.approx(abs(gain - 1.0) * one.max(), rel=1e-12)
@@ -45,7 +45,7 @@ def test_a_single_channel_of_a_single_pixel() -> None:
 
 
 def test_only_the_mask_counts() -> None:
-    one = picture()
+    one = image()
     other, mask = 1.25 * one, np.zeros(one.shape[:2], bool)
     mask[5:20, 5:20] = True
     other[~mask] = 1e6
@@ -55,7 +55,7 @@ def test_only_the_mask_counts() -> None:
 
 
 def test_what_is_not_finite_is_counted_and_left_out() -> None:
-    one, other = picture(), 1.5 * picture()
+    one, other = image(), 1.5 * image()
     other[0, :7] = np.nan
     other[1, 0, 2] = np.inf
     found = compare(other, one)
@@ -76,7 +76,7 @@ def test_a_black_reference() -> None:
 
 @pytest.mark.parametrize("scale", [1e-35, 1e-20, 1e20, 1e35])
 def test_extreme_radiance_neither_overflows_nor_vanishes(scale: float) -> None:
-    one = picture(8, 8)
+    one = image(8, 8)
     found = compare(np.float32(1.1) * one * np.float32(scale), one * np.float32(scale))
     assert found.rmse_rel == pytest.approx(0.1, rel=1e-4)
     assert np.isfinite(found.flip)
@@ -85,11 +85,11 @@ def test_extreme_radiance_neither_overflows_nor_vanishes(scale: float) -> None:
 @pytest.mark.parametrize(
     ("a", "b", "mask", "words"),
     [
-        (picture(4, 5), picture(5, 4), None, "cannot be compared"),
-        (picture(4, 5)[..., 0], picture(4, 5), None, "cannot be compared"),
-        (picture(4, 5), picture(4, 5), np.zeros((4, 5), bool), "selects no pixel"),
-        (picture(4, 5), picture(4, 5), np.ones((5, 5), bool), "does not fit"),
-        (np.full((4, 5, 3), np.nan), picture(4, 5), None, "no pixel is finite"),
+        (image(4, 5), image(5, 4), None, "cannot be compared"),
+        (image(4, 5)[..., 0], image(4, 5), None, "cannot be compared"),
+        (image(4, 5), image(4, 5), np.zeros((4, 5), bool), "selects no pixel"),
+        (image(4, 5), image(4, 5), np.ones((5, 5), bool), "does not fit"),
+        (np.full((4, 5, 3), np.nan), image(4, 5), None, "no pixel is finite"),
     ],
 )
 def test_what_cannot_be_compared_is_refused(a: Any, b: Any, mask: Any, words: str) -> None:
@@ -100,14 +100,14 @@ def test_what_cannot_be_compared_is_refused(a: Any, b: Any, mask: Any, words: st
 @settings(max_examples=8)
 @given(gain=st.floats(1e-3, 1e3), seed=st.integers(0, 9), turns=st.integers(0, 3))
 def test_the_unit_of_radiance_and_the_orientation_change_nothing(gain: float, seed: int, turns: int) -> None:
-    one, other = picture(24, 24, seed).astype(np.float64), picture(24, 24, seed + 50).astype(np.float64)
+    one, other = image(24, 24, seed).astype(np.float64), image(24, 24, seed + 50).astype(np.float64)
     found, scaled = compare(other, one), compare(gain * np.rot90(other, turns), gain * np.rot90(one, turns))
     assert scaled.rmse_rel == pytest.approx(found.rmse_rel, rel=1e-9)
     assert scaled.flip == pytest.approx(found.flip, abs=2e-4)
 
 
 def test_a_larger_error_is_a_larger_figure() -> None:
-    one = picture()
+    one = image()
     noise = RNG.normal(0.0, 1.0, one.shape).astype(np.float32) * one
     found = [compare(one + share * noise, one) for share in (0.01, 0.03, 0.1, 0.3)]
     for name in ("rmse_rel", "flip", "max_abs"):
@@ -121,7 +121,7 @@ def test_a_larger_error_is_a_larger_figure() -> None:
 def test_flip_in_tiles_is_flip_of_the_whole(displayed: bool, tile: int) -> None:
     import flip_evaluator
 
-    one, other = picture(90, 110), 1.1 * picture(90, 110) + 0.02 * picture(90, 110, 8)
+    one, other = image(90, 110), 1.1 * image(90, 110) + 0.02 * image(90, 110, 8)
     if displayed:
         one, other = np.clip(one, 0.0, 1.0), np.clip(other, 0.0, 1.0)
     whole, mean, _ = flip_evaluator.evaluate(
@@ -132,7 +132,7 @@ def test_flip_in_tiles_is_flip_of_the_whole(displayed: bool, tile: int) -> None:
     assert compare(other, one, displayed=displayed).flip == pytest.approx(mean, abs=1e-5)
 
 
-def test_flip_of_even_pictures_is_the_closed_form_of_the_paper() -> None:
+def test_flip_of_even_images_is_the_closed_form_of_the_paper() -> None:
     """Andersson et al. 2020: 0.7th power of the HyAB distance with Hunt's effect, of which 40 % become 95 %."""
     black, white = np.zeros((64, 64, 3), np.float32), np.ones((64, 64, 3), np.float32)
     green, blue = white * (0, 1, 0), white * (0, 0, 1)
@@ -143,8 +143,8 @@ def test_flip_of_even_pictures_is_the_closed_form_of_the_paper() -> None:
 
 
 def test_an_estimate_from_some_tiles_is_near_the_mean_and_exact_from_all() -> None:
-    one = picture(300, 320)
-    other = one * (1.0 + 0.1 * picture(300, 320, 8) / 4.0)
+    one = image(300, 320)
+    other = one * (1.0 + 0.1 * image(300, 320, 8) / 4.0)
     mask = np.ones(one.shape[:2], bool)
     exact = compare(other, one).flip
     assert drain(flip_estimate(other, one, mask, 6)) == pytest.approx(exact, rel=0.05)
@@ -161,7 +161,7 @@ def test_flip_of_pixels_outside_the_mask_is_not_computed(monkeypatch: pytest.Mon
     )
     mask = np.zeros((128, 128), bool)
     mask[70:80, 70:80] = True
-    drain(flip_map(picture(128, 128, 1), picture(128, 128), mask, displayed=True, tile=64))
+    drain(flip_map(image(128, 128, 1), image(128, 128), mask, displayed=True, tile=64))
     assert len(calls) == 1
 
 
@@ -172,7 +172,7 @@ def test_the_uncertainty_of_a_reference_holds_as_often_as_it_says() -> None:
     be too wide and never too narrow.
     """
     rng = np.random.default_rng(11)
-    truth = picture(16, 16).astype(np.float64)
+    truth = image(16, 16).astype(np.float64)
     shown = truth * (1.0 + 0.05 * rng.normal(size=(*truth.shape[:2], 1)))
     exact = float(np.linalg.norm(shown - truth) / np.linalg.norm(truth))
     variance = (0.04 * truth) ** 2
@@ -191,7 +191,7 @@ def test_the_uncertainty_of_a_reference_holds_as_often_as_it_says() -> None:
 def test_independent_parts_tell_the_error_without_knowing_the_noise(count: int, relative_to_a: bool) -> None:
     """Over 300 sets of parts whose noise is skewed, at least 92 % of the intervals hold the error, without bias."""
     rng = np.random.default_rng(12)
-    truth = picture(16, 16).astype(np.float64)
+    truth = image(16, 16).astype(np.float64)
     shown = truth * (1.0 + 0.08 * rng.normal(size=(*truth.shape[:2], 1)))
     exact = float(np.linalg.norm(shown - truth) / np.linalg.norm(shown if relative_to_a else truth))
     noise = 0.1 * truth * (rng.exponential(size=(300, count, *truth.shape[:2], 1)) - 1.0)
@@ -204,8 +204,8 @@ def test_independent_parts_tell_the_error_without_knowing_the_noise(count: int, 
         error_against_parts(shown, truth + noise[0][:2])
 
 
-def test_an_exact_picture_against_noise_has_an_error_within_its_uncertainty_of_0() -> None:
-    rng, truth = np.random.default_rng(5), picture(32, 32).astype(np.float64)
+def test_an_exact_image_against_noise_has_an_error_within_its_uncertainty_of_0() -> None:
+    rng, truth = np.random.default_rng(5), image(32, 32).astype(np.float64)
     variance = np.full_like(truth, 0.01)
     found = [error_against(truth, truth + 0.1 * rng.normal(size=truth.shape), variance) for _ in range(200)]
     assert np.mean([error.rmse_rel <= error.uncertainty for error in found]) >= 0.94
@@ -213,7 +213,7 @@ def test_an_exact_picture_against_noise_has_an_error_within_its_uncertainty_of_0
 
 
 def test_without_variance_the_estimate_is_the_plain_figure() -> None:
-    one, other = picture(), picture(seed=4)
+    one, other = image(), image(seed=4)
     found = error_against(other, one)
     assert found.rmse_rel == pytest.approx(compare(other, one).rmse_rel, rel=1e-9)
     assert found.uncertainty == 0.0

@@ -7,6 +7,6 @@ from engine.brdf.scattered import ScatteredBrdf, fit_scattered
 from engine.core.steps import drain
 
 
-def scattered_brdf(samples: BrdfSamples, smoothing: float = 0.0) -> ScatteredBrdf:
+def fit_scattered_brdf(samples: BrdfSamples, smoothing: float = 0.0) -> ScatteredBrdf:
     """The BRDF of `fit_scattered`."""
     return drain(fit_scattered(samples, smoothing))

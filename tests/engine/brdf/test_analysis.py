@@ -87,9 +87,9 @@ def test_polar_slice_has_its_peak_in_the_mirror_direction() -> None:
 
 
 def test_half_difference_slice_has_the_highlight_on_the_left_and_grazing_on_top() -> None:
-    picture = half_difference_slice(brdf_from_text("ggx:kd=0,alpha=0.1,f0=0.04"), 90)
-    assert np.unravel_index(np.argmax(picture[45:, :, 0]), (45, 90))[1] == 0
-    assert picture[10, 0, 0] > picture[60, 0, 0]
+    image = half_difference_slice(brdf_from_text("ggx:kd=0,alpha=0.1,f0=0.04"), 90)
+    assert np.unravel_index(np.argmax(image[45:, :, 0]), (45, 90))[1] == 0
+    assert image[10, 0, 0] > image[60, 0, 0]
     beyond = half_difference_slice(brdf_from_text("lambert"), 90, phi_d=0.0)
     assert beyond[0, 89].tolist() == [0.0, 0.0, 0.0]
     assert beyond[89, 0] == pytest.approx([0.5 / np.pi] * 3)

@@ -10,7 +10,7 @@ import pytest
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.fit import FitData, fit, fit_data
 from engine.brdf.models.diffuse import Lambert
-from engine.brdf.ranking import Offer, best, fit_both, missed, offer, ranked, warning
+from engine.brdf.ranking import Offer, best, fit_both, miss, offer, rank, warning
 from engine.core.directions import surface_direction
 from engine.core.steps import drain
 
@@ -50,7 +50,7 @@ def test_only_a_norm_that_grows_while_the_other_falls_is_worth_a_warning() -> No
 
 def test_models_are_ranked_from_the_least_error_up() -> None:
     models = [brdf_from_text(name) for name in ("lambert", "phong")]
-    offers = drain(ranked(PAINT, models))
+    offers = drain(rank(PAINT, models))
     assert [type(each.brdf) for each in offers] == [type(each) for each in models[::-1]]
     assert offers[0].log < 1e-3 < offers[1].log
     assert best(offers)["linear"] is offers[0]
@@ -60,5 +60,5 @@ def test_a_fit_that_is_hardly_better_than_black_is_doubted() -> None:
     """A highlight of 60 times what is around it, and a diffuse surface in its place."""
     data = fit_data(brdf_from_text("ggx:kd=0.1,alpha=0.05,f0=1"), count=2000)
     diffuse, glossy = (drain(fit(data, brdf_from_text(name))).brdf for name in ("lambert", "ggx"))
-    assert "misses the values by 9" in missed(offer(diffuse, data))
-    assert missed(offer(glossy, data)) == ""
+    assert "misses the values by 9" in miss(offer(diffuse, data))
+    assert miss(offer(glossy, data)) == ""

@@ -26,7 +26,7 @@ from engine.brdf.sampling_lobes import (
 from engine.brdf.table import DirectionTable
 from engine.core.directions import surface_direction
 from tests.cases import few
-from tests.engine.brdf.fitted import scattered_brdf
+from tests.engine.brdf.fitted import fit_scattered_brdf
 
 #: Cells of the test over the hemisphere, and points a side of each for the expected counts. The edges and the viewers
 #: lie on those of the tables, inside whose cells the density is constant.
@@ -187,7 +187,7 @@ def test_narrow_lobes_are_found_by_their_own_sampler(text: str) -> None:
 MEASURED = ("half-difference table", "direction table", "scattered samples")
 
 
-def measured(kind: str) -> Brdf:
+def measure(kind: str) -> Brdf:
     """A BRDF of each kind that files hold, with values of a model."""
     model = brdf_from_text("ggx:kd=0.2,alpha=0.3,f0=0.3")
     if kind == "half-difference table":
@@ -199,17 +199,17 @@ def measured(kind: str) -> Brdf:
         return DirectionTable(theta, phi, theta, phi, values, np.zeros(values.shape[:-1], bool))
     directions = surface_direction(theta[:, None], phi[None, :]).reshape(-1, 3)
     wi, wo = np.repeat(directions[::8], 40, axis=0), np.tile(directions, (5, 1))
-    return scattered_brdf(BrdfSamples(wi, wo, model.f(wi, wo)))
+    return fit_scattered_brdf(BrdfSamples(wi, wo, model.f(wi, wo)))
 
 
 @pytest.mark.parametrize("kind", few(MEASURED, lambda kind: kind == "direction table"))
 def test_BR11_measurements_are_drawn_at_their_density(kind: str) -> None:
-    check(sampler_of(measured(kind)))
+    check(sampler_of(measure(kind)))
 
 
 @pytest.mark.parametrize("kind", MEASURED)
 def test_BR11_samplers_of_measurements_find_their_albedo(kind: str) -> None:
-    brdf = measured(kind)
+    brdf = measure(kind)
     sampler = sampler_of(brdf)
     wo = surface_direction(0.6, 0.3)
     mean, error, largest = estimate(brdf, sampler, wo)

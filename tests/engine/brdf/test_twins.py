@@ -1,4 +1,4 @@
-"""The GLSL twin of every model computes what Python does."""
+"""The GLSL counterpart of every model computes what Python does."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""BRDFs that a person writes in GLSL: known models written anew against the program's own, and hostile texts."""
+"""BRDFs that a user writes in GLSL: known models written anew against the program's own, and hostile texts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from engine.brdf.models.microfacet import Ggx
 from engine.brdf.models.phong import BlinnPhong
 from engine.brdf.readers.read import read_brdf
 from engine.brdf.resample import random_pairs, table_from
-from engine.brdf.written import SourceError, parsed, with_value, written
+from engine.brdf.written import SourceError, parse, with_value, write
 from engine.core.errors import MissingCapability
 
 HEAD = "vec3 BRDF(vec3 L, vec3 V, vec3 N, vec3 X, vec3 Y)"
@@ -63,9 +63,9 @@ float lambda(float c) {{ return 0.5 * (sqrt(1 + alpha * alpha * (1 - c * c) / (c
 """
 
 
-def made(text: str) -> module.WrittenBrdf:
+def make(text: str) -> module.WrittenBrdf:
     try:
-        return written(text, "made", "made.brdf")
+        return write(text, "made", "made.brdf")
     except MissingCapability as missing:
         pytest.skip(str(missing))
 
@@ -80,7 +80,7 @@ def made(text: str) -> module.WrittenBrdf:
     ids=["lambert", "blinn-phong", "ggx"],
 )
 def test_a_known_model_has_the_values_of_our_own(text: str, own: Brdf) -> None:
-    brdf = made(text)
+    brdf = make(text)
     wi, wo = random_pairs(3000)
     ours = own.f(wi, wo)
     assert brdf.isotropic
@@ -90,7 +90,7 @@ def test_a_known_model_has_the_values_of_our_own(text: str, own: Brdf) -> None:
 
 
 def test_values_are_0_below_the_horizon_and_have_the_shape_of_the_directions() -> None:
-    brdf = made(LAMBERT)
+    brdf = make(LAMBERT)
     wi = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.6, -0.8]])
     values = brdf.f(wi[:, None], np.array([0.0, 0.0, 1.0]))
     assert values.shape == (3, 1, 3)
@@ -99,12 +99,12 @@ def test_values_are_0_below_the_horizon_and_have_the_shape_of_the_directions() -
 
 
 def test_tangent_and_exchange_are_noticed() -> None:
-    assert not made(LAMBERT.replace("albedo /", "albedo * dot(normalize(L + V), X) /")).isotropic
-    assert not made(LAMBERT.replace("albedo /", "albedo * L.z /")).reciprocal
+    assert not make(LAMBERT.replace("albedo /", "albedo * dot(normalize(L + V), X) /")).isotropic
+    assert not make(LAMBERT.replace("albedo /", "albedo * L.z /")).reciprocal
 
 
 def test_doubtful_values_count_as_0_and_are_told() -> None:
-    brdf = made(LAMBERT.replace("albedo /", "(V.z > 0.7 ? albedo : -albedo) * (L.z > 0.9 ? sqrt(-L.z) : 1.0) /"))
+    brdf = make(LAMBERT.replace("albedo /", "(V.z > 0.7 ? albedo : -albedo) * (L.z > 0.9 ? sqrt(-L.z) : 1.0) /"))
     assert len(brdf.health.warnings) == 2
     wi, wo = random_pairs(500)
     values = brdf.f(wi, wo)
@@ -115,8 +115,8 @@ def test_doubtful_values_count_as_0_and_are_told() -> None:
 def test_a_value_is_changed_in_the_text_and_nothing_else() -> None:
     changed = with_value(LAMBERT, "albedo", (1.0, 0.5, 0.125))
     assert changed == LAMBERT.replace("0.5 0.25 1 ", "1 0.5 0.125 ")
-    assert parsed(with_value(BLINN_PHONG, "n", 7.5)).parameters[0].value == 7.5
-    assert parsed(with_value(BLINN_PHONG, "diffuse", False)).parameters[1].value is False
+    assert parse(with_value(BLINN_PHONG, "n", 7.5)).parameters[0].value == 7.5
+    assert parse(with_value(BLINN_PHONG, "diffuse", False)).parameters[1].value is False
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,7 @@ def test_a_value_is_changed_in_the_text_and_nothing_else() -> None:
 )
 def test_a_text_that_is_no_brdf_is_refused_at_its_line(text: str, line: int, words: str) -> None:
     with pytest.raises(SourceError, match=words) as caught:
-        parsed(text, "made.brdf")
+        parse(text, "made.brdf")
     assert caught.value.line == line
 
 
@@ -152,22 +152,22 @@ def test_a_text_that_is_no_brdf_is_refused_at_its_line(text: str, line: int, wor
     ],
 )
 def test_what_does_not_compile_is_told_at_its_line(old: str, new: str, line: int) -> None:
-    made(LAMBERT)
+    make(LAMBERT)
     with pytest.raises(SourceError) as caught:
-        written(LAMBERT.replace(old, new), "made", "made.brdf")
+        write(LAMBERT.replace(old, new), "made", "made.brdf")
     assert caught.value.line <= line or old == "; }"
     assert "\n" not in str(caught.value)
 
 
 def test_what_hangs_is_ended_and_the_next_one_works(monkeypatch: pytest.MonkeyPatch) -> None:
-    made(LAMBERT)
+    make(LAMBERT)
     loops = "float z = 0.0; for (int i = 0; i < 50000; i++) z += sin(z + L.x * float(i)) + pow(abs(z), 0.3);"
     slow = LAMBERT.replace("return albedo", f"{loops} return z * albedo")
     monkeypatch.setattr(module, "HANG_S", 0.3)
     with pytest.raises(SourceError, match=r"hangs|takes more than"):
-        written(slow, "slow", "slow.brdf")
+        write(slow, "slow", "slow.brdf")
     monkeypatch.undo()
-    assert made(LAMBERT).isotropic
+    assert make(LAMBERT).isotropic
 
 
 def looping(loops: str) -> str:
@@ -191,9 +191,9 @@ def looping(loops: str) -> str:
     ],
 )
 def test_loops_count_as_they_are_written(loops: str, value: float) -> None:
-    made(LAMBERT)
+    make(LAMBERT)
     wi, wo = random_pairs(8)
-    assert np.allclose(made(looping(loops.replace("#define", "\n#define"))).f(wi, wo), value, rtol=1e-6)
+    assert np.allclose(make(looping(loops.replace("#define", "\n#define"))).f(wi, wo), value, rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -208,19 +208,19 @@ def test_loops_count_as_they_are_written(loops: str, value: float) -> None:
 )
 def test_loops_that_the_driver_would_cut_off_are_refused(loops: str) -> None:
     """Mesa's software renderer ends them after 65,535 iterations, and the sum so far looks like a result."""
-    made(LAMBERT)
+    make(LAMBERT)
     with pytest.raises(SourceError, match="more than 60,000 iterations"):
-        written(looping(loops), "long", "long.brdf")
+        write(looping(loops), "long", "long.brdf")
 
 
 def test_a_loop_that_declares_in_its_condition_is_refused() -> None:
-    made(LAMBERT)
+    make(LAMBERT)
     with pytest.raises(SourceError, match="condition declares"):
-        written(looping("while (bool more = count < n) count++;"), "declares", "declares.brdf")
+        write(looping("while (bool more = count < n) count++;"), "declares", "declares.brdf")
 
 
 def test_evaluations_of_one_request_share_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    brdf = made(LAMBERT)
+    brdf = make(LAMBERT)
     wi, wo = random_pairs(64)
     replies = iter([5.0, 5.0, 1.0])
     from engine.storage.untrusted import decode_content as reply
@@ -239,7 +239,7 @@ def test_evaluations_of_one_request_share_a_limit(monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_file_is_recognised_by_its_first_word(tmp_path: Path) -> None:
-    made(LAMBERT)
+    make(LAMBERT)
     path = tmp_path / "mine.brdf"
     path.write_text(LAMBERT, encoding="utf-8")
     brdf = read_brdf(path)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from engine.brdf.brdf import brdf_from_text
-from engine.bundle.portable import resolved_sigma
+from engine.bundle.portable import resolve_sigma
 from engine.core.colour import luminance
 from engine.scene.material import Material
 from engine.shading.power_law import PowerLawMap
@@ -28,6 +28,6 @@ def make_material(height: int = 8, width: int = 8, **changes: Any) -> Material:
     return dataclasses.replace(Material(None, law, elevation_deg=(10.0, 40.0, 70.0), name="woven"), **changes)
 
 
-def expected_radiance(material: Material, wi: Any, wo: Any) -> Any:
-    r = resolved_sigma(material) * luminance(brdf_from_text(material.brdf).f(wi, wo)) * np.maximum(wi[..., 2], 0)
+def compute_expected_radiance(material: Material, wi: Any, wo: Any) -> Any:
+    r = resolve_sigma(material) * luminance(brdf_from_text(material.brdf).f(wi, wo)) * np.maximum(wi[..., 2], 0)
     return np.array(SCALE) * np.minimum(r / R_MAX, 1.0)[..., None] ** np.array(EXPONENT)

@@ -22,7 +22,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from engine.brdf.readers.table_file import kept_table
+from engine.brdf.readers.table_file import keep_table
 from engine.brdf.table import HalfDifferenceTable
 from engine.bundle.bundle import MANIFEST, MEMBERS, open_bundle, save_bundle, verify_bundle
 from engine.bundle.directional import DIRECTIONAL
@@ -38,7 +38,7 @@ from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
 from engine.storage import archive, atomic, records
 from engine.storage.records import TABLE
-from tests.engine.brdf.readers.test_table_file import holed_table
+from tests.engine.brdf.readers.test_table_file import make_holed_table
 
 PLAIN = MEMBERS - DIRECTIONAL - {PBR, "power_law_exponent.png", "power_law_kept_tiles.exr", TABLE}
 PNG = b"\x89PNG\r\n\x1a\nnot looked into"
@@ -143,7 +143,7 @@ def test_factors_are_kept_as_a_table(tmp_path: Path, name: str) -> None:
 
 @TARGETS
 def test_a_measured_brdf_comes_back_bit_for_bit(tmp_path: Path, name: str) -> None:
-    table = drain(kept_table(holed_table(np.float64)))
+    table = drain(keep_table(make_holed_table(np.float64)))
     material = dataclasses.replace(make_material(), measured=table)
     path = save(tmp_path / name, material)
     again = open_bundle(path)
@@ -362,7 +362,7 @@ def test_a_page_or_shader_of_somebody_else_is_named(
     assert words in sentence
 
 
-def test_a_page_may_differ_in_last_digits_and_in_how_its_pictures_are_packed(tmp_path: Path) -> None:
+def test_a_page_may_differ_in_last_digits_and_in_how_its_images_are_packed(tmp_path: Path) -> None:
     import base64
     import re
 
@@ -370,10 +370,10 @@ def test_a_page_may_differ_in_last_digits_and_in_how_its_pictures_are_packed(tmp
 
     path = save(tmp_path / "woven.lightarc", make_material())
     page = members_of(path)[VIEWER].decode()
-    picture = re.findall(r"iVBOR[A-Za-z0-9+/=]*", page)[0]
-    pixels = cv2.imdecode(np.frombuffer(base64.b64decode(picture), np.uint8), cv2.IMREAD_UNCHANGED)
+    image = re.findall(r"iVBOR[A-Za-z0-9+/=]*", page)[0]
+    pixels = cv2.imdecode(np.frombuffer(base64.b64decode(image), np.uint8), cv2.IMREAD_UNCHANGED)
     packed = cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 0])[1].tobytes()
-    other = page.replace(picture, base64.b64encode(packed).decode(), 1).replace("0.3333333333", "0.3333333334", 1)
+    other = page.replace(image, base64.b64encode(packed).decode(), 1).replace("0.3333333333", "0.3333333334", 1)
     assert other != page
     forge(path, lambda value: None, **{"viewer/index__html": other.encode()})
     assert verify_bundle(path).problems == ()
@@ -441,7 +441,7 @@ def small(seed: int) -> Material:
     return dataclasses.replace(make_material(1, 1, 2, seed), power_law=None)
 
 
-def kept(path: Path) -> bool:
+def keep(path: Path) -> bool:
     """True if the bundle is sound and either the old or the new one."""
     shading_map = open_bundle(path).shading_map
     assert shading_map is not None
@@ -466,9 +466,9 @@ def test_fault_1_the_disk_is_full_at_every_operation_of_saving(tmp_path: Path, n
         atomic.fault = None
         atomic.remove_leftovers(tmp_path)
         assert names(tmp_path) == [name]
-        assert at % 7 or kept(path)
+        assert at % 7 or keep(path)
         if next(count) <= at:
-            assert kept(path)
+            assert keep(path)
             return
     pytest.fail("the loop never reached the end of the work")
 
@@ -489,11 +489,11 @@ def test_fault_2_death_at_every_operation_of_saving(tmp_path: Path, name: str, s
             os._exit(1)
         code = os.waitstatus_to_exitcode(os.waitpid(copy, 0)[1])
         assert code in (0, 9)
-        assert at % 7 or kept(path)
+        assert at % 7 or keep(path)
         atomic.remove_leftovers(tmp_path)
         assert names(tmp_path) == [name]
         if code == 0:
-            assert kept(path)
+            assert keep(path)
             return
     pytest.fail("the loop never reached the end of the work")
 

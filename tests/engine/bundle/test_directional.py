@@ -91,7 +91,7 @@ def test_a_plane_of_another_size_is_refused(folder: Path) -> None:
     from engine.images.encode import encode_png
 
     forge(folder, PLANE_FILES[0], encode_png(np.zeros((7, 8), np.uint8)))
-    with pytest.raises(InputError, match="grey picture of 7 x 9"):
+    with pytest.raises(InputError, match="grey image of 7 x 9"):
         open_bundle(folder)
 
 

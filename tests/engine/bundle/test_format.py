@@ -18,7 +18,7 @@ from engine.core.steps import drain
 from engine.scene.material import Material
 from engine.storage.records import manifest_schema
 from tests.engine.domes import dome_material
-from tests.engine.exchange.materials import measured_maps, woven_law, woven_material
+from tests.engine.exchange.materials import measure_maps, woven_law, woven_material
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 
@@ -51,7 +51,7 @@ def test_the_reader_of_the_documentation_reads_a_bundle(bundle: Path, tmp_path: 
 
 
 def test_the_reader_says_that_pbr_maps_are_in_a_bundle(tmp_path: Path) -> None:
-    bundle = drain(save_bundle(tmp_path / "rock.lightarc", Material(None, None, name="rock", pbr=measured_maps())))
+    bundle = drain(save_bundle(tmp_path / "rock.lightarc", Material(None, None, name="rock", pbr=measure_maps())))
     (tmp_path / "reader.py").write_text(reader(0))
     words = [sys.executable, "-I", "reader.py", str(bundle), "0.1", "radiance.npy"]
     done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=120)
@@ -81,7 +81,7 @@ def test_the_readers_read_a_directional_map(tmp_path: Path) -> None:
         assert done.returncode == 0, done.stderr
         if number == 0:
             assert done.stdout.strip() == f"{bundle} is sound; {material.name} is in it as directional"
-    wanted = material.directional.picture(np.array([0.0, 0.0, 1.0]))
+    wanted = material.directional.image(np.array([0.0, 0.0, 1.0]))
     np.testing.assert_allclose(np.load(tmp_path / "radiance.npy"), wanted, rtol=1e-3, atol=1e-6)
 
 

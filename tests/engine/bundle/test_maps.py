@@ -93,7 +93,7 @@ KEPT = {f"slice{index:02d}.{channel}": PLANE for index in range(SLICES) for chan
     [
         ("power_law_exponent__png", encode_png(CODES.astype(np.uint16)), "8 bits each"),
         ("power_law_exponent__png", encode_png(CODES[:-1]), "21 x 35 pixels"),
-        ("power_law_exponent__png", encode_png(CODES[..., 0]), "RGB picture"),
+        ("power_law_exponent__png", encode_png(CODES[..., 0]), "RGB image"),
         ("power_law_exponent__png", encode_png(CODES)[:60], "damaged|cannot be decoded"),
         ("power_law_exponent__png", b"BM" + bytes(100), "is not a PNG"),
         ("power_law_scale__exr", encode_exr(dict.fromkeys("RGB", PLANE), half=False), "16-bit floats"),

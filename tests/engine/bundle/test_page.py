@@ -1,4 +1,4 @@
-"""The page shows the numbers that the engine computes, in a browser that is driven as a person would."""
+"""The page shows the numbers that the engine computes, in a browser that is driven as a user would."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from engine.core.health import Health
 from engine.shading.kept_tiles import cut_tiles
 from engine.surface.pbr_maps import PbrMaps
 from tests.chromium import SHIFT, Page, chromium
-from tests.engine.bundle.materials import EXPONENT, SCALE, expected_radiance, make_material
+from tests.engine.bundle.materials import EXPONENT, SCALE, compute_expected_radiance, make_material
 from tests.engine.domes import dome_material
 
 
@@ -36,11 +36,11 @@ def page_data(page: str) -> dict[str, Any]:
 
 
 def rgb(png: bytes) -> Any:
-    picture: Any = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED)
-    return picture[..., ::-1]
+    image: Any = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED)
+    return image[..., ::-1]
 
 
-def decoded(data: dict[str, Any], name: str) -> Any:
+def decode(data: dict[str, Any], name: str) -> Any:
     """A map of the page back as floats."""
     coded = data["maps"][name]
     high, low = (rgb(base64.b64decode(data["pictures"][coded[plane]])) for plane in ("high", "low"))
@@ -95,8 +95,8 @@ def test_CO9_maps_of_the_page_are_linear_codes() -> None:
         viewer(dataclasses.replace(material, power_law=dataclasses.replace(material.power_law, scale=scale)))
     )
     half_a_code = 0.5 / 65535
-    assert np.abs(decoded(data, "scale") - scale).max() <= half_a_code * scale.max() * (1 + 1e-9)
-    assert np.abs(decoded(data, "exponent") - EXPONENT).max() <= half_a_code * max(EXPONENT) * (1 + 1e-6)
+    assert np.abs(decode(data, "scale") - scale).max() <= half_a_code * scale.max() * (1 + 1e-9)
+    assert np.abs(decode(data, "exponent") - EXPONENT).max() <= half_a_code * max(EXPONENT) * (1 + 1e-6)
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,7 @@ def test_large_maps_are_averaged_down_and_the_page_says_so(size: tuple[int, int]
     data = page_data(viewer(make_material(*size)))
     assert data["size"] == [size[1], size[0]]
     for name, constant in (("scale", SCALE), ("exponent", EXPONENT)):
-        values = decoded(data, name)
+        values = decode(data, name)
         assert data["maps"][name]["size"] == [shown[1], shown[0]]
         assert values.shape[:2] == shown
         assert max(values.shape[:2]) <= VIEWER_SIDE
@@ -135,40 +135,40 @@ def show(browser: Page, folder: Path, page: str, address: str = "", size: tuple[
     assert [place for place in browser.requests if not place.startswith(("file:", "data:"))] == []
 
 
-def picture_of(browser: Page, folder: Path, page: str, address: str) -> Any:
+def image_of(browser: Page, folder: Path, page: str, address: str) -> Any:
     """The browser's window (600, 900, 3), 8-bit sRGB."""
     show(browser, folder, page, address)
-    return browser.picture()
+    return browser.image()
 
 
 #: Draws with every model, and counts the programs.
 EVERY_MODEL = """for (const model of data.models) { state.model = model.name; draw(); }
 gl.getError() ? -1 : programs.size"""
 
-#: The picture is 620 x 600; the plane reaches from -1 to 1 at 1.15 per half height, seen from a distance of 3.
+#: The image is 620 x 600; the plane reaches from -1 to 1 at 1.15 per half height, seen from a distance of 3.
 CENTRE = (300, 310)
 
 
 @pytest.mark.parametrize("brdf", ["phong:exponent=30", "ggx:alpha=0.3"])
 def test_a_browser_shows_the_radiance_of_the_plane(browser: Page, tmp_path: Path, brdf: str) -> None:
     material = make_material(brdf=brdf)
-    picture = picture_of(browser, tmp_path, viewer(material), "neutral=0&azimuth=30&elevation=50")
+    image = image_of(browser, tmp_path, viewer(material), "neutral=0&azimuth=30&elevation=50")
     light = surface_direction(np.radians(40), np.radians(30))
     for row, column in (CENTRE, (200, 220), (450, 430)):
         at = np.array([(column + 0.5 - 310) / 300, (300 - row - 0.5) / 300]) * 1.15
         towards_eye = np.array([-at[0], -at[1], 3.0])
-        radiance = expected_radiance(material, light, towards_eye / np.linalg.norm(towards_eye))
-        np.testing.assert_allclose(picture[row, column], 255 * srgb_encode(radiance), atol=1.5)
-    assert picture[30, 310].tolist() == [24, 24, 24]
+        radiance = compute_expected_radiance(material, light, towards_eye / np.linalg.norm(towards_eye))
+        np.testing.assert_allclose(image[row, column], 255 * srgb_encode(radiance), atol=1.5)
+    assert image[30, 310].tolist() == [24, 24, 24]
 
 
 def test_a_browser_shows_the_sphere(browser: Page, tmp_path: Path) -> None:
     material = make_material(brdf="lambert", sigma=2.0)
-    picture = picture_of(browser, tmp_path, viewer(material), "sphere=1&neutral=0&azimuth=0&elevation=45")
-    straight = expected_radiance(material, surface_direction(np.radians(45), 0.0), np.array([0.0, 0.0, 1.0]))
-    np.testing.assert_allclose(picture[CENTRE], 255 * srgb_encode(straight), atol=1.5)
-    assert picture[300, 60].max() <= 1
-    assert picture[300, 470].astype(int).sum() > picture[300, 200].astype(int).sum()
+    image = image_of(browser, tmp_path, viewer(material), "sphere=1&neutral=0&azimuth=0&elevation=45")
+    straight = compute_expected_radiance(material, surface_direction(np.radians(45), 0.0), np.array([0.0, 0.0, 1.0]))
+    np.testing.assert_allclose(image[CENTRE], 255 * srgb_encode(straight), atol=1.5)
+    assert image[300, 60].max() <= 1
+    assert image[300, 470].astype(int).sum() > image[300, 200].astype(int).sum()
 
 
 def test_a_browser_shows_row_0_on_top_and_every_model_compiles(browser: Page, tmp_path: Path) -> None:
@@ -179,9 +179,9 @@ def test_a_browser_shows_row_0_on_top_and_every_model_compiles(browser: Page, tm
     scale[:, :4, 2] = 0
     law = dataclasses.replace(material.power_law, scale=scale)
     page = viewer(dataclasses.replace(material, power_law=law))
-    picture = picture_of(browser, tmp_path, page, "neutral=0&elevation=90")
-    assert picture[150, 310].max() <= 1
-    assert picture[450, 200][2] <= 1 < picture[450, 420][2]
+    image = image_of(browser, tmp_path, page, "neutral=0&elevation=90")
+    assert image[150, 310].max() <= 1
+    assert image[450, 200][2] <= 1 < image[450, 420][2]
     show(browser, tmp_path, page, size=(520, 200))
     assert browser.value(EVERY_MODEL) == len(MODELS)
     assert browser.value("document.title") == "half dark"
@@ -195,23 +195,23 @@ def test_a_browser_without_webgl_says_so(browser: Page, tmp_path: Path) -> None:
     assert state.startswith("failed: This browser offers no WebGL 2.")
 
 
-def picture_in_texel(directional: Any, light: Any, row: int, column: int) -> Any:
-    return 255.0 * srgb_encode(np.clip(directional.picture(light)[row, column], 0.0, 1.0))
+def image_in_texel(directional: Any, light: Any, row: int, column: int) -> Any:
+    return 255.0 * srgb_encode(np.clip(directional.image(light)[row, column], 0.0, 1.0))
 
 
 @pytest.mark.parametrize("brdf", ["lambert", "ggx:alpha=0.4"])
 def test_a_browser_shows_the_planes_of_a_directional_map(browser: Page, tmp_path: Path, brdf: str) -> None:
-    """At the middle of the page's plane, which is seen straight from above: any BRDF shows the picture of the light."""
+    """At the middle of the page's plane, which is seen straight from above: any BRDF shows the image of the light."""
     material = dome_material(brdf)
     directional = material.directional
     assert directional is not None
     page, shown = viewer(material), []
     for azimuth in (0, 90, 200):
         light = surface_direction(np.radians(40), np.radians(azimuth))
-        picture = picture_of(browser, tmp_path, page, f"neutral=0&azimuth={azimuth}&elevation=50")
-        shown.append(picture[CENTRE].astype(int))
-        # texels of the picture: 9 columns over 1.15 of the half height, 7 rows in proportion
-        np.testing.assert_allclose(picture[CENTRE], picture_in_texel(directional, light, 3, 4), atol=3.0)
+        image = image_of(browser, tmp_path, page, f"neutral=0&azimuth={azimuth}&elevation=50")
+        shown.append(image[CENTRE].astype(int))
+        # texels of the image: 9 columns over 1.15 of the half height, 7 rows in proportion
+        np.testing.assert_allclose(image[CENTRE], image_in_texel(directional, light, 3, 4), atol=3.0)
     assert np.abs(shown[0] - shown[2]).max() > 8
 
 
@@ -219,7 +219,7 @@ def test_a_browser_turns_light_with_the_texture_of_the_sphere(browser: Page, tmp
     material = dome_material()
     page = viewer(material)
     left, right = (
-        picture_of(browser, tmp_path, page, f"sphere=1&neutral=0&azimuth={azimuth}&elevation=30").astype(int)
+        image_of(browser, tmp_path, page, f"sphere=1&neutral=0&azimuth={azimuth}&elevation=30").astype(int)
         for azimuth in (0, 180)
     )
     assert np.abs(left[CENTRE] - right[CENTRE]).max() > 8
@@ -236,10 +236,10 @@ CONSTANT = {"roughness": 0.3, "metallic": 0.7, "f0": 0.04, "occlusion": 0.9}
 #: A window with a canvas of 400 x 200, and the part of that which tools hide not.
 SMALL, CLEAR = (680, 200), (slice(44, 156), slice(2, 398))
 
-#: Of the picture of 620 x 600: its middle, and the pixels from there to where the light stands at the horizon.
+#: Of the image of 620 x 600: its middle, and the pixels from there to where the light stands at the horizon.
 MIDDLE, RADIUS = (310, 300), 300 / 1.15
 
-#: Shows linear radiance and takes no notice of the viewer, so that the picture only moves.
+#: Shows linear radiance and takes no notice of the viewer, so that the image only moves.
 PLAIN = "neutral=0&elevation=90"
 
 
@@ -253,26 +253,26 @@ def patchwork(**changes: Any) -> Any:
 
 def test_dragging_moves_the_light(browser: Page, tmp_path: Path) -> None:
     show(browser, tmp_path, viewer(dome_material()), "neutral=0")
-    pictures = []
+    images = []
     for side, azimuth in ((-1, 180), (1, 0)):
         browser.drag(MIDDLE, (310 + side * 60, 300), (310 + side * RADIUS / 2, 300))
-        pictures.append(browser.picture().astype(int))
+        images.append(browser.image().astype(int))
         assert browser.value("Math.abs(state.azimuth)") == pytest.approx(azimuth, abs=1e-9)
         assert browser.value("state.elevation") == pytest.approx(60.0, abs=0.2)
-    assert np.abs(pictures[0] - pictures[1])[CENTRE].max() > 8
+    assert np.abs(images[0] - images[1])[CENTRE].max() > 8
     assert browser.value("state.zoom") == 1
     assert browser.value("state.centre") == [0, 0]
 
 
 @pytest.mark.parametrize("how", ["right", "middle", "shift", "mode"])
-def test_dragging_otherwise_moves_the_picture(browser: Page, tmp_path: Path, how: str) -> None:
+def test_dragging_otherwise_moves_the_image(browser: Page, tmp_path: Path, how: str) -> None:
     show(browser, tmp_path, viewer(patchwork()), f"{PLAIN}&zoom=2")
-    before = browser.picture().astype(int)
+    before = browser.image().astype(int)
     if how == "mode":
         browser.value("byId('mode-view').click()")
     button = how if how in ("right", "middle") else "left"
     browser.drag(MIDDLE, (330, 310), (370, 340), button=button, modifiers=SHIFT if how == "shift" else 0)
-    after = browser.picture().astype(int)
+    after = browser.image().astype(int)
     # 60 to the right and 40 down, compared away from the tools; texels are 130 pixels wide
     moved = np.abs(after[200:500, 160:500] - before[160:460, 100:440])
     assert np.quantile(moved, 0.99) <= 2
@@ -282,9 +282,9 @@ def test_dragging_otherwise_moves_the_picture(browser: Page, tmp_path: Path, how
 
 def test_the_wheel_zooms_about_the_pointer(browser: Page, tmp_path: Path) -> None:
     show(browser, tmp_path, viewer(patchwork()), PLAIN)
-    before = browser.picture().astype(int)
+    before = browser.image().astype(int)
     browser.wheel(200, 220, -400)
-    after = browser.picture().astype(int)
+    after = browser.image().astype(int)
     zoom = browser.value("state.zoom")
     assert zoom == pytest.approx(np.exp(0.8), rel=1e-6)
     np.testing.assert_allclose(after[220, 200], before[220, 200], atol=2)
@@ -296,9 +296,9 @@ def test_the_wheel_zooms_about_the_pointer(browser: Page, tmp_path: Path) -> Non
 
 def test_two_fingers_zoom_and_move(browser: Page, tmp_path: Path) -> None:
     show(browser, tmp_path, viewer(patchwork()), PLAIN, (390, 844))
-    before = browser.picture().astype(int)
+    before = browser.image().astype(int)
     browser.pinch(((150, 200), (200, 200)), ((140, 200), (210, 200)), ((125, 220), (225, 220)))
-    after = browser.picture().astype(int)
+    after = browser.image().astype(int)
     assert browser.value("state.zoom") == pytest.approx(2.0, rel=1e-6)
     np.testing.assert_allclose(after[220, 175], before[200, 175], atol=3)
     assert browser.value("state.elevation") == 90, "the light stays"
@@ -306,7 +306,7 @@ def test_two_fingers_zoom_and_move(browser: Page, tmp_path: Path) -> None:
 
 FOCUS = "document.activeElement.id || document.activeElement.tagName.toLowerCase()"
 
-#: All that a person can operate and that is shown.
+#: All that a user can operate and that is shown.
 CONTROLS = """[...document.querySelectorAll("canvas, button, select, input, summary")]
 .filter((each) => each.offsetParent).map((each) => each.id || each.tagName.toLowerCase())"""
 
@@ -352,7 +352,7 @@ def test_everything_has_a_name_and_sliders_say_their_values(browser: Page, tmp_p
 
 
 def test_the_scale_bar_has_the_length_that_it_names(browser: Page, tmp_path: Path) -> None:
-    """A plane of 80 mm is 600 / 1.15 = 521.7 pixels wide, 6.522 for each mm; a quarter of the picture is 155 pixels."""
+    """A plane of 80 mm is 600 / 1.15 = 521.7 pixels wide, 6.522 for each mm; a quarter of the image is 155 pixels."""
     page = viewer(patchwork(), Extras(width_mm=80.0))
     bar = "[byId('scale').textContent.trim(), byId('scale').getBoundingClientRect().width, byId('scale').ariaLabel]"
     for address, words, pixels in (
@@ -394,7 +394,7 @@ def test_channels_show_the_maps(browser: Page, tmp_path: Path) -> None:
 
     def middle(**state: Any) -> Any:
         browser.value(f"Object.assign(state, {json.dumps(state)}); changed()")
-        return browser.picture()[100, 200]
+        return browser.image()[100, 200]
 
     for name, code in wanted.items():
         np.testing.assert_allclose(middle(channel=name), code, atol=1.5)
@@ -418,16 +418,16 @@ def test_flat_normals_are_no_channel() -> None:
 
 
 def at_texels(browser: Page, folder: Path, page: str, address: str) -> Any:
-    """The picture at a texel for each pixel, when all tiles are there."""
+    """The image at a texel for each pixel, when all tiles are there."""
     show(browser, folder, page, f"neutral=0&{address}", SMALL)
     browser.value("byId('sun').style.display = 'none'; byId('texels').click()")
     browser.drawn()
     browser.wait("canvas.ariaBusy === 'false'")
-    return browser.picture().astype(int)[CLEAR]
+    return browser.image().astype(int)[CLEAR]
 
 
 def texels_in_view(size: tuple[int, int]) -> tuple[Any, Any]:
-    """Rows and columns of the texels of `at_texels`; the middle of the picture is that of the map."""
+    """Rows and columns of the texels of `at_texels`; the middle of the image is that of the map."""
     height, width = size
     return (
         np.arange(height // 2 - 100, height // 2 + 100)[CLEAR[0]] % height,
@@ -476,13 +476,13 @@ def test_tiles_show_planes_and_the_surface(browser: Page, tmp_path: Path) -> Non
     # straight in the middle the page sees the texel from above, as `picture` does
     light = surface_direction(np.radians(40), np.radians(200))
     found = at_texels(browser, tmp_path, page, "azimuth=200&elevation=50")
-    wanted = 255 * srgb_encode(np.clip(directional.picture(light)[place], 0, 1))
+    wanted = 255 * srgb_encode(np.clip(directional.image(light)[place], 0, 1))
     assert np.quantile(np.abs(found - wanted), 0.99) <= 2
     assert np.abs(found - wanted).max() <= 4
     browser.value("state.channel = 'normal'; changed()")
     browser.drawn()
     browser.wait("canvas.ariaBusy === 'false'")
-    np.testing.assert_allclose(browser.picture().astype(int)[CLEAR], 128 + 127 * normal[place], atol=1)
+    np.testing.assert_allclose(browser.image().astype(int)[CLEAR], 128 + 127 * normal[place], atol=1)
 
 
 def test_tiles_that_are_lost_leave_the_whole(browser: Page, tmp_path: Path) -> None:
@@ -493,7 +493,7 @@ def test_tiles_that_are_lost_leave_the_whole(browser: Page, tmp_path: Path) -> N
     browser.open(f"{(tmp_path / 'index.html').as_uri()}#neutral=0&zoom=4", SMALL)
     browser.drawn()
     browser.wait("canvas.ariaBusy === 'false'")
-    assert browser.picture()[100, 200].max() > 24
+    assert browser.image()[100, 200].max() > 24
 
 
 def test_one_file_leaves_out_what_is_too_large_and_says_so(

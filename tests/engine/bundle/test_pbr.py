@@ -18,14 +18,14 @@ from engine.exchange.export import subject_of
 from engine.scene.material import Material, material_of_maps
 from engine.storage.records import Manifest, read_manifest, write_manifest
 from engine.surface.pbr_maps import MapErrors, ObservedSlopes, PbrMaps, SurfaceMaps, Uncertainty
-from tests.engine.exchange.materials import measured_maps, woven_material
+from tests.engine.exchange.materials import measure_maps, woven_material
 
 NAMES = ("base_colour", "normal", "roughness", "metallic", "f0", "height", "occlusion")
 
 
 def uncertain_maps() -> PbrMaps:
     """Maps along an arc with an uncertainty of each, which is not known at one texel."""
-    maps = measured_maps()
+    maps = measure_maps()
     rng = np.random.default_rng(8)
     sigma = {name: rng.uniform(0.0, 1.0, maps.size).astype(np.float32) for name in NAMES}
     sigma["base_colour"] = rng.uniform(0.0, 1.0, (*maps.size, 3)).astype(np.float32)
@@ -45,7 +45,7 @@ def same(found: Any, wanted: Any) -> None:
             np.testing.assert_array_equal(getattr(found, name), values)
 
 
-@pytest.mark.parametrize("maps", [measured_maps(), uncertain_maps()], ids=["plain", "uncertain"])
+@pytest.mark.parametrize("maps", [measure_maps(), uncertain_maps()], ids=["plain", "uncertain"])
 @pytest.mark.parametrize("name", ["rock.lightarc", "rock"])
 def test_every_bit_comes_back(maps: PbrMaps, name: str, tmp_path: Path) -> None:
     material = material_of_maps(maps, "rock")
@@ -63,14 +63,14 @@ def test_every_bit_comes_back(maps: PbrMaps, name: str, tmp_path: Path) -> None:
 
 
 def test_maps_without_height_stay_without(tmp_path: Path) -> None:
-    maps = dataclasses.replace(measured_maps(), height=None, occlusion=None)
+    maps = dataclasses.replace(measure_maps(), height=None, occlusion=None)
     found = open_bundle(drain(save_bundle(tmp_path / "flat.lightarc", material_of_maps(maps, "flat")))).pbr
     assert found is not None
     same(found, maps)
 
 
 def test_a_bundle_says_what_it_holds_and_comes_apart(tmp_path: Path) -> None:
-    path = drain(save_bundle(tmp_path / "rock.lightarc", material_of_maps(measured_maps(), "rock")))
+    path = drain(save_bundle(tmp_path / "rock.lightarc", material_of_maps(measure_maps(), "rock")))
     said = describe_bundle(path)
     assert said["schema_version"] == 3
     assert said["pbr"]["maps"] == list(NAMES)
@@ -81,8 +81,8 @@ def test_a_bundle_says_what_it_holds_and_comes_apart(tmp_path: Path) -> None:
 
 def test_maps_of_a_surface_lie_beside_what_comes_from_photographs(tmp_path: Path) -> None:
     """The material is looked up as without them, and exports of the bundle take them with their white card."""
-    plain = woven_material(*measured_maps().size)
-    whole = dataclasses.replace(plain, surface=SurfaceMaps(measured_maps(), 1.25))
+    plain = woven_material(*measure_maps().size)
+    whole = dataclasses.replace(plain, surface=SurfaceMaps(measure_maps(), 1.25))
     path = drain(save_bundle(tmp_path / "both.lightarc", whole))
     assert verify_bundle(path).problems == ()
     assert describe_bundle(path)["schema_version"] == 4
@@ -90,14 +90,14 @@ def test_maps_of_a_surface_lie_beside_what_comes_from_photographs(tmp_path: Path
     assert (found.pbr, found.size) == (None, plain.size)
     assert found.surface is not None
     assert found.surface.white == 1.25
-    same(found.surface.maps, measured_maps())
+    same(found.surface.maps, measure_maps())
     subject = drain(subject_of(found))
     assert subject.maps is found.surface.maps
     assert subject.white == 1.25
 
 
 def test_photographs_beside_maps_are_refused(tmp_path: Path) -> None:
-    both = dataclasses.replace(woven_material(12, 10), pbr=measured_maps())
+    both = dataclasses.replace(woven_material(12, 10), pbr=measure_maps())
     with pytest.raises(UsageError, match="in place of what comes from photographs"):
         drain(save_bundle(tmp_path / "both.lightarc", both))
 
@@ -113,7 +113,7 @@ def test_photographs_beside_maps_are_refused(tmp_path: Path) -> None:
     ],
 )
 def test_numbers_that_do_not_fit_the_pixels_are_refused(change: dict[str, Any], words: str, tmp_path: Path) -> None:
-    folder = drain(save_bundle(tmp_path / "rock", material_of_maps(measured_maps(), "rock")))
+    folder = drain(save_bundle(tmp_path / "rock", material_of_maps(measure_maps(), "rock")))
     _change(folder, **change)
     with pytest.raises(InputError, match=words):
         open_bundle(folder)
@@ -121,7 +121,7 @@ def test_numbers_that_do_not_fit_the_pixels_are_refused(change: dict[str, Any], 
 
 
 def test_a_schema_without_its_maps_is_refused(tmp_path: Path) -> None:
-    folder = drain(save_bundle(tmp_path / "rock", material_of_maps(measured_maps(), "rock")))
+    folder = drain(save_bundle(tmp_path / "rock", material_of_maps(measure_maps(), "rock")))
     value = json.loads((folder / MANIFEST).read_text())
     with pytest.raises(ValueError, match="belong to schema 3"):
         Manifest.model_validate({**{k: v for k, v in value.items() if k != "manifest_sha256"}, "schema_version": 1})

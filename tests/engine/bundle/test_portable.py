@@ -10,20 +10,20 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import MODELS, brdf_from_text
-from engine.bundle.portable import brdf_json, resolved_sigma, shader
+from engine.bundle.portable import brdf_json, resolve_sigma, shader
 from engine.core.colour import luminance
 from engine.core.directions import surface_direction
 from engine.core.errors import MissingCapability
 from engine.shading.directional.effective_light import effective_cosine
 from engine.shading.power_law import Storage
-from tests.engine.bundle.materials import EXPONENT, SCALE, expected_radiance, make_material
+from tests.engine.bundle.materials import EXPONENT, SCALE, compute_expected_radiance, make_material
 from tests.engine.domes import dome_material
 
 
 def test_brdf_json_says_what_the_engine_uses() -> None:
     value = json.loads(brdf_json(make_material(brdf="ggx:alpha=0.25")))
     assert (value["model"], value["parameters"]["alpha"], value["sigma_is_automatic"]) == ("ggx", 0.25, True)
-    assert value["sigma"] == resolved_sigma(make_material(brdf="ggx:alpha=0.25"))
+    assert value["sigma"] == resolve_sigma(make_material(brdf="ggx:alpha=0.25"))
     assert json.loads(brdf_json(make_material(sigma=2.5)))["sigma"] == 2.5
 
 
@@ -73,7 +73,7 @@ def test_the_exported_shader_computes_what_the_engine_does(model: str, header: s
         shown = evaluate(context, shader(material), header, wi, wo)
     context.release()
     assert np.isfinite(shown).all()
-    np.testing.assert_allclose(shown, expected_radiance(material, wi, wo), rtol=2e-4, atol=2e-5)
+    np.testing.assert_allclose(shown, compute_expected_radiance(material, wi, wo), rtol=2e-4, atol=2e-5)
     assert (shown > 0.01).any()
 
 
@@ -166,8 +166,8 @@ def test_the_shader_of_a_directional_map_computes_what_the_engine_does(
         context.vertex_array(program, [(corners, "2f", "at")]).render()
         shown = np.frombuffer(target.read(components=3, dtype="f4"), np.float32).reshape(-1, 3)
     context.release()
-    share = resolved_sigma(material) * luminance(brdf.f(wi, wo)) * wi[:, 2] / directional.r_max
+    share = resolve_sigma(material) * luminance(brdf.f(wi, wo)) * wi[:, 2] / directional.r_max
     azimuth = np.arctan2(wi[:, 1], wi[:, 0])
     cosine = effective_cosine(brdf)(share, azimuth)
-    expected = directional.looked_up(planes[:, 4, 2][None], cosine, azimuth)[0]
+    expected = directional.sample(planes[:, 4, 2][None], cosine, azimuth)[0]
     np.testing.assert_allclose(shown, expected, rtol=5e-3, atol=2e-3)

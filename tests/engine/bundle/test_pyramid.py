@@ -31,11 +31,11 @@ def test_codes_change_radiance_by_a_known_share(largest: float, high: float, sha
     codes = Codes(largest, high / EXPONENTS, high)
     step = EXPONENTS ** (0.5 / 254.0) - 1.0
     exponents = np.geomspace(codes.low, high, 50)
-    back = codes.exponent(codes.of_exponent(exponents.astype(np.float32)))
+    back = codes.exponent(codes.reduce_exponent(exponents.astype(np.float32)))
     assert np.abs(share**back - share**exponents).max() <= 1.001 * step / np.e * (1 + step)
-    assert codes.exponent(codes.of_exponent(np.zeros(1, np.float32)))[0] == 0.0
+    assert codes.exponent(codes.reduce_exponent(np.zeros(1, np.float32)))[0] == 0.0
     value = np.array([scale * largest], np.float32)
-    found = float(codes.scale(codes.of_scale(value))[0])
+    found = float(codes.scale(codes.reduce_scale(value))[0])
     assert found == pytest.approx(scale * largest, abs=largest * 0.5 / 255 * 2.275 * 1.01), "2.275 is sRGB's steepest"
 
 
@@ -44,7 +44,7 @@ def test_codes_of_a_constant_map_are_exact() -> None:
     assert law is not None
     alike = dataclasses.replace(law, exponent=np.full((4, 4, 3), 1.7, np.float32))
     codes = codes_of(alike)
-    assert codes.exponent(codes.of_exponent(alike.exponent)) == pytest.approx(1.7, rel=1e-6)
+    assert codes.exponent(codes.reduce_exponent(alike.exponent)) == pytest.approx(1.7, rel=1e-6)
 
 
 def test_the_error_is_that_of_coded_radiance() -> None:

@@ -1,4 +1,4 @@
-"""The small picture of a material in a list of files."""
+"""The small image of a material in a list of files."""
 
 from __future__ import annotations
 

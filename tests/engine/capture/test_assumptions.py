@@ -39,7 +39,7 @@ def stripes(contrast: Any, levels: Any = (0.2, 0.6)) -> list[Any]:
     return [level * np.broadcast_to(pattern[None, :, None], (10, 20, 3)) for level in levels]
 
 
-def simulated(sample: Any, azimuths_deg: Any, **settings: Any) -> Any:
+def simulate(sample: Any, azimuths_deg: Any, **settings: Any) -> Any:
     """Noise-free photographs at every azimuth."""
     images, azimuths = [], []
     for azimuth_deg in azimuths_deg:
@@ -49,7 +49,7 @@ def simulated(sample: Any, azimuths_deg: Any, **settings: Any) -> Any:
     return stack(images, azimuths)
 
 
-def test_pictures_that_depend_on_mean_radiance_alone_do_not_differ() -> None:
+def test_images_that_depend_on_mean_radiance_alone_do_not_differ() -> None:
     images = [level * np.random.default_rng(0).random((10, 20, 3)) for level in (0.2, 0.5, 0.3, 0.9)]
     check = drain(check_azimuths(stack(images, (0, 0, 90, 90))))
     assert check is not None
@@ -119,8 +119,8 @@ def test_samples_of_a_stack_tell_the_same_as_the_whole() -> None:
 
 
 def test_plain_card_of_the_virtual_arc_keeps_the_assumptions_and_cloth_does_not() -> None:
-    card = drain(check_azimuths(simulated("plain", (0, 90))))
-    cloth = drain(check_azimuths(simulated("woven", (0, 90))))
+    card = drain(check_azimuths(simulate("plain", (0, 90))))
+    cloth = drain(check_azimuths(simulate("woven", (0, 90))))
     assert card is not None
     assert card.overall < 1e-5
     assert cloth is not None

@@ -16,7 +16,7 @@ from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.sources import find
 from engine.capture.lights.sphere_lights import with_sphere
 from engine.capture.photograph.grey_patch import GreyPatch
-from engine.capture.registration.framing import cropped
+from engine.capture.registration.framing import crop
 from engine.capture.registration.warp import Region
 from engine.core.errors import InputError
 from engine.core.steps import drain
@@ -32,7 +32,7 @@ def radians(*degrees: Any) -> Any:
     return tuple(math.radians(angle) for angle in degrees)
 
 
-def captured(folder: Path, **settings: Any) -> tuple[Any, Any]:
+def capture(folder: Path, **settings: Any) -> tuple[Any, Any]:
     """A capture, and its truth by file name."""
     arc = LightArc(**{"size": 96, "misalignment_px": 0.0, "elevation": radians(30, 60, 90), **settings})
     drain(simulate(arc, folder))
@@ -40,7 +40,7 @@ def captured(folder: Path, **settings: Any) -> tuple[Any, Any]:
     return arc, {record["file"]: record for record in records}
 
 
-def imported(folder: Path, sources: Any = None, **settings: Any) -> Any:
+def import_capture(folder: Path, sources: Any = None, **settings: Any) -> Any:
     found = find([folder]) if sources is None else sources
     chosen = ImportSettings(**{"motion": "none", **settings})
     return drain(import_stack(found, chosen, folder.parent / "stack"))
@@ -57,8 +57,8 @@ def errors(stack: Any, folder: Path, truth: Any, noise: Any, scale: float = 1.0)
 
 @pytest.mark.parametrize("format_", [pytest.param("tiff", marks=pytest.mark.long), "dng"])
 def test_fall_off_and_dark_signal_are_taken_out(tmp_path: Path, format_: str) -> None:
-    _, truth = captured(tmp_path / "c", format=format_, corner_loss=0.4, dark=0.02, calibration=True, sample="plain")
-    stack = imported(tmp_path / "c")
+    _, truth = capture(tmp_path / "c", format=format_, corner_loss=0.4, dark=0.02, calibration=True, sample="plain")
+    stack = import_capture(tmp_path / "c")
     assert (stack.provenance["dark"], stack.provenance["flat"]) == tuple(
         f"{kind}{'.dng' if format_ == 'dng' else '.tif'}" for kind in ("dark", "flat")
     )
@@ -66,36 +66,36 @@ def test_fall_off_and_dark_signal_are_taken_out(tmp_path: Path, format_: str) ->
     assert 1.0 < scale < 1.6
     for error in errors(stack, tmp_path / "c", truth, 0.004, scale):
         assert np.sqrt(np.mean(error**2)) < 0.01
-    plain = imported(tmp_path / "c", flat="none", dark="none")
+    plain = import_capture(tmp_path / "c", flat="none", dark="none")
     assert np.sqrt(np.mean(next(errors(plain, tmp_path / "c", truth, 0.004)) ** 2)) > 0.05
 
 
 def test_what_a_flat_field_cannot_tell_is_masked_and_frames_of_another_size_are_named(tmp_path: Path) -> None:
     folder = tmp_path / "c"
-    captured(folder, format="tiff", calibration=True, corner_loss=0.3)
+    capture(folder, format="tiff", calibration=True, corner_loss=0.3)
     from engine.images.encode import write_tiff16
 
     flat = np.full((96, 96, 3), 40000, np.uint16)
     flat[10:20, 30:40] = 0
     write_tiff16(folder / "flat.tif", flat, transfer="linear")
-    stack = imported(folder)
+    stack = import_capture(folder)
     assert stack.saturated[:, 10:20, 30:40].all()
     assert stack.saturated[:].mean() < 0.1
     write_tiff16(folder / "flat.tif", flat[:50], transfer="linear")
     with pytest.raises(InputError, match=r"flat.tif: has not the size of the dark frame dark.tif"):
-        imported(folder)
+        import_capture(folder)
     with pytest.raises(InputError, match=r"woven_30.tif: has 96 × 96 px, but the flat field has 96 × 50 px"):
-        imported(folder, dark="none")
+        import_capture(folder, dark="none")
     write_tiff16(folder / "flat.tif", np.zeros_like(flat), transfer="linear")
     with pytest.raises(InputError, match=r"flat.tif: is no usable flat field: .*not brighter"):
-        imported(folder, dark="none")
+        import_capture(folder, dark="none")
 
 
 def test_a_near_lamp_is_evened_out(tmp_path: Path) -> None:
-    arc, _ = captured(tmp_path / "c", sample="plain", noise=0.0, lamp_distance=1.5, azimuth=(0.5,), size=128)
+    arc, _ = capture(tmp_path / "c", sample="plain", noise=0.0, lamp_distance=1.5, azimuth=(0.5,), size=128)
     inner = np.s_[8:-8, 8:-8]
     for settings, bound in (({}, (0.0, 0.01)), ({"lamp_distance": math.inf}, (0.05, 1.0))):
-        stack = imported(tmp_path / "c", **settings)
+        stack = import_capture(tmp_path / "c", **settings)
         assert stack.provenance["lamp_distance_widths"] == (None if settings else arc.lamp_distance)
         for radiance, saturated in zip(stack.radiance, stack.saturated, strict=True):
             card = radiance[inner][~saturated[inner]].astype(float)
@@ -108,8 +108,8 @@ def test_a_near_lamp_is_evened_out(tmp_path: Path) -> None:
 def test_R8_exposures_of_one_light_are_merged(tmp_path: Path) -> None:
     """Radiance 1 is the white level of the reference exposure, which of equally frequent ones is the shortest."""
     folder = tmp_path / "c"
-    _, truth = captured(folder, sample="hammered", exposure=(1.0, 0.25, 4.0))
-    stack = imported(folder)
+    _, truth = capture(folder, sample="hammered", exposure=(1.0, 0.25, 4.0))
+    stack = import_capture(folder)
     assert len(stack.sources) == 3
     reference = stack.provenance["reference_exposure_s"]
     assert reference == pytest.approx(0.25 * EXPOSURE_S, rel=1e-2)
@@ -122,9 +122,9 @@ def test_R8_exposures_of_one_light_are_merged(tmp_path: Path) -> None:
 
 def test_R8_merging_with_a_dark_frame_and_fall_off(tmp_path: Path) -> None:
     folder = tmp_path / "c"
-    _, truth = captured(folder, exposure=(1.0, 4.0), calibration=True, dark=0.03, corner_loss=0.3, format="dng",
+    _, truth = capture(folder, exposure=(1.0, 4.0), calibration=True, dark=0.03, corner_loss=0.3, format="dng",
                         sample="plain")  # fmt: skip
-    stack = imported(folder)
+    stack = import_capture(folder)
     scale = 1 / np.median(1 + np.concatenate(list(errors(stack, folder, truth, 0.004))))
     for error in errors(stack, folder, truth, 0.004, scale):
         assert np.sqrt(np.mean(error**2)) < 0.02
@@ -137,18 +137,18 @@ def test_photographs_of_different_exposure_come_to_one_scale(tmp_path: Path, dng
     for name, light, time_s in (("a_20deg", 1.0, 10), ("b_40deg", 1.5, 10), ("c_60deg", 3.0, 20)):
         samples = 64 + (mosaic - 64) * light * 10 / time_s
         (folder / f"{name}.dng").write_bytes(dng(np.rint(samples).astype(np.uint16), exposure=(1, time_s)))
-    stack = imported(folder)
+    stack = import_capture(folder)
     assert stack.mean_radiance / stack.mean_radiance[0] == pytest.approx([1, 1.5, 3], rel=2e-3)
     assert stack.provenance["reference_exposure_s"] == pytest.approx(0.1)
     (folder / "c_60deg.dng").write_bytes(dng(np.rint(1.2 * mosaic).astype(np.uint16)))
-    warnings = imported(folder).health.warnings
+    warnings = import_capture(folder).health.warnings
     assert any("the exposure of c_60deg.dng is unknown" in warning for warning in warnings)
 
 
 def test_lights_are_measured_on_a_mirror_sphere(tmp_path: Path) -> None:
     folder = tmp_path / "c"
-    arc, truth = captured(folder, sphere=True, size=256, elevation=radians(15, 50, 85), azimuth=(2.0,))
-    stack = imported(folder)
+    arc, truth = capture(folder, sphere=True, size=256, elevation=radians(15, 50, 85), azimuth=(2.0,))
+    stack = import_capture(folder)
     assert stack.angle_source == "mirror sphere"
     for name, elevation, azimuth in zip(stack.sources, stack.elevation, stack.azimuth, strict=True):
         found = [math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth), math.sin(elevation)]
@@ -156,28 +156,28 @@ def test_lights_are_measured_on_a_mirror_sphere(tmp_path: Path) -> None:
     ball = sphere(arc)
     (folder / "capture.toml").unlink()
     for outline in (Circle(ball.column, ball.row, ball.radius), "auto"):
-        again = imported(folder, find([folder], sphere=outline))
+        again = import_capture(folder, find([folder], sphere=outline))
         assert np.degrees(np.abs(again.elevation - stack.elevation)).max() < (1e-6 if outline != "auto" else 3.0)
 
 
 def test_highlights_can_be_corrected_and_failures_name_the_photograph(tmp_path: Path) -> None:
     folder = tmp_path / "c"
-    arc, _ = captured(folder, sphere=True, size=256)
+    arc, _ = capture(folder, sphere=True, size=256)
     ball = sphere(arc)
     text = (folder / "capture.toml").read_text()
     corrected = text.replace(
         "elevation_deg = 60.0", f"elevation_deg = 60.0\nhighlight_px = [{ball.column}, {ball.row}]"
     )
     (folder / "capture.toml").write_text(corrected)
-    stack = imported(folder)
+    stack = import_capture(folder)
     assert stack.elevation_deg[-1] == pytest.approx(90.0)
     assert any("measured at 90.0° on the sphere, but said to be at 60.0°" in text for text in stack.health.warnings)
     (folder / "capture.toml").write_text(corrected.replace(f"column_px = {ball.column}", "column_px = 128.0"))
     with pytest.raises(InputError, match=r"woven_\d\d.tif: .*highlight"):
-        imported(folder)
+        import_capture(folder)
 
 
-def test_a_grey_patch_balances_raw_and_pictures(tmp_path: Path, dng: Any) -> None:
+def test_a_grey_patch_balances_raw_and_images(tmp_path: Path, dng: Any) -> None:
     folder = tmp_path / "c"
     folder.mkdir()
     camera = np.array([0.5, 1.0, 0.7])
@@ -186,15 +186,15 @@ def test_a_grey_patch_balances_raw_and_pictures(tmp_path: Path, dng: Any) -> Non
         for (row, column), colour in zip(((0, 0), (0, 1), (1, 0), (1, 1)), (0, 1, 1, 2), strict=True):
             mosaic[row::2, column::2] = 64 + light * camera[colour]
         (folder / f"card_{angle}deg.dng").write_bytes(dng(np.rint(mosaic.clip(0, 4095)).astype(np.uint16)))
-    stack = imported(folder, white_balance=GreyPatch(10, 12, 20, 16))
+    stack = import_capture(folder, white_balance=GreyPatch(10, 12, 20, 16))
     assert stack.provenance["photographs"][0]["white_balance"] == pytest.approx(1 / camera, rel=2e-3)
     assert stack.radiance[1].std(axis=(0, 1)).max() < 1e-3
     assert np.ptp(stack.radiance[1].mean(axis=(0, 1))) < 1e-3
     with pytest.raises(InputError, match="outside"):
-        imported(folder, white_balance=GreyPatch(70, 0, 20, 20))
+        import_capture(folder, white_balance=GreyPatch(70, 0, 20, 20))
 
 
-def test_a_grey_patch_balances_pictures(tmp_path: Path) -> None:
+def test_a_grey_patch_balances_images(tmp_path: Path) -> None:
     from engine.images.encode import write_tiff16
 
     folder = tmp_path / "c"
@@ -203,35 +203,35 @@ def test_a_grey_patch_balances_pictures(tmp_path: Path) -> None:
         codes = np.broadcast_to(np.array([0.4, 0.5, 0.2]) * 655 * angle, (40, 50, 3)).astype(np.uint16).copy()
         codes[0, 0] = angle
         write_tiff16(folder / f"card_{angle}deg.tif", codes, transfer="linear")
-    stack = imported(folder, white_balance=GreyPatch(4, 4, 30, 30))
+    stack = import_capture(folder, white_balance=GreyPatch(4, 4, 30, 30))
     assert stack.provenance["picture_balance"] == pytest.approx([1.25, 1, 2.5], rel=1e-3)
     assert np.ptp(stack.radiance[1:, 5:].mean(axis=(1, 2)), axis=1).max() < 1e-3
 
 
 def test_a_framing_is_resampled_once_and_control_points_are_followed(tmp_path: Path) -> None:
     folder = tmp_path / "c"
-    captured(folder, misalignment_px=3.0)
-    whole = imported(folder).radiance[:]
-    framed = imported(folder, framing=cropped(Region(10, 20, 50, 40)))
+    capture(folder, misalignment_px=3.0)
+    whole = import_capture(folder).radiance[:]
+    framed = import_capture(folder, framing=crop(Region(10, 20, 50, 40)))
     assert np.array_equal(framed.radiance, whole[:, 20:60, 10:60])
-    half = imported(folder, framing=cropped(Region(10, 20, 50, 40), 25, 20))
+    half = import_capture(folder, framing=crop(Region(10, 20, 50, 40), 25, 20))
     assert half.radiance.shape == (3, 20, 25, 3)
     assert half.mean_radiance == pytest.approx(framed.mean_radiance, rel=1e-3)
     with pytest.raises(InputError, match="beyond what all"):
-        imported(folder, framing=cropped(Region(60, 20, 50, 40)))
+        import_capture(folder, framing=crop(Region(60, 20, 50, 40)))
     pairs = [[x, y, x + 5, y - 2] for x, y in ((10, 10), (80, 15), (70, 85), (12, 70))]
-    moved = imported(folder, control_points={"woven_60.tif": pairs})
+    moved = import_capture(folder, control_points={"woven_60.tif": pairs})
     assert moved.radiance.shape[1:3] == (94, 91)
     assert np.allclose(moved.radiance[1], whole[1, :94, 5:], atol=1e-4)
     with pytest.raises(InputError, match=r"holds no other\.tif"):
-        imported(folder, control_points={"other.tif": pairs})
+        import_capture(folder, control_points={"other.tif": pairs})
 
 
 def test_fault_17_cancelling_while_a_photograph_is_decoded_takes_less_than_a_second(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = tmp_path / "c"
-    captured(folder)
+    capture(folder)
     monkeypatch.setattr("engine.capture.photograph.decode.PATIENCE_S", 0.01)
     steps = import_stack(find([folder]), ImportSettings(motion="none"), tmp_path / "stack")
     while "Reading 1 of" not in next(steps).note:
@@ -247,18 +247,18 @@ def test_fault_17_cancelling_while_a_photograph_is_decoded_takes_less_than_a_sec
 def test_a_near_lamp_of_unknown_azimuth_is_warned_of(tmp_path: Path) -> None:
     """Nothing says on which side the lamp stood; the correction for the right side is announced in words."""
     folder = tmp_path / "c"
-    captured(folder, sample="plain", lamp_distance=1.5, azimuth=(0.5,))
+    capture(folder, sample="plain", lamp_distance=1.5, azimuth=(0.5,))
     said = "nothing says on which side it stood"
-    assert not any(said in text for text in imported(folder).health.warnings)
+    assert not any(said in text for text in import_capture(folder).health.warnings)
     (folder / "capture.toml").unlink()
     known = find([folder], [30, 60, 90])
-    assert any(said in text for text in imported(folder, known, lamp_distance=1.5).health.warnings)
-    assert not any(said in text for text in imported(folder, known).health.warnings)
+    assert any(said in text for text in import_capture(folder, known, lamp_distance=1.5).health.warnings)
+    assert not any(said in text for text in import_capture(folder, known).health.warnings)
 
 
 def test_lights_assumed_or_named_are_forgotten_for_those_of_the_sphere(tmp_path: Path) -> None:
     folder = tmp_path / "c"
-    arc, truth = captured(folder, sphere=True, size=256, elevation=radians(30, 50, 70))
+    arc, truth = capture(folder, sphere=True, size=256, elevation=radians(30, 50, 70))
     (folder / "capture.toml").unlink()
     for number, name in enumerate(truth):
         (folder / name).rename(folder / f"{'abc'[number]}.tif")
@@ -267,7 +267,7 @@ def test_lights_assumed_or_named_are_forgotten_for_those_of_the_sphere(tmp_path:
     ball = sphere(arc)
     outline = Circle(ball.column, ball.row, ball.radius)
     corrected = ball.column + 0.4 * ball.radius, ball.row
-    stack = imported(folder, with_sphere(sources, outline, {"b.tif": corrected}))
+    stack = import_capture(folder, with_sphere(sources, outline, {"b.tif": corrected}))
     assert stack.angle_source == "mirror sphere"
     assert not any("assumed" in text or "said to be" in text for text in stack.health.warnings)
     elevation = dict(zip(stack.sources, stack.elevation_deg, strict=True))

@@ -34,7 +34,7 @@ def folder(tmp_path: Path) -> Callable[..., Path]:
     return make
 
 
-def imported(place: Path, **choices: Any) -> ImageStack:
+def import_capture(place: Path, **choices: Any) -> ImageStack:
     settings = ImportSettings(motion="none", **choices)
     return drain(import_stack(find([place]), settings, place.parent / "stack"))
 
@@ -47,23 +47,23 @@ def test_frame_numbers_are_no_angles_where_the_light_contradicts(folder: Callabl
     """Ten frames of a dome, 8 apart, whose lamps come in any order."""
     place = folder(levels("IMG_{:02d}.png", range(12, 90, 8), [90, 40, 160, 60, 30, 120, 80, 150, 50, 100]))
     with pytest.raises(Doubtful, match="bare numbers in the file names") as refused:
-        imported(place)
+        import_capture(place)
     assert "--angles-deg" in refused.value.remedy
     assert not (place.parent / "stack").exists()
-    stack = imported(place, trust_angles=True)
+    stack = import_capture(place, trust_angles=True)
     assert stack.angle_source == "file names"
-    assert any("a person said so" in warning for warning in stack.health.warnings)
+    assert any("a user said so" in warning for warning in stack.health.warnings)
 
 
 def test_bare_numbers_are_angles_where_the_light_grows_with_them(folder: Callable[..., Path]) -> None:
     angles = np.arange(10, 91, 10)
-    stack = imported(folder(levels("suede_{}.png", angles, 20 + 150 * np.sin(np.radians(angles)))))
+    stack = import_capture(folder(levels("suede_{}.png", angles, 20 + 150 * np.sin(np.radians(angles)))))
     assert stack.elevation_deg.tolist() == angles.tolist()
     assert any("as they do on an arc" in finding.text for finding in stack.health.findings)
 
 
 def test_angles_with_a_unit_are_believed(folder: Callable[..., Path]) -> None:
-    stack = imported(folder(levels("suede_{}deg.png", (10, 40, 70), (150, 60, 90))))
+    stack = import_capture(folder(levels("suede_{}deg.png", (10, 40, 70), (150, 60, 90))))
     assert stack.elevation_deg.tolist() == [10.0, 40.0, 70.0]
 
 
@@ -79,13 +79,13 @@ def test_a_photograph_cut_short_is_left_out_with_its_reason(folder: Callable[...
     place = folder(levels(names, (10, 30, 50, 70), (40, 80, 120, 160)))
     broken = place / names.format(50)
     broken.write_bytes(broken.read_bytes()[:-300])
-    stack = imported(place)
+    stack = import_capture(place)
     assert stack.elevation_deg.tolist() == [10.0, 30.0, 70.0]
     assert broken.name not in stack.sources
     (said,) = [finding for finding in stack.health.findings if finding.source == broken.name]
     assert "was left out: it" in said.text
     with pytest.raises(Doubtful, match="the other 3 photographs") as refused:
-        imported(place, strict=True)
+        import_capture(place, strict=True)
     assert (refused.value.consent, refused.value.path) == ("leave_out", str(broken))
 
 
@@ -94,7 +94,7 @@ def test_no_photographs_are_left_out_where_few_would_remain(folder: Callable[...
     for name in ("p_10deg.png", "p_50deg.png"):
         (place / name).write_bytes(b"nothing")
     with pytest.raises(Unreadable):
-        imported(place)
+        import_capture(place)
     assert sorted(path.name for path in place.parent.iterdir()) == ["photographs"]
 
 
@@ -102,7 +102,7 @@ def test_only_reading_leaves_a_photograph_out(folder: Callable[..., Path]) -> No
     place = folder(levels("p_{}deg.png", (10, 30, 50, 70), (40, 80, 120, 160)))
     (place / "p_50deg.png").write_bytes(cv2.imencode(".png", np.zeros((10, 10), np.uint8))[1].tobytes())
     with pytest.raises(InputError, match="60 px"):
-        imported(place)
+        import_capture(place)
 
 
 ANGLES = (3, 10, 30, 50, 70, 90)
@@ -116,34 +116,34 @@ def test_a_photograph_that_shows_nothing_is_left_out(
     light = [level if at == place else each for at, each in enumerate(SINES)]
     photographs = folder(levels("p_{}deg.png", ANGLES, light))
     name = f"p_{ANGLES[place]}deg.png"
-    stack = imported(photographs)
+    stack = import_capture(photographs)
     assert stack.elevation_deg.tolist() == [float(angle) for angle in ANGLES if angle != ANGLES[place]]
     (said,) = [finding for finding in stack.health.findings if finding.source == name]
     assert says in said.text
     assert said.sentence in stack.health.warnings
     with pytest.raises(Doubtful, match="the other 5 photographs") as refused:
-        imported(photographs, strict=True)
+        import_capture(photographs, strict=True)
     assert (refused.value.consent, refused.value.otherwise) == ("leave_out", "use_all")
     assert Path(refused.value.path).name == name
-    assert len(imported(photographs, use_all=True).sources) == 6
+    assert len(import_capture(photographs, use_all=True).sources) == 6
 
 
 @pytest.mark.parametrize("brightness", [1.0, 0.02])
 def test_dark_photographs_of_grazing_lamps_and_dark_captures_are_kept(
     folder: Callable[..., Path], brightness: float
 ) -> None:
-    assert len(imported(folder(levels("p_{}deg.png", ANGLES, brightness * SINES))).sources) == 6
+    assert len(import_capture(folder(levels("p_{}deg.png", ANGLES, brightness * SINES))).sources) == 6
 
 
 def test_what_was_chosen_for_a_photograph_goes_with_it(folder: Callable[..., Path]) -> None:
     light = [0 if at == 3 else each for at, each in enumerate(SINES)]
     place = folder(levels("p_{}deg.png", ANGLES, light))
-    stack = imported(place, lights=Listed(("2-6",)), reference="p_50deg.png")
+    stack = import_capture(place, lights=Listed(("2-6",)), reference="p_50deg.png")
     assert stack.elevation_deg.tolist() == [10.0, 30.0, 70.0, 90.0]
 
 
 def test_all_are_used_where_many_show_nothing(folder: Callable[..., Path]) -> None:
     light = [0 if at in (1, 4) else each for at, each in enumerate(SINES)]
-    stack = imported(folder(levels("p_{}deg.png", ANGLES, light)), trust_angles=True)
+    stack = import_capture(folder(levels("p_{}deg.png", ANGLES, light)), trust_angles=True)
     assert len(stack.sources) == 6
     assert sum("are black" in warning for warning in stack.health.warnings) == 2

@@ -1,4 +1,4 @@
-"""Fault 24: an import gives the same numbers whatever the language, the time zone and the number of processors."""
+"""Fault 24: an import gives the same numbers whatever the language, the time zone and the number of CPUs."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def comma(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return {"LC_ALL": "de_DE.UTF-8", "LOCPATH": str(folder)}
 
 
-def imported(capture: Path, target: Path, **environment: str) -> list[str]:
+def import_capture(capture: Path, target: Path, **environment: str) -> list[str]:
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("LC_", "LANG"))}
     result = subprocess.run(
         [sys.executable, "-c", IMPORT, str(ROOT), str(capture), str(target)],
@@ -79,7 +79,7 @@ def imported(capture: Path, target: Path, **environment: str) -> list[str]:
 
 @pytest.fixture(scope="module")
 def reference(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    lines = imported(capture, tmp_path_factory.mktemp("reference") / "stack", LC_ALL="C.UTF-8")
+    lines = import_capture(capture, tmp_path_factory.mktemp("reference") / "stack", LC_ALL="C.UTF-8")
     assert lines[0].startswith("0.5 [36.8")
     return lines
 
@@ -89,7 +89,7 @@ def reference(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> list[s
     [
         pytest.param({"LC_ALL": "C", "LANG": "C"}, id="language C", marks=pytest.mark.long),
         pytest.param({"TZ": "Asia/Kolkata"}, id="another time zone", marks=pytest.mark.long),
-        pytest.param(ONE_CORE, id="one processor", marks=pytest.mark.long),
+        pytest.param(ONE_CORE, id="one CPU", marks=pytest.mark.long),
         pytest.param({"LC_ALL": "C", "LANG": "C", "TZ": "Asia/Kolkata", **ONE_CORE}, id="all of these"),
     ],
 )
@@ -97,13 +97,13 @@ def test_fault24_an_import_is_the_same_on_every_machine(
     environment: dict[str, str], capture: Path, reference: list[str], tmp_path: Path
 ) -> None:
     if "ONE_CORE" in environment and not hasattr(os, "sched_setaffinity"):
-        pytest.skip("the system cannot confine a process to one processor")
-    assert imported(capture, tmp_path / "stack", **environment) == reference
+        pytest.skip("the system cannot confine a process to one CPU")
+    assert import_capture(capture, tmp_path / "stack", **environment) == reference
 
 
 def test_fault24_an_import_is_the_same_with_a_decimal_comma(
     comma: dict[str, str], capture: Path, reference: list[str], tmp_path: Path
 ) -> None:
-    shown, fingerprint = imported(capture, tmp_path / "stack", **comma)
+    shown, fingerprint = import_capture(capture, tmp_path / "stack", **comma)
     assert shown.startswith("0,5 ")
     assert fingerprint == reference[1]

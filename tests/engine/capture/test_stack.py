@@ -42,7 +42,7 @@ def write(path: Path, radiance: Any, bits: int = 16) -> None:
     Path(path).write_bytes(content.tobytes())
 
 
-def coloured(luminance: Any) -> NDArray[np.float32]:
+def colour(luminance: Any) -> NDArray[np.float32]:
     return (luminance[..., None] * np.array([0.9, 1.0, 0.7])).astype(np.float32)
 
 
@@ -53,7 +53,7 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
     surface = texture()
     for angle, (right, down) in zip((20, 40, 60, 80), ((0, 0), (3, -2), (-4, 1), (2, 5)), strict=True):
         view = surface[20 - down : 20 - down + HEIGHT, 20 - right : 20 - right + WIDTH]
-        write(folder / f"cloth_{angle}deg.png", coloured(0.005 * angle * view))
+        write(folder / f"cloth_{angle}deg.png", colour(0.005 * angle * view))
     return folder
 
 
@@ -141,7 +141,7 @@ def test_S11_alignment_needs_the_disk_space_of_one_light_more_than_the_result(
     def waiting_bytes() -> int:
         return sum(array.nbytes for array in (one() for one in made) if array is not None)
 
-    def recorded(*how: Any) -> Any:
+    def record(*how: Any) -> Any:
         array = make(*how)
         made.append(weakref.ref(array))
         return array
@@ -152,7 +152,7 @@ def test_S11_alignment_needs_the_disk_space_of_one_light_more_than_the_result(
 
     make = array_in
     monkeypatch.setattr("engine.storage.scratch.IN_MEMORY_BYTES", 0)
-    monkeypatch.setattr(module, "array_in", recorded)
+    monkeypatch.setattr(module, "array_in", record)
     monkeypatch.setattr("engine.storage.atomic.free_bytes", free_bytes)
     waiting = {}
     for step in import_stack(find([capture]), ImportSettings(), tmp_path / "stack"):
@@ -174,14 +174,14 @@ def test_S11_one_photograph_is_held_while_the_next_two_are_read(
     take = ReadAhead.next_photograph
     alive: list[weakref.ref[Any]] = []
 
-    def watched(ahead: Any, done: Any, note: Any) -> Steps[Any]:
+    def watch(ahead: Any, done: Any, note: Any) -> Steps[Any]:
         assert not [one for one in alive if one() is not None]
         photograph = yield from take(ahead, done, note)
         assert len(ahead._readings) <= 2
         alive.append(weakref.ref(photograph))
         return photograph
 
-    monkeypatch.setattr(ReadAhead, "next_photograph", watched)
+    monkeypatch.setattr(ReadAhead, "next_photograph", watch)
     for motion in ("none", "euclidean"):
         run(capture, tmp_path / motion, motion=motion)
     assert len(alive) == 8
@@ -236,7 +236,7 @@ def test_fault_10_sizes_that_differ_are_listed(capture: Path, tmp_path: Path) ->
     folder.mkdir()
     for angle in (20, 40, 60):
         (folder / f"cloth_{angle}deg.png").write_bytes((capture / f"cloth_{angle}deg.png").read_bytes())
-    write(folder / "odd_70deg.png", coloured(0.4 * texture()[:50, :70]))
+    write(folder / "odd_70deg.png", colour(0.4 * texture()[:50, :70]))
     with pytest.raises(InputError) as refusal:
         run(folder, tmp_path / "stack")
     assert "3 of 4 photographs have 160 × 120 px, but odd_70deg.png has 70 × 50" in str(refusal.value)
@@ -248,16 +248,16 @@ def test_fault_10_bit_depths_that_differ_are_warned_of(capture: Path, tmp_path: 
     folder.mkdir()
     (folder / "cloth_20deg.png").write_bytes((capture / "cloth_20deg.png").read_bytes())
     (folder / "cloth_40deg.png").write_bytes((capture / "cloth_40deg.png").read_bytes())
-    write(folder / "cloth_70deg.png", coloured(0.4 * texture()[20 : 20 + HEIGHT, 20 : 20 + WIDTH]), bits=8)
+    write(folder / "cloth_70deg.png", colour(0.4 * texture()[20 : 20 + HEIGHT, 20 : 20 + WIDTH]), bits=8)
     warnings = run(folder, tmp_path / "stack").health.warnings
     assert any("Bit depths differ: 2 × 16 bit; 8 bit: cloth_70deg.png" in warning for warning in warnings)
 
 
-def test_fault_10_the_same_picture_twice(capture: Path, tmp_path: Path) -> None:
+def test_fault_10_the_same_image_twice(capture: Path, tmp_path: Path) -> None:
     content = (capture / "cloth_20deg.png").read_bytes()
     for name in ("a_10deg.png", "b_20deg.png"):
         (tmp_path / name).write_bytes(content)
-    with pytest.raises(InputError, match=r"a_10deg.png and b_20deg.png are the same picture"):
+    with pytest.raises(InputError, match=r"a_10deg.png and b_20deg.png are the same image"):
         run(tmp_path, tmp_path / "stack")
 
 
@@ -280,12 +280,12 @@ def damaged(stack: Any, tmp_path: Path) -> tuple[Any, Any]:
     for name, content in contents(stack.folder).items():
         (folder / name).write_bytes(content)
 
-    def refused(words: str) -> None:
+    def refuse(words: str) -> None:
         with pytest.raises(InputError) as refusal:
             open_stack(folder)
         assert words in str(refusal.value)
 
-    return folder, refused
+    return folder, refuse
 
 
 @pytest.mark.parametrize("name", ["stack.json", "radiance.npy", "saturated.npy"])
@@ -446,7 +446,7 @@ def test_rti_photographs_stay_where_they_are(shared_data: Callable[[str], Path],
     assert any("of azimuth" in warning for warning in stack.health.warnings)
 
 
-def test_plain_paper_without_angles_is_refused_until_a_person_says_so(
+def test_plain_paper_without_angles_is_refused_until_a_user_says_so(
     shared_data: Callable[[str], Path], tmp_path: Path
 ) -> None:
     """Three photographs whose names count, in no order of brightness."""
@@ -459,7 +459,7 @@ def test_plain_paper_without_angles_is_refused_until_a_person_says_so(
     assert stack.angle_source == "assumed"
     assert any("are assumed" in warning for warning in stack.health.warnings)
     assert any("does not grow" in warning for warning in stack.health.warnings)
-    assert any("a person said so" in warning for warning in stack.health.warnings)
+    assert any("a user said so" in warning for warning in stack.health.warnings)
 
 
 @pytest.mark.parametrize("photographs", [5, pytest.param(20, marks=pytest.mark.long)])

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine.core.figure_text import number, percent, percent_range, percent_within, shortened, size_text, time_text
+from engine.core.figure_text import number, percent, percent_range, percent_within, shorten, size_text, time_text
 
 #: Every size that a share may have, and values next to whole powers of ten, where rounding carries.
 SHARES = np.concatenate([10.0 ** np.linspace(-9.0, 9.0, 2_001), *(10.0 ** np.arange(-9, 10) * f for f in (0.99, 1.01))])
@@ -59,7 +59,7 @@ def test_only_all_is_read_as_all() -> None:
         (math.inf, "infinite"),
     ],
 )
-def test_per_cents_that_people_meet(share: float, text: str) -> None:
+def test_per_cents_that_users_meet(share: float, text: str) -> None:
     assert percent(share) == text
 
 
@@ -73,7 +73,7 @@ def test_an_uncertainty_decides_the_digits(share: float, uncertainty: float, tex
 
 def test_numbers_in_a_text_are_shortened() -> None:
     text = "ggx:kd=0.00075080760/4.8273533898e-20/0,alpha=0.0772745622714911,f0=1.0"
-    assert shortened(text) == "ggx:kd=0.00075081/4.8274e-20/0,alpha=0.077275,f0=1"
+    assert shorten(text) == "ggx:kd=0.00075081/4.8274e-20/0,alpha=0.077275,f0=1"
 
 
 def test_a_range_of_per_cents() -> None:
@@ -97,7 +97,7 @@ def test_times(seconds: float, text: str) -> None:
     assert time_text(seconds) == text
 
 
-#: The formatter itself, and progress and the zoom of a picture, which are counted in whole per cents.
+#: The formatter itself, and progress and the zoom of an image, which are counted in whole per cents.
 COUNTED = {"engine/core/figure_text.py", "app/command_line.py", "app/factor/inspector.py", "app/capture/tab.py"}
 
 

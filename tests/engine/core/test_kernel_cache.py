@@ -55,7 +55,7 @@ def modules(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def used(folder: Path, cache: Path) -> str:
+def use(folder: Path, cache: Path) -> str:
     """What the program USE prints with the modules of `folder`: two results and whether each kernel was cached."""
     environment = {
         **os.environ,
@@ -70,23 +70,23 @@ def test_kernels_are_shared_by_checkouts_and_compiled_anew_where_a_callee_change
     modules: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     cache, other = tmp_path_factory.mktemp("cache"), tmp_path_factory.mktemp("other")
-    assert used(modules, cache) == "11.0 2.0 0 0"
+    assert use(modules, cache) == "11.0 2.0 0 0"
     for name, text in MODULES.items():
         (other / name).write_text(f"# a line more\n{text}")
-    assert used(other, cache) == "11.0 2.0 1 1", "another folder, other lines, the same kernels"
+    assert use(other, cache) == "11.0 2.0 1 1", "another folder, other lines, the same kernels"
     (other / "callee.py").write_text(MODULES["callee.py"].replace("3.0", "4.0"))
-    assert used(other, cache) == "14.0 2.0 0 1", "the caller's own file has not changed"
+    assert use(other, cache) == "14.0 2.0 0 1", "the caller's own file has not changed"
 
 
 def test_constants_and_options_belong_to_the_key() -> None:
-    def made(expression: str, **values: object) -> FunctionType:
+    def make(expression: str, **values: object) -> FunctionType:
         names: dict[str, object] = dict(values)
         exec(f"def f(x):\n    return {expression}", names)
         return names["f"]  # type: ignore[return-value]
 
-    same = made("x + A", A=1.0)
-    assert fingerprint(same) == fingerprint(made("x + A", A=1.0, B=2.0))
-    others = [made("x - A", A=1.0), made("x + A", A=2.0), made("x + 1.0"), made("x + A", A=(1.0,))]
+    same = make("x + A", A=1.0)
+    assert fingerprint(same) == fingerprint(make("x + A", A=1.0, B=2.0))
+    others = [make("x - A", A=1.0), make("x + A", A=2.0), make("x + 1.0"), make("x + A", A=(1.0,))]
     assert len({fingerprint(each) for each in [same, *others]}) == 5
     before = fingerprint(same)
     same.compile_options = [("parallel", True)]  # type: ignore[attr-defined]

@@ -13,7 +13,7 @@ from engine.core.kernels import Kernel, parallel, prange, scalar, threads_are_sh
 
 
 @scalar
-def _squared(value: float) -> float:
+def _square(value: float) -> float:
     """Square."""
     return value * value
 
@@ -27,11 +27,11 @@ def _factorial(count: int) -> int:
 def _sum_of_squares(values: Any) -> float:
     total = 0.0
     for place in prange(len(values)):
-        total += _squared(values[place])
+        total += _square(values[place])
     return total
 
 
-def _scaled_by(inner: Any) -> Any:
+def _scale_by(inner: Any) -> Any:
     @scalar
     def outer(value: float) -> float:
         return 3.0 * inner(value)
@@ -40,10 +40,10 @@ def _scaled_by(inner: Any) -> Any:
 
 
 def test_kernels_call_each_other_compiled() -> None:
-    assert isinstance(_squared, Kernel)
-    assert _squared.__doc__ == "Square."
+    assert isinstance(_square, Kernel)
+    assert _square.__doc__ == "Square."
     assert _sum_of_squares(np.arange(4.0)) == 14.0
-    assert not isinstance(_squared, Kernel), "later calls by the name of the module are numba's own"
+    assert not isinstance(_square, Kernel), "later calls by the name of the module are numba's own"
     assert threads_are_shared() in (True, False)
     assert _factorial(5) == 120
     assert _factorial.signatures, "attributes are those of the compiled function"
@@ -55,7 +55,7 @@ def test_a_kernel_is_bound_where_it_is_enclosed() -> None:
         return 0.5 * value
 
     assert isinstance(half, Kernel)
-    assert _scaled_by(half)(4.0) == 6.0
+    assert _scale_by(half)(4.0) == 6.0
     with pytest.raises(AttributeError):
         half.__wrapped__  # noqa: B018 - asked for by whoever inspects functions, which is no reason to compile
 

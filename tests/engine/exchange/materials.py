@@ -74,7 +74,7 @@ def woven_subject() -> Subject:
     return Subject(material, maps, white, cavity(material))
 
 
-def measured_maps(height: int = 12, width: int = 10) -> PbrMaps:
+def measure_maps(height: int = 12, width: int = 10) -> PbrMaps:
     """Maps with everything in them, as a dome of lamps gives them."""
     rng = np.random.default_rng(3)
     normal = rng.normal(size=(height, width, 3)) * (0.3, 0.3, 0.0) + (0.0, 0.0, 1.0)
@@ -91,5 +91,5 @@ def measured_maps(height: int = 12, width: int = 10) -> PbrMaps:
     )
 
 
-def measured_subject() -> Subject:
-    return Subject(woven_material(12, 10), measured_maps(), cavity=cavity(woven_material(12, 10)))
+def measure_subject() -> Subject:
+    return Subject(woven_material(12, 10), measure_maps(), cavity=cavity(woven_material(12, 10)))

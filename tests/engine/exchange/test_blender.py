@@ -19,7 +19,7 @@ from engine.brdf.models.diffuse import Lambert
 from engine.core.directions import normalize
 from engine.core.steps import drain
 from engine.exchange import blender
-from engine.exchange.coding import rounded
+from engine.exchange.coding import round_values
 from engine.exchange.subject import Settings, Subject
 from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
@@ -105,15 +105,15 @@ def python() -> str:
     return chosen
 
 
-def drawn(python: str, folder: Path, material: str, engine: str) -> np.ndarray:
+def draw(python: str, folder: Path, material: str, engine: str) -> np.ndarray:
     made = drain(blender.contents(subject(), Settings(), ""))
-    content = blender.made_by_blender("woven", dict(made.files), python)
+    content = blender.make_with_blender("woven", dict(made.files), python)
     assert content is not None
     (folder / "woven.blend").write_bytes(content)
-    script, picture = Path(__file__).with_name("draw_in_blender.py"), folder / "picture.exr"
-    words = [python, script, folder / "woven.blend", material, engine, picture, str(SIDE), "16"]
+    script, image = Path(__file__).with_name("draw_in_blender.py"), folder / "picture.exr"
+    words = [python, script, folder / "woven.blend", material, engine, image, str(SIDE), "16"]
     subprocess.run([str(word) for word in words], check=True, capture_output=True, timeout=280)
-    return read_image(picture).pixels.astype(np.float64)
+    return read_image(image).pixels.astype(np.float64)
 
 
 def ours(material: Material, **options: object) -> np.ndarray:
@@ -133,11 +133,11 @@ def relative(found: np.ndarray, wanted: np.ndarray) -> float:
 
 @pytest.mark.long
 def test_cycles_draws_the_maps(python: str, tmp_path: Path) -> None:
-    wanted = ours(material_of_maps(rounded(smooth_maps(), "png8"), "maps"))
-    assert relative(drawn(python, tmp_path, "woven", "CYCLES"), wanted) < 0.01
+    wanted = ours(material_of_maps(round_values(smooth_maps(), "png8"), "maps"))
+    assert relative(draw(python, tmp_path, "woven", "CYCLES"), wanted) < 0.01
 
 
 @pytest.mark.long
 def test_eevee_looks_the_power_law_up(python: str, tmp_path: Path) -> None:
     wanted = ours(subject().material, brdf=Lambert((1.0, 1.0, 1.0)), source="power-law", lookup="outgoing")
-    assert relative(drawn(python, tmp_path, "woven (power law)", "BLENDER_EEVEE"), wanted) < 0.03
+    assert relative(draw(python, tmp_path, "woven (power law)", "BLENDER_EEVEE"), wanted) < 0.03

@@ -22,7 +22,7 @@ BLACK = np.zeros((6, 5, 3), np.float32)
 
 
 @pytest.fixture(autouse=True)
-def _small_balls(monkeypatch: pytest.MonkeyPatch) -> None:
+def _small_spheres(monkeypatch: pytest.MonkeyPatch) -> None:
     """Few pixels are compared: what holds of the errors holds for any ball."""
     monkeypatch.setattr("engine.exchange.loss.DIAMETER", 40)
 

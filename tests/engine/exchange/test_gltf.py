@@ -18,7 +18,7 @@ from engine.exchange.gltf import contents
 from engine.exchange.subject import Settings, Subject
 from engine.exchange.textures import ior_of
 
-from .materials import measured_subject, woven_subject
+from .materials import measure_subject, woven_subject
 
 #: The place where `npm install --prefix build/node gltf-validator` puts the validator.
 NODE = Path(__file__).resolve().parents[3] / "build" / "node"
@@ -30,13 +30,13 @@ validator.validateBytes(new Uint8Array(require('fs').readFileSync(process.argv[1
 """
 
 
-def varied_subject() -> Subject:
-    subject = measured_subject()
+def make_varied_subject() -> Subject:
+    subject = measure_subject()
     f0 = np.linspace(0.02, 0.08, subject.maps.f0.size, dtype=np.float32).reshape(subject.maps.size)
     return dataclasses.replace(subject, maps=dataclasses.replace(subject.maps, f0=f0))
 
 
-SUBJECTS = {"shading map": woven_subject, "measured": measured_subject, "f0 varies": varied_subject}
+SUBJECTS = {"shading map": woven_subject, "measured": measure_subject, "f0 varies": make_varied_subject}
 
 
 def file_of(subject: Subject) -> bytes:
@@ -63,8 +63,8 @@ def test_the_validator_of_khronos_has_nothing_to_say(name: str, tmp_path: Path) 
     assert {message["code"] for message in issues["messages"]} <= {"IMAGE_NPOT_DIMENSIONS"}
 
 
-def test_trimesh_reads_ball_and_maps() -> None:
-    subject = measured_subject()
+def test_trimesh_reads_sphere_and_maps() -> None:
+    subject = measure_subject()
     scene = trimesh.load(io.BytesIO(file_of(subject)), file_type="glb")
     (mesh,) = scene.geometry.values()
     np.testing.assert_allclose(np.linalg.norm(mesh.vertices, axis=1), 1.0, atol=1e-6)
@@ -76,8 +76,8 @@ def test_trimesh_reads_ball_and_maps() -> None:
     np.testing.assert_allclose(normal, subject.maps.normal, atol=1.01 / 255)
 
 
-def test_tangents_go_along_u_and_bitangents_up_the_picture() -> None:
-    """B = N x T w points to smaller v of glTF, which is up in a picture whose row 0 is on top."""
+def test_tangents_go_along_u_and_bitangents_up_the_image() -> None:
+    """B = N x T w points to smaller v of glTF, which is up in an image whose row 0 is on top."""
     glb = file_of(woven_subject())
     document = document_of(glb)
     body = glb[28 + int.from_bytes(glb[12:16], "little") :]
@@ -105,9 +105,9 @@ def test_reflectance_other_than_usual_is_stated() -> None:
     plain = document_of(file_of(woven_subject()))
     assert "extensionsUsed" not in plain
     assert plain["asset"]["extras"]["lightarc_loss"] == "An error of 3 %."
-    one = document_of(file_of(measured_subject()))["materials"][0]["extensions"]
+    one = document_of(file_of(measure_subject()))["materials"][0]["extensions"]
     assert one == {"KHR_materials_ior": {"ior": pytest.approx(ior_of(0.06))}}
     assert ((ior_of(0.06) - 1.0) / (ior_of(0.06) + 1.0)) ** 2 == pytest.approx(0.06)
-    varied = document_of(file_of(varied_subject()))
+    varied = document_of(file_of(make_varied_subject()))
     assert varied["extensionsUsed"] == ["KHR_materials_ior", "KHR_materials_specular"]
     assert varied["images"][3]["name"] == "specularColor"

@@ -1,4 +1,4 @@
-"""Pictures of the ball, against the renderer of the program and closed forms."""
+"""Images of the ball, against the renderer of the program and closed forms."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import pytest
 
 from engine.capture.stack import ImageStack
 from engine.core.steps import drain
-from engine.exchange.loss import ball, loss, maps_shown, material_shown, photograph_error, references
+from engine.exchange.loss import loss, maps_shown, material_shown, photograph_error, references, sphere
 from engine.exchange.pbr_from_material import nearest_maps
 from engine.light.environment import DistantLights
 from engine.surface.metallic_roughness import reflectance
 from engine.surface.pbr_maps import PbrMaps
 
-from .materials import measured_maps, woven_law, woven_material
+from .materials import measure_maps, woven_law, woven_material
 
 
 def one_light(*direction: float) -> DistantLights:
@@ -23,8 +23,8 @@ def one_light(*direction: float) -> DistantLights:
     return DistantLights(towards, np.ones((1, 3)))
 
 
-def test_the_ball_is_round_and_its_frames_are_frames() -> None:
-    view = ball(64, 48, 32)
+def test_the_sphere_is_round_and_its_frames_are_frames() -> None:
+    view = sphere(64, 48, 32)
     np.testing.assert_allclose(
         view.frame @ np.swapaxes(view.frame, 1, 2), np.tile(np.eye(3), (len(view.row), 1, 1)), atol=1e-12
     )
@@ -40,7 +40,7 @@ def test_the_ball_is_round_and_its_frames_are_frames() -> None:
 def test_a_material_is_its_look_up() -> None:
     """Against `PowerLawMap.lookup` at the r that the equation gives."""
     material = woven_material()
-    view, light = ball(24, 20, 24), one_light(0.3, 0.5, 0.8)
+    view, light = sphere(24, 20, 24), one_light(0.3, 0.5, 0.8)
     wi = np.einsum("nij,i->nj", view.frame, light.direction[0])
     material = dataclasses.replace(material, sigma=0.2)
     r = 0.2 * (material.reflectance.f(wi, view.wo) @ (0.2126390, 0.7151687, 0.0721923)) * np.maximum(wi[:, 2], 0.0)
@@ -50,7 +50,7 @@ def test_a_material_is_its_look_up() -> None:
 
 def test_maps_with_flat_normals_are_f_cos() -> None:
     maps, _ = drain(nearest_maps(woven_material()))
-    view, light = ball(24, 20, 24), one_light(0.3, 0.5, 0.8)
+    view, light = sphere(24, 20, 24), one_light(0.3, 0.5, 0.8)
     wi = np.einsum("nij,i->nj", view.frame, light.direction[0])
     at = (view.row, view.column)
     f = reflectance(wi, view.wo, maps.base_colour[at], maps.roughness[at], maps.metallic[at], maps.f0[at])
@@ -59,13 +59,13 @@ def test_maps_with_flat_normals_are_f_cos() -> None:
 
 def test_a_map_of_normals_tilts_the_surface() -> None:
     """A flat ball's middle with a normal tilted by 30° to the right, under a light from there, is lit in full."""
-    maps = measured_maps()
+    maps = measure_maps()
     tilted = np.zeros_like(maps.normal)
     tilted[...] = (np.sin(np.radians(30.0)), 0.0, np.cos(np.radians(30.0)))
     plain = PbrMaps(
         np.full_like(maps.base_colour, 0.5), tilted, np.ones_like(maps.roughness), 0.0 * maps.metallic, 0.0 * maps.f0
     )
-    view = ball(12, 10, 11)
+    view = sphere(12, 10, 11)
     middle = np.argmax(view.frame[:, 2, 2])
     lit = [
         maps_shown(plain)(view, one_light(np.sin(np.radians(a)), 0.0, np.cos(np.radians(a))))[middle, 0]
@@ -87,11 +87,11 @@ def test_the_material_loses_nothing_against_itself() -> None:
 
 
 def test_photographs_of_the_maps_themselves_have_no_error() -> None:
-    maps = measured_maps()
+    maps = measure_maps()
     lamps = np.array([[0.8, 0.0, 0.6], [0.0, 0.6, 0.8], [0.0, 0.0, 1.0]])
     rows, columns = (grid.ravel() for grid in np.mgrid[0:12, 0:10])
     view = dataclasses.replace(
-        ball(12, 10, 4),
+        sphere(12, 10, 4),
         row=rows,
         column=columns,
         frame=np.tile(np.eye(3), (120, 1, 1)),

@@ -16,11 +16,11 @@ from engine.exchange.materialx import contents
 from engine.exchange.subject import Settings, Subject
 from engine.exchange.textures import ior_of
 
-from .materials import measured_subject, woven_subject
+from .materials import measure_subject, woven_subject
 
 mx = pytest.importorskip("MaterialX", reason="MaterialX is not installed")
 
-SUBJECTS = {"shading map": woven_subject, "measured": measured_subject}
+SUBJECTS = {"shading map": woven_subject, "measured": measure_subject}
 
 
 @pytest.fixture(params=SUBJECTS)

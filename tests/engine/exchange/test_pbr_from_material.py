@@ -42,10 +42,10 @@ def test_a_diffuse_material_has_its_albedo() -> None:
 
 
 def test_no_other_maps_are_nearer() -> None:
-    """Any change of the maps makes pictures under light from all sides worse: the minimum is one."""
+    """Any change of the maps makes images under light from all sides worse: the minimum is one."""
     material = woven_material()
     maps, white = drain(nearest_maps(material))
-    view, lights = loss.ball(24, 20, 48), loss.environment_lights("overcast")
+    view, lights = loss.sphere(24, 20, 48), loss.environment_lights("overcast")
     wanted = loss.material_shown(material)(view, lights)
 
     def total(changed: PbrMaps) -> float:

@@ -80,8 +80,8 @@ def read_ptm(content: bytes) -> Viewer:
 
     def view(x: float, y: float, _z: float) -> Numbers:
         values = terms @ np.array([x * x, y * y, x * y, x, y, 1.0])
-        picture = np.moveaxis(values, 0, 2) if colour is None else colour * values[0][..., None] / 255.0
-        return picture[::-1]
+        image = np.moveaxis(values, 0, 2) if colour is None else colour * values[0][..., None] / 255.0
+        return image[::-1]
 
     return view
 
@@ -196,11 +196,11 @@ def test_relit_harmonics_agree_with_their_own_fit(files: dict[str, bytes], stack
     assert np.abs(wanted - codes.reshape(wanted.shape)).max() < 25.0
 
 
-def test_the_top_of_the_picture_is_the_top(files: dict[str, bytes]) -> None:
+def test_the_top_of_the_image_is_the_top(files: dict[str, bytes]) -> None:
     """The reddish texel lies in row 0, at the right, in every form."""
     for viewer in (*(make(files) for make in VIEWERS.values()), read_hsh(files["dome.rti"])):
-        picture = viewer(0.1, 0.1, float(np.sqrt(0.98)))
-        redness = picture[..., 0] - picture[..., 2]
+        image = viewer(0.1, 0.1, float(np.sqrt(0.98)))
+        redness = image[..., 0] - image[..., 2]
         assert np.unravel_index(redness.argmax(), redness.shape) == (0, 6)
 
 
@@ -215,7 +215,7 @@ def test_a_directional_map_leaves_without_its_photographs() -> None:
 def test_the_error_is_that_of_the_files() -> None:
     """Against the photographs; the planes of the directional map beside it are nearer or as near."""
     subject = Subject(dome_material(9, 7), woven_subject().maps, stack=dome_stack(9, 7))
-    shown = rti.shown(subject, Settings())
+    shown = rti.show(subject, Settings())
     assert shown is not None
     assert drain(photograph_error(shown, dome_stack(9, 7))) < 0.06
     assert drain(photograph_error(material_shown(subject.material), dome_stack(9, 7))) < 0.06
@@ -225,4 +225,4 @@ def test_an_arc_is_refused_before_any_work(tmp_path: Path) -> None:
     refused = export(tmp_path / "out", woven_subject().material, ["textures", "rti"])
     with pytest.raises(UsageError, match="several sides"):
         next(refused)
-    assert rti.shown(woven_subject(), Settings()) is None
+    assert rti.show(woven_subject(), Settings()) is None

@@ -99,7 +99,7 @@ float4 main(float2 uv : TEXCOORD0, float3 wi : TEXCOORD1, float3 wo : TEXCOORD2)
 """
 
 
-def compiled(source: str, path: Path, *words: str) -> None:
+def compile_shader(source: str, path: Path, *words: str) -> None:
     compiler = shutil.which("glslangValidator")
     if compiler is None:
         pytest.skip("glslangValidator is missing: install the Debian package glslang-tools")
@@ -120,9 +120,9 @@ def text_of(model: str) -> str:
 def test_glslang_compiles_every_model_in_both_languages(model: str, woven: Subject, tmp_path: Path) -> None:
     material = dataclasses.replace(woven.material, brdf=text_of(model))
     files = drain(contents(dataclasses.replace(woven, material=material), Settings(), "")).files
-    compiled(GLSL.format(shader=files["A_cloth_woven.glsl"].decode()), tmp_path / "x.frag")
+    compile_shader(GLSL.format(shader=files["A_cloth_woven.glsl"].decode()), tmp_path / "x.frag")
     hlsl = HLSL.format(shader=files["A_cloth_woven.hlsl"].decode())
-    compiled(hlsl, tmp_path / "x.hlsl", "-D", "-V", "-S", "frag", "-e", "main")
+    compile_shader(hlsl, tmp_path / "x.hlsl", "-D", "-V", "-S", "frag", "-e", "main")
 
 
 def test_casts_take_one_argument_and_constructors_several() -> None:
@@ -189,7 +189,7 @@ def test_hlsl_of_a_directional_map_shows_what_the_engine_shows(tmp_path: Path, g
     wi, wo = (arrays(each) for each in directions())
     source = DIRECTIONAL.format(shader=text, count=PAIRS, wi=wi, wo=wo, uv=arrays(uv))
     words = ["-D", "-V", "-S", "frag", "-e", "main", "-o", str(tmp_path / "x.spv")]
-    compiled(source, tmp_path / "x.hlsl", *words)
+    compile_shader(source, tmp_path / "x.hlsl", *words)
     if shutil.which("spirv-cross") is None:
         pytest.skip("spirv-cross is missing: install the Debian package of that name")
     crossing = ["spirv-cross", "--version", "330", "--no-es", str(tmp_path / "x.spv")]

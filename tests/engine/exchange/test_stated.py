@@ -18,9 +18,9 @@ from engine.brdf.resample import resample
 from engine.core.figure_text import percent
 from engine.core.steps import drain
 from engine.exchange import gltf, materialx, rti, shaders, textures, usd, web
-from engine.exchange.loss import ball, environment_lights, material_shown
+from engine.exchange.loss import environment_lights, material_shown, sphere
 from engine.exchange.subject import Settings, Subject
-from engine.scene.material import fitted_error
+from engine.scene.material import compute_fit_error
 
 from .materials import dome_material, dome_stack, woven_subject
 
@@ -82,13 +82,13 @@ def test_gltf_has_it_as_extras_of_the_material_and_the_asset() -> None:
 def test_a_file_of_textures_is_made_when_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """One file of a large material is in memory at a time."""
     made: list[object] = []
-    real = textures.packed
+    real = textures.pack
 
-    def noted(*given: Any) -> Any:
+    def note(*given: Any) -> Any:
         made.append(given[1])
         return real(*given)
 
-    monkeypatch.setattr(textures, "packed", noted)
+    monkeypatch.setattr(textures, "pack", note)
     files = drain(textures.contents(woven_subject(), Settings(), LOSS)).files
     assert made == []
     assert len(files["A_cloth_woven_roughness.png"]) > 100
@@ -100,14 +100,14 @@ def test_a_measured_brdf_leaves_as_its_model_and_that_is_measured_and_said() -> 
     subject = woven_subject()
     measured = drain(resample(brdf_from_text("ggx:alpha=0.2,kd=0.3"), (12, 12, 24)))
     subject = dataclasses.replace(subject, material=dataclasses.replace(subject.material, measured=measured))
-    shown = shaders.shown(subject, Settings())
+    shown = shaders.show(subject, Settings())
     assert shown is not None
-    assert web.shown(subject, Settings()) is shown
-    view, lights = ball(24, 20, 24), environment_lights("studio")
+    assert web.show(subject, Settings()) is shown
+    view, lights = sphere(24, 20, 24), environment_lights("studio")
     model = material_shown(dataclasses.replace(subject.material, measured=None), "power-law")(view, lights)
     np.testing.assert_array_equal(shown(view, lights), model)
     assert np.abs(material_shown(subject.material, "power-law")(view, lights) - model).max() > 0.01
-    error = fitted_error(subject.material)
+    error = compute_fit_error(subject.material)
     assert error is not None
     for target in (shaders, web):
         warnings = drain(target.contents(subject, Settings(), LOSS)).warnings

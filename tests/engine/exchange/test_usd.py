@@ -15,11 +15,11 @@ from engine.core.steps import drain
 from engine.exchange.subject import Settings, Subject
 from engine.exchange.usd import contents
 
-from .materials import measured_subject, woven_subject
+from .materials import measure_subject, woven_subject
 
 Usd = pytest.importorskip("pxr.Usd", reason="usd-core is not installed")
 
-SUBJECTS = {"shading map": woven_subject, "measured": measured_subject}
+SUBJECTS = {"shading map": woven_subject, "measured": measure_subject}
 
 
 @pytest.fixture(params=SUBJECTS)
@@ -55,24 +55,24 @@ def test_members_are_stored_at_multiples_of_64_bytes(folder: Path) -> None:
         assert entry.compress_type == zipfile.ZIP_STORED
 
 
-def test_maps_are_bound_to_the_ball(folder: Path) -> None:
+def test_maps_are_bound_to_the_sphere(folder: Path) -> None:
     shade = pytest.importorskip("pxr.UsdShade")
     stage = Usd.Stage.Open(str(folder / "A_cloth_woven.usdz"))
-    ball = stage.GetPrimAtPath("/A_cloth_woven/ball")
-    material, _ = shade.MaterialBindingAPI(ball).ComputeBoundMaterial()
+    sphere = stage.GetPrimAtPath("/A_cloth_woven/ball")
+    material, _ = shade.MaterialBindingAPI(sphere).ComputeBoundMaterial()
     surface, _, _ = material.ComputeSurfaceSource()
     assert surface.GetIdAttr().Get() == "UsdPreviewSurface"
     for name, output in (("diffuseColor", "rgb"), ("roughness", "r"), ("metallic", "r"), ("normal", "rgb")):
         source, found, _ = surface.GetInput(name).GetConnectedSource()
         assert found == output
-        picture = source.GetPrim().GetAttribute("inputs:file").Get().resolvedPath
-        assert picture.endswith(".png]")
+        image = source.GetPrim().GetAttribute("inputs:file").Get().resolvedPath
+        assert image.endswith(".png]")
     space = material.GetPrim().GetChild("baseColor").GetAttribute("inputs:sourceColorSpace").Get()
     assert space == "sRGB"
 
 
 def test_normals_come_back_by_scale_and_bias() -> None:
-    subject = measured_subject()
+    subject = measure_subject()
     package = drain(contents(subject, Settings(), "")).files["A_cloth_woven.usdz"]
     import io
 
@@ -100,5 +100,5 @@ def test_the_layer_of_materialx_has_nodes_of_its_library(folder: Path) -> None:
         for given in prim.GetAttributes():
             if given.GetName().startswith("inputs:"):
                 assert definition.getActiveInput(given.GetBaseName()) is not None, (name, given.GetName())
-    picture = stage.GetPrimAtPath("/A_cloth_woven/material/mtlx_baseColor_image").GetAttribute("inputs:file").Get()
-    assert picture.path == "./A_cloth_woven.usdz[textures/baseColor.png]"
+    image = stage.GetPrimAtPath("/A_cloth_woven/material/mtlx_baseColor_image").GetAttribute("inputs:file").Get()
+    assert image.path == "./A_cloth_woven.usdz[textures/baseColor.png]"

@@ -1,4 +1,4 @@
-"""Pages: Chromium draws the strict one under a policy without inline code, and both show the same picture."""
+"""Pages: Chromium draws the strict one under a policy without inline code, and both show the same image."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_chromium_draws_the_strict_page_as_the_whole_one(browser: Page, folder: 
     for place in places:
         browser.open(f"{place}#neutral=0&azimuth=30&elevation=50")
         assert "An error of 3 %." in browser.value("byId('facts').textContent")
-        shown.append(browser.picture().astype(int))
+        shown.append(browser.image().astype(int))
         assert browser.errors == []
         assert [place for place in browser.requests if not place.startswith((address, "file:", "data:"))] == []
     assert shown[0][:, :620].max() > 60

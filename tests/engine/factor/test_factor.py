@@ -1,4 +1,4 @@
-"""Every method by one call: its ladder of errors, what it shows on the way, and what it refuses."""
+"""Every method by one call: its sweep of errors, what it shows on the way, and what it refuses."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from engine.factor.settings import FactorSettings
 PAINT = brdf_from_text("lafortune:preset=blue-paint")
 
 
-def factored(brdf: Any = PAINT, **settings: Any) -> Any:
+def factor_brdf(brdf: Any = PAINT, **settings: Any) -> Any:
     return drain(factor(brdf, FactorSettings(**{"samples": 2000, "side": 12, "products": 3, **settings})))
 
 
 @pytest.mark.parametrize("method", ["auto", "symmetric", "svd", "power", "normalised"])
-def test_a_ladder_tells_the_errors_of_each_number_of_terms(method: Any) -> None:
-    found = factored(method=method)
+def test_a_term_errors_tells_the_errors_of_each_number_of_terms(method: Any) -> None:
+    found = factor_brdf(method=method)
     assert found.method == ("symmetric" if method == "auto" else method)
-    assert [rung.terms for rung in found.ladder] == ([1] if method == "normalised" else [1, 2, 3])
+    assert [term_error.terms for term_error in found.term_errors] == ([1] if method == "normalised" else [1, 2, 3])
     data, pairs = factor_data(PAINT, 2000), reference(PAINT)
-    last = found.ladder[-1]
+    last = found.term_errors[-1]
     assert last.rms_cosine_weighted == pairs.rms(found.factors)[0]
     assert last.metrics == metrics(found.factors.f(data.wi, data.wo), data)
     assert len(last.rms_by_elevation_band) == 9
@@ -41,14 +41,14 @@ def test_a_ladder_tells_the_errors_of_each_number_of_terms(method: Any) -> None:
 
 
 def test_the_search_and_the_fixed_projections_are_called_with_the_settings() -> None:
-    fixed = factored(method="homomorphic", size=8, reciprocal=True)
-    assert [rung.terms for rung in fixed.ladder] == [1, 2]
+    fixed = factor_brdf(method="homomorphic", size=8, reciprocal=True)
+    assert [term_error.terms for term_error in fixed.term_errors] == [1, 2]
     assert fixed.factors.reciprocal
-    found = factored(method="search", size=6, textures=1, restarts=0, samples=300)
+    found = factor_brdf(method="search", size=6, textures=1, restarts=0, samples=300)
     assert (found.method, len(found.projections), found.factors.textures[0].shape) == ("search", 1, (6, 6, 3))
     more = drain(factor(PAINT, FactorSettings("search", size=6, textures=2, restarts=0, samples=300), found))
-    assert [rung.terms for rung in more.ladder] == [1, 2]
-    assert more.ladder[0].metrics == found.ladder[0].metrics
+    assert [term_error.terms for term_error in more.term_errors] == [1, 2]
+    assert more.term_errors[0].metrics == found.term_errors[0].metrics
     with pytest.raises(ValueError, match="go on"):
         drain(factor(PAINT, FactorSettings("search", size=8, samples=500), fixed))
 
@@ -56,24 +56,24 @@ def test_the_search_and_the_fixed_projections_are_called_with_the_settings() -> 
 def test_parts_of_the_result_are_seen_on_the_way() -> None:
     seen: list[Step] = []
     drain(factor(PAINT, FactorSettings(side=8, products=4, samples=500)), seen.append)
-    rungs = [len(step.partial.ladder) for step in seen if step.partial is not None]
-    assert rungs == [1, 2, 3, 4]
+    term_errors = [len(step.partial.term_errors) for step in seen if step.partial is not None]
+    assert term_errors == [1, 2, 3, 4]
     assert all(after.done >= before.done for before, after in itertools.pairwise(seen))
 
 
 def test_the_best_map_and_parametrisation_are_found() -> None:
-    best = factored(map="auto", parametrisation="auto")
+    best = factor_brdf(map="auto", parametrisation="auto")
     for kind in ("orthographic", "polar", "parabolic"):
         for form in ("in-out", "half-diff"):
-            one = factored(map=kind, parametrisation=form)
-            assert best.ladder[-1].rms_cosine_weighted <= one.ladder[-1].rms_cosine_weighted
+            one = factor_brdf(map=kind, parametrisation=form)
+            assert best.term_errors[-1].rms_cosine_weighted <= one.term_errors[-1].rms_cosine_weighted
     assert best.factors.parametrisation == "half-diff"
 
 
 def test_the_same_seed_gives_the_same_factors() -> None:
-    one, other = (factored(seed=5) for _ in range(2))
+    one, other = (factor_brdf(seed=5) for _ in range(2))
     assert np.array_equal(one.factors.first, other.factors.first)
-    assert one.ladder[-1].metrics == other.ladder[-1].metrics
+    assert one.term_errors[-1].metrics == other.term_errors[-1].metrics
 
 
 @pytest.mark.parametrize(
@@ -97,14 +97,14 @@ def test_settings_that_cannot_be_are_refused(settings: Any, words: str) -> None:
 
 
 def test_uses_are_named_and_narrow_highlights_are_sent_to_the_gaussian_mode() -> None:
-    sentences = uses(factored(), PAINT)
+    sentences = uses(factor_brdf(), PAINT)
     assert "wavelets can use these 3 terms" in sentences[0]
-    half = uses(factored(parametrisation="half-diff"))
+    half = uses(factor_brdf(parametrisation="half-diff"))
     assert any("wavelets cannot" in sentence for sentence in half)
     assert not any("Gaussian" in sentence for sentence in half)
-    assert "texture" in uses(factored(method="homomorphic", size=8))[0]
+    assert "texture" in uses(factor_brdf(method="homomorphic", size=8))[0]
     mirror = brdf_from_text("ggx:alpha=0.05")
-    assert "Gaussian" in uses(factored(mirror), mirror)[-1]
+    assert "Gaussian" in uses(factor_brdf(mirror), mirror)[-1]
 
 
 @pytest.mark.parametrize(

@@ -41,16 +41,16 @@ def test_factors_come_back_bit_for_bit(kind: str, made: dict[str, Factorisation]
     assert np.array_equal(found.factors.f(pairs.wi, pairs.wo), stored.factors.f(pairs.wi, pairs.wo))
     close = made[kind].factors.f(pairs.wi, pairs.wo)
     assert np.abs(found.factors.f(pairs.wi, pairs.wo) - close).max() <= 1e-5 * close.max()
-    assert found.ladder == made[kind].ladder
+    assert found.term_errors == made[kind].term_errors
     figures = ("method", "asymmetry", "condition_number", "optimum_ratio", "evaluations", "searching")
     for name in (*figures, "weighting", "converged", "negative_energy"):
         assert getattr(found, name) == getattr(made[kind], name)
     one, other = (getattr(result.factors, "isotropic", None) for result in (found, stored))
     assert (one, found.factors.reciprocal) == (other, stored.factors.reciprocal)
-    shorter = [result.factors.truncated(1).f(pairs.wi, pairs.wo) for result in (found, stored)]
+    shorter = [result.factors.truncate(1).f(pairs.wi, pairs.wo) for result in (found, stored)]
     assert np.array_equal(*shorter)
     again = write_factors(tmp_path / "again", found)
-    assert again.ladder == found.ladder
+    assert again.term_errors == found.term_errors
     for path in sorted((tmp_path / "factors").iterdir()):
         assert path.read_bytes() == (tmp_path / "again" / path.name).read_bytes()
 
@@ -74,7 +74,7 @@ def test_a_folder_of_factors_is_replaced_and_no_other(made: dict[str, Factorisat
         write_factors(tmp_path / "other", made["polar"])
 
 
-def changed(folder: Path, **values: Any) -> None:
+def change(folder: Path, **values: Any) -> None:
     path = folder / MEMBER
     record = json.loads(path.read_text())
     for name, value in values.items():
@@ -100,7 +100,7 @@ def test_records_that_do_not_fit_are_refused_in_a_sentence(
     values: Any, words: str, made: dict[str, Factorisation], tmp_path: Path
 ) -> None:
     write_factors(tmp_path / "factors", made["symmetric"])
-    changed(tmp_path / "factors", **values)
+    change(tmp_path / "factors", **values)
     with pytest.raises(InputError, match=words):
         read_factors(tmp_path / "factors")
 
@@ -114,7 +114,7 @@ def test_homomorphic_records_that_do_not_fit_are_refused(made: dict[str, Factori
         {"projections": [[{"kind": "linear"}]]},
     ):
         write_factors(folder, made["search"])
-        changed(folder, factors=values)
+        change(folder, factors=values)
         with pytest.raises(InputError, match=r"cannot be|texels"):
             read_factors(folder)
 
@@ -139,14 +139,14 @@ def test_damaged_files_are_reported_and_never_read(made: dict[str, Factorisation
             read_factors(tmp_path / "factors")
 
 
-def of_version_1(folder: Path) -> None:
+def make_version_1(folder: Path) -> None:
     """Make the folder one of version 1, which knows nothing of regions that are left out."""
     record = json.loads((folder / MEMBER).read_text())
     for name in ("left_out", "held_out_by", "best_terms", "unmeasured"):
         del record[name]
-    for rung in record["ladder"]:
+    for term_error in record["ladder"]:
         for name in ("held_out_rms_cosine_weighted", "held_out_sq_log", "smoothing"):
-            del rung[name]
+            del term_error[name]
     (folder / MEMBER).write_text(json.dumps(record | {"version": 1}))
 
 
@@ -155,27 +155,29 @@ def test_factors_of_version_1_are_read_and_written_as_the_newest(
     kind: str, made: dict[str, Factorisation], tmp_path: Path
 ) -> None:
     stored = write_factors(tmp_path / "old", made[kind])
-    of_version_1(tmp_path / "old")
+    make_version_1(tmp_path / "old")
     found = read_factors(tmp_path / "old")
     wi, wo = np.array([[0.6, 0.0, 0.8]]), np.array([[0.0, 0.28, 0.96]])
     assert np.array_equal(found.factors.f(wi, wo), stored.factors.f(wi, wo))
     assert (found.best_terms, found.held_out_by, found.left_out, found.unmeasured) == (None, "", (), "")
-    assert [rung.held_out for rung in found.ladder] == [None] * len(stored.ladder)
-    assert [rung.metrics for rung in found.ladder] == [rung.metrics for rung in stored.ladder]
+    assert [term_error.held_out for term_error in found.term_errors] == [None] * len(stored.term_errors)
+    assert [term_error.metrics for term_error in found.term_errors] == [
+        term_error.metrics for term_error in stored.term_errors
+    ]
     write_factors(tmp_path / "new", found)
     assert json.loads((tmp_path / "new" / MEMBER).read_text())["version"] == 2
-    assert read_factors(tmp_path / "new").ladder == found.ladder
+    assert read_factors(tmp_path / "new").term_errors == found.term_errors
 
 
 @pytest.mark.long
 def test_a_search_of_version_1_goes_on(made: dict[str, Factorisation], tmp_path: Path) -> None:
     write_factors(tmp_path / "old", made["search"])
-    of_version_1(tmp_path / "old")
+    make_version_1(tmp_path / "old")
     old = read_factors(tmp_path / "old")
     settings = FactorSettings("search", parametrisation="half-diff", size=8, textures=3, restarts=1, samples=500)
     found = drain(factor(PAINT, settings, old))
     assert found.best_terms == found.factors.terms
-    assert all(rung.held_out is not None for rung in found.ladder)
+    assert all(term_error.held_out is not None for term_error in found.term_errors)
 
 
 def test_errors_of_other_terms_are_refused(made: dict[str, Factorisation], tmp_path: Path) -> None:
@@ -183,12 +185,12 @@ def test_errors_of_other_terms_are_refused(made: dict[str, Factorisation], tmp_p
         folder = tmp_path / kind
         write_factors(folder, made[kind])
         record = json.loads((folder / MEMBER).read_text())
-        for ladder in (record["ladder"] * 2, record["ladder"][1:]):
-            (folder / MEMBER).write_text(json.dumps(record | {"ladder": ladder}))
+        for term_errors in (record["ladder"] * 2, record["ladder"][1:]):
+            (folder / MEMBER).write_text(json.dumps(record | {"ladder": term_errors}))
             with pytest.raises(InputError, match="errors are not those of its terms"):
                 read_factors(folder)
         (folder / MEMBER).write_text(json.dumps(record | {"ladder": []}))
-        assert read_factors(folder).ladder == ()
+        assert read_factors(folder).term_errors == ()
 
 
 @pytest.mark.parametrize("rows", [[[1e308, 1e308, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]], [[1.0, 0.0, 0.0, 0.0]] * 2])

@@ -14,9 +14,9 @@ from engine.brdf.scattered import ScatteredBrdf, fit_scattered
 from engine.core.directions import surface_direction
 from engine.core.steps import Step, drain
 from engine.factor.data import FactorData
-from engine.factor.errors import Factorisation, HeldOut, held_out_errors
+from engine.factor.errors import Factorisation, HeldOut, compute_held_out_errors
 from engine.factor.factor import factor
-from engine.factor.held_out import Judged, _nested, foretold, judged, smoothed
+from engine.factor.held_out import Judged, _nest, foretold, judge, smooth
 from engine.factor.homomorphic import LogSpace
 from engine.factor.projections import FixedProjection, points_of
 from engine.factor.settings import FactorSettings
@@ -84,7 +84,7 @@ def test_both_errors_are_their_definitions() -> None:
             mean = data.value[:, c].mean()
             total += ((value[n, c] - data.value[n, c]) * data.wi[n, 2]) ** 2
             logs += np.log((value[n, c] + 1e-5 * mean) / (data.value[n, c] + 1e-5 * mean)) ** 2
-    errors = held_out_errors(value, data)
+    errors = compute_held_out_errors(value, data)
     assert errors.rms_cosine_weighted == pytest.approx(np.sqrt(total / 150.0), rel=1e-12)
     assert errors.sq_log == pytest.approx(logs / 150.0, rel=1e-12)
 
@@ -95,10 +95,10 @@ def test_smoothness_is_that_of_the_least_errors() -> None:
     assert parts is not None
     level = Level(data, LogSpace.of(data.value), SearchSettings(size=12, low_size=0), 12)
     projections = [FixedProjection("half"), FixedProjection("wi")]
-    first = drain(judged(level, data, projections, 1e-3, parts))
-    tried = drain(smoothed(level, data, first, parts))
+    first = drain(judge(level, data, projections, 1e-3, parts))
+    tried = drain(smooth(level, data, first, parts))
     assert tried[-1].score == min(one.score for one in tried) < first.score
-    again = drain(judged(level, data, projections, tried[-1].smoothing, parts))
+    again = drain(judge(level, data, projections, tried[-1].smoothing, parts))
     assert again.held_out == tried[-1].held_out
 
 
@@ -107,7 +107,7 @@ def test_terms_are_nested() -> None:
         return Judged((), 0.0, HeldOut(rms, log))
 
     found = [one(0.1, 9.0), one(0.5, 3.0), one(0.4, 2.0), one(0.3, 2.0)]
-    assert _nested(found) == found[1:]
+    assert _nest(found) == found[1:]
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +115,7 @@ def measured() -> ScatteredBrdf:
     return sparse("ward:alpha_x=0.15,alpha_y=0.15,kd=0.2")
 
 
-def found_by(brdf: Any, **settings: Any) -> Factorisation:
+def find_by(brdf: Any, **settings: Any) -> Factorisation:
     return drain(
         factor(
             brdf, FactorSettings(**{"samples": 1000, "size": 8, "side": 8, "restarts": 0, "textures": 2, **settings})
@@ -124,18 +124,18 @@ def found_by(brdf: Any, **settings: Any) -> Factorisation:
 
 
 def test_the_default_is_never_worse_than_mccool_nor_than_fewer_terms(measured: ScatteredBrdf) -> None:
-    searched, fixed = (found_by(measured, method=method, reciprocal=True) for method in ("search", "homomorphic"))
-    sets = [rung.held_out for rung in (*fixed.ladder, *fixed.left_out)]
+    searched, fixed = (find_by(measured, method=method, reciprocal=True) for method in ("search", "homomorphic"))
+    sets = [term_error.held_out for term_error in (*fixed.term_errors, *fixed.left_out)]
     assert len(sets) == 2
     before = None
-    for rung in searched.ladder:
-        assert rung.held_out is not None
-        assert rung.held_out.no_worse(sets[rung.terms - 1])  # type: ignore[arg-type]
-        assert before is None or rung.held_out.no_worse(before)
-        before = rung.held_out
+    for term_error in searched.term_errors:
+        assert term_error.held_out is not None
+        assert term_error.held_out.no_worse(sets[term_error.terms - 1])  # type: ignore[arg-type]
+        assert before is None or term_error.held_out.no_worse(before)
+        before = term_error.held_out
     assert before is not None
     assert before.no_worse(sets[-1])  # type: ignore[arg-type]
-    assert searched.best_terms == searched.factors.terms == searched.ladder[-1].terms
+    assert searched.best_terms == searched.factors.terms == searched.term_errors[-1].terms
     wi, wo = (surface_direction(np.radians(60.0) * np.sqrt(side), 6.28 * turn) for side, turn in RANDOM)
     truth = brdf_from_text("ward:alpha_x=0.15,alpha_y=0.15,kd=0.2").f(wi, wo)
     missed = [float(np.abs(found.factors.f(wi, wo) - truth).mean()) for found in (searched, fixed)]
@@ -146,26 +146,28 @@ RANDOM = np.random.default_rng(3).random((2, 2, 3000))
 
 
 def test_the_thesis_keeps_what_it_found() -> None:
-    found = found_by(brdf_from_text("phong"), method="search", preset="thesis", restarts=1, samples=300)
-    assert [rung.terms for rung in found.ladder] == [1, 2]
-    scores = [rung.held_out.score for rung in found.ladder if rung.held_out is not None]
+    found = find_by(brdf_from_text("phong"), method="search", preset="thesis", restarts=1, samples=300)
+    assert [term_error.terms for term_error in found.term_errors] == [1, 2]
+    scores = [term_error.held_out.score for term_error in found.term_errors if term_error.held_out is not None]
     assert found.best_terms == 1 + scores.index(min(scores))
 
 
 def test_sums_end_where_more_terms_make_them_worse(measured: ScatteredBrdf) -> None:
-    found = found_by(measured, method="svd", products=6)
-    errors = [rung.held_out_rms_cosine_weighted for rung in (*found.ladder, *found.left_out)]
+    found = find_by(measured, method="svd", products=6)
+    errors = [term_error.held_out_rms_cosine_weighted for term_error in (*found.term_errors, *found.left_out)]
     assert len(errors) == 6
     assert found.best_terms == found.factors.terms == 1 + int(np.argmin(np.array(errors, float)))
     assert found.held_out_by == "regions"
     assert "Nothing was measured" in found.unmeasured
-    assert found.ladder[0].metrics.sq_log != found.ladder[0].held_out_sq_log
+    assert found.term_errors[0].metrics.sq_log != found.term_errors[0].held_out_sq_log
 
 
 def test_of_a_measurement_the_automatic_method_is_a_search_where_it_is_better(measured: ScatteredBrdf) -> None:
-    found, searched = (found_by(measured, method=method, products=4) for method in ("auto", "search"))
+    found, searched = (find_by(measured, method=method, products=4) for method in ("auto", "search"))
     assert found.method == "search"
-    assert [rung.held_out for rung in found.ladder] == [rung.held_out for rung in searched.ladder]
+    assert [term_error.held_out for term_error in found.term_errors] == [
+        term_error.held_out for term_error in searched.term_errors
+    ]
     assert found.choice.startswith("The search was taken by its held-out errors")
 
 
@@ -177,31 +179,31 @@ def test_sums_are_taken_where_they_are_as_good_as_the_search_and_as_mccool(
     if as_good:
         errors = iter([HeldOut(99.0, 99.0), HeldOut(99.0, 99.0)])
 
-    def known(found: Factorisation) -> Factorisation:
+    def find_known(found: Factorisation) -> Factorisation:
         error = next(errors)
-        rung = replace(
-            found.ladder[0],
+        term_error = replace(
+            found.term_errors[0],
             held_out_rms_cosine_weighted=error.rms_cosine_weighted,
             held_out_sq_log=error.sq_log,
         )
-        return replace(found, ladder=(rung,), left_out=())
+        return replace(found, term_errors=(term_error,), left_out=())
 
     def quick(*_: Any) -> Any:
         yield Step(0.0, "")
-        return known(fixed)
+        return find_known(fixed)
 
-    fixed = found_by(measured, method="homomorphic")
-    monkeypatch.setattr("engine.factor.factor._searched", quick)
-    monkeypatch.setattr("engine.factor.factor._fixed", quick)
-    found = found_by(measured, products=2)
+    fixed = find_by(measured, method="homomorphic")
+    monkeypatch.setattr("engine.factor.factor._search", quick)
+    monkeypatch.setattr("engine.factor.factor._fit_fixed", quick)
+    found = find_by(measured, products=2)
     assert (found.method == "symmetric") is as_good
     assert found.choice.startswith("Sums of products" if as_good else "The search")
 
 
 def test_the_norm_of_sums_is_that_of_the_least_held_out_errors(measured: ScatteredBrdf) -> None:
     found, *norms = (
-        found_by(measured, method="svd", products=4, weighting=norm) for norm in ("auto", "plain", "cosine")
+        find_by(measured, method="svd", products=4, weighting=norm) for norm in ("auto", "plain", "cosine")
     )
-    scores = [norm.ladder[-1].held_out.score for norm in norms]  # type: ignore[union-attr]
+    scores = [norm.term_errors[-1].held_out.score for norm in norms]  # type: ignore[union-attr]
     assert found.weighting == norms[int(np.argmin(scores))].weighting
-    assert found.ladder[-1].held_out.score == min(scores)  # type: ignore[union-attr]
+    assert found.term_errors[-1].held_out.score == min(scores)  # type: ignore[union-attr]

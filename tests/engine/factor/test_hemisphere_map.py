@@ -27,7 +27,7 @@ def test_texels_are_where_their_directions_are_looked_up(kind: MapKind, size: in
     directions = hemisphere_map.directions
     assert np.abs(dot(directions, directions) - 1.0).max() <= 1e-15
     values = np.random.default_rng(1).random((len(directions), 2))
-    texture = hemisphere_map.picture(values)
+    texture = hemisphere_map.image(values)
     assert texture.shape == (*hemisphere_map.shape, 2)
     assert np.abs(hemisphere_map.look_up(texture, directions) - values).max() <= 1e-12
     rows, columns = np.nonzero(hemisphere_map.mask)
@@ -55,7 +55,7 @@ def test_M8_the_last_texel_spans_16_degrees_of_elevation_in_the_orthographic_map
 def test_M9_texels_outside_the_disk_have_no_part_in_any_look_up(kind: MapKind) -> None:
     for size in (2, 5, 16, 47, 48):
         hemisphere_map = HemisphereMap(kind, size)
-        texture = hemisphere_map.picture(np.ones((len(hemisphere_map.directions), 1)))
+        texture = hemisphere_map.image(np.ones((len(hemisphere_map.directions), 1)))
         texture[~hemisphere_map.mask] = 1e9
         rim = surface_direction(np.radians(np.linspace(0.0, 90.0, 91))[:, None], np.linspace(0.0, 2.0 * np.pi, 721))
         rim[..., 2] = np.maximum(rim[..., 2], 1e-12)
@@ -71,7 +71,7 @@ def test_M10_the_polar_map_does_not_cancel_at_the_pole_and_has_one_value_there(s
     small = np.array([np.sin(1e-9), 0.0, np.cos(1e-9)])
     assert hemisphere_map.coordinates(small)[1] == pytest.approx(np.sqrt(2.0) * np.sin(0.5e-9), rel=1e-14)
     assert np.array_equal(hemisphere_map.coordinates((0.0, 0.0, 1.0)), (0.0, 0.0))
-    texture = hemisphere_map.picture(np.random.default_rng(2).random((size * size, 1)))
+    texture = hemisphere_map.image(np.random.default_rng(2).random((size * size, 1)))
     around = hemisphere_map.look_up(texture, surface_direction(1e-12, np.linspace(0.0, 6.0, 20)))
     assert np.ptp(around) <= 1e-10
     assert around[0, 0] == pytest.approx(texture[1, :, 0].mean(), abs=1e-10)
@@ -79,7 +79,7 @@ def test_M10_the_polar_map_does_not_cancel_at_the_pole_and_has_one_value_there(s
 
 def test_M10_the_polar_map_closes_on_itself_at_the_seam() -> None:
     hemisphere_map = HemisphereMap("polar", 16)
-    texture = hemisphere_map.picture(np.random.default_rng(3).random((256, 1)))
+    texture = hemisphere_map.image(np.random.default_rng(3).random((256, 1)))
     for seam in (0.0, np.pi):
         for epsilon in (1e-3, 1e-6, 1e-9, 0.0):
             sides = hemisphere_map.look_up(texture, surface_direction(1.0, np.array([seam - epsilon, seam + epsilon])))
@@ -96,7 +96,7 @@ def test_M11_parabolic_coordinates_refuse_the_opposite_of_the_normal() -> None:
 def test_a_look_up_lies_between_the_texels(kind: MapKind, size: int, seed: int) -> None:
     hemisphere_map = HemisphereMap(kind, size)
     values = np.random.default_rng(seed).random((len(hemisphere_map.directions), 1))
-    found = hemisphere_map.look_up(hemisphere_map.picture(values), hemisphere(200, seed))
+    found = hemisphere_map.look_up(hemisphere_map.image(values), hemisphere(200, seed))
     assert found.min() >= values.min() - 1e-12
     assert found.max() <= values.max() + 1e-12
 
@@ -105,7 +105,7 @@ def test_a_look_up_lies_between_the_texels(kind: MapKind, size: int, seed: int) 
 def test_a_look_up_is_continuous(kind: MapKind) -> None:
     """Near the rim, too: small steps along great circles never jump."""
     hemisphere_map = HemisphereMap(kind, 8)
-    texture = hemisphere_map.picture(np.random.default_rng(5).random((len(hemisphere_map.directions), 1)))
+    texture = hemisphere_map.image(np.random.default_rng(5).random((len(hemisphere_map.directions), 1)))
     theta = np.linspace(1e-6, 0.5 * np.pi - 1e-6, 40_001)
     for phi in np.linspace(0.0, 2.0 * np.pi, 13):
         assert np.abs(np.diff(hemisphere_map.look_up(texture, surface_direction(theta, phi))[:, 0])).max() <= 0.01

@@ -89,10 +89,10 @@ def test_L11_a_function_of_the_incident_direction_is_found_again() -> None:
     wi, wo = hemisphere(4000, 6), hemisphere(4000, 7)
     data = FactorData(wi, wo, truth.f(wi, wo))
     made = drain(mccool(data, 6, reciprocal=False, smoothing=1e-12, epsilon=1e-9))
-    assert made.ladder[0].metrics.max_log < 1e-5
+    assert made.term_errors[0].metrics.max_log < 1e-5
     near = hemisphere(500, 8) * 0.4 + [0.0, 0.0, 0.6]
     near /= np.linalg.norm(near, axis=1)[:, None]
-    np.testing.assert_allclose(made.factors.truncated(1).f(near, wo[:500]), truth.f(near, wo[:500]), rtol=1e-5)
+    np.testing.assert_allclose(made.factors.truncate(1).f(near, wo[:500]), truth.f(near, wo[:500]), rtol=1e-5)
 
 
 COMPARED = ("cook-torrance:kd=0,ks=1,m=0.3,f0=0.2", "ward:alpha_x=0.2,alpha_y=0.5", "lambert:albedo=0.5")
@@ -112,8 +112,8 @@ def test_the_search_is_never_worse_than_mccool_with_as_many_textures(text: str, 
     settings = replace(QUICK, reciprocal=reciprocal, terms=terms, fixed=(), restarts=1)
     found = drain(search(data, settings))
     fixed = drain(mccool(data, settings.size, reciprocal, smoothing=settings.smoothing))
-    assert fixed.ladder[-1].textures == terms
-    assert found.ladder[-1].metrics.sq_log <= fixed.ladder[-1].metrics.sq_log * (1.0 + 1e-9) + 1e-15
+    assert fixed.term_errors[-1].textures == terms
+    assert found.term_errors[-1].metrics.sq_log <= fixed.term_errors[-1].metrics.sq_log * (1.0 + 1e-9) + 1e-15
 
 
 def test_blue_paint_is_far_better_than_mccool_with_two_textures() -> None:
@@ -121,7 +121,7 @@ def test_blue_paint_is_far_better_than_mccool_with_two_textures() -> None:
     data = blue_paint(4000, 55.0)
     fixed = drain(mccool(data, 16, reciprocal=True))
     found = drain(search(data, SearchSettings(terms=2, restarts=0, low_samples=1000, reciprocal=True)))
-    assert found.ladder[-1].metrics.sq_log < 0.17 * fixed.ladder[-1].metrics.sq_log
+    assert found.term_errors[-1].metrics.sq_log < 0.17 * fixed.term_errors[-1].metrics.sq_log
 
 
 def test_more_terms_are_never_worse() -> None:
@@ -130,14 +130,14 @@ def test_more_terms_are_never_worse() -> None:
         replace(QUICK, terms=3, refit=False, guesses=False),
     ):
         found = drain(search(blue_paint(800), settings))
-        errors = [rung.metrics.sq_log for rung in found.ladder]
+        errors = [term_error.metrics.sq_log for term_error in found.term_errors]
         assert len(errors) == 3
         assert all(later <= earlier * 1.01 for earlier, later in itertools.pairwise(errors))
-        for rung in found.ladder:
-            shorter = found.factors.truncated(rung.terms)
+        for term_error in found.term_errors:
+            shorter = found.factors.truncate(term_error.terms)
             again = metrics(shorter.f(blue_paint(800).wi, blue_paint(800).wo), blue_paint(800))
-            assert again == rung.metrics
-            assert rung.size_bytes == shorter.size_bytes == rung.terms * 8 * 8 * 3 * 4
+            assert again == term_error.metrics
+            assert term_error.size_bytes == shorter.size_bytes == term_error.terms * 8 * 8 * 3 * 4
 
 
 def test_Q16_the_same_seed_gives_the_same_bits_and_another_does_not() -> None:
@@ -160,8 +160,8 @@ def test_Q16_the_number_of_threads_changes_nothing(monkeypatch: pytest.MonkeyPat
 def test_the_chosen_metric_drives(metric: str) -> None:
     data = blue_paint(500)
     found = drain(search(data, replace(QUICK, metric=metric, terms=1)))
-    assert found.ladder[0].terms == 1
-    assert np.isfinite(getattr(found.ladder[0].metrics, metric))
+    assert found.term_errors[0].terms == 1
+    assert np.isfinite(getattr(found.term_errors[0].metrics, metric))
 
 
 def test_closing_keeps_the_best_so_far_and_resuming_goes_on() -> None:
@@ -172,12 +172,12 @@ def test_closing_keeps_the_best_so_far_and_resuming_goes_on() -> None:
     partial: Factorisation | None = None
     for step in steps:
         partial = step.partial
-        if partial is not None and len(partial.ladder) == 1 and not partial.searching:
+        if partial is not None and len(partial.term_errors) == 1 and not partial.searching:
             break
     steps.close()
     assert partial is not None
     resumed = drain(search(data, settings, resume=partial))
-    assert [rung.terms for rung in resumed.ladder] == [1, 2]
+    assert [term_error.terms for term_error in resumed.term_errors] == [1, 2]
     assert same_bits(resumed, whole)
     assert drain(search(data, settings, resume=resumed)) is resumed
     with pytest.raises(ValueError, match="goes on"):
@@ -192,10 +192,13 @@ def test_a_search_cut_off_within_a_term_is_resumed_from_there() -> None:
     ]
     assert unfinished
     for partial in (unfinished[0], unfinished[-1]):
-        assert partial.factors.terms == len(partial.ladder)
+        assert partial.factors.terms == len(partial.term_errors)
         resumed = drain(search(data, settings, resume=partial))
-        assert len(resumed.ladder) == 2
-        assert resumed.ladder[len(partial.ladder) - 1].metrics.sq_log <= 1.05 * partial.ladder[-1].metrics.sq_log
+        assert len(resumed.term_errors) == 2
+        assert (
+            resumed.term_errors[len(partial.term_errors) - 1].metrics.sq_log
+            <= 1.05 * partial.term_errors[-1].metrics.sq_log
+        )
 
 
 def test_steps_come_often_and_progress_never_falls(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -204,7 +207,7 @@ def test_steps_come_often_and_progress_never_falls(monkeypatch: pytest.MonkeyPat
     assert len(steps) > 50
     assert all(0.0 <= step.done <= 1.0 for step in steps)
     assert all(later.done >= earlier.done for earlier, later in itertools.pairwise(steps))
-    shown = [step.partial.ladder[-1].metrics.sq_log for step in steps if step.partial is not None]
+    shown = [step.partial.term_errors[-1].metrics.sq_log for step in steps if step.partial is not None]
     assert shown[-1] == min(shown)
 
 
@@ -227,14 +230,14 @@ def test_facets_without_a_base_are_a_product_of_two_textures() -> None:
     settings = SearchSettings(terms=2, size=16, restarts=0, guesses=False, fixed=("half", "wi-dot-h", "elevations"))
     found = drain(search(data, settings))
     assert [projection.name for projection in found.projections] == ["wi-dot-h", "elevations"]
-    assert found.ladder[-1].metrics.sq_log < 1e-4
+    assert found.term_errors[-1].metrics.sq_log < 1e-4
 
 
 def test_every_error_is_reported_with_a_reference() -> None:
     brdf = brdf_from_text("lafortune:preset=blue-paint")
     made = drain(mccool(blue_paint(1000), 8, reciprocal=True, reference=reference(brdf, 2000)))
-    assert [rung.textures for rung in made.ladder] == [1, 2]
-    assert len(made.ladder[0].rms_by_elevation_band) == 9
+    assert [term_error.textures for term_error in made.term_errors] == [1, 2]
+    assert len(made.term_errors[0].rms_by_elevation_band) == 9
     assert made.condition_number > 1.0
     assert made.projections == made.factors.projections
 
@@ -257,7 +260,7 @@ def test_black_and_impossible_settings_are_refused() -> None:
     with pytest.raises(ValueError, match="nothing to try"):
         SearchSettings(restarts=0, guesses=False, fixed=())
     with pytest.raises(ValueError, match="not known"):
-        drain(mccool(data, 4)).factors.truncated(7)
+        drain(mccool(data, 4)).factors.truncate(7)
     with pytest.raises(ValueError, match="shape"):
         HomomorphicFactors((np.zeros((2, 3, 3)),), (FixedProjection("wi"),), LogSpace(np.ones(3)))
 

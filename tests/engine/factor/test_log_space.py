@@ -16,7 +16,7 @@ from engine.core.directions import surface_direction
 from engine.factor.data import FactorData, factor_data
 from engine.factor.errors import metrics, reference, rms_cosine_weighted
 from engine.factor.homomorphic import LogSpace
-from tests.engine.brdf.fitted import scattered_brdf
+from tests.engine.brdf.fitted import fit_scattered_brdf
 from tests.engine.factor.factored import blue_paint
 
 U = 2.0**-53
@@ -96,7 +96,7 @@ def test_scattered_measurements_keep_their_values_and_angles() -> None:
     samples = BrdfSamples(wi, wo, brdf_from_text("phong").f(wi, wo))
     as_they_are = factor_data(samples)
     np.testing.assert_array_equal(as_they_are.wi, samples.wi)
-    brdf = scattered_brdf(samples)
+    brdf = fit_scattered_brdf(samples)
     assert brdf.isotropic
     data = factor_data(brdf, 200)
     assert len(data) == 180

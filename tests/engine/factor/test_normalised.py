@@ -12,7 +12,7 @@ from engine.core.steps import drain
 from engine.factor.brdf_matrix import brdf_matrix
 from engine.factor.errors import reference
 from engine.factor.hemisphere_map import HemisphereMap
-from engine.factor.normalised import NORMS, normalised, whole
+from engine.factor.normalised import NORMS, normalise, whole
 from engine.factor.normalised import _term as term_of
 from engine.factor.separable import separate
 
@@ -42,7 +42,7 @@ def test_the_whole_matrix_is_put_together_from_its_sectors(text: str) -> None:
 def test_a_product_is_found_exactly() -> None:
     hemisphere_map = HemisphereMap("parabolic", 8)
     brdf = Product()
-    factors = drain(normalised(brdf, hemisphere_map, "in-out", reference(brdf, 1000)))
+    factors = drain(normalise(brdf, hemisphere_map, "in-out", reference(brdf, 1000)))
     wi, wo = hemisphere_map.directions, hemisphere_map.directions[::-1]
     wanted = brdf.f(wi, wo)
     assert np.abs(factors.f(wi, wo) - wanted).max() <= 1e-6 * wanted.max()
@@ -53,7 +53,7 @@ def test_a_product_is_found_exactly() -> None:
 def test_it_is_positive_and_not_far_from_the_best_term(form: Any) -> None:
     brdf, hemisphere_map = brdf_from_text("ggx:alpha=0.3,kd=0.1"), HemisphereMap("parabolic", 20)
     pairs = reference(brdf, 20_000)
-    factors = drain(normalised(brdf, hemisphere_map, form, pairs))
+    factors = drain(normalise(brdf, hemisphere_map, form, pairs))
     best = drain(separate(brdf, hemisphere_map, 1, method="svd", parametrisation=form, reference=pairs)).factors
     assert min(factors.first.min(), factors.second.min()) >= 0.0
     assert pairs.rms(factors)[0] <= 1.5 * pairs.rms(best)[0]
@@ -72,5 +72,5 @@ def test_one_number_fits_the_product_by_least_squares(norm: float) -> None:
 
 def test_black_is_black() -> None:
     brdf = brdf_from_text("lambert:albedo=0")
-    factors = drain(normalised(brdf, HemisphereMap("polar", 4), "in-out", reference(brdf, 100)))
+    factors = drain(normalise(brdf, HemisphereMap("polar", 4), "in-out", reference(brdf, 100)))
     assert not factors.f((0.0, 0.0, 1.0), (0.0, 0.0, 1.0)).any()

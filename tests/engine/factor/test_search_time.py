@@ -36,4 +36,4 @@ def test_pauses_do_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
         taken += 1
         now += PAUSE_S
     assert taken > 2
-    assert 0.0 < found.ladder[0].time_s <= found.ladder[-1].time_s < PAUSE_S
+    assert 0.0 < found.term_errors[0].time_s <= found.term_errors[-1].time_s < PAUSE_S

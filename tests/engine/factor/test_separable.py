@@ -38,7 +38,7 @@ class Skewed:
         return np.where(lit[..., None], base[..., None] * (1.0, 0.5, 0.25) + dot(wi, wo)[..., None] ** 2, 0.0)
 
 
-def separated(brdf: Any, terms: int = 6, kind: Any = "orthographic", size: int = 12, **more: Any) -> Separated:
+def separate_terms(brdf: Any, terms: int = 6, kind: Any = "orthographic", size: int = 12, **more: Any) -> Separated:
     brdf = brdf_from_text(brdf) if isinstance(brdf, str) else brdf
     return drain(separate(brdf, HemisphereMap(kind, size), terms, **{"weighting": "plain", **more}))
 
@@ -57,7 +57,7 @@ def test_W3_W6_the_factors_are_those_of_eckart_and_young(text: str, method: str,
     hemisphere_map = HemisphereMap(kind, 12)
     if text == "skewed" and method == "symmetric":
         return
-    found = separated(brdf, 5, kind, 12, method=method, weighting=weighting)
+    found = separate_terms(brdf, 5, kind, 12, method=method, weighting=weighting)
     rows, columns = texel_weights(hemisphere_map, "in-out", weighting)
     matrix = whole(brdf, hemisphere_map) * rows[:, None] * columns
     factors = found.factors
@@ -75,23 +75,23 @@ def test_W3_W6_the_factors_are_those_of_eckart_and_young(text: str, method: str,
 
 
 def test_X3_the_asymmetry_is_measured_and_decides_the_method() -> None:
-    found = separated(PAINT)
+    found = separate_terms(PAINT)
     assert (found.method, found.factors.reciprocal) == ("symmetric", True)
     assert found.asymmetry <= 1e-12
-    found = separated(Skewed())
+    found = separate_terms(Skewed())
     assert (found.method, found.factors.reciprocal) == ("svd", False)
     matrix = whole(Skewed(), HemisphereMap("orthographic", 12))
     wanted = np.linalg.norm(matrix - matrix.transpose(0, 2, 1)) / np.linalg.norm(matrix)
     assert found.asymmetry == pytest.approx(wanted, rel=1e-12)
     with pytest.raises(ValueError, match="not symmetric"):
-        separated(Skewed(), method="symmetric")
+        separate_terms(Skewed(), method="symmetric")
 
 
 def test_the_optimum_of_matrices_too_large_for_lapack_is_known_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where the terms hold all but rounding, so that a difference of squares would say anything."""
-    checked = [separated(brdf, terms, size=16).optimum_ratio for brdf, terms in ((Skewed(), 3), (Skewed(), 24))]
+    checked = [separate_terms(brdf, terms, size=16).optimum_ratio for brdf, terms in ((Skewed(), 3), (Skewed(), 24))]
     monkeypatch.setattr("engine.factor.separable.CHECKED", 0)
-    found = [separated(brdf, terms, size=16).optimum_ratio for brdf, terms in ((Skewed(), 3), (Skewed(), 24))]
+    found = [separate_terms(brdf, terms, size=16).optimum_ratio for brdf, terms in ((Skewed(), 3), (Skewed(), 24))]
     assert found == pytest.approx(checked, abs=1e-6)
     assert found == pytest.approx([1.0, 1.0], abs=1e-6)
 
@@ -117,11 +117,11 @@ def test_W11_values_that_are_no_numbers_are_refused_with_their_directions() -> N
             return np.where(np.broadcast_to(wi, values.shape)[..., 2:] < 0.35, np.nan, values)
 
     with pytest.raises(ValueError, match=r"light at [78]\d\.\d° and viewer at \d"):
-        separated(Broken())
+        separate_terms(Broken())
 
 
 def test_W14_light_and_view_maps_differ_by_sign_and_f_is_reciprocal_to_the_bit() -> None:
-    factors = separated(PAINT, 16).factors
+    factors = separate_terms(PAINT, 16).factors
     assert np.array_equal(np.abs(factors.first), np.abs(factors.second))
     assert (factors.first * factors.second < 0.0).any()
     pairs = reference(brdf_from_text(PAINT), 5000)
@@ -129,9 +129,9 @@ def test_W14_light_and_view_maps_differ_by_sign_and_f_is_reciprocal_to_the_bit()
 
 
 def test_W15_negative_sums_become_0_and_are_counted() -> None:
-    factors = separated("phong:exponent=200,ks=0.5", 3, size=16).factors
+    factors = separate_terms("phong:exponent=200,ks=0.5", 3, size=16).factors
     pairs = reference(brdf_from_text(PAINT), 20_000)
-    signed = factors.signed(pairs.wi, pairs.wo)
+    signed = factors.sum_terms(pairs.wi, pairs.wo)
     assert signed.min() < 0.0
     assert np.array_equal(factors.f(pairs.wi, pairs.wo), np.maximum(signed, 0.0))
     energy = signed * pairs.wi[:, 2:]
@@ -142,7 +142,7 @@ def test_W15_negative_sums_become_0_and_are_counted() -> None:
 
 def test_W16_the_same_seed_gives_the_same_bits() -> None:
     for method in ("symmetric", "svd", "power"):
-        one, other = (separated(BRUSHED, size=20, method=method).factors for _ in range(2))
+        one, other = (separate_terms(BRUSHED, size=20, method=method).factors for _ in range(2))
         assert np.array_equal(one.first, other.first)
         assert np.array_equal(one.second, other.second)
 
@@ -150,27 +150,27 @@ def test_W16_the_same_seed_gives_the_same_bits() -> None:
 def test_W17_the_error_falls_with_the_terms_and_32_texels_are_nearly_as_good_as_64() -> None:
     brdf = brdf_from_text("phong:kd=0.3,ks=0.3,exponent=8")
     pairs = reference(brdf)
-    ladders = []
+    error_lists = []
     for size in (32, 64):
-        found = separated(brdf, 8, size=size, weighting="cosine").factors
-        ladders.append([pairs.rms(found.truncated(terms))[0] for terms in range(1, 9)])
-    for ladder in ladders:
-        assert all(after <= before * 1.01 for before, after in itertools.pairwise(ladder))
-    assert ladders[1][3] == pytest.approx(ladders[0][3], rel=0.05)
+        found = separate_terms(brdf, 8, size=size, weighting="cosine").factors
+        error_lists.append([pairs.rms(found.truncate(terms))[0] for terms in range(1, 9)])
+    for term_errors in error_lists:
+        assert all(after <= before * 1.01 for before, after in itertools.pairwise(term_errors))
+    assert error_lists[1][3] == pytest.approx(error_lists[0][3], rel=0.05)
 
 
 def test_the_rim_takes_the_plain_norm_and_the_automatic_weighting_sees_it() -> None:
     brdf = brdf_from_text(BRUSHED)
     pairs = reference(brdf)
     found = {
-        weighting: separated(brdf, 6, "parabolic", 20, weighting=weighting, reference=pairs)
+        weighting: separate_terms(brdf, 6, "parabolic", 20, weighting=weighting, reference=pairs)
         for weighting in ("plain", "cosine", "auto")
     }
     errors = {weighting: pairs.rms(result.factors)[0] for weighting, result in found.items()}
     assert errors["cosine"] < 0.9 * errors["plain"]
     assert (found["auto"].weighting, errors["auto"]) == ("cosine", errors["cosine"])
     with pytest.raises(ValueError, match="pairs"):
-        separated(brdf, weighting="auto")
+        separate_terms(brdf, weighting="auto")
 
 
 @pytest.mark.parametrize("kind", ["orthographic", "polar", "parabolic"])
@@ -179,12 +179,12 @@ def test_half_and_difference_vectors_serve_narrow_highlights(kind: Any) -> None:
     brdf = brdf_from_text("ggx:alpha=0.2,kd=0.2")
     pairs = reference(brdf, 20_000)
     errors = [
-        pairs.rms(separated(brdf, 4, kind, 24, parametrisation=form, weighting="cosine").factors)[0]
+        pairs.rms(separate_terms(brdf, 4, kind, 24, parametrisation=form, weighting="cosine").factors)[0]
         for form in ("in-out", "half-diff")
     ]
     assert errors[1] < (0.9 if kind == "orthographic" else 0.5) * errors[0]
     with pytest.raises(ValueError, match="half"):
-        separated(brdf, parametrisation="half-diff", method="symmetric")
+        separate_terms(brdf, parametrisation="half-diff", method="symmetric")
 
 
 def test_half_difference_factors_agree_with_the_matrix_at_texel_centres() -> None:
@@ -193,7 +193,7 @@ def test_half_difference_factors_agree_with_the_matrix_at_texel_centres() -> Non
 
     brdf = brdf_from_text(BRUSHED)
     hemisphere_map = HemisphereMap("orthographic", 6)
-    factors = separated(brdf, 32, size=6, parametrisation="half-diff").factors
+    factors = separate_terms(brdf, 32, size=6, parametrisation="half-diff").factors
     half, difference = np.repeat(hemisphere_map.directions, 32, axis=0), np.tile(hemisphere_map.directions, (32, 1))
     x_axis, y_axis = classical_frame(half)
     aside = difference[:, :1] * x_axis + difference[:, 1:2] * y_axis
@@ -204,27 +204,27 @@ def test_half_difference_factors_agree_with_the_matrix_at_texel_centres() -> Non
 
 
 def test_grey_brdf_is_factored_once_and_black_channels_stay_black() -> None:
-    grey = separated("phong:ks=0.3,kd=0.1").factors
+    grey = separate_terms("phong:ks=0.3,kd=0.1").factors
     assert np.array_equal(grey.first[..., 0], grey.first[..., 2])
-    black = separated("lambert:albedo=0.5/0/0").factors
+    black = separate_terms("lambert:albedo=0.5/0/0").factors
     assert black.terms == 1
     assert not black.first[..., 1:].any()
-    assert separated("lambert:albedo=0").factors.terms == 1
+    assert separate_terms("lambert:albedo=0").factors.terms == 1
 
 
 def test_fewer_terms_are_the_first_ones() -> None:
-    factors = separated(PAINT, 5).factors
-    fewer = factors.truncated(2)
+    factors = separate_terms(PAINT, 5).factors
+    fewer = factors.truncate(2)
     assert np.array_equal(fewer.first, factors.first[:2])
     assert fewer.size_bytes == 2 * 2 * 12 * 12 * 3 * 4
     assert rms_cosine_weighted(brdf_from_text(PAINT), fewer) > rms_cosine_weighted(brdf_from_text(PAINT), factors)
     for terms in (0, 6):
         with pytest.raises(ValueError, match="terms"):
-            factors.truncated(terms)
+            factors.truncate(terms)
 
 
 def test_values_are_0_at_and_below_the_horizon_and_shapes_broadcast() -> None:
-    factors = separated(PAINT, 2).factors
+    factors = separate_terms(PAINT, 2).factors
     up, level = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
     assert factors.f(up, level).tolist() == [0.0, 0.0, 0.0]
     assert factors.f(-up, up).tolist() == [0.0, 0.0, 0.0]
@@ -232,7 +232,7 @@ def test_values_are_0_at_and_below_the_horizon_and_shapes_broadcast() -> None:
 
 
 def test_textures_that_do_not_fit_are_refused() -> None:
-    factors = separated(PAINT, 2).factors
+    factors = separate_terms(PAINT, 2).factors
     assert isinstance(factors, SeparableFactors)
     for wrong in (
         {"hemisphere_map": HemisphereMap("orthographic", 11)},

@@ -15,7 +15,7 @@ from engine.factor.homomorphic import LogSpace
 from engine.factor.projections import FixedProjection
 from engine.factor.solvers.least_squares import solve, term, with_smoothing
 from engine.factor.solvers.least_squares_rows import rows_of
-from engine.factor.textures import FALL, FALLS, Level, SearchSettings, held_out
+from engine.factor.textures import FALL, FALLS, Level, SearchSettings, measure_held_out
 from tests.engine.factor.factored import blue_paint
 from tests.engine.factor.test_projections import hemisphere
 
@@ -33,12 +33,12 @@ def unseen(level: Level, data: FactorData) -> float:
     """Mean squared log error at samples that the textures were not made from."""
     other = level_of(data)
     other.textures = level.textures
-    return other.chosen_error()
+    return other.get_chosen_error()
 
 
 def test_dense_samples_of_a_formula_need_little() -> None:
     level = level_of(blue_paint(12_000, 55.0))
-    settled, _ = drain(level.settled())
+    settled, _ = drain(level.settle())
     assert settled.smoothing <= FALL * level.smoothing
     assert settled.smoothing >= FALL**FALLS * (1.0 - 1e-9) * level.smoothing
     fresh = factor_data(brdf_from_text("lafortune:preset=blue-paint"), 12_000, np.radians(55.0), seed=9)
@@ -56,16 +56,16 @@ def test_few_measurements_need_all_however_often_they_are_turned() -> None:
     turn = np.stack([cosine, -sine, zero, sine, cosine, zero, zero, zero, zero + 1.0], axis=-1).reshape(-1, 3, 3)
     wi, wo = (np.einsum("nij,nj->ni", turn, np.tile(side, (100, 1))) for side in (wi, wo))
     data = FactorData(wi, wo, np.tile(value, (100, 1)), np.tile(np.arange(60), 100))
-    settled, _ = drain(level_of(data).settled())
+    settled, _ = drain(level_of(data).settle())
     assert settled.smoothing == SETTINGS.smoothing
     alone = FactorData(data.wi, data.wo, data.value)
-    assert drain(level_of(alone).settled())[0].smoothing < SETTINGS.smoothing
+    assert drain(level_of(alone).settle())[0].smoothing < SETTINGS.smoothing
 
 
 @pytest.mark.parametrize("share", [0.0, 1e-9])
 def test_without_a_share_to_hold_out_nothing_changes(share: float) -> None:
     level = level_of(blue_paint(500), replace(SETTINGS, held_out=share))
-    settled, _ = drain(level.settled())
+    settled, _ = drain(level.settle())
     assert settled.smoothing == level.smoothing
     np.testing.assert_array_equal(settled.textures[0], level.textures[0])
 
@@ -83,11 +83,11 @@ def test_the_copies_of_a_measurement_bear_its_number() -> None:
 
 def test_measurements_are_held_out_whole() -> None:
     measurement = np.random.default_rng(0).integers(0, 40, 1000) * 7
-    held = held_out(measurement, 0.2, 1)
+    held = measure_held_out(measurement, 0.2, 1)
     assert set(measurement[held]).isdisjoint(measurement[~held])
     assert len(np.unique(measurement[held])) == len(np.unique(measurement)) // 5
-    np.testing.assert_array_equal(held, held_out(measurement, 0.2, 1))
-    assert not held_out(np.zeros(9, int), 0.2, 1).any()
+    np.testing.assert_array_equal(held, measure_held_out(measurement, 0.2, 1))
+    assert not measure_held_out(np.zeros(9, int), 0.2, 1).any()
 
 
 def test_another_smoothing_is_that_of_a_term_made_with_it() -> None:

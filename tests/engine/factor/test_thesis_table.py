@@ -48,7 +48,7 @@ def test_every_method_has_its_rows_and_they_appear_one_by_one() -> None:
     assert all(row.max_theta_deg == np.degrees(np.radians(70.0)) for row in rows)
     assert all(row.samples == 400 for row in rows)
     data = factor_data(brdfs["paint"], 400, np.radians(70.0))
-    assert rows[0].metrics == drain(mccool(data, 6, reciprocal=True)).ladder[-1].metrics
+    assert rows[0].metrics == drain(mccool(data, 6, reciprocal=True)).term_errors[-1].metrics
     for row in rows[2], rows[4], rows[12], rows[14]:
         assert row.metrics.sq_log <= rows[0 if row.brdf == "paint" else 10].metrics.sq_log
 

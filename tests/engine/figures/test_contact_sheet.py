@@ -21,7 +21,7 @@ from engine.figures.contact_sheet import (
 )
 
 
-def filled(colour: Any, rows: int = 60, columns: int = 60) -> Any:
+def fill_in(colour: Any, rows: int = 60, columns: int = 60) -> Any:
     return np.full((rows, columns, 3), colour, np.uint8)
 
 
@@ -32,7 +32,7 @@ def find(sheet: Any, colour: Any) -> tuple[Any, Any, Any, Any]:
 
 def test_panels_fill_the_width_in_order() -> None:
     colours = [(200, 10, 10), (10, 200, 10), (10, 10, 200)]
-    sheet = draw_sheet("A", "b", [Row("row", tuple(Panel(filled(colour), "x") for colour in colours))])
+    sheet = draw_sheet("A", "b", [Row("row", tuple(Panel(fill_in(colour), "x") for colour in colours))])
     assert sheet.shape[1] == WIDTH
     boxes = [find(sheet, colour) for colour in colours]
     assert boxes[0][2] == MARGIN
@@ -41,14 +41,14 @@ def test_panels_fill_the_width_in_order() -> None:
     assert all(bottom - top + 1 == panel_width(3) for top, bottom, _, _ in boxes)
 
 
-def test_a_picture_is_cut_to_the_panel_not_stretched() -> None:
+def test_a_image_is_cut_to_the_panel_not_stretched() -> None:
     tall = np.zeros((200, 100, 3), np.uint8)
     tall[50:150] = (250, 0, 250)
     top, bottom, left, right = find(draw_sheet("", "", [Row("", (Panel(tall, ""),) * 2)]), (250, 0, 250))
     assert right - left > 2 * (bottom - top) - 10
 
 
-def test_missing_picture_shows_its_reason() -> None:
+def test_missing_image_shows_its_reason() -> None:
     with_reason, without = (
         draw_sheet("A", "b", [Row("row", (Panel(None, reason),), 10.0)]) for reason in ("OpenGL is missing", "")
     )
@@ -58,13 +58,13 @@ def test_missing_picture_shows_its_reason() -> None:
 def test_colour_bar_ends_in_the_colours_of_zero_and_top() -> None:
     values = np.zeros((32, 32))
     values[:, 16:] = 4.0
-    picture = with_colour_bar(values, "exponent", 400, top=4.0)
+    image = with_colour_bar(values, "exponent", 400, top=4.0)
     low, high = cv2.applyColorMap(np.array([[0, 255]], np.uint8), cv2.COLORMAP_VIRIDIS)[0, :, ::-1]
-    assert np.array_equal(picture[100, 60], low)
-    assert np.array_equal(picture[100, 340], high)
+    assert np.array_equal(image[100, 60], low)
+    assert np.array_equal(image[100, 340], high)
     bar = 14 + (400 - 92) + 14 + 5
-    assert np.array_equal(picture[bar, 46], low)
-    assert np.array_equal(picture[bar, 46 + 400 - 92 - 1], high)
+    assert np.array_equal(image[bar, 46], low)
+    assert np.array_equal(image[bar, 46 + 400 - 92 - 1], high)
 
 
 @pytest.mark.parametrize("values", [np.zeros((4, 4)), np.full((4, 4), np.nan), np.ones((1, 1))])
@@ -73,11 +73,11 @@ def test_colour_bar_of_odd_maps_is_drawn(values: Any) -> None:
 
 
 def test_plotted_points_lie_where_their_values_say() -> None:
-    picture = plot([10, 50, 100], [0.1, 0.4, 0.2], "x", "y", 464)
+    image = plot([10, 50, 100], [0.1, 0.4, 0.2], "x", "y", 464)
     left, right, top, bottom = 74, 464 - 26, 30, 464 - 76
     for x, y in ((10, 0.1), (50, 0.4), (100, 0.2)):
         column, row = round(left + (right - left) * x / 100), round(bottom - (bottom - top) * y / 0.4)
-        assert np.array_equal(picture[row, column], ACCENT)
+        assert np.array_equal(image[row, column], ACCENT)
 
 
 def test_plot_of_darkness_is_drawn() -> None:

@@ -28,9 +28,9 @@ ROUNDS = 40
 
 @pytest.fixture(scope="module")
 def small() -> Iterator[LightArc]:
-    """A capture and pictures small enough for a test."""
+    """A capture and images small enough for a test."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(demos, "PICTURE_SIZE", (160, 100))
+        patch.setattr(demos, "IMAGE_SIZE", (160, 100))
         yield LightArc(size=64, elevation=tuple(math.radians(angle) for angle in (10, 30, 50, 70, 90)))
 
 
@@ -58,14 +58,14 @@ def test_everything_is_made(whole: tuple[Demo, Path]) -> None:
     assert [stage["name"] for stage in record["stages"]] == STAGES
 
 
-def test_pictures_from_slices_and_from_the_pair_are_alike(whole: tuple[Demo, Path]) -> None:
+def test_images_from_slices_and_from_the_pair_are_alike(whole: tuple[Demo, Path]) -> None:
     made, folder = whole
     slices, pair = (cv2.imread(str(folder / f"cloth_{source}.png")) for source in ("slices", "power-law"))
     assert made.images
     assert cv2.absdiff(slices, pair).mean() < 6
 
 
-def test_GL5_without_opengl_the_processor_renders(
+def test_GL5_without_opengl_the_cpu_renders(
     tmp_path: Path, small: LightArc, whole: tuple[Demo, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse() -> None:

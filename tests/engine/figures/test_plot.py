@@ -30,21 +30,21 @@ def rgb(colour: str) -> np.ndarray[Any, Any]:
     return np.array([int(colour[start : start + 2], 16) for start in (1, 3, 5)])
 
 
-def picture_of(figure: Any) -> np.ndarray[Any, Any]:
+def image_of(figure: Any) -> np.ndarray[Any, Any]:
     return present(cv2.imdecode(np.frombuffer(png_of(figure), np.uint8), cv2.IMREAD_COLOR))[..., ::-1]
 
 
-def pixel(figure: Any, picture: np.ndarray[Any, Any], x: float, y: float) -> np.ndarray[Any, Any]:
+def pixel(figure: Any, image: np.ndarray[Any, Any], x: float, y: float) -> np.ndarray[Any, Any]:
     column, row = figure.axes[0].transData.transform((x, y))
-    return picture[picture.shape[0] - 1 - round(row), round(column)]
+    return image[image.shape[0] - 1 - round(row), round(column)]
 
 
 def test_points_lie_where_the_axes_say() -> None:
     figure = some_curves()
-    picture = picture_of(figure)
-    assert picture.shape == (plot.HEIGHT, plot.WIDTH, 3)
+    image = image_of(figure)
+    assert image.shape == (plot.HEIGHT, plot.WIDTH, 3)
     for x, y in zip(STEPS, 60 / STEPS, strict=True):
-        assert np.abs(pixel(figure, picture, cast(Any, x), y) - rgb(COLOURS[0])).max() <= 2
+        assert np.abs(pixel(figure, image, cast(Any, x), y) - rgb(COLOURS[0])).max() <= 2
     ticks = [(tick.get_text(), tick.get_position()[0]) for tick in figure.axes[0].get_xticklabels()]
     assert all(float(words) == pytest.approx(place) for words, place in ticks)
 
@@ -52,10 +52,10 @@ def test_points_lie_where_the_axes_say() -> None:
 def test_dots_of_the_front_are_filled_and_others_hollow() -> None:
     dots = [Dot(0.01, 0.1, "sh", "5", 0.01, True), Dot(0.1, 0.02, "wavelet", "4", front=True), Dot(0.1, 0.5, "sh", "3")]
     figure = scatter_front(dots, "Frame in s", "Error")
-    picture = picture_of(figure)
-    assert np.abs(pixel(figure, picture, 0.01, 0.1) - rgb(COLOURS[0])).max() <= 2
-    assert np.abs(pixel(figure, picture, 0.1, 0.02) - rgb(COLOURS[1])).max() <= 2
-    assert np.abs(pixel(figure, picture, 0.1, 0.5) - rgb(plot.GROUND)).max() <= 2
+    image = image_of(figure)
+    assert np.abs(pixel(figure, image, 0.01, 0.1) - rgb(COLOURS[0])).max() <= 2
+    assert np.abs(pixel(figure, image, 0.1, 0.02) - rgb(COLOURS[1])).max() <= 2
+    assert np.abs(pixel(figure, image, 0.1, 0.5) - rgb(plot.GROUND)).max() <= 2
     assert {words.get_text() for words in figure.axes[0].texts} == {"3", "4", "5"}
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from engine.core.steps import drain
 from engine.figures.contact_sheet import WIDTH
-from engine.figures.worst_places import PLACES, seen_places, worst_places, worst_sheet
+from engine.figures.worst_places import PLACES, select_seen_places, worst_places, worst_sheet
 from engine.shading.compare import Candidate
 from engine.shading.directional.left_out import Texels
 from tests.engine.domes import dome
@@ -35,7 +35,7 @@ def test_the_worst_place_is_where_the_representation_is_off() -> None:
     assert len(found) == 1
     first = found[0]
     assert (first.photograph, first.row, first.column, first.edge) == (7, 21, 33, 4)
-    (seen,) = drain(seen_places(STACK, ALL, [candidate], found))
+    (seen,) = drain(select_seen_places(STACK, ALL, [candidate], found))
     assert seen.record["photograph"] == "7"
     assert seen.record["rmse_srgb8"]["planes-1"] == pytest.approx(10.0, abs=0.01)
 
@@ -59,8 +59,8 @@ def test_the_sheet_has_two_rows_for_each_place() -> None:
     candidate = off_in((7, 21, 33), 10.0)
     other = dataclasses.replace(candidate, name="mean")
     places = drain(worst_places(STACK, ALL, candidate.predict))
-    one = worst_sheet(drain(seen_places(STACK, ALL, [candidate, other], places)), "planes-1")
-    two = worst_sheet(drain(seen_places(STACK, ALL, [candidate, other], places * 2)), "planes-1")
+    one = worst_sheet(drain(select_seen_places(STACK, ALL, [candidate, other], places)), "planes-1")
+    two = worst_sheet(drain(select_seen_places(STACK, ALL, [candidate, other], places * 2)), "planes-1")
     assert one.shape[1] == WIDTH
     none = worst_sheet([], "planes-1")
     assert len(two) - len(one) == len(one) - len(none)

@@ -23,7 +23,7 @@ def pixels(
     return (ndc * (1.0, -1.0) + 1.0) / 2.0 * (width, height)
 
 
-def test_the_field_of_view_is_vertical_and_the_picture_upright() -> None:
+def test_the_field_of_view_is_vertical_and_the_image_upright() -> None:
     half_height = 4.0 * np.tan(np.radians(35.0) / 2)
     points = np.array([[0.0, half_height, 0.0], [half_height, 0.0, 0.0], [0.0, 0.0, 0.0]])
     assert pixels(CAMERA, points, 400, 200) == pytest.approx(np.array([[200, 0], [300, 100], [200, 100]]), abs=1e-9)
@@ -42,7 +42,7 @@ def test_rays_go_through_the_pixels_that_the_matrix_gives(origin: tuple[float, .
 @pytest.mark.parametrize("aspect", [0.3, 1.0, 2.5])
 @pytest.mark.parametrize("direction", [(0.0, 0.0, 1.0), (1.0, 1.0, 1.0), (0.0, 1.0, 0.0)])
 @pytest.mark.parametrize("shift", [0.0, 1e5])
-def test_framing_shows_the_whole_object_and_fills_the_picture(
+def test_framing_shows_the_whole_object_and_fills_the_image(
     aspect: float, direction: tuple[float, float, float], shift: float
 ) -> None:
     points = np.random.default_rng(3).normal(size=(500, 3)) * (1.0, 0.2, 0.5) + shift

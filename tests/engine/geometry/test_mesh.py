@@ -18,7 +18,7 @@ CUBE = "".join(f"v {x} {y} {z}\n" for x in (0, 2) for y in (0, 2) for z in (0, 2
 )
 
 
-def written(folder: Path, text: str, name: str = "model.obj") -> Path:
+def write(folder: Path, text: str, name: str = "model.obj") -> Path:
     path = folder / name
     path.write_text(text)
     return path
@@ -34,7 +34,7 @@ def texel_density(mesh: Mesh) -> np.ndarray:
 
 
 def test_a_cube_without_anything_gets_flat_normals_and_even_texture(tmp_path: Path) -> None:
-    mesh = read_mesh(written(tmp_path, CUBE))
+    mesh = read_mesh(write(tmp_path, CUBE))
     assert len(mesh.faces) == 12
     assert len(mesh.positions) == 24
     outward = np.sum(mesh.normals * (mesh.positions - 1.0), axis=1)
@@ -81,7 +81,7 @@ def test_V12_units_do_not_decide_what_is_dropped(scale: float) -> None:
 
 
 def test_what_was_dropped_is_said(tmp_path: Path) -> None:
-    mesh = read_mesh(written(tmp_path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\nf 1 2 4\n"))
+    mesh = read_mesh(write(tmp_path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\nf 1 2 4\n"))
     assert len(mesh.faces) == 1
     assert mesh.health.warnings[0] == "1 face with non-finite vertices left out"
 
@@ -120,7 +120,7 @@ def test_the_file_s_own_normals_decide_which_side_is_outside() -> None:
 )
 def test_bad_files_are_input_errors(tmp_path: Path, name: str, text: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
-        read_mesh(written(tmp_path, text, name))
+        read_mesh(write(tmp_path, text, name))
 
 
 def test_an_unknown_model_names_the_known_ones() -> None:

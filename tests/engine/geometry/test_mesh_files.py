@@ -19,8 +19,8 @@ from hypothesis import strategies as st
 from engine.core.errors import InputError
 from engine.geometry import read_scene
 from engine.geometry.mesh import INSTEAD, SUFFIXES, Mesh, decode_mesh, read_mesh
-from engine.geometry.polygons import Polygons, triangulated
-from engine.geometry.read_scene import check_memory, estimated_faces
+from engine.geometry.polygons import Polygons, triangulate
+from engine.geometry.read_scene import check_memory, estimate_faces
 
 TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], np.float32)
@@ -85,7 +85,7 @@ def shoelace(outline: list[tuple[float, float]]) -> float:
     return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2.0)
 
 
-def written(kind: str, points: np.ndarray, polygons: list[list[int]]) -> bytes:
+def write(kind: str, points: np.ndarray, polygons: list[list[int]]) -> bytes:
     """A file of `kind` with these polygons, written here and not by what is tested."""
     if kind == "obj":
         lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
@@ -115,7 +115,7 @@ def test_V12_polygons_with_inward_corners_are_cut_right(
     flat = np.array([*outline[turn:], *outline[:turn]], float)
     points = np.concatenate([np.stack([flat[:, 1], 0 * flat[:, 0], flat[:, 0]], -1), [[9, 9, 9], [9, 8, 9], [8, 8, 8]]])
     count = len(outline)
-    content = written(kind, points, [list(range(count)), [count, count + 1, count + 2]])
+    content = write(kind, points, [list(range(count)), [count, count + 1, count + 2]])
     reply = decode_mesh(content, f"a.{kind.split('-')[0]}")
     a, b, c = (reply["positions"][reply["faces"][:, corner]] for corner in range(3))
     directed = np.cross(b - a, c - a) / 2.0
@@ -133,7 +133,7 @@ def test_any_polygon_gives_two_triangles_less_than_corners(seed: int, corners: i
     points = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(corners)], -1)
     if seed % 4 == 0:
         points = rng.integers(0, 3, (corners, 3)).astype(float)
-    triangles = triangulated(Polygons(points, np.arange(corners), np.array([corners])))
+    triangles = triangulate(Polygons(points, np.arange(corners), np.array([corners])))
     assert triangles.shape == (corners - 2, 3)
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     whole = np.sum(np.cross(points, np.roll(points, -1, axis=0)), axis=0)
@@ -302,7 +302,7 @@ def test_gltf_instances_and_mirrored_nodes(tmp_path: Path) -> None:
     assert sorted(set(mesh.positions[:, 2].tolist())) == [0.0, 5.0, 9.0]
 
 
-def nested(levels: int) -> dict[str, Any]:
+def nest(levels: int) -> dict[str, Any]:
     """A triangle within `levels` nodes, each within the next and moved by 1."""
     tree = gltf(CORNERS)
     (leaf,) = tree["nodes"]
@@ -311,15 +311,15 @@ def nested(levels: int) -> dict[str, Any]:
 
 
 def test_gltf_with_nodes_within_nodes_is_read_to_a_hundred_levels(tmp_path: Path) -> None:
-    flat = as_gltf(tmp_path, nested(1))
-    assert np.allclose(as_gltf(tmp_path, nested(100)).positions - flat.positions, [99.0, 0.0, 0.0])
+    flat = as_gltf(tmp_path, nest(1))
+    assert np.allclose(as_gltf(tmp_path, nest(100)).positions - flat.positions, [99.0, 0.0, 0.0])
     for levels in (101, 20_000):  # trimesh's time is quadratic in them
         with pytest.raises(InputError, match="nodes within nodes over more than 100 levels"):
-            as_gltf(tmp_path, nested(levels))
+            as_gltf(tmp_path, nest(levels))
 
 
 def test_gltf_with_nodes_in_a_circle_or_that_are_missing_is_damaged(tmp_path: Path) -> None:
-    tree = nested(3)
+    tree = nest(3)
     tree["nodes"][1]["children"] = [2, 1]
     with pytest.raises(InputError, match="in a circle"):
         as_gltf(tmp_path, tree)
@@ -428,7 +428,7 @@ def test_kinds_that_are_not_read_say_what_to_give_instead(tmp_path: Path, suffix
     ],
 )
 def test_V9_how_many_triangles_a_file_holds_is_known_beforehand(kind: str, head: bytes, size: int, faces: int) -> None:
-    assert estimated_faces(head, size, kind) == faces
+    assert estimate_faces(head, size, kind) == faces
 
 
 def test_V9_fault16_a_mesh_that_does_not_fit_is_refused_before_it_is_read(

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 from engine.core.errors import InputError
 from engine.geometry.mesh import complete
-from engine.geometry.mesh_repair import INSIDE_OUT, Topology, equal_rows, merged_points, topology, with_count
+from engine.geometry.mesh_repair import INSIDE_OUT, Topology, equal_rows, merge_points, topology, with_count
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 
 
-def of(mesh: trimesh.Trimesh) -> Topology:
+def make(mesh: trimesh.Trimesh) -> Topology:
     return topology(np.array(mesh.vertices), np.array(mesh.faces, np.int64))
 
 
@@ -77,7 +77,7 @@ def test_V8_a_surface_that_is_inside_out_is_noticed_and_can_be_flipped() -> None
 def test_V8_the_hollow_of_a_thick_wall_is_right_as_it_is() -> None:
     outer, inner = trimesh.creation.icosphere(2, radius=2.0), trimesh.creation.icosphere(2, radius=1.0)
     inner.invert()
-    found = of(trimesh.util.concatenate([outer, inner]))
+    found = make(trimesh.util.concatenate([outer, inner]))
     assert (found.closed, found.components, found.inside_out) == (True, 2, 1)
     assert found.findings == ()
 
@@ -158,6 +158,6 @@ def test_equal_rows_are_found_as_numpy_finds_them(seed: int, rows: int, columns:
 
 
 def test_places_do_not_depend_on_the_sign_of_zero() -> None:
-    points, place = merged_points(np.array([[0.0, 1, 0], [-0.0, 1, -0.0], [np.nan, 1, 0]]))
+    points, place = merge_points(np.array([[0.0, 1, 0], [-0.0, 1, -0.0], [np.nan, 1, 0]]))
     assert len(points) == 1
     assert place.tolist() == [0, 0, 0]

@@ -11,7 +11,7 @@ import trimesh
 from engine.core.errors import InputError
 from engine.geometry import unwrap
 from engine.geometry.mesh import Mesh, complete
-from engine.geometry.unwrap import MOST_FACES, atlas, with_atlas
+from engine.geometry.unwrap import MAX_FACES, atlas, with_atlas
 
 SOLIDS = {
     "box": trimesh.creation.box((1, 2, 3)),
@@ -80,17 +80,17 @@ def test_charts_change_nothing_but_the_texture_and_are_the_same_every_time(name:
 
 
 def test_large_meshes_keep_the_box_projection_and_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(unwrap, "MOST_FACES", 11)
+    monkeypatch.setattr(unwrap, "MAX_FACES", 11)
     reply = reply_of("box")
     uv = reply["uv"].copy()
     (finding,) = with_atlas(reply, "solid.ply")
     assert "box projection: the mesh has 12 faces" in finding.text
     assert np.array_equal(reply["uv"], uv)
-    assert MOST_FACES == 10_000
-    monkeypatch.setattr(unwrap, "MOST_PARTS", 1)
+    assert MAX_FACES == 10_000
+    monkeypatch.setattr(unwrap, "MAX_PARTS", 1)
     (finding,) = with_atlas(reply_of("two"), "solids.ply")
     assert "92 faces" in finding.text
-    monkeypatch.setattr(unwrap, "MOST_FACES", 1000)
+    monkeypatch.setattr(unwrap, "MAX_FACES", 1000)
     (finding,) = with_atlas(reply_of("two"), "solids.ply")
     assert "box projection: the mesh has 2 parts" in finding.text
 

@@ -14,13 +14,13 @@ from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import RayCaster
-from engine.transport.relit import RelitWavelets
+from engine.transport.relight import RelightWavelets
 from engine.transport.wavelet.transfer import GRAZING, Vectors16, WaveletTransport
 
 SIZE = (160, 120)
 
 
-def ball(halvings: int) -> Mesh:
+def sphere(halvings: int) -> Mesh:
     """A sphere of 20 · 4^halvings triangles of one size."""
     made = trimesh.creation.icosphere(subdivisions=halvings)
     positions = np.asarray(made.vertices, np.float64)
@@ -39,11 +39,11 @@ def factors(terms: int, kind: MapKind = "orthographic", *, isotropic: bool = Tru
     """View maps that are smooth functions of the direction, some of them negative."""
     hemisphere_map = HemisphereMap(kind, size)
     values = smooth(hemisphere_map.directions, terms, 7)
-    maps = np.stack([hemisphere_map.picture(values[:, k]) for k in range(terms)]).astype(np.float32)
+    maps = np.stack([hemisphere_map.image(values[:, k]) for k in range(terms)]).astype(np.float32)
     return SeparableFactors(hemisphere_map, "in-out", maps, maps, isotropic=isotropic)
 
 
-def relit_wavelets(mesh: Mesh, of: SeparableFactors, ground: Ground | None = None, seed: int = 3) -> RelitWavelets:
+def relight_wavelets(mesh: Mesh, of: SeparableFactors, ground: Ground | None = None, seed: int = 3) -> RelightWavelets:
     surface, first = (with_ground(mesh, ground)[0] if ground else mesh), len(mesh.positions)
     count = first * of.terms + len(surface.positions) - first
     vectors = Vectors16(
@@ -54,7 +54,7 @@ def relit_wavelets(mesh: Mesh, of: SeparableFactors, ground: Ground | None = Non
     )
     transport = WaveletTransport(surface, first, of, ground.albedo if ground else 0.0, 16, vectors)
     rows = smooth(surface.positions / surface.radius, of.terms, seed)
-    return RelitWavelets(transport, np.concatenate([rows[:first].reshape(-1, 3), rows[first:, 0]]))
+    return RelightWavelets(transport, np.concatenate([rows[:first].reshape(-1, 3), rows[first:, 0]]))
 
 
 def hits(mesh: Mesh, camera: Camera, size: tuple[int, int] = SIZE) -> tuple[Any, Any, Any]:

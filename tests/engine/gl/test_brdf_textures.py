@@ -1,4 +1,4 @@
-"""A table on the graphics device: the same numbers as in Python, in a shader by itself and in a picture."""
+"""A table on the graphics device: the same numbers as in Python, in a shader by itself and in an image."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_what_is_not_reciprocal_keeps_both_ways_of_the_light(gl: Any, shader: Ca
     assert np.abs(brdf.f(wo, wi) - brdf.f(wi, wo))[away].max() > 0.5
 
 
-def test_a_picture_of_a_table_is_the_same_on_both_renderers(gl: Any) -> None:
+def test_a_image_of_a_table_is_the_same_on_both_renderers(gl: Any) -> None:
     mesh = open_mesh("sphere")
     table = table_from(brdf_from_text("ggx:kd=0.2/0.3/0.4,alpha=0.3,f0=0.5"), (45, 45, 90), dtype=np.float32)
     scene = Scene(mesh, frame(mesh.positions, 1.0), table)

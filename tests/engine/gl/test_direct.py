@@ -1,4 +1,4 @@
-"""Pictures drawn by the GPU: predicted pixels, agreement with the CPU, limits, leaks, damage."""
+"""Images drawn by the GPU: predicted pixels, agreement with the CPU, limits, leaks, damage."""
 
 from __future__ import annotations
 
@@ -23,10 +23,11 @@ from engine.gl.context import Limits, create_context
 from engine.gl.direct import DirectRenderer
 from engine.gl.draw import draw_off_screen
 from engine.gl.program import ShaderError
-from engine.gl.screen import Layer, Picture, Screen
+from engine.gl.screen import Image, Layer, Screen
 from engine.light.environment_file import open_environment
 from engine.render.direct import radiance
-from engine.render.display import Display, displayed
+from engine.render.display import Display
+from engine.render.display import display as displayed
 from engine.scene.material import Material, auto_sigma
 from engine.scene.scene import LOOKUPS, Scene
 from tests.engine.gl_objects import living_objects
@@ -37,17 +38,17 @@ SIZE = (120, 90)
 
 def draw(gl: Any, what: Scene, size: tuple[int, int] = SIZE, samples: int = 1, **options: Any) -> np.ndarray:
     renderer = DirectRenderer(gl, **options)
-    picture = renderer.radiance(what, size, samples=samples)
+    image = renderer.radiance(what, size, samples=samples)
     renderer.release()
-    return picture
+    return image
 
 
 def close(actual: np.ndarray, expected: Any, relative: float) -> None:
     np.testing.assert_allclose(actual, np.broadcast_to(expected, actual.shape), rtol=relative, atol=1e-7)
 
 
-def shown(gl: Any, what: Scene, display: Display, size: tuple[int, int] = SIZE, samples: int = 1) -> np.ndarray:
-    """The tone-mapped picture as a window gets it, row 0 on top."""
+def show(gl: Any, what: Scene, display: Display, size: tuple[int, int] = SIZE, samples: int = 1) -> np.ndarray:
+    """The tone-mapped image as a window gets it, row 0 on top."""
     renderer = DirectRenderer(gl)
     framebuffer = gl.simple_framebuffer(size, 3)
     renderer.draw(what, framebuffer, size, samples=samples, display=display)
@@ -57,9 +58,9 @@ def shown(gl: Any, what: Scene, display: Display, size: tuple[int, int] = SIZE, 
 
 
 def test_head_on_plane_has_the_predicted_radiance(gl: Any) -> None:
-    picture = draw(gl, head_on(brdf="lambert:albedo=0.5/0.25/1", irradiance=2.0), samples=2)
-    close(picture[..., :3], [1 / np.pi, 0.5 / np.pi, 2 / np.pi], 1e-6)
-    assert (picture[..., 3] == 1.0).all()
+    image = draw(gl, head_on(brdf="lambert:albedo=0.5/0.25/1", irradiance=2.0), samples=2)
+    close(image[..., :3], [1 / np.pi, 0.5 / np.pi, 2 / np.pi], 1e-6)
+    assert (image[..., 3] == 1.0).all()
 
 
 def test_light_at_60_degrees_halves_the_radiance_and_from_behind_is_dark(gl: Any) -> None:
@@ -74,9 +75,9 @@ def test_S9_overhead_light_shows_the_brightest_slice_exactly(gl: Any) -> None:
     material = weave(64)
     camera = Camera((0.0, 0.0, 4.0), fov_deg=float(np.degrees(2 * np.arctan(1 / 4))))
     what = dataclasses.replace(head_on(material, repeats=1.0), camera=camera)
-    picture = draw(gl, what, (64, 64))
+    image = draw(gl, what, (64, 64))
     assert material.shading_map is not None
-    close(picture[..., :3], material.shading_map.slices[-1], 2e-5)
+    close(image[..., :3], material.shading_map.slices[-1], 2e-5)
 
 
 @pytest.mark.parametrize("slices", [2, 3, 8, 17])
@@ -105,12 +106,12 @@ def test_S8_above_the_brightest_photograph(gl: Any, above: str) -> None:
 def test_lookups_of_figure_6_differ_as_the_formulas_say(gl: Any) -> None:
     material = weave(8)
     tilted = dataclasses.replace(head_on(material, irradiance=0.5), light=(0.0, 0.8, 0.6))
-    pictures = {lookup: draw(gl, dataclasses.replace(tilted, lookup=lookup))[..., :3] for lookup in LOOKUPS}
-    close(pictures["angle"], pictures["radiance"], 1e-5)
+    images = {lookup: draw(gl, dataclasses.replace(tilted, lookup=lookup))[..., :3] for lookup in LOOKUPS}
+    close(images["angle"], images["radiance"], 1e-5)
     brightest = draw(gl, head_on(material))[..., :3]
-    close(pictures["texture"], brightest * 0.6 * 0.5, 1e-5)
+    close(images["texture"], brightest * 0.6 * 0.5, 1e-5)
     dimmer = dataclasses.replace(tilted, irradiance=1.0, light=(0.0, np.sqrt(1 - 0.09), 0.3))
-    close(pictures["outgoing"], draw(gl, dimmer)[..., :3], 1e-4)
+    close(images["outgoing"], draw(gl, dimmer)[..., :3], 1e-4)
 
 
 def test_X9_GL2_power_law_is_guarded(gl: Any) -> None:
@@ -154,7 +155,7 @@ def test_GL8_every_lookup_agrees_with_the_cpu(gl: Any, lookup: str) -> None:
 
 
 def colour_difference(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """CIE 1976 ΔE of two sRGB pictures."""
+    """CIE 1976 ΔE of two sRGB images."""
     lab = [cv2.cvtColor(image.astype(np.float32) / 255, cv2.COLOR_RGB2LAB) for image in (a, b)]
     return np.linalg.norm(lab[0] - lab[1], axis=-1)
 
@@ -166,7 +167,7 @@ def test_tone_mapping_in_the_window_is_the_engine_s(gl: Any, operator: Any, expo
     what = scene("sphere", brdf="phong:kd=0.5/0.1/0.02,ks=0.9,exponent=50")
     display = Display(exposure_ev, operator, (0.1, 0.2, 0.05))
     expected = displayed(draw(gl, what, samples=samples), display)
-    assert np.abs(shown(gl, what, display, samples=samples).astype(int) - expected).max() <= 1
+    assert np.abs(show(gl, what, display, samples=samples).astype(int) - expected).max() <= 1
 
 
 @pytest.mark.parametrize("debug", [True, False])
@@ -185,13 +186,13 @@ def test_GL1_what_is_not_finite_is_magenta_and_counted_or_black(gl: Any, debug: 
         mesh.__dict__.update(centre=np.zeros(3), radius=1.5)
         what = dataclasses.replace(what, mesh=mesh)
     renderer = DirectRenderer(gl, debug=debug)
-    picture = renderer.radiance(what, SIZE, samples=1)
+    image = renderer.radiance(what, SIZE, samples=1)
     count = renderer.invalid_samples
     renderer.release()
-    assert np.isfinite(picture).all()
+    assert np.isfinite(image).all()
     if broken == "light":
         assert count == (SIZE[0] * SIZE[1] if debug else 0)
-        assert picture[5, 5, :3].tolist() == ([1.0, 0.0, 1.0] if debug else [0.0, 0.0, 0.0])
+        assert image[5, 5, :3].tolist() == ([1.0, 0.0, 1.0] if debug else [0.0, 0.0, 0.0])
 
 
 def test_GL3_missing_normals_are_taken_from_the_triangle(gl: Any) -> None:
@@ -207,8 +208,8 @@ def test_GL4_textures_above_the_limit_are_reduced_with_a_message(gl: Any, limit:
     limits = Limits(limit, 2048)
     for source in ("slices", "power-law"):
         renderer = DirectRenderer(gl, texture_limits=limits)
-        picture = renderer.radiance(head_on(material, source=source, repeats=1.0), (32, 24), samples=1)
-        assert picture[..., :3].max() > 0.1
+        image = renderer.radiance(head_on(material, source=source, repeats=1.0), (32, 24), samples=1)
+        assert image[..., :3].max() > 0.1
         assert [("63" in message and "64" in message) for message in renderer.messages] == [True] * reduced
         renderer.release()
 
@@ -218,21 +219,21 @@ def test_GL4_layers_above_the_limit_are_reduced_with_a_message(gl: Any, limit: i
     material = weave(16, slices=17)
     renderer = DirectRenderer(gl, texture_limits=Limits(4096, limit))
     what = head_on(material)
-    picture = renderer.radiance(what, (32, 24), samples=1)
+    image = renderer.radiance(what, (32, 24), samples=1)
     assert len(renderer.messages) == int(reduced)
     renderer.release()
-    close(picture, draw(gl, what, (32, 24)), 1e-5)
+    close(image, draw(gl, what, (32, 24)), 1e-5)
 
 
 def test_GL6_a_new_context_draws_the_same_bits() -> None:
     what = scene("torus-knot", weave())
-    pictures = []
+    images = []
     for _ in range(2):
         context = create_context()
         with context:
-            pictures.append(draw(context, what))
+            images.append(draw(context, what))
         context.release()
-    assert np.array_equal(pictures[0], pictures[1])
+    assert np.array_equal(images[0], images[1])
 
 
 def test_GL6_a_released_renderer_uploads_anew(gl: Any) -> None:
@@ -244,14 +245,14 @@ def test_GL6_a_released_renderer_uploads_anew(gl: Any) -> None:
 
 
 @pytest.mark.parametrize("size", [(0, 0), (0, 5), (1, 1), (1, 300), (2049, 3), (16384, 2)])
-def test_GL7_pictures_of_any_size(gl: Any, size: tuple[int, int]) -> None:
-    picture = draw(gl, head_on(), size)
-    assert picture.shape == (size[1], size[0], 4)
+def test_GL7_images_of_any_size(gl: Any, size: tuple[int, int]) -> None:
+    image = draw(gl, head_on(), size)
+    assert image.shape == (size[1], size[0], 4)
     if min(size):
-        close(picture[size[1] // 2, size[0] // 2, :3], 0.5 / np.pi, 1e-5)
+        close(image[size[1] // 2, size[0] // 2, :3], 0.5 / np.pi, 1e-5)
 
 
-def test_GL7_a_large_picture_is_drawn_in_tiles_of_bounded_size(gl: Any) -> None:
+def test_GL7_a_large_image_is_drawn_in_tiles_of_bounded_size(gl: Any) -> None:
     what = dataclasses.replace(head_on(), camera=Camera((0.0, 0.0, 2.0), fov_deg=5.0))
     renderer = DirectRenderer(gl)
     corners, size = 0, (16384, 2100)
@@ -275,7 +276,7 @@ def test_tiles_fit_together(gl: Any, monkeypatch: pytest.MonkeyPatch, samples: i
     assert inside.mean() > 0.3
     assert np.abs(tiled[inside] - whole[inside]).max() <= 2e-4
     assert np.mean(whole[..., 3] != tiled[..., 3]) < 0.01
-    assert np.array_equal(shown(gl, what, Display(), samples=samples)[45, 60], displayed(tiled, Display())[45, 60])
+    assert np.array_equal(show(gl, what, Display(), samples=samples)[45, 60], displayed(tiled, Display())[45, 60])
 
 
 @pytest.mark.parametrize(
@@ -286,17 +287,17 @@ def test_tiles_fit_together(gl: Any, monkeypatch: pytest.MonkeyPatch, samples: i
         for samples in (1, 2)
     ],
 )
-def test_a_picture_in_bands_is_the_picture_to_the_bit(
+def test_a_image_in_bands_is_the_image_to_the_bit(
     gl: Any, monkeypatch: pytest.MonkeyPatch, lookup: str, samples: int
 ) -> None:
     """Bands of all heights, several tiles, and another size of target in between."""
     monkeypatch.setattr("engine.gl.tiles.TILE", 128)
     what = scene("torus-knot", weave(), lookup=lookup, environment=open_environment("studio"), directions=16)
-    expected = shown(gl, what, Display(), samples=samples)
-    renderer, picture = DirectRenderer(gl), Picture(gl, SIZE)
+    expected = show(gl, what, Display(), samples=samples)
+    renderer, image = DirectRenderer(gl), Image(gl, SIZE)
     renderer.radiance(what, (7, 5), samples=1)
     rows = itertools.cycle((1, 2, 3, 7, 50, 1000))
-    bands = renderer.bands(what, picture.framebuffer, SIZE, samples=samples)
+    bands = renderer.bands(what, image.framebuffer, SIZE, samples=samples)
     next(bands)
     count = 0
     with contextlib.suppress(StopIteration):
@@ -305,10 +306,10 @@ def test_a_picture_in_bands_is_the_picture_to_the_bit(
             gl.detect_framebuffer(0).use()
             count += 1
     framebuffer = gl.simple_framebuffer(SIZE, 3)
-    Screen(gl).show(Layer(picture), framebuffer, Display())
+    Screen(gl).show(Layer(image), framebuffer, Display())
     pixels = np.frombuffer(framebuffer.read(alignment=1), np.uint8).reshape(SIZE[1], SIZE[0], 3)[::-1]
-    linear = picture.read()
-    assert np.array_equal(linear, np.concatenate([picture.read(0, 40), picture.read(40, 999)]))
+    linear = image.read()
+    assert np.array_equal(linear, np.concatenate([image.read(0, 40), image.read(40, 999)]))
     np.testing.assert_allclose(linear, renderer.radiance(what, SIZE, samples=samples), rtol=1e-6, atol=1e-7)
     renderer.release()
     assert count >= 5
@@ -346,10 +347,10 @@ def test_GL10_the_last_good_program_goes_on(gl: Any, monkeypatch: Any, caplog: p
     renderer = DirectRenderer(gl)
     good = renderer.radiance(head_on(), SIZE, samples=1)
 
-    def broken(*_: Any, **__: Any) -> Any:
+    def find_broken(*_: Any, **__: Any) -> Any:
         raise ShaderError("brdf/phong.glsl:7: error: it does not compile")
 
-    monkeypatch.setattr("engine.gl.direct.load_program", broken)
+    monkeypatch.setattr("engine.gl.direct.load_program", find_broken)
     with caplog.at_level(logging.ERROR):
         assert np.array_equal(renderer.radiance(head_on(brdf="phong"), SIZE, samples=1), good)
     assert "brdf/phong.glsl:7" in caplog.text
@@ -366,8 +367,8 @@ def test_a_mesh_far_from_its_origin_is_drawn_alike(gl: Any) -> None:
 
 
 def test_off_screen_drawing_reports_time_and_device(gl: Any) -> None:
-    picture, frame_s, name, messages = draw_off_screen(gl, head_on(), SIZE, 1)
-    assert picture.shape == (90, 120, 4)
+    image, frame_s, name, messages = draw_off_screen(gl, head_on(), SIZE, 1)
+    assert image.shape == (90, 120, 4)
     assert frame_s > 0.0
     assert name
     assert messages == []

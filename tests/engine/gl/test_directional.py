@@ -1,4 +1,4 @@
-"""Directional maps as textures: both renderers draw the same picture."""
+"""Directional maps as textures: both renderers draw the same image."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from engine.gl.context import Limits
 from engine.gl.direct import DirectRenderer
 from engine.light.lamps import Lamp
 from engine.render.direct import radiance
-from engine.render.display import Display, displayed
+from engine.render.display import Display, display
 from engine.scene.scene import LOOKUPS, Scene
 from tests.engine.domes import dome_material
 from tests.engine.gl_objects import living_objects
@@ -26,14 +26,14 @@ LAMPS = (Lamp((-0.8, 0.1, 0.5), (0.8, 0.4, 0.2)), Lamp((0.1, 0.9, 0.2), (0.3, 0.
 
 def draw(gl: Any, what: Scene, **options: Any) -> Any:
     renderer = DirectRenderer(gl, **options)
-    picture, messages = renderer.radiance(what, SIZE, samples=1), renderer.messages
+    image, messages = renderer.radiance(what, SIZE, samples=1), renderer.messages
     renderer.release()
-    return picture, messages
+    return image, messages
 
 
 def assert_alike(drawn: Any, what: Scene) -> None:
     computed = drain(radiance(what, SIZE, samples=1))
-    codes = [displayed(picture, Display()).astype(int) for picture in (drawn, computed)]
+    codes = [display(image, Display()).astype(int) for image in (drawn, computed)]
     assert codes[1].max() > 100
     different = np.abs(codes[0] - codes[1]).max(axis=-1)
     assert np.quantile(different, 0.995) <= 1
@@ -57,10 +57,10 @@ def test_another_brdf_or_material_is_uploaded_and_released(gl: Any) -> None:
     renderer = DirectRenderer(gl)
     first = scene("sphere", dome_material(), "lambert")
     other = scene("sphere", dome_material(), "phong:exponent=60")
-    pictures = [renderer.radiance(each, SIZE, samples=1) for each in (first, other, first)]
+    images = [renderer.radiance(each, SIZE, samples=1) for each in (first, other, first)]
     renderer.release()
-    assert np.abs(pictures[0] - pictures[1]).max() > 0.05
-    assert (pictures[0] == pictures[2]).all()
+    assert np.abs(images[0] - images[1]).max() > 0.05
+    assert (images[0] == images[2]).all()
     left = living_objects()
     assert left.pop("Program") - before.pop("Program") <= 1, "the one in use goes when another is used"
     assert left.pop("Shader") - before.pop("Shader") <= 2

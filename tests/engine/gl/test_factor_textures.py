@@ -1,4 +1,4 @@
-"""Factors on the graphics device: the same numbers as in Python, in a shader by itself and in a picture."""
+"""Factors on the graphics device: the same numbers as in Python, in a shader by itself and in an image."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from engine.factor.projections import (
     linear,
 )
 from engine.factor.separable_factors import PARAMETRISATIONS, SeparableFactors
-from engine.factor.settings import MOST_TEXTURES, FactorSettings
+from engine.factor.settings import MAX_TEXTURES, FactorSettings
 from engine.geometry.camera import frame
 from engine.geometry.shapes import open_mesh
-from engine.gl.brdf_textures import MOST_TERMS, OWNERS, factor_source
+from engine.gl.brdf_textures import MAX_TERMS, OWNERS, factor_source
 from engine.gl.direct import DirectRenderer
 from engine.gl.program import load_program
 from engine.render.direct import radiance
@@ -72,7 +72,7 @@ def test_separable_factors_agree_with_python_to_1e_5(kind: Any, form: Any, size:
     hemisphere_map = HemisphereMap(kind, size)
     rng = np.random.default_rng(size)
     values = rng.normal(size=(2, 3, len(hemisphere_map.directions), 3))
-    first, second = (np.stack([hemisphere_map.picture(term) for term in side]).astype(np.float32) for side in values)
+    first, second = (np.stack([hemisphere_map.image(term) for term in side]).astype(np.float32) for side in values)
     factors = SeparableFactors(hemisphere_map, form, first, second)
     wi, wo = directions()
     expected = factors.f(wi, wo)
@@ -116,7 +116,7 @@ def test_homomorphic_factors_agree_with_python_to_1e_5(
         {"method": "homomorphic", "size": 12, "parametrisation": "half-diff"},
     ],
 )
-def test_a_picture_lit_by_factors_is_the_same_on_both_renderers(settings: Any, gl: Any) -> None:
+def test_a_image_lit_by_factors_is_the_same_on_both_renderers(settings: Any, gl: Any) -> None:
     brdf = brdf_from_text("lafortune:preset=blue-paint")
     factors = drain(factor(brdf, FactorSettings(samples=3000, **settings))).factors
     mesh = open_mesh("sphere")
@@ -129,7 +129,7 @@ def test_a_picture_lit_by_factors_is_the_same_on_both_renderers(settings: Any, g
     assert wanted.max() > 0.05
     assert np.abs(drawn - wanted)[inside].max() <= 2e-4 * wanted.max()
     assert renderer.messages == []
-    other = Scene(mesh, scene.camera, factors.truncated(1))
+    other = Scene(mesh, scene.camera, factors.truncate(1))
     assert np.abs(renderer.radiance(other, (64, 64), samples=1) - drawn).max() > 1e-3
     assert np.array_equal(renderer.radiance(scene, (64, 64), samples=1), drawn)
     renderer.release()
@@ -141,4 +141,4 @@ def test_a_model_has_no_textures() -> None:
 
 def test_factors_are_recognised_by_their_kind_and_all_terms_have_room() -> None:
     assert set(OWNERS) == {SeparableFactors.kind, HomomorphicFactors.kind}
-    assert MOST_TERMS == MOST_TEXTURES
+    assert MAX_TERMS == MAX_TEXTURES

@@ -14,12 +14,12 @@ from engine.geometry.camera import Camera, frame
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import shape
 from engine.gl.transported import TransportRenderer
-from engine.transport.relit import RelitSh, RelitWavelets
+from engine.transport.relight import RelightSh, RelightWavelets
 from engine.transport.sh.brdf_table import BrdfTable, lambert_table, tabulate
 from engine.transport.sh.brdf_table_varying import Table, VariedTable
-from engine.transport.sh.rotation import rotated_into_frames
+from engine.transport.sh.rotation import rotate_into_frames
 from engine.transport.sh.transfer import ShTransport
-from tests.engine.gl.relit_scenes import SIZE, ball, factors, hits, local_views, relit_wavelets
+from tests.engine.gl.relit_scenes import SIZE, factors, hits, local_views, relight_wavelets, sphere
 
 
 def frames_of(mesh: Mesh) -> np.ndarray:
@@ -33,17 +33,17 @@ def sky(order: int) -> np.ndarray:
     return light
 
 
-def unshadowed(mesh: Mesh, table: Table, flat: int = 0) -> RelitSh:
+def compute_unshadowed(mesh: Mesh, table: Table, flat: int = 0) -> RelightSh:
     kept = len(mesh.positions) - flat
-    light = rotated_into_frames(sky(table.order), frames_of(mesh))[:kept]
-    return relit_by(mesh, table, light, np.random.default_rng(2).random((flat, 3)))
+    light = rotate_into_frames(sky(table.order), frames_of(mesh))[:kept]
+    return relight_by(mesh, table, light, np.random.default_rng(2).random((flat, 3)))
 
 
-def relit_by(mesh: Mesh, table: Table, light: np.ndarray, flat: np.ndarray) -> RelitSh:
+def relight_by(mesh: Mesh, table: Table, light: np.ndarray, flat: np.ndarray) -> RelightSh:
     """`light` (n, order², 3) at the first vertices and the radiance `flat` of the others."""
     rows = np.concatenate([light.reshape(-1, 3), flat])
     matrices = np.broadcast_to(np.float32(0.0), (len(rows), 1, table.order**2))
-    return RelitSh(ShTransport(mesh, len(light), False, 1.0, table, False, matrices), rows)
+    return RelightSh(ShTransport(mesh, len(light), False, 1.0, table, False, matrices), rows)
 
 
 def random_table(order: int, side: int | None) -> BrdfTable:
@@ -57,7 +57,7 @@ def random_table(order: int, side: int | None) -> BrdfTable:
     return BrdfTable(order, 1.0 + 0.2 * values)
 
 
-def varied_table(order: int, side: int | None, steps: tuple[int, ...], vertices: int) -> VariedTable:
+def make_varied_table(order: int, side: int | None, steps: tuple[int, ...], vertices: int) -> VariedTable:
     """Random tables, each with a brightness of its own, and vertices all over their grid, its corners included."""
     rng = np.random.default_rng(8)
     table = random_table(order, side)
@@ -69,7 +69,7 @@ def varied_table(order: int, side: int | None, steps: tuple[int, ...], vertices:
     return VariedTable(tables, nodes, numbers * [some > 1 for some in steps])
 
 
-def expected(relit: RelitSh, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
+def expect(relit: RelightSh, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     """Pixels and their radiance: the mean of what the corners show, 0 at the least."""
     pixels, corners, weights = hits(relit.mesh, camera)
     views = local_views(relit.mesh, frames_of(relit.mesh), camera)[: relit.flat_vertex]
@@ -78,14 +78,14 @@ def expected(relit: RelitSh, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     return pixels, np.maximum(np.einsum("nk,nkc->nc", weights, at_vertices[corners]), 0.0)
 
 
-def assert_drawn(gl: Any, relit: RelitSh, camera: Camera) -> None:
+def assert_drawn(gl: Any, relit: RelightSh, camera: Camera) -> None:
     renderer = TransportRenderer(gl, debug=True)
-    picture = renderer.radiance(relit, camera, SIZE, samples=1).reshape(-1, 4)
+    image = renderer.radiance(relit, camera, SIZE, samples=1).reshape(-1, 4)
     assert renderer.invalid_samples == 0
     renderer.release()
-    pixels, value = expected(relit, camera)
+    pixels, value = expect(relit, camera)
     assert len(pixels) > 1500
-    found = picture[pixels]
+    found = image[pixels]
     covered = found[:, 3] == 1.0
     assert covered.mean() > 0.99
     error = np.abs(found[:, :3] - value).max(axis=1)[covered]
@@ -95,31 +95,31 @@ def assert_drawn(gl: Any, relit: RelitSh, camera: Camera) -> None:
 @pytest.mark.parametrize("order", [1, 3, 5, 15])
 @pytest.mark.parametrize("side", [None, 32])
 def test_vertices_show_the_sum_over_the_table(gl: Any, order: int, side: int | None) -> None:
-    relit = unshadowed(ball(3), random_table(order, side))
+    relit = compute_unshadowed(sphere(3), random_table(order, side))
     assert_drawn(gl, relit, Camera((1.2, 0.8, 2.0), (0.0, 0.0, 0.0)))
 
 
 @pytest.mark.parametrize("steps", [(1,), (4,), (3, 2), (2, 1), (1, 5)])
 @pytest.mark.parametrize("side", [None, 32])
 def test_vertices_mix_the_tables_about_their_place(gl: Any, steps: tuple[int, ...], side: int | None) -> None:
-    mesh = ball(3)
+    mesh = sphere(3)
     for flat in (0, 100):
-        table = varied_table(4, side, steps, len(mesh.positions) - flat)
-        assert_drawn(gl, unshadowed(mesh, table, flat), Camera((1.2, 0.8, 2.0), (0.0, 0.0, 0.0)))
+        table = make_varied_table(4, side, steps, len(mesh.positions) - flat)
+        assert_drawn(gl, compute_unshadowed(mesh, table, flat), Camera((1.2, 0.8, 2.0), (0.0, 0.0, 0.0)))
 
 
 @pytest.mark.parametrize("brdf", ["ggx:alpha=0.3", "ashikhmin-shirley:kd=0.5,ks=0.05,nu=10,nv=10"])
 def test_brdfs_show_what_their_tables_say(gl: Any, brdf: str) -> None:
     mesh = shape("torus-knot")
-    assert_drawn(gl, unshadowed(mesh, drain(tabulate(brdf_from_text(brdf), 5))), frame(mesh.positions, 4 / 3))
+    assert_drawn(gl, compute_unshadowed(mesh, drain(tabulate(brdf_from_text(brdf), 5))), frame(mesh.positions, 4 / 3))
 
 
 def test_flat_vertices_show_their_own_radiance(gl: Any) -> None:
-    mesh = ball(3)
+    mesh = sphere(3)
     table = lambert_table(brdf_from_text("lambert"), 5)  # type: ignore[arg-type]
     camera = Camera((1.2, 0.8, 2.0), (0.0, 0.0, 0.0))
     for flat in (len(mesh.positions), len(mesh.positions) // 2):
-        assert_drawn(gl, unshadowed(mesh, table, flat), camera)
+        assert_drawn(gl, compute_unshadowed(mesh, table, flat), camera)
 
 
 def test_light_that_is_alike_everywhere_shows_the_albedo(gl: Any) -> None:
@@ -127,22 +127,22 @@ def test_light_that_is_alike_everywhere_shows_the_albedo(gl: Any) -> None:
     mesh, table = shape("torus-knot"), lambert_table(brdf_from_text("lambert:albedo=0.3/0.6/0.9"), 5)  # type: ignore[arg-type]
     even = np.zeros((25, 3))
     even[0] = np.sqrt(4.0 * np.pi)
-    light = rotated_into_frames(even, frames_of(mesh))
+    light = rotate_into_frames(even, frames_of(mesh))
     renderer = TransportRenderer(gl)
-    relit = relit_by(mesh, table, light, np.zeros((0, 3)))
-    picture = renderer.radiance(relit, frame(mesh.positions, 4 / 3), SIZE, samples=1)
+    relit = relight_by(mesh, table, light, np.zeros((0, 3)))
+    image = renderer.radiance(relit, frame(mesh.positions, 4 / 3), SIZE, samples=1)
     renderer.release()
-    inside = picture[..., 3] == 1.0
-    lit_up = inside & (picture[..., 0] > 0.0)  # what is seen from behind is black
+    inside = image[..., 3] == 1.0
+    lit_up = inside & (image[..., 0] > 0.0)  # what is seen from behind is black
     assert lit_up.sum() > 0.99 * inside.sum()
-    np.testing.assert_allclose(picture[lit_up][:, :3], np.broadcast_to((0.3, 0.6, 0.9), (lit_up.sum(), 3)), rtol=1e-4)
+    np.testing.assert_allclose(image[lit_up][:, :3], np.broadcast_to((0.3, 0.6, 0.9), (lit_up.sum(), 3)), rtol=1e-4)
 
 
 def test_one_renderer_takes_either_method_in_turn(gl: Any) -> None:
-    mesh = ball(2)
+    mesh = sphere(2)
     camera = frame(mesh.positions)
-    isotropic, map_ = unshadowed(mesh, random_table(5, None)), unshadowed(mesh, random_table(5, 16), 40)
-    lights: list[RelitSh | RelitWavelets] = [isotropic, relit_wavelets(mesh, factors(2)), map_]
+    isotropic, map_ = compute_unshadowed(mesh, random_table(5, None)), compute_unshadowed(mesh, random_table(5, 16), 40)
+    lights: list[RelightSh | RelightWavelets] = [isotropic, relight_wavelets(mesh, factors(2)), map_]
     renderer = TransportRenderer(gl)
     first = [renderer.radiance(relit, camera, SIZE, samples=1) for relit in lights]
     again = [renderer.radiance(relit, camera, SIZE, samples=1) for relit in lights]
@@ -153,20 +153,20 @@ def test_one_renderer_takes_either_method_in_turn(gl: Any) -> None:
 
 def test_a_diffuse_model_shows_its_albedo_times_its_rows(gl: Any) -> None:
     """Rows of vectors are irradiance / π: the model has its table's albedo, the ground its own."""
-    mesh = ball(2)
+    mesh = sphere(2)
     table = lambert_table(brdf_from_text("lambert:albedo=0.3/0.6/0.9"), 5)  # type: ignore[arg-type]
     vectors = np.broadcast_to(np.float32(0.0), (len(mesh.positions), 1, 25))
     for first, albedo in ((len(mesh.positions), (0.3, 0.6, 0.9)), (0, (0.4, 0.4, 0.4))):
-        relit = RelitSh(ShTransport(mesh, first, True, 0.4, table, False, vectors), np.full((len(vectors), 3), 2.0))
+        relit = RelightSh(ShTransport(mesh, first, True, 0.4, table, False, vectors), np.full((len(vectors), 3), 2.0))
         renderer = TransportRenderer(gl)
-        picture = renderer.radiance(relit, frame(mesh.positions), SIZE, samples=1)
+        image = renderer.radiance(relit, frame(mesh.positions), SIZE, samples=1)
         renderer.release()
-        np.testing.assert_allclose(picture[60, 80], (*(2.0 * np.array(albedo)), 1.0), rtol=1e-5)
+        np.testing.assert_allclose(image[60, 80], (*(2.0 * np.array(albedo)), 1.0), rtol=1e-5)
 
 
 def test_light_that_does_not_fit_its_vertices_is_refused() -> None:
-    relit = unshadowed(ball(1), random_table(3, None))
+    relit = compute_unshadowed(sphere(1), random_table(3, None))
     with pytest.raises(ValueError, match="rows has the shape"):
-        RelitSh(relit.transport, relit.rows[1:])
+        RelightSh(relit.transport, relit.rows[1:])
     with pytest.raises(ValueError, match="not finite"):
-        RelitSh(relit.transport, np.full_like(relit.rows, np.inf))
+        RelightSh(relit.transport, np.full_like(relit.rows, np.inf))

@@ -1,4 +1,4 @@
-"""Pictures written to a temporary folder and read back through the child."""
+"""Images written to a temporary folder and read back through the child."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -51,7 +51,7 @@ def test_a_webp_loops_and_keeps_its_opacity(tmp_path: Path) -> None:
             assert (pixels[24, 10, 3], pixels[24, 50, 3]) == (0, 255)
 
 
-def test_a_folder_has_a_picture_for_each_frame(tmp_path: Path) -> None:
+def test_a_folder_has_a_image_for_each_frame(tmp_path: Path) -> None:
     with film(tmp_path / "turn", (65, 48), 30.0) as keep:
         for colour in COLOURS:
             keep(frame(colour))
@@ -62,13 +62,13 @@ def test_a_folder_has_a_picture_for_each_frame(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["turn.mp4", "turn.webp", "turn"])
 def test_a_film_that_fails_leaves_nothing(tmp_path: Path, name: str) -> None:
-    def broken() -> None:
+    def find_broken() -> None:
         with film(tmp_path / name, (65, 48), 30.0) as keep:
             keep(frame(COLOURS[0]))
             raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
-        broken()
+        find_broken()
     assert list(tmp_path.iterdir()) == []
 
 

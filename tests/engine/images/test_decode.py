@@ -1,4 +1,4 @@
-"""Every kind of picture of fault 6 is right or named; R5, R6, R9, R11, R13 through files; real files."""
+"""Every kind of image of fault 6 is right or named; R5, R6, R9, R11, R13 through files; real files."""
 
 import io
 import struct
@@ -323,13 +323,13 @@ def test_values_that_are_not_finite_are_counted_and_masked(read: Callable[..., A
 
 
 def test_hdr_in_all_orientations_and_exposures(read: Callable[..., Any]) -> None:
-    picture = np.exp(RNG.normal(0, 2, (20, 31, 3))).astype(np.float32)
-    content = cv2.imencode(".hdr", picture[..., ::-1])[1].tobytes()
+    image = np.exp(RNG.normal(0, 2, (20, 31, 3))).astype(np.float32)
+    content = cv2.imencode(".hdr", image[..., ::-1])[1].tobytes()
     header, body = content.split(b"\n\n", 1)
     resolution, data = body.split(b"\n", 1)
     assert resolution == b"-Y 20 +X 31"
     plain = read(content).pixels
-    assert np.all(np.abs(plain - picture) <= picture.max(axis=2, keepdims=True) / 128)
+    assert np.all(np.abs(plain - image) <= image.max(axis=2, keepdims=True) / 128)
     for size, expected in (
         (b"+Y 20 +X 31", plain[::-1]),
         (b"-Y 20 -X 31", plain[:, ::-1]),
@@ -472,4 +472,4 @@ def test_fault5_rows_of_zeros_are_warned_of(tmp_path: Path, rows: Any, words: st
     path.write_bytes(tiff(np.zeros_like(CODES16)))
     assert read_image(path).warnings == ()
     path.write_bytes(exr({"RGB": np.where(samples > 0, FLOATS, np.float32(0))}))
-    assert read_image(path).warnings == ()  # a picture of a model in front of nothing, and its reader counts rows
+    assert read_image(path).warnings == ()  # an image of a model in front of nothing, and its reader counts rows

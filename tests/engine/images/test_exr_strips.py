@@ -13,7 +13,7 @@ from engine.storage.scratch import scratch_array
 RNG = np.random.default_rng(3)
 
 
-def written(planes: Planes) -> bytes:
+def write(planes: Planes) -> bytes:
     parts: list[bytes] = []
     late = drain(write_exr_strips(planes, parts.append, "writing"))
     content = bytearray(b"".join(parts))
@@ -30,12 +30,12 @@ def test_strips_are_the_bytes_of_openexr(shape: Any, half: bool) -> None:
     channels["flat"] = np.full(shape, 1e6, np.float32)
     attributes = {"unit": "radiance", "r_max": "0.25"}
     expected = encode_exr(channels, half=half, attributes=attributes)
-    assert written(Planes(channels, attributes, half)) == expected
+    assert write(Planes(channels, attributes, half)) == expected
 
 
 def test_noise_that_does_not_pack_is_stored_as_openexr_does() -> None:
     channels = {"Y": RNG.integers(0, 1 << 32, (33, 50), np.uint32).view(np.float32)}
-    assert written(Planes(channels)) == encode_exr(channels, half=False)
+    assert write(Planes(channels)) == encode_exr(channels, half=False)
 
 
 def test_a_map_on_the_disk_is_written_from_there(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -43,4 +43,4 @@ def test_a_map_on_the_disk_is_written_from_there(monkeypatch: pytest.MonkeyPatch
     image = scratch_array((50, 20, 3), np.float32)
     image[...] = RNG.random((50, 20, 3), np.float32)
     channels = {name: image[..., index] for index, name in enumerate("RGB")}
-    assert written(Planes(channels)) == encode_exr(channels, half=False)
+    assert write(Planes(channels)) == encode_exr(channels, half=False)

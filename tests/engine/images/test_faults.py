@@ -1,7 +1,7 @@
-"""Fault 5 for every picture reader: truncation at every 1/64 and at header boundaries, and flipped bits.
+"""Fault 5 for every image reader: truncation at every 1/64 and at header boundaries, and flipped bits.
 
 A cut file is an error, or decodes to exactly what the whole file holds (only padding was lost). A flipped bit may
-change pixels where the format has no checksum, but the picture keeps its shape, nothing crashes and nothing hangs.
+change pixels where the format has no checksum, but the image keeps its shape, nothing crashes and nothing hangs.
 """
 
 import io
@@ -100,7 +100,7 @@ def test_fault5_truncation_is_never_silent(read: Callable[..., Any], kind: Any) 
 
 def test_fault5_zeroed_tails_are_never_silent_where_the_data_is_coded(read: Callable[..., Any], kind: Any) -> None:
     if kind in ("tiff", "tiff-big-tiles", "tiff-float", "exr-none", "tiff-zstd", "hdr", "tga", "tga-packed"):
-        pytest.skip("stored as plain numbers without checksum: zeros are a valid picture")
+        pytest.skip("stored as plain numbers without checksum: zeros are a valid image")
     content = FILES[kind][0]()
     with pytest.raises(InputError):
         read(content[: len(content) // 2] + bytes(len(content) - len(content) // 2))

@@ -17,7 +17,7 @@ from engine.storage.untrusted import LARGEST_LIMIT_S, SMALLEST_LIMIT_S, time_lim
 _STRIP_OFFSETS, _STRIP_BYTES, _SUB_DIRECTORIES = 273, 279, 330
 
 
-def picture(pages: int = 1, *, big: bool = False) -> bytes:
+def image(pages: int = 1, *, big: bool = False) -> bytes:
     """A sound TIFF of a few small pages."""
     stream = io.BytesIO()
     with tifffile.TiffWriter(stream, bigtiff=big) as file:
@@ -62,9 +62,9 @@ def test_S9_more_tags_and_directories_than_any_camera_writes_are_refused() -> No
     below = after_header(directory((_SUB_DIRECTORIES, 4, BELOW_LIMIT + 1, 26)))
     with pytest.raises(InputError, match="101 below it"):
         check_directories(below, "a", 10)
-    check_directories(picture(10), "a", 10)
+    check_directories(image(10), "a", 10)
     with pytest.raises(InputError, match="too many"):
-        check_directories(picture(11), "a", 10)
+        check_directories(image(11), "a", 10)
 
 
 def test_S9_tags_that_share_the_same_megabyte_are_refused() -> None:
@@ -85,10 +85,10 @@ def test_S9_strips_that_lie_in_one_place_are_refused() -> None:
 
 
 @pytest.mark.parametrize("big", [False, True])
-def test_S9_sound_pictures_pass(big: bool) -> None:
-    check_directories(picture(3, big=big), "a", 3)
+def test_S9_sound_images_pass(big: bool) -> None:
+    check_directories(image(3, big=big), "a", 3)
     with pytest.raises(InputError, match="too many"):
-        check_directories(picture(3, big=big), "a", 2)
+        check_directories(image(3, big=big), "a", 2)
 
 
 def test_S9_small_files_get_less_time_than_large_ones() -> None:

@@ -16,7 +16,7 @@ from engine.light.cube_map import (
     environment_of,
     face_coordinates,
     mean_radiance,
-    resized,
+    resize,
     texel_numbers,
 )
 from engine.light.environment import EnvironmentMap, map_coordinates, solid_angles, texel_directions
@@ -159,12 +159,12 @@ def test_EN9_the_pole_rows_and_the_seam_are_no_seams_in_the_cube() -> None:
 @pytest.mark.parametrize(("old", "new"), [(1, 8), (7, 8), (8, 7), (64, 16), (100, 128)])
 def test_resizing_keeps_constants_and_flux(old: int, new: int) -> None:
     random = np.random.default_rng(1).random((6, old, old, 3)).astype(np.float32)
-    cube = resized(CubeMap(random), new)
+    cube = resize(CubeMap(random), new)
     assert cube.edge == new
     np.testing.assert_allclose(mean_radiance(cube), mean_radiance(CubeMap(random)), rtol=1e-6)
-    constant = resized(CubeMap(np.full((6, old, old, 3), 0.3, np.float32)), new)
+    constant = resize(CubeMap(np.full((6, old, old, 3), 0.3, np.float32)), new)
     assert np.abs(constant.radiance / np.float32(0.3) - 1).max() <= 2e-7
-    assert resized(constant, new) is constant
+    assert resize(constant, new) is constant
 
 
 def test_what_is_no_cube_is_refused() -> None:

@@ -14,11 +14,11 @@ import pytest
 from engine.core.errors import InputError
 from engine.images.encode import encode_exr, encode_png, rgb_channels, write_exr
 from engine.light.cube_map import cube_directions, direction_on_face
-from engine.light.environment import EnvironmentMap, all_lights, reduced, solid_angles, texel_directions
+from engine.light.environment import EnvironmentMap, all_lights, reduce, solid_angles, texel_directions
 from engine.light.environment_file import open_environment, read_environment, repair
-from engine.light.light_tree import chosen_lights
+from engine.light.light_tree import choose_lights
 from engine.light.sky import SKIES
-from tests.engine.damage import ROUNDS, damaged
+from tests.engine.damage import ROUNDS, find_damaged
 
 
 def write(path: Path, radiance: Any) -> Path:
@@ -105,12 +105,12 @@ def strip(faces: np.ndarray) -> np.ndarray:
 def cross(faces: np.ndarray, standing: bool) -> np.ndarray:
     """Around +Z as OpenGL's faces unfold; a cross that stands has −Z upside down at its foot."""
     n = faces.shape[1]
-    picture = np.zeros((4 * n, 3 * n, 3) if standing else (3 * n, 4 * n, 3), np.float32)
+    image = np.zeros((4 * n, 3 * n, 3) if standing else (3 * n, 4 * n, 3), np.float32)
     places = {0: (1, 2), 1: (1, 0), 2: (0, 1), 3: (2, 1), 4: (1, 1), 5: (3, 1) if standing else (1, 3)}
     for face, (i, j) in places.items():
         turned = faces[face][::-1, ::-1] if standing and face == 5 else faces[face]
-        picture[i * n : (i + 1) * n, j * n : (j + 1) * n] = turned
-    return picture
+        image[i * n : (i + 1) * n, j * n : (j + 1) * n] = turned
+    return image
 
 
 def inside_out(faces: np.ndarray) -> np.ndarray:
@@ -185,7 +185,7 @@ def test_a_real_cube_map_is_converted_without_seams(shared_data: Any) -> None:
 
 @pytest.mark.parametrize("half", [True, False])
 def test_EN7_values_at_the_end_of_half_floats(tmp_path: Path, half: bool) -> None:
-    """Half pictures hold what is above 65504 as that; float pictures hold it."""
+    """Half images hold what is above 65504 as that; float images hold it."""
     values = (65504.0, 65519.0, 65520.0, 1e6)
     radiance = np.ones((2, 4, 3), np.float32)
     radiance[0] = np.array(values, np.float32)[:, None]
@@ -209,7 +209,7 @@ def test_EN5_infinities_of_half_floats_are_repaired(tmp_path: Path) -> None:
 
 def test_EN10_the_smallest_map_is_two_texels(tmp_path: Path) -> None:
     environment = read_environment(write(tmp_path / "a.exr", np.ones((1, 2, 3))))
-    assert chosen_lights(environment, 4).irradiance.sum() == pytest.approx(3 * 4 * np.pi)
+    assert choose_lights(environment, 4).irradiance.sum() == pytest.approx(3 * 4 * np.pi)
 
 
 @pytest.mark.parametrize("value", [-1.0, np.nan])
@@ -218,7 +218,7 @@ def test_a_file_without_any_light_in_it_is_refused(tmp_path: Path, value: float)
         read_environment(write(tmp_path / "a.exr", np.full((2, 4, 3), value)))
 
 
-def test_a_black_map_and_an_ordinary_picture_are_warned_of(tmp_path: Path) -> None:
+def test_a_black_map_and_an_ordinary_image_are_warned_of(tmp_path: Path) -> None:
     assert "black" in read_environment(write(tmp_path / "a.exr", np.zeros((2, 4, 3)))).health.warnings[0]
     (tmp_path / "a.png").write_bytes(encode_png(np.full((4, 8, 3), 255, np.uint8)))
     environment = read_environment(tmp_path / "a.png")
@@ -258,7 +258,7 @@ def test_built_in_maps_need_no_file(name: str) -> None:
 @pytest.mark.parametrize("rows", [1, 3, 16, 21])
 def test_averaging_by_area_keeps_the_flux(rows: int) -> None:
     environment = EnvironmentMap(np.random.default_rng(0).uniform(0, 9, (32, 64, 3)).astype(np.float32))
-    small = reduced(environment, rows)
+    small = reduce(environment, rows)
     assert small.radiance.shape == (rows, 2 * rows, 3)
     flux = [
         (m.radiance * solid_angles(*m.radiance.shape[:2])[..., None]).sum(axis=(0, 1)) for m in (environment, small)
@@ -268,12 +268,12 @@ def test_averaging_by_area_keeps_the_flux(rows: int) -> None:
 
 def test_EN9_a_constant_stays_constant_and_small_maps_stay() -> None:
     environment = EnvironmentMap(np.full((100, 200, 3), 0.7, np.float32))
-    np.testing.assert_allclose(reduced(environment, 7).radiance, 0.7, rtol=1e-6)
-    assert reduced(environment, 100) is environment
+    np.testing.assert_allclose(reduce(environment, 7).radiance, 0.7, rtol=1e-6)
+    assert reduce(environment, 100) is environment
 
 
 def runs_of_1990() -> bytes:
-    """A Radiance picture of 16 × 8 texels in the run-length coding before 1991."""
+    """A Radiance image of 16 × 8 texels in the run-length coding before 1991."""
     line = b"\x80\x40\x20\x81\1\1\1\x07\xff\x00\x10\x83\1\1\1\x07"
     return b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=1\n\n-Y 8 +X 16\n" + line * 8
 
@@ -292,7 +292,7 @@ def test_fault5_damaged_environments_are_read_or_refused_in_words(
 ) -> None:
     path, good = tmp_path / "damaged", make()
     refused = 0
-    damages = list(damaged(good, (0, len(good)), count=300, seed=seed))
+    damages = list(find_damaged(good, (0, len(good)), count=300, seed=seed))
     for damage in damages:
         path.write_bytes(damage.content)
         try:

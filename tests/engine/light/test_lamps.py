@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from engine.core.directions import world_direction
 from engine.light.lamps import (
-    MOST_OF_ALL,
+    MAX_OF_ALL,
     Lamp,
     LampSettings,
     directions_for,
@@ -82,14 +82,14 @@ def test_larger_discs_get_more_directions(radius_deg: float, count: int) -> None
 def test_many_lamps_share_their_directions() -> None:
     lamps = [Lamp((0.0, 1.0, 0.0), (1.0, 1.0, 1.0), 1.0)] * 20 + [Lamp((1.0, 1.0, 0.0), (1.0, 0.0, 0.0))]
     lights = lights_of_all(lamps)
-    assert MOST_OF_ALL * 0.9 < len(lights.direction) <= MOST_OF_ALL + 1
+    assert MAX_OF_ALL * 0.9 < len(lights.direction) <= MAX_OF_ALL + 1
     facing = (lights.irradiance[:-1] * lights.direction[:-1, 1:2]).sum(axis=0)
     np.testing.assert_allclose(facing, 20.0, rtol=1e-12)
     assert len(lights_of_all([]).direction) == 0
 
 
 def test_a_turned_lamp_comes_from_where_turned_lights_come_from() -> None:
-    lamp = Lamp((0.0, 0.6, 0.8), (1.0, 2.0, 3.0), 0.1).rotated(math.pi / 2)
+    lamp = Lamp((0.0, 0.6, 0.8), (1.0, 2.0, 3.0), 0.1).rotate(math.pi / 2)
     np.testing.assert_allclose(lamp.direction, (0.8, 0.6, 0.0), atol=1e-15)
     assert lamp.radius == 0.1
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.light.environment import EnvironmentMap, all_lights, cells, map_coordinates, texel_directions
-from engine.light.light_tree import chosen_lights, light_tree
+from engine.light.light_tree import choose_lights, light_tree
 
 
 def irradiance(lights: Any, normal: Any) -> Any:
@@ -55,11 +55,11 @@ def test_each_choice_cuts_one_light_of_the_one_before(sky: EnvironmentMap) -> No
 
 @pytest.mark.parametrize("count", [1, 2, 3, 50, 64, 512])
 def test_as_many_lights_as_asked_for(sky: EnvironmentMap, count: int) -> None:
-    assert len(chosen_lights(sky, count).direction) == count
+    assert len(choose_lights(sky, count).direction) == count
 
 
 def test_more_lights_than_the_tree_was_grown_for_refine_the_same_choices(sky: EnvironmentMap) -> None:
-    few, many = chosen_lights(sky, 512), chosen_lights(sky, 1000)
+    few, many = choose_lights(sky, 512), choose_lights(sky, 1000)
     assert len(many.direction) == 1000
     np.testing.assert_allclose(irradiance(few, [0, 1, 0]), irradiance(many, [0, 1, 0]), rtol=2e-3)
     held = cells(sky, 256)
@@ -71,7 +71,7 @@ def test_more_lights_than_the_tree_was_grown_for_refine_the_same_choices(sky: En
 )
 def test_error_falls_with_the_number_of_lights(sky: EnvironmentMap, side: Any) -> None:
     truth = irradiance(all_lights(sky), np.array(side))
-    error = {n: np.abs(irradiance(chosen_lights(sky, n), np.array(side)) / truth - 1).max() for n in (4, 32, 512)}
+    error = {n: np.abs(irradiance(choose_lights(sky, n), np.array(side)) / truth - 1).max() for n in (4, 32, 512)}
     assert error[4] > error[32] > error[512]
     assert error[32] < 0.04
     assert error[512] < 3e-3
@@ -79,7 +79,7 @@ def test_error_falls_with_the_number_of_lights(sky: EnvironmentMap, side: Any) -
 
 @pytest.mark.parametrize("size", [(1, 1), (2, 1), (1, 2), (6, 12)])
 def test_EN1_EN10_constant_light_gives_pi_from_every_side(size: Any) -> None:
-    lights = chosen_lights(EnvironmentMap(np.ones((*size, 3), np.float32)), 256)
+    lights = choose_lights(EnvironmentMap(np.ones((*size, 3), np.float32)), 256)
     for normal in (*np.eye(3), *-np.eye(3)):
         np.testing.assert_allclose(irradiance(lights, normal), np.pi, rtol=0.02)
 
@@ -88,7 +88,7 @@ def test_EN6_the_sun_in_one_texel_gets_a_light_of_its_own_and_the_sky_keeps_its_
     radiance = np.full((128, 256, 3), (0.2, 0.4, 0.9), np.float32)
     radiance[30, 200] = 1e6
     environment = EnvironmentMap(radiance)
-    lights = chosen_lights(environment, 16)
+    lights = choose_lights(environment, 16)
     sun = texel_directions(128, 256)[30, 200]
     towards = lights.direction @ sun
     assert np.arccos(np.clip(towards.max(), -1, 1)) < np.radians(0.5)
@@ -101,18 +101,18 @@ def test_EN6_the_sun_in_one_texel_gets_a_light_of_its_own_and_the_sky_keeps_its_
 def test_EN4_one_lit_texel_is_one_direction_at_its_centre() -> None:
     radiance = np.zeros((16, 32, 3), np.float32)
     radiance[5, 7] = 3
-    lights = chosen_lights(EnvironmentMap(radiance), 9)
+    lights = choose_lights(EnvironmentMap(radiance), 9)
     u, v = map_coordinates(lights.direction)
     assert ((u * 32).astype(int) == 7).all()
     assert ((v * 16).astype(int) == 5).all()
-    (one,) = chosen_lights(EnvironmentMap(radiance), 1).direction
+    (one,) = choose_lights(EnvironmentMap(radiance), 1).direction
     assert np.arccos(one @ texel_directions(16, 32)[5, 7]) < np.radians(0.5)
 
 
 def test_fewer_lit_cells_give_fewer_lights() -> None:
     radiance = np.zeros((256, 512, 3), np.float32)
     radiance[[3, 99, 200], [0, 50, 511]] = 1.0
-    lights = chosen_lights(EnvironmentMap(radiance), 64)
+    lights = choose_lights(EnvironmentMap(radiance), 64)
     expected = texel_directions(256, 512)[[3, 99, 200], [0, 50, 511]]
     assert len(lights.direction) == 3
     np.testing.assert_allclose(np.sort(lights.direction, axis=0), np.sort(expected, axis=0), atol=1e-12)
@@ -122,26 +122,26 @@ def test_EN9_a_lamp_at_the_pole_or_across_the_seam_is_one_light() -> None:
     for towards in ((0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0)):
         lamp = texel_directions(64, 128) @ np.array(towards) > np.cos(0.2)
         environment = EnvironmentMap((lamp[..., None] * np.ones(3)).astype(np.float32))
-        np.testing.assert_allclose(chosen_lights(environment, 1).direction[0], towards, atol=1e-9)
-        sixteen = chosen_lights(environment, 16)
+        np.testing.assert_allclose(choose_lights(environment, 1).direction[0], towards, atol=1e-9)
+        sixteen = choose_lights(environment, 16)
         np.testing.assert_allclose(
             irradiance(sixteen, np.array(towards)), irradiance(all_lights(environment), towards), rtol=2e-3
         )
 
 
 def test_darkness_is_one_dark_light() -> None:
-    lights = chosen_lights(EnvironmentMap(np.zeros((4, 8, 3), np.float32)), 5)
+    lights = choose_lights(EnvironmentMap(np.zeros((4, 8, 3), np.float32)), 5)
     assert lights.irradiance.tolist() == [[0.0, 0.0, 0.0]]
     assert np.isfinite(lights.direction).all()
 
 
 @pytest.mark.parametrize("value", [1e-38, 3e38])
 def test_light_at_the_ends_of_float32_stays_finite(value: float) -> None:
-    lights = chosen_lights(EnvironmentMap(np.full((4, 8, 3), value, np.float32)), 32)
+    lights = choose_lights(EnvironmentMap(np.full((4, 8, 3), value, np.float32)), 32)
     np.testing.assert_allclose(lights.irradiance.sum(axis=0), 4 * np.pi * value, rtol=1e-6)
     np.testing.assert_allclose(np.linalg.norm(lights.direction, axis=1), 1.0)
 
 
 def test_no_lights_are_too_few(sky: EnvironmentMap) -> None:
     with pytest.raises(ValueError, match="too few"):
-        chosen_lights(sky, 0)
+        choose_lights(sky, 0)

@@ -12,7 +12,7 @@ from engine.core.directions import normalize, world_angles, world_direction
 from engine.core.errors import InputError
 from engine.light.environment import EnvironmentMap, solid_angles, texel_directions
 from engine.light.environment_file import open_environment
-from engine.light.sky import SKIES, SUN_ABOVE_THE_AIR, built_in, clear_sky, overcast, preetham, sun_irradiance
+from engine.light.sky import SKIES, SUN_ABOVE_THE_AIR, clear_sky, make_built_in, overcast, preetham, sun_irradiance
 from engine.light.sun_split import split_sun
 
 UP = np.array([0.0, 1.0, 0.0])
@@ -39,7 +39,7 @@ def test_unknown_names_list_the_known_ones() -> None:
     with pytest.raises(InputError, match="overcast"):
         open_environment("midnight")
     with pytest.raises(KeyError):
-        built_in("midnight")
+        make_built_in("midnight")
 
 
 @pytest.mark.parametrize(("elevation_deg", "turbidity"), [(60.0, 2.5), (30.0, 3.0), (10.0, 4.0), (2.0, 6.0)])
@@ -90,7 +90,7 @@ def test_the_sun_reddens_and_fades_as_it_sets() -> None:
 
 @pytest.mark.parametrize(("name", "elevation"), [("noon", 60.0), ("afternoon", 30.0), ("evening", 10.0)])
 def test_the_sun_of_a_clear_sky_splits_off_as_the_lamp_it_is(name: str, elevation: float) -> None:
-    rest, (sun,) = split_sun(built_in(name))
+    rest, (sun,) = split_sun(make_built_in(name))
     theta, phi = world_angles(sun.direction)
     assert 90 - math.degrees(theta) == pytest.approx(elevation, abs=0.1)
     assert math.degrees(phi) == pytest.approx(40.0, abs=0.1)
@@ -103,7 +103,7 @@ def test_the_sun_of_a_clear_sky_splits_off_as_the_lamp_it_is(name: str, elevatio
 @pytest.mark.parametrize("name", ["noon", "afternoon", "evening", "sunset", "overcast"])
 def test_a_level_white_card_is_one_under_every_sky(name: str) -> None:
     """By the sum over the map, which cuts the horizon and the low sun into texels."""
-    environment = built_in(name)
+    environment = make_built_in(name)
     assert luminance(irradiance(environment, UP)) / math.pi == pytest.approx(1.0, rel=0.02)
 
 
@@ -116,7 +116,7 @@ def test_the_overcast_sky_falls_to_a_third_at_the_horizon() -> None:
 
 @pytest.mark.parametrize("name", ["noon", "overcast"])
 def test_the_ground_reflects_what_falls_on_it(name: str) -> None:
-    environment = built_in(name)
+    environment = make_built_in(name)
     height = environment.radiance.shape[0]
     above = environment.radiance.copy()
     above[height // 2 :] = 0
@@ -131,7 +131,7 @@ def test_a_sun_below_the_horizon_leaves_numbers_finite() -> None:
 
 
 def test_strip_lights_are_long_and_thin() -> None:
-    bright = luminance(built_in("strip-lights").radiance) > 5.0
+    bright = luminance(make_built_in("strip-lights").radiance) > 5.0
     tubes = [SKIES["strip-lights"].radiance(normalize((0.4, 1.0, z))) for z in (0.0, 0.8)]
     assert min(luminance(tube) for tube in tubes) > 5.0
     assert luminance(SKIES["strip-lights"].radiance(normalize((0.6, 1.0, 0.0)))) < 1.0

@@ -18,7 +18,7 @@ from engine.light.cube_map import cube_of, cube_solid_angles
 from engine.light.environment import EnvironmentMap, solid_angles, texel_directions
 from engine.light.environment_file import open_environment, read_environment
 from engine.light.lamps import Lamp
-from engine.light.sun_split import LARGEST, MOST_SUNS, split_sun
+from engine.light.sun_split import LARGEST, MAX_SUNS, split_sun
 
 
 def sky(height: int = 64, width: int = 128) -> np.ndarray:
@@ -138,7 +138,7 @@ def test_most_lamps_are_bounded() -> None:
     radiance[10:60:5, 0:120:10] = 1e3
     radiance[5:60:25, 3:120:30] = 2e5
     rest, lamps = split_sun(EnvironmentMap(radiance))
-    assert len(lamps) <= MOST_SUNS
+    assert len(lamps) <= MAX_SUNS
     np.testing.assert_allclose(light_of_both(rest, lamps), light(EnvironmentMap(radiance)), rtol=1e-6)
 
 

@@ -93,18 +93,20 @@ def brute_force(mesh: Mesh, environment: EnvironmentMap, seed: int = 7) -> Brute
     return BruteForce(cast(Any, vertices), frames, views, weight, ~blocked, direction, incident, visible)
 
 
-def bounced_share(mesh: Mesh, brdf: Brdf, environment: EnvironmentMap, side: int = 28, samples: int = 24) -> float:
+def compute_bounced_share(
+    mesh: Mesh, brdf: Brdf, environment: EnvironmentMap, side: int = 28, samples: int = 24
+) -> float:
     """The interreflected share of all light, by the reference renderer, over pixels from four sides."""
     part = whole = 0.0
     for number, towards in enumerate(((1, 1, 1), (-1, -1, 1), (-1, 1, -1))):
         eye = tuple(np.asarray(mesh.centre) + 3.2 * mesh.radius * normalize(np.array(towards, float)))
         scene = Scene(mesh, Camera(eye, tuple(mesh.centre)), brdf, environment=environment)
 
-        def picture(depth: int, seed: int, scene: Scene = scene) -> Any:
-            return drain(reference(scene, (side, side), samples=samples, max_depth=depth, seed=seed)).picture
+        def image(depth: int, seed: int, scene: Scene = scene) -> Any:
+            return drain(reference(scene, (side, side), samples=samples, max_depth=depth, seed=seed)).image
 
-        full = [picture(5, 10 * number + seed) for seed in (1, 2)]
-        direct = [picture(1, 10 * number + seed) for seed in (3, 4)]
+        full = [image(5, 10 * number + seed) for seed in (1, 2)]
+        direct = [image(1, 10 * number + seed) for seed in (3, 4)]
         inside = np.minimum.reduce([each[..., 3] for each in (*full, *direct)]) > 0.99
         one, other = ((f[..., :3] - d[..., :3])[inside].astype(float) for f, d in zip(full, direct, strict=True))
         part += float((one * other).sum())
@@ -157,7 +159,7 @@ def bowl(depth: float = 0.5, rows: int = 14) -> Mesh:
 
 
 @cache
-def ball(rows: int = 16) -> Mesh:
+def sphere(rows: int = 16) -> Mesh:
     """A closed convex sphere."""
     theta, phi = np.meshgrid(np.pi * np.arange(1, rows) / rows, np.pi * np.arange(2 * rows) / rows, indexing="ij")
     ring = np.stack([np.sin(theta) * np.sin(phi), np.cos(theta), np.sin(theta) * np.cos(phi)], axis=-1).reshape(-1, 3)
@@ -172,9 +174,9 @@ def ball(rows: int = 16) -> Mesh:
 
 
 @cache
-def balls(apart: float) -> Mesh:
+def spheres(apart: float) -> Mesh:
     """Two of them, so far apart between their middles."""
-    one = ball()
+    one = sphere()
     points = np.concatenate([one.positions, one.positions + np.array([apart, 0.0, 0.0])])
     faces = np.concatenate([one.faces, one.faces + np.int32(len(one.positions))])
     return Mesh(points, np.concatenate([one.normals] * 2), np.concatenate([one.uv] * 2), faces, "balls")
@@ -191,14 +193,14 @@ def spots(count: int = 24, radius: float = 0.03, level: float = 1500.0) -> Envir
 
 
 @cache
-def even_ball(count: int = 800) -> Mesh:
+def even_sphere(count: int = 800) -> Mesh:
     """A sphere whose vertices stand for equal areas."""
     towards = _spiral(count)
     return _around(towards, towards)
 
 
 @cache
-def dented(count: int = 1200) -> Mesh:
+def dent(count: int = 1200) -> Mesh:
     """A ball with deep dents, whose vertices stand for nearly equal areas."""
     towards = _spiral(10_000)
     fine = _around(_dents(towards), towards)

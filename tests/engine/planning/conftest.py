@@ -10,7 +10,7 @@ from engine.planning.effects.estimates import Scenery, estimates
 
 
 def every_rate() -> CostModel:
-    """Every rate is a microsecond and doubles where its knob does; frames are cheap, as on a graphics card."""
+    """Every rate is a microsecond and doubles where its parameter does; frames are cheap, as on a graphics card."""
     tables = dict.fromkeys(NAMES, ((1.0, 1e-06), (16.0, 1.6e-05), (64.0, 6.4e-05)))
     shares = ("-pixel", "-pixel-each", "-vertex-each")
     cheap = {name: ((1.0, 1e-9 if name.endswith("pixel") else 1e-10),) for name in NAMES if name.endswith(shares)}

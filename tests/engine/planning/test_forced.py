@@ -17,8 +17,8 @@ from engine.planning.costs.cost_model import CostModel
 from engine.planning.plan import plan
 from engine.transport.gaussian.transfer import GaussianTransport
 from engine.transport.wavelet.quantise import encode_light
-from engine.transport.wavelet.transfer import WaveletTransport, relit
-from tests.engine.planning.brute_force import ball, gradient_sky
+from engine.transport.wavelet.transfer import WaveletTransport, relight_transport
+from tests.engine.planning.brute_force import gradient_sky, sphere
 
 PAINT = "ggx:kd=0.4,alpha=0.4,f0=0.04"
 
@@ -26,7 +26,7 @@ PAINT = "ggx:kd=0.4,alpha=0.4,f0=0.04"
 def arrays_of(transport: WaveletTransport | GaussianTransport) -> list[Any]:
     """The arrays that light is multiplied with."""
     if isinstance(transport, WaveletTransport):
-        return [relit(transport, encode_light(cube_of(gradient_sky(), transport.edge).radiance))]
+        return [relight_transport(transport, encode_light(cube_of(gradient_sky(), transport.edge).radiance))]
     assert transport.diffuse is not None
     parts = [(each.weight, each.mean, each.sigma) for each in transport.components]
     return [transport.diffuse.rows, *(array for part in parts for array in part)]
@@ -36,7 +36,7 @@ def arrays_of(transport: WaveletTransport | GaussianTransport) -> list[Any]:
 def test_T1_forced_shadows_of_a_convex_model_change_nothing(
     costs: CostModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mode: str
 ) -> None:
-    mesh, brdf = ball(3), brdf_from_text(PAINT)
+    mesh, brdf = sphere(3), brdf_from_text(PAINT)
     options: dict[str, Any] = {"cost": costs, "error": 0.5, "modes": (mode,)}
     lean = plan(mesh, brdf, gradient_sky(), **options)
     full = plan(mesh, brdf, gradient_sky(), force=("self-shadowing",), **options)
@@ -45,11 +45,11 @@ def test_T1_forced_shadows_of_a_convex_model_change_nothing(
     calls: list[int] = []
     was = RayCaster.occluded
 
-    def noted(caster: RayCaster, origin: Any, direction: Any, **more: Any) -> Any:
+    def note(caster: RayCaster, origin: Any, direction: Any, **more: Any) -> Any:
         calls.append(len(origin))
         return was(caster, origin, direction, **more)
 
-    monkeypatch.setattr(RayCaster, "occluded", noted)
+    monkeypatch.setattr(RayCaster, "occluded", note)
     found = []
     for name, chosen in (("lean", lean), ("full", full)):
         calls.clear()

@@ -30,7 +30,7 @@ from engine.scene.material import Material
 from engine.scene.scene import Scene
 from engine.shading.shading_map import ShadingMap
 from engine.transport.wavelet.quantise import encode_light
-from tests.engine.planning.brute_force import ball, bowl, brute_force, even_ball, gradient_sky, lamp_sky, sunny_sky
+from tests.engine.planning.brute_force import bowl, brute_force, even_sphere, gradient_sky, lamp_sky, sphere, sunny_sky
 from tests.engine.planning.conftest import threshold
 
 PAINT = "ggx:kd=0.4,alpha=0.4,f0=0.04"
@@ -45,20 +45,20 @@ def woven(contrast: float) -> Material:
     return Material(ShadingMap(slices, 0.3, mean), None, "lambert:albedo=0.5", sigma=1.0)
 
 
-def of_bowl(depth: float) -> Scenery:
+def make_bowl(depth: float) -> Scenery:
     return scenery(bowl(depth), brdf_from_text("lambert:albedo=0.1"), gradient_sky())
 
 
-def of_brushing(apart: float) -> Scenery:
-    return scenery(ball(), brdf_from_text(f"ward:alpha_x={0.3 - apart},alpha_y={0.3 + apart}"), gradient_sky())
+def make_brushing(apart: float) -> Scenery:
+    return scenery(sphere(), brdf_from_text(f"ward:alpha_x={0.3 - apart},alpha_y={0.3 + apart}"), gradient_sky())
 
 
-def of_sun(level: float) -> Scenery:
-    return scenery(even_ball(), brdf_from_text("lambert:albedo=0.5"), sunny_sky(level))
+def make_sun(level: float) -> Scenery:
+    return scenery(even_sphere(), brdf_from_text("lambert:albedo=0.5"), sunny_sky(level))
 
 
-def of_threads(contrast: float) -> Scenery:
-    return scenery(ball(), brdf_from_text("lambert:albedo=0.5"), gradient_sky(), material=woven(contrast))
+def make_threads(contrast: float) -> Scenery:
+    return scenery(sphere(), brdf_from_text("lambert:albedo=0.5"), gradient_sky(), material=woven(contrast))
 
 
 def without_shadows(scene: Scenery, below: float) -> float:
@@ -67,7 +67,7 @@ def without_shadows(scene: Scenery, below: float) -> float:
 
 
 def without_brushing(scene: Scenery, below: float) -> float:
-    real, brdf = brute_force(ball(), gradient_sky()), scene.brdf
+    real, brdf = brute_force(sphere(), gradient_sky()), scene.brdf
     return real.error(real.radiance(Unbrushed(brdf).f), real.radiance(brdf.f))[0]
 
 
@@ -76,7 +76,7 @@ def without_split(scene: Scenery, below: float) -> float:
     from engine.light.cube_map import cube_directions, cube_of, cube_solid_angles
     from engine.transport.wavelet.haar import cube_of_coefficients
 
-    sky, normal = sunny_sky(below), even_ball().normals.astype(np.float64)
+    sky, normal = sunny_sky(below), even_sphere().normals.astype(np.float64)
     exact = cube_of(sky, 64).radiance
     kept = cube_of_coefficients(encode_light(cube_of(sky, 16).radiance).coefficients)
 
@@ -90,8 +90,8 @@ def without_split(scene: Scenery, below: float) -> float:
 
 
 def apart_by_threads(contrast: float, sky: EnvironmentMap, text: str) -> float:
-    """Of pictures of a ball with threads and with their mean."""
-    mesh, brdf = textured_ball(), brdf_from_text(text)
+    """Of images of a ball with threads and with their mean."""
+    mesh, brdf = make_textured_sphere(), brdf_from_text(text)
     one, other = (
         drain(
             radiance(Scene(mesh, frame(mesh.positions), brdf, environment=sky, material=each, directions=32), (64, 64))
@@ -108,7 +108,7 @@ def without_threads(_scene: Scenery, below: float) -> float:
 
 
 @cache
-def textured_ball() -> Mesh:
+def make_textured_sphere() -> Mesh:
     from engine.geometry.shapes import shape
 
     return shape("sphere")
@@ -116,10 +116,10 @@ def textured_ball() -> Mesh:
 
 #: Effect, scene by its parameter, values just below and just above the threshold, mode, and what leaving out costs.
 GATES: tuple[tuple[str, Callable[[float], Scenery], float, float, tuple[str, ...], Any], ...] = (
-    ("self-shadowing", of_bowl, 0.06, 0.065, ("sh",), without_shadows),
-    ("anisotropy", of_brushing, 0.1, 0.11, ("sh",), without_brushing),
-    ("sun-split", of_sun, 1.35e4, 1.3e4, ("wavelet",), without_split),
-    ("mesostructure", of_threads, 0.05, 0.055, ("sh",), without_threads),
+    ("self-shadowing", make_bowl, 0.06, 0.065, ("sh",), without_shadows),
+    ("anisotropy", make_brushing, 0.1, 0.11, ("sh",), without_brushing),
+    ("sun-split", make_sun, 1.35e4, 1.3e4, ("wavelet",), without_split),
+    ("mesostructure", make_threads, 0.05, 0.055, ("sh",), without_threads),
 )
 
 
@@ -153,10 +153,10 @@ def test_T6_scenes_just_above_and_below_a_threshold(
 def test_T6_what_costs_nothing_is_left_out_only_where_it_is_hardly_there(
     costs: CostModel, effect: str, below: str, above: str, simplified: Callable[[Any], Any]
 ) -> None:
-    scenes = [scenery(ball(8), brdf_from_text(text), gradient_sky()) for text in (below, above)]
+    scenes = [scenery(sphere(8), brdf_from_text(text), gradient_sky()) for text in (below, above)]
     without, with_it = (plan_of(scene, costs, 1e-2, None, modes=("sh",)) for scene in scenes)
     assert (without.decision(effect), with_it.decision(effect)) == ("skipped", "needed")
-    real, brdf = brute_force(ball(8), gradient_sky()), scenes[0].brdf
+    real, brdf = brute_force(sphere(8), gradient_sky()), scenes[0].brdf
     assert real.error(real.radiance(simplified(brdf).f), real.radiance(brdf.f))[0] <= NOISE
 
 
@@ -168,8 +168,8 @@ THREADS = tuple(itertools.product((0.05, 0.6), (gradient_sky, lamp_sky), ("lambe
     ("contrast", "sky", "text"),
     [THREADS[-1], *(pytest.param(*row, marks=pytest.mark.long) for row in THREADS[:-1])],
 )
-def test_T6_mesostructure_is_what_pictures_without_it_lose(
+def test_T6_mesostructure_is_what_images_without_it_lose(
     contrast: float, sky: Callable[[], EnvironmentMap], text: str
 ) -> None:
-    predicted = mesostructure(scenery(textured_ball(), brdf_from_text(text), sky(), material=woven(contrast)))
+    predicted = mesostructure(scenery(make_textured_sphere(), brdf_from_text(text), sky(), material=woven(contrast)))
     assert 0.83 <= predicted.error_rel / apart_by_threads(contrast, sky(), text) <= 3.0

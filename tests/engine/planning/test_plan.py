@@ -34,14 +34,14 @@ from engine.planning.plan import EffectsPlan, brdf_of, plan, plan_of
 from engine.planning.predicted_error import BETWEEN, FEW, PredictedErrors
 from engine.transport.baking import visibility
 from engine.transport.sh.lighting import project
-from engine.transport.sh.transfer import transferred
-from engine.transport.wavelet.transfer import MOST_TERMS
-from tests.engine.planning.brute_force import ball, balls, bowl, gradient_sky, lamp_sky, sunny_sky
+from engine.transport.sh.transfer import transfer
+from engine.transport.wavelet.transfer import MAX_TERMS
+from tests.engine.planning.brute_force import bowl, gradient_sky, lamp_sky, sphere, spheres, sunny_sky
 from tests.engine.planning.conftest import every_rate
 
 
 @cache
-def looked_at() -> Scenery:
+def look_at() -> Scenery:
     return scenery(bowl(), brdf_from_text("phong:kd=0.4,ks=0.02,exponent=10"), lamp_sky())
 
 
@@ -57,7 +57,7 @@ def price(found: EffectsPlan) -> float:
 @settings(max_examples=8)
 @given(st.floats(1e-3, 1.0), st.floats(1.0, 10.0))
 def test_T7_a_larger_budget_of_error_never_costs_more(error: float, factor: float) -> None:
-    scene = looked_at()
+    scene = look_at()
     one, other = plan_of(scene, COSTS, error, None), plan_of(scene, COSTS, error * factor, None)
     if one.satisfied:
         assert other.satisfied
@@ -68,11 +68,11 @@ def test_T7_a_larger_budget_of_error_never_costs_more(error: float, factor: floa
 
 
 def test_a_plan_tells_the_interval_of_its_error() -> None:
-    found = plan_of(looked_at(), COSTS, 0.02, None, modes=("sh",))
+    found = plan_of(look_at(), COSTS, 0.02, None, modes=("sh",))
     low, high = found.error_interval_rel
     assert 0.0 < low < found.predicted_error_rel < high
     # without anything left out it is that of the method alone
-    errors = PredictedErrors(looked_at(), estimates(looked_at()), None)
+    errors = PredictedErrors(look_at(), estimates(look_at()), None)
     setting = Setting("sh", {"order": 5, "interreflection": 1})
     own, (least, most) = errors.of(setting, frozenset()), SPREAD.around
     shown = own - errors.left_out(setting, frozenset())
@@ -81,7 +81,7 @@ def test_a_plan_tells_the_interval_of_its_error() -> None:
     largest = math.hypot(most * shown, between)
     assert errors.interval(setting, frozenset()) == pytest.approx((least * shown, largest))
     # what is left out may lie where the view does not look at best, and adds by itself at worst
-    missing = estimates(looked_at())["self-shadowing"].error_rel
+    missing = estimates(look_at())["self-shadowing"].error_rel
     low, high = errors.interval(setting, frozenset({"self-shadowing"}))
     assert low == pytest.approx(max(least * shown, 0.05 * missing))
     assert high == pytest.approx(largest + missing / 0.83)
@@ -92,7 +92,7 @@ def test_a_plan_tells_the_interval_of_its_error() -> None:
 @settings(max_examples=8)
 @given(st.floats(0.1, 1e4), st.floats(1.0, 10.0))
 def test_T7_more_time_never_ends_in_a_larger_error(time_ms: float, factor: float) -> None:
-    scene = looked_at()
+    scene = look_at()
     one, other = plan_of(scene, COSTS, None, time_ms), plan_of(scene, COSTS, None, time_ms * factor)
     if one.satisfied:
         assert other.predicted_error_rel <= one.predicted_error_rel
@@ -103,7 +103,7 @@ def test_T7_more_time_never_ends_in_a_larger_error(time_ms: float, factor: float
     ("effect", "place", "sky", "text"),
     [
         ("interreflection", lambda: bowl(0.25), gradient_sky, "lambert:albedo={}"),
-        ("glossy", ball, gradient_sky, "phong:kd=0.5,ks={},exponent=20"),
+        ("glossy", sphere, gradient_sky, "phong:kd=0.5,ks={},exponent=20"),
     ],
 )
 def test_T6_a_gate_lies_between_scenes_just_above_and_below(
@@ -121,7 +121,7 @@ def test_T6_a_gate_lies_between_scenes_just_above_and_below(
 
 
 def test_T6_all_frequency_light_is_needed_beyond_few_harmonics(costs: CostModel) -> None:
-    scene = looked_at()
+    scene = look_at()
     error = estimates(scene)["all-frequency-light"].error_rel
     loose, tight = (plan_of(scene, costs, error * factor, None, modes=("sh",)) for factor in (2.5, 0.95))
     assert loose.decision("all-frequency-light") == "skipped"
@@ -130,7 +130,7 @@ def test_T6_all_frequency_light_is_needed_beyond_few_harmonics(costs: CostModel)
 
 
 def test_what_a_user_asks_for_is_obeyed(costs: CostModel) -> None:
-    scene = looked_at()
+    scene = look_at()
     every = frozenset(EFFECTS)
     for name in EFFECTS:
         forced = plan_of(scene, costs, 0.5, None, frozenset({name}))
@@ -156,16 +156,16 @@ def test_what_a_user_asks_for_is_obeyed(costs: CostModel) -> None:
 )
 def test_what_is_no_plan_is_refused(costs: CostModel, options: dict[str, Any], words: str) -> None:
     with pytest.raises(ValueError, match=words):
-        plan(ball(), brdf_from_text("lambert"), gradient_sky(), cost=costs, **options)
+        plan(sphere(), brdf_from_text("lambert"), gradient_sky(), cost=costs, **options)
 
 
 def test_T2_a_diffuse_model_is_baked_as_vectors_without_a_ray(
     costs: CostModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    mesh, brdf = ball(), brdf_from_text("lambert:albedo=0.5")
+    mesh, brdf = sphere(), brdf_from_text("lambert:albedo=0.5")
     found = plan(mesh, brdf, gradient_sky(), cost=costs, error=0.05, modes=("sh",))
     calls: list[str] = []
-    counted(monkeypatch, calls)
+    count(monkeypatch, calls)
     ready = drain(planned.prepare(found, mesh, brdf))
     baked = drain(ready.start(tmp_path / "ball.transport"))
     assert calls == []
@@ -173,7 +173,7 @@ def test_T2_a_diffuse_model_is_baked_as_vectors_without_a_ray(
     assert baked.bounce_s == 0.0
 
 
-def counted(monkeypatch: pytest.MonkeyPatch, calls: list[str]) -> None:
+def count(monkeypatch: pytest.MonkeyPatch, calls: list[str]) -> None:
     """Note every ray that is cast and every search for free vertices from here on."""
     from engine.geometry.ray_caster import RayCaster
 
@@ -184,49 +184,49 @@ def counted(monkeypatch: pytest.MonkeyPatch, calls: list[str]) -> None:
     ):
         was = getattr(owner, name)
 
-        def noted(*arguments: Any, _was: Any = was, _name: str = name, **more: Any) -> Any:
+        def note(*arguments: Any, _was: Any = was, _name: str = name, **more: Any) -> Any:
             calls.append(_name)
             return _was(*arguments, **more)
 
-        monkeypatch.setattr(owner, name, noted)
+        monkeypatch.setattr(owner, name, note)
 
 
 def test_T1_forced_effects_of_a_convex_model_change_nothing(
     costs: CostModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All rays and bounces are done, and the result is the same to the last bit."""
-    mesh, brdf = ball(10), brdf_from_text("lambert:albedo=0.5")
+    mesh, brdf = sphere(10), brdf_from_text("lambert:albedo=0.5")
     options: dict[str, Any] = {"cost": costs, "error": 0.05, "modes": ("sh",)}
     lean = plan(mesh, brdf, gradient_sky(), **options)
     full = plan(mesh, brdf, gradient_sky(), force=("self-shadowing", "interreflection"), **options)
     one = drain(drain(planned.prepare(lean, mesh, brdf)).start(tmp_path / "lean.transport"))
     calls: list[str] = []
-    counted(monkeypatch, calls)
+    count(monkeypatch, calls)
     other = drain(drain(planned.prepare(full, mesh, brdf)).start(tmp_path / "full.transport"))
     assert {"occluded", "intersect"} <= set(calls)
     assert full.setting["order"] == lean.setting["order"]
     light = project(gradient_sky(), lean.setting["order"])
-    np.testing.assert_allclose(transferred(other.transport, light), transferred(one.transport, light), atol=1e-12)
+    np.testing.assert_allclose(transfer(other.transport, light), transfer(one.transport, light), atol=1e-12)
 
 
 def test_T1_forced_gloss_of_a_diffuse_model_changes_rounding_only(costs: CostModel, tmp_path: Path) -> None:
-    mesh, brdf = ball(8), brdf_from_text("lambert:albedo=0.5")
+    mesh, brdf = sphere(8), brdf_from_text("lambert:albedo=0.5")
     forced = plan(mesh, brdf, gradient_sky(), cost=costs, error=0.05, modes=("sh",), force=("glossy",))
     baked = drain(drain(planned.prepare(forced, mesh, brdf)).start(tmp_path / "glossy.transport"))
     assert baked.transport.rows.shape[0] == len(mesh.positions) * forced.setting["order"] ** 2
-    from engine.transport.sh.transfer import local_views, signed_radiance
+    from engine.transport.sh.transfer import local_views, sum_signed_radiance
 
     light = project(gradient_sky(), forced.setting["order"])
-    rows = transferred(baked.transport, light)
+    rows = transfer(baked.transport, light)
     local = local_views(baked.transport, (0.0, 0.0, 50.0))
-    value = signed_radiance(baked.transport, rows, local, np.arange(len(mesh.positions)))
+    value = sum_signed_radiance(baked.transport, rows, local, np.arange(len(mesh.positions)))
     seen = local[:, 2] > 0.1
     wanted = 0.5 * (1.0 + 0.6 * 2.0 / 3.0 * mesh.normals[:, 1:2])
     np.testing.assert_allclose(value[seen], np.broadcast_to(wanted, value.shape)[seen], rtol=5e-3)
 
 
 def test_T5_what_is_skipped_takes_no_bytes() -> None:
-    found, mesh = looked_at(), bowl()
+    found, mesh = look_at(), bowl()
     both = frozenset({"glossy", "interreflection"})
     lean = plan_of(found, COSTS, 0.5, None, skip=both, modes=("sh",))
     full = plan_of(found, COSTS, 0.5, None, force=both, modes=("sh",))
@@ -238,46 +238,46 @@ def test_T5_what_is_skipped_takes_no_bytes() -> None:
 def test_T5_skipped_shadows_cast_no_ray_and_need_no_tree(
     costs: CostModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    mesh, brdf = balls(2.2), brdf_from_text("lambert:albedo=0.5")
+    mesh, brdf = spheres(2.2), brdf_from_text("lambert:albedo=0.5")
     skip = ("self-shadowing", "interreflection")
     found = plan(mesh, brdf, gradient_sky(), cost=costs, error=0.5, modes=("sh",), skip=skip)
     calls: list[str] = []
-    counted(monkeypatch, calls)
+    count(monkeypatch, calls)
     ready = drain(planned.prepare(found, mesh, brdf))
     baked = drain(ready.start(tmp_path / "balls.transport"))
     assert calls == []
     assert len(ready.work.caster.faces) == 0
-    rows = transferred(baked.transport, project(gradient_sky(0.0), found.setting["order"]))
+    rows = transfer(baked.transport, project(gradient_sky(0.0), found.setting["order"]))
     np.testing.assert_allclose(rows, 1.0, rtol=1e-5)
 
 
 def test_brdfs_lose_what_a_plan_leaves_out() -> None:
-    whole = plan_of(looked_at(), COSTS, 0.5, None)
+    whole = plan_of(look_at(), COSTS, 0.5, None)
 
-    def drawn(text: str, effect: str, decision: str) -> Any:
+    def draw(text: str, effect: str, decision: str) -> Any:
         rows = (replace(row, decision=decision if row.effect == effect else "needed") for row in whole.effects)
         return brdf_of(replace(whole, effects=tuple(rows)), brdf_from_text(text))
 
     dust, brushed = "oren-nayar", "ward:alpha_x=0.1,alpha_y=0.4"
-    assert drawn(dust, "glossy", "needed") == brdf_from_text(dust)
-    assert isinstance(drawn(dust, "glossy", "forced off"), Lambert)
-    assert isinstance(drawn(dust, "retro-reflection", "forced off"), WithoutRetro)
-    assert isinstance(drawn(dust, "fresnel", "forced off"), WithoutRise)
-    assert isinstance(drawn(brushed, "anisotropy", "skipped"), Unbrushed)
-    assert isinstance(drawn("lambert", "glossy", "forced on"), GlossyLambert)
-    assert isinstance(drawn(dust, "anisotropy", "forced on"), Brushed)
+    assert draw(dust, "glossy", "needed") == brdf_from_text(dust)
+    assert isinstance(draw(dust, "glossy", "forced off"), Lambert)
+    assert isinstance(draw(dust, "retro-reflection", "forced off"), WithoutRetro)
+    assert isinstance(draw(dust, "fresnel", "forced off"), WithoutRise)
+    assert isinstance(draw(brushed, "anisotropy", "skipped"), Unbrushed)
+    assert isinstance(draw("lambert", "glossy", "forced on"), GlossyLambert)
+    assert isinstance(draw(dust, "anisotropy", "forced on"), Brushed)
 
 
 def test_a_ground_shades_a_model_that_is_convex(costs: CostModel) -> None:
-    mesh, brdf = ball(), brdf_from_text("lambert:albedo=0.5")
+    mesh, brdf = sphere(), brdf_from_text("lambert:albedo=0.5")
     found = plan(mesh, brdf, lamp_sky(), cost=costs, error=0.02, modes=("sh",), ground=Ground(albedo=0.8, cells=16))
-    assert found.free_share < 1.0
+    assert found.unoccluded_fraction < 1.0
     assert found.shows("self-shadowing")
     assert found.shows("interreflection")
 
 
 def test_T3_suns_are_split_only_where_there_are_any(costs: CostModel) -> None:
-    mesh, brdf = ball(8), brdf_from_text("ggx:kd=0.1,alpha=0.1,f0=0.5")
+    mesh, brdf = sphere(8), brdf_from_text("ggx:kd=0.1,alpha=0.1,f0=0.5")
     for light, count in ((sunny_sky(1.0), 0), (sunny_sky(1e5), 1)):
         found = scenery(mesh, brdf, light)
         assert bool(len(found.sample.lamp_direction)) == bool(count)
@@ -287,7 +287,7 @@ def test_T3_suns_are_split_only_where_there_are_any(costs: CostModel) -> None:
 
 def test_a_budget_that_no_frame_meets_names_the_reference_that_does() -> None:
     """Many frames: the best mode and the reference beside it. A single one: the reference itself, however long."""
-    scene, options = looked_at(), {"noise": lambda depth: 0.25}
+    scene, options = look_at(), {"noise": lambda depth: 0.25}
     often, once = (plan_of(scene, COSTS, 1e-3, None, frames=frames, **cast(Any, options)) for frames in (FRAMES, 1))
     assert not often.satisfied
     assert often.mode != "reference"
@@ -306,7 +306,7 @@ def test_a_budget_that_no_frame_meets_names_the_reference_that_does() -> None:
 
 def test_a_budget_that_nothing_meets_weighs_error_against_cost() -> None:
     """A least error that costs too much is not chosen for being the least."""
-    scene = looked_at()
+    scene = look_at()
     found = plan_of(scene, COSTS, 1e-9, None, ceilings=NONE)
     best = plan_of(scene, COSTS, None, 1e9, ceilings=NONE)
     assert not found.satisfied
@@ -316,7 +316,7 @@ def test_a_budget_that_nothing_meets_weighs_error_against_cost() -> None:
 
 @pytest.mark.parametrize("name", ["memory_bytes", "bake_s", "frame_s"])
 def test_nothing_beyond_a_ceiling_is_chosen_but_what_meets_the_budget_there_is_named(name: str) -> None:
-    scene = looked_at()
+    scene = look_at()
     exact = plan_of(scene, COSTS, None, 1e9, ceilings=NONE)
     budget = 1.01 * exact.predicted_error_rel
     free = plan_of(scene, COSTS, budget, None, ceilings=NONE)
@@ -343,19 +343,19 @@ def test_the_usual_ceilings_are_a_quarter_of_memory_ten_minutes_and_a_tenth_of_a
 
 def test_where_everything_is_beyond_a_ceiling_the_quick_ones_are_offered_and_the_plan_says_so() -> None:
     """A reference of minutes is no way out of frames that take a little too long."""
-    quickest = plan_of(looked_at(), COSTS, None, 1e-9, ceilings=NONE).cost.frame_s
+    quickest = plan_of(look_at(), COSTS, None, 1e-9, ceilings=NONE).cost.frame_s
     options: dict[str, Any] = {"ceilings": replace(NONE, frame_s=0.5 * quickest), "noise": lambda depth: 0.25}
-    held = plan_of(looked_at(), COSTS, 1e-3, None, **options)
+    held = plan_of(look_at(), COSTS, 1e-3, None, **options)
     assert held.exceeded == ("frame_s",)
     assert held.cost.frame_s <= 2.0 * quickest
 
 
-@pytest.mark.parametrize(("parametrisation", "terms"), [("half-diff", 1), ("in-out", MOST_TERMS + 1)])
+@pytest.mark.parametrize(("parametrisation", "terms"), [("half-diff", 1), ("in-out", MAX_TERMS + 1)])
 def test_factors_that_wavelets_refuse_are_planned_without_them(parametrisation: Any, terms: int) -> None:
     hemisphere_map = HemisphereMap("orthographic", 8)
     texture = np.full((terms, *hemisphere_map.shape, 3), 0.3 / np.sqrt(terms), np.float32)
     factors = SeparableFactors(hemisphere_map, parametrisation, texture, texture, True, True)
-    scene = scenery(ball(), factors, gradient_sky())
+    scene = scenery(sphere(), factors, gradient_sky())
     assert plan_of(scene, COSTS, 1e-9, None).mode != "wavelet"
     with pytest.raises(ValueError, match="no mode is left"):
         plan_of(scene, COSTS, 0.5, None, modes=("wavelet",))

@@ -1,4 +1,4 @@
-"""The proof: what others draw of our files is our picture of them, and what is absent is named."""
+"""The proof: what others draw of our files is our image of them, and what is absent is named."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from engine.exchange.subject import Contents, Settings, Subject
 from engine.images.png import read_png
 from engine.light.environment import DistantLights
 from engine.proof import blender, programs, proof
-from engine.proof.formats import linear, relit_hsh, relit_ptm
+from engine.proof.formats import linear, relight_hsh, relight_ptm
 from engine.proof.libraries import absent
 from engine.proof.libraries import materialx as by_materialx
 from engine.proof.programs import BROWSERS, three
-from engine.proof.square import SIDE, Drawn, drawn_by_us, lamp, middle, relative_rmse, windows
+from engine.proof.square import SIDE, Drawn, draw_ourselves, lamp, middle, relative_rmse, windows
 from engine.surface.pbr_maps import ObservedSlopes, PbrMaps
 from tests.engine.exchange.materials import dome_material, dome_stack, woven_material, woven_subject
 
@@ -54,7 +54,7 @@ def put(folder: Path, contents: Contents) -> Path:
 
 
 def ours(subject: Subject) -> Any:
-    return drawn_by_us(subject.shown_as("png8"), subject.maps.size, 1.0 / subject.white)
+    return draw_ourselves(subject.decode_as("png8"), subject.maps.size, 1.0 / subject.white)
 
 
 def test_a_white_square_shows_the_cosine_of_the_lamp() -> None:
@@ -65,49 +65,49 @@ def test_a_white_square_shows_the_cosine_of_the_lamp() -> None:
         (direction,), (irradiance,) = lights.direction, lights.irradiance
         return np.tile(irradiance * direction[2] / np.pi, (len(view.row), 1))
 
-    picture = drawn_by_us(white, size, np.pi)
-    assert picture.shape == (3, 4, 3)
-    np.testing.assert_allclose(picture, lamp()[2])
-    assert relative_rmse(1.1 * picture, picture) == pytest.approx(0.1)
+    image = draw_ourselves(white, size, np.pi)
+    assert image.shape == (3, 4, 3)
+    np.testing.assert_allclose(image, lamp()[2])
+    assert relative_rmse(1.1 * image, image) == pytest.approx(0.1)
 
 
 def test_the_middle_of_large_maps_counts() -> None:
-    picture = np.zeros((SIDE + 10, 6, 3))
-    picture[5] = 1.0
-    assert middle(picture).shape == (SIDE, 6, 3)
-    assert middle(picture)[0, 0, 0] == 1.0
+    image = np.zeros((SIDE + 10, 6, 3))
+    image[5] = 1.0
+    assert middle(image).shape == (SIDE, 6, 3)
+    assert middle(image)[0, 0, 0] == 1.0
     assert windows((SIDE + 10, 6)) == ((SIDE, 6), (SIDE / (SIDE + 10), 1.0))
 
 
 def test_as_many_texels_are_left_out_on_one_side_as_on_the_other() -> None:
     """Others draw the middle of the square, which no other rounding of an odd rest is."""
-    picture = np.arange(SIDE + 3.0)[:, None, None]
+    image = np.arange(SIDE + 3.0)[:, None, None]
     assert windows((SIDE + 3, 1))[0] == (SIDE - 1, 1)
-    assert middle(picture)[0, 0, 0] + middle(picture)[-1, 0, 0] == SIDE + 2
+    assert middle(image)[0, 0, 0] + middle(image)[-1, 0, 0] == SIDE + 2
 
 
-def test_materialx_draws_our_picture_of_the_same_maps(plastic: Subject, tmp_path: Path) -> None:
-    """Within 4 %: MaterialX leaves less light to the diffuse part; a flipped picture is off by far more."""
+def test_materialx_draws_our_image_of_the_same_maps(plastic: Subject, tmp_path: Path) -> None:
+    """Within 4 %: MaterialX leaves less light to the diffuse part; a flipped image is off by far more."""
     pytest.importorskip("MaterialX", reason="MaterialX is not installed")
     if not os.environ.get("DISPLAY") and shutil.which("xvfb-run") is None:
         pytest.skip("there is no display, and xvfb-run is not installed")
     folder = put(tmp_path, drain(materialx.contents(plastic, Settings(), "")))
     drawn = by_materialx(folder, "gltf_pbr", plastic.maps.size)
-    assert drawn.picture is not None, drawn.words
+    assert drawn.image is not None, drawn.words
     assert drawn.words == "The document is valid."
-    assert relative_rmse(drawn.picture, ours(plastic)) < 0.04
-    assert relative_rmse(drawn.picture[::-1], ours(plastic)) > 0.3
+    assert relative_rmse(drawn.image, ours(plastic)) < 0.04
+    assert relative_rmse(drawn.image[::-1], ours(plastic)) > 0.3
 
 
-def test_three_in_chromium_draws_our_picture_of_the_same_maps(plastic: Subject, tmp_path: Path) -> None:
+def test_three_in_chromium_draws_our_image_of_the_same_maps(plastic: Subject, tmp_path: Path) -> None:
     folder = put(tmp_path, drain(gltf.contents(plastic, Settings(), "")))
     drawn = three(folder, plastic.maps.size)
     if drawn.is_sound is None:
         pytest.skip(drawn.words)
     assert any(map(shutil.which, BROWSERS))
-    assert drawn.picture is not None, drawn.words
-    assert relative_rmse(drawn.picture, ours(plastic)) < 0.06
-    assert relative_rmse(drawn.picture[::-1], ours(plastic)) > 0.3
+    assert drawn.image is not None, drawn.words
+    assert relative_rmse(drawn.image, ours(plastic)) < 0.06
+    assert relative_rmse(drawn.image[::-1], ours(plastic)) > 0.3
 
 
 def test_a_page_that_sends_nothing_is_said_to(
@@ -139,7 +139,7 @@ def test_blender_without_a_file_is_a_complaint(tmp_path: Path, monkeypatch: pyte
 
 
 @pytest.mark.long
-def test_cycles_draws_our_picture_of_the_same_maps(plastic: Subject, tmp_path: Path) -> None:
+def test_cycles_draws_our_image_of_the_same_maps(plastic: Subject, tmp_path: Path) -> None:
     """Of maps whose texels and slopes all differ: a pixel shows one texel, so that no filter of pixels counts."""
     if not exported_blender.has_blender():
         pytest.skip("Blender's module (bpy) is not installed")
@@ -148,21 +148,21 @@ def test_cycles_draws_our_picture_of_the_same_maps(plastic: Subject, tmp_path: P
     rough = dataclasses.replace(plastic, maps=dataclasses.replace(plastic.maps, normal=normal))
     folder = put(tmp_path, drain(exported_blender.contents(rough, Settings(), "")))
     drawn = blender.cycles(folder, rough.maps.size)
-    assert drawn.picture is not None, drawn.words
-    assert relative_rmse(drawn.picture, ours(rough)) < 0.02
-    assert relative_rmse(drawn.picture[::-1], ours(rough)) > 0.3
+    assert drawn.image is not None, drawn.words
+    assert relative_rmse(drawn.image, ours(rough)) < 0.02
+    assert relative_rmse(drawn.image[::-1], ours(rough)) > 0.3
 
 
 def test_rti_files_are_relit_as_we_show_them() -> None:
     subject = Subject(dome_material(), woven_subject().maps, stack=dome_stack())
     files = drain(rti.contents(subject, Settings(), "A loss that the header states.")).files
-    shown = rti.shown(subject, Settings())
+    shown = rti.show(subject, Settings())
     assert shown is not None
-    wanted = drawn_by_us(shown, (8, 6), 1.0)
-    np.testing.assert_allclose(linear(relit_hsh(files["dome.rti"])), wanted, atol=1e-4)
+    wanted = draw_ourselves(shown, (8, 6), 1.0)
+    np.testing.assert_allclose(linear(relight_hsh(files["dome.rti"])), wanted, atol=1e-4)
     polynomials = proof._our_ptm(subject)
     assert polynomials is not None
-    assert relative_rmse(linear(relit_ptm(files["dome.ptm"])), polynomials) < 0.01
+    assert relative_rmse(linear(relight_ptm(files["dome.ptm"])), polynomials) < 0.01
     assert relative_rmse(polynomials, wanted) < 0.1
 
 

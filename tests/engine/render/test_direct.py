@@ -12,43 +12,44 @@ from engine.brdf.brdf import brdf_from_text
 from engine.core.directions import world_direction
 from engine.core.steps import Step, drain
 from engine.render.direct import radiance
-from engine.render.display import Display, displayed
+from engine.render.display import Display
+from engine.render.display import display as displayed
 from engine.scene.material import Material, auto_sigma
 from engine.scene.scene import LOOKUPS, Scene
 from tests.engine.scenes import head_on, scene, weave
 
 
-def drawn(what: Scene, size: tuple[int, int] = (32, 24), samples: int = 1) -> np.ndarray:
+def draw(what: Scene, size: tuple[int, int] = (32, 24), samples: int = 1) -> np.ndarray:
     return drain(radiance(what, size, samples=samples))
 
 
 @pytest.mark.parametrize("samples", [1, 2, 3])
 def test_head_on_plane_has_the_predicted_radiance(samples: int) -> None:
-    picture = drawn(head_on(irradiance=2.0), samples=samples)
-    np.testing.assert_allclose(picture[..., :3], 1 / np.pi, rtol=1e-6)
-    assert (picture[..., 3] == 1.0).all()
+    image = draw(head_on(irradiance=2.0), samples=samples)
+    np.testing.assert_allclose(image[..., :3], 1 / np.pi, rtol=1e-6)
+    assert (image[..., 3] == 1.0).all()
 
 
 def test_average_over_a_weave_is_what_was_photographed() -> None:
-    """Lambert, automatic sigma, light from above: the mean luminance of the picture is r_max."""
+    """Lambert, automatic sigma, light from above: the mean luminance of the image is r_max."""
     from engine.core.colour import luminance
 
     material = weave(64)
-    picture = drawn(head_on(material, repeats=40.0), (64, 64))
+    image = draw(head_on(material, repeats=40.0), (64, 64))
     assert material.shading_map is not None
-    assert luminance(picture[..., :3]).mean() == pytest.approx(material.shading_map.r_max, rel=0.02)
+    assert luminance(image[..., :3]).mean() == pytest.approx(material.shading_map.r_max, rel=0.02)
 
 
 def test_the_lit_side_is_where_the_light_is() -> None:
     right = dataclasses.replace(scene("sphere", brdf="lambert"), light=tuple(world_direction(np.pi / 2, np.pi / 2)))
-    picture = drawn(right, (41, 31))[..., 0]
-    assert picture[:, 21:].sum() > 5 * picture[:, :20].sum()
+    image = draw(right, (41, 31))[..., 0]
+    assert image[:, 21:].sum() > 5 * image[:, :20].sum()
     above = dataclasses.replace(right, light=(0.0, 1.0, 0.0))
-    picture = drawn(above, (41, 31))[..., 0]
-    assert picture[:15].sum() > 2 * picture[16:].sum()
+    image = draw(above, (41, 31))[..., 0]
+    assert image[:15].sum() > 2 * image[16:].sum()
 
 
-def test_steps_carry_the_picture_so_far_and_can_be_left() -> None:
+def test_steps_carry_the_image_so_far_and_can_be_left() -> None:
     steps = radiance(scene("sphere"), (200, 200), samples=2)
     first = next(steps)
     assert isinstance(first, Step)
@@ -59,20 +60,20 @@ def test_steps_carry_the_picture_so_far_and_can_be_left() -> None:
 
 @pytest.mark.parametrize("size", [(0, 0), (1, 1), (1, 40), (40, 1)])
 def test_GL7_any_size(size: tuple[int, int]) -> None:
-    assert drawn(head_on(), size).shape == (size[1], size[0], 4)
+    assert draw(head_on(), size).shape == (size[1], size[0], 4)
 
 
 def test_GL5_GL1_what_is_not_finite_is_black() -> None:
     what = head_on(weave(8))
     assert what.material is not None
     assert np.isfinite(
-        drawn(dataclasses.replace(what, material=Material(None, what.material.power_law, sigma=np.inf)))
+        draw(dataclasses.replace(what, material=Material(None, what.material.power_law, sigma=np.inf)))
     ).all()
 
 
 @pytest.mark.parametrize("lookup", LOOKUPS)
 def test_every_lookup_is_dark_without_light(lookup: Any) -> None:
-    assert drawn(head_on(weave(8), lookup=lookup, irradiance=0.0))[..., :3].max() == 0.0
+    assert draw(head_on(weave(8), lookup=lookup, irradiance=0.0))[..., :3].max() == 0.0
 
 
 @pytest.mark.parametrize(
@@ -103,9 +104,9 @@ def test_auto_sigma_makes_the_largest_r_of_the_capture_r_max() -> None:
 
 
 def test_display_puts_the_background_behind_and_blends_edges() -> None:
-    picture = np.array([[[0, 0, 0, 0], [0.25, 0.25, 0.25, 0.5], [0.5, 0.5, 0.5, 1]]], np.float32)
+    image = np.array([[[0, 0, 0, 0], [0.25, 0.25, 0.25, 0.5], [0.5, 0.5, 0.5, 1]]], np.float32)
     display = Display(operator="none", background=(0.0, 0.0, 1.0))
-    assert displayed(picture, display)[0].tolist() == [[0, 0, 255], [137, 137, 225], [188, 188, 188]]
+    assert displayed(image, display)[0].tolist() == [[0, 0, 255], [137, 137, 225], [188, 188, 188]]
 
 
 @pytest.mark.parametrize("options", [{"exposure_ev": np.nan}, {"exposure_ev": 1e400}, {"operator": "film"}])

@@ -42,7 +42,7 @@ def directional() -> DirectionalMap:
     return found
 
 
-def shown(scene: Scene) -> Array:
+def show(scene: Scene) -> Array:
     """Values at the centres of texels."""
     return drain(radiance(scene, SIZE, samples=1))[4::9, 3::7, :3]
 
@@ -50,9 +50,9 @@ def shown(scene: Scene) -> Array:
 @pytest.mark.parametrize("brdf", ["lambert:albedo=0.5", "phong:exponent=20", "ggx:alpha=0.4"])
 @pytest.mark.parametrize("turn", [0.3, 2.0, 4.4])
 def test_photographs_come_back_from_above(brdf: str, turn: float) -> None:
-    """Whatever the BRDF: a lamp of the capture's strength shows the picture of its direction."""
+    """Whatever the BRDF: a lamp of the capture's strength shows the image of its direction."""
     light = surface_direction(0.7, turn)
-    assert shown(from_above(light, brdf=brdf)) == pytest.approx(directional().picture(light), rel=0.02, abs=0.004)
+    assert show(from_above(light, brdf=brdf)) == pytest.approx(directional().image(light), rel=0.02, abs=0.004)
 
 
 def test_lambert_looks_alike_from_every_view() -> None:
@@ -103,28 +103,28 @@ def test_several_lights_add_up_as_radiance() -> None:
     """Codes are summed for each light, and light is added after they are decoded."""
     one, two = surface_direction(0.4, 1.0), surface_direction(1.0, 3.5)
     lamp = Lamp((float(two[0]), float(two[1]), float(two[2])), (2.0, 1.0, 0.5))
-    both = shown(from_above(one, lamps=(lamp,)))
-    expected = directional().picture(one) + directional().picture(two) * (2.0, 1.0, 0.5)
+    both = show(from_above(one, lamps=(lamp,)))
+    expected = directional().image(one) + directional().image(two) * (2.0, 1.0, 0.5)
     assert both == pytest.approx(expected, rel=0.02, abs=0.006)
 
 
 @pytest.mark.parametrize("lookup", ["angle", "texture", "outgoing"])
 def test_other_look_ups_agree_where_one_light_is_overhead(lookup: Any) -> None:
-    """A Lambertian plane from above, lit from its normal: all four are the picture of that light."""
+    """A Lambertian plane from above, lit from its normal: all four are the image of that light."""
     overhead = np.array([0.0, 0.0, 1.0])
-    assert shown(from_above(overhead, lookup=lookup)) == pytest.approx(directional().picture(overhead), rel=0.02)
+    assert show(from_above(overhead, lookup=lookup)) == pytest.approx(directional().image(overhead), rel=0.02)
 
 
 def test_light_from_below_is_black_and_low_light_is_dimmed() -> None:
-    assert not shown(from_above(np.array([0.6, 0.0, -0.8]))).any()
+    assert not show(from_above(np.array([0.6, 0.0, -0.8]))).any()
     lowest = directional().lowest
-    half = shown(from_above(surface_direction(np.arccos(0.5 * lowest), 1.0)))
-    assert half == pytest.approx(directional().picture(surface_direction(np.arccos(0.5 * lowest), 1.0)), abs=0.004)
+    half = show(from_above(surface_direction(np.arccos(0.5 * lowest), 1.0)))
+    assert half == pytest.approx(directional().image(surface_direction(np.arccos(0.5 * lowest), 1.0)), abs=0.004)
 
 
 def test_the_reference_sees_what_direct_light_shows() -> None:
     """One directional lamp and one bounce: paths find the same radiance, at pixels that change little within."""
     scene = from_above(surface_direction(0.7, 2.0))
-    traced = drain(reference(scene, (21, 21), samples=16, max_depth=1)).picture
+    traced = drain(reference(scene, (21, 21), samples=16, max_depth=1)).image
     direct = drain(radiance(scene, (21, 21), samples=4))
     assert np.abs(traced[..., :3].mean() / direct[..., :3].mean() - 1.0) < 0.01

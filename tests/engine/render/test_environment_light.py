@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.directions import directions_ladders
+from benchmarks.directions import directions_sweeps
 from engine.core.steps import drain
 from engine.gl.direct import DirectRenderer
 from engine.light.environment import DistantLights, EnvironmentMap, all_lights, texel_directions
 from engine.light.environment_file import open_environment
 from engine.render.direct import Shader, radiance
-from engine.render.display import Display, displayed
+from engine.render.display import Display, display
 from engine.render.environment_error import environment_error, error_ladder
 from engine.scene.material import Material
 from engine.scene.scene import LOOKUPS, Scene
@@ -87,7 +87,7 @@ def test_a_single_texel_is_a_directional_light(gl: Any, lookup: str, source: str
         lambda what: drain(radiance(what, SIZE, samples=1)),
         lambda what: renderer.radiance(what, SIZE, samples=1),
     ):
-        difference = displayed(draw(lit), Display()).astype(int) - displayed(draw(from_map), Display())
+        difference = display(draw(lit), Display()).astype(int) - display(draw(from_map), Display())
         assert np.abs(difference).max() <= 4, "the texel is 2.8 degrees wide"
         assert np.abs(difference).mean() < 0.2
     renderer.release()
@@ -107,7 +107,7 @@ def test_GL8_gpu_and_cpu_agree_under_an_environment(
     renderer.release()
     cpu = drain(radiance(what, SIZE, samples=1))
     assert cpu[..., :3].max() > 0.1
-    assert np.abs(displayed(gpu, Display()).astype(int) - displayed(cpu, Display())).max() <= 1
+    assert np.abs(display(gpu, Display()).astype(int) - display(cpu, Display())).max() <= 1
 
 
 @pytest.mark.parametrize("slices", [2, 3, 64, 300])
@@ -122,13 +122,13 @@ def test_any_number_of_slices_is_summed_alike(gl: Any, studio: EnvironmentMap, s
 def test_EN11_turning_the_environment_is_rolling_its_map(studio: EnvironmentMap) -> None:
     """A quarter turn about +Y moves what came from +Z to +X: the columns move left by a quarter."""
     rolled = EnvironmentMap(np.roll(studio.radiance, -64, axis=1))
-    turned = all_lights(studio).rotated(np.pi / 2)
+    turned = all_lights(studio).rotate(np.pi / 2)
     np.testing.assert_allclose(turned.direction[turned.irradiance[:, 0].argmax()], _brightest(rolled), atol=1e-9)
     what = scene("sphere", weave(16), environment=studio, directions=256)
     a = drain(radiance(dataclasses.replace(what, environment_rotation=np.pi / 2), (24, 18), samples=1))
     b = drain(radiance(dataclasses.replace(what, environment=rolled), (24, 18), samples=1))
     assert np.linalg.norm(a - b) / np.linalg.norm(b) < 0.05
-    assert all_lights(studio).rotated(0.0).direction is not None
+    assert all_lights(studio).rotate(0.0).direction is not None
 
 
 def _brightest(environment: EnvironmentMap) -> np.ndarray:
@@ -166,14 +166,14 @@ MAPS = {
     "name", ["sun", *(pytest.param(name, marks=pytest.mark.long) for name in MAPS if name != "sun")]
 )
 def test_T7_more_directions_never_cost_accuracy(shared_data: Any, name: str) -> None:
-    """Above 50 % a shiny picture is a few spots, of which the pixels that are compared see many or few by chance."""
-    ladders = drain(directions_ladders(weave(32), MAPS[name](shared_data), pixels=64))
-    for ladder, largest in zip(ladders, (0.001, 0.02), strict=True):
-        errors = [error.rmse_rel for error in ladder.errors]
-        assert all(b <= 1.01 * a or a > 0.5 for a, b in pairwise(errors)), (ladder.brdf, errors)
+    """Above 50 % a shiny image is a few spots, of which the pixels that are compared see many or few by chance."""
+    sweeps = drain(directions_sweeps(weave(32), MAPS[name](shared_data), pixels=64))
+    for sweep, largest in zip(sweeps, (0.001, 0.02), strict=True):
+        errors = [error.rmse_rel for error in sweep.errors]
+        assert all(b <= 1.01 * a or a > 0.5 for a, b in pairwise(errors)), (sweep.brdf, errors)
         assert errors[-1] < largest
-        assert ladder.errors[0].reference_size == (128, 64)
-        assert ladder.errors[0].pixels == 64
+        assert sweep.errors[0].reference_size == (128, 64)
+        assert sweep.errors[0].pixels == 64
 
 
 @pytest.mark.parametrize(

@@ -35,7 +35,7 @@ def sampler(environment: EnvironmentMap, gain: float = 1.0, rotation: float = 0.
     return made
 
 
-def repeated(vector: np.ndarray, count: int) -> np.ndarray:
+def repeat(vector: np.ndarray, count: int) -> np.ndarray:
     return np.tile(vector, (count, 1))
 
 
@@ -46,7 +46,7 @@ def test_EN10_density_times_solid_angle_is_1(size: tuple[int, int]) -> None:
     directions = texel_directions(*parts).reshape(-1, 3)
     areas = np.broadcast_to(solid_angles(*parts), parts).ravel()
     for normal in NORMALS:
-        radiance, density = made.look_up(directions, repeated(normal, len(directions)))
+        radiance, density = made.look_up(directions, repeat(normal, len(directions)))
         assert np.sum(density * areas) == pytest.approx(1.0, abs=1e-12)
         assert ((density > 0.0) == radiance.any(axis=1)).all()
 
@@ -56,12 +56,12 @@ def test_directions_come_as_often_as_their_density_says() -> None:
     environment, count = room(32, 70), 400_000
     for number, normal in enumerate(NORMALS):
         u = np.random.default_rng(number).random((count, 2))
-        direction, _, _ = sampler(environment).draw(u, repeated(normal, count))
+        direction, _, _ = sampler(environment).draw(u, repeat(normal, count))
         row = (np.arccos(direction[:, 1]) / np.pi * 32).astype(int)
         column = (np.arctan2(direction[:, 0], -direction[:, 2]) / (2 * np.pi) % 1.0 * 70).astype(int)
         found = np.bincount(row * 70 + column, minlength=32 * 70)
         middles = texel_directions(32, 70).reshape(-1, 3)
-        _, density = sampler(environment).look_up(middles, repeated(normal, len(middles)))
+        _, density = sampler(environment).look_up(middles, repeat(normal, len(middles)))
         expected = count * density * np.repeat(solid_angles(32, 70).ravel(), 70)
         assert not found[expected == 0.0].any()
         rare = expected < 5.0
@@ -73,7 +73,7 @@ def test_directions_come_as_often_as_their_density_says() -> None:
 @pytest.mark.parametrize("normal", NORMALS)
 def test_one_texel_is_filled_evenly_once_densities_are_divided_by(normal: np.ndarray) -> None:
     environment, u = EnvironmentMap(np.ones((1, 1, 3), np.float32)), np.random.default_rng(0).random((400_000, 2))
-    direction, radiance, density = sampler(environment).draw(u, repeated(normal, len(u)))
+    direction, radiance, density = sampler(environment).draw(u, repeat(normal, len(u)))
     np.testing.assert_allclose(radiance, 1.0)
     moments = np.column_stack([np.ones(len(u)), direction, direction**2]) / density[:, None]
     truth = 4.0 * np.pi * np.array([1.0, 0.0, 0.0, 0.0, 1 / 3, 1 / 3, 1 / 3])
@@ -84,11 +84,11 @@ def test_one_texel_is_filled_evenly_once_densities_are_divided_by(normal: np.nda
 def test_EN11_what_is_drawn_is_the_irradiance_of_the_turned_map(rotation: float) -> None:
     environment, count = room(64, 128), 200_000
     lights = all_lights(environment)
-    lights = DistantLights(lights.direction, 2.5 * lights.irradiance).rotated(rotation)
+    lights = DistantLights(lights.direction, 2.5 * lights.irradiance).rotate(rotation)
     for normal in NORMALS:
         u = np.random.default_rng(1).random((count, 2))
         drawn = sampler(environment, 2.5, rotation)
-        direction, radiance, density = drawn.draw(u, repeated(normal, count))
+        direction, radiance, density = drawn.draw(u, repeat(normal, count))
         found = radiance * (np.maximum(direction @ normal, 0.0) / density)[:, None]
         truth = np.sum(lights.irradiance * np.maximum(lights.direction @ normal, 0.0)[:, None], axis=0)
         deviation = found.std(axis=0) / np.sqrt(count)
@@ -114,7 +114,7 @@ def test_EN6_one_texel_of_a_million_gets_all_directions() -> None:
     radiance = np.zeros((64, 128, 3), np.float32)
     radiance[20, 31] = 1e6
     u = np.random.default_rng(0).random((5000, 2))
-    _, light, density = sampler(EnvironmentMap(radiance)).draw(u, repeated(NORMALS[1], len(u)))
+    _, light, density = sampler(EnvironmentMap(radiance)).draw(u, repeat(NORMALS[1], len(u)))
     np.testing.assert_allclose(light, 1e6)
     np.testing.assert_allclose(density, 1.0 / solid_angles(64, 128)[20, 0])
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from engine.core.steps import drain
 from engine.light.cube_map import CubeMap, cube_directions, cube_of, cube_solid_angles, face_coordinates
 from engine.light.environment import EnvironmentMap, all_lights
-from engine.light.gaussian_prefilter import prefiltered
+from engine.light.gaussian_prefilter import prefilter
 from engine.render.direct import Shader
 from engine.render.light_sampling import environment_sampler
 from engine.render.reference import reference
@@ -38,7 +38,7 @@ def sky() -> EnvironmentMap:
 
 
 def where(row: int, column: int) -> Floats:
-    """The middle of a texel of a map that is not rotated: +Z is in the middle of the picture, +X a quarter in."""
+    """The middle of a texel of a map that is not rotated: +Z is in the middle of the image, +X a quarter in."""
     azimuth, polar = 2.0 * np.pi * (column + 0.5) / COLUMNS, np.pi * (row + 0.5) / ROWS
     return np.array([np.sin(polar) * np.sin(azimuth), np.cos(polar), -np.sin(polar) * np.cos(azimuth)])
 
@@ -53,19 +53,19 @@ def world() -> tuple[Floats, Floats]:
     return np.array([where(*place) for place in places]), np.array(colours, np.float64)
 
 
-def rotated() -> EnvironmentMap:
+def rotate() -> EnvironmentMap:
     """A map that is stored rotated, and shows what `sky` shows once it is rotated."""
     return EnvironmentMap(np.roll(sky().radiance, -TURNED, axis=1))
 
 
-def lit() -> Scene:
+def light_up() -> Scene:
     what = scene("sphere", brdf="lambert:albedo=1", environment=sky(), directions=4096)
     return dataclasses.replace(what, environment_rotation=ANGLE)
 
 
 def test_every_texel_is_where_the_convention_says() -> None:
     direction, colour = world()
-    lights = all_lights(sky()).rotated(ANGLE)
+    lights = all_lights(sky()).rotate(ANGLE)
     nearest = np.argmax(direction @ lights.direction.T, axis=1)
     area = 2.0 * np.pi / COLUMNS * -np.diff(np.cos(np.linspace(0.0, np.pi, ROWS + 1)))
     np.testing.assert_allclose(lights.irradiance[nearest] / np.repeat(area, COLUMNS)[:, None], colour, rtol=1e-6)
@@ -83,44 +83,44 @@ def test_the_reference_sees_the_same_colours() -> None:
 
 def test_cube_maps_and_narrow_gaussians_see_the_same_colours() -> None:
     direction, colour = world()
-    cube = cube_of(rotated(), 128)
+    cube = cube_of(rotate(), 128)
     face, s, t = face_coordinates(direction)
     found = cube.radiance[face, (t * 128).astype(int), (s * 128).astype(int)]
     np.testing.assert_allclose(found, colour, rtol=1e-5)
     wide = np.abs(direction[:, 1]) < 0.8  # texels near the poles are narrower than the Gaussian
-    np.testing.assert_allclose(prefiltered(cube, [0.02]).lookup(direction[wide], 0.02), colour[wide], rtol=1e-3)
+    np.testing.assert_allclose(prefilter(cube, [0.02]).lookup(direction[wide], 0.02), colour[wide], rtol=1e-3)
 
 
 def test_harmonics_of_the_turned_sky_are_the_sums_over_its_texels() -> None:
-    order, fine = 6, np.repeat(np.repeat(rotated().radiance, 16, axis=0), 16, axis=1)
+    order, fine = 6, np.repeat(np.repeat(rotate().radiance, 16, axis=0), 16, axis=1)
     lights = all_lights(EnvironmentMap(fine))
     expected = evaluate(order, lights.direction).T @ lights.irradiance
     size = np.abs(expected).max()
-    np.testing.assert_allclose(scene_coefficients(lit(), order), expected, atol=2e-3 * size)
-    np.testing.assert_allclose(project(cube_of(rotated(), 128), order), expected, atol=2e-3 * size)
+    np.testing.assert_allclose(scene_coefficients(light_up(), order), expected, atol=2e-3 * size)
+    np.testing.assert_allclose(project(cube_of(rotate(), 128), order), expected, atol=2e-3 * size)
 
 
-def test_the_directions_chosen_for_pictures_bring_the_same_vector_of_light() -> None:
+def test_the_directions_chosen_for_images_bring_the_same_vector_of_light() -> None:
     """The first moment of the light: along it the most arrives, and a map that is mirrored or rotated has another."""
     direction, area = cube_directions(64).reshape(-1, 3), np.tile(cube_solid_angles(64).ravel(), 6)
-    cube: CubeMap = cube_of(rotated(), 64)
+    cube: CubeMap = cube_of(rotate(), 64)
     expected = (direction * area[:, None]).T @ cube.radiance.reshape(-1, 3)
-    lights = lit().lights
+    lights = light_up().lights
     found = lights.direction.T @ lights.irradiance
     np.testing.assert_allclose(found, expected, atol=0.02 * np.abs(expected).max())
 
 
-def test_pictures_of_the_reference_are_the_sums_over_the_turned_sky() -> None:
-    what, size = lit(), (12, 12)
-    fine = EnvironmentMap(np.repeat(np.repeat(rotated().radiance, 4, axis=0), 4, axis=1))
+def test_images_of_the_reference_are_the_sums_over_the_turned_sky() -> None:
+    what, size = light_up(), (12, 12)
+    fine = EnvironmentMap(np.repeat(np.repeat(rotate().radiance, 4, axis=0), 4, axis=1))
     row, column = np.mgrid[: size[1] * 4, : size[0] * 4].reshape(2, -1)
     dense = Shader(what, (size[0] * 4, size[1] * 4))(row, column, all_lights(fine))
     expected = dense.reshape(size[1], 4, size[0], 4, 4).mean(axis=(1, 3))
     found = drain(reference(what, size, samples=1024))
     assert found.variance is not None
-    inside = (found.picture[..., 3] == 1.0) & (expected[..., 3] == 1.0)
+    inside = (found.image[..., 3] == 1.0) & (expected[..., 3] == 1.0)
     assert inside.sum() > 30
-    apart = np.abs(found.picture - expected)[inside][:, :3]
+    apart = np.abs(found.image - expected)[inside][:, :3]
     assert (apart < 5.0 * np.sqrt(found.variance[inside]) + 0.01 * expected[inside][:, :3]).all()
     assert np.sqrt(np.mean(apart**2)) < 0.03 * expected[inside].mean()
 

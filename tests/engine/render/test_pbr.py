@@ -1,4 +1,4 @@
-"""PBR maps in pictures: what they must agree with, a case solved by hand, and OpenGL beside the processor."""
+"""PBR maps in images: what they must agree with, a case solved by hand, and OpenGL beside the CPU."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def scene_of(maps: PbrMaps, mesh: Mesh, **options: Any) -> Scene:
     return Scene(mesh, frame(mesh.positions, 1.0), material.reflectance, material, **options)
 
 
-def varied() -> PbrMaps:
+def vary() -> PbrMaps:
     random, size = np.random.default_rng(2), 16
     normal = normalize(np.dstack([random.uniform(-0.4, 0.4, (size, size, 2)), np.ones((size, size))]))
     return PbrMaps(
@@ -65,13 +65,13 @@ BRDF = MetallicRoughness((0.7, 0.4, 0.1), 0.3, 0.4)
 
 
 def test_even_maps_are_one_brdf() -> None:
-    """In direct light to rounding, on the processor; and in the reference, within its own noise."""
+    """In direct light to rounding, on the CPU; and in the reference, within its own noise."""
     scene = scene_of(maps_like(BRDF), shape("sphere"), lamps=(Lamp((0.0, 1.0, 0.2), (1.0, 2.0, 3.0)),))
     plain = dataclasses.replace(scene, material=None, brdf=BRDF)
     ours, theirs = (drain(radiance(each, (24, 24), samples=1)) for each in (scene, plain))
     np.testing.assert_allclose(ours, theirs, rtol=1e-5, atol=1e-6)
     # point lights alone have no noise but that of the place within a pixel, which both share
-    ours, theirs = (drain(reference(each, (16, 16), samples=4)).picture for each in (scene, plain))
+    ours, theirs = (drain(reference(each, (16, 16), samples=4)).image for each in (scene, plain))
     np.testing.assert_allclose(ours, theirs, rtol=1e-4, atol=1e-5)
 
 
@@ -101,25 +101,25 @@ def test_rows_run_down_and_columns_to_the_right() -> None:
     base[0, 1] = 1.0  # the upper right texel alone
     maps = dataclasses.replace(maps_like(MetallicRoughness((0.0, 0.0, 0.0), 1.0, 1.0), 2), base_colour=base)
     scene = scene_of(maps, square(), light=(0.0, 0.0, 1.0), repeats=1.0)
-    picture = drain(radiance(scene, (32, 32), samples=1))[..., 0]
-    rows, columns = np.unravel_index(int(picture.argmax()), picture.shape)
+    image = drain(radiance(scene, (32, 32), samples=1))[..., 0]
+    rows, columns = np.unravel_index(int(image.argmax()), image.shape)
     assert rows < 16
     assert columns > 16
 
 
 def test_reference_agrees_with_direct_light_where_nothing_casts_a_shadow() -> None:
-    """A flat square under one lamp; the pictures differ by what pixels average of fine texels."""
-    maps = dataclasses.replace(varied(), normal=maps_like(BRDF, 16).normal)
+    """A flat square under one lamp; the images differ by what pixels average of fine texels."""
+    maps = dataclasses.replace(vary(), normal=maps_like(BRDF, 16).normal)
     scene = scene_of(maps, square(), repeats=1.0)
     direct = drain(radiance(scene, (24, 24), samples=4))[4:-4, 4:-4, :3]
-    traced = drain(reference(scene, (24, 24), samples=64)).picture[4:-4, 4:-4, :3]
+    traced = drain(reference(scene, (24, 24), samples=64)).image[4:-4, 4:-4, :3]
     assert np.abs(direct - traced).mean() < 0.03 * direct.mean()
 
 
-def test_opengl_shows_what_the_processor_shows(gl: Any) -> None:
+def test_opengl_shows_what_the_cpu_shows(gl: Any) -> None:
     from engine.gl.direct import DirectRenderer
 
-    scene = scene_of(varied(), shape("cloth"), lamps=(Lamp((-0.5, 0.7, 0.5), (0.5, 0.5, 1.0)),))
+    scene = scene_of(vary(), shape("cloth"), lamps=(Lamp((-0.5, 0.7, 0.5), (0.5, 0.5, 1.0)),))
     renderer = DirectRenderer(gl)
     try:
         theirs = renderer.radiance(scene, (48, 48))
@@ -133,8 +133,8 @@ def test_opengl_shows_what_the_processor_shows(gl: Any) -> None:
 def test_ground_beside_maps_stays_what_it_is() -> None:
     from engine.geometry.ground import Ground
 
-    scene = scene_of(varied(), shape("sphere"), ground=Ground(albedo=0.5))
+    scene = scene_of(vary(), shape("sphere"), ground=Ground(albedo=0.5))
     plain = dataclasses.replace(scene, material=None)
-    ours, theirs = (drain(reference(each, (24, 24), samples=4)).picture for each in (scene, plain))
+    ours, theirs = (drain(reference(each, (24, 24), samples=4)).image for each in (scene, plain))
     np.testing.assert_allclose(ours[-2:, :4], theirs[-2:, :4], rtol=1e-5, atol=1e-6)
     assert np.abs(ours - theirs).max() > 0.01

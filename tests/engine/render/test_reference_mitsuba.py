@@ -1,9 +1,9 @@
 """The reference against Mitsuba 3, an independent renderer, on scenes whose BRDF both state alike.
 
 Both give a mean and a variance for each pixel; the difference is tested against both variances, at a level of 0.01 for
-the whole picture (Šidák), and 99.75 % of the pixels must pass, as Mitsuba's own tests of renderings ask. Environment
+the whole image (Šidák), and 99.75 % of the pixels must pass, as Mitsuba's own tests of renderings ask. Environment
 maps are constant over each texel here and bilinear there, so Mitsuba gets them finer. Triangles are flat where
-normals that turn away from the viewer would be treated differently. A test that fails leaves the pictures.
+normals that turn away from the viewer would be treated differently. A test that fails leaves the images.
 
 The ordinary suite renders constant light, a rotated map, a directional light, interreflection with the ground, and a
 metal under a disc lamp and a map; what these have in part, and a measured BRDF, take --long.
@@ -35,7 +35,7 @@ from engine.geometry.shapes import shape
 from engine.images.encode import encode_png
 from engine.light.environment import EnvironmentMap
 from engine.light.lamps import Lamp
-from engine.render.display import Display, displayed
+from engine.render.display import Display, display
 from engine.render.reference import reference
 from engine.scene.material import material_of_maps
 from engine.scene.scene import Scene
@@ -43,8 +43,8 @@ from engine.surface.pbr_maps import PbrMaps
 
 Floats = NDArray[np.float64]
 
-#: Side of the pictures, samples of each pixel in each, and pictures by Mitsuba of which the variance is taken.
-SIZE, SAMPLES, PICTURES = 40, 256, 16
+#: Side of the images, samples of each pixel in each, and images by Mitsuba of which the variance is taken.
+SIZE, SAMPLES, IMAGES = 40, 256, 16
 
 #: Mitsuba computes in float32: where both are free of noise, so much of the value may be between them.
 ROUNDING = 2e-4
@@ -87,11 +87,11 @@ def flat(mesh: Mesh) -> Mesh:
     return Mesh(positions.reshape(-1, 3), normals, mesh.uv[mesh.faces].reshape(-1, 2), faces, mesh.name)
 
 
-def seen(mesh: Mesh, brdf: Brdf, **options: Any) -> Scene:
+def observe(mesh: Mesh, brdf: Brdf, **options: Any) -> Scene:
     return Scene(mesh, frame(mesh.positions, 1.0, 35.0, (0.3, 0.5, 1.0)), brdf, **options)
 
 
-def lit_hall(rows: int = 16) -> EnvironmentMap:
+def make_lit_hall(rows: int = 16) -> EnvironmentMap:
     """A dim coloured room with three small bright windows."""
     random = np.random.default_rng(3)
     radiance = 0.2 + 0.2 * random.random((rows, 2 * rows, 3))
@@ -100,7 +100,7 @@ def lit_hall(rows: int = 16) -> EnvironmentMap:
     return EnvironmentMap(radiance.astype(np.float32))
 
 
-def translated(
+def translate(
     mitsuba: Any,
     scene: Scene,
     bsdf: dict[str, Any],
@@ -173,13 +173,12 @@ def _write_ply(path: Path, positions: Floats, normals: NDArray[np.float32], face
     path.write_bytes(trimesh.exchange.ply.export_ply(solid, vertex_normal=True))
 
 
-def rendered(mitsuba: Any, scene: Any) -> tuple[Floats, Floats]:
+def render(mitsuba: Any, scene: Any) -> tuple[Floats, Floats]:
     """Mean and its variance, (SIZE, SIZE, 3) each."""
-    pictures = [
-        np.array(mitsuba.render(scene, spp=SAMPLES // PICTURES, seed=seed), np.float64)[..., :3]
-        for seed in range(PICTURES)
+    images = [
+        np.array(mitsuba.render(scene, spp=SAMPLES // IMAGES, seed=seed), np.float64)[..., :3] for seed in range(IMAGES)
     ]
-    return np.mean(pictures, axis=0), np.var(pictures, axis=0, ddof=1) / PICTURES
+    return np.mean(images, axis=0), np.var(images, axis=0, ddof=1) / IMAGES
 
 
 def assert_alike(
@@ -191,10 +190,10 @@ def assert_alike(
     samples: int = SAMPLES,
     model_shape: dict[str, Any] | None = None,
 ) -> None:
-    theirs, their_variance = rendered(mitsuba, translated(mitsuba, scene, bsdf, max_depth, folder, model_shape))
+    theirs, their_variance = render(mitsuba, translate(mitsuba, scene, bsdf, max_depth, folder, model_shape))
     found = drain(reference(scene, (SIZE, SIZE), samples=samples, max_depth=max_depth, seed=1))
     assert found.variance is not None
-    ours = found.picture[..., :3].astype(np.float64)
+    ours = found.image[..., :3].astype(np.float64)
     error = ours - theirs
     deviation = np.sqrt(found.variance + their_variance + (ROUNDING * theirs) ** 2 + 1e-30)
     limit = NormalDist().inv_cdf(1.0 - (1.0 - 0.99 ** (1.0 / error.size)) / 2.0)
@@ -202,9 +201,9 @@ def assert_alike(
     bias = error.sum(axis=(0, 1)) / np.sqrt((deviation**2).sum(axis=(0, 1)))
     if passed.mean() < 0.9975 or np.abs(bias).max() > 4.5:
         exposure = -float(np.log2(max(np.quantile(theirs, 0.98), 1e-9)))
-        for name, picture in (("picture", ours), ("mitsuba", theirs), ("error", 0.3 + 2.0 * error)):
-            covered = np.concatenate([picture, np.ones_like(picture[..., :1])], axis=-1).astype(np.float32)
-            Path(folder, f"{name}.png").write_bytes(encode_png(displayed(covered, Display(exposure))))
+        for name, image in (("picture", ours), ("mitsuba", theirs), ("error", 0.3 + 2.0 * error)):
+            covered = np.concatenate([image, np.ones_like(image[..., :1])], axis=-1).astype(np.float32)
+            Path(folder, f"{name}.png").write_bytes(encode_png(display(covered, Display(exposure))))
     assert theirs.mean() > 0.0
     assert passed.mean() >= 0.9975, f"{1 - passed.mean():.2%} of the pixels differ; see {folder}"
     assert np.abs(bias).max() < 4.5, f"the whole differs by {bias} standard errors; see {folder}"
@@ -214,20 +213,20 @@ def assert_alike(
 
 def test_diffuse_sphere_in_constant_light(mitsuba: Any, tmp_path: Path) -> None:
     environment = EnvironmentMap(np.full((1, 2, 3), (1.0, 0.5, 0.25), np.float32))
-    scene = seen(shape("sphere"), brdf_from_text("lambert:albedo=0.6"), environment=environment)
+    scene = observe(shape("sphere"), brdf_from_text("lambert:albedo=0.6"), environment=environment)
     assert_alike(mitsuba, tmp_path, scene, diffuse(0.6))
 
 
 def test_self_shadowing_knot_in_a_turned_map(mitsuba: Any, tmp_path: Path) -> None:
-    options = {"environment": lit_hall(), "environment_rotation": 0.7, "irradiance": 1.5}
-    scene = seen(flat(shape("torus-knot")), brdf_from_text("lambert:albedo=0.5"), **options)
+    options = {"environment": make_lit_hall(), "environment_rotation": 0.7, "irradiance": 1.5}
+    scene = observe(flat(shape("torus-knot")), brdf_from_text("lambert:albedo=0.5"), **options)
     assert_alike(mitsuba, tmp_path, scene, diffuse(0.5))
 
 
 @pytest.mark.long
 def test_metal_in_a_map(mitsuba: Any, tmp_path: Path) -> None:
     brdf = brdf_from_text("metallic-roughness:base_color=0.8/0.6/0.3,metallic=1,roughness=0.5")
-    scene = seen(flat(shape("torus-knot")), brdf, environment=lit_hall())
+    scene = observe(flat(shape("torus-knot")), brdf, environment=make_lit_hall())
     assert_alike(mitsuba, tmp_path, scene, METAL)
 
 
@@ -242,7 +241,7 @@ METAL = {
 @pytest.mark.long
 def test_disc_lamp_casts_soft_shadows(mitsuba: Any, tmp_path: Path) -> None:
     lamp = Lamp(tuple(world_direction(0.8, 0.5)), (3.0, 2.0, 1.0), 0.15)
-    scene = seen(
+    scene = observe(
         shape("sphere"), brdf_from_text("lambert:albedo=0.5"), lamps=(lamp,), irradiance=0.0, ground=Ground(albedo=0.7)
     )
     assert_alike(mitsuba, tmp_path, dataclasses.replace(scene, camera=from_above(scene)), diffuse(0.5))
@@ -250,16 +249,16 @@ def test_disc_lamp_casts_soft_shadows(mitsuba: Any, tmp_path: Path) -> None:
 
 def test_directional_lights_cast_hard_shadows(mitsuba: Any, tmp_path: Path) -> None:
     lamp = Lamp((-1.0, 1.0, 0.2), (0.1, 0.2, 0.5))
-    scene = seen(flat(shape("torus-knot")), brdf_from_text("lambert:albedo=0.5"), lamps=(lamp,), ground=Ground())
+    scene = observe(flat(shape("torus-knot")), brdf_from_text("lambert:albedo=0.5"), lamps=(lamp,), ground=Ground())
     assert_alike(mitsuba, tmp_path, dataclasses.replace(scene, camera=from_above(scene)), diffuse(0.5))
 
 
 @pytest.mark.parametrize("max_depth", [pytest.param(2, marks=pytest.mark.long), 5])
 def test_light_goes_back_and_forth_between_model_and_ground(mitsuba: Any, tmp_path: Path, max_depth: int) -> None:
-    scene = seen(
+    scene = observe(
         flat(shape("torus-knot")),
         brdf_from_text("lambert:albedo=0.9"),
-        environment=lit_hall(),
+        environment=make_lit_hall(),
         ground=Ground(albedo=0.8),
     )
     scene = dataclasses.replace(scene, camera=from_above(scene))
@@ -269,8 +268,8 @@ def test_light_goes_back_and_forth_between_model_and_ground(mitsuba: Any, tmp_pa
 def test_metal_mirrors_the_ground(mitsuba: Any, tmp_path: Path) -> None:
     brdf = brdf_from_text("metallic-roughness:base_color=0.8/0.6/0.3,metallic=1,roughness=0.5")
     lamp = Lamp(tuple(world_direction(0.8, 0.5)), (3.0, 2.0, 1.0), 0.15)
-    options = {"lamps": (lamp,), "environment": lit_hall(), "ground": Ground(albedo=0.8)}
-    scene = seen(flat(shape("torus-knot")), brdf, **options)
+    options = {"lamps": (lamp,), "environment": make_lit_hall(), "ground": Ground(albedo=0.8)}
+    scene = observe(flat(shape("torus-knot")), brdf, **options)
     assert_alike(mitsuba, tmp_path, dataclasses.replace(scene, camera=from_above(scene)), METAL, 3)
 
 
@@ -290,7 +289,7 @@ def test_pbr_maps_of_a_metal(mitsuba: Any, tmp_path: Path) -> None:
     faces = np.array([(0, 1, 2), (0, 2, 3)], np.int32)
     mesh = Mesh(square, np.tile(np.array([0, 0, 1], np.float32), (4, 1)), uv, faces, "square")
     material = material_of_maps(maps, "metal")
-    scene = seen(mesh, material.reflectance, material=material, repeats=1.0, environment=lit_hall())
+    scene = observe(mesh, material.reflectance, material=material, repeats=1.0, environment=make_lit_hall())
 
     def texture(values: NDArray[np.float32]) -> dict[str, Any]:
         upwards = np.ascontiguousarray(values[::-1] if values.ndim == 3 else values[::-1, :, None])
@@ -309,7 +308,7 @@ def test_pbr_maps_of_a_metal(mitsuba: Any, tmp_path: Path) -> None:
 @pytest.mark.long
 def test_measured_brdf(mitsuba: Any, tmp_path: Path, shared_data: Callable[[str], Path]) -> None:
     path = shared_data("brdf/rgl/satin_rosaline_rgb.bsdf")
-    scene = seen(flat(shape("torus-knot")), Swapped(read_rgl(path)), environment=lit_hall())
+    scene = observe(flat(shape("torus-knot")), Swapped(read_rgl(path)), environment=make_lit_hall())
     assert_alike(mitsuba, tmp_path, scene, {"type": "measured", "filename": str(path)})
 
 

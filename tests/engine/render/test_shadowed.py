@@ -17,22 +17,22 @@ from engine.core.steps import drain
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
-from engine.gl.scene_renderer import SceneRenderer, sent
-from engine.gl.screen import Picture
+from engine.gl.scene_renderer import SceneRenderer, send
+from engine.gl.screen import Image
 from engine.light.environment import DistantLights
 from engine.light.lamps import lights_from_all_sides
 from engine.light.near_lamps import NearLamp
 from engine.render.direct import radiance
 from engine.render.reference import reference
-from engine.render.shadowed import drawn, shadowed, with_and_without
-from engine.render.transported import picture_of
+from engine.render.shadowed import combine_shadowed, draw, with_and_without
+from engine.render.transported import image_of
 from engine.scene.material import Material, material_of_maps
 from engine.scene.scene import Scene
 from engine.shading.shading_map import ShadingMap
 from engine.surface.pbr_maps import PbrMaps
 from engine.transport.method import Subject, method_of
-from engine.transport.relit import light_of
-from tests.engine.render.test_transported_sh import ball, smooth_sky
+from engine.transport.relight import light_of
+from tests.engine.render.test_transported_sh import smooth_sky, sphere
 
 SIZE = (48, 40)
 CAMERA = Camera((3.0, 2.2, 4.0), (0.0, -0.3, 0.0))
@@ -50,11 +50,11 @@ QUICK: dict[str, dict[str, Any]] = {
 
 def globe() -> Mesh:
     """A coarse ball whose texture lies on it as seen from the front."""
-    made = ball(14, 7)
+    made = sphere(14, 7)
     return dataclasses.replace(made, uv=made.positions[:, :2].astype(np.float32))
 
 
-def sloped(albedo: NDArray[Any], bend: float, sigma: float) -> Material:
+def slope(albedo: NDArray[Any], bend: float, sigma: float) -> Material:
     """Texels (H, W, 3) of S(r) = albedo r^bend."""
     r = np.linspace(0.0, 1.0, 65)
     slices = (albedo * r[:, None, None, None] ** bend).astype(np.float32)
@@ -73,7 +73,7 @@ def transport_of(scene: Scene, mode: str, folder: Path) -> Any:
     return drain(method.baking.bake(folder / "a.transport", work)).transport
 
 
-def lit(scene: Scene, mode: str, transport: Any) -> Scene:
+def light_up(scene: Scene, mode: str, transport: Any) -> Scene:
     """The scene with the bake under its light."""
     method = method_of(mode)
     return dataclasses.replace(scene, relit=method.baking.relit(transport, light_of(scene), method.light()))
@@ -82,7 +82,7 @@ def lit(scene: Scene, mode: str, transport: Any) -> Scene:
 @pytest.fixture(scope="module", params=["sh", "wavelet", "gaussian"])
 def glossy(request: Any, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Any]:
     """Each method, and its bake of the ball."""
-    scene = scene_with(sloped(np.ones((1, 1, 3)), 1.0, 1.0))
+    scene = scene_with(slope(np.ones((1, 1, 3)), 1.0, 1.0))
     return request.param, transport_of(scene, request.param, tmp_path_factory.mktemp("bakes"))
 
 
@@ -92,10 +92,10 @@ def test_texels_of_a_linear_look_up_are_factors_on_the_bake(glossy: tuple[str, A
     if "near_lamps" in light and not method_of(glossy[0]).near_light:
         return
     albedo = np.array([0.8, 0.4, 0.1])
-    scene = lit(scene_with(sloped(albedo.reshape(1, 1, 3), 1.0, 0.5), **light), *glossy)
-    bare = drain(picture_of(scene.relit, CAMERA, SIZE)).picture
+    scene = light_up(scene_with(slope(albedo.reshape(1, 1, 3), 1.0, 0.5), **light), *glossy)
+    bare = drain(image_of(scene.relit, CAMERA, SIZE)).image
     model = drain(radiance(dataclasses.replace(scene, relit=None, ground=None), SIZE))[..., 3] == 1.0
-    found = drain(drawn(scene, SIZE))
+    found = drain(draw(scene, SIZE))
     assert found[model][:, :3] == pytest.approx(0.5 * albedo * bare[model][:, :3], rel=2e-4, abs=1e-7)
     ground = (bare[..., 3] == 1.0) & ~model
     inner = ground & np.roll(ground, 1, 0) & np.roll(ground, -1, 0) & np.roll(ground, 1, 1) & np.roll(ground, -1, 1)
@@ -106,9 +106,9 @@ def test_texels_of_a_linear_look_up_are_factors_on_the_bake(glossy: tuple[str, A
 def test_texels_in_shadow_are_nearer_to_the_reference(glossy: tuple[str, Any]) -> None:
     """A bent look-up, whose error is not zero, under light from everywhere."""
     rng = np.random.default_rng(4)
-    scene = scene_with(sloped(rng.uniform(0.2, 0.8, (4, 4, 3)), 1.4, 1.0))
-    truth = drain(reference(scene, SIZE, samples=64)).picture
-    found = drain(drawn(lit(scene, *glossy), SIZE))
+    scene = scene_with(slope(rng.uniform(0.2, 0.8, (4, 4, 3)), 1.4, 1.0))
+    truth = drain(reference(scene, SIZE, samples=64)).image
+    found = drain(draw(light_up(scene, *glossy), SIZE))
     inside = (found[..., 3] == 1.0) & (truth[..., 3] == 1.0)
     before = compare(drain(radiance(scene, SIZE)), truth, inside).rmse_rel
     after = compare(found, truth, inside).rmse_rel
@@ -117,19 +117,19 @@ def test_texels_in_shadow_are_nearer_to_the_reference(glossy: tuple[str, Any]) -
 
 def test_both_renderers_agree(gl: Any, glossy: tuple[str, Any]) -> None:
     rng = np.random.default_rng(4)
-    scene = lit(scene_with(sloped(rng.uniform(0.2, 0.8, (4, 4, 3)), 1.4, 1.0), light=LIGHT), *glossy)
-    renderer, picture = SceneRenderer(gl), Picture(gl, SIZE)
+    scene = light_up(scene_with(slope(rng.uniform(0.2, 0.8, (4, 4, 3)), 1.4, 1.0), light=LIGHT), *glossy)
+    renderer, image = SceneRenderer(gl), Image(gl, SIZE)
     found = renderer.radiance(scene, SIZE, samples=2)
-    bands = renderer.bands(scene, picture.framebuffer, SIZE, samples=2)
+    bands = renderer.bands(scene, image.framebuffer, SIZE, samples=2)
     next(bands)
-    while not sent(bands, 7):
+    while not send(bands, 7):
         pass
-    shown = picture.read()
+    shown = image.read()
     baked = renderer.baked.radiance(scene.relit, CAMERA, SIZE, samples=2)
-    for owner in (picture, renderer):
+    for owner in (image, renderer):
         owner.release()
     with_texels, without = (drain(radiance(each, SIZE)) for each in with_and_without(scene))
-    computed = shadowed(with_texels, without, baked)
+    computed = combine_shadowed(with_texels, without, baked)
     inside = (computed[..., 3] == 1.0) & (found[..., 3] == 1.0)
     assert shown == pytest.approx(found, rel=1e-3, abs=1e-5)
     assert compare(found, computed, inside).rmse_rel < 0.01
@@ -151,16 +151,16 @@ def checker(base: tuple[float, float], roughness: tuple[float, float]) -> Materi
 
 def test_pbr_maps_that_are_all_alike_are_the_bake(tmp_path: Path) -> None:
     scene = scene_with(checker((0.4, 0.4), (0.6, 0.6)))
-    scene = lit(scene, "sh", transport_of(scene, "sh", tmp_path))
-    bare = drain(picture_of(scene.relit, CAMERA, SIZE)).picture
-    assert drain(drawn(scene, SIZE)) == pytest.approx(bare, rel=2e-3, abs=1e-5)
+    scene = light_up(scene, "sh", transport_of(scene, "sh", tmp_path))
+    bare = drain(image_of(scene.relit, CAMERA, SIZE)).image
+    assert drain(draw(scene, SIZE)) == pytest.approx(bare, rel=2e-3, abs=1e-5)
 
 
 def test_pbr_maps_vary_in_a_bake_of_their_mean(tmp_path: Path) -> None:
     scene = scene_with(checker((0.7, 0.1), (0.3, 0.8)))
-    truth = drain(reference(scene, SIZE, samples=64)).picture
-    scene = lit(scene, "sh", transport_of(scene, "sh", tmp_path))
-    found, bare = drain(drawn(scene, SIZE)), drain(picture_of(scene.relit, CAMERA, SIZE)).picture
+    truth = drain(reference(scene, SIZE, samples=64)).image
+    scene = light_up(scene, "sh", transport_of(scene, "sh", tmp_path))
+    found, bare = drain(draw(scene, SIZE)), drain(image_of(scene.relit, CAMERA, SIZE)).image
     model = drain(radiance(dataclasses.replace(scene, relit=None, ground=None), SIZE))[..., 3] == 1.0
     inside = model & (found[..., 3] == 1.0) & (truth[..., 3] == 1.0)
     before, after = compare(bare, truth, inside).rmse_rel, compare(found, truth, inside).rmse_rel
@@ -169,11 +169,11 @@ def test_pbr_maps_vary_in_a_bake_of_their_mean(tmp_path: Path) -> None:
 
 def test_a_bake_of_another_brdf_lends_its_shadows_alone(tmp_path: Path) -> None:
     """Nothing shadows a ball: its texels are those without a bake, whatever was baked."""
-    scene = dataclasses.replace(scene_with(sloped(np.full((1, 1, 3), 0.6), 1.4, 1.0)), ground=None)
+    scene = dataclasses.replace(scene_with(slope(np.full((1, 1, 3), 0.6), 1.4, 1.0)), ground=None)
     matte = dataclasses.replace(scene, brdf=brdf_from_text("lambert:albedo=0.3"))
-    relit = lit(matte, "sh", transport_of(matte, "sh", tmp_path)).relit
+    relit = light_up(matte, "sh", transport_of(matte, "sh", tmp_path)).relit
     with_texels, without = (drain(radiance(each, SIZE)) for each in with_and_without(scene, matte.brdf))
-    found = shadowed(with_texels, without, drain(picture_of(relit, CAMERA, SIZE)).picture)
+    found = combine_shadowed(with_texels, without, drain(image_of(relit, CAMERA, SIZE)).image)
     inside = found[..., 3] == 1.0
     assert compare(found, drain(radiance(scene, SIZE)), inside).rmse_rel < 0.02
 
@@ -185,7 +185,7 @@ def test_by_hand() -> None:
     share = np.array([1.0, 0.5, 0.3])[:, None] * np.array([1.0, 1.0, 1.0])
     bake = np.concatenate([plain[..., :3] * share, plain[..., 3:]], axis=-1).astype(np.float32)
     bake[0, 2] = (0.1, 0.2, 0.3, 1.0)
-    found = shadowed(texels, plain, bake)
+    found = combine_shadowed(texels, plain, bake)
     assert found[0, 0] == pytest.approx(texels[0, 0])
     assert found[0, 1, :3] == pytest.approx(0.5 * texels[0, 1, :3])
     assert found[0, 2, :3] == pytest.approx(bake[0, 2, :3] * 2.0 * np.array([0.05, 0.1, 0.05]))
@@ -196,18 +196,18 @@ def test_light_beyond_the_direct_meets_no_texel_that_is_far_brighter_than_all() 
     plain = np.full((1, 4, 4), 0.1, np.float32)
     texels = np.array([[[10.0] * 4] + [[0.1] * 4] * 3], np.float32)
     bake = np.full((1, 4, 4), 0.3, np.float32)
-    for picture in (plain, texels, bake):
-        picture[..., 3] = 1.0
-    found = shadowed(texels, plain, bake)
+    for image in (plain, texels, bake):
+        image[..., 3] = 1.0
+    found = combine_shadowed(texels, plain, bake)
     assert found[0, 0, :3] == pytest.approx(10.0 + 0.2 * 2.0 * (10.3 / 0.4), rel=1e-5)
     assert found[0, 1:, :3] == pytest.approx(0.3)
 
 
-def test_an_outline_covers_what_both_pictures_cover() -> None:
+def test_an_outline_covers_what_both_images_cover() -> None:
     bake = np.array([[[1.0, 1.0, 1.0, 1.0], [0.75, 0.75, 0.75, 0.75]]], np.float32)
     plain = np.array([[[0.0, 0.0, 0.0, 0.0], [1.0, 1.0, 1.0, 0.5]]], np.float32)
     texels = np.array([[[0.0, 0.0, 0.0, 0.0], [0.5, 0.5, 0.5, 0.5]]], np.float32)
-    assert shadowed(texels, plain, bake) == pytest.approx(np.array([[[0.0] * 4, [0.25, 0.25, 0.25, 0.5]]]))
+    assert combine_shadowed(texels, plain, bake) == pytest.approx(np.array([[[0.0] * 4, [0.25, 0.25, 0.25, 0.5]]]))
 
 
 def test_faint_light_comes_evenly_from_all_sides() -> None:

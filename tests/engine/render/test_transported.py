@@ -1,4 +1,4 @@
-"""Pictures of baked transport: what a pixel must be, and what must not be drawn."""
+"""Images of baked transport: what a pixel must be, and what must not be drawn."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.camera import Camera, frame
 from engine.geometry.mesh import Mesh
-from engine.render.transported import picture_of
-from engine.transport.relit import RelitWavelets
+from engine.render.transported import image_of
+from engine.transport.relight import RelightWavelets
 from engine.transport.wavelet.transfer import Vectors16, WaveletTransport, radiance_from
 
 
@@ -31,22 +31,22 @@ def quad(terms: int = 2) -> tuple[WaveletTransport, np.ndarray]:
     return WaveletTransport(mesh, 4, factors, 0.0, 16, vectors), rng.random((4 * terms, 3))
 
 
-def test_near_a_vertex_the_picture_is_its_radiance_and_between_them_their_mean() -> None:
+def test_near_a_vertex_the_image_is_its_radiance_and_between_them_their_mean() -> None:
     transport, rows = quad()
     camera = Camera((0.3, 0.2, 4.0), (0.0, 0.0, 0.0), fov_deg=30.0)
-    found = drain(picture_of(RelitWavelets(transport, rows), camera, (301, 301), 1))
-    picture, at_vertices = found.picture, radiance_from(transport, rows, camera.eye).value
-    covered = np.argwhere(picture[..., 3] > 0.0)
+    found = drain(image_of(RelightWavelets(transport, rows), camera, (301, 301), 1))
+    image, at_vertices = found.image, radiance_from(transport, rows, camera.eye).value
+    covered = np.argwhere(image[..., 3] > 0.0)
     corner = covered[np.argmax(covered[:, 0] - covered[:, 1])]
-    assert picture[tuple(corner)][:3] == pytest.approx(at_vertices[0], rel=0.05)
-    assert picture[..., :3].max() <= at_vertices.max() * 1.001
-    middle = picture[150, 150, :3]
+    assert image[tuple(corner)][:3] == pytest.approx(at_vertices[0], rel=0.05)
+    assert image[..., :3].max() <= at_vertices.max() * 1.001
+    middle = image[150, 150, :3]
     assert middle == pytest.approx(0.5 * (at_vertices[0] + at_vertices[2]), rel=0.2)
 
 
 def test_the_back_is_black_and_around_it_is_nothing() -> None:
     transport, rows = quad()
-    found = drain(picture_of(RelitWavelets(transport, rows), Camera((0.0, 0.0, -6.0)), (40, 30), 2)).picture
+    found = drain(image_of(RelightWavelets(transport, rows), Camera((0.0, 0.0, -6.0)), (40, 30), 2)).image
     assert found[..., 3].max() == 1.0
     assert not found[..., :3].any()
     assert not found[0].any()
@@ -55,21 +55,21 @@ def test_the_back_is_black_and_around_it_is_nothing() -> None:
 def test_coverage_is_that_of_the_sub_pixels_and_sums_below_0_are_reported() -> None:
     transport, rows = quad()
     camera = frame(transport.mesh.positions)
-    one = drain(picture_of(RelitWavelets(transport, rows), camera, (40, 30), 3))
-    assert set(np.round(9.0 * one.picture[..., 3]).ravel().astype(int)) <= set(range(10))
+    one = drain(image_of(RelightWavelets(transport, rows), camera, (40, 30), 3))
+    assert set(np.round(9.0 * one.image[..., 3]).ravel().astype(int)) <= set(range(10))
     assert one.negative_rel == 0.0
-    mixed = drain(picture_of(RelitWavelets(transport, rows - 0.5), camera, (40, 30), 3))
+    mixed = drain(image_of(RelightWavelets(transport, rows - 0.5), camera, (40, 30), 3))
     assert mixed.negative_rel > 0.0
-    assert mixed.picture.min() >= 0.0
+    assert mixed.image.min() >= 0.0
     np.testing.assert_allclose(
-        drain(picture_of(RelitWavelets(transport, 2.0 * rows), camera, (40, 30), 3)).picture[..., :3],
-        2.0 * one.picture[..., :3],
+        drain(image_of(RelightWavelets(transport, 2.0 * rows), camera, (40, 30), 3)).image[..., :3],
+        2.0 * one.image[..., :3],
         rtol=1e-5,
     )
 
 
 @pytest.mark.parametrize(("size", "samples"), [((0, 4), 1), ((4, 4), 0)])
-def test_pictures_that_cannot_be_are_refused(size: tuple[int, int], samples: int) -> None:
+def test_images_that_cannot_be_are_refused(size: tuple[int, int], samples: int) -> None:
     transport, rows = quad()
     with pytest.raises(ValueError, match="not possible"):
-        drain(picture_of(RelitWavelets(transport, rows), frame(transport.mesh.positions), size, samples))
+        drain(image_of(RelightWavelets(transport, rows), frame(transport.mesh.positions), size, samples))

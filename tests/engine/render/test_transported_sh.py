@@ -1,4 +1,4 @@
-"""Pictures of transport in spherical harmonics against the reference, under light that has no high bands."""
+"""Images of transport in spherical harmonics against the reference, under light that has no high bands."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap, texel_directions
 from engine.render.reference import reference
-from engine.render.transported import picture_of
+from engine.render.transported import image_of
 from engine.scene.scene import Scene
-from engine.transport.relit import RelitSh
+from engine.transport.relight import RelightSh
 from engine.transport.sh.bake import BakeSettings, bake, prepare
 from engine.transport.sh.lighting import scene_coefficients
-from engine.transport.sh.transfer import transferred
+from engine.transport.sh.transfer import transfer
 
 SIZE = (48, 40)
 
 
-def ball(turns: int = 40, rows: int = 19) -> Mesh:
+def sphere(turns: int = 40, rows: int = 19) -> Mesh:
     """A sphere of `turns` × `rows` vertices between its poles."""
     theta, phi = np.meshgrid(np.pi * np.arange(1, rows + 1) / (rows + 1), 2.0 * np.pi * np.arange(turns) / turns)
     ring = np.stack([np.sin(theta) * np.sin(phi), np.cos(theta), np.sin(theta) * np.cos(phi)], axis=-1)
@@ -60,18 +60,18 @@ def test_a_sphere_on_the_ground_looks_as_in_the_reference(text: str, depth: int,
     ground = Ground(albedo=0.6, cells=24, extent=2.5)
     camera = Camera((3.0, 2.2, 4.0), (0.0, -0.3, 0.0))
     scene = Scene(
-        ball(), camera, brdf_from_text(text), environment=smooth_sky(), environment_rotation=0.7, ground=ground
+        sphere(), camera, brdf_from_text(text), environment=smooth_sky(), environment_rotation=0.7, ground=ground
     )
     settings = BakeSettings(order=5, edge=16, fine=4, bounces=depth - 1, gather=128)
     transport = drain(
         bake(tmp_path / "a.transport", drain(prepare(scene.mesh, scene.brdf, settings, ground)))
     ).transport
-    rows = transferred(transport, scene_coefficients(scene, 5))
-    picture = drain(picture_of(RelitSh(transport, rows), camera, SIZE, 2)).picture
+    rows = transfer(transport, scene_coefficients(scene, 5))
+    image = drain(image_of(RelightSh(transport, rows), camera, SIZE, 2)).image
     truth = drain(reference(scene, SIZE, samples=128, max_depth=depth))
-    inside = (picture[..., 3] == 1.0) & (truth.picture[..., 3] == 1.0)
-    error, noise = compare(picture, truth.picture, inside).rmse_rel, truth.uncertainty_rmse_rel
+    inside = (image[..., 3] == 1.0) & (truth.image[..., 3] == 1.0)
+    error, noise = compare(image, truth.image, inside).rmse_rel, truth.uncertainty_rmse_rel
     assert noise is not None
     assert error**2 - noise**2 < bound**2, (error, noise)
     # and the mean, in which the noise of some thousand pixels is gone
-    assert picture[inside].mean() == pytest.approx(truth.picture[inside].mean(), rel=0.005)
+    assert image[inside].mean() == pytest.approx(truth.image[inside].mean(), rel=0.005)

@@ -14,7 +14,7 @@ from engine.gl.direct import DirectRenderer
 from engine.light.environment_file import open_environment
 from engine.light.lamps import Lamp, lights_of_all
 from engine.render.direct import radiance
-from engine.scene.scene import MOST_LAMPS
+from engine.scene.scene import MAX_LAMPS
 from tests.engine.scenes import scene
 
 SUN = Lamp((0.2, 0.9, 0.4), (2.0, 1.5, 1.0))
@@ -50,15 +50,15 @@ def test_neither_the_factor_nor_the_rotation_of_the_environment_moves_lamps() ->
 
 
 def test_too_many_lamps_are_refused() -> None:
-    with pytest.raises(ValueError, match=f"at most {MOST_LAMPS} lamps"):
-        scene(lamps=(SUN,) * (MOST_LAMPS + 1))
+    with pytest.raises(ValueError, match=f"at most {MAX_LAMPS} lamps"):
+        scene(lamps=(SUN,) * (MAX_LAMPS + 1))
 
 
 @pytest.mark.parametrize("renderer", ["gl", "cpu"])
-def test_pictures_of_lamps_add_up(renderer: str, request: pytest.FixtureRequest) -> None:
-    """Light is additive: the picture under light and lamp is the sum of the pictures under each."""
+def test_images_of_lamps_add_up(renderer: str, request: pytest.FixtureRequest) -> None:
+    """Light is additive: the image under light and lamp is the sum of the images under each."""
 
-    def picture(**lights: Any) -> Any:
+    def image(**lights: Any) -> Any:
         shown = scene(brdf="phong:exponent=20", **lights)
         if renderer == "cpu":
             return drain(radiance(shown, (40, 30), samples=1))
@@ -67,7 +67,7 @@ def test_pictures_of_lamps_add_up(renderer: str, request: pytest.FixtureRequest)
         drawing.release()
         return drawn
 
-    both, light, lamps = picture(lamps=(SUN, DISC)), picture(), picture(lamps=(SUN, DISC), irradiance=0.0)
+    both, light, lamps = image(lamps=(SUN, DISC)), image(), image(lamps=(SUN, DISC), irradiance=0.0)
     assert lamps[..., :3].max() > 0.1
     np.testing.assert_allclose(both[..., :3], light[..., :3] + lamps[..., :3], atol=2e-6)
 

@@ -14,12 +14,12 @@ from engine.core.errors import InputError, UsageError
 from engine.core.steps import drain
 from engine.selftest.generated import search as searching
 from engine.selftest.generated.brdf import LAWS
-from engine.selftest.generated.law import Law, decades, drawn, many
+from engine.selftest.generated.law import Law, decades, draw, many
 from engine.selftest.generated.search import CASES, ask_file, search, write_broken
 
 #: A law that lists with a number above 100 break, by how many there are.
 BAD = Law(
-    "Y1", "large numbers", drawn(values=many(decades(0, 3))), lambda case: (sum(v > 100 for v in case["values"]), 0)
+    "Y1", "large numbers", draw(values=many(decades(0, 3))), lambda case: (sum(v > 100 for v in case["values"]), 0)
 )
 
 
@@ -82,9 +82,7 @@ def test_values_of_a_stranger_end_in_a_sentence(bad: Law, tmp_path: Path) -> Non
 
 
 def test_what_raises_breaks_its_law(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        searching, "LAWS", (replace(BAD, cases=drawn(values=st.just([])), ask=lambda case: (1 / 0, 0)),)
-    )
+    monkeypatch.setattr(searching, "LAWS", (replace(BAD, cases=draw(values=st.just([])), ask=lambda case: (1 / 0, 0)),))
     (broken,) = drain(search(10)).broken
     assert "ZeroDivisionError" in broken.case.problem
 

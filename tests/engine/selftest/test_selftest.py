@@ -8,7 +8,7 @@ import pytest
 
 from engine.core.steps import Step, drain
 from engine.selftest.case import Case, Question
-from engine.selftest.run import QUESTIONS, asked, selftest
+from engine.selftest.run import QUESTIONS, ask, selftest
 
 GROUPS = {"R", "AL", "S", "P", "BR", "M", "F", "W", "L", "Q", "H", "Z", "V", "G", "EN", "GL", "CO", "T", "X", "D"}
 
@@ -23,20 +23,20 @@ def test_every_group_of_the_catalogue_has_a_row() -> None:
 
 @pytest.mark.parametrize("question", QUESTIONS, ids=lambda question: f"{question.id}-{question.ask.__name__}")
 def test_this_machine_passes(question: Question) -> None:
-    case = asked(question)
+    case = ask(question)
     assert case.passed, f"{case.measured} > {case.bound} {case.problem}"
     assert case.problem == ""
 
 
 @pytest.mark.parametrize("figure", [2.0, math.nan, math.inf])
 def test_what_is_out_of_bounds_does_not_pass(figure: float) -> None:
-    case = asked(Question("H1", "a figure", lambda: (figure, 1.0)))
+    case = ask(Question("H1", "a figure", lambda: (figure, 1.0)))
     assert not case.passed
     assert math.isfinite(case.measured)
 
 
 def test_a_row_that_raises_is_reported_and_does_not_pass() -> None:
-    case = asked(Question("H1", "a figure", lambda: (1.0 / 0.0, 1.0)))
+    case = ask(Question("H1", "a figure", lambda: (1.0 / 0.0, 1.0)))
     assert not case.passed
     assert "ZeroDivisionError" in case.problem
 

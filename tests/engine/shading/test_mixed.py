@@ -14,15 +14,15 @@ from engine.core.steps import drain
 from engine.shading.kept_tiles import KeptTiles, cut_tiles
 from engine.shading.mixed import keep_tiles
 from engine.shading.power_law import PowerLawMap, fit
-from engine.shading.power_law_error import measured, worst_texels
-from engine.shading.quantise import quantise, quantise_exponent, restored_exponent
+from engine.shading.power_law_error import measure, worst_texels
+from engine.shading.quantise import quantise, quantise_exponent, restore_exponent
 from engine.shading.shading_map import ShadingMap
 
 SLICES = 6
 X = np.arange(SLICES) / (SLICES - 1)
 
 
-def patched_map(height: int = 37, width: int = 45, seed: int = 0) -> ShadingMap:
+def make_patched_map(height: int = 37, width: int = 45, seed: int = 0) -> ShadingMap:
     """Power laws with a little noise, and a patch that darkens under more light."""
     rng = np.random.default_rng(seed)
     values = X[:, None, None, None] ** rng.uniform(0.4, 3.0, (height, width, 3))
@@ -34,7 +34,7 @@ def patched_map(height: int = 37, width: int = 45, seed: int = 0) -> ShadingMap:
 
 @pytest.fixture(scope="module")
 def shading_map() -> Any:
-    return patched_map()
+    return make_patched_map()
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def power_law(shading_map: Any) -> PowerLawMap:
     return drain(fit(shading_map))
 
 
-def mixed(power_law: PowerLawMap, shading_map: ShadingMap, bound: Any, size: int = 16) -> Any:
+def mix(power_law: PowerLawMap, shading_map: ShadingMap, bound: Any, size: int = 16) -> Any:
     return drain(keep_tiles(power_law, shading_map, bound, size))
 
 
@@ -60,7 +60,7 @@ def coordinates(shading_map: ShadingMap, count: int = 4000) -> tuple[Any, Any, A
 
 @pytest.mark.parametrize("above", ["clamp", "scale"])
 def test_a_bound_of_0_keeps_the_slices_bit_for_bit(power_law: PowerLawMap, shading_map: Any, above: str) -> None:
-    form = mixed(power_law, shading_map, 0.0)
+    form = mix(power_law, shading_map, 0.0)
     assert np.all(form.kept.place >= 0)
     assert form.rms == 0
     assert not form.error_map.any()
@@ -72,7 +72,7 @@ def test_a_bound_of_0_keeps_the_slices_bit_for_bit(power_law: PowerLawMap, shadi
 
 @pytest.mark.parametrize("above", ["clamp", "scale"])
 def test_an_infinite_bound_is_the_power_law_bit_for_bit(power_law: PowerLawMap, shading_map: Any, above: Any) -> None:
-    form = mixed(power_law, shading_map, np.inf)
+    form = mix(power_law, shading_map, np.inf)
     assert form.kept is None
     assert form.size_bytes == power_law.size_bytes
     where = coordinates(shading_map)
@@ -82,9 +82,9 @@ def test_an_infinite_bound_is_the_power_law_bit_for_bit(power_law: PowerLawMap, 
 @settings(max_examples=25)
 @given(st.floats(0.0, 0.6), st.sampled_from([1, 5, 16, 64]))
 def test_the_error_is_below_the_bound_everywhere(bound: Any, size: int) -> None:
-    shading_map = patched_map()
+    shading_map = make_patched_map()
     power_law = drain(fit(shading_map))
-    form = mixed(power_law, shading_map, bound, size)
+    form = mix(power_law, shading_map, bound, size)
     found = errors(form, shading_map)
     assert found.max() <= bound * (1 + 1e-5) + 1e-7
     np.testing.assert_allclose(form.error_map, found, atol=1e-6)
@@ -94,7 +94,7 @@ def test_the_error_is_below_the_bound_everywhere(bound: Any, size: int) -> None:
 def test_only_tiles_with_an_error_are_kept_and_their_bytes_are_counted(
     power_law: PowerLawMap, shading_map: Any
 ) -> None:
-    form = mixed(power_law, shading_map, 0.2)
+    form = mix(power_law, shading_map, 0.2)
     kept = form.kept
     assert kept.place.shape == (3, 3)
     assert np.argwhere(kept.place >= 0).tolist() == [[1, 1], [1, 2]]
@@ -110,13 +110,13 @@ def test_only_tiles_with_an_error_are_kept_and_their_bytes_are_counted(
 
 
 def test_lookups_equal_images_at_texel_centres(power_law: PowerLawMap, shading_map: Any) -> None:
-    form = mixed(power_law, shading_map, 0.2)
+    form = mix(power_law, shading_map, 0.2)
     rows, columns = np.mgrid[:37, :45] + 0.5
     assert np.array_equal(form.lookup(rows, columns, 0.21), form.slice_image(0.21))
 
 
 def test_at_the_border_of_a_tile_each_form_counts_with_its_texels(power_law: PowerLawMap, shading_map: Any) -> None:
-    form = mixed(power_law, shading_map, 0.2)
+    form = mix(power_law, shading_map, 0.2)
     at = (20.5, 16.0, 0.3)
     expected = (power_law.lookup(*at) + shading_map.lookup(20.5, 16.5, 0.3)) / 2
     left, right = power_law.lookup(20.5, 15.5, 0.3), shading_map.lookup(20.5, 16.5, 0.3)
@@ -125,7 +125,7 @@ def test_at_the_border_of_a_tile_each_form_counts_with_its_texels(power_law: Pow
 
 
 def test_measuring_agrees_with_the_fit(power_law: PowerLawMap, shading_map: Any) -> None:
-    again = drain(measured(power_law, shading_map))
+    again = drain(measure(power_law, shading_map))
     np.testing.assert_allclose(again.error_map, power_law.error_map, rtol=1e-4, atol=1e-7)
     np.testing.assert_allclose(again.rms_per_channel, power_law.rms_per_channel, rtol=1e-5)
 
@@ -152,7 +152,7 @@ def test_quantised_maps_hold_what_their_codes_say_and_stay_within_the_bound(
     form = drain(quantise(power_law, shading_map, bits))
     codes, step = quantise_exponent(form.exponent, bits, form.storage.exponent_step)
     assert codes.dtype.itemsize * 8 == bits
-    assert np.array_equal(restored_exponent(codes, step), form.exponent)
+    assert np.array_equal(restore_exponent(codes, step), form.exponent)
     assert np.array_equal(np.float32(np.float16(form.scale)), form.scale)
     change = max(
         np.abs(form.slice_image(r).astype(np.float64) - power_law.slice_image(r)).max()
@@ -187,7 +187,7 @@ def test_a_few_steep_texels_do_not_coarsen_all_others(shading_map: Any) -> None:
 
 
 def test_a_bound_may_follow_quantising(power_law: PowerLawMap, shading_map: Any) -> None:
-    form = mixed(drain(quantise(power_law, shading_map, 8)), shading_map, 0.05)
+    form = mix(drain(quantise(power_law, shading_map, 8)), shading_map, 0.05)
     assert form.storage.exponent_bits == 8
     assert errors(form, shading_map).max() <= 0.05 + 1e-6
 
@@ -195,7 +195,7 @@ def test_a_bound_may_follow_quantising(power_law: PowerLawMap, shading_map: Any)
 def test_impossible_tiles_are_refused(power_law: PowerLawMap, shading_map: Any) -> None:
     for bound, size in ((-1.0, 16), (np.nan, 16), (0.1, 0)):
         with pytest.raises(ValueError, match="not possible"):
-            mixed(power_law, shading_map, bound, size)
+            mix(power_law, shading_map, bound, size)
     tiles = cut_tiles(shading_map.slices, np.ones((3, 3), np.bool_), 16)
     with pytest.raises(ValueError, match="does not belong"):
         dataclasses.replace(power_law, kept=dataclasses.replace(tiles, place=tiles.place.reshape(1, 9)))

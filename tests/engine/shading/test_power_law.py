@@ -29,7 +29,7 @@ SLICES = 8
 X = np.arange(SLICES) / (SLICES - 1)
 
 
-def fitted(samples: Any, scale: str = "last-slice") -> tuple[Any, Any]:
+def fit_samples(samples: Any, scale: str = "last-slice") -> tuple[Any, Any]:
     """(k, K) of texels (T, S), slice 0 included, in the float64 of the kernel, which `fit` rounds."""
     values = np.maximum(np.asarray(samples, np.float64)[:, 1:].T, 0.0)
     slices, texels = len(values) + 1, values.shape[1]
@@ -55,7 +55,7 @@ def map_of(samples: Any, **more: Any) -> ShadingMap:
     return ShadingMap(slices, 1.0, np.linspace(0.0, 1.0, len(slices)), **more)
 
 
-def squared_error(samples: Any, k: Any, exponent: Any) -> Any:
+def compute_squared_error(samples: Any, k: Any, exponent: Any) -> Any:
     return ((samples[:, 1:] - k[:, None] * X[1:] ** exponent[:, None]) ** 2).sum(axis=1)
 
 
@@ -70,21 +70,21 @@ def dense_grid_error(samples: Any, scale: Any) -> Any:
         k = chunk[:, -1:] if scale == "last-slice" else cross / energy
         node = (k * (k * energy - 2 * cross)).argmin(axis=1)
         k = chunk[:, -1] if scale == "last-slice" else k[np.arange(len(chunk)), node]
-        best.append(squared_error(chunk, k, grid[node]))
+        best.append(compute_squared_error(chunk, k, grid[node]))
     return np.concatenate(best)
 
 
 @pytest.mark.parametrize("scale", SCALES)
 @pytest.mark.parametrize("exponent", [0.01, 0.3, 1.0, 5.0, 40.0, 64.0])
 def test_P1_exact_powers_are_recovered(exponent: float, scale: Any) -> None:
-    k, found = fitted([0.7 * X**exponent], scale)
+    k, found = fit_samples([0.7 * X**exponent], scale)
     assert abs(found[0] - exponent) <= 1e-10
     assert k[0] == pytest.approx(0.7, rel=1e-12)
 
 
 @given(st.floats(0.0, 100.0), st.floats(1e-30, 1e30), st.sampled_from(SCALES))
 def test_P1_any_exact_power_is_recovered(exponent: Any, scale: Any, mode: Any) -> None:
-    k, found = fitted([scale * X**exponent], mode)
+    k, found = fit_samples([scale * X**exponent], mode)
     assert abs(found[0] - exponent) <= 1e-10 * max(1.0, exponent)
     assert k[0] == pytest.approx(scale, rel=1e-10)
 
@@ -100,9 +100,9 @@ def test_P2_black_texels_are_zero_by_convention_and_counted() -> None:
 
 def test_P3_a_black_last_slice_does_not_lose_the_texel() -> None:
     samples = np.array([[0, 0.1, 0.3, 0.4, 0.5, 0.4, 0.2, 0.0]])
-    k, exponent = fitted(samples)
+    k, exponent = fit_samples(samples)
     assert k[0] > 0.1
-    assert squared_error(samples, k, exponent) <= dense_grid_error(samples, "least-squares") * 1.001
+    assert compute_squared_error(samples, k, exponent) <= dense_grid_error(samples, "least-squares") * 1.001
 
 
 def test_P4_constant_texels_have_exponent_0_and_are_black_at_0() -> None:
@@ -174,7 +174,7 @@ def test_P6_where_all_is_excluded_all_counts() -> None:
 def test_P7_negative_samples_count_as_0() -> None:
     samples = np.array([0.5 * X**2.0 - 0.02])
     zeroed = np.maximum(samples, 0)
-    assert fitted(samples) == fitted(zeroed)
+    assert fit_samples(samples) == fit_samples(zeroed)
     negative = drain(fit(map_of(samples)))
     assert np.array_equal(negative.exponent, drain(fit(map_of(zeroed))).exponent)
     assert np.isfinite(negative.rms)
@@ -248,7 +248,7 @@ def random_texels(count: int, seed: int = 0) -> Any:
 @pytest.mark.parametrize("scale", SCALES)
 def test_P10_the_lower_of_two_minima_is_found(scale: Any) -> None:
     samples = random_texels(100_000)
-    found = squared_error(samples, *fitted(samples, scale))
+    found = compute_squared_error(samples, *fit_samples(samples, scale))
     assert np.all(found <= 1.001 * dense_grid_error(samples, scale) + 1e-18)
 
 
@@ -263,7 +263,7 @@ def test_P10_minima_that_the_grid_confuses_are_both_followed(scale: str, texel: 
     samples = np.repeat([texel], 7 * 201, axis=0)
     for index, part in enumerate(np.array_split(np.arange(len(samples)), 7)):
         samples[part, index + 1] *= np.linspace(0.98, 1.02, len(part))
-    found = squared_error(samples, *fitted(samples, scale))
+    found = compute_squared_error(samples, *fit_samples(samples, scale))
     assert np.all(found <= 1.001 * dense_grid_error(samples, scale))
 
 
@@ -271,7 +271,7 @@ def test_P10_minima_that_the_grid_confuses_are_both_followed(scale: str, texel: 
 @given(st.lists(st.floats(0, 1), min_size=SLICES - 1, max_size=SLICES - 1), st.sampled_from(SCALES))
 def test_P10_scipy_finds_nothing_lower_near_the_minimum(values: Any, scale: Any) -> None:
     samples = np.array([[0.0, *values]])
-    k, exponent = fitted(samples, scale)
+    k, exponent = fit_samples(samples, scale)
     if samples[0, -1] == 0:
         scale = "least-squares"
 
@@ -281,12 +281,12 @@ def test_P10_scipy_finds_nothing_lower_near_the_minimum(values: Any, scale: Any)
         return ((samples[0, 1:] - factor * powers) ** 2).sum()
 
     near = minimize_scalar(error, bounds=(0.9 * exponent[0], 1.1 * exponent[0] + 1e-6), method="bounded")
-    assert squared_error(samples, k, exponent)[0] <= near.fun * (1 + 1e-9) + 1e-15
+    assert compute_squared_error(samples, k, exponent)[0] <= near.fun * (1 + 1e-9) + 1e-15
 
 
 def test_P10_least_squares_is_never_worse() -> None:
     samples = random_texels(20_000, seed=3)
-    fixed, free = (squared_error(samples, *fitted(samples, scale)) for scale in SCALES)
+    fixed, free = (compute_squared_error(samples, *fit_samples(samples, scale)) for scale in SCALES)
     assert np.all(free <= fixed * (1 + 1e-9) + 1e-18)
 
 

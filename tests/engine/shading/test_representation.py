@@ -44,7 +44,7 @@ def test_a_wish_is_followed_and_what_cannot_be_is_refused() -> None:
 
 
 @pytest.mark.parametrize("wanted", ["shading-map", "directional"])
-def test_a_map_that_is_worse_than_the_mean_picture_is_refused(wanted: str) -> None:
+def test_a_map_that_is_worse_than_the_mean_image_is_refused(wanted: str) -> None:
     found = drain(choose(dome(), 4, wanted=wanted))  # type: ignore[arg-type]
     worse = dataclasses.replace(found, shown=Fidelity(9.0, 3.0, 8.0, 12))
     assert worse.health.verdict is Verdict.WARNING

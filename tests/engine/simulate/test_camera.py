@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from engine.simulate.camera import blurred, falloff, rotated
+from engine.simulate.camera import blur, falloff, rotate
 
 
 def waves(right: float = 0.0, down: float = 0.0) -> NDArray[np.float32]:
@@ -20,25 +20,25 @@ def waves(right: float = 0.0, down: float = 0.0) -> NDArray[np.float32]:
 
 @pytest.mark.parametrize(("right", "down"), [(0.37, -0.81), (5.0, 0.0), (-0.5, 13.25)])
 def test_shift_of_a_wave_is_exact(right: float, down: float) -> None:
-    np.testing.assert_allclose(blurred(waves(), 0.0, right, down), waves(right, down), atol=2e-6)
+    np.testing.assert_allclose(blur(waves(), 0.0, right, down), waves(right, down), atol=2e-6)
 
 
 def test_blur_attenuates_a_wave_as_a_gaussian_does() -> None:
     frequency_squared = (3 / 64) ** 2 + (2 / 48) ** 2
     expected = 0.5 + (waves() - 0.5) * np.exp(-2 * np.pi**2 * 2.0**2 * frequency_squared)
-    np.testing.assert_allclose(blurred(waves(), 2.0), expected, atol=2e-6)
+    np.testing.assert_allclose(blur(waves(), 2.0), expected, atol=2e-6)
 
 
 def test_mean_is_kept_and_nothing_is_negative() -> None:
     image = (np.random.default_rng(0).random((64, 64, 3)) > 0.9).astype(np.float32)
-    moved = blurred(image, 1.0, 0.3, -0.6)
+    moved = blur(image, 1.0, 0.3, -0.6)
     assert moved.min() >= 0
     assert moved.mean(dtype=float) == pytest.approx(image.mean(dtype=float), rel=2e-4)
 
 
 def test_quarter_turn_is_counter_clockwise() -> None:
     image = np.random.default_rng(1).random((32, 32, 3), np.float32)
-    np.testing.assert_allclose(rotated(image, math.pi / 2, 0.0, 0.0), np.rot90(image), atol=2e-5)
+    np.testing.assert_allclose(rotate(image, math.pi / 2, 0.0, 0.0), np.rot90(image), atol=2e-5)
 
 
 def test_turn_and_shift_of_a_wave_are_where_they_should_be() -> None:
@@ -53,9 +53,9 @@ def test_turn_and_shift_of_a_wave_are_where_they_should_be() -> None:
     x, y = column - right, row - down
     cosine, sine = math.cos(angle), math.sin(angle)
     expected = wave(cosine * x - sine * y, sine * x + cosine * y)
-    moved = rotated(image, angle, right, down)[..., 0]
+    moved = rotate(image, angle, right, down)[..., 0]
     np.testing.assert_allclose(moved[16:-16, 16:-16], expected[16:-16, 16:-16], atol=1e-4)
-    halves = rotated(image, angle, right, down, 2)[..., 0]
+    halves = rotate(image, angle, right, down, 2)[..., 0]
     assert halves.shape == (48, 48)
     means = expected.reshape(48, 2, 48, 2).mean(axis=(1, 3))
     np.testing.assert_allclose(halves[8:-8, 8:-8], means[8:-8, 8:-8], atol=0.02)

@@ -20,7 +20,7 @@ def surface(height: Any, albedo: float = 0.5, specular: float = 0.0, roughness: 
     return Sample(height, colour * np.float32(albedo), colour * np.float32(specular), np.full_like(height, roughness))
 
 
-def lit(field: Any, elevation: Any, azimuth: float = 0.0, radius: float = 0.0) -> Any:
+def light_up(field: Any, elevation: Any, azimuth: float = 0.0, radius: float = 0.0) -> Any:
     horizon = shadows.horizon_slope(field.height, azimuth, 0.5 * elevation)
     visible = shadows.visibility(horizon, elevation, radius)
     slope = shading.surface_slope(field.height)
@@ -31,7 +31,7 @@ def lit(field: Any, elevation: Any, azimuth: float = 0.0, radius: float = 0.0) -
 @pytest.mark.parametrize("azimuth_deg", [0, 33, 90, 200])
 def test_flat_diffuse_sample_is_proportional_to_the_sine_of_elevation(elevation_deg: int, azimuth_deg: int) -> None:
     elevation = math.radians(elevation_deg)
-    image = lit(sample("plain", 16), elevation, math.radians(azimuth_deg))
+    image = light_up(sample("plain", 16), elevation, math.radians(azimuth_deg))
     np.testing.assert_allclose(image, 0.5 * math.sin(elevation) / math.pi, rtol=2e-7)
 
 
@@ -86,14 +86,14 @@ def test_lobe_peaks_where_the_mirror_sees_the_lamp() -> None:
     assert np.degrees(tilts[image[0, :, 0].argmax()]) == pytest.approx(20, abs=2)
 
 
-def bounced(direct: Any, albedo: Any, open_part: Any) -> Any:
+def bounce(direct: Any, albedo: Any, open_part: Any) -> Any:
     shape = (24, 24)
     light, colour = (np.full((*shape, 3), value, np.float32) for value in (direct, albedo))
-    return shading.interreflected(light, colour, np.full(shape, open_part, np.float32), 3.0)
+    return shading.add_interreflection(light, colour, np.full(shape, open_part, np.float32), 3.0)
 
 
 def test_nothing_bounces_off_a_flat_field() -> None:
-    assert (bounced(0.3, 0.9, 1.0) == np.float32(0.3)).all()
+    assert (bounce(0.3, 0.9, 1.0) == np.float32(0.3)).all()
 
 
 @pytest.mark.parametrize(("albedo", "open_part"), [(0.8, 0.6), (0.3, 0.9), (1.0, 0.5)])
@@ -101,7 +101,7 @@ def test_bounces_in_an_even_light_are_a_geometric_series(albedo: float, open_par
     """The hidden part of the hemisphere shines like its surroundings: g = rho (1 - open) of the light comes back."""
     returned = albedo * (1 - open_part)
     series = sum(returned**bounce for bounce in range(shading.BOUNCES + 1))
-    light = bounced(0.3, albedo, open_part)
+    light = bounce(0.3, albedo, open_part)
     np.testing.assert_allclose(light, 0.3 * series, rtol=1e-5)
     assert light.max() < 0.3 / (1 - returned) * (1 + 1e-6)
 
@@ -110,7 +110,9 @@ def test_light_bounces_into_a_dark_texel_from_its_neighbours() -> None:
     direct = np.full((32, 32, 3), 0.3, np.float32)
     direct[16, 16] = 0.0
     ones = np.ones((32, 32), np.float32)
-    light = shading.interreflected(direct, ones[..., None] * np.array([0.5, 0.5, 0.5], np.float32), 0.8 * ones, 8.0)
+    light = shading.add_interreflection(
+        direct, ones[..., None] * np.array([0.5, 0.5, 0.5], np.float32), 0.8 * ones, 8.0
+    )
     assert light[16, 16, 0] == pytest.approx(0.3 * 0.1 / 0.9, rel=0.02)
 
 
@@ -136,7 +138,7 @@ def test_result_does_not_depend_on_the_number_of_threads() -> None:
     try:
         for count in {1, threads}:
             numba.set_num_threads(count)
-            images.append(lit(field, math.radians(20), 0.4, 0.02))
+            images.append(light_up(field, math.radians(20), 0.4, 0.02))
     finally:
         numba.set_num_threads(threads)
     assert np.array_equal(images[0], images[-1])

@@ -143,7 +143,7 @@ def test_maps_of_the_surface_lie_beside_the_photographs(tmp_path: Path) -> None:
         assert np.polyfit(0.5 * slope[..., axis].ravel(), given.ravel(), 1)[0] == pytest.approx(1.0, abs=0.1)
 
 
-def test_shift_moves_the_picture_by_what_the_truth_says(tmp_path: Path) -> None:
+def test_shift_moves_the_image_by_what_the_truth_says(tmp_path: Path) -> None:
     """The phase of every well-lit low frequency of the moved photograph against the one left in place."""
     for name, misalignment in (("still", 0.0), ("moved", 1.5)):
         drain(simulate(arc(size=192, misalignment_px=misalignment, noise=0.0), tmp_path / name))

@@ -48,7 +48,7 @@ from engine.storage.records import seal
 from tests.engine.brdf.readers.tensor_files import fields_of, tensor_bytes
 from tests.engine.brdf.readers.test_damaged_samples import FILES as SAMPLES
 from tests.engine.damage import MEMORY_LIMIT_BYTES, TIME_LIMIT_S, _damage
-from tests.engine.storage.test_damage import MESHES, NOISE, PICTURES, tiff
+from tests.engine.storage.test_damage import IMAGES, MESHES, NOISE, tiff
 
 Random = random.Random
 Span = tuple[int, int]
@@ -221,7 +221,7 @@ class Format(NamedTuple):
     extra: Callable[[bytes, Random], bytes] | None = None
 
 
-def damaged(one: Format, good: bytes, number: int) -> bytes:
+def find_damaged(one: Format, good: bytes, number: int) -> bytes:
     """The damaged file of a number."""
     rng = Random(number)
     content = good
@@ -367,7 +367,7 @@ def _place() -> Path:
 
 
 @cache
-def _made(kind: str) -> Path:
+def _make(kind: str) -> Path:
     """A good stack, bundle, transport or folder of factors."""
     place = _place() / f"good-{kind}"
     if kind == "stack":
@@ -400,7 +400,7 @@ def _made(kind: str) -> Path:
 
 
 def _record(kind: str, name: str) -> bytes:
-    return (_made(kind) / name).read_bytes()
+    return (_make(kind) / name).read_bytes()
 
 
 def _mended_seal(key: str, content: bytes) -> bytes:
@@ -418,7 +418,7 @@ def _beside(kind: str, name: str, read: Callable[[Path], Any]) -> Callable[[Path
     def read_folder(path: Path) -> Any:
         folder = path.parent / kind
         if not folder.is_dir():
-            shutil.copytree(_made(kind), folder)
+            shutil.copytree(_make(kind), folder)
         good = folder / name
         kept = good.read_bytes()
         shutil.copy(path, good)
@@ -455,9 +455,9 @@ def _open_bundle_file(path: Path) -> None:
 def _zip_bundle() -> bytes:
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w") as packed:
-        for path in sorted(_made("bundle").rglob("*")):
+        for path in sorted(_make("bundle").rglob("*")):
             if path.is_file():
-                packed.write(path, path.relative_to(_made("bundle")).as_posix())
+                packed.write(path, path.relative_to(_make("bundle")).as_posix())
     return stream.getvalue()
 
 
@@ -468,7 +468,7 @@ def _open_factors(path: Path) -> None:
 
 
 def _transport_file() -> bytes:
-    return _made("transport").read_bytes()
+    return _make("transport").read_bytes()
 
 
 def _open_transport(path: Path) -> None:
@@ -523,7 +523,7 @@ _LIGHTS = "engine.capture.lights"
 
 
 def _images() -> Iterator[Format]:
-    for kind, one in PICTURES.items():
+    for kind, one in IMAGES.items():
         family = kind.partition("-")[0]
         mended = _mended_png if family == "png" else _whole
         yield Format(
@@ -593,7 +593,7 @@ def _records() -> Iterator[Format]:
     yield Format("a.zip", _zip_of_photographs, _zip, read=_unpack)
     for suffix, mode in ((".tar", "w"), (".tar.gz", "w:gz"), (".tar.bz2", "w:bz2"), (".tar.xz", "w:xz")):
         yield Format(f"a{suffix}", partial(_tar, mode), read=_unpack)
-    yield Format("a.exr", PICTURES["exr-zip"].make, _exr, read=_recognise)
+    yield Format("a.exr", IMAGES["exr-zip"].make, _exr, read=_recognise)
     yield Format("a.zip", _zip_of_photographs, _zip, read=_recognise)
 
 
@@ -605,8 +605,8 @@ def prepare() -> None:
     """Make the good files and load the decoders, before the child is confined."""
     for one in FORMATS:
         if one.decoder:
-            damaged(one, _good(FORMATS.index(one)), 0)
-            _decoded(one, _good(FORMATS.index(one)))
+            find_damaged(one, _good(FORMATS.index(one)), 0)
+            _decode(one, _good(FORMATS.index(one)))
 
 
 @cache
@@ -614,7 +614,7 @@ def _good(index: int) -> bytes:
     return FORMATS[index].good()
 
 
-def _decoded(one: Format, content: bytes) -> dict[str, Any]:
+def _decode(one: Format, content: bytes) -> dict[str, Any]:
     request = {"decoder": one.decoder, "name": one.name, "options": one.options, "beside": [], "memory_bytes": 6 << 30}
     return decoder_child._answer(request, [content], None)
 
@@ -626,10 +626,10 @@ def decode_batch(content: bytes, name: str, format: int, first: int, last: int) 
     # Peaks are those of the process: the one of the good files is there from the beginning.
     peak = _peak_bytes()
     for number in _numbers(format, first, last):
-        bad = damaged(one, good, number)
+        bad = find_damaged(one, good, number)
         start = time.process_time()
         try:
-            reply = _decoded(one, bad)
+            reply = _decode(one, bad)
         except Exception as error:  # the product would end this process; counted, and told with its number
             faults.append((number, f"{type(error).__name__}: {str(error)[:200]}"))
             outcomes["FAULT"] += 1
@@ -727,7 +727,7 @@ def _read(tally: Tally, index: int, number: int, folder: Path) -> None:
     """A file of a format that is read in this process."""
     one = FORMATS[index]
     path = folder / one.name
-    path.write_bytes(damaged(one, _good(index), number))
+    path.write_bytes(find_damaged(one, _good(index), number))
     start, peak = time.process_time(), _peak_bytes()
     assert one.read is not None
     try:
@@ -768,7 +768,7 @@ def run(seed: int, count: int, report_every: int = sys.maxsize, *, in_child: boo
     finally:
         shutil.rmtree(_place())
         _place.cache_clear()
-        _made.cache_clear()
+        _make.cache_clear()
         _good.cache_clear()
     return tally
 

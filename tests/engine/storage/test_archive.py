@@ -19,7 +19,7 @@ from engine.storage.archive import Archive, open_archive
 KNOWN = frozenset({"manifest.json", "shader/lightarc.glsl"})
 
 
-def packed(*entries: tuple[str | zipfile.ZipInfo, bytes], method: int = zipfile.ZIP_DEFLATED) -> bytes:
+def pack(*entries: tuple[str | zipfile.ZipInfo, bytes], method: int = zipfile.ZIP_DEFLATED) -> bytes:
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", method) as archive:
         for name, content in entries:
@@ -33,7 +33,7 @@ def entry(name: str, *, mode: int = 0o100644, flags: int = 0) -> zipfile.ZipInfo
     return info
 
 
-def opened(folder: Path, content: bytes) -> Archive:
+def open_path(folder: Path, content: bytes) -> Archive:
     path = folder / "hostile.lightarc"
     path.write_bytes(content)
     before = sorted(folder.rglob("*"))
@@ -45,7 +45,7 @@ def opened(folder: Path, content: bytes) -> Archive:
 
 def complaint_of(folder: Path, content: bytes) -> str | None:
     try:
-        archive = opened(folder, content)
+        archive = open_path(folder, content)
         for name in archive.sizes:
             archive.read(name)
     except InputError as error:
@@ -53,19 +53,19 @@ def complaint_of(folder: Path, content: bytes) -> str | None:
     return None
 
 
-GOOD = packed(("manifest.json", b"{}"), ("shader/lightarc.glsl", b"void"))
+GOOD = pack(("manifest.json", b"{}"), ("shader/lightarc.glsl", b"void"))
 
 
 def test_a_good_zip_opens(tmp_path: Path) -> None:
-    archive = opened(tmp_path, GOOD)
+    archive = open_path(tmp_path, GOOD)
     assert dict(archive.sizes) == {"manifest.json": 2, "shader/lightarc.glsl": 4}
     assert archive.read("shader/lightarc.glsl") == b"void"
     assert archive.size_bytes == len(GOOD)
 
 
 def test_folder_entries_of_other_packers_are_harmless(tmp_path: Path) -> None:
-    content = packed(("shader/", b""), ("manifest.json", b"{}"))
-    assert list(opened(tmp_path, content).sizes) == ["manifest.json"]
+    content = pack(("shader/", b""), ("manifest.json", b"{}"))
+    assert list(open_path(tmp_path, content).sizes) == ["manifest.json"]
 
 
 NAMES = [
@@ -78,59 +78,59 @@ NAMES = [
 @pytest.mark.parametrize("name", NAMES, ids=lambda name: ascii(name[:24]))
 def test_fault_8_only_known_names(tmp_path: Path, name: str) -> None:
     with pytest.raises(InputError) as caught:
-        opened(tmp_path, packed(("manifest.json", b"{}"), (name, b"x")))
+        open_path(tmp_path, pack(("manifest.json", b"{}"), (name, b"x")))
     assert str(caught.value).isprintable()
     assert len(str(caught.value)) < 500 + len(str(tmp_path))
 
 
 def test_fault_8_nul_in_a_name(tmp_path: Path) -> None:
-    content = packed(("manifest.json#evil", b"{}")).replace(b"manifest.json#", b"manifest.json\0")
+    content = pack(("manifest.json#evil", b"{}")).replace(b"manifest.json#", b"manifest.json\0")
     with pytest.raises(InputError, match="impossible name"):
-        opened(tmp_path, content)
+        open_path(tmp_path, content)
 
 
 @pytest.mark.filterwarnings("ignore:Duplicate name")
 def test_fault_8_duplicates(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="twice"):
-        opened(tmp_path, packed(("manifest.json", b"{}"), ("manifest.json", b"[]")))
+        open_path(tmp_path, pack(("manifest.json", b"{}"), ("manifest.json", b"[]")))
 
 
 @pytest.mark.parametrize("mode", [stat.S_IFLNK | 0o777, stat.S_IFIFO | 0o600, stat.S_IFCHR | 0o600], ids=oct)
 def test_fault_8_links_and_devices_in_a_zip(tmp_path: Path, mode: int) -> None:
     with pytest.raises(InputError, match="not a regular file"):
-        opened(tmp_path, packed((entry("manifest.json", mode=mode), b"/etc/passwd")))
+        open_path(tmp_path, pack((entry("manifest.json", mode=mode), b"/etc/passwd")))
 
 
 def test_fault_8_encrypted(tmp_path: Path) -> None:
-    content = bytearray(packed(("manifest.json", b"{}")))
+    content = bytearray(pack(("manifest.json", b"{}")))
     content[content.index(b"PK\1\2") + 8] |= 1
     with pytest.raises(InputError, match="encrypted"):
-        opened(tmp_path, bytes(content))
+        open_path(tmp_path, bytes(content))
 
 
 def test_fault_8_unknown_method(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="unknown method"):
-        opened(tmp_path, packed(("manifest.json", b"{}"), method=zipfile.ZIP_BZIP2))
+        open_path(tmp_path, pack(("manifest.json", b"{}"), method=zipfile.ZIP_BZIP2))
 
 
 def test_fault_8_wrong_checksum(tmp_path: Path) -> None:
-    content = bytearray(packed(("manifest.json", b'{"a": 1}'), method=zipfile.ZIP_STORED))
+    content = bytearray(pack(("manifest.json", b'{"a": 1}'), method=zipfile.ZIP_STORED))
     content[content.index(b'"a"') + 1] ^= 1
     with pytest.raises(InputError, match="damaged"):
-        opened(tmp_path, bytes(content)).read("manifest.json")
+        open_path(tmp_path, bytes(content)).read("manifest.json")
 
 
 def test_fault_8_bomb_that_tells_its_size(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="more than 100 times"):
-        opened(tmp_path, packed(("manifest.json", bytes(20_000_000))))
+        open_path(tmp_path, pack(("manifest.json", bytes(20_000_000))))
 
 
 def test_fault_8_bomb_that_lies_about_its_size(tmp_path: Path) -> None:
-    content = bytearray(packed(("manifest.json", bytes(40_000_000))))
+    content = bytearray(pack(("manifest.json", bytes(40_000_000))))
     for signature, offset in ((b"PK\1\2", 24), (b"PK\3\4", 22)):
         start = content.index(signature) + offset
         content[start : start + 4] = struct.pack("<L", 1000)
-    archive = opened(tmp_path, bytes(content))
+    archive = open_path(tmp_path, bytes(content))
     tracemalloc.start()
     with pytest.raises(InputError, match="damaged"):
         archive.read("manifest.json")
@@ -140,13 +140,13 @@ def test_fault_8_bomb_that_lies_about_its_size(tmp_path: Path) -> None:
 
 def test_fault_8_more_than_a_bundle_may_hold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("engine.storage.archive.BUNDLE_LIMIT_BYTES", 4 << 30)
-    content = bytearray(packed(("manifest.json", b"{}"), ("shader/lightarc.glsl", b"x")))
+    content = bytearray(pack(("manifest.json", b"{}"), ("shader/lightarc.glsl", b"x")))
     at = -1
     for _ in range(2):
         at = content.index(b"PK\1\2", at + 1)
         content[at + 20 : at + 28] = struct.pack("<LL", 0xFFFFFFF0, 0xFFFFFFF0)
     with pytest.raises(InputError, match="more than 4 GiB"):
-        opened(tmp_path, bytes(content))
+        open_path(tmp_path, bytes(content))
 
 
 def test_fault_8_a_million_members_cost_nothing(tmp_path: Path) -> None:
@@ -174,13 +174,13 @@ def test_fault_8_a_million_members_cost_nothing(tmp_path: Path) -> None:
 )
 def test_fault_8_what_is_not_exactly_a_zip(tmp_path: Path, change: Callable[[bytes], bytes], match: str) -> None:
     with pytest.raises(InputError, match=match):
-        opened(tmp_path, change(GOOD))
+        open_path(tmp_path, change(GOOD))
 
 
 def test_fault_5_every_truncation_is_noticed(tmp_path: Path) -> None:
     for length in range(len(GOOD)):
         with pytest.raises(InputError):
-            opened(tmp_path, GOOD[:length])
+            open_path(tmp_path, GOOD[:length])
 
 
 @pytest.mark.campaign(rounds=24)

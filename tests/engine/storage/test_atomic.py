@@ -247,7 +247,7 @@ def test_fault_17_closed_generator_leaves_nothing(
 
 
 def test_what_was_put_aside_is_kept_until_it_can_be_brought_back(tmp_path: Path) -> None:
-    aside = tmp_path / written_by(aside_name(), 999999999)
+    aside = tmp_path / name_partial_of(aside_name(), 999999999)
     (aside / "result.exr").mkdir(parents=True)
     (aside / "result.exr" / "marker.json").write_bytes(OLD)
     for at in range(1, 4):
@@ -263,11 +263,11 @@ def test_what_was_put_aside_is_kept_until_it_can_be_brought_back(tmp_path: Path)
 def test_leftovers_of_a_running_process_stay(tmp_path: Path) -> None:
     parent = os.getppid()
     ours = partial_name(tmp_path / "a.exr")
-    running = written_by(ours, parent, writer.start_of(parent))
-    elsewhere, abandoned = (written_by(ours, number, host="render_farm_7") for number in (999999998, 999999997))
+    running = name_partial_of(ours, parent, writer.start_of(parent))
+    elsewhere, abandoned = (name_partial_of(ours, number, host="render_farm_7") for number in (999999998, 999999997))
     kept = [running, elsewhere, ".a.partial-notes.exr"]
-    number_used_again = written_by(ours, parent, 1)
-    for name in (*kept, ours, written_by(ours, 999999999), number_used_again, abandoned):
+    number_used_again = name_partial_of(ours, parent, 1)
+    for name in (*kept, ours, name_partial_of(ours, 999999999), number_used_again, abandoned):
         (tmp_path / name).touch()
     long_ago = time.time() - writer.ABANDONED_S - 60.0
     os.utime(tmp_path / abandoned, (long_ago, long_ago))
@@ -277,7 +277,7 @@ def test_leftovers_of_a_running_process_stay(tmp_path: Path) -> None:
     assert names(tmp_path) == sorted([*kept, "b"])
 
 
-def written_by(name: str, process: int, start: int | None = 1, host: str | None = None) -> str:
+def name_partial_of(name: str, process: int, start: int | None = 1, host: str | None = None) -> str:
     """The name of a partial as another process or machine would have made it."""
     head, tail = name.split("-", 2)[:2] if name.startswith(".lightarc") else name.split("-", 1)[:1], name.split("-")
     return "-".join([*head, host or tail[-4], str(process), str(start), tail[-1]])

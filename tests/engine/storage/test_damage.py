@@ -47,12 +47,12 @@ from tests.engine.damage import (
     ROUNDS,
     TIME_LIMIT_S,
     Damage,
-    damaged,
     decoder_pids,
+    find_damaged,
     peak_memory_bytes,
 )
 from tests.engine.scenes import weave
-from tests.kept import kept
+from tests.kept import keep
 
 #: Flips of +1, -2, +1 at equal distances leave an Adler-32, the checksum of deflate, as it was: one met in 20000 files,
 #: so that a round of a campaign may hold one.
@@ -75,7 +75,7 @@ class Kind(NamedTuple):
     """A file format under test.
 
     `make` makes a good file, which is read under `name`; `header` gives the bytes of its header, `noticed` those under
-    a checksum. Its picture is padded to a multiple of `block`; any size within the padding is as good as the original.
+    a checksum. Its image is padded to a multiple of `block`; any size within the padding is as good as the original.
     """
 
     make: Callable[[], bytes]
@@ -147,7 +147,7 @@ def tiles() -> Any:
     return description
 
 
-def encoded(suffix: str, pixels: np.ndarray, *options: int) -> Callable[[], bytes]:
+def encode_image(suffix: str, pixels: np.ndarray, *options: int) -> Callable[[], bytes]:
     return lambda: cv2.imencode(suffix, pixels, list(options))[1].tobytes()
 
 
@@ -159,13 +159,13 @@ def mesh(**options: Any) -> Callable[[], bytes]:
     return make
 
 
-PICTURES = {
-    "jpeg": Kind(encoded(".jpg", SMOOTH), "a.jpg", up_to(b"\xff\xda"), block=16),
+IMAGES = {
+    "jpeg": Kind(encode_image(".jpg", SMOOTH), "a.jpg", up_to(b"\xff\xda"), block=16),
     "jpeg-progressive": Kind(
-        encoded(".jpg", SMOOTH, cv2.IMWRITE_JPEG_PROGRESSIVE, 1), "a.jpg", up_to(b"\xff\xda"), block=16
+        encode_image(".jpg", SMOOTH, cv2.IMWRITE_JPEG_PROGRESSIVE, 1), "a.jpg", up_to(b"\xff\xda"), block=16
     ),
     "jpeg-restart": Kind(
-        encoded(".jpg", SMOOTH, cv2.IMWRITE_JPEG_RST_INTERVAL, 2), "a.jpg", up_to(b"\xff\xda"), block=16
+        encode_image(".jpg", SMOOTH, cv2.IMWRITE_JPEG_RST_INTERVAL, 2), "a.jpg", up_to(b"\xff\xda"), block=16
     ),
     "png-8": Kind(lambda: encode.encode_png(NOISE), "a.png", up_to(b"IDAT"), whole),
     "png-16": Kind(lambda: encode.encode_png(NOISE.astype(np.uint16) * 257), "a.png", up_to(b"IDAT"), whole),
@@ -185,7 +185,7 @@ PICTURES = {
     "exr-tiles": Kind(
         exr(OpenEXR.ZIP_COMPRESSION, type=OpenEXR.tiledimage, tiles=tiles()), "a.exr", exr_header, exr_pixels
     ),
-    "hdr": Kind(encoded(".hdr", FLOATS), "a.hdr", up_to(b"+X 16\n")),
+    "hdr": Kind(encode_image(".hdr", FLOATS), "a.hdr", up_to(b"+X 16\n")),
 }
 
 
@@ -251,7 +251,7 @@ class Outcome(NamedTuple):
     held_bytes: int
 
 
-def decoded(decoder: tuple[str, dict[str, Any]], name: str, content: bytes) -> Outcome:
+def decode(decoder: tuple[str, dict[str, Any]], name: str, content: bytes) -> Outcome:
     """One damaged file through a child.
 
     Where that takes too long, the child may have been a new one that had its modules to load: it gets the time for
@@ -288,12 +288,12 @@ def each_damaged(
     pristine = decode_content(decoder[0], one.name, good, **decoder[1])
     allowed_bytes = max(map(peak_memory_bytes, decoder_pids())) + MEMORY_LIMIT_BYTES
     refused = crashed = 0
-    damages = list(damaged(good, one.header(good), seed=seed))
+    damages = list(find_damaged(good, one.header(good), seed=seed))
     with ThreadPoolExecutor(untrusted.CHILDREN) as pool:
-        outcomes = pool.map(lambda damage: decoded(decoder, one.name, damage.content), damages)
+        outcomes = pool.map(lambda damage: decode(decoder, one.name, damage.content), damages)
         for number, (damage, outcome) in enumerate(zip(damages, outcomes, strict=True)):
             what = f"{kind} file {number} ({damage.what} at {damage.first})"
-            with kept(one.name, damage.content):
+            with keep(one.name, damage.content):
                 assert outcome.held_bytes <= allowed_bytes, f"{what} or one before takes {outcome.held_bytes >> 20} MiB"
                 if outcome.refusal is not None:
                     refused += 1
@@ -309,7 +309,7 @@ def says_more(reply: dict[str, Any], pristine: dict[str, Any]) -> bool:
     return not set(reply["warnings"]) <= set(pristine["warnings"])
 
 
-def check_picture(reply: dict[str, Any], pristine: dict[str, Any], damage: Damage, what: str, block: int = 1) -> None:
+def check_image(reply: dict[str, Any], pristine: dict[str, Any], damage: Damage, what: str, block: int = 1) -> None:
     radiance, saturated = reply["radiance"], reply["saturated"]
     height, width = saturated.shape
     assert radiance.shape == (height, width, 3), what
@@ -319,18 +319,18 @@ def check_picture(reply: dict[str, Any], pristine: dict[str, Any], damage: Damag
     assert same_size or says_more(reply, pristine), f"{what} silently changes the size"
     assert np.isfinite(radiance).all(), what
     if damage.what == "cut":
-        assert np.array_equal(radiance, pristine["radiance"]), f"{what} gives part of the picture"
+        assert np.array_equal(radiance, pristine["radiance"]), f"{what} gives part of the image"
 
 
 @pytest.mark.campaign(rounds=ROUNDS)
-@pytest.mark.parametrize("kind", PICTURES)
-def test_fault5_damaged_pictures(kind: str, seed: int) -> None:
-    one = PICTURES[kind]
+@pytest.mark.parametrize("kind", IMAGES)
+def test_fault5_damaged_images(kind: str, seed: int) -> None:
+    one = IMAGES[kind]
     noticed = one.noticed(one.make()) if one.noticed else (0, 0)
     slipped: list[str] = []
 
     def check(reply: dict[str, Any], pristine: dict[str, Any], damage: Damage, what: str) -> None:
-        check_picture(reply, pristine, damage, what, one.block)
+        check_image(reply, pristine, damage, what, one.block)
         if noticed[0] <= damage.first and damage.last <= noticed[1] and not says_more(reply, pristine):
             slipped.extend([what] * (not np.array_equal(reply["radiance"], pristine["radiance"])))
 
@@ -342,7 +342,7 @@ def test_fault5_damaged_pictures(kind: str, seed: int) -> None:
 def test_fault5_damaged_raw(seed: int) -> None:
     mosaic = RANDOM.integers(600, 16000, (40, 40)).astype(np.uint16)
     one = Kind(lambda: dng_bytes(mosaic, Levels(), exposure_s=0.02), "a.dng", lambda good: (mosaic.nbytes, len(good)))
-    assert each_damaged("dng", one, PHOTOGRAPH, check_picture, seed) > 1 / 8
+    assert each_damaged("dng", one, PHOTOGRAPH, check_image, seed) > 1 / 8
 
 
 @pytest.mark.campaign(rounds=ROUNDS)
@@ -367,9 +367,9 @@ def each_written(
     """Read damaged contents of `path`, which stay untouched; a result is None where `read` refuses with a sentence."""
     good = path.read_bytes()
     results = []
-    for damage in damaged(good, header, count, seed=seed):
+    for damage in find_damaged(good, header, count, seed=seed):
         path.write_bytes(damage.content)
-        with kept(path.name, damage.content):
+        with keep(path.name, damage.content):
             start_s = time.thread_time()
             try:
                 result = read()

@@ -51,7 +51,7 @@ def test_files_that_cannot_be_told_from_good_ones_do_not_exist() -> None:
     for index, one in enumerate(damaged_files.FORMATS):
         if one.name in ("a.lp", "capture.toml", "a.dome"):
             good = one.good()
-            others = [damaged_files.damaged(one, good, number) for number in range(index, index + 40)]
+            others = [damaged_files.find_damaged(one, good, number) for number in range(index, index + 40)]
             assert sum(other != good for other in others) > 30
 
 
@@ -64,7 +64,7 @@ def test_records_under_a_right_seal_are_read_to_their_values() -> None:
     said = set[str]()
     for number in range(40):
         try:
-            read_manifest(damaged_files.damaged(one, damaged_files._good(place), number), "a")
+            read_manifest(damaged_files.find_damaged(one, damaged_files._good(place), number), "a")
         except InputError as error:
             said.add(error.problem)
     assert sum("not as it was written" in each for each in said) <= 1

@@ -39,7 +39,7 @@ OWN_TEXT = {
 }
 
 #: Ways to match a text at one place, all of which a pattern that fails in the end may try.
-MOST_WAYS = 1000
+MAX_WAYS = 1000
 
 #: Rounds in which every place meets every fill; the first is in the ordinary suite.
 ROUNDS = 8
@@ -64,11 +64,11 @@ def patterns() -> Iterator[tuple[str, str | bytes]]:
             and isinstance(node.value, ast.Constant)
         }
         for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and of_re(node.func) and module not in OWN_TEXT:
+            if isinstance(node, ast.Call) and find_uses_of_re(node.func) and module not in OWN_TEXT:
                 yield f"{module}:{node.lineno}", eval(ast.unparse(node.args[0]), {}, known)
 
 
-def of_re(function: ast.expr) -> bool:
+def find_uses_of_re(function: ast.expr) -> bool:
     return isinstance(function, ast.Attribute) and isinstance(function.value, ast.Name) and function.value.id == "re"
 
 
@@ -104,7 +104,7 @@ def _ways_of_one(kind: str, value: Any) -> float:
 
 
 def test_S3_no_pattern_repeats_without_a_bound() -> None:
-    assert {place: pattern for place, pattern in patterns() if not ways(pattern) <= MOST_WAYS} == {}
+    assert {place: pattern for place, pattern in patterns() if not ways(pattern) <= MAX_WAYS} == {}
 
 
 def test_S3_what_was_slow_has_no_bound() -> None:

@@ -27,7 +27,7 @@ print(main(["compare", sys.argv[1], sys.argv[1]]))
         ("RLIMIT_NOFILE", 9, "Too many files are open. Close other programs"),
     ],
 )
-def test_a_picture_is_read_or_the_limit_named(limit: str, value: int, answer: str, tmp_path: Path) -> None:
+def test_a_image_is_read_or_the_limit_named(limit: str, value: int, answer: str, tmp_path: Path) -> None:
     import cv2
     import numpy as np
 

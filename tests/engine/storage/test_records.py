@@ -49,7 +49,7 @@ def test_comes_back_exactly() -> None:
     assert health.findings == (Finding(Verdict.BAD, "dark", "a.tif"),)
 
 
-def resealed(**changes: Any) -> bytes:
+def reseal(**changes: Any) -> bytes:
     """The manifest with other fields and a seal that fits them, as a careful forger would write it."""
     from engine.storage import records
 
@@ -69,7 +69,7 @@ def test_fault_9_the_seal_notices_each_change() -> None:
 
 def test_fault_9_newer_versions_are_refused_with_words() -> None:
     with pytest.raises(InputError, match=r"newer Lightarc \(schema 7, this one reads 4\)\. Update Lightarc"):
-        read_manifest(resealed(schema_version=7), PATH)
+        read_manifest(reseal(schema_version=7), PATH)
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_fault_9_newer_versions_are_refused_with_words() -> None:
 )
 def test_fault_9_wrong_types_and_bounds(changes: dict[str, Any]) -> None:
     with pytest.raises(InputError, match=r"woven.lightarc: manifest.json") as caught:
-        read_manifest(resealed(**changes), PATH)
+        read_manifest(reseal(**changes), PATH)
     assert len(str(caught.value)) < 500
 
 

@@ -14,7 +14,7 @@ import pytest
 
 from engine.core.errors import OutputError
 from engine.storage import atomic
-from engine.storage.resumable import discard_unfinished, resumable_file, unfinished
+from engine.storage.resumable import discard_unfinished, find_unfinished, resumable_file
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -68,7 +68,7 @@ def test_the_unfinished_file_of_a_running_writer_is_not_removed(tmp_path: Path) 
     with resumable_file(tmp_path / "a", 5, b"first"):
         with pytest.raises(OutputError, match="a: another run is writing it"):
             discard_unfinished(tmp_path / "a")
-        assert unfinished(tmp_path / "a") is not None
+        assert find_unfinished(tmp_path / "a") is not None
     assert (tmp_path / "a").read_bytes() == b"first"
 
 

@@ -282,10 +282,10 @@ def test_systems_other_than_linux_are_left_as_they_are(monkeypatch: pytest.Monke
         assert sandbox.confine() == sandbox.Protection()
 
 
-def verdict(processor: Any, number: int, *arguments: int, architecture: int | None = None) -> int:
+def verdict(cpu: Any, number: int, *arguments: int, architecture: int | None = None) -> int:
     """The value that the filter returns for a system call, by the rules of classic BPF."""
-    data = struct.pack("=iIQ6Q", number, architecture or processor.architecture, 0, *(*arguments, *[0] * 6)[:6])
-    steps = [struct.unpack("HBBI", step) for step in sandbox._program(processor)]
+    data = struct.pack("=iIQ6Q", number, architecture or cpu.architecture, 0, *(*arguments, *[0] * 6)[:6])
+    steps = [struct.unpack("HBBI", step) for step in sandbox._program(cpu)]
     at, value = 0, 0
     while True:
         code, then, otherwise, operand = steps[at]
@@ -306,10 +306,10 @@ NUMBERS = {
 }
 
 
-@pytest.mark.parametrize("processor", NUMBERS)
-def test_the_filter_lets_through_what_decoders_need(processor: str) -> None:
-    calls = sandbox._PROCESSORS[processor]
-    (read, openat, clone, clone3, fcntl, prlimit), refused = NUMBERS[processor]
+@pytest.mark.parametrize("cpu", NUMBERS)
+def test_the_filter_lets_through_what_decoders_need(cpu: str) -> None:
+    calls = sandbox._PROCESSORS[cpu]
+    (read, openat, clone, clone3, fcntl, prlimit), refused = NUMBERS[cpu]
     allow, refuse, absent = 0x7FFF0000, 0x00050001, 0x00050026
     assert verdict(calls, read) == allow
     assert verdict(calls, read, architecture=0x40000003) == refuse
@@ -327,12 +327,12 @@ def test_the_filter_lets_through_what_decoders_need(processor: str) -> None:
 
 def test_meshes_keep_no_descriptors(file: Path) -> None:
     """Spec 15, S10: a hundred results that are kept leave the number of open files as it was."""
-    from engine.storage.shared_memory import results_in, shared_file
+    from engine.storage.shared_memory import make_shared_file, results_in
 
     process, kept = psutil.Process(), []
     before = process.num_fds() if sys.platform != "win32" else 0
     for number in range(100):
-        with shared_file() as shared:
+        with make_shared_file() as shared:
             if shared is None:
                 pytest.skip("this system has no files in memory")
             with results_in(os.dup(shared.descriptor)) as results:

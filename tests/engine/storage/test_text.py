@@ -12,7 +12,7 @@ from engine.brdf.readers.read import read_measurement
 from engine.capture.lights.capture_file import read_capture_file
 from engine.capture.lights.light_positions import read_light_positions
 from engine.geometry.mesh import decode_mesh
-from engine.geometry.read_scene import estimated_faces
+from engine.geometry.read_scene import estimate_faces
 from engine.storage.text import utf8
 
 BOX = trimesh.creation.box()
@@ -51,7 +51,7 @@ def test_text_in_utf_16_is_what_it_is_in_utf_8(coding: str, mark: bytes, tmp_pat
         content = mark + text.encode(coding)
         found, wanted = decode_mesh(content, name), decode_mesh(text.encode(), name)
         assert not [key for key in ("positions", "normals", "uv", "faces") if different(found[key], wanted[key])], name
-        assert estimated_faces(content, len(content), name[2:]) >= len(wanted["faces"])
+        assert estimate_faces(content, len(content), name[2:]) >= len(wanted["faces"])
     (tmp_path / "a.lp").write_bytes(mark + "1\nlamp_ä.png 0 0.6 0.8\n".encode(coding))
     assert read_light_positions(tmp_path / "a.lp")[0].name == "lamp_ä.png"
     (tmp_path / "capture.toml").write_bytes(mark + "lamp_distance = 2.5\n".encode(coding))

@@ -32,7 +32,7 @@ PACKERS: dict[str, Callable[[bytes], bytes]] = {
 }
 
 
-def zipped(entries: Iterable[tuple[str | zipfile.ZipInfo, bytes]], comment: bytes = b"") -> bytes:
+def zip_entries(entries: Iterable[tuple[str | zipfile.ZipInfo, bytes]], comment: bytes = b"") -> bytes:
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.comment = comment
@@ -41,7 +41,7 @@ def zipped(entries: Iterable[tuple[str | zipfile.ZipInfo, bytes]], comment: byte
     return stream.getvalue()
 
 
-def tarred(entries: Iterable[tuple[str | tarfile.TarInfo, bytes]], kind: int = tarfile.PAX_FORMAT) -> bytes:
+def tar(entries: Iterable[tuple[str | tarfile.TarInfo, bytes]], kind: int = tarfile.PAX_FORMAT) -> bytes:
     stream = io.BytesIO()
     with tarfile.open(fileobj=stream, mode="w", format=kind) as archive:
         for name, content in entries:
@@ -51,11 +51,11 @@ def tarred(entries: Iterable[tuple[str | tarfile.TarInfo, bytes]], kind: int = t
     return stream.getvalue()
 
 
-def packed(kind: str, entries: Iterable[tuple[Any, bytes]]) -> bytes:
-    return zipped(entries) if kind == "zip" else PACKERS[kind](tarred(entries))
+def pack(kind: str, entries: Iterable[tuple[Any, bytes]]) -> bytes:
+    return zip_entries(entries) if kind == "zip" else PACKERS[kind](tar(entries))
 
 
-def unpacked(folder: Path, content: bytes, name: str = "stranger.zip") -> dict[str, bytes]:
+def unpack_entries(folder: Path, content: bytes, name: str = "stranger.zip") -> dict[str, bytes]:
     """The files in the target afterwards; nothing else may have appeared."""
     path, target = folder / name, folder / "target"
     path.write_bytes(content)
@@ -70,7 +70,7 @@ def unpacked(folder: Path, content: bytes, name: str = "stranger.zip") -> dict[s
 def complaint(folder: Path, content: bytes) -> str:
     """Why it is refused; whatever was written before that lies in the target."""
     with pytest.raises(InputError) as refusal:
-        unpacked(folder, content)
+        unpack_entries(folder, content)
     assert {file.name for file in folder.iterdir()} == {"stranger.zip", "target"}
     assert not [file for file in (folder / "target").iterdir() if file.is_symlink()]
     return str(refusal.value)
@@ -78,33 +78,37 @@ def complaint(folder: Path, content: bytes) -> str:
 
 @pytest.mark.parametrize("kind", ["zip", *PACKERS])
 def test_all_kinds_give_back_what_was_packed(tmp_path: Path, kind: str) -> None:
-    content = packed(kind, PHOTOGRAPHS.items())
+    content = pack(kind, PHOTOGRAPHS.items())
     path = tmp_path / "plain"
     path.write_bytes(content)
     assert is_archive(path)
     path.unlink()
-    assert unpacked(tmp_path, content) == {name.removeprefix("photos/"): data for name, data in PHOTOGRAPHS.items()}
+    assert unpack_entries(tmp_path, content) == {
+        name.removeprefix("photos/"): data for name, data in PHOTOGRAPHS.items()
+    }
 
 
 def test_the_wanted_members_alone_are_written_and_their_places_reported(tmp_path: Path) -> None:
     path = tmp_path / "a.zip"
-    path.write_bytes(zipped([("./x/a.png", b"a"), ("x/b.txt", b"b")]))
+    path.write_bytes(zip_entries([("./x/a.png", b"a"), ("x/b.txt", b"b")]))
     assert drain(unpack(path, tmp_path, lambda names: names[:1])) == {"a.png": "x/a.png"}
     assert sorted(file.name for file in tmp_path.iterdir()) == ["a.png", "a.zip"]
 
 
 def test_comments_folders_and_backslashes_are_harmless(tmp_path: Path) -> None:
-    content = zipped([("photos/", b""), ("photos/a.png", b"a"), ("photos\\b.png", b"b")], comment=b"from the studio")
-    assert unpacked(tmp_path, content) == {"a.png": b"a", "b.png": b"b"}
+    content = zip_entries(
+        [("photos/", b""), ("photos/a.png", b"a"), ("photos\\b.png", b"b")], comment=b"from the studio"
+    )
+    assert unpack_entries(tmp_path, content) == {"a.png": b"a", "b.png": b"b"}
 
 
 def test_names_in_utf8_without_the_flag(tmp_path: Path) -> None:
-    content = bytearray(zipped([("é.png", b"a")]))
+    content = bytearray(zip_entries([("é.png", b"a")]))
     for start, offset in ((content.index(b"PK\3\4"), 6), (content.index(b"PK\1\2"), 8)):
         flags = struct.unpack_from("<H", content, start + offset)[0]
         assert flags & 0x800
         struct.pack_into("<H", content, start + offset, flags & ~0x800)
-    assert unpacked(tmp_path, bytes(content)) == {"é.png": b"a"}
+    assert unpack_entries(tmp_path, bytes(content)) == {"é.png": b"a"}
 
 
 NAMES = ["../im.png", "photos/../../im.png", "/im.png", "C:\\im.png", "C:im.png", "..\\im.png", "a/\nim.png", "x" * 256]
@@ -113,7 +117,7 @@ NAMES = ["../im.png", "photos/../../im.png", "/im.png", "C:\\im.png", "C:im.png"
 @pytest.mark.parametrize("kind", ["zip", "tar"])
 @pytest.mark.parametrize("name", NAMES, ids=lambda name: ascii(name[:24]))
 def test_fault_8_names_that_lead_elsewhere(tmp_path: Path, kind: str, name: str) -> None:
-    content = packed(kind, [("photos/good.png", b"good"), (name, b"evil")])
+    content = pack(kind, [("photos/good.png", b"good"), (name, b"evil")])
     assert "impossible name" in complaint(tmp_path, content)
     assert not list((tmp_path / "target").iterdir())
 
@@ -121,7 +125,7 @@ def test_fault_8_names_that_lead_elsewhere(tmp_path: Path, kind: str, name: str)
 def zip_link() -> bytes:
     link = zipfile.ZipInfo("im.png")
     link.external_attr, link.create_system = (stat.S_IFLNK | 0o777) << 16, 3
-    return zipped([(link, b"/etc/passwd")])
+    return zip_entries([(link, b"/etc/passwd")])
 
 
 def tar_entry(kind: bytes, **attributes: Any) -> bytes:
@@ -129,7 +133,7 @@ def tar_entry(kind: bytes, **attributes: Any) -> bytes:
     info.type = kind
     for name, value in attributes.items():
         setattr(info, name, value)
-    return tarred([(info, b"")])
+    return tar([(info, b"")])
 
 
 def sparse() -> bytes:
@@ -142,8 +146,8 @@ def sparse() -> bytes:
     return bytes(content)
 
 
-def encrypted() -> bytes:
-    content = bytearray(zipped([("im.png", b"secret")]))
+def encrypt() -> bytes:
+    content = bytearray(zip_entries([("im.png", b"secret")]))
     for start, offset in ((content.index(b"PK\3\4"), 6), (content.index(b"PK\1\2"), 8)):
         struct.pack_into("<H", content, start + offset, 1)
     return bytes(content)
@@ -158,9 +162,9 @@ def encrypted() -> bytes:
         (tar_entry(tarfile.FIFOTYPE), "not a regular file"),
         (tar_entry(tarfile.CHRTYPE), "not a regular file"),
         (sparse(), "not a regular file"),
-        (encrypted(), "encrypted"),
-        (zipped([("a/im.png", b"a"), ("b/IM.png", b"b")]), "holds both"),
-        (tarred([("im.png", b"a"), ("im.png", b"b")]), "holds both"),
+        (encrypt(), "encrypted"),
+        (zip_entries([("a/im.png", b"a"), ("b/IM.png", b"b")]), "holds both"),
+        (tar([("im.png", b"a"), ("im.png", b"b")]), "holds both"),
         (b"7z\xbc\xaf\x27\x1c" + bytes(600), "7z archive, which is not read"),
         (b"Rar!\x1a\x07\x01" + bytes(600), "RAR archive, which is not read"),
         (gzip.compress(b"a letter" * 200), "no tar archive"),
@@ -177,13 +181,13 @@ def test_fault_8_what_is_no_plain_file_is_refused(tmp_path: Path, content: bytes
 def test_fault_8_bombs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
     monkeypatch.setattr(unpacking, "RATIO_FLOOR_BYTES", 1000)
     monkeypatch.setattr("engine.storage.archive.RATIO_FLOOR_BYTES", 1000)
-    content = packed(kind, [("im.png", bytes(4_000_000))])
+    content = pack(kind, [("im.png", bytes(4_000_000))])
     assert "more than 100 times its size" in complaint(tmp_path, content)
 
 
 @pytest.mark.parametrize("kind", ["zip", "tar", "tar.gz"])
 def test_fault_8_limits_on_the_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
-    content = packed(kind, PHOTOGRAPHS.items())
+    content = pack(kind, PHOTOGRAPHS.items())
     monkeypatch.setattr(unpacking, "MEMBER_LIMIT", 2)
     monkeypatch.setattr("engine.storage.archive.MEMBER_LIMIT", 2)
     assert "lists" in complaint(tmp_path, content)
@@ -197,18 +201,18 @@ def test_fault_8_limits_on_the_whole(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_fault_8_a_header_of_a_tar_that_wants_memory(tmp_path: Path) -> None:
     info = tarfile.TarInfo("im.png")
     info.pax_headers = {"comment": "x" * 3_000_000}
-    assert "a header of" in complaint(tmp_path, tarred([(info, b"a")]))
+    assert "a header of" in complaint(tmp_path, tar([(info, b"a")]))
 
 
 def test_fault_8_a_size_that_is_a_lie(tmp_path: Path) -> None:
-    content = bytearray(zipped([("im.png", b"a" * 500)]))
+    content = bytearray(zip_entries([("im.png", b"a" * 500)]))
     struct.pack_into("<L", content, content.index(b"PK\1\2") + 24, 400)
     assert "damaged" in complaint(tmp_path, bytes(content))
 
 
 @pytest.mark.parametrize("kind", ["zip", *PACKERS])
 def test_fault_5_every_cut_is_noticed(tmp_path: Path, kind: str) -> None:
-    content = packed(kind, PHOTOGRAPHS.items())
+    content = pack(kind, PHOTOGRAPHS.items())
     whole = len(content) if kind != "tar" else content.rindex(PHOTOGRAPHS["photos/im_2.png"]) + 3072
     for cut in [*range(1, whole, whole // 60), whole - 1]:
         words = complaint(tmp_path, content[:cut]) if cut else ""
@@ -218,7 +222,7 @@ def test_fault_5_every_cut_is_noticed(tmp_path: Path, kind: str) -> None:
 @pytest.mark.campaign(rounds=5)
 @pytest.mark.parametrize("kind", ["zip", "tar.gz", "tar.bz2", "tar.xz"])
 def test_fault_5_flipped_bits_never_change_a_photograph(tmp_path: Path, kind: str, seed: int) -> None:
-    content, random = packed(kind, PHOTOGRAPHS.items()), np.random.default_rng(2 + seed)
+    content, random = pack(kind, PHOTOGRAPHS.items()), np.random.default_rng(2 + seed)
     good = {name.removeprefix("photos/"): data for name, data in PHOTOGRAPHS.items()}
     refused = 0
     for place in random.integers(0, len(content), 40):
@@ -227,7 +231,7 @@ def test_fault_5_flipped_bits_never_change_a_photograph(tmp_path: Path, kind: st
         for file in (tmp_path / "target").glob("*"):
             file.unlink()
         try:
-            written = unpacked(tmp_path, bytes(damaged))
+            written = unpack_entries(tmp_path, bytes(damaged))
         except InputError:
             refused += 1
             continue

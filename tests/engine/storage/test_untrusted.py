@@ -105,7 +105,7 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
-def refused(path: Path | str, read: Any = read_bytes) -> Any:
+def refuse(path: Path | str, read: Any = read_bytes) -> Any:
     with pytest.raises(InputError) as caught:
         read(path)
     assert str(caught.value).count("\n") == 0
@@ -117,24 +117,24 @@ def test_fault12_only_regular_files_are_read(tmp_path: Path) -> None:
     folder.mkdir()
     os.mkfifo(fifo)
     empty.touch()
-    assert "folder" in refused(folder).problem
-    assert "pipe" in refused(fifo).problem
-    assert "device" in refused("/dev/zero").problem
-    assert "empty" in refused(empty).problem
-    assert "does not exist" in refused(tmp_path / "absent.jpg").problem
+    assert "folder" in refuse(folder).problem
+    assert "pipe" in refuse(fifo).problem
+    assert "device" in refuse("/dev/zero").problem
+    assert "empty" in refuse(empty).problem
+    assert "does not exist" in refuse(tmp_path / "absent.jpg").problem
 
 
 def test_fault12_sockets_and_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     with socket.socket(socket.AF_UNIX) as server:
         server.bind("socket.jpg")
-        assert "socket" in refused("socket.jpg").problem
+        assert "socket" in refuse("socket.jpg").problem
     Path("dangling.jpg").symlink_to("nowhere")
     Path("loop.jpg").symlink_to("loop.jpg")
     Path("zero.jpg").symlink_to("/dev/zero")
-    assert "does not exist" in refused("dangling.jpg").problem
-    assert "link" in refused("loop.jpg").problem.lower()
-    assert "device" in refused("zero.jpg").problem
+    assert "does not exist" in refuse("dangling.jpg").problem
+    assert "link" in refuse("loop.jpg").problem.lower()
+    assert "device" in refuse("zero.jpg").problem
 
 
 def test_fault12_a_file_that_changes_while_it_is_read_is_refused(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -146,7 +146,7 @@ def test_fault12_a_file_that_changes_while_it_is_read_is_refused(file: Path, mon
             writer.write(b"more")
 
     monkeypatch.setattr(untrusted, "_check_kind", append)
-    assert "changed" in refused(file).problem
+    assert "changed" in refuse(file).problem
 
 
 def test_fault12_a_file_that_shrinks_while_it_is_read_is_refused(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -157,12 +157,12 @@ def test_fault12_a_file_that_shrinks_while_it_is_read_is_refused(file: Path, mon
         os.truncate(path, 10)
 
     monkeypatch.setattr(untrusted, "_check_kind", cut)
-    assert "changed" in refused(file).problem
+    assert "changed" in refuse(file).problem
 
 
 def test_fault12_a_file_that_vanishes_is_refused(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(untrusted, "_check_kind", lambda path, *_: Path(path).unlink())
-    assert "does not exist" in refused(file).problem
+    assert "does not exist" in refuse(file).problem
 
 
 def test_files_over_the_limit_are_not_read(file: Path) -> None:
@@ -194,12 +194,12 @@ def test_fault13_names_of_any_spelling_work(tmp_path: Path, decoders: str, name:
     assert bytes(reply["content"]) == b"content"
     assert reply["name"] == os.fspath(path)
     path.unlink()
-    str(refused(path)).encode("utf-8")
+    str(refuse(path)).encode("utf-8")
 
 
 def test_fault13_impossible_names_are_one_clear_error(tmp_path: Path) -> None:
     for path in (str(tmp_path / ("n" * 256)), "/".join(["d" * 200] * 30), "nul\0.jpg"):
-        assert refused(path).problem
+        assert refuse(path).problem
 
 
 def test_arrays_and_values_survive_the_way_through_the_child(file: Path, decoders: str) -> None:

@@ -24,7 +24,7 @@ def needs(name: str) -> Path:
     return STACKS / name
 
 
-def lit(radiance: Array, direction: Array) -> ImageStack:
+def light_up(radiance: Array, direction: Array) -> ImageStack:
     """A stack of radiance (N, H, W, 3) under lamps in these directions (N, 3), by rising elevation."""
     order = np.argsort(direction[:, 2], kind="stable")
     direction = direction[order] / np.linalg.norm(direction[order], axis=1, keepdims=True)
@@ -55,7 +55,7 @@ def test_a_ring_under_a_dome() -> None:
     codes = np.stack([np.asarray(cv2.imread(str(folder / words[0])))[4::16, 4::16, ::-1] for words in lines]) / 255.0
     radiance = np.asarray(srgb_decode(codes), np.float64)
     radiance, direction = radiance[::4], direction[::4]
-    found = drain(recover(lit(radiance, direction), np.arange(16)))
+    found = drain(recover(light_up(radiance, direction), np.arange(16)))
     errors = found.maps.errors
     assert errors.in_sample <= errors.left_out < errors.mean_picture
     linear = np.linalg.lstsq(direction, radiance.reshape(16, -1), rcond=None)[0]
@@ -82,7 +82,7 @@ def test_a_grey_sphere_is_a_sphere() -> None:
     inside = mask & (np.hypot(x, y) < 0.95)
     known = np.stack([x, y, np.sqrt(np.clip(1.0 - x**2 - y**2, 0.0, 1.0))], axis=-1)
     every = np.s_[rows.min() : rows.max() + 1 : 4, columns.min() : columns.max() + 1 : 4]
-    maps = drain(recover(lit(radiance[:, every[0], every[1]], direction), np.arange(12))).maps
+    maps = drain(recover(light_up(radiance[:, every[0], every[1]], direction), np.arange(12))).maps
     ours = angle_deg(maps.normal, known[every])[inside[every]].mean()
     theirs = angle_deg(plain(radiance, direction), known)[inside].mean()
     print(f"sphere: {ours:.2f}° of ours, {theirs:.2f}° of least squares, {maps.errors}")
@@ -97,7 +97,7 @@ def test_a_statue_in_a_matlab_file() -> None:
         direction = direction * (1.0, 1.0, -1.0)
     radiance = np.repeat((images / images.max())[..., None], 3, axis=-1)
     inside = np.asarray(content["mask"])[::8, ::8] > 0
-    found = drain(recover(lit(radiance, direction), np.arange(len(direction))))
+    found = drain(recover(light_up(radiance, direction), np.arange(len(direction))))
     unit = direction / np.linalg.norm(direction, axis=1, keepdims=True)
     apart = angle_deg(found.maps.normal, plain(radiance, unit))[inside]
     print(f"statue: {np.median(apart):.2f}° from least squares, {found.maps.errors}")

@@ -8,7 +8,7 @@ import pytest
 from engine.brdf.models.microfacet import MetallicRoughness
 from engine.core.errors import InputError
 from engine.core.steps import drain
-from engine.surface.lamps import lamps, observed_slopes
+from engine.surface.lamps import lamps, observe_slopes
 from engine.surface.recover import recover
 from engine.surface.reflectance import texels
 from tests.engine.domes import dome
@@ -127,7 +127,7 @@ def test_equal_directions_count_once() -> None:
 
 def test_a_ring_of_high_lamps_is_no_arc() -> None:
     ring = directions(np.full(8, np.radians(80.0)), np.arange(8) * np.pi / 4)
-    assert observed_slopes(ring).kind == "both"
+    assert observe_slopes(ring).kind == "both"
 
 
 def test_a_black_photograph_leaves_flat_normals_of_unknown_angle() -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.surface import errors_over_sigma, generated
+from benchmarks.surface import errors_over_sigma, generate
 from engine.core.steps import drain
-from engine.surface.height import LENS, unresolved
+from engine.surface.height import LENS, estimate_unresolved
 from engine.surface.recover import recover
 from engine.surface.reflectance import metallic_roughness
 
@@ -16,7 +16,7 @@ def test_texels_err_as_they_say() -> None:
     """Shares of texels of two dielectrics; the deviations of many materials are counted by the bench."""
     within = []
     for seed in (101, 104):
-        made = generated(seed, size=20)
+        made = generate(seed, size=20)
         used = np.arange(len(made.stack.sources))
         maps = drain(recover(made.stack, used, white=made.white, left_out=False)).maps
         ratio = errors_over_sigma(made, maps)
@@ -67,7 +67,7 @@ def test_a_little_diffuse_light_makes_no_mixture_and_much_does() -> None:
 
 def test_a_metal_is_found_where_no_texel_alone_tells_its_highlight() -> None:
     """Highlights of 4° under 18 lamps: a texel sees one of them at most, and is black otherwise."""
-    made = generated(102, size=20)
+    made = generate(102, size=20)
     maps = drain(recover(made.stack, np.arange(18), white=made.white, left_out=False)).maps
     off = np.linalg.norm(np.cross(maps.normal, made.truth["normal"]), axis=-1)
     assert made.is_metal
@@ -83,5 +83,5 @@ def test_slopes_within_a_texel_spread_as_samples_of_them_do() -> None:
     drawn = float(2.0 * np.mean([np.var(gradient * place), 0.0]))  # of both axes
     slope = np.zeros((9, 9, 2), np.float32)
     slope[..., 0] = gradient * np.arange(9)
-    found = unresolved(slope)
+    found = estimate_unresolved(slope)
     np.testing.assert_allclose(found, np.full(found.shape, drawn), rtol=0.02)

@@ -27,15 +27,15 @@ from engine.geometry.mesh import Mesh, read_mesh
 from engine.geometry.shapes import shape
 from engine.light.environment_file import open_environment
 from engine.planning.costs.setting import Setting
-from engine.render.reference import ReferencePicture, reference
-from engine.render.transported import picture_of
+from engine.render.reference import ReferenceImage, reference
+from engine.render.transported import image_of
 from engine.scene.scene import Scene
-from engine.tradeoff.agenda import modes_of, quick_first, reduced, settings_of
-from engine.tradeoff.bake_group import bake_alone, bake_group, groups, relit
-from engine.tradeoff.draw import SAMPLES, shown_vertices
+from engine.tradeoff.agenda import modes_of, quick_first, reduce, settings_of
+from engine.tradeoff.bake_group import bake_alone, bake_group, groups, relight_transport
+from engine.tradeoff.draw import SAMPLES, find_shown_vertices
 from engine.tradeoff.front import front
 from engine.tradeoff.reference_error import NoisyReference
-from engine.tradeoff.sweep import Tradeoff, ladders_of, sweep
+from engine.tradeoff.sweep import Tradeoff, sweep, sweeps_of
 from engine.tradeoff.write import label_of, write
 from engine.transport.sh import bake as sh_bake
 from engine.transport.wavelet import bake as wavelet_bake
@@ -99,7 +99,7 @@ def test_settings_that_are_one_are_measured_once(mesh: Mesh) -> None:
     (only,) = result.points
     assert only.setting == many[-1]
     assert not result.left_out
-    assert reduced(Setting("wavelet", {"coefficients": 4000, "cube": 16}), 8)["coefficients"] == 6 * 16**2
+    assert reduce(Setting("wavelet", {"coefficients": 4000, "cube": 16}), 8)["coefficients"] == 6 * 16**2
 
 
 def test_what_a_plan_chooses_is_measured_first(scene: Scene) -> None:
@@ -141,12 +141,12 @@ def test_a_budget_holds_also_where_a_bake_takes_longer_than_it_said(
 
 
 def test_the_noise_of_a_reference_halves_with_four_times_the_samples(found: Tradeoff) -> None:
-    (ladder,) = ladders_of(found.points, "reference", "samples")
-    coarse, fine = (each.error_rmse_rel for each in ladder)
+    (sweep,) = sweeps_of(found.points, "reference", "samples")
+    coarse, fine = (each.error_rmse_rel for each in sweep)
     assert coarse / fine == pytest.approx(2.0, rel=0.25)
 
 
-def test_T7_errors_fall_along_ladders(found: Tradeoff) -> None:
+def test_T7_errors_fall_along_sweeps(found: Tradeoff) -> None:
     assert found.not_monotone("sh", "order") == []
     assert found.not_monotone("wavelet", "terms") == []
 
@@ -181,13 +181,13 @@ def test_bakes_on_shared_rays_are_those_of_bakes_alone(scene: Scene, mesh: Mesh,
     of_file = drain(wavelet_bake.bake(tmp_path / "wavelet", work))
     np.testing.assert_array_equal(bakes[0].transport.vectors.words, of_file.transport.vectors.words)
     assert bakes[0].size_bytes == (tmp_path / "wavelet").stat().st_size
-    assert cast(Any, relit(bakes[0], scene)).rows.shape == (bakes[0].transport.rows, 3)
+    assert cast(Any, relight_transport(bakes[0], scene)).rows.shape == (bakes[0].transport.rows, 3)
 
 
 @pytest.mark.parametrize("on_ground", [pytest.param(False, marks=pytest.mark.long), True])
-def test_a_picture_needs_no_other_vertices_than_those_it_shows(scene: Scene, on_ground: bool) -> None:
+def test_a_image_needs_no_other_vertices_than_those_it_shows(scene: Scene, on_ground: bool) -> None:
     scene = dataclasses.replace(scene, ground=Ground(cells=6) if on_ground else None)
-    shown = shown_vertices(scene, SIZE, SAMPLES)
+    shown = find_shown_vertices(scene, SIZE, SAMPLES)
     vertices = len(scene.surface.positions)
     assert 0.3 * vertices < len(shown) < 0.8 * vertices
     group = [Setting("wavelet", {"terms": 2, "cube": 32, "coefficients": 20}), Setting("sh", {"order": 4})]
@@ -195,13 +195,15 @@ def test_a_picture_needs_no_other_vertices_than_those_it_shows(scene: Scene, on_
     some, _ = drain(bake_group(scene, group, shown=shown))
     for one, other in zip(whole, some, strict=True):
         of_whole, of_some = (
-            drain(picture_of(relit(bake, scene), scene.camera, SIZE, SAMPLES)).picture for bake in (one, other)
+            drain(image_of(relight_transport(bake, scene), scene.camera, SIZE, SAMPLES)).image for bake in (one, other)
         )
-        # products of matrices round as the number of their rows decides, on some processors
+        # products of matrices round as the number of their rows decides, on some CPUs
         np.testing.assert_allclose(of_some, of_whole, rtol=0.0, atol=float(4.0 * np.finfo(np.float32).eps))
         assert one.memory_bytes == other.memory_bytes
         assert one.size_bytes == other.size_bytes
-        assert cast(Any, relit(one, scene)).rows.shape == cast(Any, relit(other, scene)).rows.shape
+        assert (
+            cast(Any, relight_transport(one, scene)).rows.shape == cast(Any, relight_transport(other, scene)).rows.shape
+        )
 
 
 def test_lobes_of_what_is_shown_draw_nearly_the_same(scene: Scene) -> None:
@@ -210,9 +212,10 @@ def test_lobes_of_what_is_shown_draw_nearly_the_same(scene: Scene) -> None:
     glossy = dataclasses.replace(scene, mesh=icosphere(1), brdf=brdf, ground=Ground(cells=4))
     setting = Setting("gaussian")
     whole, _ = drain(bake_alone(glossy, setting))
-    some, _ = drain(bake_alone(glossy, setting, shown=shown_vertices(glossy, SIZE, SAMPLES)))
+    some, _ = drain(bake_alone(glossy, setting, shown=find_shown_vertices(glossy, SIZE, SAMPLES)))
     one, other = (
-        drain(picture_of(relit(bake[0], glossy), glossy.camera, SIZE, SAMPLES)).picture for bake in (whole, some)
+        drain(image_of(relight_transport(bake[0], glossy), glossy.camera, SIZE, SAMPLES)).image
+        for bake in (whole, some)
     )
     assert np.linalg.norm(one - other) < 0.02 * np.linalg.norm(one)
     assert (whole[0].memory_bytes, whole[0].size_bytes) == (some[0].memory_bytes, some[0].size_bytes)
@@ -228,7 +231,7 @@ def test_what_takes_too_long_is_left_out_with_the_reason(scene: Scene) -> None:
     assert {each.setting for each in result.left_out} == set(settings)
 
 
-def test_knobs_that_change_nothing_stay(scene: Scene) -> None:
+def test_parameters_that_change_nothing_stay(scene: Scene) -> None:
     settings = settings_of(scene, ("sh", "direct"))
     assert {each["interreflection"] for each in settings if each.mode == "sh"} == {0}
     dark = Scene(scene.mesh, scene.camera, scene.brdf)
@@ -236,7 +239,7 @@ def test_knobs_that_change_nothing_stay(scene: Scene) -> None:
     assert {each["interreflection"] for each in settings_of(scene, ("sh",), bounces=True)} == {0, 1}
     base = Setting("wavelet", {"terms": 2})
     assert base in settings_of(scene, ("wavelet",), [base])
-    assert base.replaced(cube=16, terms=8) in settings_of(scene, ("wavelet",), [base])
+    assert base.replace(cube=16, terms=8) in settings_of(scene, ("wavelet",), [base])
     unbaked = ("direct", "reference")
     assert modes_of(scene)[-2:] == unbaked
     assert modes_of(Scene(shape("plane"), scene.camera, scene.brdf, weave(16)))[-3:] == ("shading-map", *unbaked)
@@ -259,33 +262,33 @@ def test_cancelling_leaves_nothing_behind(scene: Scene) -> None:
 
 @pytest.fixture(scope="module")
 def exact(scene: Scene) -> NDArray[np.float32]:
-    """A picture whose noise is an eighth of that of its references, or less."""
-    return drain(reference(scene, SMALL, samples=4096, seed=12345)).picture
+    """An image whose noise is an eighth of that of its references, or less."""
+    return drain(reference(scene, SMALL, samples=4096, seed=12345)).image
 
 
-def brighter(picture: NDArray[np.float32]) -> NDArray[np.float32]:
+def brighter(image: NDArray[np.float32]) -> NDArray[np.float32]:
     """Five hundredths brighter everywhere."""
-    wrong = picture.copy()
+    wrong = image.copy()
     wrong[..., :3] *= 1.05
     return wrong
 
 
-def moved(picture: NDArray[np.float32]) -> NDArray[np.float32]:
+def move(image: NDArray[np.float32]) -> NDArray[np.float32]:
     """A pixel further to the right: wrong at edges of shade and highlights."""
-    wrong = picture.copy()
-    wrong[:, 1:, :3] = picture[:, :-1, :3]
+    wrong = image.copy()
+    wrong[:, 1:, :3] = image[:, :-1, :3]
     return wrong
 
 
 @lru_cache(maxsize=1)
-def seeded(scene: Scene, samples: int, count: int) -> list[ReferencePicture]:
+def seed(scene: Scene, samples: int, count: int) -> list[ReferenceImage]:
     return [drain(reference(scene, SMALL, samples=samples, seed=seed)) for seed in range(count)]
 
 
-@pytest.mark.parametrize("spoilt", [brighter, moved])
+@pytest.mark.parametrize("spoilt", [brighter, move])
 @pytest.mark.parametrize(
     ("samples", "count"),
-    [(16, 40), *(pytest.param(*rung, marks=pytest.mark.long) for rung in ((8, 60), (64, 40)))],
+    [(16, 40), *(pytest.param(*step, marks=pytest.mark.long) for step in ((8, 60), (64, 40)))],
 )
 def test_T8_the_reported_error_covers_the_true_one(
     scene: Scene,
@@ -296,9 +299,9 @@ def test_T8_the_reported_error_covers_the_true_one(
 ) -> None:
     """Against references of few paths by other random numbers, and seldom by far too much."""
     wrong = spoilt(exact)
-    references = seeded(scene, samples, count)
-    mask = np.logical_and.reduce([each.picture[..., 3] >= 0.999 for each in references])
-    picked, right = (picture[mask][:, :3].astype(float) for picture in (wrong, exact))
+    references = seed(scene, samples, count)
+    mask = np.logical_and.reduce([each.image[..., 3] >= 0.999 for each in references])
+    picked, right = (image[mask][:, :3].astype(float) for image in (wrong, exact))
     true = np.linalg.norm(picked - right) / np.linalg.norm(right)
     errors = [NoisyReference(each, mask, 0.0).error(wrong) for each in references]
     assert np.mean([error.rmse_rel + error.uncertainty >= true for error in errors]) >= 0.95

@@ -11,15 +11,15 @@ from engine.core.params import Parameter, parameters
 from engine.factor.hemisphere_map import KINDS
 from engine.factor.separable import WEIGHTINGS
 from engine.planning.effects.estimates import EFFECTS
-from engine.transport.gaussian.fitting.fit import MOST_LOBES
+from engine.transport.gaussian.fitting.fit import MAX_LOBES
 from engine.transport.gaussian.fitting.views import VIEWS
 from engine.transport.gaussian_method import bake_settings as gaussian_settings
 from engine.transport.method import METHODS, Baking, Method, method_of
 from engine.transport.sh.basis import WINDOWS
-from engine.transport.sh.brdf_table_varying import MOST_VARIATIONS
+from engine.transport.sh.brdf_table_varying import MAX_VARIATIONS
 from engine.transport.sh_method import bake_settings as sh_settings
 from engine.transport.wavelet.haar import EDGES
-from engine.transport.wavelet.transfer import MOST_COEFFICIENTS, MOST_TERMS
+from engine.transport.wavelet.transfer import MAX_COEFFICIENTS, MAX_TERMS
 from engine.transport.wavelet_method import bake_settings as wavelet_settings
 
 BAKES: dict[str, Callable[[Any], object]] = {
@@ -29,23 +29,23 @@ BAKES: dict[str, Callable[[Any], object]] = {
 }
 
 
-def declared(method: str, name: str) -> Parameter:
+def declare(method: str, name: str) -> Parameter:
     of = method_of(method)
     return next(each for each in (*parameters(of.settings), *parameters(of.light)) if each.name == name)
 
 
 def test_declarations_are_those_of_the_engine() -> None:
-    assert set(declared("wavelet", "map").values) == set(KINDS)
-    assert declared("wavelet", "weighting").values == WEIGHTINGS
-    assert declared("wavelet", "cube").values == EDGES
-    assert (declared("wavelet", "terms").high, declared("wavelet", "coefficients").high) == (
-        MOST_TERMS,
-        MOST_COEFFICIENTS,
+    assert set(declare("wavelet", "map").values) == set(KINDS)
+    assert declare("wavelet", "weighting").values == WEIGHTINGS
+    assert declare("wavelet", "cube").values == EDGES
+    assert (declare("wavelet", "terms").high, declare("wavelet", "coefficients").high) == (
+        MAX_TERMS,
+        MAX_COEFFICIENTS,
     )
-    assert declared("gaussian", "views").values or declared("gaussian", "views").low == VIEWS
-    assert declared("gaussian", "lobes").high == MOST_LOBES
-    assert declared("sh", "window").values == WINDOWS
-    assert method_of("sh").variations == MOST_VARIATIONS
+    assert declare("gaussian", "views").values or declare("gaussian", "views").low == VIEWS
+    assert declare("gaussian", "lobes").high == MAX_LOBES
+    assert declare("sh", "window").values == WINDOWS
+    assert method_of("sh").variations == MAX_VARIATIONS
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
@@ -55,7 +55,7 @@ def test_a_bake_takes_every_value_that_a_plan_or_a_form_may_choose(method: Metho
         ends = (parameter.low, parameter.high) if parameter.kind == "whole" and not parameter.values else ()
         for value in (*ends, *parameter.values, *(value for value, _ in parameter.offered)):
             BAKES[method.name](settings_of(**{parameter.name: value}))
-        for value in parameter.ladder:
+        for value in parameter.sweep:
             BAKES[method.name](method.with_values({parameter.name: value}))
 
 

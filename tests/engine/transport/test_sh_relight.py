@@ -1,4 +1,4 @@
-"""Light and view that change in turn: what is drawn is what a fresh picture shows, whichever way was taken."""
+"""Light and view that change in turn: what is drawn is what a fresh image shows, whichever way was taken."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import drain
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
-from engine.render.transported import picture_of
+from engine.render.transported import image_of
 from engine.transport.baking.spatially_varying import Variation
-from engine.transport.relit import RelitSh
+from engine.transport.relight import RelightSh
 from engine.transport.sh.bake import BakeSettings, bake, prepare
-from engine.transport.sh.transfer import ShTransport, transferred
+from engine.transport.sh.transfer import ShTransport, transfer
 from engine.transport.sh_relight import Relighter
 from tests.engine.transport.sh.test_transfer import small
 
@@ -39,9 +39,9 @@ def lights(near: int | None = None) -> list[np.ndarray]:
     return list(found)
 
 
-def picture(relit: RelitSh, eye: tuple[float, float, float]) -> np.ndarray:
+def image(relit: RelightSh, eye: tuple[float, float, float]) -> np.ndarray:
     camera = Camera(eye, (0.0, 0.0, 0.0))
-    return drain(picture_of(relit, camera, (40, 30), 1)).picture
+    return drain(image_of(relit, camera, (40, 30), 1)).image
 
 
 @pytest.mark.parametrize("near", [False, True])
@@ -54,9 +54,9 @@ def test_fixed_light_and_fixed_view_show_the_same(transport: ShTransport, near: 
         ways.append("light" if relit.transport is transport else "view")
         assert relighter.is_for(relit, EYES[eye])
         assert relighter.is_for(relit, EYES[1 - eye]) == (ways[-1] == "light")
-        fresh = picture(RelitSh(transport, transferred(transport, shone[light])), EYES[eye])
+        fresh = image(RelightSh(transport, transfer(transport, shone[light])), EYES[eye])
         assert fresh[..., :3].max() > 0.0
-        np.testing.assert_allclose(picture(relit, EYES[eye]), fresh, atol=2e-5 * fresh.max())
+        np.testing.assert_allclose(image(relit, EYES[eye]), fresh, atol=2e-5 * fresh.max())
     assert ways == ["light", "light", "view", "view", "view", "light", "light"]
 
 

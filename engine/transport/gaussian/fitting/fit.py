@@ -47,7 +47,7 @@ from engine.transport.gaussian.fitting.views import VIEWS, view_directions, view
 Indices = NDArray[np.int64]
 
 #: Lobes that a vertex and view may have.
-MOST_LOBES = 3
+MAX_LOBES = 3
 
 #: Vertices of a block, at most.
 BLOCK = 32
@@ -84,8 +84,8 @@ class FitSettings:
     relaxations: int = 2
 
     def __post_init__(self) -> None:
-        if not 1 <= self.lobes <= MOST_LOBES:
-            raise UsageError(f"{self.lobes} lobes are not possible; 1 to {MOST_LOBES} are")
+        if not 1 <= self.lobes <= MAX_LOBES:
+            raise UsageError(f"{self.lobes} lobes are not possible; 1 to {MAX_LOBES} are")
         weights = self.data, self.mean_alignment, self.sigma_alignment, self.spatial
         if not all(0.0 <= weight <= 1e6 for weight in weights):
             raise UsageError("the weights of the energies must be from 0 to 1,000,000")
@@ -239,7 +239,7 @@ def fit(
         done += len(vertices)
         note = f"fitting vertex {done:,} of {len(whole.norm):,}"
         yield Step(0.95 * done / len(whole.norm), note, Block(index, vertices, found))
-    figures = yield from _relaxed(whole, order, parts, samples_of, settings)
+    figures = yield from _relax(whole, order, parts, samples_of, settings)
     return replace(whole, health=_health(whole, figures))
 
 
@@ -283,7 +283,7 @@ def fit_vertices(
     return found
 
 
-def _relaxed(
+def _relax(
     whole: Fit, order: Flood, parts: tuple[Indices, ...], samples_of: Sampling, settings: FitSettings
 ) -> Steps[dict[str, float]]:
     """Make neighbours agree, in place; figures of what was found and done."""
@@ -291,15 +291,15 @@ def _relaxed(
     for _ in range(settings.relaxations):
         if settings.lobes > 1:
             changed |= labels.renumber(whole.lobes, order, RENUMBERINGS)
-        wanting = (labels.flipped_share(whole.lobes, order) > OFTEN) | _dark_beside_lit(whole, order)
+        wanting = (labels.compute_flipped_share(whole.lobes, order) > OFTEN) | _dark_beside_lit(whole, order)
         if not wanting.any():
             break
         for vertices in _apart(np.flatnonzero(wanting), order):
             found = fit_vertices(
                 samples_of(vertices), [order.neighbours(int(vertex)) for vertex in vertices], whole.lobes, settings
             )
-            before = labels.flipped_share(whole.lobes, order, vertices=vertices)
-            after = labels.flipped_share(whole.lobes, order, found.lobes, vertices)
+            before = labels.compute_flipped_share(whole.lobes, order, vertices=vertices)
+            after = labels.compute_flipped_share(whole.lobes, order, found.lobes, vertices)
             better = (after < before) | (found.norm.max(axis=1) == 0.0)
             whole.put(vertices[better], found.of(np.flatnonzero(better)))
             refitted[vertices[better]] = True

@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from engine.geometry.mesh import Mesh
-from engine.geometry.mesh_repair import merged_points
+from engine.geometry.mesh_repair import merge_points
 
 Indices = NDArray[np.int64]
 
@@ -67,7 +67,7 @@ def _neighbours(mesh: Mesh, count: int) -> tuple[Indices, Indices]:
     """Start of the neighbours of each vertex, and all neighbours: along edges, and at the same place."""
     corners = mesh.faces[(mesh.faces < count).all(axis=1)].astype(np.int64)
     edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
-    place = merged_points(mesh.positions[:count])[1]
+    place = merge_points(mesh.positions[:count])[1]
     order = np.argsort(place, kind="stable")
     same = place[order[1:]] == place[order[:-1]]
     edges = np.concatenate([edges, np.stack([order[1:][same], order[:-1][same]], axis=-1)])

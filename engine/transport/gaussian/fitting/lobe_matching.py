@@ -48,18 +48,20 @@ def flips(lobes: Lobes, order: Flood) -> Flips:
     return Flips(int(counts[0]) // 2, int(counts[1]) // 2, int(counts[2]), int(counts[3]))
 
 
-def flipped_share(lobes: Lobes, order: Flood, own: Lobes | None = None, vertices: Indices | None = None) -> Floats:
+def compute_flipped_share(
+    lobes: Lobes, order: Flood, own: Lobes | None = None, vertices: Indices | None = None
+) -> Floats:
     """(B,) of `vertices` (all by default): the share of the pairs in which a vertex takes part that are flipped.
 
     With `own` (B, 92, L), of vertices of which no two are neighbours, as if they had these lobes.
     """
     some = np.arange(len(lobes)) if vertices is None else vertices
-    counts = _counts(_of(lobes, some) if own is None else own, lobes, some, order)
+    counts = _counts(_make(lobes, some) if own is None else own, lobes, some, order)
     share: Floats = counts[:, [0, 2]].sum(axis=1) / np.maximum(counts[:, [1, 3]].sum(axis=1), 1)
     return share
 
 
-def _of(lobes: Lobes, vertices: Indices) -> Lobes:
+def _make(lobes: Lobes, vertices: Indices) -> Lobes:
     return Lobes(lobes.weight[vertices], lobes.mean[vertices], lobes.sigma[vertices])
 
 
@@ -92,7 +94,7 @@ def renumber(lobes: Lobes, order: Flood, sweeps: int) -> Bools:
 
 
 @scalar
-def _seen(weight: Any, sigma: Any, seen: Any) -> int:
+def _observe(weight: Any, sigma: Any, seen: Any) -> int:
     """Fill `seen` (L,): whether each lobe holds enough of the energy; how many do."""
     total = 0.0
     energy = np.empty(len(sigma))
@@ -108,14 +110,12 @@ def _seen(weight: Any, sigma: Any, seen: Any) -> int:
 
 
 @scalar
-def _flipped(
-    weight: Any, mean: Any, sigma: Any, other_weight: Any, other_mean: Any, other_sigma: Any, orders: Any
-) -> int:
+def _flip(weight: Any, mean: Any, sigma: Any, other_weight: Any, other_mean: Any, other_sigma: Any, orders: Any) -> int:
     """Of two neighbours: 1 flipped, 0 not, −1 not compared."""
     lobes = len(sigma)
     seen, other_seen = np.empty(lobes, np.bool_), np.empty(lobes, np.bool_)
-    _seen(weight, sigma, seen)
-    _seen(other_weight, other_sigma, other_seen)
+    _observe(weight, sigma, seen)
+    _observe(other_weight, other_sigma, other_seen)
     both = 0
     for lobe in range(lobes):
         seen[lobe] = seen[lobe] and other_seen[lobe]
@@ -144,13 +144,13 @@ def count_flips(
             w, m, s = own_weight[row, view], own_mean[row, view], own_sigma[row, view]
             for k in range(start[vertex], start[vertex + 1]):
                 other = neighbour[k]
-                found = _flipped(w, m, s, weight[other, view], mean[other, view], sigma[other, view], orders)
+                found = _flip(w, m, s, weight[other, view], mean[other, view], sigma[other, view], orders)
                 counts[row, 0] += max(found, 0)
                 counts[row, 1] += found >= 0
             for k in range(neighbours.shape[1]):
                 beside = neighbours[view, k]
                 if beside > view:
-                    found = _flipped(
+                    found = _flip(
                         w, m, s, own_weight[row, beside], own_mean[row, beside], own_sigma[row, beside], orders
                     )
                     counts[row, 2] += max(found, 0)

@@ -119,7 +119,7 @@ def start_view(
                     trial_sigma[old:], trial_weight[old:],
                 )  # fmt: skip
             elif way < 2 + 2 * old:
-                _divided(direction, value, area, (way - 2) // 2, way % 2, axis, trial_mean, trial_sigma, old)
+                _divide(direction, value, area, (way - 2) // 2, way % 2, axis, trial_mean, trial_sigma, old)
             else:
                 near = way - 2 - 2 * old
                 copy_lobes(given_mean[near], given_sigma[near], given_mean[near], trial_mean, trial_sigma, trial_weight)
@@ -138,7 +138,7 @@ def start_view(
 
 
 @scalar
-def _divided(
+def _divide(
     direction: Any, value: Any, area: Any, lobe: int, nested: int, axis: Any, mean: Any, sigma: Any, new: int
 ) -> None:
     """Make two of a `lobe`, the second at `new`: halves side by side, or a narrow one inside a wide one."""

@@ -293,7 +293,7 @@ def fit_vertex(
                 sigma[view], weight[view], steps[2],
             )  # fmt: skip
             if sweep < 2 and pull[lobes, 0] > 0.0:
-                _pulled_start(pull, trial_mean, trial_sigma)
+                _pull_start(pull, trial_mean, trial_sigma)
                 other = refine(
                     direction[rows], value[rows], area[rows], square[view], scale[view], pull, arrangements,
                     trial_mean, trial_sigma, trial_weight, steps[0],
@@ -314,7 +314,7 @@ def fit_vertex(
 
 
 @scalar
-def _pulled_start(pull: Any, mean: Any, sigma: Any) -> None:
+def _pull_start(pull: Any, mean: Any, sigma: Any) -> None:
     """A start where the neighbours would have the lobes."""
     for lobe in range(len(sigma)):
         length = 0.0

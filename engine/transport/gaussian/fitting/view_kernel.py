@@ -105,7 +105,7 @@ def integral(sigma: float) -> float:
 
 
 @scalar
-def resolved(gram: Any, sigma: Any, weight: Any) -> bool:
+def is_resolved(gram: Any, sigma: Any, weight: Any) -> bool:
     """True if the samples lie densely enough for each lobe that has weight: they give the integral of its square.
 
     A lobe between samples costs nothing there, however high; one on a single sample is as narrow as one likes.
@@ -326,7 +326,7 @@ def _add_spatial(
 
 
 @scalar
-def moved(mean: Any, sigma: Any, axes: Any, step: Any, new_mean: Any, new_sigma: Any) -> None:
+def move(mean: Any, sigma: Any, axes: Any, step: Any, new_mean: Any, new_sigma: Any) -> None:
     """The lobes after a step (3L,), none longer than `LONGEST` or steeper than `STEEPEST`, widths within bounds."""
     for lobe in range(len(sigma)):
         across, along = step[3 * lobe] * sigma[lobe], step[3 * lobe + 1] * sigma[lobe]
@@ -377,7 +377,7 @@ def refine(
     hessian, damped = np.empty((size, size)), np.empty((size, size))
     moments(direction, value, area, mean, sigma, axes, functions, gram, cross)
     distance = scale * (square + best_weights(gram, cross, lobes, weight))
-    while not resolved(gram, sigma, weight) and _widened(sigma):
+    while not is_resolved(gram, sigma, weight) and _widen(sigma):
         moments(direction, value, area, mean, sigma, axes, functions, gram, cross)
         distance = scale * (square + best_weights(gram, cross, lobes, weight))
     energy = distance + pulls_value(pull, arrangements, mean, sigma)
@@ -394,11 +394,11 @@ def refine(
         if promised <= ENOUGH * energy or promised <= ROUNDING * scale * square:
             break
         tries += 1
-        moved(mean, sigma, axes, step, new_mean, new_sigma)
+        move(mean, sigma, axes, step, new_mean, new_sigma)
         moments(direction, value, area, new_mean, new_sigma, new_axes, functions, new_gram, new_cross)
         distance = scale * (square + best_weights(new_gram, new_cross, lobes, new_weight))
         new_energy = distance + pulls_value(pull, arrangements, new_mean, new_sigma)
-        if new_energy < energy and resolved(new_gram, new_sigma, new_weight):
+        if new_energy < energy and is_resolved(new_gram, new_sigma, new_weight):
             fresh = True
             damping = max(damping * (0.2 if energy - new_energy > 0.25 * promised else 1.0), 1e-9)
             energy = new_energy
@@ -414,7 +414,7 @@ def refine(
 
 
 @scalar
-def _widened(sigma: Any) -> bool:
+def _widen(sigma: Any) -> bool:
     """Make all lobes wider by a quarter; False where none can be."""
     possible = False
     for lobe in range(len(sigma)):

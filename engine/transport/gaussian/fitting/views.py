@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class ViewTables:
-    """Tables for finding the views around a direction d, on any processor; all read-only.
+    """Tables for finding the views around a direction d, on any CPU; all read-only.
 
     1. face: the largest component of `centres` @ d.
     2. (a, b, c) = `face_inverse`[face] @ d, made to sum 3; i = min(⌊a⌋, 2), j = min(⌊b⌋, 2 − i).
@@ -80,7 +80,7 @@ def view_neighbours() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     neighbours = np.full((VIEWS, 6), -1, np.int64)
     for view, others in enumerate(beside):
         neighbours[view, : len(others)] = sorted(others)
-    return _frozen(neighbours), _frozen(np.array([len(others) for others in beside], np.int64))
+    return _freeze(neighbours), _freeze(np.array([len(others) for others in beside], np.int64))
 
 
 def nearest_views(direction: ArrayLike) -> tuple[NDArray[np.int64], Array]:
@@ -182,12 +182,12 @@ def view_tables() -> ViewTables:
     all_directions = np.array(directions)
     centres = corners_of.sum(axis=1)
     return ViewTables(
-        _frozen(all_directions),
-        _frozen(corners),
-        _frozen(np.linalg.inv(all_directions[corners].swapaxes(1, 2))),
-        _frozen(centres / np.linalg.norm(centres, axis=1)[:, None]),
-        _frozen(np.linalg.inv(corners_of.swapaxes(1, 2))),
-        _frozen(triangle),
+        _freeze(all_directions),
+        _freeze(corners),
+        _freeze(np.linalg.inv(all_directions[corners].swapaxes(1, 2))),
+        _freeze(centres / np.linalg.norm(centres, axis=1)[:, None]),
+        _freeze(np.linalg.inv(corners_of.swapaxes(1, 2))),
+        _freeze(triangle),
     )
 
 
@@ -209,6 +209,6 @@ def _icosahedron() -> tuple[Array, NDArray[np.int64]]:
     return points / np.sqrt(1.0 + golden**2), np.array(faces, np.int64)
 
 
-def _frozen(array: NDArray[Any]) -> NDArray[Any]:
+def _freeze(array: NDArray[Any]) -> NDArray[Any]:
     array.flags.writeable = False
     return array

@@ -1,4 +1,4 @@
-"""`lightarc bake` and `lightarc render` of what it made, as a person types them."""
+"""`lightarc bake` and `lightarc render` of what it made, as a user types them."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ def test_lambert_under_a_lamp_is_what_the_direct_mode_draws(lightarc: Command, m
     output = tmp_path / "a.transport"
     brdf = ("--brdf", "lambert:albedo=0.5")
     result(lightarc("bake", mesh, *brdf, "-o", output, *QUICK))
-    pictures = []
+    images = []
     for name, words in {"a.png": (output,), "b.png": (mesh, *brdf, "--mode", "direct", "--renderer", "cpu")}.items():
         result(lightarc("render", *words, "--light-deg", "40,30", "-o", tmp_path / name, *SMALL))
-        pictures.append(present(cv2.imread(str(tmp_path / name))).astype(float))
-    assert np.abs(pictures[0] - pictures[1]).mean() < 1.0
-    assert pictures[0].std() > 20.0
+        images.append(present(cv2.imread(str(tmp_path / name))).astype(float))
+    assert np.abs(images[0] - images[1]).mean() < 1.0
+    assert images[0].std() > 20.0
 
 
 def test_what_is_cancelled_goes_on(mesh: Path, tmp_path: Path, lightarc: Command) -> None:
@@ -58,18 +58,18 @@ def test_what_is_cancelled_goes_on(mesh: Path, tmp_path: Path, lightarc: Command
     output = tmp_path / "a.transport"
     words = [str(mesh), "--brdf", "lambert", "--ground", "--ground-cells", "9", "-o", str(output), *QUICK[:-1]]
 
-    def interrupted(step: Step) -> None:
+    def interrupt(step: Step) -> None:
         if step.done > 0.5:
             raise KeyboardInterrupt
 
-    found = bake.run(parser.parse_args(words), interrupted)
+    found = bake.run(parser.parse_args(words), interrupt)
     assert (found["cancelled"], found["exit_code"], output.exists()) == (True, 4, False)
     assert Path(found["unfinished"]).stat().st_size == found["unfinished_bytes"] == found["size_bytes"]
     assert f"goes on from here, with {found['unfinished']} (77.8 kB)" in bake.report(found)
-    gone = bake.run(parser.parse_args([*words[:-2], "--terms", "1", "--restart"]), interrupted)
+    gone = bake.run(parser.parse_args([*words[:-2], "--terms", "1", "--restart"]), interrupt)
     assert (gone["cancelled"], gone["unfinished"], len(list(tmp_path.glob(".*")))) == (True, None, 0)
     assert "nothing was written" in bake.report(gone)
-    bake.run(parser.parse_args(words), interrupted)
+    bake.run(parser.parse_args(words), interrupt)
     again = result(lightarc("bake", *words, "--json"))
     assert again["chunks_resumed"] >= 1
     assert "kept from the cancelled bake" in bake.report(again)
@@ -137,7 +137,7 @@ def test_options_of_another_mode_are_refused(lightarc: Command, mesh: Path, tmp_
         assert (refused.code, f"needs --mode {needed}" in refused.err) == (2, True)
 
 
-def test_the_device_draws_what_the_processor_draws(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+def test_the_device_draws_what_the_cpu_draws(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
     output, means = tmp_path / "a.transport", []
     result(lightarc("bake", mesh, "--brdf", "ggx:alpha=0.5,kd=0.5", "-o", output, *QUICK))
     for renderer in ("cpu", "gl"):
@@ -151,14 +151,14 @@ def test_the_device_draws_what_the_processor_draws(lightarc: Command, mesh: Path
 
 
 def test_brdfs_are_mixed_over_a_model(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
-    output, picture, black = tmp_path / "a.transport", tmp_path / "half.png", tmp_path / "black.png"
+    output, image, black = tmp_path / "a.transport", tmp_path / "half.png", tmp_path / "black.png"
     cv2.imwrite(str(black), np.zeros((2, 2, 3), np.uint8))
-    cv2.imwrite(str(picture), np.full((2, 2, 3), 188, np.uint8))  # half, as sRGB codes it
+    cv2.imwrite(str(image), np.full((2, 2, 3), 188, np.uint8))  # half, as sRGB codes it
     means = {}
     for name, words in {
         "white": (),
         "mixed": ("--blend", "phong:exponent=5:y"),
-        "half": ("--albedo", picture),
+        "half": ("--albedo", image),
     }.items():
         made = lightarc("bake", mesh, "--brdf", "lambert:albedo=1", *words, "-o", output, *QUICK)
         assert result(made)["knobs"]["blend"] == ([] if name != "mixed" else ["phong:exponent=5:y"])
@@ -169,7 +169,7 @@ def test_brdfs_are_mixed_over_a_model(lightarc: Command, mesh: Path, tmp_path: P
             for weight, of in (("y", "mixed"), (black, "white")):
                 words = ("--env", "sky", "--weight", weight, "-o", tmp_path / "a.exr", *SMALL)
                 assert result(lightarc("render", output, *words))["mean_radiance"] == pytest.approx(means[of], rel=1e-6)
-            words = ("--env", "sky", "--weight", black, "--albedo", picture, "-o", tmp_path / "a.exr", *SMALL)
+            words = ("--env", "sky", "--weight", black, "--albedo", image, "-o", tmp_path / "a.exr", *SMALL)
             means["later"] = result(lightarc("render", output, *words))["mean_radiance"]
             refused = lightarc("render", output, "--weight", "x", "--weight", "y", "-o", tmp_path / "a.exr", *SMALL)
             assert (refused.code, "2 weights do not fit 2 reflectances" in refused.err) == (2, True), refused.err
@@ -181,7 +181,7 @@ def test_brdfs_are_mixed_over_a_model(lightarc: Command, mesh: Path, tmp_path: P
         ("--blend", "nonsense:y"): "nonsense",
         ("--blend", "phong:nothing.png"): "nothing.png",
         ("--albedo", "nothing.png"): "nothing.png",
-        ("--mode", "sh", "--albedo", str(picture)): "--albedo needs --mode wavelet",
+        ("--mode", "sh", "--albedo", str(image)): "--albedo needs --mode wavelet",
     }.items():
         refused = lightarc("bake", mesh, "--brdf", "lambert", "-o", output, "--cube", "16", *words)
         assert (refused.code in (2, 3), reason in refused.err) == (True, True), refused.err

@@ -1,4 +1,4 @@
-"""`lightarc bake --mode gaussian`, as a person types it."""
+"""`lightarc bake --mode gaussian`, as a user types it."""
 
 from __future__ import annotations
 

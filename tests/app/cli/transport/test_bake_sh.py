@@ -1,4 +1,4 @@
-"""`lightarc bake --mode sh` and `lightarc render` of what it made, as a person types them."""
+"""`lightarc bake --mode sh` and `lightarc render` of what it made, as a user types them."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def test_what_cannot_be_is_refused_with_the_reason(lightarc: Command, mesh: Path
         assert reason in refused.err
 
 
-def test_a_brdf_varies_over_a_model_in_the_bake_and_again_in_the_picture(
+def test_a_brdf_varies_over_a_model_in_the_bake_and_again_in_the_image(
     lightarc: Command, mesh: Path, tmp_path: Path
 ) -> None:
     output, image = tmp_path / "a.transport", tmp_path / "a.exr"

@@ -20,10 +20,10 @@ from app.project.project_file import History, Writer
 from engine.bundle.bundle import save_bundle
 from engine.core import stopwatch
 from engine.core.steps import drain
-from engine.core.stopwatch import spent
+from engine.core.stopwatch import read_clock
 from engine.geometry.camera import Camera
 from engine.geometry.shapes import shape
-from engine.light.sky import built_in
+from engine.light.sky import make_built_in
 from engine.planning.costs.cost_model import CostModel, load_model, machine_name, save
 from engine.planning.effects.estimates import EFFECTS
 from engine.scene.material import Material
@@ -63,7 +63,7 @@ def test_the_plan_of_a_project_is_that_of_its_scene(tmp_path: Path, capsys: pyte
     path, material = tmp_path / "a.lap", Material(None, None, brdf="lambert:albedo=0.5")
     writer = Writer(path)
     camera = Camera((0.0, 0.5, 4.0), (0.0, 0.0, 0.0), fov_deg=30.0)
-    parts: dict[str, Any] = {"mesh": shape("plane"), "environment": built_in("sky"), "material": material}
+    parts: dict[str, Any] = {"mesh": shape("plane"), "environment": make_built_in("sky"), "material": material}
     writer.write(History(Project(**parts, camera=camera, look=Look(mode="direct"))))
     writer.close()
     of_project = record(["plan", str(path), "--error", "0.2"], capsys)
@@ -84,7 +84,7 @@ def test_a_plan_is_a_record_of_all_effects(mesh: str, capsys: pytest.CaptureFixt
     assert found["satisfied"]
 
 
-def test_a_plan_is_reported_to_people(mesh: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_plan_is_reported_to_users(mesh: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plan", mesh, *LOOK, "--time-ms", "0.000001"]) == 0
     shown = capsys.readouterr().out
     assert all(name in shown for name in EFFECTS)
@@ -151,7 +151,7 @@ def test_a_bake_follows_its_plan(mesh: str, tmp_path: Path, capsys: pytest.Captu
     assert "--env" in capsys.readouterr().err
 
 
-def test_a_picture_follows_its_plan(mesh: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_image_follows_its_plan(mesh: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A tetrahedron shades nothing and needs no path; with shadows forced, paths are all that is left."""
     words = ["render", mesh, *LOOK, "--mode", "auto", "--width", "40", "--height", "30", "--renderer", "cpu"]
     output = ["-o", str(tmp_path / "a.png")]
@@ -183,7 +183,7 @@ def test_damaged_costs_are_measured_anew(
     assert drain(app.session.machine_profile.cost_model()).renderer == "processor"
     kept_costs.write_text("{")
     assert drain(app.session.machine_profile.cost_model()).renderer == "measured anew"
-    assert "Other programs used 40 % of the processors" in caplog.text
+    assert "Other programs used 40 % of the CPUs" in caplog.text
     kept = load_model(kept_costs)
     assert kept is not None
     assert kept.renderer == "measured anew"
@@ -195,13 +195,13 @@ def test_a_bake_that_a_plan_laid_out_teaches_the_profile(kept_costs: Path) -> No
     before = load_model(kept_costs)
     assert before is not None
     assert not before.bakes
-    app.session.machine_profile.learn("sh", 4.0, 8.0, spent())
+    app.session.machine_profile.learn("sh", 4.0, 8.0, read_clock())
     points = [
         SimpleNamespace(mode="wavelet", predicted={"bake_s": 2.0}, bake_s=seconds, frame_s=0.0)
         for seconds in (2.0, 6.0, 600.0)
     ]
     points.append(SimpleNamespace(mode="direct", predicted={"frame_s": 2.0}, bake_s=0.0, frame_s=1.0))
-    app.session.machine_profile.learn_from(points, spent())  # type: ignore[arg-type]
+    app.session.machine_profile.learn_from(points, read_clock())  # type: ignore[arg-type]
     after = load_model(kept_costs)
     assert after is not None
     assert dict(after.bakes) == {"sh": (pytest.approx(math.log(2.0)), 1), "wavelet": (pytest.approx(math.log(3.0)), 1)}
@@ -211,7 +211,7 @@ def test_a_bake_that_a_plan_laid_out_teaches_the_profile(kept_costs: Path) -> No
 def test_nothing_is_learnt_beside_other_programs(
     kept_costs: Path, mesh: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Other programs have 40 % of the processors while these bakes and frames are timed."""
+    """Other programs have 40 % of the CPUs while these bakes and frames are timed."""
     monkeypatch.setattr("engine.planning.costs.cost_model.TEACHES_S", 1e-9)
     monkeypatch.setattr("engine.planning.costs.cost_model.FRAME_TEACHES_S", 1e-9)
     monkeypatch.setattr("app.cli.transport.render_output.LONG_S", 0.0)
@@ -224,10 +224,10 @@ def test_nothing_is_learnt_beside_other_programs(
     record(["render", bake, "--env", "studio", *size, "--renderer", "cpu", "-o", str(tmp_path / "a.png")], capsys)
     record(["render", mesh, *LOOK, *size, "--mode", "reference", "-o", str(tmp_path / "b.png")], capsys)
     point = SimpleNamespace(mode="sh", predicted={"bake_s": 2.0, "frame_s": 1.0}, bake_s=4.0, frame_s=2.0)
-    app.session.machine_profile.learn_from([point], spent())  # type: ignore[list-item]
+    app.session.machine_profile.learn_from([point], read_clock())  # type: ignore[list-item]
     assert kept_costs.read_bytes() == before
     monkeypatch.setattr(stopwatch, "background_load", lambda _before, _after: 0.05)
-    app.session.machine_profile.learn_from([point], spent())  # type: ignore[list-item]
+    app.session.machine_profile.learn_from([point], read_clock())  # type: ignore[list-item]
     assert kept_costs.read_bytes() != before
 
 
@@ -237,9 +237,9 @@ def test_a_bake_of_a_named_mode_teaches_the_profile_unless_plans_do_not_know_it(
     monkeypatch.setattr("engine.planning.costs.cost_model.TEACHES_S", 1e-9)
     line = ["bake", mesh, "--brdf", "lambert", "--mode", "sh", "--order", "3", "-o", str(tmp_path / "a.transport")]
     record([*line, "--cube", "16"], capsys)
-    assert not loaded(kept_costs).bakes, "the edge of the cube map is none that a plan would choose"
+    assert not load(kept_costs).bakes, "the edge of the cube map is none that a plan would choose"
     record(line, capsys)
-    assert loaded(kept_costs).bakes["sh"][1] == 1
+    assert load(kept_costs).bakes["sh"][1] == 1
 
 
 def test_frames_that_are_rendered_teach_the_profile(
@@ -248,11 +248,11 @@ def test_frames_that_are_rendered_teach_the_profile(
     monkeypatch.setattr("engine.planning.costs.cost_model.FRAME_TEACHES_S", 1e-9)
     line = ["render", mesh, *LOOK, "--width", "16", "--height", "16", "--samples", "1", "--mode", "reference"]
     record([*line, "-o", str(tmp_path / "a.png")], capsys)
-    assert not loaded(kept_costs).frames, "it took less time than its prediction"
+    assert not load(kept_costs).frames, "it took less time than its prediction"
     monkeypatch.setattr("app.cli.transport.render_output.LONG_S", 0.0)
     record([*line, "-o", str(tmp_path / "b.png")], capsys)
     record([*line, "--turntable", "3", "-o", str(tmp_path / "c.webp")], capsys)
-    assert loaded(kept_costs).frames["reference"][1] == 2
+    assert load(kept_costs).frames["reference"][1] == 2
 
 
 def test_frames_of_bakes_and_of_shading_maps_teach_the_profile(
@@ -264,13 +264,13 @@ def test_frames_of_bakes_and_of_shading_maps_teach_the_profile(
     bake = str(tmp_path / "a.transport")
     record(["bake", mesh, "--brdf", "lambert", "--mode", "sh", "--order", "3", "-o", bake], capsys)
     record(["render", bake, *size, "-o", str(tmp_path / "a.png")], capsys)
-    assert {mode: count for mode, (_, count) in loaded(kept_costs).frames.items()} == {"sh": 1}
+    assert {mode: count for mode, (_, count) in load(kept_costs).frames.items()} == {"sh": 1}
     drain(save_bundle(tmp_path / "a.lightarc", weave(8)))
     record(["render", mesh, "--material", str(tmp_path / "a.lightarc"), *size, "-o", str(tmp_path / "b.png")], capsys)
-    assert {mode: count for mode, (_, count) in loaded(kept_costs).frames.items()} == {"sh": 1, "shading-map": 1}
+    assert {mode: count for mode, (_, count) in load(kept_costs).frames.items()} == {"sh": 1, "shading-map": 1}
 
 
-def loaded(path: Path) -> CostModel:
+def load(path: Path) -> CostModel:
     kept = load_model(path)
     assert kept is not None
     return kept

@@ -1,4 +1,4 @@
-"""`lightarc render`, run as a person runs it."""
+"""`lightarc render`, run as a user runs it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from engine.images.decode import read_image
 from engine.light.environment import DistantLights
 from engine.scene.material import material_of_maps
 from tests.engine.brdf.test_table import direction_table
-from tests.engine.exchange.materials import measured_maps
+from tests.engine.exchange.materials import measure_maps
 from tests.engine.scenes import weave
 
 HEAD_ON = ("--camera", "eye=0,0,2 fov_deg=20", "--light-deg", "90,0", "--brdf", "lambert:albedo=0.5")
@@ -72,21 +72,21 @@ def test_radiance_in_the_file_is_the_predicted_one(capsys: Any, tmp_path: Path, 
 def test_a_measured_brdf_is_drawn_by_both_renderers(capsys: Any, tmp_path: Path) -> None:
     table = table_from(brdf_from_text("ggx:kd=0.3,alpha=0.4,f0=0.2"), (30, 30, 60))
     write_table(tmp_path / "paint.exr", table)
-    pictures = []
+    images = []
     for renderer in ("gl", "cpu"):
         path = tmp_path / f"{renderer}.exr"
         result = render(capsys, "sphere", "-o", path, "--brdf", tmp_path / "paint.exr", *SMALL, "--renderer", renderer)
         assert result["warnings"] == []
-        pictures.append(exr(path))
-    assert pictures[0].max() > 0.1
-    assert np.median(np.abs(pictures[0] - pictures[1])) <= 1e-3 * pictures[0].max()
+        images.append(exr(path))
+    assert images[0].max() > 0.1
+    assert np.median(np.abs(images[0] - images[1])) <= 1e-3 * images[0].max()
 
 
-def test_measured_anisotropic_brdf_is_drawn_on_the_processor_and_says_so(capsys: Any, tmp_path: Path) -> None:
+def test_measured_anisotropic_brdf_is_drawn_on_the_cpu_and_says_so(capsys: Any, tmp_path: Path) -> None:
     write_table(tmp_path / "cloth.exr", direction_table())
     words = ("sphere", "-o", tmp_path / "cloth.png", "--brdf", tmp_path / "cloth.exr", *SMALL)
     result = render(capsys, *words)
-    assert "anisotropic and drawn on the processor" in result["warnings"][0]
+    assert "anisotropic and drawn on the CPU" in result["warnings"][0]
     assert "processor" in result["gl_renderer"]
     assert any("mean over all azimuths" in text for text in render(capsys, *words, "--renderer", "gl")["warnings"])
 
@@ -119,7 +119,7 @@ def test_the_brdf_alone_of_maps_says_what_it_costs(
         return DistantLights(np.array([[0.0, 0.6, 0.8], [0.8, 0.0, 0.6]]), np.ones((2, 3)))
 
     monkeypatch.setattr(loss, "environment_lights", two_lamps)
-    path = drain(save_bundle(tmp_path / "rock.lightarc", material_of_maps(measured_maps(), "rock")))
+    path = drain(save_bundle(tmp_path / "rock.lightarc", material_of_maps(measure_maps(), "rock")))
     words = ("sphere", "--material", path, *SMALL, "--renderer", "cpu")
     whole = render(capsys, *words, "-o", tmp_path / "maps.exr")
     alone = render(capsys, *words, "--mode", "direct", "-o", tmp_path / "mean.exr")
@@ -159,7 +159,7 @@ def test_the_same_camera_frames_alike_in_every_mode(capsys: Any, tmp_path: Path,
     assert covered[0] == covered[1]
 
 
-def test_GL5_without_opengl_the_processor_draws_and_says_so(
+def test_GL5_without_opengl_the_cpu_draws_and_says_so(
     capsys: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def missing() -> None:
@@ -244,7 +244,7 @@ def test_the_reference_shows_the_material(capsys: Any, tmp_path: Path, bundle: P
     )
 
 
-def test_an_unknown_kind_of_picture_is_a_usage_error(capsys: Any, tmp_path: Path) -> None:
+def test_an_unknown_kind_of_image_is_a_usage_error(capsys: Any, tmp_path: Path) -> None:
     assert ".png or .exr" in render(capsys, "plane", "-o", tmp_path / "x.jpg", code=2)
 
 
@@ -268,14 +268,14 @@ def test_a_folder_that_is_not_there_is_an_output_error(capsys: Any, tmp_path: Pa
     render(capsys, "plane", "-o", tmp_path / "nowhere" / "x.png", *SMALL, code=3)
 
 
-def test_a_turntable_is_a_film_or_a_folder_and_its_first_frame_is_the_picture(capsys: Any, tmp_path: Path) -> None:
+def test_a_turntable_is_a_film_or_a_folder_and_its_first_frame_is_the_image(capsys: Any, tmp_path: Path) -> None:
     words = ("blob", "--brdf", "lambert:albedo=0.7", *SMALL, "--renderer", "cpu", "--samples", 1)
     result = render(capsys, *words, "--turntable", 3, "--turns", "light", "-o", tmp_path / "turn")
     assert (result["frames"], result["turns"]) == (3, "light")
     render(capsys, *words, "-o", tmp_path / "one.png")
-    pictures = [read_image(tmp_path / "turn" / f"frame-{at:05}.png").pixels for at in range(3)]
-    assert np.array_equal(pictures[0], read_image(tmp_path / "one.png").pixels)
-    assert not np.array_equal(pictures[1], pictures[0])
+    images = [read_image(tmp_path / "turn" / f"frame-{at:05}.png").pixels for at in range(3)]
+    assert np.array_equal(images[0], read_image(tmp_path / "one.png").pixels)
+    assert not np.array_equal(images[1], images[0])
     render(capsys, *words, "--turntable", 3, "-o", tmp_path / "turn.webp", "--background", "transparent")
     assert (tmp_path / "turn.webp").read_bytes()[8:12] == b"WEBP"
     said = render(capsys, *words, "--turntable", 3, "-o", tmp_path / "a.mp4", "--background", "transparent", code=2)

@@ -1,4 +1,4 @@
-"""`lightarc render` of baked Gaussians, as a person types it."""
+"""`lightarc render` of baked Gaussians, as a user types it."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def test_a_ground_is_reported(capsys: Any, tmp_path: Path, words: tuple[str, ...
 
 @pytest.mark.parametrize("words", [("--renderer", "cpu"), ("--mode", "reference", "--samples", "4")])
 @pytest.mark.parametrize("ending", ["exr", "png"])
-def test_light_beyond_what_a_picture_holds_is_cut_and_stays_finite(
+def test_light_beyond_what_a_image_holds_is_cut_and_stays_finite(
     capsys: Any, tmp_path: Path, words: tuple[str, ...], ending: str
 ) -> None:
     result = render(capsys, "sphere", "-o", tmp_path / f"a.{ending}", *SMALL, "--intensity", "1e40", *words)

@@ -1,4 +1,4 @@
-"""`lightarc tradeoff` as a person types it."""
+"""`lightarc tradeoff` as a user types it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from app.project.project_file import History, Writer
 from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
 from engine.geometry.shapes import shape
-from engine.light.sky import built_in
+from engine.light.sky import make_built_in
 from engine.planning.costs.cost_model import NAMES, CostModel
 from engine.planning.costs.setting import modes
 from engine.scene.material import Material
@@ -84,7 +84,7 @@ def test_points_are_measured_and_one_is_chosen(lightarc: Command, mesh: Path, tm
 def test_the_scene_of_a_project_is_measured(lightarc: Command, tmp_path: Path) -> None:
     path, material = tmp_path / "a.lap", Material(None, None, brdf="phong:exponent=5")
     writer = Writer(path)
-    writer.write(History(Project(mesh=shape("plane"), environment=built_in("sky"), material=material)))
+    writer.write(History(Project(mesh=shape("plane"), environment=make_built_in("sky"), material=material)))
     writer.close()
     before = path.read_bytes()
     done = lightarc("tradeoff", path, "-o", tmp_path / "out", *QUICK, "--json")

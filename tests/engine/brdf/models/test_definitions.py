@@ -173,7 +173,7 @@ PRINTED: dict[str, Callable[..., tuple[Number, Number]]] = {
 CLOSED = [text for text in TEXTS if not text.startswith("poulin-fournier")]
 
 
-def printed(brdf: Any, wi: Direction, wo: Direction, channel: int) -> tuple[Number, Number]:
+def evaluate_definition(brdf: Any, wi: Direction, wo: Direction, channel: int) -> tuple[Number, Number]:
     """The definition's value, and the |exponent ln base| within it."""
     values = {
         p.name: mpmath.mpf(v[channel] if isinstance(v := getattr(brdf, p.name), tuple) else v) for p in parameters(brdf)
@@ -183,12 +183,15 @@ def printed(brdf: Any, wi: Direction, wo: Direction, channel: int) -> tuple[Numb
 
 def sensitivity(brdf: Any, wi: Direction, wo: Direction, channel: int) -> Number:
     """Sum of the changes of the value when each component changes by three units in its last place."""
-    value, _ = printed(brdf, wi, wo, channel)
+    value, _ = evaluate_definition(brdf, wi, wo, channel)
     total = mpmath.mpf(0)
     for k in range(6):
         moved = [*wi, *wo]
         moved[k] = moved[k] * (1 + 6 * mpmath.mpf(U))
-        total += abs(printed(brdf, (moved[0], moved[1], moved[2]), (moved[3], moved[4], moved[5]), channel)[0] - value)
+        total += abs(
+            evaluate_definition(brdf, (moved[0], moved[1], moved[2]), (moved[3], moved[4], moved[5]), channel)[0]
+            - value
+        )
     return total
 
 
@@ -198,7 +201,7 @@ def check(brdf: Any, wi: np.ndarray, wo: np.ndarray, channels: tuple[int, ...] =
     for value, i, o in zip(brdf.f(wi, wo), wi, wo, strict=True):
         exact_i, exact_o = (tuple(mpmath.mpf(float(x)) for x in w) for w in (i, o))
         for channel in channels:
-            expected, steps = printed(brdf, exact_i, exact_o, channel)
+            expected, steps = evaluate_definition(brdf, exact_i, exact_o, channel)
             bound = (8 + 2 * steps) * U * expected + sensitivity(brdf, exact_i, exact_o, channel) + 1e-300
             assert abs(mpmath.mpf(float(value[channel])) - expected) <= bound, (i, o, value[channel], float(expected))
 

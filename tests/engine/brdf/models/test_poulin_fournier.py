@@ -13,7 +13,7 @@ from engine.core.directions import normalize, surface_direction
 from tests.engine.brdf.all_models import pairs
 
 
-def blocked(y: np.ndarray, z: np.ndarray, direction: np.ndarray, spacing: float) -> np.ndarray:
+def is_blocked(y: np.ndarray, z: np.ndarray, direction: np.ndarray, spacing: float) -> np.ndarray:
     """True if a ray from (y, z) towards `direction` across the cylinders enters one of seven discs of radius 1."""
     dy, dz = direction[1:] / np.hypot(*direction[1:])
     hit = np.zeros(y.shape, bool)
@@ -38,7 +38,7 @@ def cross_section(brdf: PoulinFournier, wi: np.ndarray, wo: np.ndarray, count: i
     seen = (ni > 0) & (no > 0)
     lift = 1e-7
     for w in (wi, wo):
-        seen &= ~blocked(y + lift * normal_y, z + lift * normal_z, w, brdf.spacing)
+        seen &= ~is_blocked(y + lift * normal_y, z + lift * normal_z, w, brdf.spacing)
     lobe = np.maximum(2 * ni * no - wi @ wo, 0.0) ** brdf.exponent
     phong = np.array(brdf.kd)[:, None] / np.pi + np.array(brdf.ks)[:, None] * (brdf.exponent + 2) / (2 * np.pi) * lobe
     return np.sum(phong * np.where(seen, ni * no, 0.0) * step, axis=1) / (brdf.spacing * wi[2] * wo[2])

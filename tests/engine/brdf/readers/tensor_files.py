@@ -77,7 +77,7 @@ def directions(x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
     return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
 
 
-def drawn(density: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+def draw(density: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     """The images of a grid of count × count numbers under a bilinear density (Y, X): (2, count, count), x and y.
 
     By interpolating its integrals on a grid 64 times as fine.
@@ -139,10 +139,10 @@ class AnisotropicGgx:
         for p, phi in enumerate(phi_i):
             for t, theta in enumerate(theta_i):
                 wi = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-                turned = _turned(half, phi) if relative else half
+                turned = _turn(half, phi) if relative else half
                 vndf[p, t] = np.maximum(turned @ wi, 0.0) * self.normals(turned) * jacobian
-                facets = directions(*drawn(vndf[p, t], colours))
-                facets = _turned(facets, phi) if relative else facets
+                facets = directions(*draw(vndf[p, t], colours))
+                facets = _turn(facets, phi) if relative else facets
                 wo = 2.0 * (facets @ wi)[..., None] * facets - wi
                 # f cos(theta_o) 4 sigma(wi) / D(h), which has a limit at the horizon
                 shape = np.where(wo[..., 2] > 0.0, wo[..., 2] / self.area(wo * np.sign(wo[..., 2:])), 0.0)
@@ -151,7 +151,7 @@ class AnisotropicGgx:
         return fields_of(phi_i, theta_i, vndf=vndf, values=values, **cast(Any, tables), **more)
 
 
-def _turned(vectors: NDArray[np.float64], phi: float) -> NDArray[np.float64]:
+def _turn(vectors: NDArray[np.float64], phi: float) -> NDArray[np.float64]:
     """`vectors` (..., 3) turned by phi about the normal."""
     x, y, z = np.moveaxis(vectors, -1, 0)
     return np.stack([np.cos(phi) * x - np.sin(phi) * y, np.sin(phi) * x + np.cos(phi) * y, z], axis=-1)

@@ -19,7 +19,7 @@ from engine.brdf.readers.csv_samples import read_csv_directions, read_csv_sample
 from engine.brdf.readers.curet import read_curet
 from engine.brdf.readers.read import read_measurement
 from engine.brdf.samples import BrdfSamples
-from tests.engine.brdf.fitted import scattered_brdf
+from tests.engine.brdf.fitted import fit_scattered_brdf
 from tests.engine.brdf.readers.test_scattered_files import curet
 from tests.engine.damage import COUNT, ROUNDS
 from tests.engine.storage.test_damage import each_written
@@ -104,6 +104,6 @@ def test_fault_5_damaged_files_through_the_front_door(tmp_path: Path, seed: int)
                 assert_possible(samples, str(damage)[:200])
                 smoothed += 1
                 if smoothed % 20 == 1:
-                    values = scattered_brdf(samples).f(samples.wi, samples.wo)
+                    values = fit_scattered_brdf(samples).f(samples.wi, samples.wo)
                     assert np.isfinite(values).all(), str(damage)[:200]
     assert smoothed > files / 27

@@ -19,10 +19,10 @@ from engine.brdf.readers.table_file import encode_table, read_table
 from engine.brdf.readers.utia import SIZE_BYTES as UTIA_BYTES
 from engine.brdf.readers.utia import read_utia
 from engine.core.errors import InputError
-from tests.engine.brdf.readers.test_table_file import holed_table
+from tests.engine.brdf.readers.test_table_file import make_holed_table
 from tests.engine.brdf.readers.test_utia import model_planes
 from tests.engine.brdf.test_table import direction_table, random_table
-from tests.engine.damage import COUNT, ROUNDS, Damage, damaged
+from tests.engine.damage import COUNT, ROUNDS, Damage, find_damaged
 from tests.engine.storage.test_damage import assert_refused_in_words, each_written
 
 #: Files that keep size and header, of which all are alike, that are read to the end.
@@ -41,7 +41,7 @@ def test_fault_5_damaged_merl_files(tmp_path: Path, seed: int) -> None:
     start = np.array(SHAPE, "<i4").tobytes() + np.linspace(1.0, 2.0, 9).astype("<f8").tobytes()
     path = tmp_path / "paint.binary"
     refused = read = 0
-    damages = list(damaged(start, (0, 12), seed=seed))
+    damages = list(find_damaged(start, (0, 12), seed=seed))
     for damage in damages:
         size_bytes = len(damage.content) if damage.what == "cut" else SIZE_BYTES + len(damage.content) - len(start)
         whole = size_bytes == SIZE_BYTES and damage.content[:12] == start[:12]
@@ -68,7 +68,7 @@ def test_fault_5_damaged_utia_files(tmp_path: Path, seed: int) -> None:
     start = model_planes().astype("<f8").tobytes()[:2048]
     path = tmp_path / "cloth.bin"
     refused = read = 0
-    damages = list(damaged(start, (0, len(start)), seed=seed))
+    damages = list(find_damaged(start, (0, len(start)), seed=seed))
     for damage in damages:
         size_bytes = len(damage.content) if damage.what == "cut" else UTIA_BYTES + len(damage.content) - len(start)
         whole = size_bytes == UTIA_BYTES
@@ -92,7 +92,7 @@ def test_fault_5_damaged_utia_files(tmp_path: Path, seed: int) -> None:
 @pytest.mark.campaign(rounds=ROUNDS)
 @pytest.mark.parametrize("layout", ["half-difference", "directions"])
 def test_fault_5_damaged_tables_of_our_own_are_refused_or_whole(tmp_path: Path, layout: str, seed: int) -> None:
-    table = holed_table() if layout == "half-difference" else direction_table(columns=3)
+    table = make_holed_table() if layout == "half-difference" else direction_table(columns=3)
     content, stored = encode_table(table)
     path = tmp_path / "table.exr"
     path.write_bytes(content)

@@ -54,7 +54,7 @@ def table(merl: Path) -> HalfDifferenceTable:
     return read_merl(merl)
 
 
-def published_bin(theta_h: float, theta_d: float, phi_d: float) -> tuple[int, int, int]:
+def find_published_bin(theta_h: float, theta_d: float, phi_d: float) -> tuple[int, int, int]:
     """The bin of the look-up that was published with the data, written again from its description."""
     degrees = theta_h / (math.pi / 2.0) * 90.0
     h = 0 if theta_h <= 0.0 else min(max(int(math.sqrt(degrees * 90.0)), 0), 89)
@@ -68,10 +68,11 @@ def test_M7_every_bin_centre_maps_to_itself() -> None:
     """1,458,000 of 1,458,000, from angles and, where no horizon is in the way, from directions."""
     theta_h, theta_d, phi_d = bin_centres(SHAPE)
     bins = [
-        published_bin(theta_h[h], theta_d[d], phi_d[p]) for h, d, p in zip(*[range(90)] * 2, range(90), strict=True)
+        find_published_bin(theta_h[h], theta_d[d], phi_d[p])
+        for h, d, p in zip(*[range(90)] * 2, range(90), strict=True)
     ]
     assert bins == [(k, k, k) for k in range(90)]
-    assert [published_bin(0.0, 0.0, phi)[2] for phi in phi_d] == list(range(180))
+    assert [find_published_bin(0.0, 0.0, phi)[2] for phi in phi_d] == list(range(180))
     angles = half_difference(*cast(Any, bin_directions(SHAPE)))
     assert np.array_equal(
         np.sqrt(angles.theta_h / (np.pi / 2) * 8100).astype(int), np.broadcast_to(np.arange(90)[:, None, None], SHAPE)
@@ -107,7 +108,7 @@ def test_the_published_look_up_gives_the_same_at_bin_centres(
     chosen = good[np.random.default_rng(1).choice(len(good), 3_000, replace=False)]
     pairs = wi[tuple(chosen.T)], wo[tuple(chosen.T)]
     angles = half_difference(*pairs)
-    places = [published_bin(*angle) for angle in zip(angles.theta_h, angles.theta_d, angles.phi_d, strict=True)]
+    places = [find_published_bin(*angle) for angle in zip(angles.theta_h, angles.theta_d, angles.phi_d, strict=True)]
     assert places == [tuple(place) for place in chosen]
     nearest = [[planes[c][place] * SCALE[c] for c in range(3)] for place in places]
     assert table.f(*pairs) == pytest.approx(np.array(nearest), rel=1e-9)

@@ -1,4 +1,4 @@
-"""Names of BRDFs as a person writes them, and files of all formats recognised by content."""
+"""Names of BRDFs as a user writes them, and files of all formats recognised by content."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def pairs(count: int, seed: int = 0) -> Pairs:
     return single[0], single[1]
 
 
-def saved(tmp_path: Path, fields: dict[str, NDArray[Any]]) -> Path:
+def save(tmp_path: Path, fields: dict[str, NDArray[Any]]) -> Path:
     path = tmp_path / "made.bsdf"
     path.write_bytes(tensor_bytes(fields))
     return path
@@ -259,7 +259,7 @@ def affine_value(wi: NDArray[np.float64], wo: NDArray[np.float64], circle: str) 
 
 @pytest.mark.parametrize("circle", CIRCLES)
 def test_a_known_anisotropic_file_is_exact(tmp_path: Path, circle: str) -> None:
-    brdf = read_rgl(saved(tmp_path, affine(CIRCLES[circle])))
+    brdf = read_rgl(save(tmp_path, affine(CIRCLES[circle])))
     assert not brdf.isotropic
     assert brdf.health.verdict == 0
     wi, wo = pairs(2000)
@@ -270,14 +270,14 @@ def test_a_known_anisotropic_file_is_exact(tmp_path: Path, circle: str) -> None:
 
 @pytest.mark.parametrize("circle", CIRCLES)
 def test_a_known_anisotropic_file_equals_mitsuba(tmp_path: Path, mitsuba: Any, circle: str) -> None:
-    path = saved(tmp_path, affine(CIRCLES[circle]))
+    path = save(tmp_path, affine(CIRCLES[circle]))
     wi, wo = pairs(2000)
     np.testing.assert_allclose(read_rgl(path).f(wi, wo), in_mitsuba(mitsuba, path, wi, wo), rtol=1e-5)
 
 
 @pytest.mark.parametrize("circle", CIRCLES)
 def test_a_known_spectral_file_is_exact(tmp_path: Path, circle: str) -> None:
-    brdf = read_rgl(saved(tmp_path, affine(CIRCLES[circle], spectral=True)))
+    brdf = read_rgl(save(tmp_path, affine(CIRCLES[circle], spectral=True)))
     assert brdf.kind == "spectral RGL measurement"
     wi, wo = pairs(500)
     wi, wo = (vectors / np.linalg.norm(vectors, axis=1, keepdims=True) for vectors in (wi, wo))
@@ -287,7 +287,7 @@ def test_a_known_spectral_file_is_exact(tmp_path: Path, circle: str) -> None:
 
 def test_a_spectral_file_equals_mitsuba_band_by_band(tmp_path: Path, mitsuba: Any) -> None:
     material = AnisotropicGgx(0.5, 0.5, 0.3 + 0.1 * np.arange(6))
-    path = saved(tmp_path, material.fields(np.array([0.0]), THETA, wavelengths=WAVELENGTHS, nodes=32))
+    path = save(tmp_path, material.fields(np.array([0.0]), THETA, wavelengths=WAVELENGTHS, nodes=32))
     mitsuba.set_variant("scalar_spectral")
     plugin = mitsuba.load_dict({"type": "measured", "filename": str(path)})
     context, surface = mitsuba.BSDFContext(), mitsuba.SurfaceInteraction3f()
@@ -324,7 +324,7 @@ def ggx_files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     for (circle, width), azimuths in zip(CIRCLES.items(), (17, 9, 5), strict=True):
         more: dict[str, Any] = {"wavelengths": WAVELENGTHS} if circle == "half turn" else {}
         fields = ggx(circle).fields(-np.pi + np.linspace(0.0, width, azimuths), THETA, **more)
-        files[circle] = saved(tmp_path_factory.mktemp("ggx"), fields)
+        files[circle] = save(tmp_path_factory.mktemp("ggx"), fields)
     return files
 
 
@@ -352,7 +352,7 @@ def test_an_anisotropic_material_equals_mitsuba(ggx_files: dict[str, Path], mits
 
 
 def test_an_isotropic_material_may_be_turned(tmp_path: Path) -> None:
-    brdf = read_rgl(saved(tmp_path, AnisotropicGgx(0.5, 0.5, [0.2, 0.4, 0.6]).fields(np.array([0.0]), THETA, nodes=32)))
+    brdf = read_rgl(save(tmp_path, AnisotropicGgx(0.5, 0.5, [0.2, 0.4, 0.6]).fields(np.array([0.0]), THETA, nodes=32)))
     assert brdf.isotropic
     wi, wo = high_pairs(500)
     cosine, sine = np.cos(2.1), np.sin(2.1)
@@ -445,7 +445,7 @@ def test_negative_values_are_counted_and_give_no_negative_light(shared_data: Cal
 def test_values_that_are_not_finite_count_as_zero(tmp_path: Path) -> None:
     fields = affine(CIRCLES["whole"])
     fields["rgb"][1, 2, 0, 3, 3] = np.nan
-    brdf = read_rgl(saved(tmp_path, fields))
+    brdf = read_rgl(save(tmp_path, fields))
     assert brdf.invalid_samples == brdf.health.figures["not finite"] == 1
     assert brdf.health.warnings == [
         "1 of 320 measured directions have a value that is not a finite number; it is taken as 0"
@@ -457,7 +457,7 @@ def test_unmeasured_light_is_reported(tmp_path: Path) -> None:
     fields = affine(CIRCLES["half turn"])
     fields["theta_i"] = np.radians(np.array([10.0, 20.0, 50.0, 70.0], np.float32))
     fields["phi_i"] = fields["phi_i"] + np.float32(0.5)
-    assert read_rgl(saved(tmp_path, fields)).health.warnings == [
+    assert read_rgl(save(tmp_path, fields)).health.warnings == [
         "light was measured from 10° to 70°; beyond, the nearest measurement is taken",
         "azimuths were measured from -151° to 29°; beyond, the nearest measurement is taken",
     ]
@@ -504,7 +504,7 @@ def test_unmeasured_light_is_reported(tmp_path: Path) -> None:
 def test_fault7_fields_that_contradict_each_other(tmp_path: Path, change: dict[str, Any], problem: str) -> None:
     fields = {name: field for name, field in (affine(CIRCLES["whole"]) | change).items() if field is not None}
     with pytest.raises(InputError) as caught:
-        read_rgl(saved(tmp_path, fields))
+        read_rgl(save(tmp_path, fields))
     assert caught.value.problem.startswith(problem)
 
 
@@ -515,6 +515,6 @@ def test_a_tensor_file_is_recognised_by_its_content() -> None:
 
 
 def test_arrays_are_read_only(tmp_path: Path) -> None:
-    brdf: RglBrdf = read_rgl(saved(tmp_path, affine(CIRCLES["whole"])))
+    brdf: RglBrdf = read_rgl(save(tmp_path, affine(CIRCLES["whole"])))
     tables = (brdf.phi_i, brdf.theta_i, brdf.ndf, brdf.sigma, brdf.colours, brdf.visible.density, brdf.luminance.rows)
     assert not any(table.flags.writeable for table in tables)

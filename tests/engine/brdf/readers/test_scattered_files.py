@@ -20,7 +20,7 @@ from engine.brdf.samples import BrdfSamples, samples_from_rows
 from engine.brdf.spectrum import srgb_from_spectra
 from engine.core.directions import surface_direction
 from engine.core.errors import InputError
-from tests.engine.brdf.fitted import scattered_brdf
+from tests.engine.brdf.fitted import fit_scattered_brdf
 
 TABLE = """# a paint
 3
@@ -52,7 +52,7 @@ ALTA = """#ALTA HEADER BEGIN
 """
 
 
-def written(folder: Path, content: str | bytes, name: str = "paint.txt") -> Path:
+def write(folder: Path, content: str | bytes, name: str = "paint.txt") -> Path:
     path = folder / name
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     return path
@@ -73,7 +73,7 @@ def curet(folder: Path, materials: int = 2, channels: str = "rgb") -> Path:
 
 
 def test_cornell_spectra_become_linear_srgb(tmp_path: Path) -> None:
-    samples = read_cornell(written(tmp_path, TABLE, "paint.brdf"))
+    samples = read_cornell(write(tmp_path, TABLE, "paint.brdf"))
     np.testing.assert_array_equal(samples.wavelengths_nm, [400, 550, 700])
     np.testing.assert_allclose(samples.wi[1], [math.sin(1.0), 0.0, math.cos(1.0)])
     np.testing.assert_allclose(samples.wo, surface_direction(np.array([0.25, 0.75]), np.array([1.0, -1.0])))
@@ -88,22 +88,22 @@ def same(one: BrdfSamples, two: BrdfSamples) -> None:
 
 
 def test_cornell_spellings_agree(tmp_path: Path) -> None:
-    plain = read_cornell(written(tmp_path, TABLE))
-    same(plain, read_cornell(written(tmp_path, ASTM)))
-    same(plain, read_cornell(written(tmp_path, TABLE.replace("\n", "\r\n"))))
-    same(plain, read_cornell(written(tmp_path, TABLE.replace("0.25 1.0 ", "0.25\n1.0 ").encode("utf-16"))))
-    same(plain, read_cornell(written(tmp_path, ("# Größe\n" + TABLE).encode("latin-1"))))
+    plain = read_cornell(write(tmp_path, TABLE))
+    same(plain, read_cornell(write(tmp_path, ASTM)))
+    same(plain, read_cornell(write(tmp_path, TABLE.replace("\n", "\r\n"))))
+    same(plain, read_cornell(write(tmp_path, TABLE.replace("0.25 1.0 ", "0.25\n1.0 ").encode("utf-16"))))
+    same(plain, read_cornell(write(tmp_path, ("# Größe\n" + TABLE).encode("latin-1"))))
     turned = ASTM.replace("400nm,550nm,700nm", "700nm,550 nm,400NM")
     for row in ("0.1,0.2,0.3", "0.4,0.5,0.6"):
         turned = turned.replace(row, ",".join(reversed(row.split(","))))
-    same(plain, read_cornell(written(tmp_path, turned)))
+    same(plain, read_cornell(write(tmp_path, turned)))
 
 
 def test_angles_of_astm_are_in_the_unit_that_the_file_says(tmp_path: Path) -> None:
     body = "20,0,30,90,1,2,3\n"
-    by_size = read_cornell(written(tmp_path, "VARS theta_i,phi_i,theta_r,phi_r,R,G,B\n" + body))
-    by_name = read_cornell(written(tmp_path, "VARS theta_i_deg,phi_i_deg,theta_s_deg,phi_s_deg,R,G,B\n" + body))
-    by_key = read_cornell(written(tmp_path, "ANGLE_UNITS degrees\nVARS theta_i,phi_i,theta_o,phi_o,R,G,B\n" + body))
+    by_size = read_cornell(write(tmp_path, "VARS theta_i,phi_i,theta_r,phi_r,R,G,B\n" + body))
+    by_name = read_cornell(write(tmp_path, "VARS theta_i_deg,phi_i_deg,theta_s_deg,phi_s_deg,R,G,B\n" + body))
+    by_key = read_cornell(write(tmp_path, "ANGLE_UNITS degrees\nVARS theta_i,phi_i,theta_o,phi_o,R,G,B\n" + body))
     for samples in (by_size, by_name, by_key):
         np.testing.assert_allclose(samples.wi[0], surface_direction(math.radians(20), 0.0))
         np.testing.assert_allclose(samples.wo[0], surface_direction(math.radians(30), math.radians(90)), atol=1e-15)
@@ -118,7 +118,7 @@ def test_real_cornell_files_in_both_spellings_are_identical(shared_data: Callabl
 
 
 def test_csv_in_every_dress(tmp_path: Path) -> None:
-    plain = read_csv_samples(written(tmp_path, CSV))
+    plain = read_csv_samples(write(tmp_path, CSV))
     np.testing.assert_allclose(plain.wi[1], surface_direction(math.radians(40), math.radians(50)))
     np.testing.assert_array_equal(plain.value, [[0.1, 0.2, 0.3], [1e-3, 2.5, 0.0]])
     body = CSV.split("\n", 1)[1]
@@ -135,32 +135,32 @@ def test_csv_in_every_dress(tmp_path: Path) -> None:
         body.replace(",", " "),
     ]
     for dress in dresses:
-        same(plain, read_csv_samples(written(tmp_path, dress)))
-    grey = read_csv_samples(written(tmp_path, "10,0,20,30,0.5\n"))
+        same(plain, read_csv_samples(write(tmp_path, dress)))
+    grey = read_csv_samples(write(tmp_path, "10,0,20,30,0.5\n"))
     np.testing.assert_array_equal(grey.value, [[0.5, 0.5, 0.5]])
 
 
 def test_directions_alone(tmp_path: Path) -> None:
-    path = written(tmp_path, "theta_i,phi_i,theta_o,phi_o\n10,0,20,30\n40,50,120,-70\n")
+    path = write(tmp_path, "theta_i,phi_i,theta_o,phi_o\n10,0,20,30\n40,50,120,-70\n")
     wi, wo = read_directions(path)
     np.testing.assert_allclose(wi, surface_direction(np.radians([10, 40]), np.radians([0, 50])))
     np.testing.assert_allclose(wo, surface_direction(np.radians([20, 120]), np.radians([30, -70])))
-    np.testing.assert_array_equal(read_directions(written(tmp_path, CSV))[0][0], wi[0])
+    np.testing.assert_array_equal(read_directions(write(tmp_path, CSV))[0][0], wi[0])
     with pytest.raises(InputError, match="not finite in row 2"):
-        read_directions(written(tmp_path, "1,2,3,4\n1,2,nan,4\n"))
+        read_directions(write(tmp_path, "1,2,3,4\n1,2,nan,4\n"))
     with pytest.raises(InputError, match="no values R,G,B"):
         read_csv_samples(path)
 
 
 def test_angles_that_look_like_radians_are_remarked(tmp_path: Path) -> None:
-    samples = read_csv_samples(written(tmp_path, "0.5,0,1.2,3.1,1,1,1\n"))
+    samples = read_csv_samples(write(tmp_path, "0.5,0,1.2,3.1,1,1,1\n"))
     assert any("radians" in warning for warning in samples.health.warnings)
 
 
 def test_invalid_rows_are_dropped_and_counted(tmp_path: Path) -> None:
     rows = ["10,0,20,0,1,1,1", "95,0,20,0,1,1,1", "10,0,90,0,1,1,1", "10,0,20,0,1,-1,1", "10,0,20,0,nan,1,1"]
     rows += ["inf,0,20,0,1,1,1", "10,0,20,0,1e999,1,1", "10,0,20,0,1e40,1,1"]
-    samples = read_csv_samples(written(tmp_path, "\n".join(rows)))
+    samples = read_csv_samples(write(tmp_path, "\n".join(rows)))
     assert (len(samples.value), samples.samples, samples.invalid_samples) == (1, 8, 7)
     assert samples.health.figures["dropped: not finite"] == 3
     assert samples.health.figures["dropped: negative"] == 1
@@ -171,7 +171,7 @@ def test_invalid_rows_are_dropped_and_counted(tmp_path: Path) -> None:
 def test_a_negative_channel_of_a_positive_colour_counts_as_0(tmp_path: Path) -> None:
     """Rows of a film: one in gamut, two outside it, and one that is dark; CUReT marks what failed by any channel."""
     rows = ["10,0,20,0,1,2,3", "10,0,30,0,-0.25,0.54,-0.46", "10,0,40,0,0.1,0.2,-1e-9", "10,0,50,0,0.1,-0.5,0.1"]
-    samples = read_csv_samples(written(tmp_path, "\n".join(rows)))
+    samples = read_csv_samples(write(tmp_path, "\n".join(rows)))
     np.testing.assert_array_equal(samples.value, [[1, 2, 3], [0, 0.54, 0], [0.1, 0.2, 0]])
     assert samples.invalid_samples == samples.health.figures["dropped: negative"] == 1
     assert "2 of 4 measurements have a negative channel, which is taken as 0" in samples.health.warnings
@@ -183,11 +183,11 @@ def test_a_negative_channel_of_a_positive_colour_counts_as_0(tmp_path: Path) -> 
 def test_CO3_colours_outside_srgb_keep_their_negative_channel_and_their_luminance(tmp_path: Path) -> None:
     """At its own directions the smooth BRDF has the colour of the spectrum, luminance and all."""
     rows = "".join(f"0.1 0 {0.2 + 0.1 * k} 0 0 0 {1 + k} 0 0\n" for k in range(6))
-    samples = read_cornell(written(tmp_path, f"5\n400 500 520 540 700\n{rows}"))
+    samples = read_cornell(write(tmp_path, f"5\n400 500 520 540 700\n{rows}"))
     assert (samples.value[:, 0] < -1e-3).all()
     assert (samples.positive >= 0.0).all()
     assert samples.health.figures["outside sRGB"] == 6
-    smooth = scattered_brdf(samples)
+    smooth = fit_scattered_brdf(samples)
     np.testing.assert_allclose(smooth.f(samples.wi, samples.wo), samples.value, rtol=1e-6, atol=1e-9)
 
 
@@ -223,11 +223,11 @@ def test_a_curet_file_of_one_material_needs_no_number(tmp_path: Path) -> None:
 
 def alta(folder: Path, name: str, coordinates: str, out: str = "") -> BrdfSamples:
     header = f"#DIM {len(coordinates.split())} 1\n#PARAM_IN {name}\n{out}"
-    return read_alta(written(folder, header + coordinates + " 0.5\n"))
+    return read_alta(write(folder, header + coordinates + " 0.5\n"))
 
 
 def test_alta_rows_of_the_tape_are_light_and_projected_view(tmp_path: Path) -> None:
-    samples = read_alta(written(tmp_path, ALTA))
+    samples = read_alta(write(tmp_path, ALTA))
     np.testing.assert_allclose(samples.wi, surface_direction(np.array([0.2, 0.3]), np.zeros(2)))
     expected = surface_direction(np.array([math.hypot(0.1, 0.3), 0.4]), np.array([math.atan2(0.3, 0.1), math.pi]))
     np.testing.assert_allclose(samples.wo, expected, atol=1e-15)
@@ -280,12 +280,12 @@ def test_alta_values(tmp_path: Path) -> None:
     weighted = alta(tmp_path, "SPHERICAL_TL_PL_TV_PV", "0.2 0 1.0 0", "#PARAM_OUT INV_STERADIAN_COSINE_FACTOR\n")
     np.testing.assert_allclose(weighted.value, 0.5 / math.cos(1.0))
     rgb = "#DIM 4 3\n#PARAM_IN SPHERICAL_TL_PL_TV_PV\n#PARAM_OUT {}\n0.2 0 1.0 0 {}\n"
-    colour = read_alta(written(tmp_path, rgb.format("RGB_COLOR", "1 2 3")))
+    colour = read_alta(write(tmp_path, rgb.format("RGB_COLOR", "1 2 3")))
     np.testing.assert_array_equal(colour.value, [[1, 2, 3]])
-    white = read_alta(written(tmp_path, rgb.format("XYZ_COLOR", "0.950456 1 1.089058")))
+    white = read_alta(write(tmp_path, rgb.format("XYZ_COLOR", "0.950456 1 1.089058")))
     np.testing.assert_allclose(white.value, 1.0, atol=1e-3)
     segments = ALTA.replace("#VS 0", "#VS 2").replace("0.3 0.5\n", "0.3 0.5 0.4 0.6\n")
-    same(read_alta(written(tmp_path, ALTA)), read_alta(written(tmp_path, segments.replace("0.25\n", "0.25 0.2 0.3\n"))))
+    same(read_alta(write(tmp_path, ALTA)), read_alta(write(tmp_path, segments.replace("0.25\n", "0.25 0.2 0.3\n"))))
 
 
 def test_every_alta_parametrisation_is_finite_at_ordinary_angles(tmp_path: Path) -> None:
@@ -336,4 +336,4 @@ def test_the_real_tape_reflects_back(shared_data: Callable[[str], Path]) -> None
 )
 def test_fault_5_wrong_files_are_refused_in_a_sentence(tmp_path: Path, content: str | bytes, problem: str) -> None:
     with pytest.raises(InputError, match=problem):
-        read_measurement(written(tmp_path, content))
+        read_measurement(write(tmp_path, content))

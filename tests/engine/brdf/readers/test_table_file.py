@@ -1,4 +1,4 @@
-"""Our table file: every bit back, distinguished from pictures, hostile records refused."""
+"""Our table file: every bit back, distinguished from images, hostile records refused."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from engine.images.encode import encode_exr
 from tests.engine.brdf.test_table import direction_table, random_table
 
 
-def holed_table(dtype: Any = np.float32) -> HalfDifferenceTable:
+def make_holed_table(dtype: Any = np.float32) -> HalfDifferenceTable:
     table = random_table((7, 5, 12), dtype)
     missing = np.random.default_rng(1).random((7, 5, 12)) < 0.2
     return HalfDifferenceTable(table.values, missing, "blue, “quoted” \n paint", "MERL table", missing_health(missing))
 
 
 def test_a_float32_table_comes_back_bit_for_bit(tmp_path: Path) -> None:
-    table = holed_table()
+    table = make_holed_table()
     written = write_table(tmp_path / "paint.exr", table)
     again = read_brdf(tmp_path / "paint.exr")
     assert isinstance(again, HalfDifferenceTable)
@@ -43,7 +43,7 @@ def test_a_float32_table_comes_back_bit_for_bit(tmp_path: Path) -> None:
 
 
 def test_float64_is_rounded_once_and_says_so(tmp_path: Path) -> None:
-    table = holed_table(np.float64)
+    table = make_holed_table(np.float64)
     written = write_table(tmp_path / "paint.exr", table)
     again = read_table(tmp_path / "paint.exr")
     assert np.array_equal(again.values, table.values.astype(np.float32))
@@ -112,7 +112,7 @@ def parts(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
 )
 def test_a_hostile_record_is_refused(tmp_path: Path, change: dict[str, Any], message: str) -> None:
     path = tmp_path / "table.exr"
-    write_table(path, holed_table())
+    write_table(path, make_holed_table())
     channels, record = parts(path)
     text = json.dumps(record | change)
     path.write_bytes(
@@ -127,7 +127,7 @@ def test_a_hostile_record_is_refused(tmp_path: Path, change: dict[str, Any], mes
 @pytest.mark.parametrize("value", [np.nan, np.inf, -1.0, 1e31])
 def test_values_that_cannot_be_are_refused(tmp_path: Path, value: float) -> None:
     path = tmp_path / "table.exr"
-    write_table(path, holed_table())
+    write_table(path, make_holed_table())
     channels, record = parts(path)
     channels["G"][3, 4] = value
     text = json.dumps(record)
@@ -138,9 +138,9 @@ def test_values_that_cannot_be_are_refused(tmp_path: Path, value: float) -> None
         read_table(path)
 
 
-def test_a_changed_pixel_is_noticed_and_a_picture_is_no_table(tmp_path: Path) -> None:
+def test_a_changed_pixel_is_noticed_and_a_image_is_no_table(tmp_path: Path) -> None:
     path = tmp_path / "table.exr"
-    write_table(path, holed_table())
+    write_table(path, make_holed_table())
     channels, record = parts(path)
     attributes = {RECORD: json.dumps(record), FINGERPRINT: _fingerprint(json.dumps(record), channels)}
     channels["B"][0, 0] += 1e-3

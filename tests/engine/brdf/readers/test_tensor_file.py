@@ -17,20 +17,20 @@ from engine.brdf.readers.rgl import RglBrdf, read_rgl
 from engine.brdf.readers.tensor_file import read_tensor_file
 from engine.core.errors import InputError
 from tests.engine.brdf.readers.tensor_files import TYPES, fields_of, header_length, tensor_bytes
-from tests.engine.damage import MEMORY_LIMIT_BYTES, ROUNDS, TIME_LIMIT_S, damaged, peak_memory_bytes
+from tests.engine.damage import MEMORY_LIMIT_BYTES, ROUNDS, TIME_LIMIT_S, find_damaged, peak_memory_bytes
 
 LIMIT = 1 << 20
 
 
-def written(tmp_path: Path, content: bytes) -> Path:
+def write(tmp_path: Path, content: bytes) -> Path:
     path = tmp_path / "some.bsdf"
     path.write_bytes(content)
     return path
 
 
-def refused(tmp_path: Path, content: bytes) -> str:
+def refuse(tmp_path: Path, content: bytes) -> str:
     with pytest.raises(InputError) as caught:
-        read_tensor_file(written(tmp_path, content), LIMIT)
+        read_tensor_file(write(tmp_path, content), LIMIT)
     return caught.value.problem
 
 
@@ -38,7 +38,7 @@ def small() -> bytes:
     return tensor_bytes({"a": np.arange(6, dtype=np.float32).reshape(2, 3), "b": np.array([7], np.uint8)})
 
 
-def placed(
+def place(
     *, dimensions: int = 1, kind: int = 1, first: int = 0, shape: tuple[int, ...] = (4,), size: int = 64
 ) -> bytes:
     """A file of `size` bytes with one field as announced."""
@@ -51,7 +51,7 @@ def test_every_type_and_shape_comes_back(tmp_path: Path) -> None:
         "none": np.empty((0, 9), np.float32),
         "scalar": np.array(2.5),
     }
-    read = read_tensor_file(written(tmp_path, tensor_bytes(fields)), LIMIT)
+    read = read_tensor_file(write(tmp_path, tensor_bytes(fields)), LIMIT)
     assert list(read) == list(fields)
     for name, array in fields.items():
         assert read[name].dtype == array.dtype
@@ -71,25 +71,25 @@ def test_every_type_and_shape_comes_back(tmp_path: Path) -> None:
         (small().replace(b"\x01\x00b", b"\x00\x00b"), "has a field whose name is 0 bytes long: it is damaged"),
         (small().replace(b"\x01\x00b", b"\x01\x00\xff"), "has a field whose name is no text: it is damaged"),
         (small().replace(b"\x01\x00b", b"\x01\x00a"), "has two fields of one name: it is damaged"),
-        (placed(kind=12, first=40), "has a field 'a' of the unknown type 12: it is damaged"),
-        (placed(dimensions=17, first=40), "has a field 'a' of 17 dimensions: it is damaged"),
-        (placed(first=38), "has a field 'a' that lies over the list of fields: it is damaged"),
-        (placed(first=61), "is cut off: its field 'a' ends at byte 65, the file at 64"),
-        (placed(first=2**64 - 2), "is cut off: its field 'a' ends at byte 18446744073709551618, the file at 64"),
+        (place(kind=12, first=40), "has a field 'a' of the unknown type 12: it is damaged"),
+        (place(dimensions=17, first=40), "has a field 'a' of 17 dimensions: it is damaged"),
+        (place(first=38), "has a field 'a' that lies over the list of fields: it is damaged"),
+        (place(first=61), "is cut off: its field 'a' ends at byte 65, the file at 64"),
+        (place(first=2**64 - 2), "is cut off: its field 'a' ends at byte 18446744073709551618, the file at 64"),
         (
-            placed(dimensions=2, shape=(2**62, 2**62)),
+            place(dimensions=2, shape=(2**62, 2**62)),
             "has a field 'a' of 4611686018427387904 × 4611686018427387904 numbers, which do not fit into its 64 bytes"
             ": it is cut off or damaged",
         ),
         (
-            placed(dimensions=2, shape=(0, 2**63)),
+            place(dimensions=2, shape=(0, 2**63)),
             "has a field 'a' of 0 × 9223372036854775808 numbers, which do not fit into its 64 bytes: it is cut off or "
             "damaged",
         ),
     ],
 )
 def test_fault7_what_cannot_be_true_is_said(tmp_path: Path, content: bytes, problem: str) -> None:
-    assert refused(tmp_path, content) == problem
+    assert refuse(tmp_path, content) == problem
 
 
 def test_fault7_fields_over_one_another(tmp_path: Path) -> None:
@@ -97,17 +97,17 @@ def test_fault7_fields_over_one_another(tmp_path: Path) -> None:
     place = content.index(b"\x01\x00b") + 3 + 3
     (first,) = struct.unpack_from("<Q", content, 18 + 3 + 3)
     struct.pack_into("<Q", content, place, first + 5)
-    assert refused(tmp_path, bytes(content)) == "has a field 'b' that lies over 'a': it is damaged"
+    assert refuse(tmp_path, bytes(content)) == "has a field 'b' that lies over 'a': it is damaged"
 
 
 def test_fault7_a_byte_swapped_file_is_named(tmp_path: Path) -> None:
     fields = {"a": np.arange(6, dtype=np.float32)}
-    assert refused(tmp_path, tensor_bytes(fields, ">")) == "is byte-swapped: its numbers are big-endian"
+    assert refuse(tmp_path, tensor_bytes(fields, ">")) == "is byte-swapped: its numbers are big-endian"
 
 
 def test_fault7_a_pointer_of_git_lfs_is_named(tmp_path: Path) -> None:
     pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n"
-    assert refused(tmp_path, pointer) == "is a git-lfs pointer, not the data"
+    assert refuse(tmp_path, pointer) == "is a git-lfs pointer, not the data"
 
 
 def test_fault7_a_polarised_measurement_is_named(shared_data: Callable[[str], Path]) -> None:
@@ -143,11 +143,11 @@ def test_fault5_damaged_files(tmp_path: Path, spectral: bool, seed: int) -> None
     """A measurement that evaluates, or a sentence; in time and within memory."""
     good = measurement(spectral)
     wi, wo = np.array([0.48, 0.6, 0.64]), np.array([-0.6, 0.0, 0.8])
-    path = written(tmp_path, good)
+    path = write(tmp_path, good)
     assert np.all(read_rgl(path).f(wi, wo) > 0.0)
     before = peak_memory_bytes(os.getpid())
     read = 0
-    damages = list(damaged(good, (0, header_length(good)), seed=seed))
+    damages = list(find_damaged(good, (0, header_length(good)), seed=seed))
     for damage in damages:
         path.write_bytes(damage.content)
         started = time.perf_counter()

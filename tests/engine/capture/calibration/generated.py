@@ -87,7 +87,7 @@ class Rendered:
 
 
 def draw(seed: int, light_list: str = "right", **fixed: object) -> Capture:
-    """A capture drawn by `seed` from those that people make."""
+    """A capture drawn by `seed` from those that users make."""
     random = np.random.default_rng([seed, 77])
     distance = math.inf if random.random() < 0.25 else float(np.exp(random.uniform(math.log(1.2), math.log(8.0))))
     unequal = random.random() < 0.5
@@ -127,7 +127,7 @@ def render(capture: Capture) -> Rendered:
     room = capture.room * _room(places, normals, colour, side, unit)
     photographs = []
     for direction, gain, shift in zip(directions, gains, shifts, strict=True):
-        lit = room + gain * _lit(places, normals, colour, direction, capture, unit)
+        lit = room + gain * _find_lit(places, normals, colour, direction, capture, unit)
         if capture.motion_px:
             lit = np.stack(
                 [ndimage.shift(lit[..., band], shift[::-1], order=3, mode="nearest") for band in range(3)], -1
@@ -144,7 +144,7 @@ def render(capture: Capture) -> Rendered:
         normals[inside],
         height[inside],
         directions,
-        listed(directions, capture.light_list, random),
+        join_names(directions, capture.light_list, random),
         gains,
         shifts,
     )
@@ -164,7 +164,7 @@ def dome(count: int, random: np.random.Generator) -> Array:
     return np.array(found)
 
 
-def listed(directions: Array, how: str, random: np.random.Generator) -> Array:
+def join_names(directions: Array, how: str, random: np.random.Generator) -> Array:
     """The directions as a list with this fault has them."""
     if how == "shifted":
         return np.roll(directions, int(random.choice([-2, -1, 1, 2])), axis=0)
@@ -244,7 +244,7 @@ def _shifts(capture: Capture, random: np.random.Generator) -> Array:
     return np.clip(np.cumsum(steps, axis=0), -MARGIN + 2.0, MARGIN - 2.0)
 
 
-def _lit(places: Array, normals: Array, colour: Array, direction: Array, capture: Capture, unit: float) -> Array:
+def _find_lit(places: Array, normals: Array, colour: Array, direction: Array, capture: Capture, unit: float) -> Array:
     """(H, W, 3) radiance under a lamp of unit intensity."""
     if math.isfinite(capture.distance):
         way = capture.distance * direction - places

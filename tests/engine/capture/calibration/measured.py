@@ -12,7 +12,7 @@ from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.lights.sources import find
 from engine.capture.stack import ImageStack
 from engine.core.steps import drain
-from engine.shading.shading_map import included
+from engine.shading.shading_map import include
 from engine.surface.recover import Surface, recover
 from tests.engine.capture.calibration.generated import Rendered, write
 
@@ -38,7 +38,7 @@ def measure(rendered: Rendered, folder: Path, settings: ImportSettings | None = 
     """Import a capture with no option, recover its surface, and compare the normals with the truth."""
     sources = find([write(rendered, folder / "photographs")])
     stack = drain(import_stack(sources, settings or ImportSettings(), folder / "stack"))
-    surface = drain(recover(stack, included(stack, ()), left_out=False))
+    surface = drain(recover(stack, include(stack, ()), left_out=False))
     truth = aligned_truth(rendered, stack)
     cosine = np.clip((surface.maps.normal * truth).sum(axis=-1), -1.0, 1.0)
     error = np.degrees(np.arccos(cosine))

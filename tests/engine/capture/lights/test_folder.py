@@ -1,4 +1,4 @@
-"""Folders as people keep them: one photograph of each shot, and a reason for each file that is left out."""
+"""Folders as users keep them: one photograph of each shot, and a reason for each file that is left out."""
 
 import math
 import zipfile
@@ -22,85 +22,90 @@ LP = "8\n" + "".join(
 )
 
 
-def made(place: Path, *names: str) -> Path:
+def make(place: Path, *names: str) -> Path:
     for name in names:
         (place / name).parent.mkdir(parents=True, exist_ok=True)
         (place / name).write_bytes(name.encode())
     return place
 
 
-def taken(sources: Any) -> list[str]:
+def take_marks(sources: Any) -> list[str]:
     return sorted(path.name for path in sources.photographs)
 
 
-def said(sources: Any) -> str:
+def describe(sources: Any) -> str:
     return " | ".join(finding.text for finding in sources.findings)
 
 
 def test_raw_is_taken_where_jpegs_lie_beside_it(tmp_path: Path) -> None:
-    place = made(tmp_path, *(f"{shot}.{kind}" for shot in SHOTS for kind in ("CR2", "JPG", "CR2.xmp", "THM")))
+    place = make(tmp_path, *(f"{shot}.{kind}" for shot in SHOTS for kind in ("CR2", "JPG", "CR2.xmp", "THM")))
     sources = find([place])
-    assert taken(sources) == [f"{shot}.CR2" for shot in SHOTS]
-    assert "RAW was taken, not: IMG_0012.JPG" in said(sources)
-    assert taken(find(sorted(place.iterdir()))) == taken(sources)  # as where all files are dragged into the window
+    assert take_marks(sources) == [f"{shot}.CR2" for shot in SHOTS]
+    assert "RAW was taken, not: IMG_0012.JPG" in describe(sources)
+    assert take_marks(find(sorted(place.iterdir()))) == take_marks(
+        sources
+    )  # as where all files are dragged into the window
 
 
 def test_the_kind_that_holds_every_shot_goes_before_a_better_one(tmp_path: Path) -> None:
-    place = made(tmp_path, *(f"{shot}.jpg" for shot in SHOTS), *(f"{shot}.nef" for shot in SHOTS[1:]))
-    assert taken(find([place])) == [f"{shot}.jpg" for shot in SHOTS]
-    mixed = find([made(tmp_path, "IMG_0020.nef", "IMG_0021.nef")])
-    assert taken(mixed) == [f"{SHOTS[0]}.jpg", *(f"{shot}.nef" for shot in (*SHOTS[1:], "IMG_0020", "IMG_0021"))]
+    place = make(tmp_path, *(f"{shot}.jpg" for shot in SHOTS), *(f"{shot}.nef" for shot in SHOTS[1:]))
+    assert take_marks(find([place])) == [f"{shot}.jpg" for shot in SHOTS]
+    mixed = find([make(tmp_path, "IMG_0020.nef", "IMG_0021.nef")])
+    assert take_marks(mixed) == [f"{SHOTS[0]}.jpg", *(f"{shot}.nef" for shot in (*SHOTS[1:], "IMG_0020", "IMG_0021"))]
     assert any(one.verdict == Verdict.WARNING and "are mixed" in one.text for one in mixed.findings)
 
 
 def test_what_capture_toml_names_is_taken(tmp_path: Path) -> None:
-    place = made(tmp_path, *(f"{shot}.{kind}" for shot in SHOTS[:2] for kind in ("tif", "jpg")))
+    place = make(tmp_path, *(f"{shot}.{kind}" for shot in SHOTS[:2] for kind in ("tif", "jpg")))
     entries = [
         f'[[photographs]]\nfile = "{shot}.jpg"\nelevation_deg = {at + 1}0\n' for at, shot in enumerate(SHOTS[:2])
     ]
     (place / "capture.toml").write_text("".join(entries))
-    assert taken(find([place])) == ["IMG_0012.jpg", "IMG_0013.jpg"]
+    assert take_marks(find([place])) == ["IMG_0012.jpg", "IMG_0013.jpg"]
 
 
 def test_copies_go_only_where_every_byte_is_equal(tmp_path: Path) -> None:
-    place = made(tmp_path, "a_10deg.png", "b_20deg.png", "b_20deg (1).png", "c_30deg.png")
+    place = make(tmp_path, "a_10deg.png", "b_20deg.png", "b_20deg (1).png", "c_30deg.png")
     with pytest.raises(InputError, match=r"are said to be lit from the same direction: elevation 20°"):
         find([place])
     (place / "b_20deg (1).png").write_bytes((place / "b_20deg.png").read_bytes())
     sources = find([place])
-    assert taken(sources) == ["a_10deg.png", "b_20deg.png", "c_30deg.png"]
-    assert "equal in every byte, were left out: b_20deg (1).png" in said(sources)
+    assert take_marks(sources) == ["a_10deg.png", "b_20deg.png", "c_30deg.png"]
+    assert "equal in every byte, were left out: b_20deg (1).png" in describe(sources)
 
 
 def test_a_rule_that_leaves_nothing_is_no_rule(tmp_path: Path) -> None:
-    assert taken(find([made(tmp_path, "preview_10.png", "preview_50.png")])) == ["preview_10.png", "preview_50.png"]
+    assert take_marks(find([make(tmp_path, "preview_10.png", "preview_50.png")])) == [
+        "preview_10.png",
+        "preview_50.png",
+    ]
 
 
 def project(place: Path) -> Path:
     """The folder of a capture as RTIBuilder makes it."""
-    made(place, *(f"jpeg-exports/{shot}.jpg" for shot in SHOTS), *(f"original-captures/{shot}.CR2" for shot in SHOTS))
-    made(place, "assembly-files/ring.xml", "cropped-files/IMG_0012.jpg", "finished-files/ring.ptm", "notes.txt")
+    make(place, *(f"jpeg-exports/{shot}.jpg" for shot in SHOTS), *(f"original-captures/{shot}.CR2" for shot in SHOTS))
+    make(place, "assembly-files/ring.xml", "cropped-files/IMG_0012.jpg", "finished-files/ring.ptm", "notes.txt")
     (place / "assembly-files" / "ring.lp").write_text(LP)
     return place
 
 
 def test_folders_of_rtibuilder_are_looked_into(tmp_path: Path) -> None:
     sources = find([project(tmp_path / "ring")])
-    assert taken(sources) == [f"{shot}.jpg" for shot in SHOTS]
+    assert take_marks(sources) == [f"{shot}.jpg" for shot in SHOTS]
     assert (sources.angle_source, sources.name) == ("lp", "ring")
-    assert "taken from jpeg-exports, light positions from ring.lp" in said(sources)
+    assert "taken from jpeg-exports, light positions from ring.lp" in describe(sources)
     archive = tmp_path / "ring.zip"
     with zipfile.ZipFile(archive, "w") as packed:
         for path in sorted((tmp_path / "ring").rglob("*.*")):
             packed.write(path, path.relative_to(tmp_path))
     unpacked = drain(find_packed([archive], scratch=tmp_path))
-    assert (taken(unpacked), unpacked.angle_source) == (taken(sources), "lp")
+    assert (take_marks(unpacked), unpacked.angle_source) == (take_marks(sources), "lp")
 
 
 def test_one_folder_inside_is_looked_into_and_several_are_named(tmp_path: Path) -> None:
-    place = made(tmp_path, "DCIM/a_10deg.jpg", "DCIM/b_20deg.jpg", "Thumbnails/a.jpg", "darktable_exported/a.jpg")
-    assert taken(find([place])) == ["a_10deg.jpg", "b_20deg.jpg"]
-    made(place, "second/a.jpg")
+    place = make(tmp_path, "DCIM/a_10deg.jpg", "DCIM/b_20deg.jpg", "Thumbnails/a.jpg", "darktable_exported/a.jpg")
+    assert take_marks(find([place])) == ["a_10deg.jpg", "b_20deg.jpg"]
+    make(place, "second/a.jpg")
     with pytest.raises(InputError, match=r"its folders DCIM, second do. Give the folder of one capture"):
         find([place])
 
@@ -116,14 +121,14 @@ def test_every_shot_is_taken_once_and_every_other_file_is_said(files: Any, data:
     chosen, findings = one_of_each_shot(paths, set())
     shots = [path.name.split(".")[0] for path in chosen]
     assert len(set(shots)) == len(shots)
-    assert len(chosen) + sum(_named(finding.text) for finding in findings) == len(paths)
+    assert len(chosen) + sum(_count_named(finding.text) for finding in findings) == len(paths)
     plain = {path.name.split(".")[0] for path in paths if path.stem.isascii() and len(path.name.split(".")[0]) == 8}
     assert plain <= set(shots)  # a shot that lies there under its own name is in the capture
     shuffled, _ = one_of_each_shot(data.draw(st.permutations(paths)), set())
     assert set(shuffled) == set(chosen)
 
 
-def _named(text: str) -> int:
+def _count_named(text: str) -> int:
     """Files that a finding names, of which it counts those after the fifth."""
     if "are mixed" in text:
         return 0

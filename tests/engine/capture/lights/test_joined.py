@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine.capture.lights.joined import joined
+from engine.capture.lights.joined import join
 from engine.capture.lights.sources import Sources, find
 from engine.core.errors import InputError
 
@@ -40,8 +40,8 @@ def test_halves_that_are_joined_are_the_whole(tmp_path: Path, names: str, first:
     half = find([place / files[at] for at in first])
     rest = find([*(place / name for at, name in enumerate(files) if at not in first), place / "dark.png"])
     whole = find([place])
-    assert_same(joined(half, rest), whole)
-    assert_same(joined(rest, half), whole)
+    assert_same(join(half, rest), whole)
+    assert_same(join(rest, half), whole)
 
 
 def test_directions_all_around_stay_with_their_photographs(tmp_path: Path) -> None:
@@ -58,7 +58,7 @@ def test_directions_all_around_stay_with_their_photographs(tmp_path: Path) -> No
         )
         for at in range(2)
     ]
-    assert_same(joined(halves[1], halves[0]), both)
+    assert_same(join(halves[1], halves[0]), both)
 
 
 def test_what_comes_twice_is_refused_by_name(tmp_path: Path) -> None:
@@ -66,8 +66,8 @@ def test_what_comes_twice_is_refused_by_name(tmp_path: Path) -> None:
     same = find([folder(tmp_path / "same", ["a_30deg.png", "a_50deg.png"])])
     light = find([folder(tmp_path / "light", ["b_30deg.png", "b_50deg.png"])])
     with pytest.raises(InputError, match=r"a_30deg\.png"):
-        joined(one, same)
+        join(one, same)
     with pytest.raises(InputError, match=r"a_30deg\.png and b_30deg\.png"):
-        joined(one, light)
+        join(one, light)
     with pytest.raises(InputError, match="another source"):
-        joined(one, dataclasses.replace(light, sphere="auto"))
+        join(one, dataclasses.replace(light, sphere="auto"))

@@ -44,25 +44,25 @@ def test_two_spheres_show_where_lamps_stand() -> None:
 def scene(lamp: Any) -> Any:
     """A grey sample with two dark spheres and their highlights."""
     rows, columns = np.mgrid[:HEIGHT, :WIDTH]
-    picture = np.full((HEIGHT, WIDTH), 0.25 + 0.2 * lamp[2] / np.linalg.norm(lamp))
+    image = np.full((HEIGHT, WIDTH), 0.25 + 0.2 * lamp[2] / np.linalg.norm(lamp))
     for sphere in SPHERES:
         inside = np.hypot(columns + 0.5 - sphere.column, rows + 0.5 - sphere.row) < sphere.radius
-        picture[inside] = 0.02
+        image[inside] = 0.02
         column, row = spot(sphere, lamp)
-        picture += np.exp(-((columns + 0.5 - column) ** 2 + (rows + 0.5 - row) ** 2) / 4.0) * inside
-    return np.clip(picture, 0, 1)
+        image += np.exp(-((columns + 0.5 - column) ** 2 + (rows + 0.5 - row) ** 2) / 4.0) * inside
+    return np.clip(image, 0, 1)
 
 
-def written(place: Path, pictures: Any) -> Path:
+def write(place: Path, images: Any) -> Path:
     place.mkdir()
-    for index, picture in enumerate(pictures):
-        codes = np.uint16(65535 * np.repeat(picture[..., None], 3, axis=2))
+    for index, image in enumerate(images):
+        codes = np.uint16(65535 * np.repeat(image[..., None], 3, axis=2))
         (place / f"light_{index:02}.png").write_bytes(cv2.imencode(".png", codes)[1].tobytes())
     return place
 
 
 def test_near_lamps_of_photographs_with_two_spheres(tmp_path: Path) -> None:
-    place = written(tmp_path / "p", [scene(lamp) for lamp in LAMPS])
+    place = write(tmp_path / "p", [scene(lamp) for lamp in LAMPS])
     settings = ImportSettings(motion="none", transfer="linear", second_sphere="auto")
     stack = drain(import_stack(find([place], sphere=SPHERES[0]), settings, tmp_path / "s"))
     lamps = LAMPS[np.argsort(LAMPS[:, 2] / np.linalg.norm(LAMPS, axis=1))]
@@ -113,7 +113,7 @@ def test_lamps_of_photographs_are_equalised(tmp_path: Path, how: Any) -> None:
     gains = np.ones(16)
     gains[[3, 9]] = 0.6, 1.4
     texture = 1 + 0.2 * np.random.default_rng(2).uniform(-1, 1, (60, 80))
-    place = written(tmp_path / "p", [0.5 * g * np.sin(e) * texture for g, e in zip(gains, elevation, strict=True)])
+    place = write(tmp_path / "p", [0.5 * g * np.sin(e) * texture for g, e in zip(gains, elevation, strict=True)])
     directions = np.stack(
         [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=1
     )
@@ -128,7 +128,7 @@ def test_lamps_of_photographs_are_equalised(tmp_path: Path, how: Any) -> None:
 
 
 def test_few_lamps_do_not_tell_their_gains(tmp_path: Path) -> None:
-    place = written(tmp_path / "p", [np.full((20, 30), 0.2 + 0.1 * index) for index in range(4)])
+    place = write(tmp_path / "p", [np.full((20, 30), 0.2 + 0.1 * index) for index in range(4)])
     settings = ImportSettings(motion="none", equalise="object")
     with pytest.raises(InputError, match="too few to tell"):
         drain(import_stack(find([place], [10, 20, 30, 40]), settings, tmp_path / "s"))

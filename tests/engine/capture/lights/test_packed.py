@@ -58,7 +58,7 @@ def tar_of(path: Path, members: Any) -> Path:
     return path
 
 
-def found(*paths: Any, **options: Any) -> Any:
+def look_for_packed(*paths: Any, **options: Any) -> Any:
     return drain(find_packed(list(paths), **options))
 
 
@@ -69,7 +69,7 @@ def test_an_archive_imports_as_its_folder_does(tmp_path: Path, pack: Any, name: 
         place.mkdir()
     for member in ("a.png", "b.png", "c.png", "white.png", "capture.toml"):
         (folder / member).write_bytes(CAPTURE[f"suede/{member}"])
-    sources = found(archive, scratch=scratch)
+    sources = look_for_packed(archive, scratch=scratch)
     packed = drain(import_stack(sources, SETTINGS, tmp_path / "packed"))
     plain = drain(import_stack(find([folder]), SETTINGS, tmp_path / "plain"))
     np.testing.assert_array_equal(packed.radiance, plain.radiance)
@@ -84,7 +84,7 @@ def test_an_archive_imports_as_its_folder_does(tmp_path: Path, pack: Any, name: 
 def test_the_unpacked_photographs_vanish_with_their_sources(tmp_path: Path) -> None:
     scratch = tmp_path / "scratch"
     scratch.mkdir()
-    sources = found(zip_of(tmp_path / "suede.zip", CAPTURE), scratch=scratch)
+    sources = look_for_packed(zip_of(tmp_path / "suede.zip", CAPTURE), scratch=scratch)
     assert sorted(path.name for path in scratch.rglob("*.png")) == ["a.png", "b.png", "c.png", "white.png"]
     del sources
     gc.collect()
@@ -106,7 +106,7 @@ def test_fault_8_what_is_no_capture_is_refused_and_nothing_is_left(tmp_path: Pat
     scratch = tmp_path / "scratch"
     scratch.mkdir()
     with pytest.raises(InputError) as refusal:
-        found(zip_of(tmp_path / "a.zip", members), scratch=scratch)
+        look_for_packed(zip_of(tmp_path / "a.zip", members), scratch=scratch)
     assert words in str(refusal.value)
     del refusal
     gc.collect()
@@ -116,12 +116,12 @@ def test_fault_8_what_is_no_capture_is_refused_and_nothing_is_left(tmp_path: Pat
 def test_an_archive_comes_alone(tmp_path: Path) -> None:
     (tmp_path / "x.png").write_bytes(png(1))
     with pytest.raises(InputError, match="among other files"):
-        found(zip_of(tmp_path / "a.zip", CAPTURE), tmp_path / "x.png")
+        look_for_packed(zip_of(tmp_path / "a.zip", CAPTURE), tmp_path / "x.png")
 
 
 def test_folders_and_files_are_found_as_ever(tmp_path: Path) -> None:
     for n in range(2):
         (tmp_path / f"x_{30 * n + 10}deg.png").write_bytes(png(n))
-    assert found(tmp_path).photographs == find([tmp_path]).photographs
-    assert found(tmp_path).unpacked is None
-    assert found(tmp_path).name == tmp_path.name
+    assert look_for_packed(tmp_path).photographs == find([tmp_path]).photographs
+    assert look_for_packed(tmp_path).unpacked is None
+    assert look_for_packed(tmp_path).name == tmp_path.name

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine.capture.lights.selection import Arc, Azimuth, Listed, arcs, selected
+from engine.capture.lights.selection import Arc, Azimuth, Listed, arcs, select
 from engine.capture.lights.sources import Sources, find
 from engine.core.errors import InputError, UsageError
 
@@ -41,7 +41,7 @@ def numbers(sources: Sources) -> list[Any]:
     ],
 )
 def test_lights_by_azimuth_arc_and_list(dome: Sources, selection: Any, expected: Any) -> None:
-    kept = selected(dome, selection)
+    kept = select(dome, selection)
     assert numbers(kept) == expected
     elevations = np.degrees(kept.elevation)
     assert elevations == pytest.approx(sorted(DOME[number - 1][0] for number in expected))
@@ -51,11 +51,11 @@ def test_lights_by_azimuth_arc_and_list(dome: Sources, selection: Any, expected:
 
 
 def test_the_warning_of_many_azimuths_goes_with_their_lights(dome: Sources) -> None:
-    def warned(sources: Sources) -> bool:
+    def warn(sources: Sources) -> bool:
         return any("lights spread over" in finding.text for finding in sources.findings)
 
-    assert warned(dome)
-    assert not warned(selected(dome, Listed(("2", "7"))))
+    assert warn(dome)
+    assert not warn(select(dome, Listed(("2", "7"))))
 
 
 @pytest.mark.parametrize(
@@ -71,15 +71,15 @@ def test_the_warning_of_many_azimuths_goes_with_their_lights(dome: Sources) -> N
 )
 def test_choices_that_leave_no_capture_are_refused(dome: Sources, selection: Any, words: str) -> None:
     with pytest.raises(InputError, match=words.replace("(", r"\(")):
-        selected(dome, selection)
+        select(dome, selection)
 
 
 def test_an_azimuth_is_not_chosen_where_none_is_known(tmp_path: Path) -> None:
     for angle in (10, 40, 80):
         (tmp_path / f"x_{angle}deg.png").write_bytes(b"x")
     with pytest.raises(InputError, match="has no azimuths"):
-        selected(find([tmp_path]), Arc())
-    assert len(selected(find([tmp_path]), Listed(("1", "3"))).photographs) == 2
+        select(find([tmp_path]), Arc())
+    assert len(select(find([tmp_path]), Listed(("1", "3"))).photographs) == 2
 
 
 def test_impossible_azimuths_are_wrong_usage() -> None:

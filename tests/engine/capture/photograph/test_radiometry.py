@@ -23,7 +23,7 @@ X_TRANS = np.array(
 )
 
 
-def developed(mosaic: Any, colours: Any = BAYER, white: float = np.inf) -> tuple[Any, Any]:
+def develop_mosaic(mosaic: Any, colours: Any = BAYER, white: float = np.inf) -> tuple[Any, Any]:
     """Colour and mask of a Bayer mosaic whose samples are radiance already."""
     radiance, saturated = np.empty((*mosaic.shape, 3), np.float32), np.empty(mosaic.shape, bool)
     levels = (np.full((2, 2), value, float) for value in (0, 1, white))
@@ -42,7 +42,7 @@ def test_R1_a_dark_frame_averages_to_zero() -> None:
     samples = np.clip(np.rint(RNG.normal(512, sigma, (400, 600))), 0, 65535).astype(np.uint16)
     radiance = radiometry.linearise(samples, 512, 16383).astype(np.float64) * (16383 - 512)
     assert abs(radiance.mean()) <= 4 * sigma / np.sqrt(count)
-    full, _ = developed(radiance.astype(np.float32))
+    full, _ = develop_mosaic(radiance.astype(np.float32))
     assert abs(full.mean(dtype=np.float64)) <= 4 * sigma / np.sqrt(count) + 1e-2
 
 
@@ -66,7 +66,7 @@ def test_R3_mask_marks_the_pixels_that_a_clipped_sample_enters_and_no_other() ->
     for row, column in itertools.product((10, 11), (20, 21)):
         mosaic = np.zeros((32, 48), np.float32)
         mosaic[row, column] = 1
-        full, marked = developed(mosaic, white=1)
+        full, marked = develop_mosaic(mosaic, white=1)
         changed = (full != 0).any(axis=2)
         assert not (changed & ~marked).any()
         assert marked.sum() == 13
@@ -94,8 +94,8 @@ def test_R5_low_and_high_aligned_12_bit_are_the_same_image() -> None:
     of_low, of_high = radiometry.linearise(low, 0, 4095), radiometry.linearise(high, 0, white_code(cast(Any, high), 16))
     assert np.all(np.abs(of_low - of_high) <= 2.0**-24 * of_low)
     rasters = [Raster(codes, white, 16, "linear", "TIFF") for codes, white in ((low, 4095), (high, 65520))]
-    pictures = [_linear(raster, 1)[0] for raster in rasters]
-    assert np.all(np.abs(pictures[0] - pictures[1]) <= 2.0**-24 * pictures[0])
+    images = [_linear(raster, 1)[0] for raster in rasters]
+    assert np.all(np.abs(images[0] - images[1]) <= 2.0**-24 * images[0])
 
 
 def test_R5_few_values_are_not_mistaken_for_a_shift() -> None:
@@ -164,7 +164,7 @@ def test_bayer_reproduces_a_linear_gradient_inside() -> None:
         for colours in (BAYER, BAYER[:, ::-1], BAYER[::-1], 2 - BAYER):
             sites = np.tile(colours, (20, 25))
             mosaic = np.take_along_axis(image, sites[..., None], axis=2)[..., 0]
-            full, _ = developed(mosaic, colours)
+            full, _ = develop_mosaic(mosaic, colours)
             assert np.abs(full - image)[2:-2, 2:-2].max() <= tolerance
 
 

@@ -180,7 +180,7 @@ def test_R12_rows_that_were_never_filled_are_an_error(
 
 
 @pytest.mark.parametrize("filled", [0, 1, 20])
-def test_R12_a_file_without_its_picture_is_refused_as_one_with_a_part_of_it(
+def test_R12_a_file_without_its_image_is_refused_as_one_with_a_part_of_it(
     read: Callable[..., Any], filled: int
 ) -> None:
     """LibRaw gives zeros for all that is missing, and they lie below the black level."""
@@ -211,7 +211,7 @@ def test_R12_every_truncation_of_real_raw_is_an_error_or_harmless(
             radiance = read_photograph(path).radiance
         except InputError:
             continue
-        assert np.array_equal(radiance, whole), f"cut at {part}/64 changes the picture silently"
+        assert np.array_equal(radiance, whole), f"cut at {part}/64 changes the image silently"
 
 
 def test_fault5_a_dng_that_states_another_size_than_it_holds_is_refused(tmp_path: Path, dng: Any) -> None:
@@ -249,7 +249,7 @@ def test_R12_fault5_broken_real_files_are_refused_with_a_reason(shared_data: Cal
     assert "Traceback" not in str(caught.value)
 
 
-def test_a_picture_with_a_raw_suffix_is_read_and_named(shared_data: Callable[[str], Path]) -> None:
+def test_a_image_with_a_raw_suffix_is_read_and_named(shared_data: Callable[[str], Path]) -> None:
     photograph = read_photograph(shared_data("raw/broken/nikon_issue247-1.nef"))
     assert photograph.container == "JPEG"
     assert any("not camera RAW" in warning for warning in photograph.warnings)

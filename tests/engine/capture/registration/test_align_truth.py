@@ -33,7 +33,7 @@ def arc(sample: Any) -> list[Any]:
 
 def errors(sample: Any, motion: str, shift_px: Any, count: int) -> tuple[Any, Any, Any]:
     """(before, after), each relative to the reference and to the photographs' mean, in pixels; and the alignment."""
-    photographs, known = truth.moved(arc(sample), motion, shift_px, count)
+    photographs, known = truth.move(arc(sample), motion, shift_px, count)
     found = drain(align(photographs, [f"{angle:g}" for angle in ELEVATIONS_DEG], motion))
     before = truth.errors_px(None, known, found.reference)
     return before, truth.errors_px(found, known, found.reference), found
@@ -41,7 +41,7 @@ def errors(sample: Any, motion: str, shift_px: Any, count: int) -> tuple[Any, An
 
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_AL3_a_still_camera_under_a_moving_lamp_is_left_alone(motion: str) -> None:
-    photographs, _ = truth.moved(arc("woven"), motion, 0.0, 0)
+    photographs, _ = truth.move(arc("woven"), motion, 0.0, 0)
     found = drain(align(photographs, list("abcdefghij"), motion))
     assert np.array_equal(found.matrix, np.tile(np.eye(3), (10, 1, 1)))
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine.capture.registration.control_points import marked_kind, marked_motion
+from engine.capture.registration.control_points import choose_marked_kind, fit_marked_motion
 
 TURN = np.radians(3.0)
 TRUTH = {
@@ -27,31 +27,31 @@ def pairs(matrix: Any, places: Any = PLACES, error_px: float = 0.0) -> Any:
 @pytest.mark.parametrize("spare", [0, 2])
 def test_motions_are_recovered_from_as_few_points_as_needed(motion: str, spare: int) -> None:
     needed = ["translation", "euclidean", "affine", "homography"].index(motion) + 1
-    found = marked_motion(pairs(TRUTH[motion])[: needed + spare], motion)
+    found = fit_marked_motion(pairs(TRUTH[motion])[: needed + spare], motion)
     assert found.motion == motion
     assert np.abs(pairs(found.matrix) - pairs(TRUTH[motion])).max() < 1e-6
     assert found.rms_px < 1e-7
 
 
 def test_errors_of_marking_are_spread_and_reported() -> None:
-    found = marked_motion(pairs(TRUTH["homography"], error_px=0.5), "homography")
+    found = fit_marked_motion(pairs(TRUTH["homography"], error_px=0.5), "homography")
     assert 0.05 < found.rms_px < 0.7
-    better = marked_motion(pairs(TRUTH["homography"], error_px=0.5), "affine")
+    better = fit_marked_motion(pairs(TRUTH["homography"], error_px=0.5), "affine")
     assert found.rms_px < better.rms_px
 
 
 def test_a_homography_misses_the_points_least_of_its_kind() -> None:
     marked = pairs(TRUTH["homography"], error_px=0.5)
-    found = marked_motion(marked, "homography")
+    found = fit_marked_motion(marked, "homography")
 
-    def missed(matrix: Any) -> Any:
+    def miss(matrix: Any) -> Any:
         return float(((pairs(matrix) - marked)[:, 2:] ** 2).sum())
 
     for entry in np.ndindex(3, 3):
         for change in (1e-4, -1e-4):
             other = found.matrix.copy()
             other[entry] *= 1 + change
-            assert missed(other) >= missed(found.matrix) - 1e-9
+            assert miss(other) >= miss(found.matrix) - 1e-9
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,7 @@ def test_a_homography_misses_the_points_least_of_its_kind() -> None:
 )
 def test_AL6_points_that_do_not_determine_the_motion_give_a_stiffer_one(motion: str, places: Any, instead: str) -> None:
     shift = np.array([[1, 0, 3.0], [0, 1, -2.0], [0, 0, 1]])
-    found = marked_motion(pairs(shift, np.array(places, float)), motion)
+    found = fit_marked_motion(pairs(shift, np.array(places, float)), motion)
     assert found.motion == instead
     assert np.abs(found.matrix - shift).max() < 1e-9
 
@@ -75,7 +75,7 @@ def test_AL6_points_that_do_not_determine_the_motion_give_a_stiffer_one(motion: 
 def test_AL6_mirrored_points_give_no_mirrored_motion() -> None:
     table = pairs(np.eye(3))
     table[:, 2] = 4000 - table[:, 2]
-    found = marked_motion(table, "homography")
+    found = fit_marked_motion(table, "homography")
     assert found.motion in ("translation", "euclidean")
     assert np.linalg.det(found.matrix) > 0
     assert found.rms_px > 100
@@ -84,20 +84,20 @@ def test_AL6_mirrored_points_give_no_mirrored_motion() -> None:
 @pytest.mark.parametrize("wrong", [[], [[1, 2, 3]], [[0, 0, float("nan"), 1]]])
 def test_wrong_calls(wrong: Any) -> None:
     with pytest.raises(ValueError, match="four finite numbers"):
-        marked_motion(wrong)
+        fit_marked_motion(wrong)
     with pytest.raises(ValueError, match="unknown motion"):
-        marked_motion([[0, 0, 0, 0]], "spline")
+        fit_marked_motion([[0, 0, 0, 0]], "spline")
 
 
 def test_each_point_says_by_how_much_it_misses_the_motion() -> None:
     """One point of four is off by 4 px: a shift is their mean, so it misses by 3 px and the others by 1 px."""
     pairs = [[0, 0, 5, 0], [50, 0, 55, 0], [0, 50, 5, 50], [50, 50, 55, 54]]
-    found = marked_motion(pairs, "translation")
+    found = fit_marked_motion(pairs, "translation")
     assert found.missed_px == pytest.approx([1, 1, 1, 3])
     assert found.rms_px == pytest.approx(np.sqrt(3))
 
 
 def test_the_kind_for_points_follows_what_the_import_is_asked_for() -> None:
-    assert marked_kind("auto", None) == "euclidean"
-    assert marked_kind("auto", np.array([0.0, 2.0])) == "homography"
-    assert (marked_kind("none", None), marked_kind("affine", None)) == ("homography", "affine")
+    assert choose_marked_kind("auto", None) == "euclidean"
+    assert choose_marked_kind("auto", np.array([0.0, 2.0])) == "homography"
+    assert (choose_marked_kind("none", None), choose_marked_kind("affine", None)) == ("homography", "affine")

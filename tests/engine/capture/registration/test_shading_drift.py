@@ -16,13 +16,13 @@ DRIFT = np.stack([1.5 * np.sin(np.pi * DISTANCE / 1.5), 0.4 * DISTANCE], axis=1)
 DRIFT += np.random.default_rng(1).normal(0, 0.08, DRIFT.shape)
 
 
-def found(jumps: Any) -> Any:
+def find(jumps: Any) -> Any:
     moved = DRIFT + jumps
     return without_shading_drift(moved - moved[REFERENCE], DISTANCE, REFERENCE)
 
 
 def test_drift_alone_moves_nothing() -> None:
-    kept, doubt = found(np.zeros((COUNT, 2)))
+    kept, doubt = find(np.zeros((COUNT, 2)))
     assert not kept.any()
     assert not doubt.any()
 
@@ -31,14 +31,14 @@ def test_drift_alone_moves_nothing() -> None:
 def test_a_knock_is_kept(size: float) -> None:
     jumps = np.zeros((COUNT, 2))
     jumps[4] = size, -size
-    kept, _ = found(jumps)
+    kept, _ = find(jumps)
     assert np.abs(kept - jumps).max() < 0.15
 
 
 def test_two_knocks_leave_the_others_alone() -> None:
     jumps = np.zeros((COUNT, 2))
     jumps[2], jumps[6] = (2.0, 1.0), (-1.5, 3.0)
-    kept, doubt = found(jumps)
+    kept, doubt = find(jumps)
     assert np.abs(kept - jumps).max() < 0.2
     assert doubt.max() < 0.3
 
@@ -66,7 +66,7 @@ def test_a_camera_that_always_moves_leaves_doubt_that_covers_the_error() -> None
     errors, doubts = [], []
     for seed in range(20):
         jumps = np.random.default_rng(seed).normal(0, 1.5, (COUNT, 2))
-        kept, doubt = found(jumps)
+        kept, doubt = find(jumps)
         errors.append(kept - (jumps - jumps[REFERENCE]))
         doubts.append(doubt)
     assert np.array(doubts)[:, REFERENCE].max() == 0.0

@@ -12,35 +12,35 @@ U32 = 2.0**-24
 TURN = np.array([[0.9998, -0.0175, 2.37], [0.0175, 0.9998, -1.81], [1e-6, -2e-6, 1.0]])
 
 
-def picture(seed: int = 0, height: int = 301, width: int = 257) -> NDArray[np.float32]:
+def make_image(seed: int = 0, height: int = 301, width: int = 257) -> NDArray[np.float32]:
     return np.random.default_rng(seed).gamma(0.5, 0.3, (height, width, 3)).astype(np.float32)
 
 
-def warped(image: Any, matrix: Any, mask: Any = None) -> Any:
+def warp_image(image: Any, matrix: Any, mask: Any = None) -> Any:
     region = valid_region([np.eye(3), matrix], *image.shape[:2])
     return warp(image, np.zeros(image.shape[:2], bool) if mask is None else mask, matrix, region)
 
 
 @pytest.mark.parametrize("matrix", [TURN, np.array([[1, 0, 0.37], [0, 1, -0.81], [0, 0, 1.0]])])
 def test_AL8_no_negative_radiance_and_mean_and_constant_kept(matrix: Any) -> None:
-    image = picture()
+    image = make_image()
     image[::3] = 0.0
-    moved, _ = warped(image, matrix)
+    moved, _ = warp_image(image, matrix)
     assert moved.min() >= 0.0
     smooth = np.ones_like(image) * np.linspace(0.2, 0.8, image.shape[1], dtype=np.float32)[None, :, None]
     region = valid_region([np.eye(3), matrix], *image.shape[:2])
     kept = smooth[region.top : region.top + region.height, region.left : region.left + region.width]
-    centred = warped(smooth, matrix)[0].mean(dtype=np.float64)
+    centred = warp_image(smooth, matrix)[0].mean(dtype=np.float64)
     shift = (matrix @ [region.left + (region.width - 1) / 2, region.top + (region.height - 1) / 2, 1])[0]
     drift = (shift - region.left - (region.width - 1) / 2) * 0.6 / (image.shape[1] - 1)
     assert centred == pytest.approx(kept.mean(dtype=np.float64) + drift, rel=1e-3)
-    constant, _ = warped(np.full_like(image, 0.1), matrix)
+    constant, _ = warp_image(np.full_like(image, 0.1), matrix)
     assert np.abs(constant / np.float32(0.1) - 1).max() <= 2 * U32
 
 
 def test_AL8_mean_of_noise_changes_by_less_than_a_thousandth() -> None:
-    image = picture(1, 1201, 1203)
-    moved, _ = warped(image, np.array([[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1.0]]))
+    image = make_image(1, 1201, 1203)
+    moved, _ = warp_image(image, np.array([[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1.0]]))
     whole = image.mean(dtype=np.float64)
     assert abs(moved.mean(dtype=np.float64) / whole - 1) <= 1e-3
 
@@ -48,7 +48,7 @@ def test_AL8_mean_of_noise_changes_by_less_than_a_thousandth() -> None:
 def test_against_plain_bilinear_interpolation() -> None:
     from scipy.ndimage import map_coordinates
 
-    image = picture(2)
+    image = make_image(2)
     region = valid_region([np.eye(3), TURN], *image.shape[:2])
     moved, _ = warp(image, np.zeros(image.shape[:2], bool), TURN, region)
     row, column = np.mgrid[: region.height, : region.width]
@@ -60,7 +60,7 @@ def test_against_plain_bilinear_interpolation() -> None:
 
 @pytest.mark.parametrize("rows", [1, 7, 64])
 def test_S10_bands_of_any_height_are_bit_equal(rows: int) -> None:
-    image, mask = picture(3), picture(4)[..., 0] > 0.8
+    image, mask = make_image(3), make_image(4)[..., 0] > 0.8
     region = valid_region([TURN], *image.shape[:2])
     whole, whole_mask = warp(image, mask, TURN, region)
     bands = [

@@ -13,12 +13,12 @@ from engine.core.steps import drain
 from engine.exchange import materialx, usd
 from engine.exchange.readers.read import holds_pbr_maps, open_material
 from engine.exchange.subject import Settings
-from tests.engine.exchange.materials import measured_subject
+from tests.engine.exchange.materials import measure_subject
 
-from .pictures import grey, png
+from .images import grey, png
 
 
-def zipped(path: Path, folder: Path) -> Path:
+def zip_folder(path: Path, folder: Path) -> Path:
     with zipfile.ZipFile(path, "w") as archive:
         for file in sorted(folder.rglob("*")):
             archive.write(file, file.relative_to(folder.parent))
@@ -34,9 +34,9 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_a_zip_is_what_its_folder_is(folder: Path, tmp_path: Path) -> None:
-    """Also where macOS has packed shadows of files; the picture of the whole material is none of its maps."""
+    """Also where macOS has packed shadows of files; the image of the whole material is none of its maps."""
     png(folder / "._Bricks076_1K-PNG_Color.png", grey(3))
-    path = zipped(tmp_path / "bricks.zip", folder)
+    path = zip_folder(tmp_path / "bricks.zip", folder)
     (folder / "._Bricks076_1K-PNG_Color.png").unlink()
     assert holds_pbr_maps(path)
     found, wanted = open_material(path), open_material(folder)
@@ -49,12 +49,12 @@ def test_a_zip_is_what_its_folder_is(folder: Path, tmp_path: Path) -> None:
 
 def test_documents_in_a_zip_are_said_to_be_passed_over(folder: Path, tmp_path: Path) -> None:
     (folder / "Bricks076_1K-PNG.mtlx").write_text("<materialx/>")
-    notes = [finding.text for finding in open_material(zipped(tmp_path / "b.zip", folder)).health.findings]
+    notes = [finding.text for finding in open_material(zip_folder(tmp_path / "b.zip", folder)).health.findings]
     assert any("Bricks076_1K-PNG.mtlx in the archive is not read" in note for note in notes)
 
 
 def test_textures_of_our_usd_package_come_back(tmp_path: Path) -> None:
-    subject = measured_subject()
+    subject = measure_subject()
     content = drain(usd.contents(subject, Settings(), "")).files["A_cloth_woven.usdz"]
     (tmp_path / "woven.usdz").write_bytes(content)
     material = open_material(tmp_path / "woven.usdz")
@@ -65,7 +65,7 @@ def test_textures_of_our_usd_package_come_back(tmp_path: Path) -> None:
 
 
 def test_a_folder_with_one_document_stands_for_it(tmp_path: Path) -> None:
-    subject = measured_subject()
+    subject = measure_subject()
     for name, content in drain(materialx.contents(subject, Settings(), "")).files.items():
         (tmp_path / "out" / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "out" / name).write_bytes(content)
@@ -79,7 +79,7 @@ def test_a_folder_with_one_document_stands_for_it(tmp_path: Path) -> None:
 
 def test_a_broken_texture_is_named_within_its_zip(folder: Path, tmp_path: Path) -> None:
     (folder / "Bricks076_1K-PNG_Color.png").write_bytes(b"hello")
-    path = zipped(tmp_path / "b.zip", folder)
+    path = zip_folder(tmp_path / "b.zip", folder)
     with pytest.raises(InputError) as caught:
         open_material(path)
     assert caught.value.path == str(path / "Bricks076_1K-PNG_Color.png")
@@ -88,7 +88,7 @@ def test_a_broken_texture_is_named_within_its_zip(folder: Path, tmp_path: Path) 
 def test_zips_of_anything_else_are_no_material(folder: Path, tmp_path: Path) -> None:
     for name in ("Roughness", "Displacement"):
         (folder / f"Bricks076_1K-PNG_{name}.png").unlink()
-    path = zipped(tmp_path / "b.zip", folder)
+    path = zip_folder(tmp_path / "b.zip", folder)
     assert not holds_pbr_maps(path)
     path.write_bytes(path.read_bytes()[:-30])
     assert not holds_pbr_maps(path)

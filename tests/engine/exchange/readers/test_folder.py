@@ -18,16 +18,16 @@ from engine.exchange.textures import PRESETS, contents
 from engine.scene.material import Material, material_of_maps
 from engine.surface.pbr_maps import PbrMaps
 
-from .pictures import SIZE, grey, known, png, relief
+from .images import SIZE, find_known, grey, png, relief
 
 
-def opened(path: Path) -> tuple[PbrMaps, list[str]]:
+def open_path(path: Path) -> tuple[PbrMaps, list[str]]:
     material = open_material(path)
     assert material.pbr is not None
     return material.pbr, material.health.warnings
 
 
-def written(folder: Path, maps: PbrMaps, preset: str, coding: Coding = "png8") -> Path:
+def write(folder: Path, maps: PbrMaps, preset: str, coding: Coding = "png8") -> Path:
     subject = Subject(material_of_maps(maps, "rock"), maps, 1.0 / np.pi)
     folder.mkdir()
     for name, content in drain(contents(subject, Settings(preset, coding), "")).files.items():
@@ -69,8 +69,8 @@ def test_names_of_programs(name: str, kind: str) -> None:
 @pytest.mark.parametrize("coding", CODINGS)
 @pytest.mark.parametrize("preset", sorted(PRESETS))
 def test_own_textures_come_back_within_their_rounding(tmp_path: Path, preset: str, coding: Coding) -> None:
-    maps = known()
-    found, _ = opened(written(tmp_path / "rock", maps, preset, coding))
+    maps = find_known()
+    found, _ = open_path(write(tmp_path / "rock", maps, preset, coding))
     step = {"png8": 0.5 / 255, "png16": 0.5 / 65535, "exr": 2.0**-11}[coding] * 1.01
     assert np.abs(found.roughness - maps.roughness).max() <= step + 1e-7
     assert np.abs(found.metallic - maps.metallic).max() <= step + 1e-7
@@ -88,7 +88,7 @@ def test_normals_that_nowhere_go_below_zero_come_back(tmp_path: Path, coding: Co
     grey_map = np.full((4, 4), 0.5, np.float32)
     base = np.full((4, 4, 3), 0.5, np.float32)
     maps = PbrMaps(base, normal.astype(np.float32), grey_map, grey_map, np.full((4, 4), 0.04, np.float32))
-    found, _ = opened(written(tmp_path / "rock", maps, "blender", coding))
+    found, _ = open_path(write(tmp_path / "rock", maps, "blender", coding))
     np.testing.assert_allclose(found.normal, maps.normal, atol=0.01)
 
 
@@ -100,7 +100,7 @@ def test_slopes_tell_the_direction_of_y(tmp_path: Path) -> None:
     for name, codes in (("up", up), ("down", down)):
         png(tmp_path / name / "rock_color.png", grey(128, SIZE))
         png(tmp_path / name / "rock_normal.png", codes)
-        found, notes = opened(tmp_path / name)
+        found, notes = open_path(tmp_path / name)
         assert np.abs(found.normal - relief()).max() < 0.02
         assert any(f"({'OpenGL' if name == 'up' else 'DirectX'}), by its slopes" in note for note in notes)
 
@@ -108,7 +108,7 @@ def test_slopes_tell_the_direction_of_y(tmp_path: Path) -> None:
 def test_a_name_that_contradicts_the_slopes_is_said(tmp_path: Path) -> None:
     png(tmp_path / "rock_color.png", grey(128, SIZE))
     png(tmp_path / "rock_normal_dx.png", np.rint(255.0 * (0.5 + 0.5 * relief())))
-    found, notes = opened(tmp_path)
+    found, notes = open_path(tmp_path)
     assert "called directx" in " ".join(notes)
     assert found.normal[0, 0, 1] == pytest.approx(-relief()[0, 0, 1], abs=0.02)
 
@@ -117,21 +117,21 @@ def test_of_two_normals_the_one_with_y_up_is_taken(tmp_path: Path) -> None:
     png(tmp_path / "R_1K_Color.png", grey(255))
     png(tmp_path / "R_1K_NormalDX.png", np.tile(np.array([128, 0, 255], np.uint8), (4, 4, 1)))
     png(tmp_path / "R_1K_NormalGL.png", np.tile(np.array([128, 255, 255], np.uint8), (4, 4, 1)))
-    assert opened(tmp_path)[0].normal[0, 0, 1] > 0.5
+    assert open_path(tmp_path)[0].normal[0, 0, 1] > 0.5
 
 
 def test_base_colour_is_srgb_and_the_rest_is_not(tmp_path: Path) -> None:
     png(tmp_path / "r_color.png", grey(188))
     png(tmp_path / "r_gloss.png", grey(51))
-    found, notes = opened(tmp_path)
+    found, notes = open_path(tmp_path)
     assert found.base_colour[0, 0, 0] == pytest.approx(0.5029, abs=1e-3)  # IEC 61966-2-1
     assert found.roughness[0, 0] == pytest.approx(0.8, abs=1e-6)
     assert any("metallic 0, normal flat" in note for note in notes)
 
 
 def test_textures_without_their_folder_are_the_same_material(tmp_path: Path) -> None:
-    """Their name is what their names have in common; of a single map, or of a picture of no map, there is none."""
-    folder = written(tmp_path / "downloads", known(), "blender")
+    """Their name is what their names have in common; of a single map, or of an image of no map, there is none."""
+    folder = write(tmp_path / "downloads", find_known(), "blender")
     files = sorted(folder.glob("*.png"))
     assert are_textures(files)
     alone, whole = drain(read_textures(files)), open_material(folder)
@@ -148,14 +148,14 @@ def test_textures_without_their_folder_are_the_same_material(tmp_path: Path) -> 
 def test_sizes_are_brought_to_the_largest_and_said(tmp_path: Path) -> None:
     png(tmp_path / "r_color.png", grey(255, 8))
     png(tmp_path / "r_rough.png", grey(102, 4))
-    found, notes = opened(tmp_path)
+    found, notes = open_path(tmp_path)
     assert found.size == (8, 8)
     assert np.allclose(found.roughness, 0.4)
     assert any("r_rough.png: another size than 8 × 8" in note for note in notes)
 
 
 def test_one_brdf_stands_for_the_maps_at_their_mean(tmp_path: Path) -> None:
-    maps = known()
+    maps = find_known()
     material = material_of_maps(maps, "rock")
     mean = material.reflectance
     assert dataclasses.asdict(mean)["roughness"] == pytest.approx(maps.roughness.mean(), abs=1e-5)  # type: ignore[call-overload]
@@ -168,7 +168,7 @@ def test_refusals_name_cause_and_remedy(tmp_path: Path) -> None:
     png(tmp_path / "two" / "a_color.png", grey(1))
     png(tmp_path / "two" / "b_color.png", grey(1))
     png(tmp_path / "two" / "a_rough.png", grey(1))
-    with pytest.raises(InputError, match=r"several pictures for base colour \(a_color.png, b_color.png\)"):
+    with pytest.raises(InputError, match=r"several images for base colour \(a_color.png, b_color.png\)"):
         open_material(tmp_path / "two")
     png(tmp_path / "one" / "a_color.png", grey(1))
     assert not holds_textures(tmp_path / "one")

@@ -19,11 +19,11 @@ from engine.exchange.subject import Settings, Subject
 from engine.images.encode import encode_png
 from engine.scene.material import material_of_maps
 
-from .pictures import grey, known, png
+from .images import find_known, grey, png
 
 
 def test_our_own_file_comes_back_within_its_rounding(tmp_path: Path) -> None:
-    maps = known()
+    maps = find_known()
     f0 = np.linspace(0.02, 0.06, maps.f0.size, dtype=np.float32).reshape(maps.size)
     maps = type(maps)(maps.base_colour, maps.normal, maps.roughness, maps.metallic, f0)
     subject = Subject(material_of_maps(maps, "rock"), maps, 1.0 / np.pi)
@@ -78,7 +78,7 @@ def test_factors_and_extensions_by_hand(tmp_path: Path) -> None:
     assert "emission is not drawn" in opened.health.warnings
 
 
-def test_pictures_beside_the_file_and_none_outside(tmp_path: Path) -> None:
+def test_images_beside_the_file_and_none_outside(tmp_path: Path) -> None:
     png(tmp_path / "a" / "pictures" / "base.png", grey(255))
     png(tmp_path / "outside.png", grey(255))
     material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
@@ -105,7 +105,7 @@ def test_materials_that_cannot_be_are_refused(tmp_path: Path, material: dict[str
 
 
 def test_cut_files_are_refused(tmp_path: Path) -> None:
-    maps = known()
+    maps = find_known()
     subject = Subject(material_of_maps(maps, "rock"), maps, 1.0)
     (content,) = drain(contents(subject, Settings(), "")).files.values()
     path = tmp_path / "rock.glb"

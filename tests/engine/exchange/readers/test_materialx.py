@@ -15,10 +15,10 @@ from engine.exchange.subject import Settings, Subject
 from engine.scene.material import Material, material_of_maps
 from engine.surface.pbr_maps import PbrMaps
 
-from .pictures import grey, known, png
+from .images import find_known, grey, png
 
 
-def opened(path: Path) -> tuple[PbrMaps, list[str]]:
+def open_path(path: Path) -> tuple[PbrMaps, list[str]]:
     material = open_material(path)
     assert material.pbr is not None
     return material.pbr, material.health.warnings
@@ -32,12 +32,12 @@ def document(folder: Path, body: str, root: str = 'colorspace="lin_rec709"') -> 
 
 
 def test_our_own_document_comes_back_within_its_rounding(tmp_path: Path) -> None:
-    maps = known()
+    maps = find_known()
     subject = Subject(material_of_maps(maps, "rock"), maps, 1.0 / np.pi)
     for name, content in drain(contents(subject, Settings(), "")).files.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_bytes(content)
-    found, notes = opened(tmp_path / "rock.mtlx")
+    found, notes = open_path(tmp_path / "rock.mtlx")
     step = 0.5 / 255 * 1.01
     assert np.abs(found.roughness - maps.roughness).max() <= step
     assert np.abs(found.metallic - maps.metallic).max() <= step
@@ -48,7 +48,7 @@ def test_our_own_document_comes_back_within_its_rounding(tmp_path: Path) -> None
 
 
 def test_standard_surface_through_a_graph(tmp_path: Path) -> None:
-    """base × picture × factor, one channel of a packed picture, an inverted one, and IOR 2 at half weight."""
+    """base × image × factor, one channel of a packed image, an inverted one, and IOR 2 at half weight."""
     png(tmp_path / "t" / "base.png", grey(255))
     png(tmp_path / "t" / "packed.png", np.tile(np.array([0, 51, 102], np.uint8), (4, 4, 1)))
     body = """
@@ -79,7 +79,7 @@ def test_standard_surface_through_a_graph(tmp_path: Path) -> None:
         <input name="surfaceshader" type="surfaceshader" nodename="shader"/>
       </surfacematerial>"""
     path = document(tmp_path, body)
-    found, notes = opened(path)
+    found, notes = open_path(path)
     np.testing.assert_allclose(found.base_colour[0, 0], (0.25, 0.125, 0.5), atol=1e-6)
     assert found.roughness[0, 0] == pytest.approx(0.8, abs=1e-6)
     assert found.metallic[0, 0] == pytest.approx(0.4, abs=1e-6)
@@ -98,7 +98,7 @@ def test_colour_spaces_are_inherited(tmp_path: Path) -> None:
         ("", "", 0.5029),
         (' colorspace="lin_rec709"', 'colorspace="srgb_texture"', 188 / 255),
     ):
-        found, _ = opened(document(tmp_path, image.format(own) + surface, root))
+        found, _ = open_path(document(tmp_path, image.format(own) + surface, root))
         assert found.base_colour[0, 0, 0] == pytest.approx(wanted, abs=1e-3)
 
 
@@ -107,7 +107,7 @@ def test_a_node_that_is_not_read_is_said(tmp_path: Path) -> None:
         '<noise2d name="n" type="float"/><open_pbr_surface name="s" type="surfaceshader">'
         '<input name="specular_roughness" type="float" nodename="n"/></open_pbr_surface>'
     )
-    found, notes = opened(document(tmp_path, body))
+    found, notes = open_path(document(tmp_path, body))
     assert found.roughness[0, 0] == pytest.approx(0.3)
     assert any("specular_roughness comes from nodes that are not read" in note for note in notes)
 

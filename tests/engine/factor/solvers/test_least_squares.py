@@ -11,7 +11,7 @@ from scipy.sparse.linalg import lsqr
 from engine.factor.projections import DIFFERENCE, FIRST, HALF, SUM, look_ups, points_of
 from engine.factor.solvers import least_squares
 from engine.factor.solvers.least_squares import solve, term
-from engine.factor.solvers.least_squares_rows import Rows, predicted, rows_of
+from engine.factor.solvers.least_squares_rows import Rows, predict, rows_of
 from tests.engine.factor.test_projections import hemisphere
 
 U = 2.0**-53
@@ -42,7 +42,7 @@ def problem(count: int, size: int, smoothing: float, seed: int = 0) -> tuple[lis
     target = np.zeros((count, 3))
     rows = [rows_of(look_ups(projection, points, "in-out", True), size) for projection in (SUM, DIFFERENCE)]
     for one in rows:
-        target += predicted(one, rng.normal(size=(size, size, 3)))
+        target += predict(one, rng.normal(size=(size, size, 3)))
     target += 0.1 * rng.normal(size=target.shape)
     return [term(one, target, np.zeros((size, size), bool), smoothing) for one in rows], target
 
@@ -51,7 +51,7 @@ def test_L9_one_sample_is_met() -> None:
     rows = rows_of([np.array([[0.2, -0.4]])], 4)
     target = np.array([[1.0, -2.0, 0.5]])
     fit = solve([term(rows, target, everywhere(4), 1e-3)], target, refine=True)
-    np.testing.assert_allclose(predicted(rows, fit.textures[0]), target, atol=1e-9)
+    np.testing.assert_allclose(predict(rows, fit.textures[0]), target, atol=1e-9)
     assert np.isfinite(fit.textures[0]).all()
 
 
@@ -60,7 +60,7 @@ def test_L10_samples_that_contradict_each_other_are_met_at_their_mean() -> None:
     target = np.array([[1.0, 2.0, 3.0], [3.0, 2.0, 1.0], [0.0, 0.0, 0.0], [0.0, 0.0, 6.0]])
     fit = solve([term(rows, target, everywhere(3), 1e-9)], target, refine=True)
     expected = [[2.0, 2.0, 2.0]] * 2 + [[0.0, 0.0, 3.0]] * 2
-    np.testing.assert_allclose(predicted(rows, fit.textures[0]), expected, atol=1e-6)
+    np.testing.assert_allclose(predict(rows, fit.textures[0]), expected, atol=1e-6)
 
 
 def test_L11_a_texture_is_found_again_at_its_texels() -> None:
@@ -135,10 +135,10 @@ def test_L6_strong_smoothing_leaves_a_plane_and_weak_smoothing_interpolates() ->
     fit = solve([term(rows, target, everywhere(5), 1e9)], target, refine=True)
     basis = np.column_stack([np.ones(400), coordinates])
     plane = basis @ np.linalg.lstsq(basis, target, rcond=None)[0]
-    np.testing.assert_allclose(predicted(rows, fit.textures[0]), plane, atol=1e-6)
+    np.testing.assert_allclose(predict(rows, fit.textures[0]), plane, atol=1e-6)
     few = rows_of([coordinates[:8]], 9)
     fit = solve([term(few, target[:8], everywhere(9), 1e-9)], target[:8], refine=True)
-    np.testing.assert_allclose(predicted(few, fit.textures[0]), target[:8], atol=1e-5)
+    np.testing.assert_allclose(predict(few, fit.textures[0]), target[:8], atol=1e-5)
 
 
 def test_L7_gauges_differ_in_the_textures_and_not_in_their_sum() -> None:
@@ -147,7 +147,7 @@ def test_L7_gauges_differ_in_the_textures_and_not_in_their_sum() -> None:
     fit = solve(terms, target, refine=True)
     together = np.hstack([dense(one.rows) for one in terms])
     shortest = np.linalg.lstsq(together, target, rcond=1e-12)[0]
-    ours = sum(predicted(one.rows, texture) for one, texture in zip(terms, fit.textures, strict=True))
+    ours = sum(predict(one.rows, texture) for one, texture in zip(terms, fit.textures, strict=True))
     np.testing.assert_allclose(ours, together @ shortest, atol=1e-10 * np.abs(target).max())
     assert np.abs(fit.textures[1].reshape(-1, 3)[terms[1].reached].mean(axis=0)).max() <= 1e-14
     assert np.linalg.matrix_rank(together) < sum(int(one.reached.sum()) for one in terms)
@@ -196,8 +196,8 @@ def test_many_unknowns_go_without_a_factor_and_come_to_the_same(monkeypatch: pyt
     without = solve(terms, target)
     for one, k in zip(terms, range(2), strict=True):
         np.testing.assert_allclose(
-            sum(predicted(each.rows, texture) for each, texture in zip(terms, without.textures, strict=True)),
-            sum(predicted(each.rows, texture) for each, texture in zip(terms, with_factor.textures, strict=True)),
+            sum(predict(each.rows, texture) for each, texture in zip(terms, without.textures, strict=True)),
+            sum(predict(each.rows, texture) for each, texture in zip(terms, with_factor.textures, strict=True)),
             atol=1e-6,
         )
         assert without.textures[k].shape == (one.rows.size, one.rows.size, 3)

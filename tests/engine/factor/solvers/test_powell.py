@@ -19,7 +19,7 @@ from engine.factor.solvers.powell import (
     line_minimum,
     period_limit,
     powell,
-    replaced,
+    replace,
 )
 from engine.factor.solvers.quaternions import (
     BASIS,
@@ -30,7 +30,7 @@ from engine.factor.solvers.quaternions import (
     inverse,
     matrix,
     polar,
-    raised,
+    raise_error,
     random_pair,
     tangent,
 )
@@ -91,7 +91,7 @@ def test_X14_Q10_the_first_six_lines_have_the_period_2(reciprocal: bool) -> None
         assert period_limit(direction) == HALF_PERIOD
         for t in (0.13, -0.71):
             here, there = (
-                level.error(linear_of_pair(compose(raised(direction, place), start))) for place in (t, t + 2.0)
+                level.error(linear_of_pair(compose(raise_error(direction, place), start))) for place in (t, t + 2.0)
             )
             assert abs(here - there) <= 1e-10
     _, asked = along(lambda t: np.cos(3.0 * t))
@@ -100,13 +100,13 @@ def test_X14_Q10_the_first_six_lines_have_the_period_2(reciprocal: bool) -> None
 
 def test_X14_Q10_other_lines_are_searched_over_a_turn_of_the_faster_side() -> None:
     rng = np.random.default_rng(1)
-    moved = canonical(compose(raised(BASIS[0], 0.1), raised(BASIS[4], 0.37)))
+    moved = canonical(compose(raise_error(BASIS[0], 0.1), raise_error(BASIS[4], 0.37)))
     angles = polar(moved.s).angle, polar(moved.t).angle
     assert period_limit(moved) == 2.0 * np.pi / max(angles)
     limit = period_limit(moved)
     _, asked = along(lambda t: float(rng.normal()), limit)
     assert max(map(abs, asked)) <= limit
-    turned = matrix(raised(moved, limit))
+    turned = matrix(raise_error(moved, limit))
     assert min(np.abs(turned - np.eye(4)).max(), np.abs(turned + np.eye(4)).max()) > 0.1
 
 
@@ -171,11 +171,11 @@ def test_a_minimum_is_found_from_anywhere() -> None:
 
 
 def test_Q7_directions_that_no_longer_span_are_given_up() -> None:
-    assert replaced(list(BASIS), 2, BASIS[0]) == list(BASIS)
-    nearly = canonical(compose(raised(BASIS[2], 1e-5), BASIS[0]))
-    assert replaced(list(BASIS), 2, nearly) == list(BASIS)
-    other = canonical(compose(raised(BASIS[2], 0.5), BASIS[0]))
-    kept = replaced(list(BASIS), 1, other)
+    assert replace(list(BASIS), 2, BASIS[0]) == list(BASIS)
+    nearly = canonical(compose(raise_error(BASIS[2], 1e-5), BASIS[0]))
+    assert replace(list(BASIS), 2, nearly) == list(BASIS)
+    other = canonical(compose(raise_error(BASIS[2], 0.5), BASIS[0]))
+    kept = replace(list(BASIS), 1, other)
     assert kept[-1] is other
     assert abs(np.linalg.det(np.stack([tangent(each) for each in kept]))) > DEPENDENT
 

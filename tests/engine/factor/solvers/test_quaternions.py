@@ -20,7 +20,7 @@ from engine.factor.solvers.quaternions import (
     pair_of_rows,
     polar,
     power,
-    raised,
+    raise_error,
     random_pair,
     tangent,
     unit,
@@ -105,7 +105,7 @@ def test_Q6_powers_of_one_rotation_add_up() -> None:
     for _ in range(200):
         pair = random_pair(rng)
         a, b = rng.uniform(-3.0, 3.0, 2)
-        difference = matrix(compose(raised(pair, a), raised(pair, b))) - matrix(raised(pair, a + b))
+        difference = matrix(compose(raise_error(pair, a), raise_error(pair, b))) - matrix(raise_error(pair, a + b))
         assert np.abs(difference).max() <= 1e-14 * (1.0 + abs(a + b))
 
 
@@ -128,7 +128,7 @@ def test_composition_and_inverse_are_those_of_matrices() -> None:
 def test_the_six_directions_span_all_movements_and_square_to_minus_one() -> None:
     assert abs(np.linalg.det(np.stack([tangent(direction) for direction in BASIS]))) == 1.0
     for direction in BASIS:
-        np.testing.assert_allclose(matrix(raised(direction, 2.0)), -np.eye(4), atol=4.0 * U)
+        np.testing.assert_allclose(matrix(raise_error(direction, 2.0)), -np.eye(4), atol=4.0 * U)
 
 
 def test_a_pair_is_found_for_any_two_rows() -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from engine.core.directions import surface_direction
-from engine.factor.solvers.regions import PARTS, gaps, parts_of, squared_distance
+from engine.factor.solvers.regions import PARTS, compute_squared_distance, gaps, parts_of
 from tests.engine.factor.test_projections import hemisphere
 
 
-def turned(vectors: np.ndarray, angle: float) -> np.ndarray:
+def turn(vectors: np.ndarray, angle: float) -> np.ndarray:
     cosine, sine = np.cos(angle), np.sin(angle)
     return vectors @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 
@@ -23,24 +23,24 @@ def test_distance_is_the_least_over_turns_mirrors_and_exchange() -> None:
     least = np.full(40, np.inf)
     for angle in np.linspace(0.0, 2.0 * np.pi, 2000):
         for flip in (1.0, -1.0):
-            first, second = (turned(side[:1] * (1.0, flip, 1.0), angle) for side in (wi, wo))
+            first, second = (turn(side[:1] * (1.0, flip, 1.0), angle) for side in (wi, wo))
             for a, b in ((first, second), (second, first)):
                 least = np.minimum(least, ((wi - a) ** 2).sum(axis=1) + ((wo - b) ** 2).sum(axis=1))
-    np.testing.assert_allclose(squared_distance(wi, wo, wi[0], wo[0]), least, atol=1e-5)
+    np.testing.assert_allclose(compute_squared_distance(wi, wo, wi[0], wo[0]), least, atol=1e-5)
 
 
 def test_parts_hold_whole_measurements_and_regions_far_from_the_others() -> None:
     wi, wo = hemisphere(400, 3), hemisphere(400, 4)
     angles = np.random.default_rng(0).uniform(0.0, 6.0, 3)
     measurement = np.tile(np.arange(400), 3)
-    many = [np.concatenate([turned(side, angle) for angle in angles]) for side in (wi, wo)]
+    many = [np.concatenate([turn(side, angle) for angle in angles]) for side in (wi, wo)]
     mirror = np.array([1.0, -1.0, 1.0])
     parts = parts_of(many[0], many[1], measurement)
     assert parts is not None
     assert set(parts) == set(range(PARTS))
     np.testing.assert_array_equal(parts, np.tile(parts[:400], 3))
     np.testing.assert_array_equal(parts_of(*samples_of(wo * mirror, wi * mirror)), parts_of(*samples_of(wi, wo)))
-    near = np.array([squared_distance(wi, wo, wi[k], wo[k]) for k in range(400)])
+    near = np.array([compute_squared_distance(wi, wo, wi[k], wo[k]) for k in range(400)])
     np.fill_diagonal(near, np.inf)
     other = np.where(parts[:400, None] != parts[None, :400], near, np.inf).min(axis=1)
     at_random = np.random.default_rng(1).integers(0, PARTS, 400)

@@ -128,12 +128,12 @@ def test_equal_leading_values_however_small_their_gaps(method: Method, seed: int
 def test_more_equal_values_than_a_block_is_wide_are_left_to_lapack(
     monkeypatch: pytest.MonkeyPatch, shape: tuple[int, int]
 ) -> None:
-    monkeypatch.setattr(decompose, "MOST_SPACES", 1)
+    monkeypatch.setattr(decompose, "MAX_SPACES", 1)
     matrix = with_singular_values([1.0 - 1e-6 * k for k in range(220)], 260)[: shape[0], : shape[1]]
     assert_optimal(matrix, svd, 4)
-    monkeypatch.setattr(decompose, "MOST_DENSE", 200)
+    monkeypatch.setattr(decompose, "MAX_DENSE", 200)
     found = svd(matrix, 4)
-    assert found.iterations <= decompose.MOST_ITERATIONS
+    assert found.iterations <= decompose.MAX_ITERATIONS
     assert np.isfinite(found.left).all()
 
 
@@ -238,7 +238,7 @@ def test_W11_entries_that_are_no_numbers_are_named(method: Method, bad: float) -
 
 def test_W12_a_cap_gives_the_best_so_far_and_says_so() -> None:
     matrix = with_eigenvalues([1.0 - 1e-3 * k for k in range(200)], 260)
-    found = power(matrix, 4, most_iterations=3)
+    found = power(matrix, 4, max_iterations=3)
     assert not found.converged
     assert found.iterations == 3
     assert residual(matrix, found) < np.linalg.norm(matrix)

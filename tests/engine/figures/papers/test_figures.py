@@ -1,4 +1,4 @@
-"""The papers' figures: panels are what the modes draw, errors are those of the files, ladders fall."""
+"""The papers' figures: panels are what the modes draw, errors are those of the files, sweeps fall."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ from engine.figures import figure as figures
 from engine.figures.figure import Figure, Settings, Shown, ShownRow, coarse_bust, error_text, records, sheet_of
 from engine.figures.papers.kautz_6 import kautz_6
 from engine.figures.papers.sh_rows import light_at_vertices
-from engine.figures.papers.vertex_pictures import view_of
+from engine.figures.papers.vertex_images import view_of
 from engine.figures.papers.wang_2 import wang_2
 from engine.figures.papers.wang_3 import wang_3
 from engine.figures.papers.wang_4 import wang_4
-from engine.figures.papers.wavelet_rays import Kept, baked_together
-from engine.figures.write import MARKER, drawn_into
+from engine.figures.papers.wavelet_rays import Kept, bake_together
+from engine.figures.write import MARKER, draw_into
 from engine.geometry.camera import frame
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.shapes import shape
 from engine.images.decode import read_image
 from engine.light.environment import EnvironmentMap
 from engine.light.environment_file import open_environment
-from engine.render.transported import picture_of
-from engine.transport.relit import RelitWavelets
+from engine.render.transported import image_of
+from engine.transport.relight import RelightWavelets
 from engine.transport.sh import bake as sh_bake
 from engine.transport.sh.lighting import project
-from engine.transport.sh.transfer import transferred
+from engine.transport.sh.transfer import transfer
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.bake import factors_for
 from engine.transport.wavelet.lighting import lighting_of
-from engine.transport.wavelet.transfer import relit, signed_radiance
+from engine.transport.wavelet.transfer import relight_transport, sum_signed_radiance
 
 BUST = coarse_bust(9, 13)
 
@@ -52,19 +52,19 @@ def quick_tables(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("engine.transport.sh.brdf_table.SAMPLES_OF_MAP", 64)
 
 
-def test_pictures_from_vertices_are_those_of_the_mode_that_draws_them(tmp_path: Path) -> None:
+def test_images_from_vertices_are_those_of_the_mode_that_draws_them(tmp_path: Path) -> None:
     brdf, ground = brdf_from_text("ggx:alpha=0.4"), Ground(cells=3)
     factors = drain(factors_for(brdf, 2))
     work = wavelet_bake.prepare(BUST, factors, wavelet_bake.BakeSettings(8, 24, 4), ground)
     transport = drain(wavelet_bake.bake(tmp_path / "a.transport", work)).transport
-    rows = relit(transport, lighting_of(open_environment("studio"), 8).light)
+    rows = relight_transport(transport, lighting_of(open_environment("studio"), 8).light)
     camera, size = frame(transport.mesh.positions), (40, 30)
     view = view_of(transport.mesh, camera, size)
     everything = np.arange(len(transport.mesh.positions))
-    picture = view.picture(signed_radiance(transport, rows, view.local(transport.frames), everything))
-    expected = drain(picture_of(RelitWavelets(transport, rows), camera, size, 2)).picture
+    image = view.image(sum_signed_radiance(transport, rows, view.local(transport.frames), everything))
+    expected = drain(image_of(RelightWavelets(transport, rows), camera, size, 2)).image
     assert np.abs(expected).max() > 0.1
-    np.testing.assert_allclose(picture, expected, atol=1e-6)
+    np.testing.assert_allclose(image, expected, atol=1e-6)
 
 
 def test_bakes_that_share_rays_are_bit_for_bit_those_alone(tmp_path: Path) -> None:
@@ -72,7 +72,7 @@ def test_bakes_that_share_rays_are_bit_for_bit_those_alone(tmp_path: Path) -> No
     factors = [drain(factors_for(brdf_from_text(text), 2)) for text in ("ggx:alpha=0.4", "lambert")]
     surface = with_ground(BUST, ground)[0]
     kept = [Kept(factors[0], 24), Kept(factors[0], 8), Kept(factors[1], 24)]
-    together = drain(baked_together(surface, len(BUST.positions), ground.albedo, 8, kept))
+    together = drain(bake_together(surface, len(BUST.positions), ground.albedo, 8, kept))
     for number, (each, transport) in enumerate(zip(kept, together, strict=True)):
         work = wavelet_bake.prepare(BUST, each.factors, wavelet_bake.BakeSettings(8, each.coefficients, 4), ground)
         alone = drain(wavelet_bake.bake(tmp_path / f"{number}.transport", work)).transport
@@ -88,7 +88,7 @@ def test_light_of_every_order_is_that_of_its_own_bake(mesh: Any, tmp_path: Path)
         settings = sh_bake.BakeSettings(order, 16, 4)
         work = drain(sh_bake.prepare(mesh, brdf_from_text("phong:exponent=5"), settings))
         transport = drain(sh_bake.bake(tmp_path / f"{order}.transport", work)).transport
-        expected = transferred(transport, light[: order**2]).reshape(found.shape)
+        expected = transfer(transport, light[: order**2]).reshape(found.shape)
         # the visibility of order 2 n − 1 that makes a corner of a larger matrix is that of the smaller one
         np.testing.assert_allclose(found, expected, atol=2e-5)
 
@@ -98,7 +98,7 @@ def small(**changes: Any) -> Settings:
 
 
 def errors_of(figure: Figure) -> list[float]:
-    return [shown.error.rmse_rel for row in figure.rows for shown in row.pictures if shown.error is not None]
+    return [shown.error.rmse_rel for row in figure.rows for shown in row.images if shown.error is not None]
 
 
 def test_more_terms_come_nearer_to_the_analytic_model() -> None:
@@ -112,13 +112,13 @@ def test_more_coefficients_come_nearer_to_the_reference() -> None:
     figure = drain(wang_3(small()))
     found = errors_of(figure)
     assert found == sorted(found, reverse=True)
-    assert [shown.knobs.get("coefficients") for shown in figure.rows[0].pictures] == [24, 48, 96, None]
+    assert [shown.parameters.get("coefficients") for shown in figure.rows[0].images] == [24, 48, 96, None]
 
 
 def test_higher_orders_come_nearer_and_without_a_window_nearest_to_the_light() -> None:
     figure = drain(kautz_6(small(mesh=shape("plane"))))
     for row in figure.rows:
-        low, high, windowed = (shown.error.rmse_rel for shown in row.pictures[:3] if shown.error)
+        low, high, windowed = (shown.error.rmse_rel for shown in row.images[:3] if shown.error)
         assert low > high
         if row.heading == "Light":  # of all sums of these spherical harmonics the projection is the nearest
             assert windowed > high
@@ -139,18 +139,18 @@ def test_curves_are_the_errors_of_the_factors_that_they_are_about() -> None:
     assert rms[16, 3] == pytest.approx(np.sqrt(np.mean(apart**2)), rel=0.1)
     assert rms[48, 8] < rms[48, 1]
     assert len(figure.plots) == 1
-    assert [shown.error is None for shown in figure.rows[0].pictures] == [False, True]
+    assert [shown.error is None for shown in figure.rows[0].images] == [False, True]
 
 
-def one_picture(seed: int = 0) -> Figure:
+def one_image(seed: int = 0) -> Figure:
     rng = np.random.default_rng(seed)
     truth = np.concatenate([rng.random((6, 8, 3)), np.ones((6, 8, 1))], axis=2).astype(np.float32)
     truth[0, :, 3] = 0.5
     variance = 1e-4 * rng.random((6, 8, 3))
-    reference = cast(Any, figures).ReferencePicture(truth, variance, 4, 4, 0, 0)
+    reference = cast(Any, figures).ReferenceImage(truth, variance, 4, 4, 0, 0)
     near = truth + np.float32(0.05) * rng.standard_normal(truth.shape).astype(np.float32) * [1, 1, 1, 0]
-    pictures = figures.compared([("near", {"terms": 4}, near.astype(np.float32))], reference, "reference")
-    return Figure("test-1", "Title", "Words", (ShownRow("Row", pictures),))
+    images = figures.compare_with([("near", {"terms": 4}, near.astype(np.float32))], reference, "reference")
+    return Figure("test-1", "Title", "Words", (ShownRow("Row", images),))
 
 
 def steps_of(figure: Figure) -> Steps[Figure]:
@@ -159,17 +159,17 @@ def steps_of(figure: Figure) -> Steps[Figure]:
 
 
 def test_the_stated_error_is_that_of_the_files(tmp_path: Path) -> None:
-    record = drain(drawn_into(tmp_path / "out", "test-1", steps_of(one_picture())))
+    record = drain(draw_into(tmp_path / "out", "test-1", steps_of(one_image())))
     folder = tmp_path / "out" / "test-1"
     assert json.loads((folder / MARKER).read_text())["pictures"] == record["pictures"]
-    [picture, reference] = record["pictures"]
-    assert picture["reference"] == reference["radiance"]
-    a, b = (read_image(folder / "radiance" / each["radiance"]).pixels[1:] for each in (picture, reference))
+    [image, reference] = record["pictures"]
+    assert image["reference"] == reference["radiance"]
+    a, b = (read_image(folder / "radiance" / each["radiance"]).pixels[1:] for each in (image, reference))
     noise = np.sum(read_variance(folder / "radiance" / reference["radiance"])[1:])
     expected = np.sqrt((np.sum((a - b) ** 2.0) - noise) / (np.sum(b.astype(float) ** 2) - noise))
-    assert picture["error_rmse_rel"] == pytest.approx(expected, rel=1e-5)
+    assert image["error_rmse_rel"] == pytest.approx(expected, rel=1e-5)
     [line, _] = csv.DictReader((folder / "pictures.csv").open())
-    assert float(line["error_rmse_rel"]) == picture["error_rmse_rel"]
+    assert float(line["error_rmse_rel"]) == image["error_rmse_rel"]
     assert line["terms"] == "4"
 
 
@@ -181,14 +181,14 @@ def read_variance(path: Path) -> Any:
 
 
 def test_a_figure_that_is_not_finished_leaves_the_old_one(tmp_path: Path) -> None:
-    drain(drawn_into(tmp_path, "test-1", steps_of(one_picture(0))))
+    drain(draw_into(tmp_path, "test-1", steps_of(one_image(0))))
     before = (tmp_path / "test-1" / MARKER).read_bytes()
-    steps = drawn_into(tmp_path, "test-1", steps_of(one_picture(1)))
+    steps = draw_into(tmp_path, "test-1", steps_of(one_image(1)))
     next(steps)
     steps.close()
     assert [path.name for path in tmp_path.iterdir()] == ["test-1"]
     assert (tmp_path / "test-1" / MARKER).read_bytes() == before
-    drain(drawn_into(tmp_path, "test-1", steps_of(one_picture(1))))
+    drain(draw_into(tmp_path, "test-1", steps_of(one_image(1))))
     assert (tmp_path / "test-1" / MARKER).read_bytes() != before
 
 
@@ -196,12 +196,12 @@ def test_a_folder_of_somebody_else_is_refused_before_the_work(tmp_path: Path) ->
     (tmp_path / "test-1").mkdir()
     (tmp_path / "test-1" / "letters.txt").write_text("dear")
     with pytest.raises(OutputError, match="not ours"):
-        next(drawn_into(tmp_path, "test-1", steps_of(one_picture())))
+        next(draw_into(tmp_path, "test-1", steps_of(one_image())))
 
 
 def test_files_have_names_of_their_own() -> None:
-    picture = np.ones((2, 2, 4), np.float32)
-    row = ShownRow("Row", tuple(Shown("N = 24 (0.1 %)", picture, error=ErrorEstimate(0.1, 0.0)) for _ in range(3)))
+    image = np.ones((2, 2, 4), np.float32)
+    row = ShownRow("Row", tuple(Shown("N = 24 (0.1 %)", image, error=ErrorEstimate(0.1, 0.0)) for _ in range(3)))
     figure = Figure("a", "b", "c", (row, row))
     names = [record["radiance"] for record in records(figure)]
     assert len(set(names)) == 6
@@ -220,20 +220,20 @@ def test_errors_are_reported_with_as_many_digits_as_they_have(error: ErrorEstima
     assert error_text(error) == words
 
 
-def test_a_picture_of_nothing_is_shown_and_has_no_error() -> None:
+def test_a_image_of_nothing_is_shown_and_has_no_error() -> None:
     nothing = np.zeros((4, 4, 4), np.float32)
-    reference = cast(Any, figures).ReferencePicture(nothing, None, 1, 1, 0, 0)
-    pictures = figures.compared([("empty", {}, nothing)], reference, "reference")
-    assert pictures[0].error == ErrorEstimate(0.0, 0.0)
-    assert sheet_of(Figure("a", "b", "c", (ShownRow("Row", pictures),))).any()
+    reference = cast(Any, figures).ReferenceImage(nothing, None, 1, 1, 0, 0)
+    images = figures.compare_with([("empty", {}, nothing)], reference, "reference")
+    assert images[0].error == ErrorEstimate(0.0, 0.0)
+    assert sheet_of(Figure("a", "b", "c", (ShownRow("Row", images),))).any()
 
 
 def test_a_black_reference_gives_no_relative_error_and_a_file_all_the_same(tmp_path: Path) -> None:
     nothing = np.concatenate([np.zeros((4, 4, 3)), np.ones((4, 4, 1))], axis=2).astype(np.float32)
-    reference = cast(Any, figures).ReferencePicture(nothing, None, 1, 1, 0, 0)
-    pictures = figures.compared([("lit", {}, np.ones((4, 4, 4), np.float32))], reference, "reference")
-    record = drain(drawn_into(tmp_path, "test-1", steps_of(Figure("test-1", "b", "c", (ShownRow("Row", pictures),)))))
-    assert [picture["error_rmse_rel"] for picture in record["pictures"]] == [None, None]
+    reference = cast(Any, figures).ReferenceImage(nothing, None, 1, 1, 0, 0)
+    images = figures.compare_with([("lit", {}, np.ones((4, 4, 4), np.float32))], reference, "reference")
+    record = drain(draw_into(tmp_path, "test-1", steps_of(Figure("test-1", "b", "c", (ShownRow("Row", images),)))))
+    assert [image["error_rmse_rel"] for image in record["pictures"]] == [None, None]
 
 
 def test_a_black_light_is_drawn_exactly() -> None:

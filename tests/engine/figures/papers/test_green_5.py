@@ -14,7 +14,7 @@ from engine.figures.figure import Settings, coarse_bust
 from engine.figures.lobe_fit import (
     Sum,
     Tabulated,
-    condensed,
+    condense,
     gaussians,
     order_for,
     spherical_harmonics,
@@ -74,7 +74,7 @@ def test_no_more_gaussians_are_farther_and_one_is_as_near_as_another_minimiser_f
 
 def test_condensing_changes_neither_the_integral_nor_what_is_bright() -> None:
     table = table_of(Sum(np.array([[0.0, 0.0, 1.0]]), np.array([0.1]), np.ones(1)))
-    few = condensed(table)
+    few = condense(table)
     assert len(few.value) < len(table.value) / 4
     assert few.area.sum() == pytest.approx(4.0 * np.pi)
     assert few.area @ few.value == pytest.approx(table.area @ table.value, rel=1e-12)
@@ -108,7 +108,7 @@ def test_the_figure_says_where_gaussians_are_not_the_nearest() -> None:
     assert len(figure.table) == 3 * 3 * 3
     for row in figure.rows:
         own = {line["by"]: line["error_l2_rel"] for line in figure.table if line["brdf"] in row.heading}
-        stated = [shown.error.rmse_rel for shown in row.pictures if shown.error is not None]
+        stated = [shown.error.rmse_rel for shown in row.images if shown.error is not None]
         assert stated == list(own.values())
     assert verdict({"Gaussians": [0.5, 0.2], "Haar wavelets": [0.4, 0.3]}).endswith("Haar wavelets at 1.")
     assert "everywhere" in verdict({"Gaussians": [0.1], "Haar wavelets": [0.4]})

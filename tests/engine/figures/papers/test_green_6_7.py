@@ -1,4 +1,4 @@
-"""Pictures of Gaussian lobes: those of the mode itself, brighter without shadows, and nearer with them."""
+"""Images of Gaussian lobes: those of the mode itself, brighter without shadows, and nearer with them."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy as np
 from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import drain
 from engine.figures.figure import Settings, coarse_bust
-from engine.figures.papers.gaussian_lobes import ORDER, coarse_knot, fitted, without_shadows
+from engine.figures.papers.gaussian_lobes import ORDER, coarse_knot, fit_lobes, without_shadows
 from engine.figures.papers.green_6 import green_6
 from engine.figures.papers.green_7 import green_7
 from engine.geometry.camera import frame
 from engine.geometry.mesh import Mesh
-from engine.light.environment import reduced
+from engine.light.environment import reduce
 from engine.light.environment_file import open_environment
-from engine.render.transported import picture_of
+from engine.render.transported import image_of
 from engine.transport.gaussian import bake as gaussian_bake
 from engine.transport.gaussian.samples import glossy_surface
-from engine.transport.relit import relit_gaussians
+from engine.transport.relight import relight_gaussians
 
 #: Light whose prefiltering takes milliseconds.
-STUDIO = reduced(open_environment("studio"), 32)
+STUDIO = reduce(open_environment("studio"), 32)
 
 
 def corner() -> Mesh:
@@ -46,32 +46,32 @@ def test_lobes_in_memory_are_those_of_the_bake(tmp_path: Path) -> None:
     settings = gaussian_bake.BakeSettings(samples=48, weights="plain", order=ORDER)
     work = drain(gaussian_bake.prepare(mesh, brdf, settings, probes=2))
     expected = drain(gaussian_bake.bake(tmp_path / "a.transport", work)).transport
-    own = drain(fitted(glossy_surface(mesh, brdf), 1, 48))
+    own = drain(fit_lobes(glossy_surface(mesh, brdf), 1, 48))
     found = own.transport(own.fit.lobes)
     camera, size = frame(mesh.positions), (24, 24)
-    pictures = [drain(picture_of(relit_gaussians(each, STUDIO), camera, size)).picture for each in (expected, found)]
-    assert pictures[0].max() > 0.01
-    np.testing.assert_allclose(pictures[1], pictures[0], rtol=1e-4, atol=1e-6)
+    images = [drain(image_of(relight_gaussians(each, STUDIO), camera, size)).image for each in (expected, found)]
+    assert images[0].max() > 0.01
+    np.testing.assert_allclose(images[1], images[0], rtol=1e-4, atol=1e-6)
 
 
 def test_without_shadows_nothing_is_darker() -> None:
     surface = glossy_surface(corner(), brdf_from_text("ggx:kd=0.2,alpha=0.4,f0=0.5"))
     assert not surface.of.free.all()
-    energies = [drain(fitted(each, 1, 48)).fit.energy.sum(axis=2) for each in (surface, without_shadows(surface))]
+    energies = [drain(fit_lobes(each, 1, 48)).fit.energy.sum(axis=2) for each in (surface, without_shadows(surface))]
     assert (energies[1] >= energies[0] - 1e-6).all()
     assert energies[1].sum() > 1.05 * energies[0].sum()
 
 
 def test_visibility_comes_nearer_to_the_reference() -> None:
     figure = drain(green_6(Settings(environment=STUDIO, quick=True)))
-    with_it, without = (shown.error.rmse_rel for shown in figure.rows[0].pictures if shown.error)
+    with_it, without = (shown.error.rmse_rel for shown in figure.rows[0].images if shown.error)
     assert with_it < without
 
 
 def test_both_numbers_of_lobes_are_drawn() -> None:
     figure = drain(green_7(Settings(mesh=corner(), environment=STUDIO, quick=True)))
-    assert [shown.knobs.get("lobes") for shown in figure.rows[0].pictures] == [1, 2, None]
-    assert all(shown.error.rmse_rel < 0.6 for shown in figure.rows[0].pictures if shown.error)
+    assert [shown.parameters.get("lobes") for shown in figure.rows[0].images] == [1, 2, None]
+    assert all(shown.error.rmse_rel < 0.6 for shown in figure.rows[0].images if shown.error)
 
 
 def test_the_coarse_knot_is_closed() -> None:

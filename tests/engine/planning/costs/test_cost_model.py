@@ -13,11 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.core.steps import Step, Steps, drain
-from engine.core.stopwatch import background_load, spent
+from engine.core.stopwatch import background_load, read_clock
 from engine.planning.costs import machine_profile
 from engine.planning.costs.cost_model import (
     FRAME_TEACHES_S,
-    MOST_CORRECTED,
+    MAX_CORRECTED,
     NAMES,
     REMEMBERED,
     TEACHES_S,
@@ -27,17 +27,17 @@ from engine.planning.costs.cost_model import (
     save,
 )
 from engine.planning.costs.load import Rays
-from engine.planning.costs.setting import Setting, knobs_of, ladder
+from engine.planning.costs.setting import Setting, parameters_of, sweep
 
 
 @pytest.fixture
 def model() -> CostModel:
-    """Rates of a machine that never was: each doubles where its knob does."""
+    """Rates of a machine that never was: each doubles where its parameter does."""
     tables = dict.fromkeys(NAMES, ((1.0, 1e-06), (16.0, 1.6e-05), (64.0, 6.4e-05)))
     return CostModel(machine_name(), "processor", tables)
 
 
-def test_rates_between_measured_knobs_are_a_power_law(model: CostModel) -> None:
+def test_rates_between_measured_parameters_are_a_power_law(model: CostModel) -> None:
     assert model.rate("visibility", 16) == pytest.approx(16e-6, rel=1e-12)
     assert model.rate("visibility", 32) == pytest.approx(32e-6, rel=1e-12)
     assert model.rate("visibility", 128) == pytest.approx(128e-6, rel=1e-12)
@@ -56,13 +56,13 @@ def test_a_rate_of_zero_is_interpolated_too(model: CostModel) -> None:
 
 
 @given(st.sampled_from(["reference", "direct", "shading-map", "sh", "wavelet", "gaussian"]), st.data())
-def test_T7_a_turned_up_knob_never_costs_less(mode: str, data: st.DataObject) -> None:
+def test_T7_a_turned_up_parameter_never_costs_less(mode: str, data: st.DataObject) -> None:
     tables = dict.fromkeys(NAMES, ((1.0, 1e-06), (16.0, 1.6e-05)))
     model = CostModel("machine", "processor", tables)
-    knob = data.draw(st.sampled_from(list(knobs_of(mode))))
+    parameter = data.draw(st.sampled_from(list(parameters_of(mode))))
     diffuse = data.draw(st.booleans())
-    costs = [model.predict(each, 5000, 100_000, diffuse=diffuse) for each in ladder(mode, knob)]
-    if knob != "power_law":
+    costs = [model.predict(each, 5000, 100_000, diffuse=diffuse) for each in sweep(mode, parameter)]
+    if parameter != "power_law":
         for before, after in itertools.pairwise(costs):
             assert all(getattr(after, name) >= getattr(before, name) for name in ("bake_s", "frame_s", "size_bytes"))
     assert all(math.isfinite(cost.bake_s + cost.relight_s + cost.frame_s) for cost in costs)
@@ -81,13 +81,13 @@ def test_a_kept_model_is_found_again(model: CostModel, tmp_path: Path) -> None:
 
 def test_a_profile_expires_soon_where_others_worked(model: CostModel) -> None:
     quiet = replace(model, measured_at_s=1e9)
-    assert not quiet.expired(1e9)
-    assert not quiet.expired(1e9 + 29 * 86_400)
-    assert quiet.expired(1e9 + 31 * 86_400)
-    assert quiet.expired(1e9 - 1.0), "a clock that was set back says nothing of the age"
+    assert not quiet.is_expired(1e9)
+    assert not quiet.is_expired(1e9 + 29 * 86_400)
+    assert quiet.is_expired(1e9 + 31 * 86_400)
+    assert quiet.is_expired(1e9 - 1.0), "a clock that was set back says nothing of the age"
     busy = replace(quiet, background_load=0.5)
-    assert not busy.expired(1e9 + 300)
-    assert busy.expired(1e9 + 1200)
+    assert not busy.is_expired(1e9 + 300)
+    assert busy.is_expired(1e9 + 1200)
     assert busy.within == pytest.approx(2.0 * quiet.within)
 
 
@@ -96,7 +96,7 @@ def test_bakes_teach_what_they_take(model: CostModel) -> None:
     asked = Setting("sh"), 200_000, 1000
     learned, usual = model, model.predict(*asked)
     for _ in range(12):
-        learned = learned.learned("sh", learned.predict(*asked).bake_s, 2.0 * usual.bake_s)
+        learned = learned.learn("sh", learned.predict(*asked).bake_s, 2.0 * usual.bake_s)
     found = learned.predict(*asked)
     assert usual.bake_s > TEACHES_S
     assert found == replace(usual, bake_s=found.bake_s)
@@ -113,17 +113,17 @@ def test_frames_teach_what_they_take(model: CostModel) -> None:
         learned, usual = model, model.predict(*asked)
         assert usual.frame_s > FRAME_TEACHES_S
         for _ in range(12):
-            learned = learned.learned_frame(mode, learned.predict(*asked).frame_s, 0.5 * usual.frame_s)
+            learned = learned.learn_frame(mode, learned.predict(*asked).frame_s, 0.5 * usual.frame_s)
         found = learned.predict(*asked)
         assert found == replace(usual, frame_s=found.frame_s)
         assert found.frame_s == pytest.approx(0.5 * usual.frame_s)
         assert learned.predict(Setting("wavelet"), 1000, 1000) == model.predict(Setting("wavelet"), 1000, 1000)
-    assert model.learned_frame("sh", 1e-3, 2e-3) is model
+    assert model.learn_frame("sh", 1e-3, 2e-3) is model
 
 
 def test_short_bakes_teach_nothing_and_odd_ones_little(model: CostModel) -> None:
-    assert model.learned("sh", 0.1, 0.3) is model
-    assert model.learned("sh", 1.0, 1e6).bakes["sh"][0] == pytest.approx(math.log(MOST_CORRECTED))
+    assert model.learn("sh", 0.1, 0.3) is model
+    assert model.learn("sh", 1.0, 1e6).bakes["sh"][0] == pytest.approx(math.log(MAX_CORRECTED))
 
 
 @pytest.mark.parametrize(
@@ -147,9 +147,9 @@ def test_the_part_counts_that_others_disturbed_least(
 
 
 def test_other_programs_are_found_from_seconds_of_processors() -> None:
-    """Two processors for 10 s, 12 s of 20 used, 8 of them by this process."""
+    """Two CPUs for 10 s, 12 s of 20 used, 8 of them by this process."""
     assert background_load((100.0, 30.0, 1000.0), (112.0, 38.0, 1020.0)) == pytest.approx(0.2)
-    assert background_load(spent(), spent()) <= 1.0
+    assert background_load(read_clock(), read_clock()) <= 1.0
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", "null", '{"machine": 1}', '{"tables": {"sh": 3}}', "[" * 100_000])
@@ -200,9 +200,9 @@ def test_turned_light_grows_with_its_map_and_not_with_pixels(model: CostModel, s
         model.predict(setting, 1000, pixels, texels=texels).relight_s
         for pixels, texels in ((100, 2 * 256**2), (100, 2 * 512**2), (1000, 2 * 512**2))
     )
-    knob = {"sh": 5, "wavelet": 64, "gaussian": 8}[setting.mode]
+    parameter = {"sh": 5, "wavelet": 64, "gaussian": 8}[setting.mode]
     name = "light-wavelet-texel" if setting.mode == "wavelet" else "light-sh-texel"
-    assert large - small == pytest.approx(2 * (512**2 - 256**2) * model.rate(name, knob))
+    assert large - small == pytest.approx(2 * (512**2 - 256**2) * model.rate(name, parameter))
     assert sharp == large
 
 

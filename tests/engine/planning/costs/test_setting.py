@@ -6,29 +6,31 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.planning.costs.setting import Knob, Setting, knobs_of, ladder, modes, setting_of
+from engine.planning.costs.setting import ModeParameter, Setting, modes, parameters_of, setting_of, sweep
 
 
-def test_unnamed_knobs_have_their_default() -> None:
-    assert dict(Setting("wavelet").knobs) == {"terms": 4, "coefficients": 96, "cube": 64}
+def test_unnamed_parameters_have_their_default() -> None:
+    assert dict(Setting("wavelet").parameters) == {"terms": 4, "coefficients": 96, "cube": 64}
     assert Setting("sh", {"order": 5}) == Setting("sh")
     assert len({Setting("sh", {"order": 5}), Setting("sh"), Setting("sh", {"order": 8})}) == 2
 
 
-def values_of(knob: Knob) -> st.SearchStrategy[int]:
-    return st.sampled_from(knob.values) if knob.values else st.integers(int(knob.low), int(knob.high))
+def values_of(parameter: ModeParameter) -> st.SearchStrategy[int]:
+    return (
+        st.sampled_from(parameter.values) if parameter.values else st.integers(int(parameter.low), int(parameter.high))
+    )
 
 
 @given(st.sampled_from(modes()), st.data())
 def test_every_setting_survives_its_record(mode: str, data: st.DataObject) -> None:
-    knobs = {name: data.draw(values_of(knob)) for name, knob in knobs_of(mode).items()}
-    setting = Setting(mode, knobs)
+    parameters = {name: data.draw(values_of(parameter)) for name, parameter in parameters_of(mode).items()}
+    setting = Setting(mode, parameters)
     assert setting_of(setting.as_json()) == setting
     assert hash(setting_of(setting.as_json())) == hash(setting)
 
 
 @pytest.mark.parametrize(
-    ("mode", "knobs"),
+    ("mode", "parameters"),
     [
         ("ptex", {}),
         ("sh", {"terms": 4}),
@@ -44,9 +46,9 @@ def test_every_setting_survives_its_record(mode: str, data: st.DataObject) -> No
         ("gaussian", {"lobes": 4}),
     ],
 )
-def test_what_is_no_setting_is_refused(mode: str, knobs: dict[str, int]) -> None:
-    with pytest.raises(ValueError, match=r"no mode|no knob|number"):
-        Setting(mode, knobs)
+def test_what_is_no_setting_is_refused(mode: str, parameters: dict[str, int]) -> None:
+    with pytest.raises(ValueError, match=r"no mode|no parameter|number"):
+        Setting(mode, parameters)
 
 
 @pytest.mark.parametrize("record", [None, [], {"mode": "sh", "knobs": 3}, {"knobs": {}}])
@@ -55,8 +57,8 @@ def test_what_is_no_record_is_refused(record: object) -> None:
         setting_of(record)
 
 
-def test_ladders_stay_in_range_and_keep_the_other_knobs() -> None:
+def test_sweeps_stay_in_range_and_keep_the_other_parameters() -> None:
     base = Setting("wavelet", {"terms": 8})
-    assert [each["coefficients"] for each in ladder("wavelet", "coefficients", base)] == [24, 48, 96, 192, 384]
-    assert {each["terms"] for each in ladder("wavelet", "coefficients", base)} == {8}
-    assert all(list(ladder(mode, knob)) for mode in modes() for knob in knobs_of(mode))
+    assert [each["coefficients"] for each in sweep("wavelet", "coefficients", base)] == [24, 48, 96, 192, 384]
+    assert {each["terms"] for each in sweep("wavelet", "coefficients", base)} == {8}
+    assert all(list(sweep(mode, parameter)) for mode in modes() for parameter in parameters_of(mode))

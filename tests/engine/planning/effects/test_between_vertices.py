@@ -19,7 +19,7 @@ from engine.planning.effects.between_vertices import between_vertices, interpola
 from engine.planning.effects.estimates import scenery
 from engine.planning.effects.mode_error import ModeErrors, mode_errors
 from engine.planning.effects.sample import Sample, sample
-from tests.engine.planning.brute_force import ball, even_ball, lamp_sky
+from tests.engine.planning.brute_force import even_sphere, lamp_sky, sphere
 
 DARK = EnvironmentMap(np.zeros((16, 32, 3), np.float32))
 EVEN = EnvironmentMap(np.ones((16, 32, 3), np.float32))
@@ -88,19 +88,19 @@ def test_a_shadow_that_ends_on_a_face_is_found() -> None:
     assert interpolation_error(between, brdf_from_text("lambert:albedo=0.5")) > 0.2
 
 
-def test_a_finer_ball_has_less_of_it() -> None:
-    camera = frame(ball(8).positions)
-    coarse, fine = (error(ball(rows), "ggx:kd=0.3,alpha=0.3", lamp_sky(), camera) for rows in (8, 32))
+def test_a_finer_sphere_has_less_of_it() -> None:
+    camera = frame(sphere(8).positions)
+    coarse, fine = (error(sphere(rows), "ggx:kd=0.3,alpha=0.3", lamp_sky(), camera) for rows in (8, 32))
     assert 0.0 < fine < 0.3 * coarse
 
 
-def looked_at(camera: Camera) -> Sample:
-    return sample(even_ball(), lamp_sky(), camera=camera)
+def look_at(camera: Camera) -> Sample:
+    return sample(even_sphere(), lamp_sky(), camera=camera)
 
 
 def test_points_are_those_that_the_camera_sees() -> None:
     camera = Camera((0.0, 0.0, 9.0))
-    found = looked_at(camera)
+    found = look_at(camera)
     assert found.by_camera
     assert found.views.shape[1] == 1
     towards = np.einsum("nij,nj->ni", found.frames, found.views[:, 0])
@@ -114,14 +114,14 @@ def test_points_are_those_that_the_camera_sees() -> None:
 
 def test_a_camera_that_looks_elsewhere_leaves_views_from_all_around() -> None:
     away = Camera((0.0, 0.0, 9.0), (0.0, 0.0, 20.0))
-    found = looked_at(away)
+    found = look_at(away)
     assert not found.by_camera
     assert found.views.shape[1] > 1
     assert between_vertices(found, away, 10) is None
 
 
 def test_baked_modes_have_it_and_others_have_not() -> None:
-    brdf, coarse = brdf_from_text("ggx:kd=0.3,alpha=0.3,f0=0.04"), ball(8)
+    brdf, coarse = brdf_from_text("ggx:kd=0.3,alpha=0.3,f0=0.04"), sphere(8)
     around, seen = (
         mode_errors(scenery(coarse, brdf, lamp_sky(), camera=each)) for each in (None, frame(coarse.positions))
     )
@@ -133,7 +133,7 @@ def test_baked_modes_have_it_and_others_have_not() -> None:
 
 def test_what_faces_miss_hardly_adds_to_what_an_order_lacks() -> None:
     """A dented ball of Phong's model at noon (scene 4035 of the bench): 27.3 and 23.0 % were measured."""
-    looked = scenery(even_ball(200), brdf_from_text("phong"), lamp_sky())
+    looked = scenery(even_sphere(200), brdf_from_text("phong"), lamp_sky())
     found = ModeErrors(looked, {3: 0.405, 5: 0.2286, 8: 0.0349, 15: 0.009}, {4: 0.1}, 0.0, 0.2389)
     low, high = (found.of(Setting("sh", {"order": order})) for order in (5, 8))
     assert low == pytest.approx(0.273, rel=0.05)

@@ -26,18 +26,18 @@ from engine.planning.effects.relative_error import relative_error
 from engine.planning.effects.sample import sample
 from engine.planning.effects.simplified import Unbrushed, WithoutRetro, WithoutRise, lambertian
 from tests.engine.planning.brute_force import (
-    ball,
-    balls,
-    bounced_share,
     bowl,
     brute_force,
+    compute_bounced_share,
     gradient_sky,
     lamp_sky,
+    sphere,
+    spheres,
     sunny_sky,
 )
 
 #: Bounds of an estimate over the measured error.
-LEAST, MOST = 0.83, 3.0
+MINIMUM, MAXIMUM = 0.83, 3.0
 
 Place = Callable[[], Mesh]
 Sky = Callable[[], EnvironmentMap]
@@ -48,20 +48,20 @@ SCENES: tuple[tuple[str, Place, Sky, str, tuple[str, ...]], ...] = (
     ("bowl, lamp", bowl, lamp_sky, "lambert:albedo=0.8", ("self-shadowing", "interreflection")),
     ("shallow bowl", lambda: bowl(0.25), gradient_sky, "lambert:albedo=0.3", ("self-shadowing",)),
     ("deep bowl", lambda: bowl(0.7), gradient_sky, "lambert:albedo=0.2", ("self-shadowing", "interreflection")),
-    ("balls", lambda: balls(2.2), lamp_sky, "ggx:kd=0.3,alpha=0.3,f0=0.04", ("self-shadowing", "glossy", "fresnel")),
-    ("balls, diffuse", lambda: balls(2.5), gradient_sky, "lambert:albedo=0.7", ("self-shadowing", "interreflection")),
-    ("ball, metal", ball, lamp_sky, "ggx:kd=0,alpha=0.2,f0=1", ("glossy",)),
-    ("ball, faint gloss", ball, gradient_sky, "phong:kd=0.5,ks=0.02,exponent=20", ("glossy",)),
-    ("ball, dust", ball, lamp_sky, "oren-nayar", ("glossy", "retro-reflection", "fresnel")),
-    ("ball, dust, sun", ball, lambda: sunny_sky(3e3), "oren-nayar", ("glossy", "retro-reflection")),
-    ("ball, brushed", ball, lamp_sky, "ward:alpha_x=0.1,alpha_y=0.4", ("anisotropy", "glossy")),
+    ("balls", lambda: spheres(2.2), lamp_sky, "ggx:kd=0.3,alpha=0.3,f0=0.04", ("self-shadowing", "glossy", "fresnel")),
+    ("balls, diffuse", lambda: spheres(2.5), gradient_sky, "lambert:albedo=0.7", ("self-shadowing", "interreflection")),
+    ("ball, metal", sphere, lamp_sky, "ggx:kd=0,alpha=0.2,f0=1", ("glossy",)),
+    ("ball, faint gloss", sphere, gradient_sky, "phong:kd=0.5,ks=0.02,exponent=20", ("glossy",)),
+    ("ball, dust", sphere, lamp_sky, "oren-nayar", ("glossy", "retro-reflection", "fresnel")),
+    ("ball, dust, sun", sphere, lambda: sunny_sky(3e3), "oren-nayar", ("glossy", "retro-reflection")),
+    ("ball, brushed", sphere, lamp_sky, "ward:alpha_x=0.1,alpha_y=0.4", ("anisotropy", "glossy")),
     ("bowl, brushed", lambda: bowl(0.4), lamp_sky, "ward:alpha_x=0.1,alpha_y=0.4", ("anisotropy",)),
-    ("ball, nearly even", ball, lamp_sky, "ward:alpha_x=0.28,alpha_y=0.32", ("anisotropy",)),
+    ("ball, nearly even", sphere, lamp_sky, "ward:alpha_x=0.28,alpha_y=0.32", ("anisotropy",)),
     ("bowl, paint", bowl, lamp_sky, "ggx:kd=0.5,alpha=0.4,f0=0.04", ("self-shadowing", "glossy", "fresnel")),
 )
 
 
-def looked_at(mesh: Mesh, sky: EnvironmentMap, text: str) -> Scenery:
+def look_at(mesh: Mesh, sky: EnvironmentMap, text: str) -> Scenery:
     return scenery(mesh, brdf_from_text(text), sky)
 
 
@@ -75,7 +75,7 @@ ORDINARY = ("bowl, lamp", "ball, dust", "bowl, brushed")
 )
 def test_T6_estimates_are_what_leaving_out_costs(place: Place, sky: Sky, text: str, effects: tuple[str, ...]) -> None:
     mesh, light, brdf = place(), sky(), brdf_from_text(text)
-    found = estimates(looked_at(mesh, light, text))
+    found = estimates(look_at(mesh, light, text))
     real = brute_force(mesh, light)
     full = real.radiance(brdf.f)
     without = {
@@ -87,29 +87,31 @@ def test_T6_estimates_are_what_leaving_out_costs(place: Place, sky: Sky, text: s
     }
     for effect in effects:
         if effect == "interreflection":
-            measured = bounced_share(mesh, brdf, light)
+            measured = compute_bounced_share(mesh, brdf, light)
         else:
             measured = real.error(without[effect](), full)[0]
         assert measured > 0.0
-        assert LEAST <= found[effect].error_rel / measured <= MOST, f"{effect}: {found[effect].error_rel} {measured}"
+        assert MINIMUM <= found[effect].error_rel / measured <= MAXIMUM, (
+            f"{effect}: {found[effect].error_rel} {measured}"
+        )
 
 
 def test_T6_every_row_states_its_number() -> None:
-    found = estimates(looked_at(bowl(), lamp_sky(), "ggx:kd=0.5,alpha=0.4,f0=0.04"))
+    found = estimates(look_at(bowl(), lamp_sky(), "ggx:kd=0.5,alpha=0.4,f0=0.04"))
     assert tuple(found) == EFFECTS
     assert all(any(letter.isdigit() for letter in each.text) for each in found.values() if each.error_rel > 0.0)
 
 
 def test_T1_what_is_not_there_is_exactly_nothing() -> None:
-    found = estimates(looked_at(ball(), gradient_sky(), "lambert:albedo=0.5"))
+    found = estimates(look_at(sphere(), gradient_sky(), "lambert:albedo=0.5"))
     zero = {name for name, each in found.items() if each.error_rel == 0.0}
     assert zero == set(EFFECTS) - {"all-frequency-light"}
     assert found["all-frequency-light"].error_rel < 0.01
 
 
 def test_T3_a_sun_is_reported_and_a_sky_has_none() -> None:
-    assert sun_split(looked_at(ball(), sunny_sky(1.0), "lambert:albedo=0.5")).error_rel == 0.0
-    found = sun_split(looked_at(ball(), sunny_sky(1e5), "ggx:kd=0.1,alpha=0.1,f0=0.5"))
+    assert sun_split(look_at(sphere(), sunny_sky(1.0), "lambert:albedo=0.5")).error_rel == 0.0
+    found = sun_split(look_at(sphere(), sunny_sky(1e5), "ggx:kd=0.1,alpha=0.1,f0=0.5"))
     assert found.error_rel > 0.01
     assert "bright source" in found.text
 
@@ -142,7 +144,7 @@ def test_the_margin_grows_with_what_is_not_known() -> None:
 
 
 def test_a_second_look_finds_the_same() -> None:
-    one, other = (estimates(looked_at(bowl(), lamp_sky(), "lambert:albedo=0.5")) for _ in range(2))
+    one, other = (estimates(look_at(bowl(), lamp_sky(), "lambert:albedo=0.5")) for _ in range(2))
     assert one == other
     assert all(isinstance(each, Estimate) for each in one.values())
 

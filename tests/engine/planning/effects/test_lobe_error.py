@@ -16,7 +16,7 @@ from engine.core.steps import drain
 from engine.geometry.camera import frame
 from engine.planning import bake as planned
 from engine.planning.ceilings import BAKE_S, FRAME_S, NONE
-from engine.planning.choices import MARGIN, probed
+from engine.planning.choices import MARGIN, probe
 from engine.planning.costs.setting import Setting
 from engine.planning.effects.estimates import Scenery, scenery
 from engine.planning.effects.lobe_error import lobe_error
@@ -25,7 +25,7 @@ from engine.planning.plan import plan_of
 from engine.render.reference import reference
 from engine.scene.scene import Scene
 from engine.tradeoff.draw import Drawer
-from tests.engine.planning.brute_force import ball, bowl, gradient_sky, lamp_sky
+from tests.engine.planning.brute_force import bowl, gradient_sky, lamp_sky, sphere
 from tests.engine.planning.conftest import every_rate
 
 COSTS, SHARP, GLOSSY = every_rate(), "ggx:kd=0,alpha=0.1,f0=1", "ggx:kd=0.2,alpha=0.15,f0=0.04"
@@ -33,11 +33,11 @@ COSTS, SHARP, GLOSSY = every_rate(), "ggx:kd=0,alpha=0.1,f0=1", "ggx:kd=0.2,alph
 
 @cache
 def shiny() -> Scenery:
-    return scenery(ball(), brdf_from_text(SHARP), lamp_sky())
+    return scenery(sphere(), brdf_from_text(SHARP), lamp_sky())
 
 
 def test_a_diffuse_brdf_has_no_lobes() -> None:
-    found = scenery(ball(8), brdf_from_text("lambert:albedo=0.5"), gradient_sky())
+    found = scenery(sphere(8), brdf_from_text("lambert:albedo=0.5"), gradient_sky())
     assert lobe_error(found, 1) is None
     assert not mode_errors(found).knows("gaussian")
 
@@ -45,11 +45,11 @@ def test_a_diffuse_brdf_has_no_lobes() -> None:
 @cache
 def sunlit(rows: int) -> Scene:
     """A ball of so few vertices that highlights of a sun wander on its faces."""
-    mesh = ball(rows)
+    mesh = sphere(rows)
     return Scene(mesh, frame(mesh.positions), brdf_from_text(GLOSSY), environment=lamp_sky(0.05, 400.0))
 
 
-def predicted(scene: Scene) -> float:
+def predict(scene: Scene) -> float:
     assert scene.environment is not None
     found = lobe_error(scenery(scene.mesh, scene.brdf, scene.environment, camera=scene.camera), 1)
     assert found is not None
@@ -58,15 +58,15 @@ def predicted(scene: Scene) -> float:
 
 def test_lobes_that_are_mixed_across_coarse_faces_are_in_the_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """Against a bake, drawn beside a reference: without mixing, a quarter of it is predicted."""
-    monkeypatch.setattr(predictions, "MOST_S", 2.0)
+    monkeypatch.setattr(predictions, "MAX_S", 2.0)
     scene, one = sunlit(4), Setting("gaussian", {"lobes": 1, "interreflection": 0})
-    wanted = predictions.measured(scene, [one], Drawer((48, 48)))[one].rmse_rel
+    wanted = predictions.measure(scene, [one], Drawer((48, 48)))[one].rmse_rel
     assert wanted > 0.2
-    assert 0.7 < predicted(scene) / wanted < 1.4
+    assert 0.7 < predict(scene) / wanted < 1.4
 
 
 def test_lobes_that_are_mixed_across_finer_faces_are_nearer() -> None:
-    coarse, fine = predicted(sunlit(4)), predicted(sunlit(16))
+    coarse, fine = predict(sunlit(4)), predict(sunlit(16))
     assert fine < 0.5 * coarse
 
 
@@ -119,7 +119,7 @@ def test_the_reference_is_taken_where_nothing_else_meets_the_budget() -> None:
     assert easy.mode != "reference"
 
 
-def test_a_single_picture_is_not_baked_for() -> None:
+def test_a_single_image_is_not_baked_for() -> None:
     found = scenery(bowl(), brdf_from_text("lambert:albedo=0.5"), lamp_sky())
     quick = {name: ((1.0, 1e-9),) for name in COSTS.tables if name.startswith("reference-")}
     costs = replace(COSTS, tables={**COSTS.tables, **quick})
@@ -134,16 +134,16 @@ def test_a_single_picture_is_not_baked_for() -> None:
         plan_of(found, costs, 0.05, None, frames=0)
 
 
-def test_the_noise_of_a_small_picture_tells_that_of_a_large_one() -> None:
+def test_the_noise_of_a_small_image_tells_that_of_a_large_one() -> None:
     mesh, brdf, sky = bowl(), brdf_from_text("ggx:kd=0.5,alpha=0.3,f0=0.04"), lamp_sky()
-    predicted = probed(mesh, cast(Any, brdf), 1, environment=sky) / MARGIN
+    predicted = probe(mesh, cast(Any, brdf), 1, environment=sky) / MARGIN
     whole = drain(reference(Scene(mesh, frame(mesh.positions), brdf, environment=sky), (96, 96), samples=64, seed=3))
     assert whole.uncertainty_rmse_rel is not None
     assert 0.6 < predicted / 8.0 / whole.uncertainty_rmse_rel < 1.7
 
 
 def test_a_plan_of_gaussians_is_baked_at_the_predicted_size(tmp_path: Path) -> None:
-    mesh, brdf = ball(3), brdf_from_text(SHARP)
+    mesh, brdf = sphere(3), brdf_from_text(SHARP)
     found = plan_of(scenery(mesh, brdf, lamp_sky()), COSTS, 0.5, None, modes=("gaussian",))
     ready = drain(planned.prepare(found, mesh, brdf))
     baked = drain(ready.start(tmp_path / "ball.transport"))

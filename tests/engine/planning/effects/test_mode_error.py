@@ -21,7 +21,7 @@ from engine.planning.costs.setting import Setting
 from engine.planning.effects.estimates import Scenery, scenery
 from engine.planning.effects.fine_light import EDGES, fine_light
 from engine.planning.effects.lobe_error import lobe_error
-from engine.planning.effects.mode_error import baked_frames, mode_errors
+from engine.planning.effects.mode_error import compute_bake_frames, mode_errors
 from engine.planning.effects.sample import light_of
 from engine.transport.gaussian.diffuse import DiffuseTransfer
 from engine.transport.gaussian.error import Known, gaussian_error
@@ -33,10 +33,10 @@ from engine.transport.sh.lighting import project
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.error import wavelet_error
 from engine.transport.wavelet.transfer import vertex_frames
-from tests.engine.planning.brute_force import dented, even_ball, gradient_sky, lamp_sky, spots
+from tests.engine.planning.brute_force import dent, even_sphere, gradient_sky, lamp_sky, spots
 
 #: Bounds of a prediction over the measured error.
-LEAST, MOST = 0.83, 3.0
+MINIMUM, MAXIMUM = 0.83, 3.0
 
 #: Vertices and views of each at which bakes are judged: few views would miss what is bright at grazing angles.
 VERTICES, VIEWS = 16, 100
@@ -51,13 +51,13 @@ def small_lamp() -> EnvironmentMap:
 
 #: Name, mesh, light, BRDF, and the modes that are measured there.
 SCENES: tuple[tuple[str, Callable[[], Mesh], Callable[[], EnvironmentMap], str, str], ...] = (
-    ("ball, softbox, paint", even_ball, lamp_sky, PAINT, "sh wavelet"),
-    ("dents, softbox, paint", dented, lamp_sky, PAINT, "sh gaussian"),
-    ("dents, softbox, diffuse", dented, lamp_sky, "lambert:albedo=0.5", "sh wavelet"),
-    ("ball, small lamps, metal", even_ball, spots, SEMI, "wavelet gaussian"),
-    ("ball, small lamp, metal", even_ball, small_lamp, SEMI, "sh gaussian"),
-    ("dents, small lamps, mirror", dented, spots, SHARP, "sh gaussian"),
-    ("dents, sky, brushed", dented, gradient_sky, "ward:alpha_x=0.1,alpha_y=0.4", "sh gaussian"),
+    ("ball, softbox, paint", even_sphere, lamp_sky, PAINT, "sh wavelet"),
+    ("dents, softbox, paint", dent, lamp_sky, PAINT, "sh gaussian"),
+    ("dents, softbox, diffuse", dent, lamp_sky, "lambert:albedo=0.5", "sh wavelet"),
+    ("ball, small lamps, metal", even_sphere, spots, SEMI, "wavelet gaussian"),
+    ("ball, small lamp, metal", even_sphere, small_lamp, SEMI, "sh gaussian"),
+    ("dents, small lamps, mirror", dent, spots, SHARP, "sh gaussian"),
+    ("dents, sky, brushed", dent, gradient_sky, "ward:alpha_x=0.1,alpha_y=0.4", "sh gaussian"),
 )
 
 #: Every mode once; the other scenes take --long.
@@ -74,24 +74,24 @@ def test_T7_errors_of_modes_are_those_of_their_bakes(
     mesh, light, brdf = cache(place)(), sky(), brdf_from_text(text)
     found = scenery(mesh, brdf, light)
     measured = {
-        "sh": lambda: of_harmonics(mesh, brdf, light),
-        "wavelet": lambda: of_wavelets(mesh, brdf, light),
-        "gaussian": lambda: of_gaussians(mesh, brdf, light),
+        "sh": lambda: estimate_harmonics(mesh, brdf, light),
+        "wavelet": lambda: estimate_wavelets(mesh, brdf, light),
+        "gaussian": lambda: estimate_gaussians(mesh, brdf, light),
     }
     ratios = {}
     for mode in modes.split():
         setting, error = measured[mode]()
         ratios[str(setting)] = mode_errors(found).of(setting) / error
-    assert all(LEAST <= ratio <= MOST for ratio in ratios.values()), ratios
+    assert all(MINIMUM <= ratio <= MAXIMUM for ratio in ratios.values()), ratios
 
 
-def of_harmonics(mesh: Mesh, brdf: Brdf, light: EnvironmentMap) -> tuple[Setting, float]:
+def estimate_harmonics(mesh: Mesh, brdf: Brdf, light: EnvironmentMap) -> tuple[Setting, float]:
     setting = Setting("sh", {"order": 5})
     work = drain(sh_bake.prepare(mesh, brdf, sh_bake.BakeSettings(setting["order"], 32, 2, 0)))
     return setting, drain(sh_error(work, brdf, cube_of(light, 32), vertices=VERTICES, views=VIEWS)).rmse_rel
 
 
-def of_wavelets(mesh: Mesh, brdf: Brdf, light: EnvironmentMap) -> tuple[Setting, float]:
+def estimate_wavelets(mesh: Mesh, brdf: Brdf, light: EnvironmentMap) -> tuple[Setting, float]:
     """Without suns, which wavelets receive as lamps."""
     setting = Setting("wavelet", {"terms": 2, "coefficients": 96, "cube": 64})
     factors = drain(wavelet_bake.factors_for(brdf, setting["terms"]))
@@ -101,7 +101,7 @@ def of_wavelets(mesh: Mesh, brdf: Brdf, light: EnvironmentMap) -> tuple[Setting,
     return setting, drain(wavelet_error(work, brdf, radiance, vertices=VERTICES, views=VIEWS)).rmse_rel
 
 
-def of_gaussians(mesh: Mesh, brdf: Brdf, light: EnvironmentMap) -> tuple[Setting, float]:
+def estimate_gaussians(mesh: Mesh, brdf: Brdf, light: EnvironmentMap) -> tuple[Setting, float]:
     """The lobes of some vertices, as a bake fits those that it tries."""
     setting = Setting("gaussian", {"lobes": 1})
     model = glossy_surface(mesh, brdf)
@@ -115,25 +115,25 @@ def of_gaussians(mesh: Mesh, brdf: Brdf, light: EnvironmentMap) -> tuple[Setting
     return setting, error.of(error.better)
 
 
-def test_larger_knobs_are_never_said_to_be_worse() -> None:
+def test_larger_parameters_are_never_said_to_be_worse() -> None:
     found = mode_errors(shiny())
-    for mode, knob, values in (("sh", "order", (3, 5, 8, 15)), ("gaussian", "lobes", (1, 2, 3))):
-        errors = [found.of(Setting(mode, {knob: value})) for value in values]
+    for mode, parameter, values in (("sh", "order", (3, 5, 8, 15)), ("gaussian", "lobes", (1, 2, 3))):
+        errors = [found.of(Setting(mode, {parameter: value})) for value in values]
         assert errors == sorted(errors, reverse=True)
 
 
 @pytest.mark.parametrize("text", ["oren-nayar:sigma_deg=40", "ward:alpha_x=0.2,alpha_y=0.6"])
 def test_wavelets_are_predicted_in_the_frames_that_they_are_baked_in(text: str) -> None:
     """Of a pair of terms that a turn of the frame mixes, one may be cut off: then its error turns with the frame."""
-    found = scenery(even_ball(200), brdf_from_text(text), lamp_sky())
+    found = scenery(even_sphere(200), brdf_from_text(text), lamp_sky())
     rows = np.arange(0, len(found.fine.vertices), 2)
     baked = vertex_frames(found.sample.surface, found.brdf.isotropic)[found.fine.vertices[rows]]
-    assert baked_frames(found, rows) == pytest.approx(baked, abs=1e-12)
+    assert compute_bake_frames(found, rows) == pytest.approx(baked, abs=1e-12)
 
 
 @cache
 def shiny() -> Scenery:
-    return scenery(even_ball(200), brdf_from_text(SHARP), lamp_sky())
+    return scenery(even_sphere(200), brdf_from_text(SHARP), lamp_sky())
 
 
 def test_a_second_look_at_lobes_finds_the_same() -> None:

@@ -13,9 +13,9 @@ from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
 from engine.light.lamps import Lamp, lights_of_all
-from engine.planning.effects.sample import COMPARED, of_lamps, pixels_of, sample
+from engine.planning.effects.sample import COMPARED, pixels_of, sample, sum_lamps
 from engine.transport.baking.visibility import receivers
-from tests.engine.planning.brute_force import ball
+from tests.engine.planning.brute_force import sphere
 
 EYE = Camera((0.0, 0.0, 4.0))
 DARK = EnvironmentMap(np.zeros((16, 32, 3), np.float32))
@@ -23,7 +23,7 @@ DARK = EnvironmentMap(np.zeros((16, 32, 3), np.float32))
 
 def test_pixels_are_wholly_of_the_model() -> None:
     """The ball of radius 1 ends where sin θ = 1/4: no pixel lies nearer to its edge than half of its own side."""
-    mesh = ball(96)
+    mesh = sphere(96)
     found = pixels_of(EYE, receivers(mesh), len(mesh.faces), 100_000, np.random.default_rng(0))
     across = math.tan(math.asin(0.25)) - np.hypot(found.direction[:, 0], found.direction[:, 1]) / -found.direction[:, 2]
     half = math.tan(math.radians(EYE.fov_deg) / 2.0) / COMPARED
@@ -44,13 +44,13 @@ def test_a_model_thinner_than_a_pixel_keeps_what_shows_it() -> None:
 )
 def test_few_pixels_that_know_the_lamp_tell_the_energy_of_many(text: str) -> None:
     """Energy of the light of one lamp: 64 guided pixels against thousands, within three standard errors."""
-    mesh, brdf = ball(96), brdf_from_text(text)
+    mesh, brdf = sphere(96), brdf_from_text(text)
     lamp = Lamp(tuple(normalize(np.array([0.5, 0.4, 1.0]))), (5.0, 5.0, 5.0))
 
     def energy(seed: int, points: int, guide: object) -> float:
         looked = sample(mesh, DARK, points=points, views=2, edge=2, seed=seed, camera=EYE, lamps=(lamp,), brdf=guide)
         at = (looked.of, looked.vertices, looked.frames, looked.views[:, 0])
-        radiance = of_lamps(*at, lights_of_all((lamp,)), brdf)
+        radiance = sum_lamps(*at, lights_of_all((lamp,)), brdf)
         return float(((radiance**2).sum(axis=1) * looked.weight[:, 0]).mean())
 
     many = np.array([energy(seed, 2048, None) for seed in range(8)])

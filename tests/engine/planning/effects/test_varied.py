@@ -18,12 +18,12 @@ from engine.planning import bake as planned
 from engine.planning.choices import SHARE
 from engine.planning.costs.cost_model import CostModel
 from engine.planning.effects.estimates import Scenery, estimates, scenery
-from engine.planning.effects.varied import received, varied
+from engine.planning.effects.varied import measure_received, vary
 from engine.planning.plan import brdf_of, plan, plan_of
 from engine.transport.baking.spatially_varying import variation_from_text, with_parameters
 from engine.transport.sh.brdf_table import BrdfTable
 from engine.transport.sh.brdf_table_varying import VariedTable
-from tests.engine.planning.brute_force import ball, bowl, brute_force, even_ball, gradient_sky, lamp_sky
+from tests.engine.planning.brute_force import bowl, brute_force, even_sphere, gradient_sky, lamp_sky, sphere
 from tests.engine.planning.conftest import threshold
 
 NAME = "spatially-varying-gloss"
@@ -31,15 +31,15 @@ BRDF = "ggx:kd=0.3,alpha=0.3,f0=0.2"
 
 
 @lru_cache(maxsize=4)
-def looked_at(mesh: Mesh, sky: EnvironmentMap, *texts: str, brdf: str = BRDF) -> Scenery:
+def look_at(mesh: Mesh, sky: EnvironmentMap, *texts: str, brdf: str = BRDF) -> Scenery:
     return scenery(mesh, brdf_from_text(brdf), sky, variations=[variation_from_text(text) for text in texts])
 
 
 @pytest.mark.parametrize(
     ("place", "sky", "text"),
     [
-        (even_ball, lamp_sky, "alpha=0.1:0.6:y"),
-        pytest.param(even_ball, gradient_sky, "kd=0.1:0.8:x", marks=pytest.mark.long),
+        (even_sphere, lamp_sky, "alpha=0.1:0.6:y"),
+        pytest.param(even_sphere, gradient_sky, "kd=0.1:0.8:x", marks=pytest.mark.long),
         pytest.param(bowl, lamp_sky, "f0=0.02:0.9:z", marks=pytest.mark.long),
         (bowl, gradient_sky, "kd=0.28:0.32:y"),
     ],
@@ -48,9 +48,9 @@ def test_T6_the_mean_of_what_varies_costs_what_was_predicted(
     place: Callable[[], Mesh], sky: Callable[[], EnvironmentMap], text: str
 ) -> None:
     mesh, light, brdf = place(), sky(), brdf_from_text(BRDF)
-    found = looked_at(mesh, light, text)
+    found = look_at(mesh, light, text)
     predicted = estimates(found)[NAME]
-    real, own = brute_force(mesh, light), varied(mesh, brdf, [variation_from_text(text)])
+    real, own = brute_force(mesh, light), vary(mesh, brdf, [variation_from_text(text)])
     full = real.radiance([each.f for each in own.at(real.vertices)])
     measured = real.error(real.radiance(with_parameters(brdf, dict(found.mean)).f), full)[0]
     assert 0.83 <= predicted.error_rel / measured <= 3.0
@@ -61,8 +61,8 @@ def test_what_is_in_the_dark_counts_for_nothing_in_the_mean() -> None:
     """Light comes from above alone: the lower half, which is diffuse, sees none of it."""
     light = gradient_sky()
     upper = np.where(np.arange(32)[:, None, None] < 16, light.radiance, np.float32(0.0))
-    scene = looked_at(even_ball(), EnvironmentMap(upper, "above"), "alpha=0.1:0.9:y")
-    weight, height = received(scene.sample), scene.sample.of.origin[scene.sample.vertices, 1]
+    scene = look_at(even_sphere(), EnvironmentMap(upper, "above"), "alpha=0.1:0.9:y")
+    weight, height = measure_received(scene.sample), scene.sample.of.origin[scene.sample.vertices, 1]
     assert weight[height < -0.95].max() < 0.05 * weight.max()
     by_hand = weight @ (0.5 + 0.4 * height) / weight.sum()
     assert scene.mean["alpha"] == pytest.approx(by_hand, abs=2e-3)
@@ -70,7 +70,7 @@ def test_what_is_in_the_dark_counts_for_nothing_in_the_mean() -> None:
 
 
 def test_a_parameter_that_does_not_change_is_no_effect() -> None:
-    scene = looked_at(ball(8), lamp_sky(), "alpha=0.3:0.3:y")
+    scene = look_at(sphere(8), lamp_sky(), "alpha=0.3:0.3:y")
     assert estimates(scene)[NAME].error_rel == 0.0
     assert scene.mean["alpha"] == pytest.approx(0.3)
 
@@ -79,7 +79,7 @@ def test_T6_the_gate_lies_between_variations_just_above_and_below(costs: CostMod
     """The one is baked with tables for its vertices, the other as its mean, with a single table."""
     mesh, light, brdf = bowl(), gradient_sky(), brdf_from_text(BRDF)
     texts = ("kd=0.25:0.35:x", "kd=0.245:0.355:x")
-    low, high = (looked_at(mesh, light, text) for text in texts)
+    low, high = (look_at(mesh, light, text) for text in texts)
     below, above = (estimates(each)[NAME].error_rel for each in (low, high))
     assert 0.0 < below < above < 1.3 * below
     budget = 0.5 * (threshold(low, NAME) + threshold(high, NAME))
@@ -93,13 +93,13 @@ def test_T6_the_gate_lies_between_variations_just_above_and_below(costs: CostMod
     assert isinstance(tables[0], BrdfTable)
     assert isinstance(tables[1], VariedTable)
     assert brdf_of(plans[0], brdf) == with_parameters(brdf, dict(low.mean))
-    real, own = brute_force(mesh, light), varied(mesh, brdf, [variation_from_text(texts[0])])
+    real, own = brute_force(mesh, light), vary(mesh, brdf, [variation_from_text(texts[0])])
     full = real.radiance([each.f for each in own.at(real.vertices)])
     assert real.error(real.radiance(brdf_of(plans[0], brdf).f), full)[0] <= SHARE * budget
 
 
 def test_modes_that_cannot_vary_are_offered_only_where_the_mean_will_do(costs: CostModel) -> None:
-    scene = looked_at(bowl(), lamp_sky(), "alpha=0.1:0.6:y")
+    scene = look_at(bowl(), lamp_sky(), "alpha=0.1:0.6:y")
     every: dict[str, Any] = {"noise": lambda depth: 1e-9}
     assert plan_of(scene, costs, 1e-3, None, **every).mode in ("sh", "gaussian")
     for mode in ("wavelet", "direct", "reference"):
@@ -108,7 +108,7 @@ def test_modes_that_cannot_vary_are_offered_only_where_the_mean_will_do(costs: C
         left_out = plan_of(scene, costs, 1e-3, None, frozenset(), frozenset({NAME}), modes=(mode,), **every)
         assert left_out.decision(NAME) == "forced off"
         assert left_out.predicted_error_rel >= estimates(scene)[NAME].error_rel
-    three = looked_at(bowl(), lamp_sky(), "alpha=0.1:0.6:y", "kd=0.1:0.3:x", "f0=0.1:0.3:z")
+    three = look_at(bowl(), lamp_sky(), "alpha=0.1:0.6:y", "kd=0.1:0.3:x", "f0=0.1:0.3:z")
     with pytest.raises(ValueError, match="no mode is left"):
         plan_of(three, costs, 1e-3, None, modes=("sh",))
     assert plan_of(three, costs, 1e-3, None, modes=("gaussian",)).mode == "gaussian"
@@ -116,7 +116,7 @@ def test_modes_that_cannot_vary_are_offered_only_where_the_mean_will_do(costs: C
 
 @pytest.mark.parametrize("effect", ["glossy", pytest.param("fresnel", marks=pytest.mark.long)])
 def test_what_a_user_leaves_out_takes_the_variation_along(costs: CostModel, effect: str) -> None:
-    scene = looked_at(bowl(), lamp_sky(), "alpha=0.1:0.6:y")
+    scene = look_at(bowl(), lamp_sky(), "alpha=0.1:0.6:y")
     found = plan_of(scene, costs, 1e-3, None, skip=frozenset({effect}))
     assert (found.decision(effect), found.decision(NAME)) == ("forced off", "skipped")
     errors = [estimates(scene)[name].error_rel for name in (effect, NAME)]
@@ -137,4 +137,4 @@ def test_what_cannot_vary_is_refused(
 ) -> None:
     options: dict[str, Any] = {"cost": costs, "variations": [variation_from_text(text)], "force": force}
     with pytest.raises(ValueError, match=words):
-        plan(ball(8), brdf_from_text(brdf), gradient_sky(), **options)
+        plan(sphere(8), brdf_from_text(brdf), gradient_sky(), **options)

@@ -33,7 +33,7 @@ def contrasting(height: int, width: int) -> DirectionalMap:
     return drain(fit(stack, np.arange(len(radiance)), most=12))
 
 
-def seen(directional: DirectionalMap, planes: NDArray[np.float64], light: int) -> NDArray[np.float64]:
+def observe(directional: DirectionalMap, planes: NDArray[np.float64], light: int) -> NDArray[np.float64]:
     """(h, w, 3) radiance of planes under a lamp of the capture."""
     functions = directional.functions(directional.lights[light][None])[0]
     codes = np.tensordot(planes, functions[:, 1:], axes=(0, 1)) + functions[:, 0]
@@ -46,14 +46,14 @@ def test_small_sizes_show_the_mean_radiance_which_means_of_planes_do_not() -> No
     assert [level.shape[1:] for level in levels] == [(16, 24), (8, 12), (4, 6), (2, 3), (1, 1)]
     errors, of_means = [], []
     for light in range(len(directional.lights)):
-        whole = seen(directional, directional.planes.astype(np.float64), light)
+        whole = observe(directional, directional.planes.astype(np.float64), light)
         for index, level in enumerate(levels[:4], start=1):
             side = 2**index
             blocks = (level.shape[1], side, level.shape[2], side)
             mean = whole.reshape(*blocks, 3).mean(axis=(1, 3))
             averaged = directional.planes.reshape(-1, *blocks).mean(axis=(2, 4))
-            errors.append(seen(directional, level.astype(np.float64), light) / mean - 1.0)
-            of_means.append(seen(directional, averaged, light) / mean - 1.0)
+            errors.append(observe(directional, level.astype(np.float64), light) / mean - 1.0)
+            of_means.append(observe(directional, averaged, light) / mean - 1.0)
     off, off_of_means = (np.concatenate([each.ravel() for each in lists]) for lists in (errors, of_means))
     assert np.mean(off_of_means) < -0.15
     assert abs(np.mean(off)) < 0.03

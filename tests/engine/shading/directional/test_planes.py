@@ -14,9 +14,9 @@ from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_encode
 from engine.core.steps import drain
 from engine.shading.directional import interpolation
-from engine.shading.directional.interpolation import Kernel, left_out, left_out_of_fit, polynomial, rms, weights
+from engine.shading.directional.interpolation import Kernel, leave_out_of_fit, list_left_out, polynomial, rms, weights
 from engine.shading.directional.moments import Moments, moments, row_blocks, texels
-from engine.shading.directional.planes import chosen, components, directions, errors_by_planes, fit, ladder
+from engine.shading.directional.planes import choose, components, directions, errors_by_planes, fit, sweep
 from tests.engine.domes import dome
 
 Array = NDArray[Any]
@@ -104,7 +104,9 @@ def test_leaving_out_is_a_refit_without_the_photograph(
         own = weights(lights[others], lights[out][None], kernel)[0]
         # the trend is centred on other lights, which changes no weight
         apart.append(np.tensordot(own, codes[others], axes=1) - codes[out])
-    assert rms(left_out(lights, kernel), known.of_channels()) == pytest.approx(rmse(np.array(apart)), rel=1e-4)
+    assert rms(list_left_out(lights, kernel), known.average_channels()) == pytest.approx(
+        rmse(np.array(apart)), rel=1e-4
+    )
 
 
 def test_leaving_out_of_a_fit_is_a_refit(stack: ImageStack, codes: Array, known: Moments) -> None:
@@ -114,7 +116,7 @@ def test_leaving_out_of_a_fit_is_a_refit(stack: ImageStack, codes: Array, known:
         others = np.flatnonzero(np.arange(12) != out)
         solved = np.linalg.lstsq(functions[others], codes[others].reshape(11, -1), rcond=None)[0]
         apart.append(functions[out] @ solved - codes[out].ravel())
-    assert rms(left_out_of_fit(functions), known.of_channels()) == pytest.approx(rmse(np.array(apart)), rel=1e-4)
+    assert rms(leave_out_of_fit(functions), known.average_channels()) == pytest.approx(rmse(np.array(apart)), rel=1e-4)
 
 
 def test_hemispherical_harmonics_are_orthogonal() -> None:
@@ -146,7 +148,7 @@ def test_errors_by_planes_are_those_of_refits(stack: ImageStack, codes: Array, k
 def test_a_map_shows_its_photographs_with_the_error_that_it_tells(stack: ImageStack, codes: Array) -> None:
     found = drain(fit(stack, np.arange(12)))
     lights = directions(stack, np.arange(12))
-    shown = np.array([255.0 * srgb_encode(found.picture(light).astype(np.float64)) for light in lights])
+    shown = np.array([255.0 * srgb_encode(found.image(light).astype(np.float64)) for light in lights])
     assert rmse(shown.reshape(codes.shape) - codes) == pytest.approx(found.in_sample, rel=0.05)
     assert found.in_sample < found.leave_one_out < found.mean_picture
     means = codes.sum(axis=0) - codes
@@ -163,19 +165,19 @@ def test_large_maps_are_projected_twice_to_the_same_planes(stack: ImageStack, mo
     assert twice.in_sample == pytest.approx(once.in_sample, rel=1e-6)
 
 
-def test_left_and_right_light_give_different_pictures(stack: ImageStack) -> None:
+def test_left_and_right_light_give_different_images(stack: ImageStack) -> None:
     found = drain(fit(stack, np.arange(12)))
-    left, right = found.picture(np.array([-0.8, 0.0, 0.6])), found.picture(np.array([0.8, 0.0, 0.6]))
+    left, right = found.image(np.array([-0.8, 0.0, 0.6])), found.image(np.array([0.8, 0.0, 0.6]))
     assert np.abs(left - right).max() > 0.1
-    assert not found.picture(np.array([0.6, 0.0, -0.8])).any()
+    assert not found.image(np.array([0.6, 0.0, -0.8])).any()
 
 
 def test_fewer_planes_are_chosen_where_they_are_nearly_as_good() -> None:
-    assert chosen({1: 9.0, 2: 5.05, 3: 5.0, 5: 5.3}) == 2
-    assert ladder(64)[-1] == 27
-    assert ladder(64, 9)[-1] == 9
-    assert ladder(3) == (1, 2, 3, 5)
-    assert ladder(1) == (1,)
+    assert choose({1: 9.0, 2: 5.05, 3: 5.0, 5: 5.3}) == 2
+    assert sweep(64)[-1] == 27
+    assert sweep(64, 9)[-1] == 9
+    assert sweep(3) == (1, 2, 3, 5)
+    assert sweep(1) == (1,)
 
 
 def test_components_do_not_depend_on_the_sign_that_a_library_gives() -> None:

@@ -44,11 +44,11 @@ def small_sphere() -> Mesh:
     return Mesh(mesh.positions[used], mesh.normals[used], mesh.uv[used], faces.reshape(-1, 3).astype(np.int32), "few")
 
 
-def baked(path: Path, factors: SeparableFactors, mixed: Mixture | None = None) -> WaveletTransport:
+def bake_blend(path: Path, factors: SeparableFactors, mixed: Mixture | None = None) -> WaveletTransport:
     return drain(bake(path, prepare(small_sphere(), factors, COARSE, Ground(cells=3), mixed))).transport
 
 
-def seen(transport: WaveletTransport) -> np.ndarray:
+def observe(transport: WaveletTransport) -> np.ndarray:
     directions = transport.mesh.normals + np.array([0.3, 0.2, 0.1])
     return radiance_towards(
         transport, tuples(transport, LIGHT), directions / np.linalg.norm(directions, axis=1)[:, None]
@@ -59,9 +59,9 @@ def test_a_mixture_is_the_weighted_mean_of_bakes_of_each(factors: list[Separable
     mesh = small_sphere()
     mixed = mixture(mesh, (3, 1), ["y"])
     height = np.clip((mesh.positions[:, 1:2] - mesh.positions[:, 1].min()) / np.ptp(mesh.positions[:, 1]), 0.0, 1.0)
-    whole = baked(tmp_path / "whole", together(factors), mixed)
-    one, other = (seen(baked(tmp_path / f"{number}", each)) for number, each in enumerate(factors))
-    found, first = seen(whole), whole.ground_vertex
+    whole = bake_blend(tmp_path / "whole", together(factors), mixed)
+    one, other = (observe(bake_blend(tmp_path / f"{number}", each)) for number, each in enumerate(factors))
+    found, first = observe(whole), whole.ground_vertex
     # sums below 0 are clamped after the mixture, which tells where one of the bases is below
     above = (one[:first] > 0.0) & (other[:first] > 0.0)
     expected = (1.0 - height) * one[:first] + height * other[:first]
@@ -73,16 +73,16 @@ def test_a_mixture_is_the_weighted_mean_of_bakes_of_each(factors: list[Separable
 
 def test_weights_and_colours_change_without_another_bake(factors: list[SeparableFactors], tmp_path: Path) -> None:
     mesh = small_sphere()
-    picture = tmp_path / "grey.png"
-    cv2.imwrite(str(picture), np.full((4, 4, 3), 128, np.uint8))
+    image = tmp_path / "grey.png"
+    cv2.imwrite(str(image), np.full((4, 4, 3), 128, np.uint8))
     grey = ((128 / 255 + 0.055) / 1.055) ** 2.4
-    whole = baked(tmp_path / "a", together(factors), mixture(mesh, (3, 1), ["y"]))
-    dark = replace(whole, mixture=mixture(mesh, (3, 1), ["y"], str(picture)))
+    whole = bake_blend(tmp_path / "a", together(factors), mixture(mesh, (3, 1), ["y"]))
+    dark = replace(whole, mixture=mixture(mesh, (3, 1), ["y"], str(image)))
     first = whole.ground_vertex
-    assert seen(dark)[:first] == pytest.approx(grey * seen(whole)[:first], rel=1e-5)
-    assert np.array_equal(seen(dark)[first:], seen(whole)[first:])
+    assert observe(dark)[:first] == pytest.approx(grey * observe(whole)[:first], rel=1e-5)
+    assert np.array_equal(observe(dark)[first:], observe(whole)[first:])
     only = replace(whole, mixture=Mixture((3, 1), np.tile(np.array([0.0, 1.0], np.float32), (first, 1))))
-    assert seen(only)[:first] == pytest.approx(seen(baked(tmp_path / "b", factors[1]))[:first], rel=1e-6)
+    assert observe(only)[:first] == pytest.approx(observe(bake_blend(tmp_path / "b", factors[1]))[:first], rel=1e-6)
     again = transport_of(open_transport(tmp_path / "a"))
     assert again.mixture is not None
     assert again.mixture.terms == (3, 1)
@@ -153,7 +153,7 @@ def test_files_whose_mixture_cannot_be_are_refused(factors: list[SeparableFactor
     weights = np.array(found.arrays["weights"])
     bounds = np.array([0, len(streamed["words"])])
 
-    def opened(weights: np.ndarray, bases: object, albedo: np.ndarray | None = None) -> WaveletTransport:
+    def open_path(weights: np.ndarray, bases: object, albedo: np.ndarray | None = None) -> WaveletTransport:
         whole = {name: found.arrays[name] for name in ("view_maps", "light_maps")} | {"weights": weights}
         whole |= {} if albedo is None else {"albedo": albedo}
         plan = plan_transport("wavelet", found.mesh, {**found.settings, "bases": bases}, whole, kinds, bounds)
@@ -161,7 +161,7 @@ def test_files_whose_mixture_cannot_be_are_refused(factors: list[SeparableFactor
             writer.put(0, streamed)
         return transport_of(open_transport(tmp_path / "lie"))
 
-    assert opened(weights, [3, 1]).mixture is not None
+    assert open_path(weights, [3, 1]).mixture is not None
     for lie in (
         (weights[:-1], [3, 1]),
         (weights, [2, 1]),
@@ -176,4 +176,4 @@ def test_files_whose_mixture_cannot_be_are_refused(factors: list[SeparableFactor
         (weights, [3, 1], np.full((len(weights), 3), np.float32(np.inf))),
     ):
         with pytest.raises(InputError, match="cannot be"):
-            opened(*lie)
+            open_path(*lie)

@@ -132,10 +132,10 @@ def test_what_workers_cannot_do_is_said_and_leaves_them_alive(cluster: Any, monk
 
 
 def test_a_scheduler_that_goes_away_is_said(cluster: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    def gone(*_words: Any) -> None:
+    def is_gone(*_words: Any) -> None:
         raise distributed.comm.CommClosedError("it went away")
 
-    monkeypatch.setattr(distributed.Client, "nthreads", gone)
+    monkeypatch.setattr(distributed.Client, "nthreads", is_gone)
     with pytest.raises(InputError, match=r"could not do its part .it went away.*goes on where it stopped"):
         list(run(nothing, [0], Remote(cluster.scheduler_address, maker("numbered"), {"factor": 1.0})))
 

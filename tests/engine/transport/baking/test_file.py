@@ -37,7 +37,7 @@ def no_fault_stays() -> Iterator[None]:
     atomic.fault = None
 
 
-def planned(settings: dict[str, Any] | None = None) -> TransportPlan:
+def plan_file(settings: dict[str, Any] | None = None) -> TransportPlan:
     bounds = np.arange(0, ROWS + 1, 100)
     return plan_transport(
         "wavelet",
@@ -59,7 +59,7 @@ def rows(chunk: int) -> dict[str, np.ndarray]:
 
 def write(path: Path, chunks: list[int] | None = None, settings: dict[str, Any] | None = None) -> list[int]:
     """Bake some chunks and stop, or all that are missing; which were asked for."""
-    with writing(path, planned(settings)) as writer:
+    with writing(path, plan_file(settings)) as writer:
         asked = writer.missing
         for chunk in asked if chunks is None else chunks:
             writer.put(chunk, rows(chunk))
@@ -76,7 +76,7 @@ def test_what_was_written_is_found_again_and_read_only(file: Path) -> None:
     found = open_transport(file, sphere())
     made_by = {"edge": 16, "software": f"lightarc {engine.__version__}"}
     assert (found.kind, dict(found.settings)) == ("wavelet", made_by)
-    assert found.size_bytes == file.stat().st_size == planned().size_bytes
+    assert found.size_bytes == file.stat().st_size == plan_file().size_bytes
     for chunk in range(10):
         for name, array in rows(chunk).items():
             assert np.array_equal(found.arrays[name][100 * chunk : 100 * (chunk + 1)], array)
@@ -100,15 +100,15 @@ def test_an_interrupted_bake_goes_on_with_what_is_missing(tmp_path: Path) -> Non
 
 
 def test_what_ends_before_its_first_chunk_leaves_nothing(tmp_path: Path) -> None:
-    def ended(chunks: list[int]) -> None:
-        with writing(tmp_path / "sphere.transport", planned()) as writer:
+    def end(chunks: list[int]) -> None:
+        with writing(tmp_path / "sphere.transport", plan_file()) as writer:
             for chunk in chunks:
                 writer.put(chunk, rows(chunk))
             raise KeyboardInterrupt
 
     for chunks, left in ([], 0), ([2], 1), ([], 1):
         with pytest.raises(KeyboardInterrupt):
-            ended(chunks)
+            end(chunks)
         assert len(list(tmp_path.iterdir())) == left
 
 
@@ -126,7 +126,7 @@ def test_a_chunk_that_was_half_written_is_baked_again(tmp_path: Path) -> None:
     (partial,) = tmp_path.iterdir()
     content = bytearray(partial.read_bytes())
     content[-1] ^= 1  # the padding, which means nothing
-    place = next(array.offset for array in planned().header.arrays if array.name == "words")
+    place = next(array.offset for array in plan_file().header.arrays if array.name == "words")
     content[place] ^= 1
     partial.write_bytes(content)
     assert write(path) == [0, *range(2, 10)]
@@ -139,7 +139,7 @@ def test_arrays_that_a_loss_of_power_zeroed_are_written_again(tmp_path: Path) ->
         write(path, [0, 1])
     (partial,) = tmp_path.iterdir()
     content = bytearray(partial.read_bytes())
-    for array in planned().header.arrays:
+    for array in plan_file().header.arrays:
         if array.crc32 is not None:
             content[array.offset : array.offset + array.size_bytes] = bytes(array.size_bytes)
     partial.write_bytes(content)
@@ -164,7 +164,7 @@ def test_a_killed_process_leaves_what_the_next_one_needs(tmp_path: Path) -> None
 
 def test_two_runs_do_not_write_one_file(tmp_path: Path) -> None:
     path = tmp_path / "sphere.transport"
-    with pytest.raises(OutputError, match="another run"), writing(path, planned()), writing(path, planned()):
+    with pytest.raises(OutputError, match="another run"), writing(path, plan_file()), writing(path, plan_file()):
         pass
 
 
@@ -192,9 +192,9 @@ def test_short_writes_are_carried_on(tmp_path: Path) -> None:
 
 
 def test_rows_of_another_shape_or_type_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="rows of words"), writing(tmp_path / "a", planned()) as writer:
+    with pytest.raises(ValueError, match="rows of words"), writing(tmp_path / "a", plan_file()) as writer:
         writer.put(0, {**rows(0), "words": rows(0)["words"][:50]})
-    with pytest.raises(ValueError, match="rows of peaks"), writing(tmp_path / "a", planned()) as writer:
+    with pytest.raises(ValueError, match="rows of peaks"), writing(tmp_path / "a", plan_file()) as writer:
         writer.put(0, {**rows(0), "peaks": rows(0)["peaks"].astype(np.float64)})
 
 
@@ -227,7 +227,7 @@ def test_every_truncation_is_refused(file: Path, tmp_path: Path) -> None:
 
 def test_every_flipped_bit_that_means_something_is_found(file: Path, tmp_path: Path) -> None:
     content = bytearray(file.read_bytes())
-    header = planned().header
+    header = plan_file().header
     meaningful = [*range(8), 8, 12, 100, 500, header.table_offset, header.table_offset + 3, header.table_offset + 80]
     for array in header.arrays:
         meaningful += [array.offset, array.offset + array.size_bytes // 2, array.offset + array.size_bytes - 1]
@@ -245,9 +245,9 @@ def with_header(change: dict[str, Any], file: Path) -> None:
     import zlib
 
     content = file.read_bytes()
-    value = {**planned().header.model_dump(), **change}
+    value = {**plan_file().header.model_dump(), **change}
     text = json.dumps(value, sort_keys=True).encode()
-    start = planned().header.table_offset
+    start = plan_file().header.table_offset
     head = b"LATRANS1" + len(text).to_bytes(4, "little") + zlib.crc32(text).to_bytes(4, "little") + text
     file.write_bytes(head.ljust(start, b"\0") + content[start:])
 
@@ -273,9 +273,9 @@ def test_headers_that_lie_are_refused(change: dict[str, Any], message: str, file
 
 @pytest.mark.parametrize("field", ["dtype", "shape", "offset", "name"])
 def test_arrays_that_lie_are_refused(field: str, file: Path) -> None:
-    for number, array in enumerate(planned().header.model_dump()["arrays"]):
+    for number, array in enumerate(plan_file().header.model_dump()["arrays"]):
         lie = {"dtype": "|b1", "shape": [1 << 40, 1 << 8], "offset": array["offset"] + 4096 * 3, "name": "other"}[field]
-        arrays = planned().header.model_dump()["arrays"]
+        arrays = plan_file().header.model_dump()["arrays"]
         arrays[number] = {**array, field: lie}
         with_header({"arrays": arrays}, file)
         if array["name"] in ("words", "peaks", "view_maps") and field in ("name", "dtype"):
@@ -297,7 +297,7 @@ def test_what_is_no_file_of_ours_is_refused(tmp_path: Path) -> None:
 def test_rows_that_were_put_can_be_read_back(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="missing"):
         write(tmp_path / "a", [3])
-    with suppress(KeyboardInterrupt), writing(tmp_path / "a", planned()) as writer:
+    with suppress(KeyboardInterrupt), writing(tmp_path / "a", plan_file()) as writer:
         assert 3 not in writer.missing
         assert all(np.array_equal(writer.get(3)[name], values) for name, values in rows(3).items())
         raise KeyboardInterrupt
@@ -312,4 +312,4 @@ def test_arrays_that_are_all_known_are_written_at_once(tmp_path: Path) -> None:
     assert found.kind == "gaussian"
     assert all(np.array_equal(found.arrays[name], values) for name, values in known.items())
     with pytest.raises(ValueError, match="chunks"):
-        write_transport(tmp_path / "b", planned())
+        write_transport(tmp_path / "b", plan_file())

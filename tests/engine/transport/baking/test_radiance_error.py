@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from engine.brdf.models.diffuse import Lambert
-from engine.transport.baking.radiance_error import Deviation, exact_radiance, tried_pairs
+from engine.transport.baking.radiance_error import Deviation, choose_tried_pairs, exact_radiance
 
 
 def test_pairs_count_by_their_cosine() -> None:
@@ -38,9 +38,9 @@ def test_open_texels_above_the_surface_light_it() -> None:
 
 
 def test_vertices_are_tried_once_each_and_all_where_there_are_few() -> None:
-    chosen, towards = tried_pairs(1000, 400, 20, seed=1)
+    chosen, towards = choose_tried_pairs(1000, 400, 20, seed=1)
     assert (np.diff(chosen) > 0).all()
     assert chosen.shape == (400,)
     assert 0 <= chosen[0] < chosen[-1] < 1000
     np.testing.assert_allclose(np.linalg.norm(towards, axis=1), np.ones(20), rtol=1e-12)
-    assert (tried_pairs(5, 400, 20, seed=1)[0] == np.arange(5)).all()
+    assert (choose_tried_pairs(5, 400, 20, seed=1)[0] == np.arange(5)).all()

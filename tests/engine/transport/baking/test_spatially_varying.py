@@ -1,4 +1,4 @@
-"""Numbers and colours at vertices: positions, pictures at texture coordinates, and the parameters that they move."""
+"""Numbers and colours at vertices: positions, images at texture coordinates, and the parameters that they move."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from engine.geometry.shapes import shape
 from engine.images.encode import encode_png, rgb_channels, write_exr
 from engine.transport.baking.spatially_varying import (
     Variation,
-    checked_variations,
+    check_variations,
     variation_from_text,
     variation_to_text,
-    varied_brdfs,
+    vary_brdf,
     vertex_colours,
     vertex_values,
 )
@@ -63,7 +63,7 @@ def test_centres_of_pixels_show_the_codes_as_they_are_stored_and_v_points_up(che
     np.testing.assert_allclose(vertex_values(mesh, checks), np.array([0, 51, 102, 255]) / 255.0, atol=1e-7)
 
 
-def test_between_pixels_values_are_bilinear_and_beyond_the_edges_the_picture_repeats(checks: Path) -> None:
+def test_between_pixels_values_are_bilinear_and_beyond_the_edges_the_image_repeats(checks: Path) -> None:
     mesh = strip([(0.5, 0.75), (0.25, 0.5), (0.5, 0.5), (0.0, 0.75), (1.0, 0.75), (7.5, -3.25), (-0.75, 5.75)])
     expected = np.array([25.5, 51.0, 102.0, 25.5, 25.5, 25.5, 0.0]) / 255.0
     np.testing.assert_allclose(vertex_values(mesh, checks), expected, atol=1e-6)
@@ -87,8 +87,8 @@ def test_values_outside_0_to_1_are_clipped(tmp_path: Path) -> None:
     np.testing.assert_array_equal(vertex_colours(mesh, tmp_path / "wide.exr")[0], 0.0)
 
 
-def test_what_is_no_picture_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "words.png").write_text("no picture")
+def test_what_is_no_image_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "words.png").write_text("no image")
     for name in ("words.png", "absent.png", "w"):
         with pytest.raises(InputError):
             vertex_values(shape("plane"), tmp_path / name)
@@ -114,7 +114,7 @@ def test_other_texts_are_refused_with_the_form(text: str) -> None:
 def test_ends_are_exact_and_the_last_variation_runs_fastest() -> None:
     brdf = brdf_from_text("ggx:kd=0.5,alpha=0.3,f0=0.04")
     variations = (Variation("alpha", 0.1, 0.7, "x"), Variation("kd", 0.9, 0.3, "y"))
-    grid = varied_brdfs(brdf, variations, [[0.0, 1.0], [0.0, 0.5, 1.0]])
+    grid = vary_brdf(brdf, variations, [[0.0, 1.0], [0.0, 0.5, 1.0]])
     assert [(b.alpha, b.kd) for b in grid] == [  # type: ignore[attr-defined]
         (alpha, (kd,) * 3) for alpha in (0.1, 0.7) for kd in (0.9, 0.5 * 0.9 + 0.5 * 0.3, 0.3)
     ]
@@ -130,7 +130,7 @@ def test_ends_are_exact_and_the_last_variation_runs_fastest() -> None:
 )
 def test_what_a_brdf_does_not_have_is_refused(variations: list[Variation], reason: str) -> None:
     with pytest.raises(ValueError, match=reason):
-        checked_variations(brdf_from_text("ggx:alpha=0.3"), variations)
+        check_variations(brdf_from_text("ggx:alpha=0.3"), variations)
 
 
 def test_measured_brdfs_have_nothing_to_vary() -> None:
@@ -138,5 +138,5 @@ def test_measured_brdfs_have_nothing_to_vary() -> None:
         isotropic = reciprocal = energy_conserving = True
 
     with pytest.raises(ValueError, match="only analytic models"):
-        checked_variations(Measured(), [Variation("alpha", 0.1, 0.2, "x")])  # type: ignore[arg-type]
-    assert checked_variations(Measured(), []) == ()  # type: ignore[arg-type]
+        check_variations(Measured(), [Variation("alpha", 0.1, 0.2, "x")])  # type: ignore[arg-type]
+    assert check_variations(Measured(), []) == ()  # type: ignore[arg-type]

@@ -42,7 +42,7 @@ def bumpy_sphere(bumps: float = 0.2) -> Mesh:
     return mesh_of(positions, mesh.faces, mesh.normals)
 
 
-def joined(*meshes: Mesh) -> Mesh:
+def join(*meshes: Mesh) -> Mesh:
     first = np.cumsum([0] + [len(mesh.positions) for mesh in meshes])
     return mesh_of(
         np.concatenate([mesh.positions for mesh in meshes]),
@@ -66,7 +66,7 @@ def box(cells: int = 4) -> Mesh:
     """The cube from −1 to 1 with a normal of its own on each side: corners have three vertices."""
     axes = np.eye(3)
     sides = [(sign * axes[k], axes[(k + 1) % 3], sign * axes[(k + 2) % 3]) for k in range(3) for sign in (1, -1)]
-    return joined(*(square(*side, cells) for side in sides))
+    return join(*(square(*side, cells) for side in sides))
 
 
 def bits_of(of: Receivers, edge: int, vertices: ArrayLike | None = None, *, skip: bool = True) -> NDArray[np.bool_]:
@@ -138,7 +138,7 @@ def test_free_vertices_are_those_with_nothing_above() -> None:
         bumpy_sphere(0.02),
         shape("torus-knot"),
         shape("plane"),
-        joined(box(), square((0, 0, 1.5), (1, 0, 0), (0, 1, 0))),
+        join(box(), square((0, 0, 1.5), (1, 0, 0), (0, 1, 0))),
     ):
         of = receivers(mesh)
         vertices = np.arange(0, len(of), max(1, len(of) // 500))
@@ -177,7 +177,7 @@ def test_V4_grazing_rays_neither_hit_their_face_nor_miss_what_rises() -> None:
     """Directions 1e-7 above and below the plane of a floor, on which a wall stands."""
     floor = square((0, 0, 0), (1, 0, 0), (0, 1, 0))
     wall = square((1, 0, 0.5), (0, 1, 0), (0, 0, 0.5))
-    mesh = joined(floor, wall)
+    mesh = join(floor, wall)
     caster = RayCaster(mesh.positions, mesh.faces)
     azimuth = np.linspace(0.0, 2.0 * np.pi, 1000, endpoint=False) + 1e-3
     origin = offset_origins(np.zeros((1000, 3)), np.tile((0.0, 0.0, 1.0), (1000, 1)), caster)
@@ -191,7 +191,7 @@ def test_V4_grazing_rays_neither_hit_their_face_nor_miss_what_rises() -> None:
 def test_V5_touching_and_coincident_surfaces_give_the_same_answer_each_time() -> None:
     ground = square((0, 0, -1), (3, 0, 0), (0, 3, 0))
     fighting = square((0, 0, -1 + 1e-9), (2, 0, 0), (0, 2, 0))
-    mesh = joined(box(), ground, fighting, ground)
+    mesh = join(box(), ground, fighting, ground)
     first = bits_of(receivers(mesh), 16)
     for _ in range(3):
         np.testing.assert_array_equal(bits_of(receivers(mesh), 16), first)
@@ -201,7 +201,7 @@ def test_V5_touching_and_coincident_surfaces_give_the_same_answer_each_time() ->
 
 def test_a_corner_of_a_room_neither_leaks_nor_hides_itself() -> None:
     """Three walls meet at a vertex of each: from there, exactly the octant between them is visible."""
-    room = joined(
+    room = join(
         square((1, 1, 0), (1, 0, 0), (0, 1, 0)),
         square((0, 1, 1), (0, 1, 0), (0, 0, 1)),
         square((1, 0, 1), (0, 0, 1), (1, 0, 0)),
@@ -218,7 +218,7 @@ def test_a_narrow_groove_opens_only_upwards() -> None:
     lean = np.radians(15.0)
     right = square((np.sin(lean), 0, np.cos(lean)), (0, -50, 0), (np.sin(lean), 0, np.cos(lean)))
     left = square((-np.sin(lean), 0, np.cos(lean)), (0, 50, 0), (-np.sin(lean), 0, np.cos(lean)))
-    groove = joined(left, right)
+    groove = join(left, right)
     bottom = np.flatnonzero((np.abs(groove.positions[:, ::2]) < 1e-12).all(axis=1) & (groove.positions[:, 1] == 0.0))
     assert len(bottom) == 2
     directions = cube_directions(32).reshape(-1, 3)
@@ -232,7 +232,7 @@ def test_a_narrow_groove_opens_only_upwards() -> None:
 
 def test_a_sheet_of_two_sides_sees_both_sides() -> None:
     """Faces of both sides share their places; each side's vertices see its own half of the sphere."""
-    sheet = joined(square((0, 0, 0), (1, 0, 0), (0, 1, 0)), square((0, 0, 0), (0, 1, 0), (1, 0, 0)))
+    sheet = join(square((0, 0, 0), (1, 0, 0), (0, 1, 0)), square((0, 0, 0), (0, 1, 0), (1, 0, 0)))
     of = receivers(sheet)
     np.testing.assert_array_equal(bits_of(of, 16, skip=False), above(of, 16))
 
@@ -319,7 +319,7 @@ def test_the_answer_does_not_depend_on_chunks_or_threads(monkeypatch: pytest.Mon
 
 def test_occlusion_is_the_cosine_weighted_open_share() -> None:
     """Half a wall: seen from its foot, a wall without end hides half of the sky; against the cube map elsewhere."""
-    mesh = joined(square((0, 0, 0), (1, 0, 0), (0, 1, 0), 8), square((0, 0, 500), (0, 500, 0), (0, 0, 500)))
+    mesh = join(square((0, 0, 0), (1, 0, 0), (0, 1, 0), 8), square((0, 0, 500), (0, 500, 0), (0, 0, 500)))
     foot = np.flatnonzero((mesh.positions == 0.0).all(axis=1))[:1]
     assert abs(occlusion(mesh, 1024)[foot[0]] - 0.5) < 0.02
     knot = shape("torus-knot")

@@ -58,7 +58,7 @@ def one_gaussian(
     return direction, gaussian(direction, centre, sigma)[:, None] * np.asarray(weight), area
 
 
-def gathered(views: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray] | None]) -> TransportSamples:
+def gather(views: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray] | None]) -> TransportSamples:
     """Samples of direction, value and area for each vertex and view in turn; None where nothing is reflected."""
     count = [0 if view is None else len(view[2]) for view in views]
     lit = [view for view in views if view is not None]
@@ -84,7 +84,7 @@ def reflecting(normals: np.ndarray, brdf: str, widths: tuple[float, float] = (0.
             up = np.maximum(direction @ normal, 0.0)
             value = model.f(direction @ frame, (view @ frame)[None]) * up[:, None]
             found.append((direction, value, area))
-    return gathered(found)
+    return gather(found)
 
 
 def icosphere(subdivisions: int) -> Mesh:

@@ -28,7 +28,7 @@ from engine.transport.gaussian.fitting.views import VIEWS, view_directions
 from engine.transport.gaussian.samples import glossy_surface
 from engine.transport.gaussian.transfer import diffuse_gain, diffuse_radiance
 from engine.transport.sh.lighting import project
-from tests.engine.transport.gaussian.test_samples import ball
+from tests.engine.transport.gaussian.test_samples import sphere
 
 GLOSSY = "ashikhmin-shirley:kd=0.4/0.3/0.2,ks=0.05,nu=10,nv=30"
 QUICK = BakeSettings(samples=64, edge=16, fine=2)
@@ -37,7 +37,7 @@ QUICK = BakeSettings(samples=64, edge=16, fine=2)
 def ready(settings: BakeSettings = QUICK, text: str = GLOSSY, **more: Any) -> Work:
     ground = Ground(cells=4) if more.pop("on_ground", True) else None
     light = "studio", cube_of(open_environment("studio"), 16)
-    return drain(prepare(ball(4), brdf_from_text(text), settings, ground, environment=light, probes=8, **more))
+    return drain(prepare(sphere(4), brdf_from_text(text), settings, ground, environment=light, probes=8, **more))
 
 
 @pytest.fixture(scope="module")
@@ -57,8 +57,8 @@ def test_a_bake_holds_what_was_announced(work: Work, file: Path) -> None:
     assert estimate_s(work) > 0.0
     transport = transport_of(open_transport(file, work.surface))
     (lobes,) = transport.components
-    assert lobes.sigma.shape == (len(ball(4).positions), VIEWS, 1)
-    assert transport.ground_vertex == len(ball(4).positions)
+    assert lobes.sigma.shape == (len(sphere(4).positions), VIEWS, 1)
+    assert transport.ground_vertex == len(sphere(4).positions)
     assert transport.grazing
     facing = transport.normals[: transport.ground_vertex] @ view_directions().T > 0.0
     assert not lobes.weight[~facing].any()
@@ -113,7 +113,7 @@ def test_the_diffuse_part_is_the_sum_over_the_light(file: Path) -> None:
     diffuse = diffuse_part(brdf_from_text(GLOSSY))
     assert diffuse.grazing
     vertex, eye = 0, np.array([2.0, 6.0, 1.0])
-    frame = glossy_surface(ball(4), brdf_from_text(GLOSSY)).frames[vertex]
+    frame = glossy_surface(sphere(4), brdf_from_text(GLOSSY)).frames[vertex]
     from engine.light.cube_map import cube_directions, cube_solid_angles
 
     wi = cube_directions(32).reshape(-1, 3) @ frame
@@ -142,11 +142,11 @@ def test_direct_light_is_weighed_by_the_lower_error_and_indirect_light_with_all_
     plain, preserving = (0.1, 0.2) if better == "plain" else (0.2, 0.1)
     found = GaussianError(plain, preserving, 0.0, 0.0, 0.3, 0.3, 1)
 
-    def known(*_: object, **__: object) -> Steps[GaussianError]:
+    def find_known(*_: object, **__: object) -> Steps[GaussianError]:
         yield Step(1.0, "known")
         return found
 
-    monkeypatch.setattr(gaussian_bake, "gaussian_error", known)
+    monkeypatch.setattr(gaussian_bake, "gaussian_error", find_known)
     assert ready(replace(QUICK, indirect=True)).weights == (better, "preserving")
 
 

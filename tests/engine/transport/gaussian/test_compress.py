@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from engine.core.directions import normalize
 from engine.light.cube_map import cube_of
 from engine.light.environment_file import open_environment
-from engine.transport.gaussian.compress import CLUSTERS, NAMES, clustered, compressed, restored, size_bytes
+from engine.transport.gaussian.compress import CLUSTERS, NAMES, cluster, compress, restore, size_bytes
 from engine.transport.gaussian.error import change
 from engine.transport.gaussian.fitting.lobes import NARROWEST, WIDEST_LOBE, Lobes
 from engine.transport.gaussian.fitting.views import VIEWS, view_directions, view_neighbours
@@ -39,8 +39,8 @@ def angles(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("lobes", [1, 2])
 def test_codes_lose_no_more_than_they_say(lobes: int) -> None:
     original = lobes_of(30, lobes, 0)
-    arrays = compressed(original)
-    found = restored(arrays, 30, lobes)
+    arrays = compress(original)
+    found = restore(arrays, 30, lobes)
     lit = original.weight.any(axis=(2, 3))
     assert np.array_equal(found.weight.any(axis=(2, 3)), lit)
     assert angles(found.mean[lit], original.mean[lit]).max() < 1.1e-3
@@ -56,20 +56,20 @@ def test_means_keep_their_direction_all_over_the_sphere(seed: int) -> None:
     rng = np.random.default_rng(seed)
     mean = normalize(rng.normal(size=(1, VIEWS, 1, 3)) * 10.0 ** rng.uniform(-8.0, 0.0, (1, VIEWS, 1, 3)))
     ones = np.ones((1, VIEWS, 1, 3), np.float32)
-    found = restored(compressed(Lobes(ones, mean.astype(np.float32), ones[..., 0])), 1, 1)
+    found = restore(compress(Lobes(ones, mean.astype(np.float32), ones[..., 0])), 1, 1)
     assert angles(found.mean, mean).max() < 1.1e-3
 
 
 def test_few_kinds_of_lobes_share_a_book() -> None:
     original = lobes_of(800, 1, 1, kinds=300)
-    arrays = compressed(original)
+    arrays = compress(original)
     assert arrays["book"].shape == (CLUSTERS, 4)
     assert size_bytes(arrays) < 0.9 * (800 * 12 + int(original.weight.any(axis=(2, 3)).sum()) * 8)
-    found = restored(arrays, 800, 1)
+    found = restore(arrays, 800, 1)
     bright = original.energy().max(axis=-1)
     share = np.abs(found.energy() - original.energy()).max(axis=-1) / np.maximum(bright, 1e-9)
     assert np.sqrt((share**2 * bright).sum() / bright.sum()) < 0.02
-    assert len(compressed(lobes_of(800, 1, 2))["book"]) == 0
+    assert len(compress(lobes_of(800, 1, 2))["book"]) == 0
 
 
 def near_kinds(spread: float) -> tuple[np.ndarray, np.ndarray]:
@@ -82,13 +82,13 @@ def near_kinds(spread: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_a_book_is_kept_where_it_is_close_and_nowhere_else() -> None:
-    assert clustered(*near_kinds(0.005)) is not None
-    assert clustered(*near_kinds(0.06)) is None
+    assert cluster(*near_kinds(0.005)) is not None
+    assert cluster(*near_kinds(0.06)) is None
 
 
 def test_the_entries_of_a_book_are_the_means_of_what_they_stand_for() -> None:
     sigma, energy = near_kinds(0.01)
-    found = clustered(sigma, energy)
+    found = cluster(sigma, energy)
     assert found is not None
     book, number = found
     points = np.log(np.concatenate([sigma, energy[:, 0]], axis=1))
@@ -105,7 +105,7 @@ def test_dark_views_lie_between_those_beside_them() -> None:
     sigma = np.full((1, VIEWS, 1), 0.3, np.float32)
     weight = np.ones((1, VIEWS, 1, 3), np.float32)
     weight[0, view_directions()[:, 1] < 0.0] = 0.0
-    found = restored(compressed(Lobes(weight, mean, sigma)), 1, 1)
+    found = restore(compress(Lobes(weight, mean, sigma)), 1, 1)
     lit = cast(Any, weight.any(axis=(2, 3)))[0]
     neighbours = view_neighbours()[0]
     beside = [view for view in np.flatnonzero(~lit) if lit[neighbours[view][neighbours[view] >= 0]].any()]
@@ -113,19 +113,19 @@ def test_dark_views_lie_between_those_beside_them() -> None:
         around = [other for other in neighbours[view] if other >= 0 and lit[other]]
         assert angles(found.mean[0, view, 0], normalize(mean[0, around, 0].mean(axis=0))).max() < 2e-3
     assert np.abs(found.sigma - 0.3).max() < 0.3 * 0.0142
-    dark = restored(compressed(Lobes(0.0 * weight, mean, sigma)), 1, 1)
+    dark = restore(compress(Lobes(0.0 * weight, mean, sigma)), 1, 1)
     assert np.abs(dark.mean[0, :, 0] - view_directions()).max() < 1e-6
 
 
 def test_the_radiance_changes_by_little() -> None:
     original = lobes_of(40, 2, 3)
-    found = restored(compressed(original), 40, 2)
+    found = restore(compress(original), 40, 2)
     assert 0.0 < change(original, found, cube_of(open_environment("studio"), 16)) < 0.03
     assert change(original, original, cube_of(open_environment("studio"), 16)) == 0.0
 
 
 def test_arrays_that_cannot_be_are_refused() -> None:
-    good = compressed(lobes_of(3, 1, 4))
+    good = compress(lobes_of(3, 1, 4))
     assert set(good) == set(NAMES)
     bad = {
         "lit": good["lit"][:2],
@@ -136,10 +136,10 @@ def test_arrays_that_cannot_be_are_refused() -> None:
     }
     for name, array in bad.items():
         with pytest.raises(ValueError, match="its"):
-            restored({**good, name: array}, 3, 1)
+            restore({**good, name: array}, 3, 1)
     count = len(good["sigma"])
     shared = {**good, "book": np.ones((2, 4), np.float32), "energy": np.zeros((0, 1), np.uint32)}
     with pytest.raises(ValueError, match="clusters"):
-        restored({**shared, "sigma": np.full((count, 1), 2, np.uint16)}, 3, 1)
+        restore({**shared, "sigma": np.full((count, 1), 2, np.uint16)}, 3, 1)
     with pytest.raises(ValueError, match="widths"):
-        restored({**shared, "book": np.full((2, 4), -1.0, np.float32), "sigma": np.zeros((count, 1), np.uint16)}, 3, 1)
+        restore({**shared, "book": np.full((2, 4), -1.0, np.float32), "sigma": np.zeros((count, 1), np.uint16)}, 3, 1)

@@ -14,13 +14,13 @@ from engine.transport.gaussian.error import Known, _exact, gaussian_error
 from engine.transport.gaussian.fitting.fit import Fit, FitSettings, fit_vertices
 from engine.transport.gaussian.fitting.views import view_directions
 from engine.transport.gaussian.samples import direct_samples, draw, glossy_surface
-from tests.engine.transport.gaussian.test_samples import ball
+from tests.engine.transport.gaussian.test_samples import sphere
 
 
 @pytest.mark.parametrize("alpha", [0.0005, 0.02, 0.5])
 def test_the_reference_is_the_integral_for_any_width(alpha: float) -> None:
     """Under even light it is the energy of the highlight, and of the diffuse part its colour."""
-    surface = glossy_surface(ball(), brdf_from_text(f"ggx:kd=0.3,alpha={alpha},f0=0.8"))
+    surface = glossy_surface(sphere(), brdf_from_text(f"ggx:kd=0.3,alpha={alpha},f0=0.8"))
     vertex, edge = 30, 32
     views = view_directions()[view_directions() @ surface.frames[vertex, :, 2] > 0.3][::5]
     lit = (cube_directions(edge).reshape(-1, 3) @ surface.frames[vertex, :, 2] > 0.0).astype(np.float64)
@@ -32,7 +32,7 @@ def test_the_reference_is_the_integral_for_any_width(alpha: float) -> None:
 
 
 def test_a_narrow_highlight_sees_the_texel_it_points_at() -> None:
-    surface = glossy_surface(ball(), brdf_from_text("ggx:kd=0,alpha=0.0005,f0=1"))
+    surface = glossy_surface(sphere(), brdf_from_text("ggx:kd=0,alpha=0.0005,f0=1"))
     vertex, edge = 30, 16
     frame = surface.frames[vertex]
     view = frame @ np.array([0.3, 0.1, np.sqrt(0.9)])
@@ -46,7 +46,7 @@ def test_a_narrow_highlight_sees_the_texel_it_points_at() -> None:
 
 def test_lobes_are_off_by_their_distance_and_all_energy_helps_under_even_light() -> None:
     """Under light that is the same everywhere, lobes with all energy are right but for what mixing views adds."""
-    surface = glossy_surface(ball(), brdf_from_text("ggx:kd=0.2,alpha=0.3,f0=0.5"))
+    surface = glossy_surface(sphere(), brdf_from_text("ggx:kd=0.2,alpha=0.3,f0=0.5"))
     vertices = np.arange(10, 60, 10)
     nobody = [np.zeros(0, np.int64)] * len(vertices)
     fitted = fit_vertices(direct_samples(surface, vertices, 96), nobody, Fit.empty(0, 1).lobes, FitSettings())

@@ -14,7 +14,7 @@ from engine.light.cube_map import cube_directions, cube_solid_angles
 from engine.transport.baking.diffuse_specular import parts
 from engine.transport.baking.spatially_varying import Variation
 from engine.transport.gaussian.fitting.views import VIEWS, view_directions
-from engine.transport.gaussian.indirect import EDGE, arrivals, binned, indirect_samples, spread
+from engine.transport.gaussian.indirect import EDGE, arrivals, bin_values, indirect_samples, spread
 from engine.transport.gaussian.samples import (
     GlossySurface,
     direct,
@@ -32,7 +32,7 @@ BRDFS = (
 )
 
 
-def ball(rows: int = 7, radius: float = 1.0) -> Mesh:
+def sphere(rows: int = 7, radius: float = 1.0) -> Mesh:
     """A coarse sphere with its exact normals."""
     turns = 2 * rows
     theta, phi = np.pi * np.arange(1, rows + 1) / (rows + 1), 2.0 * np.pi * np.arange(turns) / turns
@@ -51,7 +51,7 @@ def ball(rows: int = 7, radius: float = 1.0) -> Mesh:
 
 def inside_another(small: Mesh) -> Mesh:
     """`small` and around it a closed sphere."""
-    large = ball(radius=3.0)
+    large = sphere(radius=3.0)
     return Mesh(
         np.concatenate([small.positions, large.positions]),
         np.concatenate([small.normals, large.normals]),
@@ -69,7 +69,7 @@ def above(surface: GlossySurface, vertex: int) -> np.ndarray:
 @pytest.mark.parametrize("text", BRDFS)
 def test_sums_over_samples_are_integrals(text: str) -> None:
     brdf = brdf_from_text(text)
-    surface = glossy_surface(ball(), brdf)
+    surface = glossy_surface(sphere(), brdf)
     glossy = parts(brdf)[1]
     assert glossy is not None
     vertex, edge = 20, 256
@@ -87,7 +87,7 @@ def test_sums_over_samples_are_integrals(text: str) -> None:
 
 def test_open_vertices_have_the_brdf_and_nothing_else() -> None:
     brdf = brdf_from_text(BRDFS[0])
-    surface = glossy_surface(ball(), brdf)
+    surface = glossy_surface(sphere(), brdf)
     assert surface.of.free.all()
     vertex = 33
     frame, view = surface.frames[vertex], above(surface, vertex)[2]
@@ -101,7 +101,7 @@ def test_open_vertices_have_the_brdf_and_nothing_else() -> None:
 
 
 def test_what_is_enclosed_gets_exactly_nothing() -> None:
-    surface = glossy_surface(inside_another(ball()), brdf_from_text(BRDFS[2]))
+    surface = glossy_surface(inside_another(sphere()), brdf_from_text(BRDFS[2]))
     vertices = np.array([0, 20, 60])
     samples = direct_samples(surface, vertices, 64)
     assert not samples.value.any()
@@ -110,7 +110,7 @@ def test_what_is_enclosed_gets_exactly_nothing() -> None:
 
 
 def test_views_below_the_horizon_have_no_samples() -> None:
-    surface = glossy_surface(ball(), brdf_from_text(BRDFS[0]))
+    surface = glossy_surface(sphere(), brdf_from_text(BRDFS[0]))
     vertices = np.array([3, 40])
     samples = direct_samples(surface, vertices, 48)
     counts = np.diff(samples.start).reshape(2, VIEWS)
@@ -119,7 +119,7 @@ def test_views_below_the_horizon_have_no_samples() -> None:
 
 
 def test_a_ground_hides_what_lies_below_it() -> None:
-    surface = glossy_surface(ball(), brdf_from_text(BRDFS[1]), Ground(extent=50.0))
+    surface = glossy_surface(sphere(), brdf_from_text(BRDFS[1]), Ground(extent=50.0))
     vertex = 1 + 3 * 14  # on the equator
     assert not surface.of.free[vertex]
     views = above(surface, vertex)
@@ -132,7 +132,7 @@ def test_a_ground_hides_what_lies_below_it() -> None:
 
 def test_a_lossless_model_on_white_ground_sends_back_all_light() -> None:
     """White furnace: under even light, direct and indirect transport together are the albedo of an open point."""
-    surface = glossy_surface(ball(), brdf_from_text("ggx:kd=0,alpha=0.05,f0=1"), Ground(albedo=1.0, extent=20.0))
+    surface = glossy_surface(sphere(), brdf_from_text("ggx:kd=0,alpha=0.05,f0=1"), Ground(albedo=1.0, extent=20.0))
     for vertex in (1 + 3 * 14, 1 + 5 * 14):
         views = above(surface, vertex)[::3]
         whole = draw(surface, vertex, views, 256)
@@ -148,10 +148,10 @@ def test_a_lossless_model_on_white_ground_sends_back_all_light() -> None:
 
 
 def test_texels_hold_what_arrived() -> None:
-    surface = glossy_surface(ball(), brdf_from_text(BRDFS[2]), Ground(albedo=0.7))
+    surface = glossy_surface(sphere(), brdf_from_text(BRDFS[2]), Ground(albedo=0.7))
     views = above(surface, 60)
     found = arrivals(surface, 60, views, 64)
-    value = binned(found, len(views), EDGE)
+    value = bin_values(found, len(views), EDGE)
     area = np.tile(cube_solid_angles(EDGE).reshape(-1), 6)
     assert np.einsum("mtc,t->c", value, area) == pytest.approx(found.value.sum(axis=0), rel=1e-12)
     wide = np.einsum("mtc,t->mc", spread(value), area)
@@ -163,7 +163,7 @@ def test_texels_hold_what_arrived() -> None:
 
 def test_samples_depend_on_the_vertex_alone() -> None:
     varied = (Variation("alpha", 0.1, 0.6, "y"),)
-    surface = glossy_surface(ball(), brdf_from_text(BRDFS[0]), Ground(), varied)
+    surface = glossy_surface(sphere(), brdf_from_text(BRDFS[0]), Ground(), varied)
     for of in (direct_samples, indirect_samples):
         alone, together = of(surface, np.array([44]), 32), of(surface, np.array([10, 44]), 32)
         assert np.array_equal(together.value[-len(alone.value) :], alone.value)
@@ -171,8 +171,8 @@ def test_samples_depend_on_the_vertex_alone() -> None:
 
 
 def test_parameters_move_from_vertex_to_vertex() -> None:
-    surface = glossy_surface(ball(), brdf_from_text(BRDFS[0]), None, (Variation("alpha", 0.1, 0.6, "y"),))
-    top, bottom = surface.material_at(0).whole, surface.material_at(len(ball().positions) - 1).whole
+    surface = glossy_surface(sphere(), brdf_from_text(BRDFS[0]), None, (Variation("alpha", 0.1, 0.6, "y"),))
+    top, bottom = surface.material_at(0).whole, surface.material_at(len(sphere().positions) - 1).whole
     assert (top.alpha, bottom.alpha) == pytest.approx((0.6, 0.1))  # type: ignore[attr-defined]
     kind, made = surface.coarse
     assert [material.whole.alpha for material in made] == sorted(material.whole.alpha for material in made)  # type: ignore[attr-defined]
@@ -182,7 +182,7 @@ def test_parameters_move_from_vertex_to_vertex() -> None:
 
 
 def test_vertices_turned_inwards_see_nothing() -> None:
-    mesh = ball()
+    mesh = sphere()
     surface = glossy_surface(replace(mesh, normals=-mesh.normals), brdf_from_text(BRDFS[0]))
     assert not surface.of.free.any()
     assert direct_samples(surface, np.array([20]), 64).value.sum() == 0.0

@@ -19,20 +19,20 @@ from engine.light.gaussian_prefilter import (
     PrefilteredCube,
     _grid,
     gaussian_integral,
-    prefiltered,
+    prefilter,
     texel_width,
 )
 from engine.light.lamps import Lamp, lights_of
-from engine.render.transported import picture_of
+from engine.render.transported import image_of
 from engine.transport.gaussian.fitting.lobes import Lobes, gaussian
 from engine.transport.gaussian.fitting.views import VIEWS, nearest_views, view_directions
 from engine.transport.gaussian.lighting import (
-    LEAST_EDGE,
-    MOST_EDGE,
+    MAX_EDGE,
+    MIN_EDGE,
     RATIO,
     THRIFTY,
     GaussianLight,
-    filtered_for,
+    filter_for,
     levels_between,
     levels_for,
     levels_under,
@@ -45,11 +45,11 @@ from engine.transport.gaussian.transfer import (
     diffuse_radiance,
     lobes_seen_from,
     lobes_towards,
-    mixed,
+    mix,
     radiance_towards,
 )
-from engine.transport.relit import RelitGaussians, relit_gaussians
-from tests.engine.gl.relit_scenes import ball
+from engine.transport.relight import RelightGaussians, relight_gaussians
+from tests.engine.gl.relit_scenes import sphere
 from tests.engine.transport.gaussian.synthetic_lobes import mirror_lobes, random_lobes, transport_of
 
 FLAT = 2.0**-23
@@ -75,7 +75,7 @@ def unit(sigma: np.ndarray) -> np.ndarray:
 
 
 def cube_under_one() -> PrefilteredCube:
-    return prefiltered(CubeMap(np.ones((6, 32, 32, 3), np.float32)))
+    return prefilter(CubeMap(np.ones((6, 32, 32, 3), np.float32)))
 
 
 def weights(seen: SeenLobes) -> np.ndarray:
@@ -95,7 +95,7 @@ def test_G12_at_a_view_the_lobes_are_its_own() -> None:
 
 def test_G12_at_a_corner_of_a_triangle_the_lobes_are_its_own() -> None:
     seen = lobes_towards(transport_of(one_vertex(), random_lobes(3, 2)), (0.3, 0.2, 0.9))
-    at = mixed(seen, np.array([[0, 1, 2]] * 3), np.eye(3))
+    at = mix(seen, np.array([[0, 1, 2]] * 3), np.eye(3))
     for name in ("energy", "mean", "sigma"):
         np.testing.assert_allclose(getattr(at, name), getattr(seen, name), rtol=4e-16, atol=4e-16)
 
@@ -117,7 +117,7 @@ def opposite(share: float) -> tuple[SeenLobes, np.ndarray]:
     """A lobe between two corners whose means are opposite, and the means of the corners."""
     means = np.array([[[0.0, 0.6, 0.8]], [[0.0, -0.6, -0.8]], [[1.0, 0.0, 0.0]]])
     corners = SeenLobes(np.ones((3, 1, 3)), means, np.array([[0.1], [0.4], [0.2]]))
-    return mixed(corners, np.array([[0, 1, 2]]), np.array([[share, 1.0 - share, 0.0]])), means
+    return mix(corners, np.array([[0, 1, 2]]), np.array([[share, 1.0 - share, 0.0]])), means
 
 
 def test_G11_opposite_means_in_a_triangle_fall_back_to_the_nearest() -> None:
@@ -170,7 +170,7 @@ def test_G17_widths_rise_evenly_in_their_logarithms() -> None:
 
 def test_an_even_sky_shows_the_energy_of_the_lobes() -> None:
     transport = transport_of(one_vertex(), random_lobes(3, 2), random_lobes(3, 1, 5))
-    even = prefiltered(CubeMap(np.full((6, 64, 64, 3), 2.0, np.float32)))
+    even = prefilter(CubeMap(np.full((6, 64, 64, 3), 2.0, np.float32)))
     view = int(np.argmax(view_directions()[:, 2]))
     seen = lobes_towards(transport, view_directions()[view])
     found = lobe_radiance(GaussianLight(even, 0.5), seen.energy, seen.mean, seen.sigma)
@@ -184,7 +184,7 @@ def test_radiance_is_the_sum_of_the_map_times_the_lobes() -> None:
     transport = transport_of(one_vertex(), random_lobes(3, 2, narrow=0.15))
     view = int(np.argmax(view_directions()[:, 2]))
     seen = lobes_towards(transport, view_directions()[view])
-    light = GaussianLight(filtered_for(environment, levels_for(transport.components)), 1.5)
+    light = GaussianLight(filter_for(environment, levels_for(transport.components)), 1.5)
     found = lobe_radiance(light, seen.energy, seen.mean, seen.sigma)
     cube = cube_of(environment, 128)
     towards = cube_directions(128).reshape(-1, 3)
@@ -216,15 +216,15 @@ def test_EN11_turning_the_light_is_turning_the_map(angle_deg: float) -> None:
     energy, mean = rng.random((400, 1, 3)), normalize(rng.normal(size=(400, 1, 3)))
     sigma = np.exp(rng.uniform(np.log(0.05), 0.0, (400, 1)))
     levels = levels_between(0.05, 1.0)
-    one = lobe_radiance(GaussianLight(filtered_for(environment, levels), rotation=angle), energy, mean, sigma)
-    other = lobe_radiance(GaussianLight(filtered_for(moved, levels)), energy, mean, sigma)
+    one = lobe_radiance(GaussianLight(filter_for(environment, levels), rotation=angle), energy, mean, sigma)
+    other = lobe_radiance(GaussianLight(filter_for(moved, levels)), energy, mean, sigma)
     highest = environment.radiance.max()
     assert np.abs(one - other).max() <= 0.02 * highest
     assert np.sqrt(np.mean((one - other) ** 2) / np.mean(other**2)) < 0.01
 
 
 def test_EN11_a_light_that_is_not_turned_is_the_same_to_the_bit() -> None:
-    filtered = filtered_for(smooth_sky(32), levels_between(0.2, 0.6))
+    filtered = filter_for(smooth_sky(32), levels_between(0.2, 0.6))
     rng = np.random.default_rng(1)
     energy, mean, sigma = rng.random((50, 1, 3)), normalize(rng.normal(size=(50, 1, 3))), np.full((50, 1), 0.3)
     still = lobe_radiance(GaussianLight(filtered, rotation=0.0), energy, mean, sigma)
@@ -236,7 +236,7 @@ def test_EN12_between_levels_for_lobes_radiance_is_continuous_and_right() -> Non
     levels = levels_between(0.1, 0.8)
     radiance = np.zeros((6, levels.edge, levels.edge, 3), np.float32)
     radiance[4, levels.edge // 2, levels.edge // 3] = 1.0
-    filtered = prefiltered(CubeMap(radiance), levels.sigma)
+    filtered = prefilter(CubeMap(radiance), levels.sigma)
     towards = cube_directions(levels.edge)[4, levels.edge // 2, levels.edge // 3]
     area = cube_solid_angles(levels.edge)[levels.edge // 2, levels.edge // 3]
     sigma = np.linspace(0.1, 0.8, 400)[:, None]
@@ -283,8 +283,8 @@ def test_a_disc_that_shrinks_becomes_its_direction() -> None:
 
 def test_levels_are_those_that_lobes_need() -> None:
     diffuse, mirror = levels_between(0.3, 0.6), levels_between(0.0016, 0.01)
-    assert diffuse.edge == LEAST_EDGE
-    assert mirror.edge == MOST_EDGE
+    assert diffuse.edge == MIN_EDGE
+    assert mirror.edge == MAX_EDGE
     for levels, wide in (
         (diffuse, 0.6),
         (mirror, 0.01),
@@ -302,9 +302,9 @@ def test_levels_are_those_that_lobes_need() -> None:
 
 @pytest.mark.parametrize("texels", [0.0, 0.79, 0.9, 1.7, 2.2, 3.0, 4.2, 5.5, 6.0, 9.0])
 def test_levels_lie_where_they_are_cheapest_and_none_is_missing(texels: float) -> None:
-    levels = levels_between(texels / MOST_EDGE, 0.1)
+    levels = levels_between(texels / MAX_EDGE, 0.1)
     sigma, half = np.array(levels.sigma), 0.5 * texel_width(levels.edge)
-    assert half <= sigma[0] <= max(texels / MOST_EDGE, half) * (1.0 + 1e-9)
+    assert half <= sigma[0] <= max(texels / MAX_EDGE, half) * (1.0 + 1e-9)
     assert (sigma[1:] / sigma[:-1]).max() < 2.1
     assert (sigma[1:] / sigma[:-1]).min() > 1.1
     if sigma[0] * levels.edge <= THRIFTY:
@@ -318,7 +318,7 @@ def test_levels_lie_where_they_are_cheapest_and_none_is_missing(texels: float) -
 
 def test_maps_are_cut_no_finer_than_their_texels() -> None:
     assert [levels_under(smooth_sky(rows), (0.002, 0.002)).edge for rows in (8, 64, 100, 512)] == [32, 32, 64, 256]
-    assert levels_between(0.002, 0.002).edge == MOST_EDGE
+    assert levels_between(0.002, 0.002).edge == MAX_EDGE
     for rows in (8, 512):
         levels = levels_under(smooth_sky(rows), (0.002, 0.002))
         assert levels.sigma[0] >= 0.5 * texel_width(levels.edge)
@@ -340,7 +340,7 @@ def test_the_range_of_widths_is_that_of_lobes_that_carry_light() -> None:
 
 
 def test_the_diffuse_part_gives_way_towards_grazing_where_the_brdf_does() -> None:
-    mesh = ball(3)
+    mesh = sphere(3)
     eye = np.array([0.0, 0.0, 4.0])
     lobes = mirror_lobes(normalize(mesh.normals), 0.2, 0.0)
     coefficients = np.zeros((25, 3))
@@ -360,29 +360,29 @@ def test_the_diffuse_part_gives_way_towards_grazing_where_the_brdf_does() -> Non
 
 def test_highlights_are_finer_than_the_triangles() -> None:
     """Figure 2 of the paper: on a coarse ball a sun stays a round spot, because lobes and not colours are mixed."""
-    pictures = []
+    images = []
     for halvings in (2, 5):
-        mesh = ball(halvings)
+        mesh = sphere(halvings)
         transport = transport_of(mesh, mirror_lobes(normalize(mesh.normals), 0.08))
         light = GaussianLight(lamps=(Lamp((0.3, 0.4, 0.9), (1.0, 1.0, 1.0)),))
-        relit = RelitGaussians(transport, light, np.zeros((len(mesh.positions), 3)))
-        pictures.append(drain(picture_of(relit, frame(ball(5).positions), (96, 96), 1)).picture[..., 0])
-    coarse, fine = pictures
+        relit = RelightGaussians(transport, light, np.zeros((len(mesh.positions), 3)))
+        images.append(drain(image_of(relit, frame(sphere(5).positions), (96, 96), 1)).image[..., 0])
+    coarse, fine = images
     assert coarse.max() == pytest.approx(fine.max(), rel=0.1)
     assert coarse.sum() == pytest.approx(fine.sum(), rel=0.15)
 
 
-def test_pictures_are_finite_and_black_from_behind() -> None:
+def test_images_are_finite_and_black_from_behind() -> None:
     mesh = plane()
     transport = transport_of(mesh, random_lobes(len(mesh.positions), 3))
-    light = GaussianLight(filtered_for(smooth_sky(16), levels_for(transport.components)))
-    relit = RelitGaussians(transport, light, np.zeros((len(mesh.positions), 3)))
+    light = GaussianLight(filter_for(smooth_sky(16), levels_for(transport.components)))
+    relit = RelightGaussians(transport, light, np.zeros((len(mesh.positions), 3)))
     for eye, lit_up in (((0.0, 0.0, 2.0), True), ((0.0, 0.0, -2.0), False)):
         camera = frame(mesh.positions)
         camera = type(camera)(eye, (0.0, 0.0, 0.0))
-        picture = drain(picture_of(relit, camera, (40, 30), 2)).picture
-        assert np.isfinite(picture).all()
-        assert (picture[..., 3].max(), picture[..., :3].max() > 0.0) == (1.0, lit_up)
+        image = drain(image_of(relit, camera, (40, 30), 2)).image
+        assert np.isfinite(image).all()
+        assert (image[..., 3].max(), image[..., :3].max() > 0.0) == (1.0, lit_up)
 
 
 def test_lobes_seen_of_the_ground_are_black() -> None:
@@ -403,7 +403,7 @@ def test_parts_that_do_not_belong_together_are_refused() -> None:
         GaussianLight(factor=math.nan)
     transport = transport_of(mesh, random_lobes(len(mesh.positions), 1))
     with pytest.raises(ValueError, match="diffuse has the shape"):
-        RelitGaussians(transport, GaussianLight(), np.zeros((1, 3)))
+        RelightGaussians(transport, GaussianLight(), np.zeros((1, 3)))
 
 
 def test_all_views_are_stored() -> None:
@@ -411,18 +411,18 @@ def test_all_views_are_stored() -> None:
 
 
 def test_all_light_of_a_scene_falls_on_lobes_and_the_diffuse_part() -> None:
-    mesh = ball(2)
+    mesh = sphere(2)
     transport = transport_of(mesh, mirror_lobes(normalize(mesh.normals), 0.2), diffuse=True)
     sky, lamp = smooth_sky(32), Lamp((0.0, 0.0, 1.0), (1.0, 1.0, 1.0))
     eye = (0.0, 0.0, 4.0)
 
-    def radiance(relit: RelitGaussians) -> np.ndarray:
+    def radiance(relit: RelightGaussians) -> np.ndarray:
         return radiance_towards(transport, relit.light, relit.diffuse, eye)
 
-    both = radiance(relit_gaussians(transport, sky, rotation=0.5, factor=2.0, lamps=(lamp,)))
-    apart = 2.0 * radiance(relit_gaussians(transport, sky, rotation=0.5)) + radiance(
-        relit_gaussians(transport, None, lamps=(lamp,))
+    both = radiance(relight_gaussians(transport, sky, rotation=0.5, factor=2.0, lamps=(lamp,)))
+    apart = 2.0 * radiance(relight_gaussians(transport, sky, rotation=0.5)) + radiance(
+        relight_gaussians(transport, None, lamps=(lamp,))
     )
     np.testing.assert_allclose(both, apart, rtol=1e-5, atol=1e-7)
     alone = transport_of(mesh, *transport.components)
-    assert relit_gaussians(alone, sky).diffuse.max() == 0.0
+    assert relight_gaussians(alone, sky).diffuse.max() == 0.0

@@ -11,15 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.transport.sh.basis import (
+    apply_window,
     bands,
     cosine_zonal,
     disc_zonal,
     evaluate,
     integral,
     order_of,
-    turned_zonal,
+    turn_zonal,
     window,
-    windowed,
 )
 
 
@@ -122,8 +122,8 @@ def test_no_directions_give_no_values() -> None:
 def test_H9_ringing_of_a_delta_under_windows(kind: Any, lowest: float, peak: float) -> None:
     theta = np.linspace(0, math.pi, 20_001)
     profile = evaluate(5, np.stack([np.sin(theta), 0 * theta, np.cos(theta)], axis=-1))
-    delta = turned_zonal(disc_zonal(5, 0.0), (0.0, 0.0, 1.0))
-    ringing = profile @ windowed(delta, kind)
+    delta = turn_zonal(disc_zonal(5, 0.0), (0.0, 0.0, 1.0))
+    ringing = profile @ apply_window(delta, kind)
     assert ringing.min() / ringing[0] == pytest.approx(lowest, abs=1e-3)
     assert ringing[0] / (profile[0] @ delta) == pytest.approx(peak, abs=5e-3)
 
@@ -134,7 +134,7 @@ def test_H9_windows_leave_the_mean_untouched() -> None:
         weights = window(7, kind)
         assert weights[0] == 1.0
         assert (np.diff(weights) <= 0).all()
-        np.testing.assert_array_equal(windowed(coefficients, kind)[0], coefficients[0])
+        np.testing.assert_array_equal(apply_window(coefficients, kind)[0], coefficients[0])
     with pytest.raises(ValueError, match="known are none, hanning, lanczos"):
         window(5, cast(Any, "hamming"))
 
@@ -143,7 +143,7 @@ def test_H9_clamped_cosine_at_order_five() -> None:
     theta = np.linspace(0, math.pi, 20_001)
     profile = evaluate(5, np.stack([np.sin(theta), 0 * theta, np.cos(theta)], axis=-1))
     zonal = cosine_zonal(5)
-    cosine = profile @ turned_zonal(zonal, (0.0, 0.0, 1.0))
+    cosine = profile @ turn_zonal(zonal, (0.0, 0.0, 1.0))
     assert cosine.min() == pytest.approx(-0.031, abs=1e-3)
     assert np.abs(cosine - np.maximum(np.cos(theta), 0)).max() == pytest.approx(0.059, abs=1e-3)
     assert (zonal**2).sum() / (2 * math.pi / 3) == pytest.approx(0.9980, abs=1e-4)
@@ -153,7 +153,7 @@ def test_H9_hemisphere_over_and_undershoots() -> None:
     """Half the sphere is a disc of radius 90 degrees; what Gibbs adds at order 5 is 0.114 at either end."""
     theta = np.linspace(0, math.pi, 20_001)
     profile = evaluate(5, np.stack([np.sin(theta), 0 * theta, np.cos(theta)], axis=-1))
-    step = profile @ turned_zonal(disc_zonal(5, math.pi / 2) * math.pi, (0.0, 0.0, 1.0))
+    step = profile @ turn_zonal(disc_zonal(5, math.pi / 2) * math.pi, (0.0, 0.0, 1.0))
     assert step.min() == pytest.approx(-0.114, abs=1e-3)
     assert step.max() == pytest.approx(1.114, abs=1e-3)
 
@@ -173,7 +173,7 @@ def test_discs_are_integrals_over_their_cap(radius: float) -> None:
 def test_a_disc_of_no_radius_is_a_direction() -> None:
     np.testing.assert_allclose(disc_zonal(30, 0.0), np.sqrt((2 * np.arange(30) + 1) / (4 * np.pi)), rtol=1e-14)
     direction = random_directions(5)
-    np.testing.assert_allclose(turned_zonal(disc_zonal(30, 0.0), direction), evaluate(30, direction), atol=1e-13)
+    np.testing.assert_allclose(turn_zonal(disc_zonal(30, 0.0), direction), evaluate(30, direction), atol=1e-13)
 
 
 @pytest.mark.parametrize("radius", [-0.1, 1.6, math.nan])
@@ -194,7 +194,7 @@ def test_cosines_are_integrals_over_the_hemisphere() -> None:
 def test_H10_constant_light_on_a_white_diffuse_surface_is_one() -> None:
     constant = np.zeros((25, 3))
     constant[0] = math.sqrt(4 * math.pi)
-    radiance = turned_zonal(cosine_zonal(5), random_directions(50)) @ constant / math.pi
+    radiance = turn_zonal(cosine_zonal(5), random_directions(50)) @ constant / math.pi
     np.testing.assert_allclose(radiance, 1.0, atol=1e-12)
 
 

@@ -139,11 +139,11 @@ def test_the_mean_over_views_is_the_integral_of_the_table() -> None:
 
 def test_fewer_coefficients_are_those_of_a_lower_order() -> None:
     table = table_of(ISOTROPIC[0], 6)
-    assert np.array_equal(table.of_order(4).at(views(5)), table.at(views(5))[:, :16])
+    assert np.array_equal(table.reduce_order(4).at(views(5)), table.at(views(5))[:, :16])
     with pytest.raises(ValueError, match="no coefficients of order 7"):
-        table.of_order(7)
+        table.reduce_order(7)
     with pytest.raises(ValueError, match="does not fit"):
-        table.of_order(4).radiance(np.zeros((1, 25, 3)), views(1))  # H12
+        table.reduce_order(4).radiance(np.zeros((1, 25, 3)), views(1))  # H12
 
 
 @pytest.mark.parametrize("name", ["satin_rosaline", pytest.param("cc_ibiza_sunset", marks=pytest.mark.long)])

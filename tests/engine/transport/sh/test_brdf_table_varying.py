@@ -15,13 +15,13 @@ from engine.core.steps import drain
 from engine.geometry.ground import Ground
 from engine.light.cube_map import CubeMap
 from engine.transport.baking.file import open_transport
-from engine.transport.baking.spatially_varying import Variation, varied_brdfs, vertex_values
+from engine.transport.baking.spatially_varying import Variation, vary_brdf, vertex_values
 from engine.transport.sh import brdf_table_varying
 from engine.transport.sh.bake import BakeSettings, bake, prepare, transport_of
 from engine.transport.sh.brdf_table import BrdfTable, tabulate
 from engine.transport.sh.brdf_table_varying import VariedTable, tabulate_varied
 from engine.transport.sh.error import sh_error
-from engine.transport.sh.transfer import local_views, signed_radiance, transferred, view_vectors, with_table
+from engine.transport.sh.transfer import local_views, sum_signed_radiance, transfer, view_vectors, with_table
 from tests.engine.transport.sh.test_transfer import small
 
 GLOSSY = "ggx:kd=0.3/0.5/0.2,alpha=0.4,f0=0.04"
@@ -84,7 +84,7 @@ def test_a_vertex_that_varies_shows_what_a_table_of_its_own_would() -> None:
     light = np.random.default_rng(2).normal(size=(40, 16, 3))
     light[:, 0] += 3.0
     for vertex, number in enumerate(numbers):
-        (own,) = varied_brdfs(brdf, (ALPHA, KD), [[n] for n in number])
+        (own,) = vary_brdf(brdf, (ALPHA, KD), [[n] for n in number])
         exact = drain(tabulate(own, 4)).radiance(light, wo)
         found = varied.radiance(light, wo, np.full(40, vertex))
         assert np.linalg.norm(found - exact) < 0.03 * np.linalg.norm(exact)
@@ -93,11 +93,11 @@ def test_a_vertex_that_varies_shows_what_a_table_of_its_own_would() -> None:
 def test_the_error_falls_with_the_number_of_tables_and_is_the_reported_one(monkeypatch: pytest.MonkeyPatch) -> None:
     numbers = np.linspace(0.0, 1.0, 16)[:, None]
     brdf, wide = brdf_from_text(GLOSSY), Variation("alpha", 0.05, 0.8, "y")
-    exact = [drain(tabulate(one, 4)).values for one in varied_brdfs(brdf, [wide], [numbers[:, 0]])]
+    exact = [drain(tabulate(one, 4)).values for one in vary_brdf(brdf, [wide], [numbers[:, 0]])]
     monkeypatch.setattr(brdf_table_varying, "TOLERANCE", 0.0)
     errors, reported = [], []
     for most in (2, 3, 5):
-        monkeypatch.setattr(brdf_table_varying, "MOST_NODES", (most, most))
+        monkeypatch.setattr(brdf_table_varying, "MAX_NODES", (most, most))
         varied = drain(tabulate_varied(brdf, 4, [wide], numbers))
         assert len(varied.tables) == most
         index, weight = varied.corners(np.arange(16))
@@ -127,7 +127,7 @@ def test_a_varied_lambertian_model_keeps_vectors_and_has_the_albedo_of_its_verti
     even[0] = np.sqrt(4.0 * np.pi)
     everything = np.arange(len(mesh.positions))
     straight = np.tile([0.0, 0.0, 1.0], (len(mesh.positions), 1))
-    found = signed_radiance(transport, transferred(transport, even), straight, everything)
+    found = sum_signed_radiance(transport, transfer(transport, even), straight, everything)
     expected = 0.1 + 0.8 * vertex_values(mesh, "y")
     np.testing.assert_allclose(found, np.repeat(expected[:, None], 3, axis=1), rtol=2e-5)
     seen = view_vectors(transport, straight)
@@ -143,15 +143,15 @@ def test_a_varied_bake_is_read_back_as_it_was_and_each_vertex_shows_its_own_brdf
     assert isinstance(transport.table, VariedTable)
     np.testing.assert_array_equal(transport.table.numbers[:, 0], vertex_values(mesh, "y"))
     light = np.random.default_rng(5).normal(size=(16, 3))
-    rows = transferred(transport, light)
+    rows = transfer(transport, light)
     everything = np.arange(len(transport.mesh.positions))
     local = local_views(transport, (2.0, 1.0, 4.0))
-    found = signed_radiance(transport, rows, local, everything)
+    found = sum_signed_radiance(transport, rows, local, everything)
     seen = np.flatnonzero(local[: len(mesh.positions), 2] > 0.0)[::5]
     for vertex in seen:
         numbers = [[mesh_number] for mesh_number in transport.table.numbers[vertex]]
-        own = with_table(transport, drain(tabulate(varied_brdfs(brdf, (ALPHA, KD), numbers)[0], 4)))
-        exact = signed_radiance(own, rows, local[vertex][None], np.array([vertex]))
+        own = with_table(transport, drain(tabulate(vary_brdf(brdf, (ALPHA, KD), numbers)[0], 4)))
+        exact = sum_signed_radiance(own, rows, local[vertex][None], np.array([vertex]))
         assert np.abs(found[vertex] - exact[0]).max() < 0.03 * np.abs(found).max()
     by_view = np.einsum("vci,ic->vc", view_vectors(transport, local), light)
     np.testing.assert_allclose(by_view, found, atol=2e-5 * np.abs(found).max())

@@ -8,7 +8,7 @@ import pytest
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import caster_of
 from engine.transport.baking.visibility import receivers
-from engine.transport.sh.interreflection import Surroundings, gathered
+from engine.transport.sh.interreflection import Surroundings, gather
 
 #: Rays of each vertex; as dense as the cosine, they count a wall's share to about one in their root.
 RAYS = 4096
@@ -34,7 +34,7 @@ def test_a_surface_lights_what_it_faces_and_is_black_from_behind(facing_down: bo
     around = Surroundings(mesh.positions, mesh.faces, receivers(mesh, caster_of(mesh)), 3, RAYS)
     sent = np.zeros((7, 1, 9), np.float32)
     sent[3:] = 2.0
-    found = gathered(around, np.array([0]), sent)
+    found = gather(around, np.array([0]), sent)
     if not facing_down:
         assert not found.any()
         return

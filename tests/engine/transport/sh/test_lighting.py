@@ -14,10 +14,10 @@ from engine.light.cube_map import CubeMap, cube_directions
 from engine.light.environment import EnvironmentMap, solid_angles, texel_directions
 from engine.light.environment_file import read_environment
 from engine.light.lamps import Lamp, lights_of
-from engine.light.sky import built_in
+from engine.light.sky import make_built_in
 from engine.light.sun_split import split_sun
-from engine.transport.sh.basis import cosine_zonal, evaluate, turned_zonal
-from engine.transport.sh.lighting import lamp_coefficients, project, scene_coefficients, turned_about_y
+from engine.transport.sh.basis import cosine_zonal, evaluate, turn_zonal
+from engine.transport.sh.lighting import lamp_coefficients, project, scene_coefficients, turn_about_y
 from tests.engine.scenes import scene
 from tests.engine.transport.sh.test_basis import random_directions
 
@@ -37,7 +37,7 @@ def test_H10_EN9_constant_light_has_one_coefficient(size: Any) -> None:
     coefficients = project(EnvironmentMap(np.ones((*size, 3), np.float32)), 15)
     np.testing.assert_allclose(coefficients[0], math.sqrt(4 * math.pi), rtol=1e-14)
     np.testing.assert_allclose(coefficients[1:], 0.0, atol=1e-13)
-    radiance = turned_zonal(cosine_zonal(15), random_directions(20)) @ coefficients / math.pi
+    radiance = turn_zonal(cosine_zonal(15), random_directions(20)) @ coefficients / math.pi
     np.testing.assert_allclose(radiance, 1.0, atol=1e-6)
 
 
@@ -97,13 +97,13 @@ def test_EN11_turned_light_is_the_light_of_the_turned_map(columns: int) -> None:
     """Turning by whole columns moves texels and nothing else; what came from +Z comes from +X after a quarter."""
     environment = noise(32, 64)
     rotated = EnvironmentMap(np.roll(environment.radiance, -columns, axis=1))
-    expected = turned_about_y(project(environment, 7), 2 * math.pi * columns / 64)
+    expected = turn_about_y(project(environment, 7), 2 * math.pi * columns / 64)
     np.testing.assert_allclose(project(rotated, 7), expected, atol=1e-12)
 
 
 def test_EN11_no_turn_is_the_same_to_the_bit() -> None:
     coefficients = project(noise(8, 16), 5)
-    assert turned_about_y(coefficients, 0.0) is coefficients
+    assert turn_about_y(coefficients, 0.0) is coefficients
 
 
 @pytest.mark.parametrize("radius", [0.0, 0.3, 1.2])
@@ -116,14 +116,14 @@ def test_lamps_are_the_sum_of_their_directions(radius: float) -> None:
 
 def test_a_lamp_facing_a_surface_gives_its_irradiance() -> None:
     lamp = Lamp((0.0, 0.6, 0.8), (3.0, 2.0, 1.0), 0.2)
-    irradiance = turned_zonal(cosine_zonal(40), lamp.direction) @ lamp_coefficients(lamp, 40)
+    irradiance = turn_zonal(cosine_zonal(40), lamp.direction) @ lamp_coefficients(lamp, 40)
     np.testing.assert_allclose(irradiance, lamp.irradiance, rtol=1e-3)
 
 
 def test_all_light_of_a_scene() -> None:
     environment, lamp = noise(16, 32), Lamp((0.0, 1.0, 0.0), (1.0, 2.0, 3.0), 0.1)
     shown = scene(environment=environment, irradiance=2.0, environment_rotation=0.5, lamps=(lamp,))
-    expected = 2.0 * turned_about_y(project(environment, 5), 0.5) + lamp_coefficients(lamp, 5)
+    expected = 2.0 * turn_about_y(project(environment, 5), 0.5) + lamp_coefficients(lamp, 5)
     np.testing.assert_allclose(scene_coefficients(shown, 5), expected, rtol=1e-14)
     alone = scene(light=(0.0, 0.6, 0.8), irradiance=2.0)
     np.testing.assert_allclose(scene_coefficients(alone, 5), 2.0 * evaluate(5, [(0.0, 0.6, 0.8)]).T * np.ones(3))
@@ -141,7 +141,7 @@ def test_a_split_sun_lights_as_it_did_in_the_map(shared_data: Callable[[str], Pa
 
 
 def test_built_in_suns_light_as_they_did_in_the_map() -> None:
-    environment = built_in("evening")
+    environment = make_built_in("evening")
     rest, (sun,) = split_sun(environment)
     both = project(rest, 8) + lamp_coefficients(sun, 8)
     assert np.linalg.norm(both - project(environment, 8)) < 2e-3 * np.linalg.norm(both)

@@ -18,18 +18,18 @@ from engine.geometry.ground import Ground
 from engine.light.lamps import Lamp
 from engine.light.near_lamps import NearLamp, near_lamp_from_text
 from engine.transport.sh.bake import BakeSettings, bake, prepare
-from engine.transport.sh.basis import cosine_zonal, evaluate, turned_zonal
+from engine.transport.sh.basis import cosine_zonal, evaluate, turn_zonal
 from engine.transport.sh.brdf_table import lambert_table
 from engine.transport.sh.lighting import lamp_coefficients
 from engine.transport.sh.near_light import (
-    LADDER,
+    SWEEP,
     TOLERANCE,
     grid,
     incident,
-    interpolated,
+    interpolate,
     near_light,
 )
-from engine.transport.sh.transfer import ShTransport, signed_radiance, transferred
+from engine.transport.sh.transfer import ShTransport, sum_signed_radiance, transfer
 from tests.engine.transport.sh.test_transfer import small
 
 WHITE = (1.0, 1.0, 1.0)
@@ -63,7 +63,7 @@ def test_what_passes_through_a_sphere_about_a_lamp_is_its_power() -> None:
     lamp = NearLamp((0.1, 0.2, 0.0), (2.0, 3.0, 4.0), 0.3)
     towards = sphere_points(4000)
     light = incident([lamp], 2.0 * towards, 30)
-    irradiance = np.einsum("pi,pic->pc", turned_zonal(cosine_zonal(30), -towards), light)
+    irradiance = np.einsum("pi,pic->pc", turn_zonal(cosine_zonal(30), -towards), light)
     np.testing.assert_allclose(irradiance.mean(axis=0) * 4.0 * np.pi * 4.0, lamp.power, rtol=0.01)
 
 
@@ -81,7 +81,7 @@ def test_the_error_falls_with_the_number_of_points(centre: tuple[float, float, f
     """Of the light and of what a vertex shows of it, beside the closed form at every vertex."""
     mesh, lamp = small(24, 11), NearLamp(centre, (30.0, 20.0, 10.0), 0.2)
     exact = incident([lamp], mesh.positions, 5)
-    facing = turned_zonal(cosine_zonal(5), mesh.normals.astype(np.float64))
+    facing = turn_zonal(cosine_zonal(5), mesh.normals.astype(np.float64))
     shown = np.einsum("vi,vic->vc", facing, exact)
     errors, of_radiance, points = [], [], []
     for along in (2, 3, 5, 9, 17):
@@ -101,7 +101,7 @@ def test_points_are_as_many_as_the_error_needs() -> None:
     mesh = small()
     far, near = (near_light([NearLamp((0.0, d, 0.0), WHITE)], mesh.positions, 5) for d in (40.0, 3.0))
     assert far.points == 8
-    assert 27 < near.points <= LADDER[-1] ** 3
+    assert 27 < near.points <= SWEEP[-1] ** 3
     assert TOLERANCE <= 0.01, "what the command line and the program promise"
     assert max(far.error_rel, near.error_rel) <= TOLERANCE
     uneven = sphere_points(200)
@@ -135,19 +135,19 @@ def test_trilinear_functions_are_interpolated_exactly(seed: int, along: int) -> 
     points = np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1).reshape(-1, 3)
     values = np.broadcast_to(value(points)[:, None, None], (len(points), 1, 3))
     inside = np.stack([np.clip(positions[:, k], nodes[k][0], nodes[k][-1]) for k in range(3)], axis=-1)
-    found = interpolated(nodes, values, positions)[:, 0, 0]
+    found = interpolate(nodes, values, positions)[:, 0, 0]
     np.testing.assert_allclose(found, value(inside), atol=2e-5 * max(1.0, np.abs(values).max()))
 
 
 def test_an_open_diffuse_model_shows_the_irradiance_of_the_lamp() -> None:
     """With the whole disc above the horizon: albedo / π · power cos θ / (4 π d²), for any radius."""
     mesh, lamp = small(24, 11), NearLamp((0.0, 4.0, 0.0), (300.0, 200.0, 100.0), 0.5)
-    vectors = turned_zonal(cosine_zonal(15) / np.pi, mesh.normals.astype(np.float64))[:, None].astype(np.float32)
+    vectors = turn_zonal(cosine_zonal(15) / np.pi, mesh.normals.astype(np.float64))[:, None].astype(np.float32)
     table = lambert_table(brdf_from_text("lambert:albedo=0.5"), 15)  # type: ignore[arg-type]
     transport = ShTransport(mesh, len(mesh.positions), True, 0.0, table, False, vectors)
-    rows = transferred(transport, near_light([lamp], mesh.positions, 15).coefficients)
+    rows = transfer(transport, near_light([lamp], mesh.positions, 15).coefficients)
     everything = np.arange(len(mesh.positions))
-    found = signed_radiance(transport, rows, np.tile([0.0, 0.0, 1.0], (len(everything), 1)), everything)
+    found = sum_signed_radiance(transport, rows, np.tile([0.0, 0.0, 1.0], (len(everything), 1)), everything)
     offset = np.array(lamp.position) - mesh.positions
     distance = np.linalg.norm(offset, axis=1)
     cosine = np.einsum("vi,vi->v", offset, mesh.normals) / distance
@@ -163,14 +163,14 @@ def test_light_of_ones_own_that_is_alike_for_all_is_light_for_all(tmp_path: Path
     transport = drain(bake(tmp_path / "t", work)).transport
     light = np.random.default_rng(1).normal(size=(9, 3))
     each = np.tile(light, (len(transport.mesh.positions), 1, 1))
-    np.testing.assert_array_equal(transferred(transport, each), transferred(transport, light))
+    np.testing.assert_array_equal(transfer(transport, each), transfer(transport, light))
     each[0] = 0.0
-    changed = (transferred(transport, each) != transferred(transport, light)).any(axis=1)
+    changed = (transfer(transport, each) != transfer(transport, light)).any(axis=1)
     count = 1 if transport.diffuse else 9
     assert changed[:count].any()
     assert not changed[count:].any()
     with pytest.raises(ValueError, match="does not fit"):
-        transferred(transport, each[1:])
+        transfer(transport, each[1:])
 
 
 def test_lamps_come_as_text() -> None:

@@ -1,4 +1,4 @@
-"""Rotation of spherical harmonics: its laws, the traps of Euler angles, and the twin that turns many at once."""
+"""Rotation of spherical harmonics: its laws, the traps of Euler angles, and the counterpart that turns many at once."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from engine.transport.sh.basis import evaluate
 from engine.transport.sh.rotation import (
     nearest_rotation,
     rotate,
-    rotated_from_frames,
-    rotated_into_frames,
+    rotate_from_frames,
+    rotate_into_frames,
     rotation,
     swap,
 )
@@ -143,17 +143,17 @@ def frames() -> np.ndarray:
 @pytest.mark.parametrize("order", [1, 5, 9])
 def test_many_frames_at_once_are_like_one_after_the_other(order: int, dtype: Any, close: float) -> None:
     coefficients = np.random.default_rng(0).normal(size=(order**2, 3))
-    local = rotated_into_frames(coefficients.astype(dtype), frames().astype(dtype))
+    local = rotate_into_frames(coefficients.astype(dtype), frames().astype(dtype))
     assert local.dtype == dtype
     expected = [rotate(coefficients, frame.T) for frame in frames()]
     np.testing.assert_allclose(local, expected, atol=close)
-    back = rotated_from_frames(local, frames().astype(dtype))
+    back = rotate_from_frames(local, frames().astype(dtype))
     np.testing.assert_allclose(back, np.broadcast_to(coefficients, back.shape), atol=close)
 
 
 def test_light_in_a_frame_is_the_light_seen_from_it() -> None:
     coefficients = np.random.default_rng(1).normal(size=(25, 3))
-    local = rotated_into_frames(coefficients, frames())
+    local = rotate_into_frames(coefficients, frames())
     wi = random_directions(len(frames()), 7)  # in each frame
     world = np.einsum("nij,nj->ni", frames(), wi)
     seen = np.einsum("ni,nic->nc", evaluate(5, wi), local)
@@ -162,14 +162,14 @@ def test_light_in_a_frame_is_the_light_seen_from_it() -> None:
 
 def test_columns_of_matrices_are_rotated_alike() -> None:
     matrices = np.random.default_rng(2).normal(size=(len(frames()), 16, 16))
-    local = rotated_into_frames(matrices, frames())
+    local = rotate_into_frames(matrices, frames())
     for frame, matrix, rotated in zip(frames(), matrices, local, strict=True):
         np.testing.assert_allclose(rotated, rotation(4, frame.T) @ matrix, atol=1e-13)
 
 
 def test_no_frames_and_wrong_shapes() -> None:
-    assert rotated_into_frames(np.ones((25, 3)), np.zeros((0, 3, 3))).shape == (0, 25, 3)
+    assert rotate_into_frames(np.ones((25, 3)), np.zeros((0, 3, 3))).shape == (0, 25, 3)
     with pytest.raises(ValueError, match="do not fit"):
-        rotated_into_frames(np.ones((7, 25, 3)), frames())
+        rotate_into_frames(np.ones((7, 25, 3)), frames())
     with pytest.raises(ValueError, match="no order"):
-        rotated_into_frames(np.ones((24, 3)), frames())
+        rotate_into_frames(np.ones((24, 3)), frames())

@@ -21,23 +21,23 @@ from engine.geometry.mesh import Mesh
 from engine.light.cube_map import CubeMap, cube_directions, cube_solid_angles
 from engine.transport.baking.file import open_transport
 from engine.transport.baking.visibility import receivers
-from engine.transport.relit import RelitSh
-from engine.transport.sh.bake import BakeSettings, bake, prepare, reflected, transport_of
-from engine.transport.sh.basis import cosine_zonal, evaluate, turned_zonal
+from engine.transport.relight import RelightSh
+from engine.transport.sh.bake import BakeSettings, bake, prepare, reflect, transport_of
+from engine.transport.sh.basis import cosine_zonal, evaluate, turn_zonal
 from engine.transport.sh.brdf_table import lambert_table, tabulate
 from engine.transport.sh.error import sh_error
-from engine.transport.sh.rotation import rotated_into_frames
+from engine.transport.sh.rotation import rotate_into_frames
 from engine.transport.sh.transfer import (
     ShTransport,
+    compute_unshadowed,
     diffuse_vectors,
     local_views,
     matrices,
     products,
-    signed_radiance,
+    sum_signed_radiance,
     tangent_frames,
     texel_basis,
-    transferred,
-    unshadowed,
+    transfer,
     visibility_harmonics,
     with_table,
 )
@@ -72,7 +72,9 @@ def small(turns: int = 12, rows: int = 7) -> Mesh:
     return Mesh(positions, positions.astype(np.float32), uv, np.array(faces, np.int32), "small")
 
 
-def baked(mesh: Mesh, brdf: Brdf, path: Path, settings: BakeSettings = QUICK, ground: Ground | None = None) -> Any:
+def bake_transfer(
+    mesh: Mesh, brdf: Brdf, path: Path, settings: BakeSettings = QUICK, ground: Ground | None = None
+) -> Any:
     return drain(bake(path, drain(prepare(mesh, brdf, settings, ground))))
 
 
@@ -110,7 +112,7 @@ def test_H11_an_open_point_has_the_rotation_and_a_closed_one_exactly_nothing() -
     light = random_light(4)
     directions = cube_directions(64).reshape(-1, 3)
     above = (frames[:, :, 2] @ directions.T > 0.0).astype(np.uint8)
-    rotated = rotated_into_frames(light, frames)
+    rotated = rotate_into_frames(light, frames)
     for free, bound in ((True, 1e-6), (False, 0.02)):  # exactly, and by the sum over texels cut at the horizon
         seen = visibility_harmonics(above, 1, 64, 7)
         found = matrices(seen, frames, np.full(len(frames), free)) @ light
@@ -141,7 +143,7 @@ def test_vectors_of_diffuse_vertices_are_the_integral_with_the_cosine() -> None:
     normals = normalize(np.random.default_rng(2).normal(size=(3, 3)))
     directions = cube_directions(32).reshape(-1, 3)
     above = (normals @ directions.T > 0.0).astype(np.uint8)
-    exact = turned_zonal(cosine_zonal(5) / np.pi, normals)
+    exact = turn_zonal(cosine_zonal(5) / np.pi, normals)
     summed = diffuse_vectors(above, 1, 32, 5, normals, np.zeros(3, bool))
     assert np.abs(summed - exact).max() < 2e-3
     assert np.abs(diffuse_vectors(above, 1, 32, 5, normals, np.ones(3, bool)) - exact).max() < 1e-7
@@ -150,43 +152,43 @@ def test_vectors_of_diffuse_vertices_are_the_integral_with_the_cosine() -> None:
 @pytest.mark.parametrize("text", ["lambert:albedo=0.6/0.5/0.4", GLOSSY])
 def test_convex_models_are_shaded_as_without_transfer(text: str, tmp_path: Path) -> None:
     mesh, brdf = small(), brdf_from_text(text)
-    done = baked(mesh, brdf, tmp_path / "a.transport")
+    done = bake_transfer(mesh, brdf, tmp_path / "a.transport")
     light, eye = random_light(4), (3.0, 1.0, 2.0)
-    assert done.free_vertices == len(mesh.positions)
+    assert done.unoccluded_vertices == len(mesh.positions)
     assert done.file.arrays["rows"].shape == ((1 if text.startswith("lambert") else 16) * len(mesh.positions), 1, 16)
     table = drain(tabulate(brdf, 4))
-    expected = table.radiance(unshadowed(mesh, light), local_views(done.transport, eye))
-    found = shown(done.transport, light, eye)
+    expected = table.radiance(compute_unshadowed(mesh, light), local_views(done.transport, eye))
+    found = show(done.transport, light, eye)
     facing = local_views(done.transport, eye)[:, 2] > 0.0
     assert np.abs(found - expected)[facing].max() < 2e-5 * np.abs(expected).max()
     assert not found[~facing].any()
 
 
-def shown(transport: ShTransport, light: np.ndarray, eye: tuple[float, float, float]) -> np.ndarray:
+def show(transport: ShTransport, light: np.ndarray, eye: tuple[float, float, float]) -> np.ndarray:
     """(V, 3) the radiance of all vertices towards `eye`."""
     everything = np.arange(len(transport.mesh.positions))
-    return signed_radiance(transport, transferred(transport, light), local_views(transport, eye), everything)
+    return sum_signed_radiance(transport, transfer(transport, light), local_views(transport, eye), everything)
 
 
 def test_what_the_graphics_device_draws_is_the_same_light(tmp_path: Path) -> None:
     light, eye = random_light(4), (3.0, 1.0, 2.0)
     for text in (GLOSSY, "lambert:albedo=0.2/0.3/0.4"):
         path = tmp_path / f"{text[:3]}.transport"
-        transport = baked(small(), brdf_from_text(text), path, ground=Ground(cells=4)).transport
-        lit = RelitSh(transport, transferred(transport, light))
+        transport = bake_transfer(small(), brdf_from_text(text), path, ground=Ground(cells=4)).transport
+        lit = RelightSh(transport, transfer(transport, light))
         local = local_views(transport, eye)
         kept = lit.flat_vertex
         own = lit.rows[: kept * 16].reshape(kept, 16, 3)
         found = np.concatenate([lit.table.radiance(own, local[:kept], np.arange(kept)), lit.flat])
-        expected = shown(transport, light, eye)
+        expected = show(transport, light, eye)
         facing = local[:, 2] > 0.0
         assert np.abs(found - expected)[facing].max() < 1e-5 * expected.max()
 
 
 def test_H12_light_of_another_order_is_refused(tmp_path: Path) -> None:
-    transport = baked(small(), Lambert(), tmp_path / "a.transport").transport
+    transport = bake_transfer(small(), Lambert(), tmp_path / "a.transport").transport
     with pytest.raises(ValueError, match="does not fit transport of order 4"):
-        transferred(transport, random_light(5))
+        transfer(transport, random_light(5))
 
 
 def box() -> Mesh:
@@ -218,7 +220,7 @@ def box() -> Mesh:
 def test_H11_inside_a_closed_box_it_is_dark(tmp_path: Path) -> None:
     for brdf in (Lambert(), brdf_from_text(GLOSSY)):
         settings = replace(QUICK, bounces=2)
-        transport = baked(box(), brdf, tmp_path / f"{type(brdf).__name__}.transport", settings).transport
+        transport = bake_transfer(box(), brdf, tmp_path / f"{type(brdf).__name__}.transport", settings).transport
         assert not transport.rows.any()
 
 
@@ -227,7 +229,7 @@ def test_bounces_add_up_to_less_than_a_geometric_series(tmp_path: Path) -> None:
     mesh, albedo = small(), 0.5
     work = drain(prepare(mesh, Lambert((albedo,) * 3), replace(QUICK, bounces=8), Ground(albedo=albedo, cells=1)))
     of = receivers(work.surface, work.caster)
-    sent = drain(reflected(work, of))
+    sent = drain(reflect(work, of))
     ambient = np.zeros(16)
     ambient[0] = np.sqrt(4.0 * np.pi)
     radiance = sent[:, 0] @ ambient
@@ -235,7 +237,7 @@ def test_bounces_add_up_to_less_than_a_geometric_series(tmp_path: Path) -> None:
     assert radiance.max() <= albedo / (1.0 - albedo) + 1e-6
     lowest = mesh.positions[:, 1].argmin()
     once = drain(
-        reflected(
+        reflect(
             drain(prepare(mesh, Lambert((albedo,) * 3), replace(QUICK, bounces=1), Ground(albedo=albedo, cells=1))), of
         )
     )
@@ -252,12 +254,12 @@ def test_bounces_brighten_the_underside_by_what_the_ground_sends(tmp_path: Path)
         rows = {}
         for bounces in (0, 1):
             path = tmp_path / f"{type(brdf).__name__}{bounces}.transport"
-            transport = baked(mesh, brdf, path, replace(QUICK, bounces=bounces), ground).transport
-            rows[bounces] = transport, transferred(transport, light)
+            transport = bake_transfer(mesh, brdf, path, replace(QUICK, bounces=bounces), ground).transport
+            rows[bounces] = transport, transfer(transport, light)
         lowest = int(mesh.positions[:, 1].argmin())
         local = np.array([[0.6, 0.0, 0.8]])
         dark, bright = (
-            signed_radiance(transport, found, local, np.array([lowest]))[0, 0] for transport, found in rows.values()
+            sum_signed_radiance(transport, found, local, np.array([lowest]))[0, 0] for transport, found in rows.values()
         )
         table = transport.table
         lit = np.zeros((1, 16, 3))
@@ -268,19 +270,21 @@ def test_bounces_brighten_the_underside_by_what_the_ground_sends(tmp_path: Path)
 
 
 def test_another_brdf_is_shown_without_a_bake_where_it_can_be(tmp_path: Path) -> None:
-    glossy = baked(small(), brdf_from_text(GLOSSY), tmp_path / "a.transport").transport
+    glossy = bake_transfer(small(), brdf_from_text(GLOSSY), tmp_path / "a.transport").transport
     other = drain(tabulate(brdf_from_text("phong:exponent=8"), 5))
-    fresh = baked(small(), brdf_from_text("phong:exponent=8"), tmp_path / "b.transport").transport
+    fresh = bake_transfer(small(), brdf_from_text("phong:exponent=8"), tmp_path / "b.transport").transport
     light, eye = random_light(4), (3.0, 1.0, 2.0)
-    changed = shown(with_table(glossy, other), light, eye)
-    assert np.abs(changed - shown(fresh, light, eye)).max() < 0.01 * np.abs(changed).max()
-    diffuse = baked(small(), Lambert((0.5,) * 3), tmp_path / "c.transport").transport
-    scaled = shown(with_table(diffuse, lambert_table(Lambert((0.25,) * 3), 4)), light, eye)
-    assert np.abs(2.0 * scaled - shown(diffuse, light, eye)).max() < 1e-6
+    changed = show(with_table(glossy, other), light, eye)
+    assert np.abs(changed - show(fresh, light, eye)).max() < 0.01 * np.abs(changed).max()
+    diffuse = bake_transfer(small(), Lambert((0.5,) * 3), tmp_path / "c.transport").transport
+    scaled = show(with_table(diffuse, lambert_table(Lambert((0.25,) * 3), 4)), light, eye)
+    assert np.abs(2.0 * scaled - show(diffuse, light, eye)).max() < 1e-6
     with pytest.raises(ValueError, match="baked as vectors"):
         with_table(diffuse, other)
     with pytest.raises(ValueError, match="baked for one BRDF"):
-        with_table(baked(small(), Lambert(), tmp_path / "d.transport", replace(QUICK, bounces=1)).transport, other)
+        with_table(
+            bake_transfer(small(), Lambert(), tmp_path / "d.transport", replace(QUICK, bounces=1)).transport, other
+        )
 
 
 def test_the_file_is_the_same_for_any_number_of_threads_and_after_a_pause(tmp_path: Path) -> None:
@@ -289,7 +293,7 @@ def test_the_file_is_the_same_for_any_number_of_threads_and_after_a_pause(tmp_pa
     threads = numba.get_num_threads()
     try:
         numba.set_num_threads(1)
-        baked(small(), brdf, tmp_path / "one.transport", settings, ground)
+        bake_transfer(small(), brdf, tmp_path / "one.transport", settings, ground)
     finally:
         numba.set_num_threads(threads)
     work = drain(prepare(small(), brdf, settings, ground))
@@ -299,7 +303,7 @@ def test_the_file_is_the_same_for_any_number_of_threads_and_after_a_pause(tmp_pa
             break
     steps.close()
     assert not (tmp_path / "two.transport").exists()
-    again = baked(small(), brdf, tmp_path / "two.transport", settings, ground)
+    again = bake_transfer(small(), brdf, tmp_path / "two.transport", settings, ground)
     assert again.resumed_chunks >= 1
     assert (tmp_path / "one.transport").read_bytes() == (tmp_path / "two.transport").read_bytes()
     assert work.size_bytes == (tmp_path / "two.transport").stat().st_size
@@ -307,7 +311,7 @@ def test_the_file_is_the_same_for_any_number_of_threads_and_after_a_pause(tmp_pa
 
 def test_files_of_other_modes_and_meshes_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.transport"
-    baked(small(), Lambert(), path)
+    bake_transfer(small(), Lambert(), path)
     transport_of(open_transport(path, small()))
     with pytest.raises(InputError, match="another mesh"):
         transport_of(open_transport(path, small(10)))

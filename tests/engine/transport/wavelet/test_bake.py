@@ -19,7 +19,7 @@ from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import open_mesh, plane, sphere
-from engine.transport.baking.chunks import estimated_s
+from engine.transport.baking.chunks import estimate_s as estimated_s
 from engine.transport.baking.file import open_transport, plan_transport, writing
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.bake import (
@@ -33,7 +33,7 @@ from engine.transport.wavelet.bake import (
     transport_of,
 )
 from engine.transport.wavelet.quantise import encode_light
-from engine.transport.wavelet.transfer import radiance_towards, relit
+from engine.transport.wavelet.transfer import radiance_towards, relight_transport
 
 COARSE = BakeSettings(16, 40, 2)
 
@@ -86,9 +86,9 @@ def test_an_interrupted_bake_goes_on_and_is_the_same_file(small: Work, tmp_path:
 def test_a_free_vertex_under_even_light_reflects_the_albedo_and_skips_its_rays(tmp_path: Path) -> None:
     work = prepare(plane(), diffuse(), COARSE)
     baked = drain(bake(tmp_path / "plane.transport", work))
-    assert baked.free_vertices == work.vertices
+    assert baked.unoccluded_vertices == work.vertices
     light = encode_light(np.ones((6, 16, 16, 3)))
-    found = radiance_towards(baked.transport, relit(baked.transport, light), plane().normals.astype(float))
+    found = radiance_towards(baked.transport, relight_transport(baked.transport, light), plane().normals.astype(float))
     assert found.value == pytest.approx(0.5, abs=4e-3)
 
 
@@ -166,7 +166,7 @@ def test_files_of_other_kinds_meshes_and_lies_are_refused(small: Work, tmp_path:
     streamed = {name: (found.arrays[name].dtype, found.arrays[name].shape[1:]) for name in ("words", "peaks", "counts")}
     whole = {name: found.arrays[name] for name in ("view_maps", "light_maps")}
 
-    def written(kind: str, settings: dict[str, object], indices: np.ndarray) -> Path:
+    def write(kind: str, settings: dict[str, object], indices: np.ndarray) -> Path:
         other = tmp_path / "other.transport"
         kinds = {"indices": (indices.dtype, indices.shape[1:]), **streamed}
         with writing(other, plan_transport(kind, found.mesh, settings, whole, kinds, rows)) as writer:
@@ -174,20 +174,20 @@ def test_files_of_other_kinds_meshes_and_lies_are_refused(small: Work, tmp_path:
         return other
 
     settings, indices = dict(found.settings), np.array(found.arrays["indices"])
-    transport_of(open_transport(written("wavelet", settings, indices)))
+    transport_of(open_transport(write("wavelet", settings, indices)))
     with pytest.raises(InputError, match="mode sh"):
-        transport_of(open_transport(written("sh", settings, indices)))
+        transport_of(open_transport(write("sh", settings, indices)))
     with pytest.raises(InputError, match="do not exist"):
-        transport_of(open_transport(written("wavelet", settings, np.full_like(indices, 6 * 16 * 16))))
+        transport_of(open_transport(write("wavelet", settings, np.full_like(indices, 6 * 16 * 16))))
     with pytest.raises(InputError, match="other types"):
-        transport_of(open_transport(written("wavelet", settings, indices.astype(np.uint32))))
+        transport_of(open_transport(write("wavelet", settings, indices.astype(np.uint32))))
     for name, lie in {"edge": 128, "ground_vertex": 3, "map": "cube", "map_size": "x", "ground_albedo": []}.items():
         if name == "ground_vertex":
             continue  # with one term all numbers of vectors are alike
         with pytest.raises(InputError, match="cannot be"):
-            transport_of(open_transport(written("wavelet", {**settings, name: lie}, indices)))
+            transport_of(open_transport(write("wavelet", {**settings, name: lie}, indices)))
     with pytest.raises(InputError, match="cannot be"):
-        transport_of(open_transport(written("wavelet", {}, indices)))
+        transport_of(open_transport(write("wavelet", {}, indices)))
 
 
 def test_fewer_terms_are_the_first_of_more() -> None:

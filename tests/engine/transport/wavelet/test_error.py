@@ -67,7 +67,7 @@ def test_errors_are_those_to_expect(
         assert found.mean_rel > 0.01
 
 
-def test_a_term_that_makes_pictures_worse_is_not_counted() -> None:
+def test_a_term_that_makes_images_worse_is_not_counted() -> None:
     brdf = brdf_from_text("phong:kd=0.3,ks=0.4,exponent=8")
     good = drain(factors_for(brdf, 3))
     noise = np.random.default_rng(2).random(size=good.first[:1].shape, dtype=np.float32)

@@ -18,10 +18,10 @@ from engine.light.environment import EnvironmentMap, solid_angles, texel_directi
 from engine.light.lamps import Lamp
 from engine.transport.wavelet.bake import BakeSettings, Work, bake_in_memory, prepare
 from engine.transport.wavelet.haar import cube_of_coefficients
-from engine.transport.wavelet.lighting import Lighting, dark, lamp_tuples, lighting_of, rotated, tuples
+from engine.transport.wavelet.lighting import Lighting, dark, lamp_tuples, lighting_of, rotate, tuples
 from engine.transport.wavelet.quantise import encode_light
 from engine.transport.wavelet.relight import Relighter, Relighting
-from engine.transport.wavelet.transfer import WaveletTransport, radiance_towards, relit, vectors_of
+from engine.transport.wavelet.transfer import WaveletTransport, radiance_towards, relight_transport, vectors_of
 
 EDGE = 16
 
@@ -45,7 +45,7 @@ def with_sun(value: float) -> EnvironmentMap:
     return EnvironmentMap(radiance)
 
 
-def baked(work: Work) -> WaveletTransport:
+def bake(work: Work) -> WaveletTransport:
     parts = [arrays for _, arrays in bake_in_memory(work, np.arange(work.vertices))]
     arrays = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     return WaveletTransport(work.surface, work.ground_vertex, work.factors, 0.0, EDGE, vectors_of(arrays))
@@ -56,7 +56,7 @@ def transport() -> WaveletTransport:
     corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.2, 0.0], [0.1, 1.0, 0.3]])
     normals = np.repeat(normalize(np.cross(corners[1], corners[2]))[None], 3, axis=0).astype(np.float32)
     triangle = Mesh(corners, normals, np.zeros((3, 2), np.float32), np.array([[0, 1, 2]], np.int32), "triangle")
-    return baked(prepare(triangle, diffuse(), BakeSettings(EDGE, 80, 1)))
+    return bake(prepare(triangle, diffuse(), BakeSettings(EDGE, 80, 1)))
 
 
 @pytest.mark.parametrize("sun", [0.0, 1e3, 1e4, 1e6])
@@ -94,15 +94,15 @@ def test_Z15_ten_thousand_updates_are_one_fresh_sum(transport: WaveletTransport)
         quantised, scaling = quantised.copy(), first.scaling * rng.random()
         quantised[rng.integers(6, len(quantised), 3)] = rng.integers(-32767, 32768, (3, 3))
         rows = relighting.update(replace(first, quantised=quantised, scaling=scaling))
-    fresh = relit(transport, replace(first, quantised=quantised, scaling=scaling))
+    fresh = relight_transport(transport, replace(first, quantised=quantised, scaling=scaling))
     assert np.abs(rows - fresh).max() <= 1e-12 * np.abs(fresh).max()
 
 
 def test_updates_reach_every_light(transport: WaveletTransport) -> None:
     one, other = (encode_light(np.random.default_rng(seed).random((6, EDGE, EDGE, 3)), 0) for seed in (1, 2))
     relighting = Relighting(transport, one)
-    np.testing.assert_allclose(relighting.update(other), relit(transport, other), rtol=1e-10, atol=1e-12)
-    np.testing.assert_allclose(relighting.update(one), relit(transport, one), rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(relighting.update(other), relight_transport(transport, other), rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(relighting.update(one), relight_transport(transport, one), rtol=1e-10, atol=1e-12)
     with pytest.raises(ValueError, match="another edge"):
         relighting.update(encode_light(np.zeros((6, 8, 8, 3))))
 
@@ -111,14 +111,14 @@ def test_turning_moves_what_came_from_z_to_x_and_keeps_the_flux() -> None:
     radiance = np.zeros((32, 64, 3), np.float32)
     radiance[15, 31:33] = 1.0  # about +Z
     environment = EnvironmentMap(radiance)
-    quarter = rotated(environment, math.pi / 2.0)
+    quarter = rotate(environment, math.pi / 2.0)
     towards = (quarter.radiance[..., :1] * texel_directions(32, 64)).sum(axis=(0, 1))
     assert normalize(towards) == pytest.approx([1.0, 0.0, 0.0], abs=0.06)
-    assert rotated(environment, 0.0) is environment
-    np.testing.assert_array_equal(rotated(environment, 2.0 * math.pi).radiance, radiance)
+    assert rotate(environment, 0.0) is environment
+    np.testing.assert_array_equal(rotate(environment, 2.0 * math.pi).radiance, radiance)
     for angle in (0.3, -1.7, 100.0):
-        assert rotated(environment, angle).radiance.sum(dtype=float) == pytest.approx(radiance.sum(dtype=float))
-    lamp = Lamp((0.0, 0.0, 1.0), (1.0, 1.0, 1.0)).rotated(math.pi / 2.0)
+        assert rotate(environment, angle).radiance.sum(dtype=float) == pytest.approx(radiance.sum(dtype=float))
+    lamp = Lamp((0.0, 0.0, 1.0), (1.0, 1.0, 1.0)).rotate(math.pi / 2.0)
     assert lamp.direction == pytest.approx((1.0, 0.0, 0.0), abs=1e-12)
 
 
@@ -146,14 +146,14 @@ def test_a_relighter_gives_what_a_fresh_sum_gives_with_the_least_work(
     """Through changes of one coefficient, of all, of lamps alone and of nothing; what is done each time is counted."""
     calls: list[str] = []
 
-    def counted(name: str, where: str) -> None:
+    def count(name: str, where: str) -> None:
         module = "engine.transport.wavelet.relight"
         own = __import__(module, fromlist=[where])
         before = getattr(own, where)
         monkeypatch.setattr(f"{module}.{where}", lambda *words: cast(Any, calls).append(name) or before(*words))
 
     for name, where in {"whole": "relit", "lamps": "lamp_tuples", "some": "add_changes"}.items():
-        counted(name, where)
+        count(name, where)
     rng = np.random.default_rng(0)
     radiance = rng.random((6, EDGE, EDGE, 3)) + 1.0
     first = encode_light(radiance, 0)

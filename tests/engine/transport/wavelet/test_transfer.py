@@ -23,8 +23,8 @@ from engine.transport.wavelet.transfer import (
     cube_texels,
     light_maps,
     radiance_towards,
-    relit,
-    signed_radiance,
+    relight_transport,
+    sum_signed_radiance,
     transport_vectors,
     vectors_of,
     vertex_frames,
@@ -133,7 +133,7 @@ def test_relighting_with_everything_kept_is_the_sum_over_texels() -> None:
     factors = random_factors(2)
     mesh = small_sphere(20)
     visible = np.random.default_rng(3).choice(np.array([0, 8, 16], np.uint8), (len(mesh.positions), TEXELS))
-    found = relit(transport(factors, mesh, visible), encode_light(sky(), 0))
+    found = relight_transport(transport(factors, mesh, visible), encode_light(sky(), 0))
     expected = brute_transport(factors, vertex_frames(mesh, False), visible)
     exact = np.einsum("bkmc,mc->bkc", expected, sky().reshape(-1, 3)).reshape(found.shape)
     assert np.abs(found - exact).max() <= 3e-3 * np.abs(exact).max()
@@ -143,7 +143,7 @@ def test_even_light_on_a_free_diffuse_vertex_is_the_albedo() -> None:
     mesh = small_sphere()
     some = transport(lambert(), mesh)
     light = encode_light(np.full((6, EDGE, EDGE, 3), 2.0))
-    radiance = radiance_towards(some, relit(some, light), normalize(mesh.normals))
+    radiance = radiance_towards(some, relight_transport(some, light), normalize(mesh.normals))
     assert radiance.value == pytest.approx(np.full((len(mesh.positions), 3), 1.0), abs=6e-3)
     assert radiance.negative_rel == 0.0
 
@@ -153,14 +153,15 @@ def test_more_coefficients_never_err_more() -> None:
     visible = np.random.default_rng(5).choice(np.array([0, 16], np.uint8), (len(mesh.positions), TEXELS // 16))
     visible = np.repeat(visible, 16, axis=1)
     light = encode_light(sky(), 0)
-    exact = relit(transport(lambert(), mesh, visible), light)
+    exact = relight_transport(transport(lambert(), mesh, visible), light)
     errors = [
-        np.linalg.norm(relit(transport(lambert(), mesh, visible, kept), light) - exact) for kept in (8, 32, 128, 512)
+        np.linalg.norm(relight_transport(transport(lambert(), mesh, visible, kept), light) - exact)
+        for kept in (8, 32, 128, 512)
     ]
     assert np.all(np.diff(errors) < 0.0)
 
 
-def saturated(edge: int, terms: int) -> tuple[Vectors16, WaveletLight]:
+def saturate(edge: int, terms: int) -> tuple[Vectors16, WaveletLight]:
     """Rows of quantised coefficients at their bounds under light at its own."""
     indices = np.arange(6, 6 + terms, dtype=np.uint16)[None]
     words = np.full((1, terms), (1023 | 1023 << 11 | 511 << 22), np.uint32)
@@ -172,7 +173,7 @@ def saturated(edge: int, terms: int) -> tuple[Vectors16, WaveletLight]:
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_Z12_X4_accumulators_do_not_overflow(sign: int) -> None:
-    vectors, light = saturated(EDGE, 96)
+    vectors, light = saturate(EDGE, 96)
     light = WaveletLight(light.scaling, (sign * light.quantised).astype(np.int16), 1.0, 0.0, 0.0)
     mesh = Mesh(
         np.eye(3), np.eye(3, dtype=np.float32), np.zeros((3, 2), np.float32), np.array([[0, 1, 2]], np.int32), ""
@@ -180,7 +181,7 @@ def test_Z12_X4_accumulators_do_not_overflow(sign: int) -> None:
     three = Vectors16(
         *(np.repeat(getattr(vectors, name), 3, axis=0) for name in ("indices", "words", "peaks", "counts"))
     )
-    found = relit(WaveletTransport(mesh, 3, lambert(), 0.0, EDGE, three), light)
+    found = relight_transport(WaveletTransport(mesh, 3, lambert(), 0.0, EDGE, three), light)
     exact = [sign * 1023 * 32767 * 96, sign * 1023 * 32767 * 96, sign * 511 * 32767 * 96]
     assert found[0].tolist() == exact
     assert abs(exact[0]) > 2**31
@@ -191,7 +192,7 @@ def test_Z16_a_channel_without_light_stays_dark() -> None:
     dark = sky()
     dark[..., 1] = 0.0
     some = transport(lambert(), mesh)
-    found = relit(some, encode_light(dark, 0))
+    found = relight_transport(some, encode_light(dark, 0))
     assert not found[:, 1].any()
     assert found[:, 0].all()
 
@@ -199,19 +200,19 @@ def test_Z16_a_channel_without_light_stays_dark() -> None:
 def test_scaling_the_light_scales_the_tuples() -> None:
     mesh, factors = small_sphere(20), lambert()
     some = transport(factors, mesh)
-    one, four = (relit(some, encode_light(sky() * factor, 0)) for factor in (1.0, 4.0))
+    one, four = (relight_transport(some, encode_light(sky() * factor, 0)) for factor in (1.0, 4.0))
     assert np.array_equal(4.0 * one, four)
 
 
 def test_nothing_is_seen_from_behind_and_negative_sums_are_clamped_and_reported() -> None:
     mesh, factors = small_sphere(20), random_factors(2)
     some = transport(factors, mesh)
-    rows = relit(some, encode_light(sky(), 0))
+    rows = relight_transport(some, encode_light(sky(), 0))
     behind = radiance_towards(some, rows, -normalize(mesh.normals))
     assert not behind.value.any()
     front = radiance_towards(some, rows, normalize(mesh.normals))
     local = np.broadcast_to([0.0, 0.0, 1.0], (len(mesh.positions), 3))
-    signed = signed_radiance(some, rows, local, np.arange(len(mesh.positions)))
+    signed = sum_signed_radiance(some, rows, local, np.arange(len(mesh.positions)))
     assert (front.value >= 0.0).all()
     assert front.negative_rel == pytest.approx(-signed[signed < 0.0].sum() / signed[signed > 0.0].sum())
 
@@ -228,7 +229,7 @@ def test_a_ground_has_one_diffuse_term() -> None:
         )
     )
     mixed = WaveletTransport(mesh, 5, factors, 0.5, EDGE, vectors)
-    rows = relit(mixed, encode_light(sky(), 0))
+    rows = relight_transport(mixed, encode_light(sky(), 0))
     found = radiance_towards(mixed, rows, normalize(mesh.normals)).value
     assert rows.shape == (15 + count - 5, 3)
     np.testing.assert_allclose(found[5:], rows[15:] * 0.5 / math.pi)
@@ -243,7 +244,7 @@ def test_transport_that_does_not_fit_is_refused() -> None:
     with pytest.raises(ValueError, match="in-out"):
         WaveletTransport(mesh, len(mesh.positions), half, 0.0, EDGE, some.vectors)
     with pytest.raises(ValueError, match="does not fit transport"):
-        relit(some, encode_light(np.zeros((6, 32, 32, 3))))
+        relight_transport(some, encode_light(np.zeros((6, 32, 32, 3))))
     lying = some.vectors.indices.copy()
     lying[0, 0] = TEXELS
     with pytest.raises(ValueError, match="do not exist"):

@@ -29,7 +29,7 @@ from engine.transport.gaussian.fitting.lobes import NARROWEST, WIDEST_LOBE, Lobe
 from engine.transport.gaussian.fitting.start_kernel import start_view
 from engine.transport.gaussian.fitting.views import VIEWS, view_directions, view_neighbours
 from tests.engine.transport.gaussian.gaussian_lobes import (
-    gathered,
+    gather,
     icosphere,
     one_gaussian,
     places,
@@ -45,13 +45,13 @@ ALONE = FitSettings(mean_alignment=0.0, sigma_alignment=0.0, spatial=0.0)
 NORMALS = unit([[0.3, 0.9, 0.2], [-0.5, 0.1, 0.8]])
 
 
-def fitted(samples: TransportSamples, settings: FitSettings | None = None) -> Fit:
+def fit_view(samples: TransportSamples, settings: FitSettings | None = None) -> Fit:
     """Vertices without neighbours."""
     settings = settings or FitSettings()
     return fit_vertices(samples, [np.zeros(0, int)] * len(samples), Fit.empty(0, settings.lobes).lobes, settings)
 
 
-def refined(
+def refine(
     direction: np.ndarray, value: np.ndarray, area: np.ndarray, mean: ArrayLike, sigma: ArrayLike, steps: int = 100
 ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
     """One view from a start: relative energy, mean (L, 3), sigma (L,), weight (L, 3)."""
@@ -62,7 +62,7 @@ def refined(
     return energy, mean, sigma, weight
 
 
-def started(direction: np.ndarray, value: np.ndarray, area: np.ndarray, given: np.ndarray, width: float) -> tuple:
+def start(direction: np.ndarray, value: np.ndarray, area: np.ndarray, given: np.ndarray, width: float) -> tuple:
     """One view from the data and a given lobe, as a bake does it: mean (1, 3), sigma (1,), weight (1, 3)."""
     mean, sigma, weight = np.zeros((1, 3)), np.ones(1), np.zeros((1, 3))
     square = float((area[:, None] * value**2).sum())
@@ -83,9 +83,9 @@ def test_G5_a_gaussian_is_recovered_from_random_starts(from_data: bool) -> None:
         samples = one_gaussian(mean, sigma, 5.0 * weight)
         width = sigma * np.exp(random.normal(scale=0.5))
         if from_data:
-            found = started(*samples, unit(random.normal(size=3)), width)
+            found = start(*samples, unit(random.normal(size=3)), width)
         else:
-            found = refined(*samples, unit(mean + sigma * random.normal(size=(1, 3))), [width])[1:]
+            found = refine(*samples, unit(mean + sigma * random.normal(size=(1, 3))), [width])[1:]
         good += (
             np.linalg.norm(found[0] - mean) <= 1e-5
             and abs(found[1][0] / sigma - 1.0) <= 1e-4
@@ -97,7 +97,7 @@ def test_G5_a_gaussian_is_recovered_from_random_starts(from_data: bool) -> None:
 def test_G6_a_start_at_the_antipode_does_not_trap_a_narrow_lobe() -> None:
     mean = unit([0.2, 0.5, -0.7])
     samples = one_gaussian(mean, 0.05, np.ones(3))
-    found = started(*samples, -mean, 0.05)
+    found = start(*samples, -mean, 0.05)
     assert np.linalg.norm(found[0] - mean) <= 1e-5
 
 
@@ -107,20 +107,20 @@ def test_two_and_three_gaussians_are_recovered_from_the_data() -> None:
     direction, area = places([(mean, 2.0 * sigma, 150) for mean, sigma in zip(means, widths, strict=True)], 150)
     for count in (2, 3):
         value = gaussian(direction[:, None], means[:count], widths[:count]) @ weights[:count]
-        samples = gathered([(direction, value, area), *[None] * (VIEWS - 1)])
-        found = fitted(samples, FitSettings(lobes=count, mean_alignment=0.0, sigma_alignment=0.0))
+        samples = gather([(direction, value, area), *[None] * (VIEWS - 1)])
+        found = fit_view(samples, FitSettings(lobes=count, mean_alignment=0.0, sigma_alignment=0.0))
         assert found.error_rel[0, 0] <= 1e-4
         nearest = np.abs(found.lobes.mean[0, 0][:, None] - means[:count]).max(axis=-1).min(axis=0)
         assert nearest.max() <= 1e-4
 
 
 def test_G1_a_vertex_that_reflects_nothing_is_filled() -> None:
-    nothing = gathered([None] * VIEWS)
-    alone = fitted(nothing)
+    nothing = gather([None] * VIEWS)
+    alone = fit_view(nothing)
     assert not alone.lobes.weight.any()
     np.testing.assert_allclose(alone.lobes.mean[0, :, 0], view_directions(), atol=1e-7)
     assert np.isfinite(alone.lobes.sigma).all()
-    beside = fitted(reflecting(NORMALS, GLOSSY))
+    beside = fit_view(reflecting(NORMALS, GLOSSY))
     filled = fit_vertices(nothing, [np.array([0, 1])], beside.lobes, FitSettings())
     assert not filled.lobes.weight.any()
     assert not filled.error_rel.any()
@@ -144,7 +144,7 @@ def test_G1_dark_vertices_of_a_mesh_are_filled_from_those_that_were_fitted_later
                     continue
                 rows = slice(some.start[view], some.start[view + 1])
                 views.append((some.direction[rows], some.value[rows], some.area[rows]))
-        return gathered(views)
+        return gather(views)
 
     found = drain(fit(mesh, samples_of, FitSettings(relaxations=4)))
     assert found.health.figures["dark_vertices"] == dark.sum()
@@ -178,7 +178,7 @@ def test_G2_views_that_reflect_nothing_are_filled_harmonically() -> None:
 
 
 def test_G2_a_fit_fills_what_is_below_the_horizon() -> None:
-    found = fitted(reflecting(NORMALS[:1], GLOSSY))
+    found = fit_view(reflecting(NORMALS[:1], GLOSSY))
     lit = found.norm[0] > 0.0
     neighbours, count = view_neighbours()
     sigma = found.lobes.sigma[0, :, 0].astype(np.float64)
@@ -194,7 +194,7 @@ def test_views_with_hardly_any_light_are_filled_like_dark_ones(faint: float) -> 
     views = [view for view in range(VIEWS) if given.start[view + 1] > given.start[view]]
     for view in views[::3]:
         value[given.start[view] : given.start[view + 1]] *= faint
-    found = fitted(TransportSamples(given.start, given.direction, value, given.area), FitSettings(lobes=2))
+    found = fit_view(TransportSamples(given.start, given.direction, value, given.area), FitSettings(lobes=2))
     valid(found.lobes)
     assert not found.norm[0, views[::3]].any()
     assert not found.energy[0, views[::3]].any()
@@ -203,14 +203,14 @@ def test_views_with_hardly_any_light_are_filled_like_dark_ones(faint: float) -> 
 
 def test_a_vertex_with_hardly_any_light_is_filled_like_a_dark_one() -> None:
     given = reflecting(NORMALS[:1], GLOSSY)
-    found = fitted(TransportSamples(given.start, given.direction, 1e-158 * given.value, given.area))
+    found = fit_view(TransportSamples(given.start, given.direction, 1e-158 * given.value, given.area))
     valid(found.lobes)
     assert not found.norm.any()
     assert not found.lobes.weight.any()
 
 
 def test_G13_nothing_is_reflected_towards_views_below_the_horizon() -> None:
-    found = fitted(reflecting(NORMALS, GLOSSY))
+    found = fit_view(reflecting(NORMALS, GLOSSY))
     below = view_directions() @ NORMALS.T <= 0.0
     assert not found.lobes.weight[below.T].any()
     assert found.lobes.energy()[below.T].sum() == 0.0
@@ -228,7 +228,7 @@ def test_G7_exchanged_lobes_have_the_same_energy() -> None:
         assert getattr(one, name) == pytest.approx(getattr(other, name), rel=4 * U)
     view = slice(samples.start[5], samples.start[6]) if samples.start[6] > samples.start[5] else slice(0, 400)
     data = samples.direction[view], samples.value[view], samples.area[view]
-    single = refined(*data, mean[0], sigma[0], steps=0)[0], refined(*data, mean[0, ::-1], sigma[0, ::-1], steps=0)[0]
+    single = refine(*data, mean[0], sigma[0], steps=0)[0], refine(*data, mean[0, ::-1], sigma[0, ::-1], steps=0)[0]
     assert single[0] == pytest.approx(single[1], rel=4 * U, abs=1e-15)
 
 
@@ -252,7 +252,7 @@ def test_G7_no_flips_on_a_sphere_with_two_lobes() -> None:
     mesh = icosphere(1)
     settings = FitSettings(lobes=2)
     found = drain(
-        fit(mesh, lambda some: gathered([view for v in some for view in two_lobes(mesh.positions[v])]), settings)
+        fit(mesh, lambda some: gather([view for v in some for view in two_lobes(mesh.positions[v])]), settings)
     )
     assert found.error_rel.max() <= 0.02
     assert found.health.figures["compared_pairs"] > 3000
@@ -264,7 +264,7 @@ def test_G7_no_flips_on_a_sphere_with_two_lobes() -> None:
     seen = lobe_matching.flips(found.lobes, order)
     assert seen.vertices > 30 * len(order.neighbours(11))
     assert seen.views == 0
-    share = lobe_matching.flipped_share(found.lobes, order)
+    share = lobe_matching.compute_flipped_share(found.lobes, order)
     assert share[11] > 0.3
     assert share.argmax() == 11
     # and numbering anew mends it
@@ -360,19 +360,19 @@ def test_G14_the_energy_never_increases(lobes: int) -> None:
     assert reached[1] < reached[0]
     assert (np.diff(reached) <= 1e-12).all()
     direction, value, area = one_gaussian(unit([1.0, 2.0, 2.0]), 0.2, np.ones(3))
-    steps = [refined(direction, value, area, unit([[1.0, 1.6, 2.4]]), [0.5], count)[0] for count in range(12)]
+    steps = [refine(direction, value, area, unit([[1.0, 1.6, 2.4]]), [0.5], count)[0] for count in range(12)]
     assert (np.diff(steps) <= 0.0).all()
     assert steps[-1] <= 1e-12
 
 
 def test_G14_without_alignment_every_view_is_fitted_by_itself() -> None:
     samples = reflecting(NORMALS[:1], GLOSSY)
-    whole = fitted(samples, ALONE)
+    whole = fit_view(samples, ALONE)
     for view in np.flatnonzero(np.diff(samples.start) > 0)[[0, 10, 30]]:
         rows = slice(samples.start[view], samples.start[view + 1])
         views: list = [None] * VIEWS
         views[view] = samples.direction[rows], samples.value[rows], samples.area[rows]
-        single = fitted(gathered(views), ALONE)
+        single = fit_view(gather(views), ALONE)
         for one, other in zip(single.lobes.__dict__.values(), whole.lobes.__dict__.values(), strict=True):
             np.testing.assert_allclose(one[0, view], other[0, view], rtol=1e-5, atol=1e-6)
 
@@ -406,18 +406,18 @@ def test_G9_at_the_bounds_nothing_but_the_bound_is_in_the_way() -> None:
     narrow = 0.4 * NARROWEST
     direction, area = places([(mean, NARROWEST, 3000), (mean, narrow, 1000)], 100)
     value = gaussian(direction, mean, narrow)[:, None] * (1.0, 2.0, 0.0)
-    energy, found, sigma, weight = refined(direction, value, area, unit([mean + 0.5 * NARROWEST]), [2.0 * NARROWEST])
+    energy, found, sigma, weight = refine(direction, value, area, unit([mean + 0.5 * NARROWEST]), [2.0 * NARROWEST])
     assert sigma[0] == NARROWEST
     assert np.linalg.norm(found - mean) <= 1e-3 * NARROWEST
     assert weight[0, 2] == 0.0
     assert 0.1 < energy < 1.0
     even, solid = places([], 400)
-    _, _, wide, level = refined(even, np.ones((len(even), 3)), solid, [mean], [1.0])
+    _, _, wide, level = refine(even, np.ones((len(even), 3)), solid, [mean], [1.0])
     assert wide[0] == WIDEST_LOBE
     assert (level > 0.0).all()
-    samples = gathered([(direction, value, area), *[None] * (VIEWS - 1)])
+    samples = gather([(direction, value, area), *[None] * (VIEWS - 1)])
     # a step that promises slope² / (2 curvature) < 1e-6 of the energy is not taken, and the curvature is below 4
-    assert fitted(samples, ALONE).slope[0] ** 2 <= 8.0 * view_kernel.ENOUGH
+    assert fit_view(samples, ALONE).slope[0] ** 2 <= 8.0 * view_kernel.ENOUGH
 
 
 def test_G9_weights_are_the_best_that_are_not_negative() -> None:
@@ -436,13 +436,13 @@ def test_a_lobe_does_not_hide_between_samples() -> None:
     """Between sparse samples a narrow lobe would cost nothing, however high it is."""
     samples = reflecting(NORMALS, "ashikhmin-shirley:kd=0,ks=0.5,nu=10,nv=200", (0.2, 0.8))
     for lobes in (1, 2, 3):
-        found = fitted(samples, FitSettings(lobes=lobes))
+        found = fit_view(samples, FitSettings(lobes=lobes))
         share = found.lobes.energy()[found.norm > 0.0] / found.energy[found.norm > 0.0]
         assert share.max() <= 2.0
 
 
 def test_weights_can_keep_the_energy() -> None:
-    found = fitted(reflecting(NORMALS, GLOSSY))
+    found = fit_view(reflecting(NORMALS, GLOSSY))
     lit = found.norm > 0.0
     kept = found.preserving()
     np.testing.assert_allclose(kept.energy()[lit], found.energy[lit], rtol=1e-5)
@@ -463,15 +463,15 @@ def smooth(vertices: np.ndarray) -> TransportSamples:
 
 
 @cache
-def fitted_sphere() -> Fit:
+def fit_sphere() -> Fit:
     return drain(fit(icosphere(1), smooth))
 
 
 def test_the_fit_does_not_depend_on_threads(monkeypatch: pytest.MonkeyPatch) -> None:
     samples = reflecting(unit(np.random.default_rng(0).normal(size=(5, 3))), GLOSSY)
-    many = fitted(samples)
+    many = fit_view(samples)
     monkeypatch.setattr(os, "cpu_count", lambda: 1)
-    single = fitted(samples)
+    single = fit_view(samples)
     assert all(np.array_equal(one, other) for one, other in zip(many.arrays(), single.arrays(), strict=True))
 
 
@@ -494,12 +494,12 @@ def test_G15_whoever_stops_has_valid_lobes_and_goes_on_from_there() -> None:
     resumed = drain(fit(mesh, samples_of, known=kept.get))
     done = np.concatenate([vertices for index, vertices in enumerate(blocks(flood(mesh))) if index in kept])
     assert not set(done.tolist()) & set(asked)
-    whole = fitted_sphere()
+    whole = fit_sphere()
     assert all(np.array_equal(one, other) for one, other in zip(resumed.arrays(), whole.arrays(), strict=True))
 
 
 def test_G15_out_of_time_the_lobes_are_valid() -> None:
-    hurried, whole = drain(fit(icosphere(1), smooth, limit_s=0.0)), fitted_sphere()
+    hurried, whole = drain(fit(icosphere(1), smooth, limit_s=0.0)), fit_sphere()
     valid(hurried.lobes)
     lit = whole.norm > 0.0
     assert whole.error_rel[lit].mean() <= hurried.error_rel[lit].mean() <= 1.3 * whole.error_rel[lit].mean()
@@ -529,17 +529,15 @@ def test_the_fit_is_no_worse_than_an_unhurried_search() -> None:
     shadow = samples.direction @ unit([0.2, -0.3, 1.0]) > 0.15
     samples = TransportSamples(samples.start, samples.direction, samples.value * ~shadow[:, None], samples.area)
     for lobes in (1, 2):
-        found = fitted(samples, FitSettings(lobes=lobes))
+        found = fit_view(samples, FitSettings(lobes=lobes))
         vertex, view = (some[:: max(1, len(some) // 3)] for some in np.nonzero(found.norm > 0.01))
         for b, v in zip(vertex, view, strict=True):
             rows = slice(samples.start[VIEWS * b + v], samples.start[VIEWS * b + v + 1])
-            best = searched(
-                samples.direction[rows], samples.value[rows, 0], samples.area[rows], lobes, random, 6 * lobes
-            )
+            best = search(samples.direction[rows], samples.value[rows, 0], samples.area[rows], lobes, random, 6 * lobes)
             assert found.error_rel[b, v] <= 1.05 * best
 
 
-def searched(
+def search(
     direction: np.ndarray, value: np.ndarray, area: np.ndarray, lobes: int, random: np.random.Generator, starts: int
 ) -> float:
     """Least relative distance of so many Gaussians from grey data that scipy finds."""
@@ -549,7 +547,7 @@ def searched(
         part = parameters.reshape(lobes, 4)
         return gaussian(direction[:, None], unit(part[:, :3]), np.exp(part[:, 3])) * root[:, None]
 
-    def left(parameters: np.ndarray) -> np.ndarray:
+    def leave(parameters: np.ndarray) -> np.ndarray:
         basis = functions(parameters)
         return (basis @ nnls(basis, value * root)[0] - value * root) / norm
 
@@ -557,7 +555,7 @@ def searched(
     for _ in range(starts):
         mean = direction[random.choice(len(direction), lobes, p=area * value / (area * value).sum())]
         start = np.column_stack([mean, random.uniform(np.log(0.05), 0.0, lobes)]).ravel()
-        end = least_squares(left, start, bounds=bounds, max_nfev=60)
+        end = least_squares(leave, start, bounds=bounds, max_nfev=60)
         width = np.exp(end.x.reshape(lobes, 4)[:, 3])
         share = (functions(end.x) ** 2).sum(axis=0) / gaussian_integral(width / np.sqrt(2.0))
         if max(share.max(), 1.0 / share.min()) < view_kernel.COARSE:

@@ -1,7 +1,7 @@
-"""The textures of factors as pictures, made off the window's thread and shown term by term.
+"""The textures of factors as images, made off the window's thread and shown term by term.
 
 Texels that hold no direction are hatched. What may be negative, products after the first, is blue below 0 and orange
-above; what cannot be is its colour. The white of each picture is written under it.
+above; what cannot be is its colour. The white of each image is written under it.
 
 The projections of a factorisation are drawn as a diagram: the directions along the two axes of each texture.
 
@@ -40,8 +40,8 @@ SMALLEST = 72
 
 
 @dataclass(frozen=True, eq=False)
-class TexturePicture:
-    """One texture: its term from 1, its label, the picture with transparent masked texels, and the value of white."""
+class TextureImage:
+    """One texture: its term from 1, its label, the image with transparent masked texels, and the value of white."""
 
     term: int
     name: str
@@ -49,8 +49,8 @@ class TexturePicture:
     white: str
 
 
-def texture_pictures(factors: Any, exposure_ev: float) -> Steps[list[TexturePicture]]:
-    """The pictures of all textures of `factors`, brighter by so many stops."""
+def texture_images(factors: Any, exposure_ev: float) -> Steps[list[TextureImage]]:
+    """The images of all textures of `factors`, brighter by so many stops."""
     yield Step(0.0, "drawing textures")
 
     if isinstance(factors, SeparableFactors):
@@ -61,7 +61,7 @@ def texture_pictures(factors: Any, exposure_ev: float) -> Steps[list[TexturePict
         made = []
         for term in range(factors.terms):
             for name, textures in zip(sides, (factors.first, factors.second), strict=True):
-                made.append(_picture(term + 1, name, textures[term], mask, exposure_ev, "sr^-½"))
+                made.append(_image(term + 1, name, textures[term], mask, exposure_ev, "sr^-½"))
             yield Step((term + 1) / factors.terms, "drawing textures")
         return made
 
@@ -71,13 +71,13 @@ def texture_pictures(factors: Any, exposure_ev: float) -> Steps[list[TexturePict
         level = texture[mask].mean(axis=0) if mask.any() else 0.0
         grown = np.exp(np.clip(texture - level, -30.0, 30.0))
         name = projection_name(projection, factors.parametrisation)
-        found.append(_picture(term + 1, name, grown, mask, exposure_ev, "of the mean"))
+        found.append(_image(term + 1, name, grown, mask, exposure_ev, "of the mean"))
     return found
 
 
-def _picture(
+def _image(
     term: int, name: str, texture: NDArray[Any], mask: NDArray[np.bool_], exposure_ev: float, unit: str
-) -> TexturePicture:
+) -> TextureImage:
     values = np.asarray(texture, np.float64)[::-1]
     seen = mask[::-1]
     inside = values[seen]
@@ -94,11 +94,11 @@ def _picture(
     image = QImage(coded.tobytes(), columns, rows, 4 * columns, QImage.Format.Format_RGBA8888).copy()
     said = plain(float(f"{white:.2g}"))
     words = f"×{said}" if unit == "of the mean" else f"{'±' if signed else ''}{said} sr⁻½"
-    return TexturePicture(term, name, image, words)
+    return TextureImage(term, name, image, words)
 
 
 class TexturesView(Scrolled):
-    """Pictures from left to right, as high as there is room. `picked(terms)`: a click on one, or the arrow keys."""
+    """Images from left to right, as high as there is room. `picked(terms)`: a click on one, or the arrow keys."""
 
     picked = Signal(int)
 
@@ -121,15 +121,15 @@ class TexturesView(Scrolled):
     def sizeHint(self) -> QSize:
         return QSize(400, 150)
 
-    def show_pictures(self, pictures: Sequence[TexturePicture], terms: int | None) -> None:
+    def show_images(self, images: Sequence[TextureImage], terms: int | None) -> None:
         """Show `pictures`, with those of the first `terms` terms in use."""
-        self.strip.pictures, self.strip.terms = list(pictures), terms
+        self.strip.images, self.strip.terms = list(images), terms
         self.strip.updateGeometry()
         self.strip.fit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         step = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}.get(Qt.Key(event.key()))
-        most = max((picture.term for picture in self.strip.pictures), default=0)
+        most = max((image.term for image in self.strip.images), default=0)
         if step is None or not most:
             super().keyPressEvent(event)
             return
@@ -146,73 +146,73 @@ class _Strip(QWidget):
     def __init__(self, view: TexturesView) -> None:
         super().__init__()
         self.view = view
-        self.pictures: list[TexturePicture] = []
+        self.images: list[TextureImage] = []
         self.terms: int | None = None
 
     def rows(self) -> int:
         """Two rows where terms have two textures and are larger so than in one row."""
-        return 2 if self._paired() and self._across() < self._high(2) else 1
+        return 2 if self._find_pairs() and self._across() < self._high(2) else 1
 
     def side(self) -> int:
-        """Pixels along a side of each picture: what there is room for in height, or, in one row of pairs, in width."""
+        """Pixels along a side of each image: what there is room for in height, or, in one row of pairs, in width."""
         rows = self.rows()
-        return min(self._high(1), self._across()) if self._paired() and rows == 1 else self._high(rows)
+        return min(self._high(1), self._across()) if self._find_pairs() and rows == 1 else self._high(rows)
 
-    def _paired(self) -> bool:
-        return len(self.pictures) > 1 and self.pictures[0].term == self.pictures[1].term
+    def _find_pairs(self) -> bool:
+        return len(self.images) > 1 and self.images[0].term == self.images[1].term
 
     def _high(self, rows: int) -> int:
         room = self.view.viewport().height() - (rows + 1) * GAP - rows * CAPTION
         return max(SMALLEST // rows, room // rows)
 
     def _across(self) -> int:
-        """The side with which all pictures fit beside each other."""
-        return (self.view.viewport().width() - 2 * PADDING) // max(1, len(self.pictures)) - GAP
+        """The side with which all images fit beside each other."""
+        return (self.view.viewport().width() - 2 * PADDING) // max(1, len(self.images)) - GAP
 
     def columns(self) -> int:
-        return -(-len(self.pictures) // self.rows())
+        return -(-len(self.images) // self.rows())
 
     def fit(self) -> None:
-        """Be as wide as the pictures need."""
+        """Be as wide as the images need."""
         self.setMinimumWidth(2 * PADDING + self.columns() * (max(self.side(), SMALLEST) + GAP))
         self.update()
 
     def place(self, index: int) -> QRect:
-        """The rectangle of picture number `index`."""
+        """The rectangle of image number `index`."""
         column, row = index // self.rows(), index % self.rows()
         side, pitch = self.side(), max(self.side(), SMALLEST) + GAP
         return QRect(PADDING + column * pitch, GAP + row * (side + CAPTION + GAP), side, side)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        for index, picture in enumerate(self.pictures):
+        for index, image in enumerate(self.images):
             if self.place(index).contains(event.position().toPoint()):
-                self.view.picked.emit(picture.term)
+                self.view.picked.emit(image.term)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self)
         colours = theme.current()
         painter.fillRect(self.rect(), QColor(colours.canvas))
         painter.setFont(theme.font(11))
-        for index, picture in enumerate(self.pictures):
+        for index, image in enumerate(self.images):
             place = self.place(index)
-            used = self.terms is None or picture.term <= self.terms
+            used = self.terms is None or image.term <= self.terms
             painter.setOpacity(1.0 if used else 0.35)
             painter.fillRect(place, QBrush(QColor(colours.line), Qt.BrushStyle.BDiagPattern))
-            painter.drawImage(QRectF(place), picture.image)
+            painter.drawImage(QRectF(place), image.image)
             painter.setPen(QPen(QColor(colours.line), 1))
             painter.drawRect(place.adjusted(0, 0, -1, -1))
             words = QRect(place.left(), place.bottom() + 2, max(place.width(), SMALLEST) + 4, CAPTION)
             painter.setPen(QColor(colours.text))
             metrics = painter.fontMetrics()
-            name = f"{picture.term}  {picture.name}"
+            name = f"{image.term}  {image.name}"
             room = words.width()
-            both = metrics.horizontalAdvance(name) + metrics.horizontalAdvance(picture.white) + 10 <= room
+            both = metrics.horizontalAdvance(name) + metrics.horizontalAdvance(image.white) + 10 <= room
             painter.drawText(
                 words, Qt.AlignmentFlag.AlignLeft, metrics.elidedText(name, Qt.TextElideMode.ElideRight, room)
             )
             if both:
                 painter.setPen(QColor(colours.secondary))
-                painter.drawText(words.adjusted(0, 0, -4, 0), Qt.AlignmentFlag.AlignRight, picture.white)
+                painter.drawText(words.adjusted(0, 0, -4, 0), Qt.AlignmentFlag.AlignRight, image.white)
         painter.setOpacity(1.0)
 
 

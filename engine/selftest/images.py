@@ -32,7 +32,7 @@ def _mean_of_many() -> Found:
     return float(np.abs(mean_radiance(cube) / np.float64(np.float32(0.1)) - 1.0).max()), 1e-7
 
 
-def _still_picture() -> Found:
+def _still_image() -> Found:
     image = np.random.default_rng(0).random((96, 96)).astype(np.float32)
     levels = pyramid(image)
     matrix, _ = first_shift(levels[-1], levels, np.eye(3))
@@ -84,7 +84,7 @@ def _black_texel() -> Found:
     return float(np.abs(found.scale[1]).max() + np.abs(found.exponent[1] - 1.0).max()), 0.0
 
 
-def _rounded_exponents() -> Found:
+def _check_rounded_exponents() -> Found:
     whole = _map(np.linspace(0.3, 12.0, 64))
     storage = drain(quantise(drain(fit(whole)), whole, 8)).storage
     return float(storage.measured), float(storage.bound)
@@ -110,14 +110,14 @@ QUESTIONS = (
     Question("R6", "16-bit sRGB codes that decoding and coding change", _codes_survive),
     Question("R6", "jump of sRGB where its line meets its power", _break_is_smooth),
     Question("R10", "relative error of the mean of 4.7 million equal numbers", _mean_of_many),
-    Question("AL1", "shift found between a photograph and itself, in pixels", _still_picture),
+    Question("AL1", "shift found between a photograph and itself, in pixels", _still_image),
     Question("AL2", "photographs without texture that are aligned all the same", _texture_is_asked_for),
     Question("S1", "how far weights of photographs leave 0 … 1, where means are uneven", _neighbours_bracket),
     Question("S2", "difference of the weights of photographs of equal mean", _equal_means_share),
     Question("S7", "error of the means of slices, relative to the largest", _slices_are_linear),
     Question("P1", "relative error of exponents of exact powers", _exponents_are_found),
     Question("P2", "deviation of a texel without light from scale 0 and exponent 1", _black_texel),
-    Question("P9", "error of exponents in 8 bits, in radiance, against its bound", _rounded_exponents),
+    Question("P9", "error of exponents in 8 bits, in radiance, against its bound", _check_rounded_exponents),
     Question("CO1", "error of linear sRGB after XYZ and back", _xyz_and_back),
     Question("CO5", "values that are not finite after tone mapping at ±20 EV", _exposures_stay_finite),
     Question("CO7", "code of a grey card of 18 %, off 118", _grey_card),

@@ -1,4 +1,4 @@
-"""Laws of colours, shading maps, the power law, alignment and figures as people read them."""
+"""Laws of colours, shading maps, the power law, alignment and figures as users read them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from engine.core.colour import srgb_from_xyz, to_display8, tone_map, xyz_from_sr
 from engine.core.figure_text import number, percent
 from engine.core.steps import drain
 from engine.selftest.case import Found
-from engine.selftest.generated.law import SEED, SHARE, Law, Values, decades, drawn, many
+from engine.selftest.generated.law import SEED, SHARE, Law, Values, decades, draw, many
 from engine.shading.power_law import fit, power
 from engine.shading.quantise import quantise
 from engine.shading.shading_map import ShadingMap, interpolation_weights, target_radiance
@@ -50,13 +50,13 @@ def _any_texel(case: Values) -> Found:
     return float(np.count_nonzero(~np.isfinite(whole) | (whole < 0.0))), 0.0
 
 
-def _rounded(case: Values) -> Found:
+def _round(case: Values) -> Found:
     whole = _map(np.array(case["exponents"]), case["scale"])
     storage = drain(quantise(drain(fit(whole)), whole, 16 if case["fine"] else 8)).storage
     return float(storage.measured), float(storage.bound)
 
 
-def _shown(case: Values) -> Found:
+def _show(case: Values) -> Found:
     image = np.array(case["colours"], np.float32)[None]
     shown = tone_map(image, case["ev"], case["operator"])
     codes = to_display8(shown)
@@ -70,7 +70,7 @@ def _xyz(case: Values) -> Found:
 
 
 def _shift(case: Values) -> Found:
-    """A picture of noise and the same picture moved by whole pixels.
+    """An image of noise and the same image moved by whole pixels.
 
     A shift of one pixel may be taken for none: features are blurred as far, and the refinement that follows finds it.
     """
@@ -103,43 +103,43 @@ LAWS = (
     Law(
         "S7",
         "distance of weights from 0 … 1, and of the means of slices from a line",
-        drawn(means=many(decades(-9, 9), 1, 64)),
+        draw(means=many(decades(-9, 9), 1, 64)),
         _weights,
     ),
-    Law("P1", "relative error of exponents of exact powers", drawn(**_EXPONENTS), _exponents),
+    Law("P1", "relative error of exponents of exact powers", draw(**_EXPONENTS), _exponents),
     Law(
         "P2",
         "scales and exponents that are not finite or below 0",
-        drawn(slices=st.lists(st.one_of(st.just(0.0), decades(-30, 15)), min_size=SLICES, max_size=SLICES)),
+        draw(slices=st.lists(st.one_of(st.just(0.0), decades(-30, 15)), min_size=SLICES, max_size=SLICES)),
         _any_texel,
     ),
-    Law("P9", "error of rounded exponents, against its bound", drawn(**_EXPONENTS, fine=st.booleans()), _rounded),
+    Law("P9", "error of rounded exponents, against its bound", draw(**_EXPONENTS, fine=st.booleans()), _round),
     Law(
         "CO5",
         "values that are not finite after tone mapping",
-        drawn(
+        draw(
             colours=many(st.lists(_ANY_NUMBER, min_size=3, max_size=3)),
             ev=st.floats(-20.0, 20.0),
             operator=st.sampled_from(["none", "neutral", "aces"]),
         ),
-        _shown,
+        _show,
     ),
     Law(
         "CO1",
         "relative error of linear sRGB after XYZ and back",
-        drawn(colours=many(st.lists(st.floats(-1e9, 1e9), min_size=3, max_size=3))),
+        draw(colours=many(st.lists(st.floats(-1e9, 1e9), min_size=3, max_size=3))),
         _xyz,
     ),
     Law(
         "AL1",
         "error of the first shift that is found, in pixels",
-        drawn(seed=SEED, shift=st.lists(SHARE, min_size=2, max_size=2)),
+        draw(seed=SEED, shift=st.lists(SHARE, min_size=2, max_size=2)),
         _shift,
     ),
     Law(
         "N7",
         "relative error of a figure as it is printed",
-        drawn(value=decades(-12, 12), negative=st.booleans(), share=st.floats(0.0, 12.0)),
+        draw(value=decades(-12, 12), negative=st.booleans(), share=st.floats(0.0, 12.0)),
         _figures,
     ),
 )

@@ -1,4 +1,4 @@
-"""Folders as hundreds of people would have them, drawn by seed: names, kinds, sidecars, leftovers, sub-folders.
+"""Folders as hundreds of users would have them, drawn by seed: names, kinds, sidecars, leftovers, sub-folders.
 
 The capture is drawn first and the folder around it, so that what is to be taken is known. Hypothesis makes what fails
 as small as it can be.

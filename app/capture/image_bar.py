@@ -1,4 +1,4 @@
-"""The line above the big picture: its buttons, before or after the import, the texel under the pointer."""
+"""The line above the big image: its buttons, before or after the import, the texel under the pointer."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from app.widgets.theme import PADDING, STEP, role
 HEIGHT = 36
 
 
-class PictureBar(QWidget):
+class ImageBar(QWidget):
     """Buttons for `actions`, the choice `when` ('before' or 'after'), and two read-outs."""
 
     def __init__(self, actions: Sequence[QAction]) -> None:

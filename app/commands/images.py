@@ -1,7 +1,7 @@
-"""A picture or a film of the View workspace as a file, in the work of a job: any size, background and layers.
+"""An image or a film of the View workspace as a file, in the work of a job: any size, background and layers.
 
 OpenGL draws in tiles, off screen and in a context of the job's own, so that neither the screen nor the largest texture
-of the device bounds the picture; where there is none, the processor draws. The reference traces paths, and stores its
+of the device bounds the image; where there is none, the CPU draws. The reference traces paths, and stores its
 standard error as a layer.
 """
 
@@ -17,8 +17,9 @@ import numpy as np
 
 from engine.core.errors import MissingCapability, UsageError
 from engine.core.steps import Step, Steps, part
-from engine.render.background import blurred, in_front_of
-from engine.render.display import displayed, displayed_apart
+from engine.render.background import blur, in_front_of
+from engine.render.display import display as displayed
+from engine.render.display import display_apart
 from engine.render.turntable import frames
 from engine.storage.atomic import write_bytes
 
@@ -29,12 +30,12 @@ if TYPE_CHECKING:
     from engine.render.display import Display
     from engine.render.turntable import Turns
     from engine.scene.scene import Scene
-    from engine.transport.relit import Relit
+    from engine.transport.relight import RelightTransport
 
 Background = Literal["plain", "environment", "transparent"]
 
-#: Most pixels of a picture, as of the command line, and largest side of a film.
-MOST_PIXELS, MOST_FILM_PX = 2**28, 16383
+#: Most pixels of an image, as of the command line, and largest side of a film.
+MAX_PIXELS, MAX_FILM_PX = 2**28, 16383
 
 SOFTWARE = "Lightarc"
 
@@ -47,7 +48,7 @@ class Saving:
     ----------
     size : (width, height) in pixels.
     blur_deg : of the environment behind the model.
-    frames : of a film of one turn; 0 for a picture. turns, fps : as in `lightarc render --turntable`.
+    frames : of a film of one turn; 0 for an image. turns, fps : as in `lightarc render --turntable`.
     samples : sub-pixels along a side, and paths of a pixel of the reference.
     layers : whether an .exr has albedo and normals too.
     """
@@ -68,25 +69,25 @@ class Saving:
         """The reason why there can be no such file; empty where there can."""
         width, height = self.size
         suffix = self.path.suffix.lower()
-        if min(width, height) < 2 or width * height > MOST_PIXELS:
+        if min(width, height) < 2 or width * height > MAX_PIXELS:
             return f"{width} × {height} pixels are not possible"
         if not self.frames:
-            return "" if suffix in (".png", ".exr") else "A picture is a .png or an .exr file"
+            return "" if suffix in (".png", ".exr") else "An image is a .png or an .exr file"
         if suffix not in ("", ".mp4", ".webp"):
             return "A film is an .mp4 or .webp file, or a folder of PNG"
-        if max(self.size) > MOST_FILM_PX:
-            return f"A film has at most {MOST_FILM_PX} pixels along a side"
+        if max(self.size) > MAX_FILM_PX:
+            return f"A film has at most {MAX_FILM_PX} pixels along a side"
         return "An .mp4 has no transparency" if suffix == ".mp4" and self.background == "transparent" else ""
 
 
-def coded(picture: NDArray[np.float32], display: Display, background: Background) -> NDArray[np.uint8]:
-    """The picture as a screen shows it, (H, W, 3), or (H, W, 4) with the opacity of a transparent background."""
-    return displayed_apart(picture, display) if background == "transparent" else displayed(picture, display)
+def code(image: NDArray[np.float32], display: Display, background: Background) -> NDArray[np.uint8]:
+    """The image as a screen shows it, (H, W, 3), or (H, W, 4) with the opacity of a transparent background."""
+    return display_apart(image, display) if background == "transparent" else displayed(image, display)
 
 
-def write_picture(
+def write_image(
     path: str | Path,
-    picture: NDArray[np.float32],
+    image: NDArray[np.float32],
     display: Display,
     layers: dict[str, NDArray[np.float32]] | None = None,
     background: Background = "plain",
@@ -96,21 +97,21 @@ def write_picture(
     from engine.images.encode import encode_png, rgb_channels, write_exr
 
     if str(path).lower().endswith(".exr"):
-        channels = rgb_channels(picture[..., :3])
+        channels = rgb_channels(image[..., :3])
         if background == "transparent":
-            channels |= {"A": picture[..., 3]}
+            channels |= {"A": image[..., 3]}
         for name, layer in (layers or {}).items():
             channels |= rgb_channels(layer, name)
         write_exr(path, channels, half=not layers, attributes={"software": software})
     else:
-        write_bytes(path, encode_png(coded(picture, display, background), software=software))
+        write_bytes(path, encode_png(code(image, display, background), software=software))
 
 
 #: Relights the bake of a mode by the light of a scene.
-Relighting = Callable[["Scene"], "Steps[Relit]"]
+Relighting = Callable[["Scene"], "Steps[RelightTransport]"]
 
 
-def saved(
+def save(
     scene: Scene, saving: Saving, display: Display, mode: Mode, relighting: Relighting | None = None, bounces: int = 0
 ) -> Steps[str]:
     """Draw `scene` in `mode` and write it; the sentence that says so. UsageError where `Saving.why_not` says why."""
@@ -120,30 +121,30 @@ def saved(
     if saving.why_not:
         raise UsageError(saving.why_not)
     environment = scene.environment if saving.background == "environment" else None
-    behind = blurred(environment, radians(saving.blur_deg)) if environment is not None else None
+    behind = blur(environment, radians(saving.blur_deg)) if environment is not None else None
     device = _Device()
 
-    def drawn(each: Scene) -> Steps[tuple[NDArray[np.float32], dict[str, Any]]]:
-        picture, found = yield from device.picture(each, saving, mode, relighting, bounces)
+    def draw(each: Scene) -> Steps[tuple[NDArray[np.float32], dict[str, Any]]]:
+        image, found = yield from device.image(each, saving, mode, relighting, bounces)
         if behind is not None:
-            picture = in_front_of(picture, each.camera, behind, each.environment_rotation, each.irradiance)
-        return picture, found
+            image = in_front_of(image, each.camera, behind, each.environment_rotation, each.irradiance)
+        return image, found
 
     try:
         if not saving.frames:
-            picture, layers = yield from part(drawn(scene), 0.0, 0.9)
+            image, layers = yield from part(draw(scene), 0.0, 0.9)
             if saving.layers and saving.path.suffix.lower() == ".exr":
                 from engine.render.layers import layers as all_layers
 
                 layers |= yield from part(all_layers(scene, saving.size), 0.9, 0.97)
             yield Step(0.97, "writing")
-            write_picture(saving.path, picture, display, layers, saving.background)
+            write_image(saving.path, image, display, layers, saving.background)
         else:
             with film(saving.path, saving.size, saving.fps, software=SOFTWARE) as keep:
                 for number, each in enumerate(frames(scene, saving.frames, saving.turns)):
                     first, last = number / saving.frames, (number + 1) / saving.frames
-                    picture, _ = yield from part(drawn(each), first, last)
-                    keep(coded(picture, display, saving.background))
+                    image, _ = yield from part(draw(each), first, last)
+                    keep(code(image, display, saving.background))
                     yield Step(last, f"frame {number + 1} of {saving.frames}")
     finally:
         device.release()
@@ -152,17 +153,17 @@ def saved(
 
 
 class _Device:
-    """Draws pictures with OpenGL in a context of its own, made on the thread that asks first, or on the processor."""
+    """Draws images with OpenGL in a context of its own, made on the thread that asks first, or on the CPU."""
 
     def __init__(self) -> None:
         self.context: Any = None
         self.is_asked = False
         self.renderer: Any = None
 
-    def picture(
+    def image(
         self, scene: Scene, saving: Saving, mode: Mode, relighting: Relighting | None, bounces: int
     ) -> Steps[tuple[NDArray[np.float32], dict[str, Any]]]:
-        """The picture (height, width, 4) of a scene, and its layers."""
+        """The image (height, width, 4) of a scene, and its layers."""
         if mode.progressive:
             return (yield from _reference(scene, saving, bounces))
         if mode.baked:
@@ -173,9 +174,9 @@ class _Device:
             yield Step(0.4, "drawing")
             with self.context:
                 return self.renderer.radiance(scene, saving.size, samples=saving.samples), {}
-        from engine.render.shadowed import drawn
+        from engine.render.shadowed import draw
 
-        return (yield from part(drawn(scene, saving.size, saving.samples), 0.4, 1.0)), {}
+        return (yield from part(draw(scene, saving.size, saving.samples), 0.4, 1.0)), {}
 
     @property
     def _has_context(self) -> bool:
@@ -206,6 +207,6 @@ def _reference(scene: Scene, saving: Saving, bounces: int) -> Steps[tuple[NDArra
     check_scene(scene)
     found = yield from reference(scene, saving.size, samples=saving.paths, max_depth=bounces + 1)
     if found.variance is None:
-        return found.picture, {}
+        return found.image, {}
     error = np.sqrt(found.variance).clip(0.0, np.finfo(np.float32).max).astype(np.float32)
-    return found.picture, {"standard_error": error}
+    return found.image, {"standard_error": error}

@@ -1,4 +1,4 @@
-"""Maps that are known, and the pictures that hold them."""
+"""Maps that are known, and the images that hold them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def relief(size: int = SIZE) -> NDArray[np.float32]:
     return normalize(np.dstack([-slope, -slope, np.ones_like(slope)])).astype(np.float32)
 
 
-def known(seed: int = 1) -> PbrMaps:
+def find_known(seed: int = 1) -> PbrMaps:
     random = np.random.default_rng(seed)
     return PbrMaps(
         base_colour=random.random((SIZE, SIZE, 3)).astype(np.float32),

@@ -1,6 +1,6 @@
-"""Pictures of what is known at vertices: what each pixel sees is found once for all pictures from one camera.
+"""Images of what is known at vertices: what each pixel sees is found once for all images from one camera.
 
-As in `engine.render.transported`, which finds it anew for each picture: a pixel is the mean by barycentric weights of
+As in `engine.render.transported`, which finds it anew for each image: a pixel is the mean by barycentric weights of
 what the corners of its triangle send to the eye, black where a triangle is seen from behind, and not below 0.
 """
 
@@ -42,7 +42,7 @@ class View:
         local[:, 2] = np.maximum(local[:, 2], GRAZING)
         return normalize(local)
 
-    def picture(self, values: NDArray[np.floating]) -> NDArray[np.float32]:
+    def image(self, values: NDArray[np.floating]) -> NDArray[np.float32]:
         """(height, width, 4) from radiance (V, 3) of the vertices towards the eye, which may be negative."""
         width, height = self.size
         pixels = np.zeros((height * width * SAMPLES**2, 4))
@@ -53,7 +53,7 @@ class View:
 
 
 def view_of(mesh: Mesh, camera: Camera, size: tuple[int, int]) -> View:
-    """Part of `mesh` that `camera` sees in a picture of `size` (width, height)."""
+    """Part of `mesh` that `camera` sees in an image of `size` (width, height)."""
     width, height = size
     row, column = np.mgrid[0 : height * SAMPLES, 0 : width * SAMPLES].reshape(2, -1)
     rays = camera.rays(column + 0.5, row + 0.5, width * SAMPLES, height * SAMPLES)

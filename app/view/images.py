@@ -1,6 +1,6 @@
-"""Pictures of the View workspace: one mode or two, the reference over its stand-in, and their error.
+"""Images of the View workspace: one mode or two, the reference over its stand-in, and their error.
 
-While anything moves, OpenGL draws. When the picture has come to rest the reference begins, is laid over as it becomes
+While anything moves, OpenGL draws. When the image has come to rest the reference begins, is laid over as it becomes
 better, and what is on screen is compared with it. Where one mode is shown alone, a small reference that nobody sees
 measures its error: it begins when nothing else is to be done, and rests as soon as more samples would change
 nothing that is read.
@@ -19,9 +19,9 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.document.document import Project
 from app.document.measured import size_of
 from app.document.modes import Mode, mode_of, modes, scene_of, shows_near_lamps, why_not
-from app.document.variation import left_out_by
+from app.document.variation import list_left_out_by
 from app.jobs.jobs import Jobs
-from app.view.picture_error import Comparing, PictureError, Pixels, Side
+from app.view.image_error import Comparing, ImageError, Pixels, Side
 from app.view.reference import Progressive, progress_text
 from app.viewport.gl_surface import Split
 from app.viewport.overlay import Handle
@@ -30,7 +30,7 @@ from app.viewport.viewport import Viewport
 from engine.scene.scene import Scene
 
 #: Most pixels of a reference; larger screens show it enlarged.
-MOST_PIXELS = 1_000_000
+MAX_PIXELS = 1_000_000
 
 #: Samples from which the reference is shown over what stands for it.
 SHOWN_FROM = 2
@@ -38,12 +38,12 @@ SHOWN_FROM = 2
 #: Full colour of a difference before anything is known of it.
 FIRST_SCALE = 0.1
 
-#: Pause after the picture is complete before the reference begins that nobody sees, and its samples at most.
+#: Pause after the image is complete before the reference begins that nobody sees, and its samples at most.
 SETTLED_MS = 400
-MOST_UNSEEN = 256
+MAX_UNSEEN = 256
 
 
-class ViewPictures(QObject):
+class ViewImages(QObject):
     """`error_found(PictureError or None)` and `progressed` follow; `error` and `progress` hold what is known.
 
     `measuring` says whether the error of a mode that is shown alone is asked for.
@@ -58,7 +58,7 @@ class ViewPictures(QObject):
         self.wipe = 0.5
         self.measuring = True
         self.scale = FIRST_SCALE
-        self.error: PictureError | None = None
+        self.error: ImageError | None = None
         self.modes: tuple[Mode, ...] = ()
         self.relit_of: Callable[[str, Scene], Any] = lambda _mode, _scene: None
         self.reference = Progressive(jobs)
@@ -73,12 +73,12 @@ class ViewPictures(QObject):
         self._settled.setSingleShot(True)
         self._settled.setInterval(SETTLED_MS)
         self._settled.timeout.connect(self._begin_unseen)
-        self.reference.improved.connect(self._improved)
+        self.reference.improved.connect(self._on_improved)
         self.comparing.found.connect(self._found)
         viewport.camera_moved.connect(self._moved)
-        viewport.rested.connect(self._rested)
+        viewport.rested.connect(self._on_rested)
         viewport.drawn.connect(lambda _seconds: self._collect())
-        viewport.wipe_moved.connect(self._wiped)
+        viewport.wipe_moved.connect(self._on_wiped)
 
     def show(self, project: Project, scene: Scene, handles: tuple[Handle, ...]) -> None:
         """Show `scene`, which is that of `project`, as its look says."""
@@ -99,11 +99,11 @@ class ViewPictures(QObject):
         self.progressed.emit()
 
     def relit(self) -> None:
-        """Baked light is another one: what was read of the pictures is out of date, and the reference is not."""
+        """Baked light is another one: what was read of the images is out of date, and the reference is not."""
         self._forget(keep_reference=True)
 
     def _split(self) -> None:
-        """Tell the viewport what is beside the first picture, and how."""
+        """Tell the viewport what is beside the first image, and how."""
         if len(self.modes) < 2 or self._scene is None or self._project is None:
             self.viewport.show_beside(None, Split())
             return
@@ -113,13 +113,13 @@ class ViewPictures(QObject):
         relit = self.relit_of(self.modes[1].value, self._scene)
         self.viewport.show_beside(scene_of(self.modes[1], self._scene, relit), split, names)
 
-    def _wiped(self, share: float) -> None:
+    def _on_wiped(self, share: float) -> None:
         self.wipe = share
         self._split()
         self.viewport.redraw()
 
     def _moved(self) -> None:
-        """The camera is another one: what was found is of another picture."""
+        """The camera is another one: what was found is of another image."""
         self._forget(keep_reference=False)
 
     def _forget(self, *, keep_reference: bool) -> None:
@@ -138,7 +138,7 @@ class ViewPictures(QObject):
 
     @property
     def progressive(self) -> int | None:
-        """The index of the picture that is the reference."""
+        """The index of the image that is the reference."""
         return next((at for at, mode in enumerate(self.modes) if mode.progressive), None)
 
     @property
@@ -151,13 +151,13 @@ class ViewPictures(QObject):
 
     @property
     def is_unseen(self) -> bool:
-        """True if the picture is compared with a reference that is not shown."""
+        """True if the image is compared with a reference that is not shown."""
         is_alone = len(self.modes) == 1 and self.progressive is None
         return self.measuring and is_alone and not self.why_no_error
 
     @property
     def why_no_error(self) -> str:
-        """The reason why there is nothing to compare the picture with; empty where there is."""
+        """The reason why there is nothing to compare the image with; empty where there is."""
         if self._project is None:
             return ""
         if self._project.look.near_lamps and any(shows_near_lamps(mode) for mode in self.modes):
@@ -170,7 +170,7 @@ class ViewPictures(QObject):
         project, scene = self._project, self._scene
         if project is None or scene is None or not mode.baked:
             return False
-        return len(left_out_by(mode.value, scene.brdf, project.variations)) < len(project.variations)
+        return len(list_left_out_by(mode.value, scene.brdf, project.variations)) < len(project.variations)
 
     def measure(self, measuring: bool) -> None:
         """Ask for the error of a mode that is shown alone, or no longer."""
@@ -181,7 +181,7 @@ class ViewPictures(QObject):
             self._forget(keep_reference=self.progressive is not None)
             self._collect()
 
-    def _rested(self) -> None:
+    def _on_rested(self) -> None:
         scene, project = self._seen(), self._project
         if self.progressive is not None and scene is not None and project is not None and self.viewport.isVisible():
             self._is_small = False
@@ -196,7 +196,7 @@ class ViewPictures(QObject):
         return dataclasses.replace(self._scene, camera=camera) if self._scene is not None and camera else None
 
     def _begin_unseen(self) -> None:
-        """Measure the error of the picture, once nothing else is to be done."""
+        """Measure the error of the image, once nothing else is to be done."""
         scene, project = self._seen(), self._project
         if scene is None or project is None or not self.is_unseen or not self.viewport.isVisible():
             return
@@ -213,22 +213,22 @@ class ViewPictures(QObject):
         """Nobody looks any more."""
         self._forget(keep_reference=False)
 
-    def _improved(self) -> None:
+    def _on_improved(self) -> None:
         self._lay_over()
-        self._collect()  # the last picture that was awaited may be the one that the reference covers now
+        self._collect()  # the last image that was awaited may be the one that the reference covers now
         self.progressed.emit()
         self._compare()
 
     def _lay_over(self) -> None:
-        """Lay the reference over the picture that stands for it, and over no other."""
+        """Lay the reference over the image that stands for it, and over no other."""
         found, side = self.reference.found, self.progressive
         is_shown = found is not None and found.samples >= SHOWN_FROM and not self._is_small
-        picture = found.picture if found is not None and is_shown else None
+        image = found.image if found is not None and is_shown else None
         for at in range(2):
-            self.viewport.show_over(at, picture if at == side else None)
+            self.viewport.show_over(at, image if at == side else None)
 
     def _collect(self) -> None:
-        """Read back the picture that OpenGL has finished, once."""
+        """Read back the image that OpenGL has finished, once."""
         side = next((at for at, mode in enumerate(self.modes) if not mode.progressive and at not in self._drawn), None)
         surface = self.viewport.surface
         is_compared = len(self.modes) == 2 or self.is_unseen
@@ -245,7 +245,7 @@ class ViewPictures(QObject):
         self.comparing.read(surface.strips(side), keep)
 
     def _compare(self) -> None:
-        """Ask for the error of the first picture against the second, if both are there."""
+        """Ask for the error of the first image against the second, if both are there."""
         sides: list[Side] = []
         found, is_new = self.reference.found, True
         exact = found if found is not None and found.parts is not None else None
@@ -253,7 +253,7 @@ class ViewPictures(QObject):
             if not mode.progressive and at in self._drawn:
                 sides.append(Side(self._drawn[at]))
             if (mode.progressive or self.is_unseen) and exact is not None:
-                sides.append(Side(exact.picture, exact.variance, exact.samples, exact.parts))
+                sides.append(Side(exact.image, exact.variance, exact.samples, exact.parts))
                 is_new = exact.samples >= 2 * self._flip_at or not self.reference.running
         with_flip = is_new and len(sides) == len(self.modes) == 2
         if exact is not None and exact.parts is self._judged and not with_flip:
@@ -267,12 +267,12 @@ class ViewPictures(QObject):
             self._judged = exact.parts if exact is not None else None
             self.comparing.weigh(sides[0])
 
-    def _found(self, error: PictureError) -> None:
+    def _found(self, error: ImageError) -> None:
         if error.flip is None and self.error is not None:
             error = dataclasses.replace(error, flip=self.error.flip)
         self.error = error
         if self.is_unseen:
-            self.reference.hold(error.is_certain or error.samples >= MOST_UNSEEN)
+            self.reference.hold(error.is_certain or error.samples >= MAX_UNSEEN)
         self.viewport.overlay.show_preparing(False)
         self.error_found.emit(error)
         is_difference = self._project is not None and self._project.look.comparing == "difference"
@@ -285,5 +285,5 @@ class ViewPictures(QObject):
 
 def reference_size(screen: tuple[int, int]) -> tuple[int, int]:
     """Width and height of the reference for a screen of so many pixels."""
-    share: Any = min(1.0, (MOST_PIXELS / (screen[0] * screen[1])) ** 0.5)
+    share: Any = min(1.0, (MAX_PIXELS / (screen[0] * screen[1])) ** 0.5)
     return max(1, round(screen[0] * share)), max(1, round(screen[1] * share))

@@ -1,6 +1,6 @@
 """Somebody at the display: mouse, keys and eyes, and the process of the program that they use.
 
-The mouse and the keys are those of the display (xdotool), so that shortcuts, focus and dialogs are tried as a person
+The mouse and the keys are those of the display (xdotool), so that shortcuts, focus and dialogs are tried as a user
 has them. The program runs as it is installed; a look at its window from within (`watched`) only says where things are
 and what is saved: `python person.py SEEN [PATH …]` opens the window with paths, and says all that in the file SEEN.
 """
@@ -32,7 +32,7 @@ EVERY_MS = 150
 Seen = dict[str, Any]
 
 
-def watched(paths: list[Path], seen: Path) -> int:
+def watch(paths: list[Path], seen: Path) -> int:
     """The window as `lightarc gui` opens it, which says in the file `seen` what is on screen and what is saved."""
     from PySide6.QtCore import QTimer
 
@@ -100,14 +100,14 @@ def tell(seen: Path) -> None:
 
 
 def name_of(widget: Any) -> str:
-    """The words by which a person knows a widget: its name, else its text, else its kind."""
+    """The words by which a user knows a widget: its name, else its text, else its kind."""
     words = getattr(widget, "text", lambda: "")()
     name = widget.accessibleName() or (words if isinstance(words, str) else "") or type(widget).__name__
     return str(name).replace("&", "")
 
 
 def marks(project: Any) -> dict[str, Any]:
-    """All that a person would miss in a document, as JSON."""
+    """All that a user would miss in a document, as JSON."""
     stack, material, mesh = project.stack, project.material, project.mesh
     return {
         "name": project.name,
@@ -131,12 +131,12 @@ def marks(project: Any) -> dict[str, Any]:
 
 
 @dataclass
-class Person:
+class User:
     """Mouse, keys and eyes of somebody at the display, and the process of the program that runs now.
 
     `clicks` are those of the mouse, drags among them, `pressed` keys (a text that is typed is one), and `waited_s` the
     seconds until something was there that was waited for. `steps` are clicks, drags, chords of keys and typed texts in
-    their order, each with the seconds of waiting that followed; `shows_steps` keeps a picture of the display before
+    their order, each with the seconds of waiting that followed; `shows_steps` keeps an image of the display before
     each of them.
     """
 
@@ -151,7 +151,7 @@ class Person:
     shows_steps: bool = False
 
     def __post_init__(self) -> None:
-        self.folder = self.folder.absolute()  # a relative XDG_DATA_HOME would be passed over for the person's own
+        self.folder = self.folder.absolute()  # a relative XDG_DATA_HOME would be passed over for the user's own
 
     @property
     def seen(self) -> Seen:
@@ -199,7 +199,7 @@ class Person:
             if self.process is not None and self.process.poll() is not None:
                 break
             time.sleep(PAUSE_S)
-        self.shot("waited-in-vain")
+        self.shoot("waited-in-vain")
         raise SystemExit(f"waited in vain for {what}; {self.seen.get('banners')}, {self.seen.get('dialogs')}")
 
     def let_it_follow(self) -> None:
@@ -215,7 +215,7 @@ class Person:
     def step(self, words: str) -> None:
         """Note a step, which is about to be done."""
         if self.shows_steps:
-            self.shot(f"before {words}".replace("/", " ")[:60])
+            self.shoot(f"before {words}".replace("/", " ")[:60])
         self.steps.append({"step": words, "waited_s": 0.0})
 
     def keys(self, *keys: str) -> None:
@@ -273,8 +273,8 @@ class Person:
         self.clicks += 1
         self.let_it_follow()
 
-    def shot(self, name: str) -> None:
-        """Keep a picture of the display."""
+    def shoot(self, name: str) -> None:
+        """Keep an image of the display."""
         self.shots += 1
         subprocess.run(["import", "-window", "root", self.folder / f"{self.shots:02d}-{name}.png"], check=False)
 
@@ -291,14 +291,14 @@ class Person:
     def killed(self, name: str) -> None:
         """Kill the program now, start it again without a word, and compare."""
         before = self.seen
-        self.shot(f"{name}-before")
+        self.shoot(f"{name}-before")
         assert self.process is not None
         os.kill(self.process.pid, signal.SIGKILL)
         self.process.wait()
         self.start()
         self.until(lambda seen: seen["path"] == before["path"], "the project that was open")
         time.sleep(8 * PAUSE_S)
-        self.shot(f"{name}-after")
+        self.shoot(f"{name}-after")
         self.compare(name, before, self.seen)
 
     def compare(self, name: str, before: Seen, after: Seen) -> None:
@@ -320,12 +320,12 @@ class Person:
         time.sleep(4 * PAUSE_S)
         self.keys("ctrl+a")
         self.write(str(path))
-        self.shot(title.lower().replace(" ", "-"))
+        self.shoot(title.lower().replace(" ", "-"))
         self.keys("Return")
         self.until(lambda seen: title not in seen["dialogs"], "the end of the dialog", 60.0)
 
     def go_on(self) -> None:
-        """Go on with the work that was interrupted: a person whose click was lost clicks again."""
+        """Go on with the work that was interrupted: a user whose click was lost clicks again."""
         self.until(lambda seen: bool(buttons_to_go_on(seen)), "a button to go on")
         for _ in range(5):
             for name in buttons_to_go_on(self.seen)[:1]:
@@ -353,4 +353,4 @@ def do(*words: object) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(watched([Path(path) for path in sys.argv[2:]], Path(sys.argv[1])))
+    sys.exit(watch([Path(path) for path in sys.argv[2:]], Path(sys.argv[1])))

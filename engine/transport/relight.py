@@ -1,6 +1,7 @@
-"""Light, and baked transport relit by one light: all that a picture needs besides the camera.
+"""Light, and baked transport relit by one light: all that an image needs besides the camera.
 
-Every method has its own kind of `Relit`; all have the same fields and functions, so a renderer need not know it.
+Every method has its own kind of `RelightTransport`; all have the same fields and functions, so a renderer need not know
+it.
 """
 
 from __future__ import annotations
@@ -20,11 +21,11 @@ from engine.light.lamps import Lamp
 from engine.light.near_lamps import NearLamp
 from engine.scene.scene import Scene
 from engine.transport.gaussian import transfer as gaussian_transfer
-from engine.transport.gaussian.lighting import GaussianLight, filtered_for, levels_under, lobe_radiance
+from engine.transport.gaussian.lighting import GaussianLight, filter_for, levels_under, lobe_radiance
 from engine.transport.gaussian.transfer import GaussianTransport, diffuse_radiance
 from engine.transport.sh import transfer as sh_transfer
 from engine.transport.sh.brdf_table_varying import Table
-from engine.transport.sh.lighting import lamp_coefficients, project, turned_about_y
+from engine.transport.sh.lighting import lamp_coefficients, project, turn_about_y
 from engine.transport.sh.transfer import ShTransport
 from engine.transport.wavelet import transfer as wavelet_transfer
 from engine.transport.wavelet.transfer import GRAZING, WaveletTransport
@@ -59,7 +60,7 @@ def light_of(scene: Scene) -> Light:
     return Light(lamps=(*own, *scene.lamps), near_lamps=scene.near_lamps)
 
 
-class Relit(Protocol):
+class RelightTransport(Protocol):
     """Transport of whatever method under its light.
 
     Attributes
@@ -96,7 +97,7 @@ class Illuminated:
     warnings : what else there is to say, as sentences.
     """
 
-    relit: Relit
+    relit: RelightTransport
     figures: dict[str, Any]
     negative_rel: Callable[[Vector], float]
     remedy: str
@@ -104,7 +105,7 @@ class Illuminated:
 
 
 @dataclass(frozen=True, eq=False)
-class RelitWavelets:
+class RelightWavelets:
     """Wavelet transport and its light-modulated K-tuples `rows` (R, 3), as `wavelet.lighting.tuples` finds them."""
 
     transport: WaveletTransport
@@ -132,7 +133,7 @@ class RelitWavelets:
             self.mesh,
             self.transport.frames,
             eye,
-            lambda local, vertices: wavelet_transfer.signed_radiance(self.transport, rows, local, vertices),
+            lambda local, vertices: wavelet_transfer.sum_signed_radiance(self.transport, rows, local, vertices),
             corners,
             weights,
         )
@@ -144,7 +145,7 @@ class RelitWavelets:
 
 
 @dataclass(frozen=True, eq=False)
-class RelitSh:
+class RelightSh:
     """Transport in SH and what it makes of the light, `rows` (R, 3), as `sh.transfer.transferred` finds them."""
 
     transport: ShTransport
@@ -171,7 +172,7 @@ class RelitSh:
             self.mesh,
             self.transport.frames,
             eye,
-            lambda local, vertices: sh_transfer.signed_radiance(self.transport, self.rows, local, vertices),
+            lambda local, vertices: sh_transfer.sum_signed_radiance(self.transport, self.rows, local, vertices),
             corners,
             weights,
         )
@@ -196,7 +197,7 @@ class RelitSh:
 
 
 @dataclass(frozen=True, eq=False)
-class RelitGaussians:
+class RelightGaussians:
     """Lobes and the light that they are integrated with; `diffuse` (V, 3) is the radiance of diffuse part and ground.
 
     `diffuse` is what `gaussian.diffuse_radiance` finds, before `gaussian.diffuse_gain`.
@@ -227,7 +228,7 @@ class RelitGaussians:
         diffuse = self.diffuse * gaussian_transfer.diffuse_gain(self.transport, eye)[:, None]
 
         def shade(corners: Indices, weights: Floats) -> Floats:
-            lobes = gaussian_transfer.mixed(seen, corners, weights)
+            lobes = gaussian_transfer.mix(seen, corners, weights)
             value = lobe_radiance(self.light, lobes.energy, lobes.mean, lobes.sigma)
             value += np.einsum("nk,nkc->nc", weights, diffuse[corners])
             return value
@@ -240,30 +241,30 @@ class RelitGaussians:
         return self.transport.ground_vertex
 
 
-def relit_gaussians(
+def relight_gaussians(
     transport: GaussianTransport,
     environment: EnvironmentMap | None,
     *,
     rotation: float = 0.0,
     factor: float = 1.0,
     lamps: Sequence[Lamp] = (),
-) -> RelitGaussians:
+) -> RelightGaussians:
     """Lobes under `environment`, rotated about +Y by `rotation` rad and times `factor`, with `lamps` beside it.
 
     Filtering the map takes some tenths of a second, and nothing where it is one of the last two.
     """
     filtered = None
     if environment is not None:
-        filtered = filtered_for(environment, levels_under(environment, transport.sigma_range))
+        filtered = filter_for(environment, levels_under(environment, transport.sigma_range))
     light = GaussianLight(filtered, factor, rotation, tuple(lamps))
     if transport.diffuse is None:
-        return RelitGaussians(transport, light, np.zeros((len(transport.mesh.positions), 3)))
+        return RelightGaussians(transport, light, np.zeros((len(transport.mesh.positions), 3)))
     order = transport.diffuse.order
     total = np.zeros((order**2, 3))
     if environment is not None:
-        total += factor * turned_about_y(project(environment, order), rotation)
+        total += factor * turn_about_y(project(environment, order), rotation)
     coefficients = total + sum(lamp_coefficients(lamp, order) for lamp in lamps)
-    return RelitGaussians(transport, light, diffuse_radiance(transport, coefficients))
+    return RelightGaussians(transport, light, diffuse_radiance(transport, coefficients))
 
 
 def mean_of_corners(

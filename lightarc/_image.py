@@ -1,4 +1,4 @@
-"""Pictures of a model: of a material or a BRDF under light, and of what was baked; and the error between two."""
+"""Images of a model: of a material or a BRDF under light, and of what was baked; and the error between two."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def render(
     max_depth: int = 0,
     progress: Progress | None = None,
 ) -> NDArray[np.float32]:
-    """The picture (height, width, 4) of a model, drawn on the processor.
+    """The image (height, width, 4) of a model, drawn on the CPU.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def render(
 
     InputError for a file that cannot be used, ValueError for what cannot be drawn.
 
-    >>> picture = lightarc.render("sphere", material=material, light_deg=(40, 0), size=(16, 12), samples=1)
+    >>> image = lightarc.render("sphere", material=material, light_deg=(40, 0), size=(16, 12), samples=1)
     >>> picture.shape, bool(picture[6, 8, 3] == 1)
     ((12, 16, 4), True)
     """
@@ -94,52 +94,52 @@ def render(
     if not max_depth:
         return drain(direct.radiance(scene, size, samples=samples or 2), progress)
     check_scene(scene)
-    return drain(reference(scene, size, samples=samples or 64, max_depth=max_depth), progress).picture
+    return drain(reference(scene, size, samples=samples or 64, max_depth=max_depth), progress).image
 
 
 @public
-def save_picture(
+def save_image(
     path: File,
-    picture: NDArray[np.float32],
+    image: NDArray[np.float32],
     *,
     exposure_ev: float = 0.0,
     tone_map: Literal["neutral", "none", "aces"] = "neutral",
 ) -> None:
-    """Write a picture (height, width, 4): tone-mapped as `.png`, or its linear radiance as `.exr`.
+    """Write an image (height, width, 4): tone-mapped as `.png`, or its linear radiance as `.exr`.
 
     ValueError for another ending, OutputError where the file cannot be written. A file of that name is replaced.
 
-    >>> lightarc.save_picture("plain.png", picture, exposure_ev=1)
+    >>> lightarc.save_picture("plain.png", image, exposure_ev=1)
     """
     from engine.images.encode import encode_exr, encode_png, rgb_channels
-    from engine.render.display import Display, displayed
+    from engine.render.display import Display, display
     from engine.storage.atomic import write_bytes
 
     kind = Path(path).suffix.lower()
     if kind not in (".png", ".exr"):
-        raise UsageError(f"a picture is written as .png or .exr, not as {os.fspath(path)!r}")
+        raise UsageError(f"an image is written as .png or .exr, not as {os.fspath(path)!r}")
     if kind == ".exr":
-        content = encode_exr(rgb_channels(picture[..., :3]))
+        content = encode_exr(rgb_channels(image[..., :3]))
     else:
-        content = encode_png(displayed(picture, Display(exposure_ev, tone_map)))
+        content = encode_png(display(image, Display(exposure_ev, tone_map)))
     write_bytes(Path(path), content)
 
 
 @public
-def compare(picture: NDArray[np.floating[Any]], reference: NDArray[np.floating[Any]]) -> ImageError:
-    """The error of a picture (height, width, 3 or 4) against another: relative RMSE, ꟻLIP, largest difference.
+def compare(image: NDArray[np.floating[Any]], reference: NDArray[np.floating[Any]]) -> ImageError:
+    """The error of an image (height, width, 3 or 4) against another: relative RMSE, ꟻLIP, largest difference.
 
     ValueError where their sizes differ.
 
     >>> brighter = lightarc.render(
     ...     "sphere", material=material, light_deg=(40, 0), size=(16, 12), samples=1, irradiance=1.1
     ... )
-    >>> lightarc.compare(picture, picture).rmse_rel, lightarc.compare(brighter, picture).rmse_rel > 0
+    >>> lightarc.compare(image, image).rmse_rel, lightarc.compare(brighter, image).rmse_rel > 0
     (0.0, True)
     """
     from engine.accuracy.compare import compare as compared
 
-    return compared(picture, reference)
+    return compared(image, reference)
 
 
 @public
@@ -202,7 +202,7 @@ def relight(
     samples: int = 2,
     progress: Progress | None = None,
 ) -> NDArray[np.float32]:
-    """The picture (height, width, 4) of what was baked, under a light; arguments as those of `render`.
+    """The image (height, width, 4) of what was baked, under a light; arguments as those of `render`.
 
     InputError for a file that holds no transport or is damaged.
 
@@ -215,10 +215,10 @@ def relight(
     from engine.geometry.camera import frame, parse
     from engine.light.environment_file import open_environment
     from engine.light.lamps import Lamp
-    from engine.render.transported import picture_of
+    from engine.render.transported import image_of
     from engine.transport.baking.file import open_transport
     from engine.transport.method import method_of, names
-    from engine.transport.relit import Light
+    from engine.transport.relight import Light
 
     check_size(size)
     file = open_transport(path)
@@ -229,7 +229,7 @@ def relight(
     light = Light(lamps=(Lamp((x, y, z), (irradiance,) * 3),))
     if environment is not None:
         light = Light(open_environment(environment), factor=irradiance)
-    relit = drain(chosen.baking.illuminated(file, light, chosen.light(), None), progress).relit
+    relit = drain(chosen.baking.illuminate(file, light, chosen.light(), None), progress).relit
     shown = relit.mesh.positions[: relit.transport.ground_vertex]
     view = parse(camera, frame(shown, size[0] / size[1]))
-    return drain(picture_of(relit, view, size, samples), progress).picture
+    return drain(image_of(relit, view, size, samples), progress).image

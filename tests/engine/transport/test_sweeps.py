@@ -1,10 +1,10 @@
-"""Ladders of every knob of baked transport: what costs more is not less exact (spec 07, T7).
+"""Sweeps of every parameter of baked transport: what costs more is not less exact (spec 07, T7).
 
 Radiance at some vertices of a small bust with hollows, towards some views under a real map, is held against the sum
-over a map of 6 × 128² texels with the BRDF itself and a ray for each texel. Every ladder shares its rays.
+over a map of 6 × 128² texels with the BRDF itself and a ray for each texel. Every sweep shares its rays.
 
 The map is rotated several times, and the error is that of all turns together: what truncation leaves out is the part of
-transport in the higher bands times the light's, whose square falls from rung to rung in the mean over all turns of the
+transport in the higher bands times the light's, whose square falls from step to step in the mean over all turns of the
 light, but not under each of them. Grace Cathedral has a few small bright lights, which ring; unrotated, the error
 of SH rises from order 6 to 7 by 4 % and from 10 to 12 by 17 %, and that is no fault of the bake. Likewise a finer cube
 map is more exact only where as many coefficients are kept as it needs: of 384, the error under an edge of 64 is 3 %
@@ -41,18 +41,18 @@ from engine.transport.gaussian.fitting.fit import Fit, FitSettings, fit_vertices
 from engine.transport.gaussian.lighting import lobe_radiance
 from engine.transport.gaussian.samples import direct_samples, glossy_surface
 from engine.transport.gaussian.transfer import GaussianTransport, lobes_towards
-from engine.transport.relit import relit_gaussians
+from engine.transport.relight import relight_gaussians
 from engine.transport.sh.brdf_table import tabulate
-from engine.transport.sh.lighting import project, turned_about_y
+from engine.transport.sh.lighting import project, turn_about_y
 from engine.transport.sh.transfer import (
     ShTransport,
     matrices,
-    signed_radiance,
-    transferred,
+    sum_signed_radiance,
+    transfer,
     visibility_harmonics,
 )
 from engine.transport.wavelet.bake import factors_for
-from engine.transport.wavelet.lighting import Lighting, lighting_of, rotated, tuples
+from engine.transport.wavelet.lighting import Lighting, lighting_of, rotate, tuples
 from engine.transport.wavelet.transfer import (
     WaveletTransport,
     cube_texels,
@@ -68,7 +68,7 @@ VERTICES, VIEWS, EDGE, FINE = 24, 10, 128, 4
 TURNS = 6
 ANGLES = 2.0 * np.pi * np.arange(TURNS) / TURNS
 
-#: Cosine from which a view counts: a picture has few pixels of those below.
+#: Cosine from which a view counts: an image has few pixels of those below.
 SEEN = 0.05
 
 Floats = NDArray[np.float64]
@@ -102,7 +102,7 @@ class Place:
         """(TURNS, VERTICES, VIEWS, 3) the sums over all directions that a ray finds open; NaN from behind."""
         directions, value = cube_directions(EDGE).reshape(-1, 3), np.full((TURNS, VERTICES, VIEWS, 3), np.nan)
         area = np.tile(cube_solid_angles(EDGE).reshape(-1), 6)[:, None]
-        maps = [cube_of(rotated(self.environment, angle), EDGE).radiance.reshape(-1, 3) for angle in ANGLES]
+        maps = [cube_of(rotate(self.environment, angle), EDGE).radiance.reshape(-1, 3) for angle in ANGLES]
         light = np.stack(maps, axis=1).astype(np.float64) * area[:, None]
         for number, vertex in enumerate(self.chosen):
             local, wo = directions @ self.frames[number], self.views @ self.frames[number]
@@ -117,7 +117,7 @@ class Place:
     def error(self, found: Sequence[Sequence[Floats]], truth: Floats) -> float:
         """Relative RMSE of radiance (VERTICES, 3) under each turn and towards each view.
 
-        Each pair of vertex and view counts by the area that it covers in a picture.
+        Each pair of vertex and view counts by the area that it covers in an image.
         """
         weight = np.einsum("ni,vi->nv", self.frames[:, :, 2], self.views)[..., None]
         shaped = np.moveaxis(np.array(found), 1, 2)
@@ -151,7 +151,7 @@ def lightings(environment: EnvironmentMap, edge: int) -> list[Lighting]:
 
 
 def rising(errors: Sequence[float]) -> list[tuple[float, float]]:
-    """Rungs whose error is more than `SLACK` above that of the rung before."""
+    """Steps whose error is more than `SLACK` above that of the step before."""
     return [(low, high) for low, high in pairwise(errors) if high > (1.0 + SLACK) * low]
 
 
@@ -228,12 +228,12 @@ def test_T7_orders_of_harmonics_do_not_raise_the_error(place: Place, glossy: Wav
     errors = []
     for order in range(3, most + 1):
         rows = np.ascontiguousarray(whole[:, : order**2, : order**2]).reshape(-1, 1, order**2)
-        transport = ShTransport(place.some, VERTICES, False, 0.0, table.of_order(order), False, rows)
+        transport = ShTransport(place.some, VERTICES, False, 0.0, table.reduce_order(order), False, rows)
         found, light = [], project(place.environment, order)
         local = np.einsum("nij,vi->vnj", place.frames, place.views)
         for angle in ANGLES:
-            sent = transferred(transport, turned_about_y(light, angle))
-            found.append([signed_radiance(transport, sent, wo, np.arange(VERTICES)) for wo in local])
+            sent = transfer(transport, turn_about_y(light, angle))
+            found.append([sum_signed_radiance(transport, sent, wo, np.arange(VERTICES)) for wo in local])
         errors.append(place.error(found, glossy.truth))
     assert rising(errors) == []
     assert errors[-1] < 0.2 * errors[0]
@@ -249,7 +249,7 @@ def test_T7_gaussians_do_not_raise_the_error(place: Place) -> None:
         both = []
         for lobes in (fit.lobes, fit.preserving()):  # a bake takes the better
             transport = GaussianTransport(place.some, VERTICES, 0.0, (lobes,), None)
-            lights = [relit_gaussians(transport, place.environment, rotation=angle).light for angle in ANGLES]
+            lights = [relight_gaussians(transport, place.environment, rotation=angle).light for angle in ANGLES]
             seen = [lobes_towards(transport, wo) for wo in place.towards]
             found = [[lobe_radiance(light, each.energy, each.mean, each.sigma) for each in seen] for light in lights]
             both.append(place.error(found, truth))
