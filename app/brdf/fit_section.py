@@ -16,9 +16,8 @@ from app.document.comparison import Comparison, Entry, Fitted
 from app.jobs.jobs import Job
 from app.widgets import theme
 from app.widgets.controls import ComboBox
-from app.widgets.labels import BRDF_NAMES
 from app.widgets.panels import Rows, Segments, button, enable, text
-from engine.brdf.brdf import MODELS, model_name
+from engine.brdf.brdf import MODELS, label_of, model_name
 from engine.core.figure_text import percent
 from engine.core.steps import Step
 
@@ -46,7 +45,7 @@ class FitSection(Rows):
         self._asked: tuple[str, str] = ("", "")
         self.model = ComboBox()
         for name in MODELS:
-            self.model.addItem(BRDF_NAMES.get(name, name), name)
+            self.model.addItem(label_of(name), name)
         self.model.setCurrentIndex(self.model.findData("ggx"))
         self.row("Model", self.model, "The model to fit")
         self.weighting = Segments(WEIGHTINGS)
@@ -99,7 +98,7 @@ class FitSection(Rows):
             return
         entry, model, weighting = self.entry, str(self.model.currentData()), self.weighting.value
         self._of, self._asked, self.so_far = entry, (model, weighting), None
-        title = f"Fitting {BRDF_NAMES.get(model, model)} to {entry.name}"
+        title = f"Fitting {label_of(model)} to {entry.name}"
         job = self.bench.jobs.submit(title, lambda: fit(entry.brdf, model, weighting), lane="compute")
         self.job = job
         self.stop.show()
@@ -128,7 +127,7 @@ class FitSection(Rows):
         self.ranking.open()
 
     def _add_offer(self, entry: Entry, weighting: str, offer: Offer) -> None:
-        name = BRDF_NAMES.get(model_name(offer.brdf), "")
+        name = label_of(model_name(offer.brdf))
         note = Fitted(entry.name, weighting, offer.linear, offer.linear)
         add(self.bench, f"{name} to {entry.name}", offer.brdf, fitted=note)
 
@@ -157,5 +156,5 @@ class FitSection(Rows):
         if found is not None and of is not None and still_there:
             self._show_errors(found)
             note = Fitted(of.name, weighting, found.before.rmse_rel, found.after.rmse_rel)
-            add(self.bench, f"{BRDF_NAMES.get(model, model)} to {of.name}", found.brdf, fitted=note)
+            add(self.bench, f"{label_of(model)} to {of.name}", found.brdf, fitted=note)
         self.changed.emit()

@@ -25,11 +25,11 @@ from app.commands.brdf_figures import Facts
 from app.commands.workbench import Workbench
 from app.document.comparison import Comparison, Entry
 from app.widgets import theme as icons
-from app.widgets.labels import BRDF_LABELS, BRDF_NAMES
+from app.widgets.labels import BRDF_LABELS
 from app.widgets.panels import Panel, button, enable, text
 from app.widgets.param_form import ParamForm
 from app.widgets.theme import ROW, STEP, role
-from engine.brdf.brdf import model_name
+from engine.brdf.brdf import label_of, model_name
 from engine.brdf.written import WrittenBrdf
 from engine.core.figure_text import number, percent
 from engine.core.params import parameters
@@ -162,7 +162,7 @@ class Inspector(Panel):
         if entry is None:
             self.kind.setText("–")
         elif model:
-            self.kind.setText(BRDF_NAMES[model_name(entry.brdf)])
+            self.kind.setText(label_of(model_name(entry.brdf)))
         else:
             self.kind.setText(entry.brdf.kind)
         self._show_form(entry.brdf if entry is not None and model else None)

@@ -31,10 +31,9 @@ from app.document.comparison import Entry
 from app.jobs.jobs import Job
 from app.widgets import theme
 from app.widgets import theme as icons
-from app.widgets.labels import BRDF_NAMES
 from app.widgets.panels import button, enable
 from app.widgets.theme import PADDING, STEP, role
-from engine.brdf.brdf import MODELS
+from engine.brdf.brdf import MODELS, label_of
 from engine.brdf.models.presets import PRESETS
 from engine.core.steps import Step, Steps
 
@@ -137,7 +136,7 @@ class Library(QWidget):
                 item.setData(FILE, path)
         self._heading("Models")
         for name in MODELS:
-            self._item(name, BRDF_NAMES.get(name, name), "Analytic model")
+            self._item(name, label_of(name), "Analytic model")
         self._heading("Published")
         for preset in PRESETS:
             words = preset.name.replace("-", " ").capitalize()

@@ -9,10 +9,9 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QDialog, QHBoxLayout, QVBoxLayout, QWidget
 
 from app.widgets.figure_table import FigureTable
-from app.widgets.labels import BRDF_NAMES
 from app.widgets.panels import button, text
 from app.widgets.theme import STEP
-from engine.brdf.brdf import MODELS, model_name
+from engine.brdf.brdf import MODELS, label_of, model_name
 from engine.brdf.fit import fit_data
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps
@@ -38,10 +37,7 @@ class Ranking(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.resize(*SIZE_PX)
         self.table = FigureTable("Models by their error", HEADINGS)
-        rows = [
-            (BRDF_NAMES.get(model_name(each.brdf), ""), percent(each.linear, 3), number(each.log, 3))
-            for each in self.offers
-        ]
+        rows = [(label_of(model_name(each.brdf)), percent(each.linear, 3), number(each.log, 3)) for each in self.offers]
         self.table.show_rows(rows, 0 if rows else None)
         self.table.itemActivated.connect(lambda _item: self._add())
         words = text(

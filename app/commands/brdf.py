@@ -13,9 +13,8 @@ import numpy as np
 from app.arguments.results import TABLE
 from app.document.comparison import MARKERS, Entry, Fitted
 from app.jobs.jobs import Job
-from app.widgets.labels import BRDF_NAMES
 from app.widgets.theme import RESOURCES
-from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text, model_name
+from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text, label_of, model_name
 from engine.brdf.models.microfacet import Ggx
 from engine.brdf.resample import SHAPE, resample
 from engine.brdf.table import DirectionTable, HalfDifferenceTable
@@ -64,7 +63,7 @@ def add_model(bench: Workbench, text: str) -> None:
     """Compare the model or preset that `text` names."""
     brdf = brdf_from_text(text)
     preset = text.partition("preset=")[2]
-    add(bench, preset.replace("-", " ").capitalize() if preset else BRDF_NAMES[model_name(brdf)], brdf)
+    add(bench, preset.replace("-", " ").capitalize() if preset else label_of(model_name(brdf)), brdf)
 
 
 def add(bench: Workbench, name: str, brdf: Any, path: Path | None = None, fitted: Fitted | None = None) -> None:

@@ -93,7 +93,7 @@ def albedos(wanted: Sequence[tuple[int, Any]]) -> Steps[dict[int, tuple[Any, Flo
     for done, (number, brdf) in enumerate(wanted):
         yield Step(done / len(wanted), "integrating")
         from engine.brdf.analysis import albedo
-        from engine.brdf.sampling import sampler_of
+        from engine.brdf.models.sampling import sampler_of
 
         sampler, values = sampler_of(brdf), []
         for angle in np.radians(ALBEDO_DEG):

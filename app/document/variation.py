@@ -18,8 +18,8 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.widgets.labels import BRDF_LABELS, BRDF_NAMES
-from engine.brdf.brdf import MODELS, brdf_from_text
+from app.widgets.labels import BRDF_LABELS
+from engine.brdf.brdf import MODELS, brdf_from_text, label_of
 from engine.core.params import parameters
 from engine.transport import method as transport
 from engine.transport.method import Method
@@ -67,7 +67,7 @@ class Blend:
         if isinstance(self.brdf, Path):
             return f"With {self.brdf.name}"
         name = self.brdf.partition(":")[0]
-        return f"With {BRDF_NAMES.get(name, name)}"
+        return f"With {label_of(name)}"
 
 
 @dataclass(frozen=True)

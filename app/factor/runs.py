@@ -22,8 +22,7 @@ from app.document.document import Project
 from app.document.factoring import MATERIAL, METHODS, RUN_NUMBERS, Run, names_of
 from app.jobs.jobs import Job
 from app.project.factors import Keeping, read_kept
-from app.widgets.labels import BRDF_NAMES
-from engine.brdf.brdf import MODELS, brdf_from_text
+from engine.brdf.brdf import MODELS, brdf_from_text, label_of
 from engine.brdf.readers.read import read_brdf_steps
 from engine.core.errors import FileError, InputError, UsageError
 from engine.core.steps import Step, Steps, part
@@ -311,12 +310,12 @@ def name_of(project: Project, source: str) -> str:
         return Path(words).name
     if kind == "model":
         model, _, preset = words.partition(":preset=")
-        return preset.replace("-", " ").capitalize() if preset else BRDF_NAMES.get(model, model)
+        return preset.replace("-", " ").capitalize() if preset else label_of(model)
     measured = project.material.measured
     if measured is not None:
         return str(measured.name)
     model = project.material.brdf.partition(":")[0]
-    return f"{BRDF_NAMES.get(model, model)} of the material"
+    return f"{label_of(model)} of the material"
 
 
 def source_of(project: Project, source: str) -> Any:

@@ -22,11 +22,10 @@ from app.document.factoring import (
 )
 from app.factor.runs import FULL
 from app.widgets.controls import ComboBox
-from app.widgets.labels import BRDF_NAMES
 from app.widgets.panels import Panel, Rows, button, enable, text
 from app.widgets.param_form import ParamForm
 from app.widgets.theme import STEP
-from engine.brdf.brdf import MODELS
+from engine.brdf.brdf import MODELS, label_of
 from engine.brdf.models.presets import PRESETS as PUBLISHED
 from engine.factor.settings import FactorSettings
 
@@ -163,7 +162,7 @@ class FactorSettingsPanel(Panel):
         wanted = [
             *own,
             *((f"file:{path}", path.name) for path in files),
-            *((f"model:{model}", BRDF_NAMES.get(model, model)) for model in MODELS),
+            *((f"model:{model}", label_of(model)) for model in MODELS),
             *((f"model:{preset.text}", preset.name.replace("-", " ").capitalize()) for preset in PUBLISHED),
         ]
         if self.source.property("sources") != wanted:

@@ -33,7 +33,7 @@ from engine.storage.text import whole_number
 from engine.transport import method
 
 #: Classes of the document by their module. Their names and fields are part of the format: renaming one needs a
-#: migration (`app.project.project_file`).
+#: migration (`app.project.project_file`). BRDF models are classes of the document as well, those that are registered.
 CLASSES = {
     "app.document.document": ("ImportChoices", "Look"),
     "app.document.comparison": ("Comparison", "Entry", "Fitted"),
@@ -41,18 +41,6 @@ CLASSES = {
     "app.document.factoring": ("Factoring", "Run"),
     "app.document.measured": ("Accuracy",),
     "app.document.variation": ("Blend", "Colours", "VariedParameter"),
-    "engine.brdf.models.diffuse": ("Lambert", "OrenNayar"),
-    "engine.brdf.models.lafortune": ("Lafortune", "LafortuneThreeLobes"),
-    "engine.brdf.models.microfacet": (
-        "AshikhminShirley",
-        "CookTorrance",
-        "Ggx",
-        "GgxAnisotropic",
-        "MetallicRoughness",
-        "Ward",
-    ),
-    "engine.brdf.models.phong": ("BlinnPhong", "Phong"),
-    "engine.brdf.models.poulin_fournier": ("PoulinFournier",),
     "engine.brdf.radial_basis": ("Patches",),
     "engine.brdf.readers.rgl": ("RglBrdf", "Warp"),
     "engine.brdf.samples": ("BrdfSamples",),
@@ -100,18 +88,10 @@ MAX_SHOWN = 4096
 #: alone: they are mapped, and reading them would hold up the opening of a project.
 MAX_SEARCHED_BYTES = 1 << 24
 
-#: Classes that are BRDFs.
+#: Classes that are BRDFs beside the models.
 BRDFS = (
-    *("Lambert", "OrenNayar", "Lafortune", "LafortuneThreeLobes", "AshikhminShirley", "CookTorrance", "Ggx"),
-    *("GgxAnisotropic", "MetallicRoughness", "Ward", "BlinnPhong", "Phong", "PoulinFournier", "RglBrdf"),
-    *(
-        "ScatteredBrdf",
-        "DirectionTable",
-        "HalfDifferenceTable",
-        "WrittenBrdf",
-        "HomomorphicFactors",
-        "SeparableFactors",
-    ),
+    *("RglBrdf", "ScatteredBrdf", "DirectionTable", "HalfDifferenceTable", "WrittenBrdf"),
+    *("HomomorphicFactors", "SeparableFactors"),
 )
 
 #: Axes of arrays: a number, or a letter that has one length in all arrays of an object; "!" where numbers are finite.
@@ -280,9 +260,19 @@ class _Known(dict[str, Any]):
         return class_named(name)
 
 
-@cache
+def is_known(kind: type) -> bool:
+    """True for a class of the document."""
+    return kind.__name__ in CLASSES.get(kind.__module__, ()) or kind in MODELS.values()
+
+
 def class_named(name: str) -> type:
     """The class of the document that is called so; KeyError where there is none."""
+    models = (model for model in MODELS.values() if model.__name__ == name)
+    return next(models, None) or _class_of_module(name)
+
+
+@cache
+def _class_of_module(name: str) -> type:
     for module, names in CLASSES.items():
         if name in names:
             found: type = getattr(import_module(module), name)
@@ -290,16 +280,20 @@ def class_named(name: str) -> type:
     raise KeyError(name)
 
 
-@cache
 def _declare(kind: type) -> Mapping[str, Any]:
     """The types of the fields of a class, with those that stand for open ones."""
+    return _declared_with(kind, tuple(MODELS.values()))
+
+
+@cache
+def _declared_with(kind: type, models: tuple[type, ...]) -> Mapping[str, Any]:
     instead: dict[tuple[str, str], Any] = {
         ("Project", "provenance"): Mapping[str, Json],
         ("ImageStack", "provenance"): Mapping[str, Json],
         ("Project", "bakes"): Mapping[str, Mapping[str, Json]],
     }
     if kind.__name__ in ("Entry", "Run"):
-        brdf: Any = reduce(or_, map(class_named, BRDFS))
+        brdf: Any = reduce(or_, (*models, *map(class_named, BRDFS)))
         instead |= {("Entry", "brdf"): brdf, ("Run", "given"): brdf | Path | str | None}
     own = vars(import_module(kind.__module__))
     found = typing.get_type_hints(kind, localns=_Known(own))

@@ -2,7 +2,8 @@
 
 Arrays are named by the hash of their bytes and kept by whoever stores the text. A dataclass that is compared by
 identity is a value of its own, named by the hash of its text, so that what two states of the document share is stored
-once and is one object again. Only the classes of `CLASSES` are read, by their constructors: a file can name no others.
+once and is one object again. Only the classes that `app.project.declared` knows are read, by their constructors: a file
+can name no others.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from app.project.declared import CLASSES, can_be_opened, class_named, problem_of
+from app.project.declared import can_be_opened, class_named, is_known, problem_of
 from engine.capture.stack import ImageStack
 from engine.core.errors import InputError
 from engine.core.health import Verdict
@@ -224,7 +225,7 @@ def _inside_of(keeper: Keeper, path: Path) -> Path:
 def _encode_object(value: Any, keeper: Keeper, derived: bool) -> Any:
     kind = type(value)
     name = kind.__name__
-    if name not in CLASSES.get(kind.__module__, ()):
+    if not is_known(kind):
         raise TypeError(f"{kind.__module__}.{name} is not a value of the document")
     derived = derived or name in DERIVED
     kept = [part for part in _parts(kind) if (name, part) != ("Unpacked", "folder")]  # a handle, not a value
@@ -305,9 +306,12 @@ def _decode_own(name: str, finder: Finder, depth: int) -> Any:
 
 def _decode_object(said: Mapping[str, Any], finder: Finder, depth: int) -> Any:
     name, parts = said["is"], said["of"]
-    if not isinstance(name, str) or not isinstance(parts, dict) or not any(name in names for names in CLASSES.values()):
+    if not isinstance(name, str) or not isinstance(parts, dict):
         raise ValueError(f"no class of the document: {name!r:.60}")
-    kind = class_named(name)
+    try:
+        kind = class_named(name)
+    except KeyError:
+        raise ValueError(f"no class of the document: {name!r:.60}") from None
     if name == "Sources" and "archive" in (parts.get("unpacked") or ()):  # schema 1 kept no more than its name
         parts = {**parts, "unpacked": None}
     fields = {stored: field for field, stored in STORED.get(name, {}).items()}

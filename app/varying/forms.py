@@ -15,10 +15,10 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.document.variation import Blend, Colours, Variation, VariedParameter
 from app.widgets.controls import ComboBox
-from app.widgets.labels import BRDF_LABELS, BRDF_NAMES
+from app.widgets.labels import BRDF_LABELS
 from app.widgets.panels import Rows
 from app.widgets.param_form import NumberEditor, ParamForm
-from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text, model_name
+from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text, label_of, model_name
 from engine.capture.photograph.kinds import PHOTOGRAPH_SUFFIXES
 from engine.core.params import Parameter, parameters
 
@@ -102,7 +102,7 @@ class VariationForm(Rows):
         if isinstance(variation, Blend):
             own = None if isinstance(variation.brdf, Path) else brdf_from_text(variation.brdf)
             named = model_name(own) if own is not None else None
-            _fill(self.menus["brdf"], BRDF_NAMES, named, variation.brdf, "Open a file…")
+            _fill(self.menus["brdf"], {name: label_of(name) for name in MODELS}, named, variation.brdf, "Open a file…")
             if self.model is not None and own is not None:
                 self.model.show_instance(own)
         if isinstance(variation, Colours):

@@ -14,11 +14,11 @@ from app.commands.workbench import Workbench
 from app.document.comparison import Entry
 from app.document.document import Look, Project
 from app.widgets.controls import ComboBox
-from app.widgets.labels import BRDF_LABELS, BRDF_NAMES
+from app.widgets.labels import BRDF_LABELS
 from app.widgets.number_field import plain
 from app.widgets.panels import Rows, Segments
 from app.widgets.param_form import ParamForm
-from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, brdf_to_text, model_name
+from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, brdf_to_text, label_of, model_name
 from engine.core.params import parameters
 from engine.scene.scene import Scene
 
@@ -61,7 +61,7 @@ class BrdfPanel(Rows):
         brdf = brdf_from_text(project.material.brdf)
         self.choice.clear()
         for name in MODELS:
-            self.choice.addItem(BRDF_NAMES.get(name, name), name)
+            self.choice.addItem(label_of(name), name)
         for entry in project.comparison.entries:
             self.choice.addItem(entry.name, entry)
         if measured is not None:
@@ -88,7 +88,7 @@ class BrdfPanel(Rows):
             self.show_project(self.bench.document.project)
             commands_brdf.use(self.bench, name)
         elif isinstance(name, str) and (self.is_measured or type(self.brdf) is not MODELS[name]):
-            self.set_brdf(MODELS[name](), f"BRDF {BRDF_NAMES.get(name, name)}", "")
+            self.set_brdf(MODELS[name](), f"BRDF {label_of(name)}", "")
 
     def _on_edited(self, brdf: Brdf, final: bool) -> None:
         self.set_brdf(brdf, "Change BRDF", "brdf")

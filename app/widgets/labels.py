@@ -71,21 +71,6 @@ def _even(part: Any) -> bool:
     return bool(short > (1.0 - 2.0 * NEAR) * long)
 
 
-BRDF_NAMES = {
-    "lambert": "Lambert",
-    "oren-nayar": "Oren–Nayar",
-    "phong": "Phong",
-    "blinn-phong": "Blinn–Phong",
-    "lafortune": "Lafortune",
-    "lafortune-three-lobes": "Lafortune, three lobes",
-    "ward": "Ward",
-    "ashikhmin-shirley": "Ashikhmin–Shirley",
-    "cook-torrance": "Cook–Torrance",
-    "ggx": "GGX",
-    "ggx-anisotropic": "GGX, anisotropic",
-    "poulin-fournier": "Poulin–Fournier",
-    "metallic-roughness": "Metallic–roughness (glTF)",
-}
 BRDF_LABELS = {
     "kd": "Diffuse",
     "ks": "Highlight",

@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.brdf.half_difference import directions
-from engine.brdf.sampling import sampler_of
-from engine.brdf.sampling_lobes import Sampler
+from engine.brdf.models.sampling import sampler_of
+from engine.brdf.models.sampling_lobes import Sampler
 from engine.core.directions import Vectors, normalize, surface_direction
 from engine.core.figure_text import number, percent
 

@@ -1,62 +1,70 @@
-"""The interface of every BRDF, the closed list of models, and their names as text.
-
-A BRDF value is in 1/sr and does not contain the cosine. Directions are unit vectors in the surface frame (normal +z),
-`wi` towards the light, `wo` towards the viewer; the value is 0 where either is at or below the horizon.
-"""
+"""The models by name: those of the package and those that `register` or installed packages add; models as text."""
 
 from __future__ import annotations
 
-from typing import Protocol
-
-from numpy.typing import ArrayLike
+import dataclasses
+import re
 
 from engine.brdf.models.diffuse import Lambert, OrenNayar
 from engine.brdf.models.lafortune import Lafortune, LafortuneThreeLobes
 from engine.brdf.models.microfacet import AshikhminShirley, CookTorrance, Ggx, GgxAnisotropic, MetallicRoughness, Ward
+from engine.brdf.models.model import Brdf as Brdf
+from engine.brdf.models.model import Model
 from engine.brdf.models.phong import BlinnPhong, Phong
 from engine.brdf.models.poulin_fournier import PoulinFournier
 from engine.brdf.models.presets import find_preset, text_of_preset
-from engine.core.directions import Vectors
+from engine.core import plugins, shader_files
 from engine.core.errors import UsageError
 from engine.core.params import parameters, parse, unparse
 
-
-class Brdf(Protocol):
-    """A BRDF. `energy_conserving` may depend on the parameters, the other two never do."""
-
-    @property
-    def isotropic(self) -> bool: ...
-
-    @property
-    def reciprocal(self) -> bool: ...
-
-    @property
-    def energy_conserving(self) -> bool: ...
-
-    def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
-        """Values (..., 3) in 1/sr for unit directions (..., 3) that broadcast against each other."""
-        ...
-
-
-#: The analytic models by the name that the window, the shaders and saved files use.
-MODELS: dict[str, type] = {
-    "lambert": Lambert,
-    "oren-nayar": OrenNayar,
-    "phong": Phong,
-    "blinn-phong": BlinnPhong,
-    "lafortune": Lafortune,
-    "lafortune-three-lobes": LafortuneThreeLobes,
-    "ward": Ward,
-    "ashikhmin-shirley": AshikhminShirley,
-    "cook-torrance": CookTorrance,
-    "ggx": Ggx,
-    "ggx-anisotropic": GgxAnisotropic,
-    "poulin-fournier": PoulinFournier,
-    "metallic-roughness": MetallicRoughness,
-}
+#: The analytic models by the name that the command line, the window, shaders and saved files use; `register` adds one.
+MODELS: dict[str, type[Model]] = {}
 
 #: Names that stand for two models: the parameters that are given decide which is meant.
-SECOND_FORMS = {"ggx": "ggx-anisotropic", "lafortune": "lafortune-three-lobes"}
+SECOND_FORMS: dict[str, str] = {}
+
+#: Group of the entry points by which installed packages bring further models.
+ENTRY_POINTS = "lightarc.brdfs"
+
+_NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
+
+
+def register(model: type[Model]) -> type[Model]:
+    """Declare a BRDF model; usable as a decorator of its class.
+
+    Everything else follows: its text, its row in the library and in fits, its fields, its shader, projects and bundles.
+    Raises ValueError where the class lacks something, or its name is taken.
+    """
+    if not (isinstance(model, type) and issubclass(model, Model) and dataclasses.is_dataclass(model)):
+        raise ValueError(f"{model!r} must be a frozen dataclass derived from Model")
+    for name in ("name", "label", "energy_conserving"):
+        if getattr(model, name, "") == "":
+            raise ValueError(f"the BRDF model {model.__name__} states no {name}")
+    if not _NAME.fullmatch(model.name):
+        raise ValueError(f"{model.name!r} is not a name of lower-case words joined by hyphens")
+    others = [
+        other for other in MODELS.values() if other.__qualname__ != model.__qualname__ or other.name != model.name
+    ]
+    if any(model.name == other.name or model.__name__ == other.__name__ for other in others):
+        raise ValueError(f"there is another BRDF model {model.name} or class {model.__name__}")
+    shader_files.add(f"brdf/{model.name}.glsl", model.shader)
+    MODELS[model.name] = model
+    if model.form_of:
+        SECOND_FORMS[model.form_of] = model.name
+    return model
+
+
+def unregister(model: type[Model]) -> None:
+    """Take back what `register` did."""
+    if MODELS.get(model.name) is model:
+        del MODELS[model.name]
+        SECOND_FORMS.pop(model.form_of, None)
+        shader_files.remove(f"brdf/{model.name}.glsl")
+
+
+def label_of(name: str) -> str:
+    """The label of a model by its name; the name itself where there is no such model."""
+    return MODELS[name].label if name in MODELS else name
 
 
 def model_name(brdf: Brdf) -> str:
@@ -97,3 +105,11 @@ def brdf_to_text(brdf: Brdf) -> str:
     name = model_name(brdf)
     named = {second: first for first, second in SECOND_FORMS.items()}.get(name, name)
     return text_of_preset(brdf) or f"{named}:{unparse(brdf)}"
+
+
+for _model in (
+    *(Lambert, OrenNayar, Phong, BlinnPhong, Lafortune, LafortuneThreeLobes, Ward, AshikhminShirley, CookTorrance),
+    *(Ggx, GgxAnisotropic, PoulinFournier, MetallicRoughness),
+):
+    register(_model)
+plugins.load(ENTRY_POINTS, register)

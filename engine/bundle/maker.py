@@ -12,6 +12,7 @@ import hashlib
 import numpy as np
 
 import engine
+from engine.brdf.brdf import MODELS
 from engine.bundle.directional import directional_problems
 from engine.bundle.members import BRDF, SHADER, SMALL_LIMIT_BYTES, VIEWER
 from engine.bundle.page import viewer
@@ -33,9 +34,13 @@ _ANEW = {
 MAKER, _FOLDERS = "maker", ("viewer", "bundle", "shaders")
 
 
-@functools.cache
 def maker() -> str:
     """16 hexadecimal digits of the version, the texts of a material of one texel, and the resources of all others."""
+    return _maker_with(tuple(MODELS))
+
+
+@functools.cache
+def _maker_with(_models: tuple[str, ...]) -> str:
     digest = hashlib.sha256(engine.__version__.encode())
     texel, error = np.full((1, 1, 3), 0.5, np.float32), np.zeros((1, 1), np.float32)
     plain = Material(None, PowerLawMap(texel, texel, 1.0, 0.0, np.zeros(3), error), "lambert", 1.0)

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from engine.brdf.brdf import brdf_from_text, model_name
+from engine.core import shader_files
 from engine.core.errors import InputError
 from engine.core.figure_text import percent
 from engine.core.params import parameters
@@ -144,7 +145,7 @@ def glsl_source(name: str, written: set[str] | None = None) -> str:
     """A shader file with its includes written out, each once; those in `written` stand before it, and are added to."""
     written = set() if written is None else written
     written.add(name)
-    text = (RESOURCES / "shaders" / name).read_text(encoding="utf-8")
+    text = shader_files.find(name).read_text(encoding="utf-8")
 
     def included(include: re.Match[str]) -> str:
         return "" if include[1] in written else glsl_source(include[1], written)

@@ -26,7 +26,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.brdf.sampling import sampler_of
+from engine.brdf.models.sampling import sampler_of
 from engine.core.colour import luminance
 from engine.core.directions import normalize
 from engine.core.errors import UsageError

@@ -14,8 +14,7 @@ from typing import Any
 import moderngl
 
 from engine.core.interrupts import interrupts_held
-
-SHADERS = Path(__file__).resolve().parents[2] / "resources" / "shaders"
+from engine.core.shader_files import SHADERS, find
 
 _INCLUDE = re.compile(r'\s*#\s*include\s+(?:"(?P<file>[^"]+)"|(?P<name>\w+))\s*$')
 
@@ -41,13 +40,13 @@ def _expand(name: str, definitions: Mapping[str, str], folder: Path, files: list
     number = len(files)
     files.append(name)
     result: list[str] = []
-    for line_number, line in enumerate((folder / name).read_text(encoding="utf-8").splitlines(), start=1):
+    for line_number, line in enumerate(find(name, folder).read_text(encoding="utf-8").splitlines(), start=1):
         include = _INCLUDE.match(line)
         if include is None:
             result.append(line)
             continue
         wanted = include["file"] or definitions.get(include["name"], "")
-        if not (folder / wanted).is_file():
+        if not find(wanted, folder).is_file():
             raise ShaderError(f"{name}:{line_number}: there is no shader file {wanted or include['name']!r}")
         if wanted not in files:
             result += [f"#line 1 {len(files)}", *_expand(wanted, definitions, folder, files)]

@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS
-from engine.brdf.sampling import sampler_of
-from engine.brdf.sampling_lobes import BELOW_ONE, CosineLobe, Mixture, VisibleGgxLobe
+from engine.brdf.models.sampling import sampler_of, samples_itself
+from engine.brdf.models.sampling_lobes import BELOW_ONE, CosineLobe, Mixture, VisibleGgxLobe
 from engine.core.kernels import scalar
 from engine.render.direct import sample, texture_axes, texture_coordinates
 from engine.render.mip_maps import mip_levels_of
@@ -192,7 +192,7 @@ class Reflector:
         measured = type(scene.brdf) not in MODELS.values()
         # kernels of measurements use all threads by themselves, and not every pool of threads lets two callers in
         self._values: AbstractContextManager[Any] = threading.Lock() if measured else nullcontext()
-        self._draws = self._values if hasattr(scene.brdf, "sample") else nullcontext()
+        self._draws = self._values if samples_itself(scene.brdf) else nullcontext()
 
     def product(self, at: Points, index: Indices, wi: Floats) -> Floats:
         """f cos, or what a material shows in its place, (K, 3) at the points `index` for light from `wi` (K, 3)."""

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from engine.core.errors import MissingCapability
+from engine.core.shader_files import SHADERS
 from engine.gl.context import create_context
-from engine.gl.program import SHADERS
 
 
 @pytest.fixture

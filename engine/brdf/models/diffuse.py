@@ -6,33 +6,35 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from engine.brdf.models.evaluate import channels, evaluate
-from engine.core.directions import Vectors
-from engine.core.params import Colour, check, param
+from engine.brdf.models.evaluate import channels
+from engine.brdf.models.model import Model
+from engine.brdf.models.sampling import Lobes
+from engine.core.params import Colour, param
 
 
 @dataclass(frozen=True)
-class Lambert:
+class Lambert(Model):
     """f = albedo / π."""
+
+    name: ClassVar[str] = "lambert"
+    label: ClassVar[str] = "Lambert"
+    diffuse_parameter: ClassVar[str] = "albedo"
 
     albedo: Colour = param((0.5, 0.5, 0.5), 0.0, 1.0, doc="Fraction of the light that is reflected.")
 
-    isotropic: ClassVar[bool] = True
-    reciprocal: ClassVar[bool] = True
     energy_conserving: ClassVar[bool] = True
 
-    def __post_init__(self) -> None:
-        check(self)
+    def sampling_lobes(self) -> Lobes:
+        return [], 1.0
 
-    def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
-        """Value in 1/sr without the cosine, (..., 3), for unit directions (..., 3) in the surface frame."""
-        return evaluate(lambda _wi, _wo: channels(self.albedo) / np.pi, wi, wo)
+    def formula(self, wi: NDArray[np.float64], wo: NDArray[np.float64]) -> NDArray[np.float64]:
+        return channels(self.albedo) / np.pi
 
 
 @dataclass(frozen=True)
-class OrenNayar:
+class OrenNayar(Model):
     """f = albedo/π (A + B max(0, cos Δφ) sin α tan β), the qualitative model of Oren1994.
 
     A = 1 − 0.5 σ²/(σ² + 0.33), B = 0.45 σ²/(σ² + 0.09), α and β the larger and the smaller polar angle. The angles
@@ -40,14 +42,11 @@ class OrenNayar:
     undefined, and needs no sine near it.
     """
 
+    name: ClassVar[str] = "oren-nayar"
+    label: ClassVar[str] = "Oren–Nayar"
+
     albedo: Colour = param((0.5, 0.5, 0.5), 0.0, 1.0, doc="Reflectance of the facets.")
     sigma_deg: float = param(30.0, 0.0, 90.0, unit="°", doc="Standard deviation of the facets' slope angle.")
-
-    isotropic: ClassVar[bool] = True
-    reciprocal: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        check(self)
 
     @property
     def energy_conserving(self) -> bool:
@@ -61,11 +60,10 @@ class OrenNayar:
         variance = np.radians(self.sigma_deg) ** 2
         return float(1.0 - 0.5 * variance / (variance + 0.33)), float(0.45 * variance / (variance + 0.09))
 
-    def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
-        """Value in 1/sr without the cosine, (..., 3), for unit directions (..., 3) in the surface frame."""
-        return evaluate(self._formula, wi, wo)
+    def sampling_lobes(self) -> Lobes:
+        return [], 1.0
 
-    def _formula(self, wi: NDArray[np.float64], wo: NDArray[np.float64]) -> NDArray[np.float64]:
+    def formula(self, wi: NDArray[np.float64], wo: NDArray[np.float64]) -> NDArray[np.float64]:
         facing, retro = self.coefficients
         along = np.maximum(wi[0] * wo[0] + wi[1] * wo[1], 0.0) / np.maximum(wi[2], wo[2])
         return channels(self.albedo) * ((facing + retro * along) / np.pi)

@@ -15,11 +15,14 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from engine.brdf.models.evaluate import channels, diffuse_and_highlight, evaluate, power_of_one_minus
-from engine.core.directions import Vectors
-from engine.core.params import Colour, check, param
+from engine.brdf.models.evaluate import channels, diffuse_and_highlight, power_of_one_minus
+from engine.brdf.models.model import Model
+from engine.brdf.models.sampling import Lobes, grey
+from engine.brdf.models.sampling_lobes import PowerLobe, Sampler
+from engine.core.colour import LUMINANCE
+from engine.core.params import Colour, param
 
 Floats = NDArray[np.float64]
 
@@ -27,23 +30,21 @@ _SHAPE = "Above 1 the lobe is higher than a cosine's."
 
 
 @dataclass(frozen=True)
-class Lafortune:
+class Lafortune(Model):
     """f = kd/π + ks (n + 2)/(2π m^n) max(0, cxy (wi_x wo_x + wi_y wo_y) + cz wi_z wo_z)^n, m = max(|cxy|, |cz|).
 
     One lobe as Ngan2005 normalise it. Without direction (cxy = cz = 0) there is no highlight.
     """
+
+    name: ClassVar[str] = "lafortune"
+    label: ClassVar[str] = "Lafortune"
+    diffuse_parameter: ClassVar[str] = "kd"
 
     kd: Colour = param((0.3, 0.3, 0.3), 0.0, 1.0, doc="Diffuse reflectance.")
     ks: Colour = param((0.2, 0.2, 0.2), 0.0, 10.0, doc="Strength of the highlight.", slider=(0.0, 1.0))
     cxy: float = param(-0.6, -1.0, 1.0, doc="Weight along the surface; negative is forward, positive back.")
     cz: float = param(0.5, -1.0, 1.0, doc="Weight along the normal; only its ratio to the other counts.")
     exponent: float = param(20.0, 0.0, 1e6, doc="Sharpness of the highlight.", slider=(1.0, 1000.0), log=True)
-
-    isotropic: ClassVar[bool] = True
-    reciprocal: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        check(self)
 
     @property
     def energy_conserving(self) -> bool:
@@ -55,11 +56,12 @@ class Lafortune:
             for diffuse, strength in zip(self.kd, strengths, strict=True)
         )
 
-    def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
-        """Value in 1/sr without the cosine, (..., 3), for unit directions (..., 3) in the surface frame."""
-        return evaluate(self._formula, wi, wo)
+    def sampling_lobes(self) -> Lobes:
+        size = max(abs(self.cxy), abs(self.cz)) or 1.0
+        turn = (self.cxy / size, self.cxy / size, self.cz / size)
+        return [(PowerLobe(self.exponent, turn), grey(self.ks))], grey(self.kd)
 
-    def _formula(self, wi: Floats, wo: Floats) -> Floats:
+    def formula(self, wi: Floats, wo: Floats) -> Floats:
         m = max(abs(self.cxy), abs(self.cz))
         if m == 0.0:
             return channels(self.kd) / np.pi
@@ -68,12 +70,17 @@ class Lafortune:
 
 
 @dataclass(frozen=True)
-class LafortuneThreeLobes:
+class LafortuneThreeLobes(Model):
     """f = kd/π + Σ over three lobes of max(0, cxy (wi_x wo_x + wi_y wo_y) + cz wi_z wo_z)^n, each channel for itself.
 
     The form of Lafortune1997, in which the published fits of measured materials are given: a lobe's strength
     is in cxy and cz. In texts it goes by the name `lafortune`, with `cxy1`, `cz1`, `exponent1` and so on.
     """
+
+    name: ClassVar[str] = "lafortune-three-lobes"
+    label: ClassVar[str] = "Lafortune, three lobes"
+    form_of: ClassVar[str] = "lafortune"
+    diffuse_parameter: ClassVar[str] = "kd"
 
     kd: Colour = param((0.3094, 0.39667, 0.70837), 0.0, 1.0, doc="Diffuse reflectance.")
     cxy1: Colour = param((0.870567, 0.857255, 0.670982), -3.0, 3.0, doc=f"First lobe along the surface. {_SHAPE}")
@@ -85,12 +92,6 @@ class LafortuneThreeLobes:
     cxy3: Colour = param((-1.031545, -1.029426, -1.026588), -3.0, 3.0, doc=f"Third lobe along the surface. {_SHAPE}")
     cz3: Colour = param((0.706734, 0.69653, 0.687715), -3.0, 3.0, doc=f"Third lobe along the normal. {_SHAPE}")
     exponent3: Colour = param((66.89906, 63.767912, 57.489181), 0.0, 500.0, doc="Sharpness of the third lobe.")
-
-    isotropic: ClassVar[bool] = True
-    reciprocal: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        check(self)
 
     @property
     def lobes(self) -> tuple[tuple[Colour, Colour, Colour], ...]:
@@ -108,11 +109,18 @@ class LafortuneThreeLobes:
             for k in range(3)
         )
 
-    def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
-        """Value in 1/sr without the cosine, (..., 3), for unit directions (..., 3) in the surface frame."""
-        return evaluate(self._formula, wi, wo)
+    def sampling_lobes(self) -> Lobes:
+        """The lobes of each channel, by its part in the luminance and the lobe's largest albedo 2 pi / (n + 2) m^n."""
+        found: list[tuple[Sampler, float]] = []
+        for cxy, cz, exponent in self.lobes:
+            for channel, share in enumerate(LUMINANCE):
+                size = max(abs(cxy[channel]), abs(cz[channel]))
+                energy = float(share) * size ** exponent[channel] * 2.0 * np.pi / (exponent[channel] + 2.0)
+                turn = (cxy[channel], cxy[channel], cz[channel])
+                found.append((PowerLobe(exponent[channel], turn), energy))
+        return found, grey(self.kd)
 
-    def _formula(self, wi: Floats, wo: Floats) -> Floats:
+    def formula(self, wi: Floats, wo: Floats) -> Floats:
         value = np.repeat(channels(self.kd) / np.pi, wi.shape[1], axis=1)
         for lobe in self.lobes:
             for row, cxy, cz, exponent in zip(value, *lobe, strict=True):

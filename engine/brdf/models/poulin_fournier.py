@@ -26,11 +26,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from engine.brdf.models.evaluate import channels, evaluate, reflects_no_more_than_it_receives
-from engine.core.directions import Vectors
-from engine.core.params import Colour, check, param
+from engine.brdf.models.evaluate import channels, reflects_no_more_than_it_receives
+from engine.brdf.models.model import Model
+from engine.core.params import Colour, param
 
 Floats = NDArray[np.float64]
 
@@ -40,8 +40,11 @@ DIFFUSE_NODES, DIFFUSE_WEIGHTS = (half[6:] for half in np.polynomial.legendre.le
 
 
 @dataclass(frozen=True)
-class PoulinFournier:
+class PoulinFournier(Model):
     """Parallel cylinders along the tangent; anisotropic, as brushed metal, satin or grooves. See the module."""
+
+    name: ClassVar[str] = "poulin-fournier"
+    label: ClassVar[str] = "Poulin–Fournier"
 
     kd: Colour = param((0.3, 0.3, 0.3), 0.0, 1.0, doc="Diffuse reflectance of cylinders and floor.")
     ks: Colour = param((0.3, 0.3, 0.3), 0.0, 1.0, doc="Strength of their highlight.")
@@ -52,21 +55,13 @@ class PoulinFournier:
     floor: float = param(0.2, 0.0, 1.0, doc="Height of the floor above the axes in radii; at 1 it hides the cylinders.")
 
     isotropic: ClassVar[bool] = False
-    reciprocal: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        check(self)
 
     @property
     def energy_conserving(self) -> bool:
         """Each point of the profile conserves energy, and what leaves it and is blocked is not counted."""
         return reflects_no_more_than_it_receives(self.kd, self.ks)
 
-    def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
-        """Value in 1/sr without the cosine, (..., 3), for unit directions (..., 3) in the surface frame."""
-        return evaluate(self._formula, wi, wo)
-
-    def _formula(self, wi: Floats, wo: Floats) -> Floats:
+    def formula(self, wi: Floats, wo: Floats) -> Floats:
         from engine.brdf.models.cylinder_kernel import fill  # compiles, and the window must open at once
 
         diffuse, highlight = np.empty((2, wi.shape[1]))

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.analysis import albedo
 from engine.brdf.models.diffuse import Lambert
-from engine.brdf.sampling import sampler_of
+from engine.brdf.models.sampling import sampler_of
 from engine.core.directions import Vectors, surface_direction
 
 #: Azimuths over which a brushed BRDF is averaged.

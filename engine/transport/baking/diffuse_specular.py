@@ -10,46 +10,19 @@ grazing angles, and the two parts still sum to f.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.brdf.models.diffuse import Lambert
-from engine.brdf.models.lafortune import Lafortune, LafortuneThreeLobes
-from engine.brdf.models.microfacet import AshikhminShirley, CookTorrance, Ggx, GgxAnisotropic, Ward
-from engine.brdf.models.phong import BlinnPhong, Phong
+from engine.brdf.models.model import DiffusePart as DiffusePart
+from engine.brdf.models.model import Model
 from engine.core.directions import Vectors, surface_direction
-
-#: Models that are kd / π and a highlight.
-_SUMS = (BlinnPhong, CookTorrance, Ggx, GgxAnisotropic, Lafortune, LafortuneThreeLobes, Phong, Ward)
-
-_BLACK = (0.0, 0.0, 0.0)
 
 #: Directions that the least value is sought over: not lower than this, in so many steps around.
 LOWEST, TURNS = np.radians(70.0), 12
-
-
-@dataclass(frozen=True)
-class DiffusePart:
-    """`colour` / π · g(cos θ_i) g(cos θ_o); `grazing` says whether g falls towards grazing, else it is 1."""
-
-    colour: tuple[float, float, float]
-    grazing: bool = False
-
-    def gain(self, cosine: ArrayLike) -> NDArray[np.float64]:
-        """g (...) of cosines (...), 0 below the horizon where it falls towards it."""
-        cosine = np.asarray(cosine, np.float64)
-        return 1.0 - (1.0 - 0.5 * np.maximum(cosine, 0.0)) ** 5 if self.grazing else np.ones(cosine.shape)
-
-    def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
-        """Value in 1/sr without the cosine, (..., 3), for unit directions (..., 3) in the surface frame."""
-        wi, wo = np.broadcast_arrays(np.asarray(wi, np.float64), np.asarray(wo, np.float64))
-        above = (wi[..., 2] > 0.0) & (wo[..., 2] > 0.0)
-        share = np.where(above, self.gain(wi[..., 2]) * self.gain(wo[..., 2]) / np.pi, 0.0)
-        return np.asarray(share[..., None] * np.asarray(self.colour))
 
 
 @dataclass(frozen=True)
@@ -81,20 +54,16 @@ def parts(brdf: Brdf) -> tuple[DiffusePart, Brdf | None]:
     diffuse = diffuse_part(brdf)
     if isinstance(brdf, Lambert):
         return diffuse, None
-    model: Any = brdf
-    glossy: Brdf = replace(model, kd=_BLACK) if isinstance(brdf, (*_SUMS, AshikhminShirley)) else Rest(brdf, diffuse)
+    own = brdf.glossy() if isinstance(brdf, Model) else None
+    glossy = Rest(brdf, diffuse) if own is None else own
     return diffuse, glossy if np.any(np.abs(_values(glossy)) > 1e-9) else None
 
 
 def diffuse_part(brdf: Brdf) -> DiffusePart:
     """The diffuse part alone; some 5 µs for models that are cut by their formula."""
-    if isinstance(brdf, Lambert):
-        return DiffusePart(brdf.albedo)
-    if isinstance(brdf, AshikhminShirley):
-        red, green, blue = (28.0 / 23.0 * kd * (1.0 - ks) for kd, ks in zip(brdf.kd, brdf.ks, strict=True))
-        return DiffusePart((red, green, blue), grazing=True)
-    if isinstance(brdf, _SUMS):
-        return DiffusePart(brdf.kd)
+    own = brdf.diffuse() if isinstance(brdf, Model) else None
+    if own is not None:
+        return own
     red, green, blue = np.pi * np.maximum(_values(brdf).min(axis=0), 0.0)
     return DiffusePart((float(red), float(green), float(blue)))
 

@@ -29,8 +29,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import MODELS, Brdf
-from engine.brdf.sampling import sampler_of
-from engine.brdf.sampling_lobes import CosineLobe, Mixture, Sampler
+from engine.brdf.models.sampling import sampler_of
+from engine.brdf.models.sampling_lobes import CosineLobe, Mixture, Sampler
 from engine.core.directions import Vectors
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh

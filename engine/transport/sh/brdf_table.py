@@ -6,7 +6,7 @@ with everything in the surface frame. An anisotropic BRDF has all order² coeffi
 texels a side. An isotropic one has one row over tan(θ_o/2), the radius of that map: for φ_o = 0 its function is even
 in φ_i, so only m ≥ 0 are not 0, and a turn by φ_o turns pairs of them. Lambert's is known in closed form.
 
-The integrals are sums over directions that the BRDF's own lobes send out (`engine.brdf.sampling`), weighted by
+The integrals are sums over directions that the BRDF's own lobes send out (`engine.brdf.models.sampling`), weighted by
 the density of all lobes together (balance heuristic): narrow highlights get as many directions as wide ones. Two sums
 over different halves of the directions tell the error, about twice that of their mean.
 """
@@ -24,8 +24,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.brdf.models.diffuse import Lambert
-from engine.brdf.sampling import sampler_of
-from engine.brdf.sampling_lobes import CosineLobe, Mixture, Sampler, TabulatedLobe
+from engine.brdf.models.sampling import sampler_of
+from engine.brdf.models.sampling_lobes import CosineLobe, Mixture, Sampler, TabulatedLobe
 from engine.core.directions import Vectors
 from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict

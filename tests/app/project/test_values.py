@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from app.document.document import Project
-from app.project.declared import CLASSES
+from app.project.declared import is_known
 from app.project.project_file import History, Writer, read
 from engine.scene.material import Material
 from engine.shading.directional.interpolation import Kernel
@@ -52,10 +52,9 @@ def test_every_class_that_a_document_can_hold_is_kept() -> None:
 
     A `FileArray` belongs to a stack in a folder, which is kept by its name.
     """
-    kept = {(module, name) for module, names in CLASSES.items() for name in names}
     held = list(find_held_by(Project, {FileArray}))
     assert {DirectionalMap, Kernel, Material} <= set(held)
-    assert [each for each in held if (each.__module__, each.__name__) not in kept] == []
+    assert [each for each in held if not is_known(each)] == []
 
 
 def test_a_material_for_light_from_every_side_is_kept(tmp_path: Path) -> None:

@@ -9,10 +9,8 @@ import pytest
 from scipy.stats import chi2
 
 from engine.brdf.brdf import Brdf, brdf_from_text
-from engine.brdf.resample import table_from
-from engine.brdf.samples import BrdfSamples
-from engine.brdf.sampling import sampler_of
-from engine.brdf.sampling_lobes import (
+from engine.brdf.models.sampling import sampler_of
+from engine.brdf.models.sampling_lobes import (
     GaussianHalfVectors,
     HalfVectorLobe,
     Mixture,
@@ -23,6 +21,8 @@ from engine.brdf.sampling_lobes import (
     TabulatedLobe,
     VisibleGgxLobe,
 )
+from engine.brdf.resample import table_from
+from engine.brdf.samples import BrdfSamples
 from engine.brdf.table import DirectionTable
 from engine.core.directions import surface_direction
 from tests.cases import few

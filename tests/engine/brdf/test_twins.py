@@ -62,7 +62,7 @@ def evaluate_on_gpu(gl: Any, brdf: Brdf, wi: np.ndarray, wo: np.ndarray, shader:
 
 def test_luminance_in_the_shader_is_the_engine_s() -> None:
     from engine.core.colour import LUMINANCE
-    from engine.gl.program import SHADERS
+    from engine.core.shader_files import SHADERS
 
     line = next(line for line in (SHADERS / "direct.frag").read_text().splitlines() if "LUMINANCE = vec3" in line)
     numbers = [float(number) for number in line.split("(")[1].split(")")[0].split(",")]

@@ -9,8 +9,9 @@ import moderngl
 import pytest
 
 from engine.core.errors import MissingCapability
+from engine.core.shader_files import SHADERS
 from engine.gl import context as context_module
-from engine.gl.program import SHADERS, ShaderError, _with_names, expand
+from engine.gl.program import ShaderError, _with_names, expand
 
 
 def files(folder: Path, **texts: str) -> Path:

@@ -9,12 +9,11 @@ Lobes made of a BRDF's own values, for what has no closed form: one over half ve
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.brdf.brdf import Brdf
 from engine.brdf.models.evaluate import power_of_one_minus
 from engine.core.colour import luminance
 from engine.core.directions import Vectors, dot, normalize, surface_direction
@@ -226,7 +225,7 @@ class TabulatedHalfVectors:
     density_per_sr: Floats
 
     @staticmethod
-    def of(brdf: Brdf) -> TabulatedHalfVectors:
+    def of(brdf: Any) -> TabulatedHalfVectors:
         theta = 0.5 * np.pi * ((np.arange(HALF_CELLS) + 0.5) / HALF_CELLS) ** 2
         phi = _middles(1 if brdf.isotropic else AZIMUTH_CELLS, 2.0 * np.pi)
         half = surface_direction(theta[:, None], phi[None, :])
@@ -283,7 +282,7 @@ class TabulatedLobe:
     cells: Floats
 
     @staticmethod
-    def of(brdf: Brdf) -> TabulatedLobe:
+    def of(brdf: Any) -> TabulatedLobe:
         azimuths = 1 if brdf.isotropic else AZIMUTH_CELLS
         wi = surface_direction(
             np.arcsin(np.sqrt(_middles(ELEVATION_CELLS, 1.0)))[:, None], _middles(AZIMUTH_CELLS, 2.0 * np.pi)[None, :]
