@@ -1,64 +1,94 @@
-"""The material that a stack becomes, and the bundle that holds it."""
+"""The material that a stack becomes, the bundle that holds it, and its exports."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from engine.core.errors import UsageError
-from engine.core.steps import Step, drain
+from engine.core.steps import drain
 from lightarc._border import public
+from lightarc._inputs import File, Progress, as_brdf, as_material, as_stack, on_disk
 
 if TYPE_CHECKING:
-    from engine.brdf.brdf import Brdf
+    from numpy.typing import ArrayLike
+
     from engine.bundle.bundle import Verification
     from engine.capture.stack import ImageStack
     from engine.scene.material import Material
 
-File = str | os.PathLike[str]
-Progress = Callable[[Step], None]
-
 
 @public
 def build_material(
-    stack: ImageStack,
+    stack: ImageStack | File | ArrayLike,
     *,
+    angles_deg: ArrayLike | None = None,
+    lights: ArrayLike | None = None,
     slices: int = 8,
-    brdf: str | Brdf = "phong:exponent=20",
+    brdf: Any = "phong:exponent=20",
     representation: Literal["auto", "shading-map", "directional"] = "auto",
     excluded: Collection[str] = (),
     name: str = "material",
     progress: Progress | None = None,
 ) -> Material:
-    """Make a stack the shading map or the directional map of a material, and give the material a BRDF.
+    """Make a material of photographs: their shading map or directional map, and a BRDF.
 
     Parameters
     ----------
-    slices : of the shading map, at least 2; their mean radiance grows evenly from 0.
-    brdf : a measured one is kept as a table beside the GGX model that is nearest to it.
-    representation : brightness of the light alone, as one arc of lamps needs it (`shading-map`), its direction
-        (`directional`), or the one that shows photographs better that are left out.
-    excluded : file names of photographs to leave out.
+    stack : ImageStack, path, or array of shape (N, H, W, 3)
+        The photographs; an array is ordered by rising elevation and has linear radiance, or 8 or 16 bits.
+    angles_deg : array_like, shape (N,), optional
+        For arrays: elevations of the lamp in degrees; evenly spaced up to 90 where neither these nor lights are given.
+    lights : array_like, shape (N, 3), optional
+        In their place, vectors towards the lamps, x to the right of the photograph, y up, z to the camera.
+    slices : int
+        Slices of the shading map, at least 2; their mean radiance grows evenly from 0.
+    brdf : str, path, Brdf or model class
+        The BRDF; a measured one is kept as a table beside the GGX model that is nearest to it.
+    representation : {'auto', 'shading-map', 'directional'}
+        What the material knows of the light: its brightness, as one arc of lamps needs it, its direction, or what shows
+        photographs better that are left out.
+    excluded : collection of str
+        File names of photographs to leave out.
+    name : str
+        Name of the material.
+    progress : callable, optional
+        Called with a step.
 
-    InputError for a stack without light, ValueError for a photograph that the stack does not hold.
+    Returns
+    -------
+    Material
+        The material.
 
-    >>> material = lightarc.build_material(stack, slices=4, brdf="ggx:alpha=0.4", name="plain")
-    >>> material.shading_map.slices.shape, material.elevation_deg
-    ((4, 32, 32, 3), (30.0, 60.0, 90.0))
+    Raises
+    ------
+    UsageError
+        For a photograph that the stack does not hold, and arrays that are no photographs.
+    InputError
+        For a stack without light.
+
+    References
+    ----------
+    .. [1] J. Kautz, M. Sattler, R. Sarlette, R. Klein, H.-P. Seidel, "Decoupling BRDFs from Surface Mesostructures",
+       Graphics Interface 2004.
+
+    Examples
+    --------
+    >>> material = lightarc.build_material(stack, slices=4, brdf=lightarc.Ggx(alpha=0.4), name="plain")
+    >>> material
+    Material(name='plain', maps='slices', size='32 × 32 texels', brdf='ggx:kd=0.5,alpha=0.4,f0=0.04', warnings=0)
     """
     from engine.brdf.brdf import MODELS, brdf_to_text
     from engine.brdf.fit import fit, fit_data
     from engine.brdf.models.microfacet import Ggx
     from engine.brdf.readers.table_file import keep_table
-    from engine.factor.factor_file import open_reflectance
     from engine.scene.material import Material
     from engine.shading.representation import choose
     from engine.shading.shading_map import ShadingMap, include
 
-    reflectance = open_reflectance(brdf) if isinstance(brdf, str) else brdf
+    stack, reflectance = as_stack(stack, angles_deg, lights), as_brdf(brdf)
     measured = None if type(reflectance) in MODELS.values() else drain(keep_table(reflectance), progress)
     model = reflectance if measured is None else drain(fit(fit_data(measured), Ggx()), progress).brdf
     chosen = drain(choose(stack, slices, excluded=excluded, wanted=representation), progress)
@@ -84,17 +114,34 @@ def compress_material(
     exponent_bits: Literal[8, 16, 32] = 32,
     progress: Progress | None = None,
 ) -> Material:
-    """`material` with the power law that stands for its slices: six numbers a texel.
+    """Compress the slices of a material by a power law: six numbers a texel.
 
     Parameters
     ----------
-    scale : the factor of the power law is the last slice, or the best one.
-    max_error : keep the slices of every tile of 16 × 16 texels in which the error of a texel (root mean square over
-        slices and channels) reaches this times the largest mean radiance; None keeps none.
-    exponent_bits : store exponents in so many bits.
+    material : Material
+        A material with slices.
+    scale : {'last-slice', 'least-squares'}
+        The factor of the power law is the last slice, or the best one.
+    max_error : float, optional
+        Keep the slices of every tile of 16 × 16 texels in which the error of a texel (root mean square over slices and
+        channels) reaches this times the largest mean radiance; None keeps none.
+    exponent_bits : {8, 16, 32}
+        Bits of a stored exponent.
+    progress : callable, optional
+        Called with a step.
 
-    ValueError for a material without slices.
+    Returns
+    -------
+    Material
+        The material, with its power law.
 
+    Raises
+    ------
+    UsageError
+        For a material without slices.
+
+    Examples
+    --------
     >>> material = lightarc.compress_material(material, exponent_bits=16)
     >>> material.power_law.scale.shape, material.power_law.size_bytes < material.shading_map.slices.nbytes
     ((32, 32, 3), True)
@@ -116,10 +163,29 @@ def compress_material(
 
 @public
 def save_bundle(path: File, material: Material, *, progress: Progress | None = None) -> Path:
-    """Write `material` as a bundle, a `.lightarc` file or a folder, and return its path.
+    """Write a material as a bundle.
 
-    A bundle of that name is replaced, anything else is refused with an OutputError.
+    Parameters
+    ----------
+    path : path
+        A `.lightarc` file or a folder; a bundle of that name is replaced, anything else is refused.
+    material : Material
+        The material.
+    progress : callable, optional
+        Called with a step.
 
+    Returns
+    -------
+    Path
+        The path.
+
+    Raises
+    ------
+    OutputError
+        Where the bundle cannot be written.
+
+    Examples
+    --------
     >>> lightarc.save_bundle("plain.lightarc", material).name
     'plain.lightarc'
     """
@@ -130,25 +196,161 @@ def save_bundle(path: File, material: Material, *, progress: Progress | None = N
 
 
 @public
-def open_bundle(path: File) -> Material:
-    """The material in a bundle, bit for bit as it was saved; InputError where it is damaged or is no bundle.
+def open_bundle(path: Any) -> Material:
+    """Open the material in a bundle, bit for bit as it was saved.
 
+    Parameters
+    ----------
+    path : path or file object
+        The bundle; a file must be open in binary mode.
+
+    Returns
+    -------
+    Material
+        The material.
+
+    Raises
+    ------
+    InputError
+        Where the bundle is damaged or is none.
+
+    Examples
+    --------
     >>> again = lightarc.open_bundle("plain.lightarc")
     >>> again.name, bool((again.power_law.exponent == material.power_law.exponent).all())
     ('plain', True)
     """
     from engine.bundle.bundle import open_bundle as opened
 
-    return opened(path)
+    with on_disk(path, ".lightarc") as place:
+        return opened(place)
+
+
+@public
+def open_material(path: Any) -> Material:
+    """Open a material of this program or of others.
+
+    Parameters
+    ----------
+    path : path or file object
+        A bundle, a folder or zip of PBR textures, a MaterialX document or a glTF file.
+
+    Returns
+    -------
+    Material
+        The material.
+
+    Raises
+    ------
+    InputError
+        Where the file holds no material.
+
+    Examples
+    --------
+    >>> lightarc.open_material("plain.lightarc").name
+    'plain'
+    """
+    found = as_material(path)
+    if found is None:
+        raise UsageError("open_material needs a file")
+    return found
 
 
 @public
 def verify_bundle(path: File) -> Verification:
-    """Check names, sizes, fingerprints, schema, bounds and pixels of a bundle, and collect what is wrong.
+    """Check names, sizes, fingerprints, schema, bounds and pixels of a bundle.
 
+    Parameters
+    ----------
+    path : path
+        The bundle.
+
+    Returns
+    -------
+    Verification
+        What is wrong, in sentences.
+
+    Raises
+    ------
+    InputError
+        Where the file is no bundle at all.
+
+    Examples
+    --------
     >>> lightarc.verify_bundle("plain.lightarc").ok
     True
     """
     from engine.bundle.bundle import verify_bundle as verified
 
     return verified(path)
+
+
+@public
+def export(
+    material: Material | File,
+    folder: File,
+    to: str | Sequence[str] = "gltf",
+    *,
+    stack: ImageStack | File | ArrayLike | None = None,
+    preset: str = "blender",
+    coding: Literal["png8", "png16", "exr"] = "png8",
+    normal: Literal["opengl", "directx"] | None = None,
+    width_mm: float | None = None,
+    error: float = 0.05,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Write a material in forms that other programs open, with the error of each.
+
+    Parameters
+    ----------
+    material : Material or path
+        The material.
+    folder : path
+        Folder of the export, with a folder in it for each target; an earlier export is replaced.
+    to : str or sequence of str
+        Targets: textures, materialx, gltf, usd, blender, shaders, web, rti, brdf; or auto, the smallest within `error`.
+    stack : ImageStack, path or array, optional
+        The photographs, to state errors against them.
+    preset : str
+        Program whose names and packing textures have: blender, unreal, unity, godot, substance or gltf.
+    coding : {'png8', 'png16', 'exr'}
+        Format of textures.
+    normal : {'opengl', 'directx'}, optional
+        y of normals up or down; None for what the program of the preset reads.
+    width_mm : float, optional
+        Width of the sample, for the scale bar of a web page.
+    error : float
+        For auto, the largest relative RMSE.
+    progress : callable, optional
+        Called with a step.
+
+    Returns
+    -------
+    dict
+        The record of the export: `targets` with files, sizes, errors and warnings, `material` with the errors before
+        leaving, and `folder`.
+
+    Raises
+    ------
+    UsageError
+        For a target that does not exist or cannot hold the material.
+    OutputError
+        Where the folder cannot be written.
+
+    Examples
+    --------
+    >>> record = lightarc.export(material, "plain-gltf", to="gltf")
+    >>> record["targets"][0]["files"]
+    ['gltf/plain.glb']
+    """
+    from engine.exchange.export import export as exporting
+    from engine.exchange.subject import Settings
+
+    found = as_material(material)
+    if found is None:
+        raise UsageError("export needs a material")
+    settings = Settings(preset, coding, normal, width_mm)
+    photographs = None if stack is None else as_stack(stack)
+    names = [to] if isinstance(to, str) else list(to)
+    work = exporting(folder, found, names, settings=settings, stack=photographs, error=error)
+    return drain(work, progress)

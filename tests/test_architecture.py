@@ -59,6 +59,7 @@ EXCEPTIONS = {
     "engine/storage/scratch.py np.memmap": "an unnamed file that vanishes with the process",
     "engine/exchange/blender.py tempfile.TemporaryDirectory": "what Blender makes a file of, removed with it",
     "engine/exchange/readers/archive.py tempfile.TemporaryDirectory": "unpacked textures, removed with it",
+    "lightarc/_inputs.py tempfile.TemporaryDirectory": "copies of open files and arrays, removed with the block",
     "app/session/settings.py base.mkdir": WORKING,
     "app/session/settings.py tempfile.mkdtemp": WORKING,
     "app/cli/bundle.py tempfile.mkdtemp": "a page that a browser reads after the command has ended",
@@ -85,6 +86,7 @@ CATCHERS = {
         "the border of a paint event: Qt would raise it in whatever Python code runs next"
     ),
     "lightarc/_border.py Exception": "the border of the library: nothing but its own errors leaves it",
+    "engine/core/plugins.py Exception": "code of other packages, which must not keep the program from starting",
     "engine/gl/context.py Exception": "moderngl raises plain Exception; every other type is raised again",
 }
 

@@ -28,6 +28,7 @@ from engine.core.directions import Vectors, normalize, surface_direction
 from engine.core.errors import UsageError
 from engine.core.params import Parameter, parameters
 from engine.core.steps import Step, Steps, part
+from engine.core.summary import Summary
 
 Floats = NDArray[np.float64]
 Weighting = Literal["log", "cosine"]
@@ -81,8 +82,8 @@ class Residual:
     count: NDArray[np.int64]
 
 
-@dataclass(frozen=True, eq=False)
-class Fit:
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Summary):
     """The fitted model, its errors before and after, and what remains by theta_h, theta_d and theta_i."""
 
     brdf: Any
@@ -90,6 +91,11 @@ class Fit:
     after: FitError
     by_angle: dict[str, Residual]
     evaluations: int
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        before, after = self.before.rmse_rel, self.after.rmse_rel
+        return {"brdf": self.brdf, "rmse_rel": f"{after:.4g} (before {before:.4g})", "evaluations": self.evaluations}
 
 
 def fit_data(brdf: Any, *, count: int = MANY, seed: int = 0) -> FitData:

@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,7 @@ from engine.core.colour import XYZ_FROM_SRGB, luminance
 from engine.core.directions import dot
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict
+from engine.core.summary import Summary
 from engine.storage.untrusted import AGAIN
 
 Floats = NDArray[np.float64]
@@ -45,8 +47,8 @@ VALUE_LIMIT = 1e30
 _UNIT_TOLERANCE = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
-class BrdfSamples:
+@dataclass(frozen=True, eq=False, repr=False)
+class BrdfSamples(Summary):
     """Measured values of a BRDF at scattered pairs of directions above the horizon.
 
     Parameters
@@ -114,6 +116,10 @@ class BrdfSamples:
     def samples(self) -> int:
         """Measured directions that the file holds, with those that could not be used."""
         return len(self.value) + self.invalid_samples
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        return {"name": self.name, "kind": self.kind, "samples": len(self.value)}
 
 
 def samples_from_rows(

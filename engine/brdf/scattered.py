@@ -32,16 +32,18 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from engine.brdf.models.sampling import Reflectance
 from engine.brdf.radial_basis import Expansion, Patches, boxes, compute_blended_residual, expand, kernel_matrix, solve
 from engine.brdf.samples import BrdfSamples
 from engine.core.directions import Vectors, dot
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
+from engine.core.summary import Summary
 
 Floats = NDArray[np.float64]
 
@@ -102,8 +104,8 @@ class Shape(NamedTuple):
         return np.array(self.symmetry.signs, np.float64)
 
 
-@dataclass(frozen=True, eq=False)
-class ScatteredBrdf:
+@dataclass(frozen=True, eq=False, repr=False)
+class ScatteredBrdf(Reflectance, Summary):
     """The smooth BRDF through scattered samples, made by `fit_scattered`; see the head of this file.
 
     Attributes
@@ -170,6 +172,10 @@ class ScatteredBrdf:
             logs = np.minimum(logs, np.log(largest + self._offset))
             out[part][above] = np.clip(np.exp(logs) - self._offset, 0.0, largest) @ srgb_from_positive.T
         return values
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        return {"name": self.name, "samples": len(self.measured.value), "leave_one_out": float(self.leave_one_out)}
 
 
 def fit_scattered(samples: BrdfSamples, smoothing: float = 0.0, shape: Shape | None = None) -> Steps[ScatteredBrdf]:

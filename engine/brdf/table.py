@@ -21,14 +21,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.half_difference import directions
+from engine.brdf.models.sampling import Reflectance
 from engine.core.directions import Vectors
 from engine.core.health import Finding, Health, Verdict
+from engine.core.summary import Summary
 
 #: Entries agree with their mirror images when they differ by less than this fraction of the largest.
 RECIPROCAL_TOLERANCE = 1e-9
@@ -37,8 +39,8 @@ RECIPROCAL_TOLERANCE = 1e-9
 LARGEST = 1e30
 
 
-@dataclass(frozen=True, eq=False)
-class HalfDifferenceTable:
+@dataclass(frozen=True, eq=False, repr=False)
+class HalfDifferenceTable(Reflectance, Summary):
     """An isotropic BRDF on a grid of (theta_h, theta_d, phi_d).
 
     Attributes
@@ -102,6 +104,11 @@ class HalfDifferenceTable:
         look_up_angles(self.lattice, h, d, p, values.reshape(-1, 3))
         return values
 
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        shape = " × ".join(map(str, self.missing.shape))
+        return {"name": self.name, "kind": self.kind, "shape": shape, "missing": int(self.missing.sum())}
+
 
 def bin_centres(shape: tuple[int, int, int]) -> tuple[Vectors, Vectors, Vectors]:
     """theta_h (H,), theta_d (D,) and phi_d (P,) at the centres of a `HalfDifferenceTable`'s bins, in radians."""
@@ -119,8 +126,8 @@ def bin_directions(shape: tuple[int, int, int], rows: slice = slice(None), phi_h
     return directions(theta_h[rows, None, None], phi_h, theta_d[:, None], phi_d)
 
 
-@dataclass(frozen=True, eq=False)
-class DirectionTable:
+@dataclass(frozen=True, eq=False, repr=False)
+class DirectionTable(Reflectance, Summary):
     """A BRDF on a grid of the polar angles and azimuths of both directions.
 
     Attributes
@@ -202,6 +209,11 @@ class DirectionTable:
         grids = (self.theta_i, self.phi_i, self.theta_o, self.phi_o)
         look_up_directions(*grids, self.values, wi.reshape(-1, 3), wo.reshape(-1, 3), values.reshape(-1, 3))
         return values
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        shape = " × ".join(map(str, self.missing.shape))
+        return {"name": self.name, "kind": self.kind, "shape": shape, "missing": int(self.missing.sum())}
 
 
 def _check(values: NDArray[np.floating], missing: NDArray[np.bool_], dimensions: int) -> None:

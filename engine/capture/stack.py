@@ -26,6 +26,7 @@ from engine.capture.report import Quality
 from engine.capture.stack_record import parse_record
 from engine.core.errors import InputError
 from engine.core.health import Finding, Health, Verdict
+from engine.core.summary import Summary
 from engine.storage.file_array import FileArray
 from engine.storage.untrusted import read_bytes
 
@@ -40,8 +41,8 @@ _HEADER_BYTES = 128
 _PART_BYTES = 1 << 24
 
 
-@dataclass(frozen=True, eq=False)
-class ImageStack:
+@dataclass(frozen=True, eq=False, repr=False)
+class ImageStack(Summary):
     """Aligned linear photographs of one flat sample, ordered by rising elevation of the light.
 
     Attributes
@@ -77,6 +78,22 @@ class ImageStack:
         """Degrees without the last digits, which radians cannot keep: 30, not 29.999999999999996."""
         degrees: NDArray[np.float64] = np.degrees(self.elevation).round(9)
         return degrees
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        count, height, width, _ = self.radiance.shape
+        low, high = (float(self.elevation_deg[at]) for at in (0, -1))
+        facts = {"photographs": count, "size": f"{width} × {height} px", "elevations": f"{low:g}° to {high:g}°"}
+        return {**facts, "angles": self.angle_source, "warnings": len(self.health.warnings)}
+
+    def _repr_png_(self) -> bytes:
+        """Return the middle photograph as PNG, at most 384 pixels a side."""
+        from engine.core.colour import to_display8
+        from engine.images.encode import encode_png
+
+        step = max(1, -(-max(self.radiance.shape[1:3]) // 384))
+        image = np.asarray(self.radiance[len(self.sources) // 2])[::step, ::step]
+        return encode_png(to_display8(image / max(float(np.quantile(image, 0.98)), 1e-9)))
 
 
 def npy_header(shape: Sequence[int], dtype: DTypeLike) -> bytes:

@@ -203,13 +203,17 @@ def check(instance: Any) -> None:
             if parameter.kind == "whole" and value is not None:
                 object.__setattr__(instance, parameter.name, int(value))
             continue
-        if parameter.is_colour:
-            colour = (value, value, value) if isinstance(value, (int, float)) else tuple(value)
-            if len(colour) != 3:
-                raise UsageError(f"{parameter.name} needs one number or three, got {value!r}")
-            value = tuple(float(channel) for channel in colour)
-        else:
-            value = float(value)
+        try:
+            if parameter.is_colour:
+                colour = (value, value, value) if isinstance(value, (int, float)) else tuple(value)
+                value = tuple(float(channel) for channel in colour)
+            else:
+                value = float(value)
+        except (TypeError, ValueError):
+            kind = "one number or three" if parameter.is_colour else "a number"
+            raise UsageError(f"{parameter.name} needs {kind}, got {value!r:.60}") from None
+        if isinstance(value, tuple) and len(value) != 3:
+            raise UsageError(f"{parameter.name} needs one number or three, got {value!r}")
         for number in value if isinstance(value, tuple) else (value,):
             if not parameter.low <= number <= parameter.high:
                 raise UsageError(

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from engine.brdf.brdf import Brdf
 from engine.core.directions import Vectors, surface_direction
 from engine.core.figure_text import number, percent
+from engine.core.summary import Summary
 from engine.factor.data import FactorData
 from engine.factor.homomorphic import EPSILON, LogSpace
 from engine.factor.separable_factors import SeparableFactors
@@ -201,8 +202,8 @@ class TermError:
         return found
 
 
-@dataclass(frozen=True, eq=False)
-class Factorisation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Factorisation(Summary):
     """A factorisation with its errors for each number of terms, complete or as far as it got.
 
     Attributes
@@ -244,6 +245,10 @@ class Factorisation:
     unmeasured: str = ""
     choice: str = ""
     best_terms: int | None = None
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        return {"method": self.method, "terms": [each.terms for each in self.term_errors], "factors": self.factors}
 
 
 def stop_reason(found: Factorisation) -> str:

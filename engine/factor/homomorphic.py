@@ -20,13 +20,16 @@ L to float64, and about 4 u besides.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from engine.brdf.models.sampling import Reflectance
 from engine.core.directions import Vectors
 from engine.core.errors import UsageError
 from engine.core.kernels import parallel, prange
+from engine.core.summary import Summary
 from engine.factor.projections import FixedProjection, Parametrisation, Points, Projection, look_ups, points_of
 from engine.factor.settings import FactorSettings
 
@@ -92,8 +95,8 @@ Floats = NDArray[np.float64]
 _CHUNK = 1 << 16
 
 
-@dataclass(frozen=True, eq=False)
-class HomomorphicFactors:
+@dataclass(frozen=True, eq=False, repr=False)
+class HomomorphicFactors(Reflectance, Summary):
     """A BRDF as a product of textures; a `Brdf`.
 
     Attributes
@@ -174,6 +177,10 @@ class HomomorphicFactors:
             read = look_ups(projection, points, self.parametrisation, self.reciprocal)
             _read(texture, np.ascontiguousarray(read[0]), np.ascontiguousarray(read[-1]), len(read), total)
         return total
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        return {"name": self.name, "textures": len(self.textures)}
 
 
 @parallel

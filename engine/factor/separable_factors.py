@@ -17,8 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.half_difference import OPPOSITE
+from engine.brdf.models.sampling import Reflectance
 from engine.core.directions import Vectors
 from engine.core.kernels import parallel, prange, scalar
+from engine.core.summary import Summary
 from engine.factor.hemisphere_map import HemisphereMap, taps
 
 Textures = NDArray[np.float32]
@@ -27,8 +29,8 @@ Parametrisation = Literal["in-out", "half-diff"]
 PARAMETRISATIONS: tuple[Parametrisation, ...] = get_args(Parametrisation)
 
 
-@dataclass(frozen=True, eq=False)
-class SeparableFactors:
+@dataclass(frozen=True, eq=False, repr=False)
+class SeparableFactors(Reflectance, Summary):
     """K terms of two textures each.
 
     Attributes
@@ -118,6 +120,10 @@ class SeparableFactors:
         values = self.sum_terms(wi, wo) * wi[:, 2:]
         kept = float(np.maximum(values, 0.0).sum())
         return float(np.maximum(-values, 0.0).sum()) / kept if kept > 0.0 else 0.0
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        return {"name": self.name, "terms": len(self.first), "texels": f"{self.first.shape[2]} × {self.first.shape[1]}"}
 
 
 @scalar

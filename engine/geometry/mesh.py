@@ -18,11 +18,12 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from engine.core.directions import normalize, uv_tangents, world_from_tangent
-from engine.core.errors import InputError
+from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict
+from engine.core.summary import Summary
 from engine.geometry.mesh_repair import (
     INSIDE_OUT,
     LARGEST,
@@ -72,8 +73,8 @@ SHARP = np.cos(np.radians(50.0))
 MAX_AROUND = 64
 
 
-@dataclass(frozen=True, eq=False)
-class Mesh:
+@dataclass(frozen=True, eq=False, repr=False)
+class Mesh(Summary):
     """A surface of triangles in the coordinates of its file.
 
     Attributes
@@ -136,6 +137,11 @@ class Mesh:
         faces = np.ascontiguousarray(self.faces[:, ::-1])
         return Mesh(self.positions, -self.normals, self.uv, faces, self.name, health)
 
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        facts = {"name": self.name, "vertices": len(self.positions), "faces": len(self.faces)}
+        return {**facts, "warnings": len(self.health.warnings)}
+
 
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     """Read a mesh of one of the `SUFFIXES`; InputError for a file that holds no usable triangle.
@@ -151,6 +157,31 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     limits: dict[str, Any] = {"memory_bytes": decoder_memory_bytes(), "timeout_s": LIMIT_S}
     named = decode_in_child("engine.geometry.mesh:decode_names", path, **limits)["uris"] if suffix == ".gltf" else []
     reply = decode_in_child("engine.geometry.mesh:decode_mesh", path, beside=files_beside(path, named), **limits)
+    return _mesh(reply, path)
+
+
+def mesh_of_arrays(positions: ArrayLike, faces: ArrayLike, uv: ArrayLike | None = None, name: str = "mesh") -> Mesh:
+    """Make a mesh of arrays: vertices (V, 3), triangles (F, 3) of their indices, texture coordinates (V, 2) or None.
+
+    Normals are made, and faces that cannot be used are dropped and counted, as in a file. UsageError for arrays of
+    other shapes or kinds, InputError where no face is left.
+    """
+    points, indices = np.asarray(positions), np.asarray(faces)
+    if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu" or not len(points):
+        raise UsageError(f"vertices must be an array V × 3 of numbers, not {points.dtype} {points.shape}")
+    if indices.ndim != 2 or indices.shape[1] != 3 or indices.dtype.kind not in "iu" or not len(indices):
+        raise UsageError(f"faces must be an array F × 3 of vertex indices, not {indices.dtype} {indices.shape}")
+    if indices.min() < 0 or indices.max() >= len(points):
+        raise UsageError(f"faces name vertices {indices.min()} to {indices.max()}, and there are {len(points)} from 0")
+    coordinates = None if uv is None else np.asarray(uv, np.float64)
+    if coordinates is not None and coordinates.shape != (len(points), 2):
+        raise UsageError(f"uv must be an array {len(points)} × 2, one row a vertex, not {coordinates.shape}")
+    reply = complete(points.astype(np.float64), indices.astype(np.int64), None, coordinates, name)
+    return _mesh(reply, name)
+
+
+def _mesh(reply: dict[str, Any], path: str | os.PathLike[str]) -> Mesh:
+    """The mesh of what `complete` returned; `path` names it."""
     figures = {name: float(count) for name, count in reply["figures"].items()}
     findings = tuple(Finding(Verdict(verdict), text) for verdict, text in reply["findings"])
     if figures["texture_coordinates_made"]:

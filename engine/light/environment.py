@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from engine.core.colour import luminance
 from engine.core.directions import normalize
 from engine.core.health import Health
+from engine.core.summary import Summary
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 
-@dataclass(frozen=True, eq=False)
-class EnvironmentMap:
+@dataclass(frozen=True, eq=False, repr=False)
+class EnvironmentMap(Summary):
     """Radiance arriving from every direction; `radiance` (H, W, 3) float32 linear sRGB, finite and not negative.
 
     `health` says what was repaired in the file it came from.
@@ -38,6 +39,21 @@ class EnvironmentMap:
         if not np.isfinite(self.radiance).all() or self.radiance.min() < 0:
             raise ValueError("the radiance of an environment map must be finite and not negative")
         self.radiance.flags.writeable = False
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        height, width = self.radiance.shape[:2]
+        facts = {"name": self.name, "size": f"{width} × {height} texels", "largest": float(self.radiance.max())}
+        return {**facts, "warnings": len(self.health.warnings)}
+
+    def _repr_png_(self) -> bytes:
+        """Return the map as PNG, at most 384 texels wide, exposed by its median."""
+        from engine.core.colour import to_display8
+        from engine.images.encode import encode_png
+
+        step = max(1, -(-self.radiance.shape[1] // 384))
+        image = self.radiance[::step, ::step]
+        return encode_png(to_display8(0.5 * image / max(float(np.median(image)), 1e-9)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,6 +21,7 @@ from typing import Any
 
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, size_text
+from engine.core.summary import Summary
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
@@ -99,8 +100,8 @@ class Beyond:
     exceeded: tuple[str, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class EffectsPlan:
+@dataclass(frozen=True, eq=False, repr=False)
+class EffectsPlan(Summary):
     """Plan of a scene: the effects that it calls for, and the setting that shows them.
 
     `predicted_error_rel` holds what is left out too, and 95 of 100 such scenes have an error within
@@ -147,6 +148,13 @@ class EffectsPlan:
 
     def decision(self, effect: str) -> str:
         return next(each.decision for each in self.effects if each.effect == effect)
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        needed = ", ".join(each.effect for each in self.effects if each.on)
+        facts: dict[str, Any] = {"setting": str(self.setting), "effects": needed or "none"}
+        facts |= {"predicted_error": self.predicted_error_rel, "frame": f"{self.cost.frame_s:.3g} s"}
+        return {**facts, "satisfied": self.satisfied}
 
 
 def plan(

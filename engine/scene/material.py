@@ -18,6 +18,7 @@ from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.core.colour import luminance
 from engine.core.directions import surface_direction
 from engine.core.health import Health
+from engine.core.summary import Summary
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
@@ -28,8 +29,8 @@ if TYPE_CHECKING:
     from engine.factor.separable_factors import SeparableFactors
 
 
-@dataclass(frozen=True, eq=False)
-class Material:
+@dataclass(frozen=True, eq=False, repr=False)
+class Material(Summary):
     """Material of a model.
 
     Attributes
@@ -90,6 +91,14 @@ class Material:
     def reflectance(self) -> Brdf:
         """The measured BRDF, or else the model that `brdf` names."""
         return self.measured or brdf_from_text(self.brdf)
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        kinds = ("slices", "power law", "planes", "PBR maps")
+        maps = [kind for kind, held in zip(kinds, self.maps, strict=True) if held is not None]
+        height, width = self.size if maps else (0, 0)
+        facts = {"name": self.name, "maps": ", ".join(maps) or "none", "size": f"{width} × {height} texels"}
+        return {**facts, "brdf": self.brdf, "warnings": len(self.health.warnings)}
 
 
 def material_of_maps(maps: PbrMaps, name: str, health: Health | None = None) -> Material:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
+from engine.core.summary import Summary
 from engine.shading.kept_tiles import KeptTiles, grid_shape
 from engine.shading.lookup import Above, Numbers, neighbours, share_and_gain
 from engine.shading.shading_map import ShadingMap
@@ -50,8 +51,8 @@ class Storage:
     measured: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class PowerLawMap:
+@dataclass(frozen=True, eq=False, repr=False)
+class PowerLawMap(Summary):
     """Six numbers per texel instead of a stack of slices; tiles that they describe too badly may keep their slices.
 
     Attributes
@@ -124,6 +125,11 @@ class PowerLawMap:
         share, gain = share_and_gain(r, self.r_max, above)
         value = power(self.scale, self.exponent, share)
         return _round(value if self.kept is None else self.kept.image_over(value, float(share)), gain)
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        height, width = self.error_map.shape
+        return {"size": f"{width} × {height} texels", "r_max": float(self.r_max), "rms": float(self.rms)}
 
 
 def power(scale: NDArray[np.floating], exponent: NDArray[np.floating], share: NDArray[np.float64]) -> Numbers:

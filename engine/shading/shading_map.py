@@ -23,6 +23,7 @@ from engine.core.colour import LUMINANCE
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
+from engine.core.summary import Summary
 from engine.shading.lookup import Above, layer_at, neighbours, share_and_gain
 from engine.storage.scratch import release, scratch_array
 
@@ -37,8 +38,8 @@ TILE_TEXELS = 2**22
 MEAN_TOLERANCE = 1e-4
 
 
-@dataclass(frozen=True, eq=False)
-class ShadingMap:
+@dataclass(frozen=True, eq=False, repr=False)
+class ShadingMap(Summary):
     """Slices S(r) of a material; slice i has mean luminance r_i = i r_max / (S - 1), slice 0 is black.
 
     Attributes
@@ -105,6 +106,11 @@ class ShadingMap:
         """The slice below r, the share of the next one, and the gain."""
         share, gain = share_and_gain(r, self.r_max, above)
         return *layer_at(share, len(self.slices)), gain
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        count, height, width, _ = self.slices.shape
+        return {"slices": count, "size": f"{width} × {height} texels", "r_max": float(self.r_max)}
 
 
 def target_radiance(r_max: float, slices: int) -> NDArray[np.float64]:

@@ -9,10 +9,12 @@ the image in its own frame, x to the right, y up and z towards the camera, which
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from engine.core.summary import Summary
 
 Map = NDArray[np.float32]
 
@@ -75,8 +77,8 @@ class Uncertainty:
     occlusion: Map | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class PbrMaps:
+@dataclass(frozen=True, eq=False, repr=False)
+class PbrMaps(Summary):
     """Metallic-roughness maps of one flat sample, all float32; ValueError for another shape, range or kind.
 
     Attributes
@@ -131,6 +133,11 @@ class PbrMaps:
         names = ("base_colour", "normal", "roughness", "metallic", "f0", "height", "occlusion")
         found = [getattr(source, name) for source in (self, self.uncertainty) for name in names if source is not None]
         return sum(values.nbytes for values in found if values is not None)
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        height, width = self.size
+        return {"size": f"{width} × {height} texels", "height": self.height is not None}
 
 
 @dataclass(frozen=True, eq=False)

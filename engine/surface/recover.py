@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from engine.capture.stack import ImageStack
 from engine.core.figure_text import number
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
+from engine.core.summary import Summary
 from engine.surface.height import disagreement, estimate_unresolved, height_deviation, height_from_slopes, lens_variance
 from engine.surface.horizon import openness
 from engine.surface.lamps import Lamps, lamps
@@ -45,8 +47,8 @@ BORDER, LOWEST = 64, math.radians(5.0)
 WORTH_A_WORD = 0.001
 
 
-@dataclass(frozen=True, eq=False)
-class Surface:
+@dataclass(frozen=True, eq=False, repr=False)
+class Surface(Summary):
     """The maps, the lamps, the radiance of a white card that faces a lamp, and the seconds of the parts."""
 
     maps: PbrMaps
@@ -54,6 +56,12 @@ class Surface:
     white: float
     health: Health
     seconds: dict[str, float]
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        height, width = self.maps.size
+        error = math.degrees(self.maps.errors.normal_sigma)
+        return {"size": f"{width} × {height} texels", "normal_error": f"{error:.3g}°", "white": self.white}
 
 
 def recover(

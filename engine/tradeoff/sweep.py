@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
 from engine.core.stopwatch import shortest
+from engine.core.summary import Summary
 from engine.planning.costs.cost_model import CostModel
 from engine.planning.costs.setting import Setting, parameters_of
 from engine.render.path import check_scene
@@ -65,8 +67,8 @@ RELIGHTS = 3
 OTHER_SEED = 7919
 
 
-@dataclass(frozen=True, eq=False)
-class Tradeoff:
+@dataclass(frozen=True, eq=False, repr=False)
+class Tradeoff(Summary):
     """Result of a sweep.
 
     Attributes
@@ -104,6 +106,12 @@ class Tradeoff:
     def sweeps(self, mode: str, parameter: str) -> list[list[Point]]:
         """Points that differ in one parameter only, coarse first: as many sweeps as the others have values."""
         return sweeps_of(self.points, mode, parameter)
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        width, height = self.size
+        facts = {"points": len(self.points), "on_front": len(front(self.points)), "not_measured": len(self.left_out)}
+        return {**facts, "size": f"{width} × {height} px", "time": f"{self.time_s:.3g} s", "device": self.device}
 
 
 def sweeps_of(points: Sequence[Point], mode: str, parameter: str) -> list[list[Point]]:

@@ -43,6 +43,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from engine.brdf.models.sampling import Reflectance
 from engine.brdf.readers import rgl_kernel
 from engine.brdf.readers.tensor_file import looks_like_tensor_file, read_tensor_file
 from engine.brdf.samples import DOUBTFUL_SHARE
@@ -50,6 +51,7 @@ from engine.brdf.spectrum import srgb_from_spectra
 from engine.core.directions import Vectors
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict
+from engine.core.summary import Summary
 from engine.storage.untrusted import AGAIN
 
 Floats = NDArray[np.float64]
@@ -94,8 +96,8 @@ class Warp:
         return Warp(density, columns, rows)
 
 
-@dataclass(frozen=True, eq=False)
-class RglBrdf:
+@dataclass(frozen=True, eq=False, repr=False)
+class RglBrdf(Reflectance, Summary):
     """A measurement in the adaptive parametrisation; `read_rgl` makes it.
 
     Attributes
@@ -182,6 +184,10 @@ class RglBrdf:
 
     def _visible(self) -> tuple[Floats, Floats, Floats]:
         return self.visible.density, self.visible.columns, self.visible.rows
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        return {"name": self.name, "kind": self.kind, "samples": self.samples}
 
 
 def _pairs(wi: ArrayLike, wo: ArrayLike) -> tuple[tuple[int, ...], Vectors, Vectors]:

@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,7 @@ from engine.capture.photograph.kinds import PHOTOGRAPH_SUFFIXES, UNREAD_SUFFIXES
 from engine.core.errors import InputError, OutputError
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Step, Steps
+from engine.core.summary import Summary
 from engine.storage.archive_child import one_line
 from engine.storage.atomic import discard, make_folder
 from engine.storage.unpack import is_archive, unpack
@@ -67,8 +68,8 @@ class Unpacked:
     folder: TemporaryDirectory[str] | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Sources:
+@dataclass(frozen=True, eq=False, repr=False)
+class Sources(Summary):
     """The photographs of one capture, by rising elevation.
 
     Attributes
@@ -114,6 +115,10 @@ class Sources:
         """Name of the folder or archive of the photographs."""
         place = capture_folder(self.photographs[0].parent)
         return place.name if self.unpacked is None else place.name.split(".", 1)[0]
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `repr` says."""
+        return {"name": self.name, "photographs": len(self.photographs), "angles": self.angle_source}
 
 
 class _Files(NamedTuple):
