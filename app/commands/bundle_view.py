@@ -15,6 +15,7 @@ from math import isfinite, nan
 from pathlib import Path
 from typing import Any, get_args
 
+from app.commands.making import prepare_to_draw
 from app.commands.opening import load_environment, load_shape
 from app.document.document import Comparing, Look, Project
 from app.document.modes import modes
@@ -236,7 +237,7 @@ def load_bundle(path: Path) -> Steps[OpenedBundle]:
     yield Step(0.0, "opening the bundle")
     from engine.bundle.bundle import describe_bundle, open_bundle
 
-    material, provenance = open_bundle(path), describe_bundle(path)["provenance"]
+    material, provenance = prepare_to_draw(open_bundle(path)), describe_bundle(path)["provenance"]
     found = yield from part(find_referred(provenance, path, material.size if material.has_map else (1, 1)), 0.5, 1.0)
     return OpenedBundle(path.name.removesuffix(".lightarc"), material, provenance, found)
 

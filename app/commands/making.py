@@ -165,8 +165,16 @@ def keep_material(project: Project, folder: Path, own: Path) -> Steps[Material]:
         log.info("%s", error)
         found = None
     if found is not None:
-        return dataclasses.replace(found, name=project.name)
-    return (yield from material_of(project))
+        return prepare_to_draw(dataclasses.replace(found, name=project.name))
+    return prepare_to_draw((yield from material_of(project)))
+
+
+def prepare_to_draw(material: Material) -> Material:
+    """`material`, with the smaller sizes of its planes computed: a viewport would compute them on the window's thread,
+    in 0.5 s the first time."""
+    if material.directional is not None:
+        material.directional.smaller  # noqa: B018 - kept by the map once it was asked for
+    return material
 
 
 def material_of(project: Project) -> Steps[Material]:

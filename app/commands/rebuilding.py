@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from app.commands.making import material_of
+from app.commands.making import material_of, prepare_to_draw
 from app.commands.surface import surface_of
 from app.document.document import Project
 from app.project.arrays import keep_working_copy
@@ -39,7 +39,7 @@ def lacks_surface(project: Project) -> bool:
 
 def material_again(project: Project) -> Steps[Material]:
     """The material of `project` with its maps, its appearance as it is."""
-    return (yield from material_of(project)).looking_like(project.material)
+    return prepare_to_draw((yield from material_of(project)).looking_like(project.material))
 
 
 def rebuild(path: Path) -> Steps[Opened]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
@@ -105,6 +105,12 @@ class AccuracyDock(QDockWidget):
     def _has_plot(self) -> bool:
         return "plot" in vars(self)
 
+    def _make_plot(self) -> None:
+        """Make the plot on its own: with the work of the event that shows the dock it would hold up the window."""
+        if self.isVisible() and not self._has_plot:
+            self.plot  # noqa: B018 - made when it is first asked for
+            self._show()
+
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         self._show()
@@ -199,7 +205,9 @@ class AccuracyDock(QDockWidget):
 
     def _show(self) -> None:
         accuracy = self.accuracy
-        if self.isVisible() or self._has_plot:
+        if self.isVisible() and not self._has_plot:
+            QTimer.singleShot(0, self, self._make_plot)
+        if self._has_plot:
             self.plot.show_points(accuracy, self.axis.currentData(), self.view.setting)
             self.plot.setEnabled(accuracy is not None)
             self.plot.setMinimumHeight(PLOT_PX if accuracy is not None else EMPTY_PX)

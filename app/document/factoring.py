@@ -19,7 +19,7 @@ _DECLARED = {parameter.name: dict(parameter.offered) for parameter in parameters
 #: The methods and what they are called; the first five give sums of products, the last two one product.
 METHODS = _DECLARED["method"]
 METHOD_HINTS = {
-    "auto": "Of models, symmetric or singular values; of measurements these or a search, by errors in regions left out",
+    "auto": "Models: symmetric or singular values. Measurements: these or a search, by the error in held-out regions",
     "symmetric": "Eigenvectors: light and view maps are the same up to their sign (Wang, Tran and Luebke 2004)",
     "svd": "Singular vectors, for any BRDF",
     "power": "The same by block power iteration, as published",

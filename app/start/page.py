@@ -6,6 +6,7 @@ commands on projects are jobs as well.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
@@ -199,6 +200,9 @@ class StartPage(QScrollArea):
         row.addWidget(page, 1000)
         row.addStretch(1)
         self.setWidget(inside)
+        ways = [*self.points, self.search, self.list, self.open_button, *self.commands.values(), *self.cards]
+        for before, after in itertools.pairwise(ways):
+            self.setTabOrder(before, after)
 
     def _projects(self) -> QWidget:
         holder = QWidget()

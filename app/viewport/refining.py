@@ -165,7 +165,7 @@ class Refining:
         """Draw `scene` for `screen` from now on; images of anything else are out of date."""
         if self.scene is None or screen != self.screen or not same(scene, self.scene):
             self._start_anew()
-        if self._loading is not None and (scene.relit is None or not _is_alike(scene.relit, self._loading[0])):
+        if self._loading is not None and not _is_alike(_to_load(scene), self._loading[0]):
             self._loading = None
         self.scene, self.screen = scene, screen
 
@@ -181,7 +181,7 @@ class Refining:
 
     @property
     def is_loading(self) -> bool:
-        """True if baked light is on its way to the device, and nothing of it is drawn yet."""
+        """True if baked light or a material is on its way to the device, and nothing of it is drawn yet."""
         return self._loading is not None
 
     def is_finished(self, budget_s: float) -> bool:
@@ -192,11 +192,11 @@ class Refining:
         """Draw a first image of a new scene, as good as time allows while something moves; returns its seconds."""
         if self.scene is None or self.quality is not None:
             return None
-        relit = self.scene.relit
-        loaded = self._load(relit) if relit is not None else None
-        if relit is not None and loaded is None:
+        needed = _to_load(self.scene)
+        loaded = self._load(needed) if needed is not None else None
+        if needed is not None and loaded is None:
             return None
-        if loaded is relit:
+        if loaded is needed:
             return self._draw_first()
         wanted, self.scene = self.scene, replace(self.scene, relit=loaded)
         try:
@@ -204,13 +204,15 @@ class Refining:
         finally:
             self.scene, self.quality = wanted, None  # of the light before: its own is brought to the device now
 
-    def _load(self, relit: Any) -> Any:
-        """Bring `relit` to the device for a moment: the light that is there completely now, or None.
+    def _load(self, needed: Any) -> Any:
+        """Bring baked light or a material to the device for a moment: what is there completely now, or None.
 
         What has begun is ended first, so that a light in continuous rotation is drawn in rotation.
         """
+        assert self.scene is not None
         if self._loading is None:
-            self._loading = (relit, self.renderer.baked.load(relit))
+            owner: Any = self.renderer.direct if self.scene.relit is None else self.renderer.baked
+            self._loading = (needed, owner.load(needed))
         begun, pieces = self._loading
         self._loading = None
         started = time.perf_counter()
@@ -314,9 +316,15 @@ class Refining:
         self.image = None
 
 
-def _is_alike(relit: Any, other: Any) -> bool:
-    """True if two relit bakes are of one transport method on one model, so that either may stand in for the other."""
-    return type(relit) is type(other) and relit.mesh is other.mesh
+def _to_load(scene: Scene) -> Any:
+    """What is brought to the device in pieces before a scene is drawn: its baked light, or the maps of its material."""
+    return scene.relit if scene.relit is not None else scene.shading
+
+
+def _is_alike(needed: Any, other: Any) -> bool:
+    """True for the same, and for baked light of one method on one model, which may stand in for each other."""
+    mesh = getattr(needed, "mesh", None)
+    return needed is other or (type(needed) is type(other) and mesh is not None and mesh is other.mesh)
 
 
 def same(scene: Scene, other: Scene) -> bool:

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
+from app.commands.making import prepare_to_draw
 from app.commands.rebuilding import lacks_material, lacks_surface
 from app.commands.workbench import Workbench
 from app.document.document import Project
@@ -505,6 +506,7 @@ def _open(path: Path, recording: Recording | None = None) -> Steps[Read | FileEr
     yield Step(0.0, "reading")
     try:
         found = read(path)
+        prepare_to_draw(found.current.material)
         was_interrupted = places.was_interrupted(path)
         lost = cost_text(each for each in list_notes(path) if not each.present)
         why_not = _why_not_claimed(path)

@@ -7,7 +7,7 @@ and lights are uploaded when they are other objects than the last time.
 from __future__ import annotations
 
 import logging
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -188,14 +188,32 @@ class DirectRenderer:
         self._table[1].bind(program)
         self.messages += self._table[1].messages
 
-    def _upload(self, scene: Scene) -> MaterialTextures | None:
-        shading = scene.shading
-        if self._material is not None and self._material[0] is not shading:
+    def load(self, shading: Any) -> Iterator[None]:
+        """Bring the maps of a material to the device piece by piece, some milliseconds each; nothing is drawn
+        meanwhile. Closing the iterator early leaves nothing that could be drawn."""
+        if self._material is not None and self._material[0] is shading:
+            return
+        if self._material is not None:
             self._material[1].release()
             self._material = None
-        if shading is not None and self._material is None:
-            self._material = (shading, MaterialTextures(self.context, shading, self.limits))
-        return self._material[1] if self._material else None
+        textures = MaterialTextures(self.context, shading, self.limits)
+        try:
+            yield from textures.fill()
+        except BaseException:
+            textures.release()
+            raise
+        self._material = (shading, textures)
+
+    def _upload(self, scene: Scene) -> MaterialTextures | None:
+        if scene.shading is None:
+            if self._material is not None:
+                self._material[1].release()
+                self._material = None
+            return None
+        for _ in self.load(scene.shading):
+            pass
+        assert self._material is not None
+        return self._material[1]
 
     def _program(self, scene: Scene, textures: MaterialTextures | None) -> Any:
         """The program for this kind of scene; the last good one, with a log entry, where it does not compile."""

@@ -1,11 +1,14 @@
 """A shading map or its compression as textures: float32, repeating, with mip-maps.
 
-Textures that a device cannot hold are reduced, and a message says so: nothing is silently smaller.
+Textures that a device cannot hold are reduced, and a message says so: nothing is silently smaller. They are filled in
+short pieces, and their mip levels are computed here: a driver without a graphics card makes them all at once, in 0.1 s
+for a small material.
 """
 
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Iterator
 from typing import Any
 
 import cv2
@@ -14,85 +17,140 @@ from numpy.typing import NDArray
 
 from engine.gl.context import Limits
 from engine.gl.program import set_uniforms
-from engine.render.mip_maps import planes_by_three
+from engine.render.mip_maps import half, planes_by_three
 from engine.shading.directional.effective_light import TILTS, TURNS
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.kept_tiles import KeptTiles
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
 
-_TEXTURE_2D_ARRAY, _UNPACK_ALIGNMENT, _RGB, _HALF_FLOAT = 0x8C1A, 0x0CF5, 0x1907, 0x140B
+_TEXTURE_2D, _TEXTURE_2D_ARRAY, _UNPACK_ALIGNMENT = 0x0DE1, 0x8C1A, 0x0CF5
+
+#: OpenGL's names of formats, by the number of channels, and of types and internal formats, by the dtype.
+_FORMATS = {3: 0x1907, 4: 0x1908}
+_TYPES = {"f4": 0x1406, "f2": 0x140B}
+_INTERNAL = {(3, "f4"): 0x8815, (4, "f4"): 0x8814, (3, "f2"): 0x881B}
+
+#: Bytes that are written at once, some milliseconds.
+PIECE_BYTES = 4 << 20
+
+Layers = NDArray[np.float32] | NDArray[np.float16]
 
 
-def write_level(context: Any, texture: Any, level: int, layers: NDArray[np.float16]) -> None:
-    """Write layers (L, h, w, 3) of an array texture at a mip level, which moderngl has no words for."""
-    load = context.mglo._context.load_opengl_function
-    unpacked = ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.c_int)(load("glPixelStorei"))
-    written = ctypes.CFUNCTYPE(None, ctypes.c_uint, *[ctypes.c_int] * 7, ctypes.c_uint, ctypes.c_uint, ctypes.c_void_p)
-    pixels = np.ascontiguousarray(layers, np.float16)
-    count, height, width = pixels.shape[:3]
+def _function(context: Any, name: str, integers: int) -> Any:
+    """A function of OpenGL with a target, so many integers, a format, a type and a pointer to pixels."""
+    kinds = (ctypes.c_uint, *[ctypes.c_int] * integers, ctypes.c_uint, ctypes.c_uint, ctypes.c_void_p)
+    return ctypes.CFUNCTYPE(None, *kinds)(context.mglo._context.load_opengl_function(name))
+
+
+def define_level(context: Any, texture: Any, level: int, size: tuple[int, int], layers: int) -> None:
+    """Give `texture` a mip level of `size` (width, height), which moderngl has no words for; `layers` is 0 for none."""
+    internal = _INTERNAL[texture.components, texture.dtype]
+    names = (_FORMATS[texture.components], _TYPES[texture.dtype])
     texture.use(0)
-    unpacked(_UNPACK_ALIGNMENT, 1)
-    area = (level, 0, 0, 0, width, height, count)
-    written(load("glTexSubImage3D"))(_TEXTURE_2D_ARRAY, *area, _RGB, _HALF_FLOAT, pixels.ctypes.data)
+    if layers:
+        _function(context, "glTexImage3D", 6)(_TEXTURE_2D_ARRAY, level, internal, *size, layers, 0, *names, None)
+    else:
+        _function(context, "glTexImage2D", 5)(_TEXTURE_2D, level, internal, *size, 0, *names, None)
+
+
+def write_rows(context: Any, texture: Any, level: int, rows: Layers, first: int, layer: int | None) -> None:
+    """Write rows (h, w, channels) of a mip level from the row `first` on, into a `layer` of an array texture."""
+    aligned = ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.c_int)
+    pixels = np.ascontiguousarray(rows)
+    height, width = pixels.shape[:2]
+    names = (_FORMATS[texture.components], _TYPES[texture.dtype], pixels.ctypes.data)
+    texture.use(0)
+    aligned(context.mglo._context.load_opengl_function("glPixelStorei"))(_UNPACK_ALIGNMENT, 1)
+    if layer is None:
+        _function(context, "glTexSubImage2D", 5)(_TEXTURE_2D, level, 0, first, width, height, *names)
+    else:
+        area = (0, first, layer, width, height, 1)
+        _function(context, "glTexSubImage3D", 7)(_TEXTURE_2D_ARRAY, level, *area, *names)
 
 
 class MaterialTextures:
-    """Owns the textures of one material; `messages` say what had to be reduced."""
+    """Owns the textures of one material, which `fill` fills; `messages` say what had to be reduced."""
 
     def __init__(self, context: Any, shading: ShadingMap | PowerLawMap | DirectionalMap, limits: Limits) -> None:
         self.r_max = shading.r_max
         self.lowest_cosine = 1.0
         self.messages: list[str] = []
         self.textures: dict[str, Any] = {}
-        smaller: list[NDArray[np.float16]] = []
+        self._context = context
+        self._levels: dict[str, list[Layers]] = {}
         if isinstance(shading, DirectionalMap):
-            smaller = self._planes(context, shading, limits)
+            self._planes(context, shading, limits)
         elif isinstance(shading, ShadingMap):
             self.source = "SOURCE_SLICES"
             slices = self._fit_layers(shading, limits.layers)
-            images = np.stack([self._fit_size(image, limits.texture_size) for image in slices])
+            images = [self._fit_size(image, limits.texture_size) for image in slices]
             self.layers = len(images)
-            height, width = images.shape[1:3]
-            self.textures["slices"] = context.texture_array((width, height, self.layers), 3, images, dtype="f4")
+            self._allocate("slices", [np.stack(images) if images[0] is not slices[0] else slices])
         else:
             self.source = "SOURCE_POWER_LAW"
             self.layers = 0
             if shading.kept is not None:
-                self._keep(context, shading, shading.kept, limits)
+                self._keep(shading, shading.kept, limits)
             for name, image in (("scale_map", shading.scale), ("exponent_map", shading.exponent)):
-                image = self._fit_size(image, limits.texture_size)
-                self.textures[name] = context.texture(image.shape[1::-1], 3, np.ascontiguousarray(image), dtype="f4")
-        for name, texture in self.textures.items():
-            if name == "plane_weights":
-                texture.filter, texture.repeat_x, texture.repeat_y = (context.LINEAR, context.LINEAR), True, False
-                continue
-            texture.build_mipmaps()
-            for level, layers in enumerate(smaller if name == "planes" else (), start=1):
-                write_level(context, texture, level, layers)
-            texture.filter = (context.LINEAR_MIPMAP_LINEAR, context.LINEAR)
-            texture.repeat_x = texture.repeat_y = True
+                self._allocate(name, [self._fit_size(image, limits.texture_size)])
 
-    def _planes(self, context: Any, directional: DirectionalMap, limits: Limits) -> list[NDArray[np.float16]]:
-        """Planes by three as half floats, which keep fractions of codes, and the weights of all directions.
+    def _allocate(self, name: str, levels: list[Layers]) -> None:
+        """Make a texture for `levels`, layers (L, h, w, channels) or one image (h, w, channels) each; the smaller
+        levels that are not given are halves of the last."""
+        shape, dtype = levels[0].shape, "f2" if levels[0].dtype == np.float16 else "f4"
+        if len(shape) == 4:
+            texture = self._context.texture_array((shape[2], shape[1], shape[0]), shape[3], dtype=dtype)
+        else:
+            texture = self._context.texture((shape[1], shape[0]), shape[2], dtype=dtype)
+        self.textures[name], self._levels[name] = texture, levels
 
-        Returns the layers of the smaller sizes.
-        """
+    def fill(self) -> Iterator[None]:
+        """Write all levels of all textures, in pieces of some milliseconds."""
+        for name, levels in self._levels.items():
+            yield from self._fill(self.textures[name], levels)
+        self._levels.clear()
+
+    def _fill(self, texture: Any, levels: list[Layers]) -> Iterator[None]:
+        is_array = levels[0].ndim == 4
+        whole = [level if is_array else level[None] for level in levels]
+        count, height, width = whole[0].shape[:3]
+        sizes = [(width, height)]
+        while max(sizes[-1]) > 1:
+            sizes.append((max(1, sizes[-1][0] // 2), max(1, sizes[-1][1] // 2)))
+            define_level(self._context, texture, len(sizes) - 1, sizes[-1], count if is_array else 0)
+        texture.filter = (self._context.LINEAR_MIPMAP_LINEAR, self._context.LINEAR)
+        texture.repeat_x = texture.repeat_y = True
+        for layer in range(count):
+            image = whole[0][layer]
+            for level in range(len(sizes)):
+                if level:
+                    image = whole[level][layer] if level < len(whole) else half(image)
+                rows = max(1, PIECE_BYTES // max(1, image[0].nbytes))
+                for first in range(0, len(image), rows):
+                    part = image[first : first + rows].astype(whole[0].dtype, copy=False)
+                    write_rows(self._context, texture, level, part, first, layer if is_array else None)
+                    if rows < len(image):
+                        yield
+            yield
+
+    def _planes(self, context: Any, directional: DirectionalMap, limits: Limits) -> None:
+        """Planes by three as half floats, which keep fractions of codes, and the weights of all directions."""
         self.source, self.lowest_cosine = "SOURCE_PLANES", directional.lowest
         sizes: list[NDArray[Any]] = [directional.planes, *directional.smaller]
         fitting = [planes for planes in sizes if max(planes.shape[1:]) <= limits.texture_size]
         if len(fitting) < len(sizes):
             self._say_smaller(directional.planes.shape[1:], fitting[0].shape[1:], limits.texture_size)
-        layers, *smaller = ((planes_by_three(planes) / 255.0).astype(np.float16) for planes in fitting)
-        self.layers = len(layers)
-        size = (*layers.shape[2:0:-1], self.layers)
-        self.textures["planes"] = context.texture_array(size, 3, layers, dtype="f2", alignment=1)
+        levels: list[Layers] = [(planes_by_three(planes) / 255.0).astype(np.float16) for planes in fitting]
+        self.layers = len(levels[0])
+        self._allocate("planes", levels)
         weights = np.zeros((1 + 3 * self.layers, TILTS, TURNS, 3), np.float32)
         weights[: directional.table.shape[-1]] = np.moveaxis(directional.table, 3, 0)
-        self.textures["plane_weights"] = context.texture_array((TURNS, TILTS, len(weights)), 3, weights, dtype="f4")
-        return smaller
+        texture = context.texture_array((TURNS, TILTS, len(weights)), 3, weights, dtype="f4")
+        texture.filter, texture.repeat_x, texture.repeat_y = (context.LINEAR, context.LINEAR), True, False
+        self.textures["plane_weights"] = texture
 
-    def _keep(self, context: Any, power_law: PowerLawMap, kept: KeptTiles, limits: Limits) -> None:
+    def _keep(self, power_law: PowerLawMap, kept: KeptTiles, limits: Limits) -> None:
         """Kept tiles as slices that are 0 elsewhere, with their coverage in alpha."""
         height, width = power_law.error_map.shape
         slices = kept.slice_images(height, width)
@@ -102,8 +160,7 @@ class MaterialTextures:
         covered = kept.covers(height, width).astype(np.float32)[..., None]
         images = [self._fit_size(np.concatenate([image, covered], axis=2), limits.texture_size) for image in slices]
         self.source, self.layers = "SOURCE_MIXED", len(images)
-        size = (*images[0].shape[1::-1], self.layers)
-        self.textures["kept_tiles"] = context.texture_array(size, 4, np.stack(images), dtype="f4")
+        self._allocate("kept_tiles", [np.stack(images)])
 
     def _fit_layers(self, shading: ShadingMap, most: int) -> NDArray[np.float32]:
         if len(shading.slices) <= most:

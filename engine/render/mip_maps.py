@@ -7,6 +7,8 @@ roughness, metallic and f0; normals). Bound by memory: some 40 ns for each point
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -57,7 +59,7 @@ def mip_levels(shading: ShadingMap | PowerLawMap | DirectionalMap | PbrMaps | No
     if isinstance(shading, DirectionalMap):
         return [*levels, *map(planes_by_three, shading.smaller)]
     while max(levels[-1].shape[1:3]) > 1:
-        levels.append(np.stack([_half(image) for image in levels[-1]]))
+        levels.append(np.stack([half(image) for image in levels[-1]]))
     return levels
 
 
@@ -92,10 +94,11 @@ def _layers(power_law: PowerLawMap) -> NDArray[np.float32]:
     return np.concatenate([pair, covered, power_law.kept.slice_images(height, width)])
 
 
-def _half(image: NDArray[np.float32]) -> NDArray[np.float32]:
+def half(image: NDArray[Any]) -> NDArray[np.float32]:
+    """(H // 2, W // 2, channels) an image (H, W, channels) at half its size, at least one texel each way."""
     import cv2
 
-    height, width = image.shape[:2]
+    height, width, channels = image.shape
     size = (max(1, width // 2), max(1, height // 2))
-    half: NDArray[np.float32] = cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_LINEAR)
-    return half.reshape(size[1], size[0], 3)
+    smaller = cv2.resize(np.ascontiguousarray(image, np.float32), size, interpolation=cv2.INTER_LINEAR)
+    return np.asarray(smaller, np.float32).reshape(size[1], size[0], channels)
