@@ -98,7 +98,7 @@ class Preferences(QDialog):
         count = os.cpu_count() or 1
         threads = tuple((each, f"{each}") for each in range(1, count))
         hint = "CPUs that the program uses, from its next start on"
-        self._choice(rows, "threads", "Processors", ((0, f"All {count}"), *threads), now.threads, hint)
+        self._choice(rows, "threads", "CPUs", ((0, f"All {count}"), *threads), now.threads, hint)
         total = psutil.virtual_memory().total / 1e9
         memories = tuple(
             (each, f"{each:.0f} GB" if each else "50 % of free memory") for each in MEMORIES_GB if each < total
