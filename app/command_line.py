@@ -25,7 +25,7 @@ import engine
 from app.arguments.results import add_overwrite, check_results
 from app.arguments.usage import BAD_FILE, CANCELLED, DONE, MISSING, OUT_OF_MEMORY, WRONG_USAGE
 from app.process import ending, last_words
-from engine.core.errors import FileError, MissingCapability, OutOfMemory, UsageError, shortage
+from engine.core.errors import FileError, MissingCapability, OutOfMemory, UsageError, file_failure, shortage
 from engine.core.steps import Step
 from engine.storage import guarded
 
@@ -185,9 +185,12 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
         return _fail(progress, WRONG_USAGE, f"{str(error).rstrip('.')}. See lightarc {options.verb} -h.")
     except (OutOfMemory, MemoryError, RuntimeError, ImportError, OSError) as error:
         lack = shortage(error)
-        if lack is None:
+        if lack is not None:
+            return _fail(progress, OUT_OF_MEMORY, str(lack))
+        refused = file_failure(error)
+        if refused is None:
             raise
-        return _fail(progress, OUT_OF_MEMORY, str(lack))
+        return _fail(progress, BAD_FILE, str(refused))
     progress.clear()
     _print(options, result)
     return int(result.get("exit_code", DONE)) if isinstance(result, dict) else DONE

@@ -6,7 +6,7 @@ import functools
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
-from engine.core.errors import InputError, LightarcError, UsageError, shortage
+from engine.core.errors import LightarcError, UsageError, file_failure, shortage
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
@@ -35,8 +35,8 @@ def public(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
             lack = shortage(error)
             if lack is not None:
                 raise lack from error
-            if isinstance(error, OSError) and error.filename is not None:
-                raise InputError(error.filename, f"cannot be used ({error.strerror})", "Check the path") from error
+            if (refused := file_failure(error)) is not None:
+                raise refused from error
             if isinstance(error, RecursionError):
                 raise UsageError(f"{function.__name__}: a value is nested too deeply") from error
             raise UsageError(f"{function.__name__}: {error or type(error).__name__}") from error

@@ -17,6 +17,7 @@ import sqlite3
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
+from urllib.parse import quote
 
 from app.document.document import Project
 from app.document.variation import Blend
@@ -147,7 +148,7 @@ def becoming(target: Path) -> Iterator[Path]:
             with explaining(target):
                 yield partial
             with connect(partial) as connection, connection:
-                connection.execute("INSERT INTO meta VALUES (?, ?)", (WAITING, waiting.name))
+                connection.execute("INSERT INTO meta VALUES (?, ?)", (WAITING, quote(os.fsencode(waiting.name))))
             if existing is not None:
                 _finish_journal(target)
             synchronise(partial)

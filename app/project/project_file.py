@@ -14,11 +14,13 @@ from __future__ import annotations
 import contextlib
 import datetime
 import json
+import os
 import sqlite3
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, cast
+from urllib.parse import unquote_to_bytes
 
 import numpy as np
 
@@ -297,7 +299,7 @@ def settle(path: Path) -> None:
         row = connection.execute("SELECT value FROM meta WHERE name = ?", (WAITING,)).fetchone()
         if row is None:
             return
-        folder, waiting = data_folder(path), path.with_name(Path(str(row[0])).name)
+        folder, waiting = data_folder(path), path.with_name(Path(os.fsdecode(unquote_to_bytes(str(row[0])))).name)
         partial = waiting.name.replace(".waiting-", ".partial-")
         is_own = is_partial(partial.removesuffix(_DATA)) and waiting.name.startswith(f".{path.stem[:16]}")
         if is_own and waiting.name.endswith(_DATA) and waiting.is_dir() and not waiting.is_symlink():

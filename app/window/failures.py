@@ -20,7 +20,7 @@ from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from app.process import crash
-from engine.core.errors import VERBS, FileError, LightarcError, MissingCapability, UsageError, shortage
+from engine.core.errors import VERBS, FileError, LightarcError, MissingCapability, UsageError, file_failure, shortage
 
 log = logging.getLogger(__name__)
 
@@ -91,6 +91,8 @@ class Failures(QObject):
 
 def explain(error: BaseException) -> tuple[str, str]:
     """The message for the user, and the details that only a developer reads."""
+    if shortage(error) is None:
+        error = file_failure(error) or error
     if isinstance(error, FileError):
         return f"{sentence(error)}\n{error.remedy}.\n\n{error.path}", ""
     if isinstance(error, FilesExcluded):

@@ -61,6 +61,7 @@ from engine.storage.records import (
     write_manifest,
 )
 from engine.storage.scratch import release
+from engine.storage.text import valid
 from engine.surface.pbr_maps import PbrMaps, SurfaceMaps
 
 SUFFIX = ".lightarc"
@@ -123,6 +124,7 @@ def save_bundle(
     target = Path(path)
     check_replaceable(target)
     _check_values(material)
+    material = replace(material, name=valid(material.name))
     if material.measured is not None:
         material = replace(material, measured=(yield from part(keep_table(material.measured), 0.0, 0.2)))
     contents = _contents(material, preview)
@@ -285,8 +287,8 @@ def _manifest(
         elevation_deg=[float(elevation) for elevation in material.elevation_deg],
         units=UNITS,
         software={**software, MAKER: maker()},
-        provenance=dict(provenance),
-        figures=dict(figures),
+        provenance=valid(provenance),
+        figures=valid(figures),
         shading_map=shading_map_record(material.shading_map),
         power_law=power_law_record(material.power_law),
         directional=directional_record(material.directional),

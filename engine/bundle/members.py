@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from engine.images.exr_strips import Late
-from engine.storage.atomic import atomic_file, atomic_folder, make_folder
+from engine.storage.atomic import atomic_file, atomic_folder, explaining, make_folder
 from engine.storage.records import Member
 
 #: Members for other programs.
@@ -58,7 +58,7 @@ class Growing:
         file.write(self.late.content)
         file.seek(end)
         self._hash, checksum, left = hashlib.sha256(), 0, self._size_bytes
-        with path.open("rb", buffering=0) as written:
+        with explaining(path), path.open("rb", buffering=0) as written:
             written.seek(start)
             while left and (part := written.read(min(left, _PART_BYTES))):
                 self._hash.update(part)

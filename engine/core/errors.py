@@ -80,6 +80,14 @@ class OutOfMemory(LightarcError):
 _NO_ROOM_FOR_LIBRARY = ("failed to map segment", "cannot allocate memory", "cannot map zero-fill")
 
 
+def file_failure(error: BaseException) -> InputError | None:
+    """`error` as InputError where the system refused something about a file that it names; else None."""
+    if not isinstance(error, OSError) or error.errno is None or not isinstance(error.filename, (str, bytes)):
+        return None
+    problem = f"cannot be used ({os.strerror(error.errno)})"
+    return InputError(os.fsdecode(error.filename), problem, "Check that it is there and its permissions")
+
+
 def shortage(error: BaseException) -> OutOfMemory | None:
     """`error` as OutOfMemory where that is what it means, in whatever words a library puts it; else None."""
     if isinstance(error, OutOfMemory):

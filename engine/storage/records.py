@@ -19,7 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError, m
 
 from engine.core.errors import InputError
 from engine.core.health import Finding, Health, Verdict
-from engine.storage.text import read_json
+from engine.storage.text import read_json, valid
 
 FORMAT: Literal["lightarc-bundle"] = "lightarc-bundle"
 SCHEMA_VERSION: Literal[4] = 4
@@ -73,7 +73,9 @@ class HealthRecord(_Strict):
         figures: Any = {
             name: float(value) if math.isfinite(value) else repr(float(value)) for name, value in health.figures.items()
         }
-        findings = [Observation(verdict=f.verdict.name, text=f.text, source=f.source) for f in health.findings]  # type: ignore[arg-type]
+        findings = [
+            Observation(verdict=f.verdict.name, text=valid(f.text), source=valid(f.source)) for f in health.findings
+        ]  # type: ignore[arg-type]
         return HealthRecord(figures=figures, findings=findings)
 
     def restored(self) -> Health:

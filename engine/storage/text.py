@@ -8,9 +8,14 @@ from __future__ import annotations
 
 import json
 import math
+import re
+from collections.abc import Mapping
 from typing import Any, NoReturn
 
 from engine.core.errors import InputError
+
+#: Halves of letters, which Python puts in the place of bytes that it can't decode.
+_NO_LETTER = re.compile("[\ud800-\udfff]")
 
 _MARKS = (b"\xff\xfe", b"\xfe\xff")
 
@@ -33,6 +38,15 @@ def mark(content: bytes) -> bytes:
         if upper.count(0) >= _SHARE * len(upper) and 0 not in lower:
             return mark + content
     return content
+
+
+def valid(value: Any) -> Any:
+    """`value` of JSON with a replacement character for each code that is none: a byte of a name that is no UTF-8."""
+    if isinstance(value, str):
+        return _NO_LETTER.sub("\ufffd", value)
+    if isinstance(value, Mapping):
+        return {valid(name): valid(each) for name, each in value.items()}
+    return [valid(each) for each in value] if isinstance(value, (list, tuple)) else value
 
 
 def whole_number(text: Any, most: int) -> int | None:
