@@ -74,8 +74,13 @@ class HealthRecord(_Strict):
             name: float(value) if math.isfinite(value) else repr(float(value)) for name, value in health.figures.items()
         }
         findings = [
-            Observation(verdict=f.verdict.name, text=valid(f.text), source=valid(f.source)) for f in health.findings
-        ]  # type: ignore[arg-type]
+            Observation(
+                verdict=f.verdict.name,  # type: ignore[arg-type]
+                text=valid(f.text),
+                source=valid(f.source),
+            )
+            for f in health.findings
+        ]
         return HealthRecord(figures=figures, findings=findings)
 
     def restored(self) -> Health:
