@@ -20,7 +20,8 @@ float32 arrays (height, width, 4) of linear sRGB radiance times coverage, and co
 What a user can fix raises a `LightarcError`, whose text is a sentence with the file, the cause and the remedy;
 impossible values raise its UsageError, which is a ValueError too. Whatever is written is complete, or absent.
 
-Packages add BRDF models by `register_brdf` or the entry points `lightarc.brdfs` (see CONTRIBUTING.md).
+Packages add BRDF models by `register_brdf` or the entry points `lightarc.brdfs`, and exporters by `register_exporter`
+or `lightarc.exporters` (see CONTRIBUTING.md).
 """
 
 from __future__ import annotations
@@ -92,6 +93,8 @@ if TYPE_CHECKING:
     from engine.capture.lights.sources import Sources
     from engine.capture.stack import ImageStack
     from engine.core.params import Colour, param
+    from engine.exchange.targets import Exporter
+    from engine.exchange.targets import register as register_exporter
     from engine.factor.errors import Factorisation
     from engine.geometry.camera import Camera
     from engine.geometry.mesh import Mesh
@@ -135,6 +138,8 @@ __all__ = [  # noqa: RUF022 - in the order in which they are used
     "tradeoff",
     "draw_figures",
     "register_brdf",
+    "register_exporter",
+    "Exporter",
     "Lambert",
     "OrenNayar",
     "Phong",
@@ -206,7 +211,11 @@ _LATER = {
     "EffectsPlan": "engine.planning.plan",
     "Tradeoff": "engine.tradeoff.sweep",
     "Verification": "engine.bundle.bundle",
+    "Exporter": "engine.exchange.targets",
 }
+
+#: Modules whose `register` adds a part of another package.
+_REGISTERS = {"register_brdf": "engine.brdf.brdf", "register_exporter": "engine.exchange.targets"}
 
 #: Names of earlier versions, and those that took their place.
 _RENAMED = {"save_picture": "save_image"}
@@ -218,8 +227,8 @@ def __getattr__(name: str) -> Any:
 
         warnings.warn(f"lightarc.{name} is now lightarc.{_RENAMED[name]}", DeprecationWarning, stacklevel=2)
         return globals()[_RENAMED[name]]
-    if name == "register_brdf":
-        found: Any = import_module("engine.brdf.brdf").register
+    if name in _REGISTERS:
+        found: Any = import_module(_REGISTERS[name]).register
     elif name in _LATER:
         found = getattr(import_module(_LATER[name]), name)
     else:

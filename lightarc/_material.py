@@ -77,8 +77,8 @@ def build_material(
     Examples
     --------
     >>> material = lightarc.build_material(stack, slices=4, brdf=lightarc.Ggx(alpha=0.4), name="plain")
-    >>> material
-    Material(name='plain', maps='slices', size='32 × 32 texels', brdf='ggx:kd=0.5,alpha=0.4,f0=0.04', warnings=0)
+    >>> material.name, material.brdf.split(",")[1], material.shading_map
+    ('plain', 'alpha=0.4', ShadingMap(slices=4, size='32 × 32 texels', r_max=...))
     """
     from engine.brdf.brdf import MODELS, brdf_to_text
     from engine.brdf.fit import fit, fit_data

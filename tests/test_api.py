@@ -48,7 +48,7 @@ def test_slow_examples_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def run_examples(names: Iterable[str]) -> None:
-    finder, runner = doctest.DocTestFinder(recurse=False), doctest.DocTestRunner()
+    finder, runner = doctest.DocTestFinder(recurse=False), doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
     known: dict[str, object] = {"lightarc": lightarc}
     said: list[str] = []
     for name in names:

@@ -12,6 +12,7 @@ from app.arguments.results import EXPORT, Input, Output
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, size_text
 from engine.core.steps import Step, drain
+from engine.exchange.targets import EXPORTERS
 
 if TYPE_CHECKING:
     from app.commands.export_elsewhere import Known
@@ -21,8 +22,7 @@ if TYPE_CHECKING:
 
 EXAMPLE = "lightarc export woven.lightarc --to textures --preset unreal -o woven-unreal"
 
-#: Names of `engine.exchange.export`, of presets and of codings: options are there without the engine.
-TARGETS = ("textures", "materialx", "gltf", "usd", "blender", "shaders", "web", "rti", "brdf", "auto")
+#: Presets and codings: options are there without the engine.
 PRESETS = ("blender", "unreal", "unity", "godot", "substance", "gltf")
 CODINGS = ("png8", "png16", "exr")
 
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MATERIAL|PROJECT",
         help="a bundle, a project (.lap), a folder or zip of PBR textures, a MaterialX document (.mtlx) or a glTF file",
     )
-    parser.add_argument("--to", nargs="+", action="extend", choices=TARGETS, help="targets, one or more")
+    parser.add_argument("--to", nargs="+", action="extend", choices=(*EXPORTERS, "auto"), help="targets, one or more")
     parser.add_argument(
         "--proof",
         action="store_true",
@@ -140,7 +140,7 @@ def _find_measured_before(arguments: argparse.Namespace, project: Project) -> Kn
 
     textures = Exporting(preset=arguments.preset, coding=arguments.coding, normal=arguments.normal or "")
     asked = replace(project, exporting=textures)
-    return drain(find_measured_before(asked, TARGETS[:-1], [data_folder(Path(arguments.source))]))
+    return drain(find_measured_before(asked, tuple(EXPORTERS), [data_folder(Path(arguments.source))]))
 
 
 def _open(arguments: argparse.Namespace) -> tuple[Material, ImageStack | None, Project | None]:

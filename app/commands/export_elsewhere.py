@@ -17,7 +17,7 @@ from app.commands.surface import material_with_surface, needs_surface, surface_o
 from app.document.document import Project
 from app.project.losses import OWN, find_kept, keep, keys_of
 from engine.core.steps import Step, Steps, part, relay, without_partials
-from engine.exchange.export import CANDIDATES, RECORD, Offer, cannot_hold, choice, offers, write
+from engine.exchange.export import RECORD, Offer, candidates, cannot_hold, choice, offers, write
 from engine.scene.material import Material
 
 if TYPE_CHECKING:
@@ -181,4 +181,4 @@ def send(
 
 def smallest_of(found: Sequence[Offer], error: float) -> dict[str, Any]:
     """The choice that `--to auto` makes among what was measured (`engine.exchange.export.choice`)."""
-    return choice([offer for offer in found if offer.target in CANDIDATES and not offer.why_not], error)
+    return choice([offer for offer in found if offer.target in candidates() and not offer.why_not], error)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from engine.exchange.targets import EXPORTERS
+
 if TYPE_CHECKING:
     from engine.exchange.subject import Settings
 
-#: Targets of `engine.exchange.export`, in its order, those that are proposed, and those for lights all round, as
-#: conservators take photographs.
-TARGETS = ("textures", "materialx", "gltf", "usd", "blender", "shaders", "web", "rti", "brdf")
+#: Targets that are proposed, and those for lights all round, as conservators take photographs.
 FIRST = ("textures", "materialx", "gltf")
 FIRST_OF_DOME = ("web", "rti")
 
@@ -33,7 +33,7 @@ class Exporting:
     Attributes
     ----------
     left_out : parts of a bundle (`PARTS`) that are not written although the material has them.
-    targets : those chosen for other programs, in the order of `TARGETS`; None proposes those for the material.
+    targets : those chosen for other programs, in the order of `EXPORTERS`; None proposes those for the material.
     preset, coding, normal : of textures (`engine.exchange.subject.Settings`); '' leaves y of normals to the preset.
     width_mm : width of the sample, for the scale bar of the web page; 0 where it is not known.
     error_percent : relative RMSE within which the smallest target is looked for.
@@ -50,7 +50,7 @@ class Exporting:
     def __post_init__(self) -> None:
         known = (
             self.left_out <= {*PARTS},
-            {*(self.targets or ())} <= {*TARGETS},
+            {*(self.targets or ())} <= EXPORTERS.keys(),
             self.preset in PRESETS and self.coding in CODINGS and self.normal in NORMALS,
             0.0 <= self.width_mm <= MAX_WIDTH_MM,
             0.0 <= self.error_percent <= MAX_ERROR_PERCENT,

@@ -52,6 +52,7 @@ from app.widgets.workspace import side_by_side
 from engine.core.errors import OutputError
 from engine.core.figure_text import percent, size_text, time_text
 from engine.core.steps import Step, Steps, relay
+from engine.exchange.targets import EXPORTERS
 
 if TYPE_CHECKING:
     from engine.exchange.export import Departure, Offer
@@ -60,23 +61,6 @@ WIDTH = 300
 
 #: Room for the folder beside its button.
 WITHIN_PX = 88
-
-#: Targets of `engine.exchange.export`, in its order: name, title, hint.
-TARGETS = (
-    ("textures", "Textures", "Base colour, normal, roughness and the like, named and packed for a program"),
-    ("materialx", "MaterialX", "OpenPBR and glTF PBR surfaces as .mtlx"),
-    ("gltf", "glTF", "A ball with the material as .glb, for the web and engines"),
-    ("usd", "USD", "A ball with UsdPreviewSurface as .usdz, for pipelines and Quick Look"),
-    (
-        "blender",
-        "Blender",
-        "A script that makes two materials, PBR and the power law, and the .blend by Blender's module",
-    ),
-    ("shaders", "Shaders", "GLSL, HLSL and OSL that evaluate the material itself"),
-    ("web", "Web page", "A page with a light to drag, for any browser and for strict sites"),
-    ("rti", "RTI", ".ptm, .rti and a tree for web viewers, for conservators"),
-    ("brdf", "BRDF tables", "CSV, ALTA, MERL, RGL, and the nearest model as MaterialX"),
-)
 
 PRESETS = (
     ("blender", "Blender"),
@@ -114,7 +98,7 @@ class Elsewhere(QWidget):
         self.own = Card(
             "", "The material itself", "What a bundle holds; all others are compared with it", is_choice=False
         )
-        self.cards = {name: Card(name, title, hint) for name, title, hint in TARGETS}
+        self.cards = {name: Card(name, each.title, each.hint) for name, each in EXPORTERS.items()}
         for card in self.cards.values():
             assert card.box is not None
             card.box.clicked.connect(lambda _on: self._targets_chosen())

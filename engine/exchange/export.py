@@ -39,6 +39,7 @@ from engine.exchange.loss import (
 )
 from engine.exchange.pbr_from_material import cavity, nearest_maps
 from engine.exchange.subject import Contents, Settings, Subject, shows_slopes
+from engine.exchange.targets import EXPORTERS
 from engine.scene.material import Material, compute_fit_error
 from engine.storage.atomic import atomic_folder, make_folder, write_bytes
 from engine.surface.recover import recover
@@ -109,11 +110,19 @@ TARGETS: tuple[Target, ...] = (
 
 NAMES = tuple(target.name for target in TARGETS)
 
-#: The name that stands for a choice, and the targets among which it chooses: all that show the surface.
-AUTO, CANDIDATES = "auto", tuple(name for name in NAMES if name != "brdf")
+#: The name that stands for a choice among the targets that show the surface.
+AUTO = "auto"
 
-#: Targets that hold a shading map or planes, which PBR maps are not.
-OF_A_LOOK_UP = ("shaders", "web", "rti")
+
+def targets() -> tuple[Target, ...]:
+    """All targets: those of the package, and those that others registered."""
+    others = (each for each in EXPORTERS.values() if each.shown is not None and each.contents is not None)
+    return (*TARGETS, *(Target(each.name, each.hint, each.shown, each.contents) for each in others))  # type: ignore[arg-type]
+
+
+def candidates() -> tuple[str, ...]:
+    """The names of the targets among which `AUTO` chooses."""
+    return tuple(name for name, each in EXPORTERS.items() if each.shows_surface)
 
 
 def subject_of(material: Material, stack: ImageStack | None = None) -> Steps[Subject]:
@@ -201,9 +210,12 @@ def _reference_images(leaving: Departure) -> Steps[dict[str, Floats]]:
     return leaving.wanted
 
 
-def offers(leaving: Departure, settings: Settings, names: Sequence[str] = NAMES) -> Steps[list[Offer]]:
-    """The targets `names` with their errors and sizes; nothing is written. Each is the `partial` of a step once."""
-    chosen = [target for target in TARGETS if target.name in names]
+def offers(leaving: Departure, settings: Settings, names: Sequence[str] | None = None) -> Steps[list[Offer]]:
+    """The targets `names`, or all, with their errors and sizes; nothing is written.
+
+    Each is the `partial` of a step once.
+    """
+    chosen = [target for target in targets() if names is None or target.name in names]
     found = []
     for index, target in enumerate(chosen):
         start, stop = index / len(chosen), (index + 1) / len(chosen)
@@ -235,7 +247,7 @@ def export(
 ) -> Steps[dict[str, Any]]:
     """Write `material` to the targets `names` in `folder`, and return the record, the content of `RECORD`.
 
-    `AUTO` alone writes the one of fewest bytes among `CANDIDATES` whose `rmse_rel_reference` is at most `error`; `auto`
+    `AUTO` alone writes the one of fewest bytes among `candidates` whose `rmse_rel_reference` is at most `error`; `auto`
     of the record then holds all of them.
 
     `targets` of the record lists for each target its `files`, `bytes`, errors and warnings: `rmse_rel` against the
@@ -257,16 +269,16 @@ def export(
 
 def check_names(names: Sequence[str]) -> None:
     """Raise UsageError unless `names` are of targets, or `AUTO` alone."""
-    unknown = [name for name in names if name not in (*NAMES, AUTO)]
+    unknown = [name for name in names if name not in (*EXPORTERS, AUTO)]
     if AUTO in names and len(names) > 1 and not unknown:
         raise UsageError(f"{AUTO} chooses the target: give {AUTO} alone, or targets by name")
     if unknown or not names:
-        raise UsageError(f"unknown target {' '.join(unknown)!r}; known are {', '.join(NAMES)}, or {AUTO} alone")
+        raise UsageError(f"unknown target {' '.join(unknown)!r}; choose from {', '.join(EXPORTERS)}, or {AUTO} alone")
 
 
 def cannot_hold(name: str, material: Material, stack: ImageStack | None) -> str:
     """Why the target `name` cannot hold the material with these photographs, and what to do; "" where it can."""
-    if material.pbr is not None and name in OF_A_LOOK_UP:
+    if material.pbr is not None and EXPORTERS[name].of_a_lookup:
         return f"{name} holds a material from photographs; PBR maps leave as the other targets"
     if name == "rti" and not rti.has_sides(material, stack):
         return "an RTI file needs light from several sides: give the stack of a dome"
@@ -296,7 +308,7 @@ def write(
     if AUTO in names:
         record["auto"] = yield from part(smallest(leaving, settings, error), 0.0, 0.6)
         start, names = 0.6, [record["auto"]["chosen"]]
-    chosen = [target for target in TARGETS if target.name in names]
+    chosen = [target for target in targets() if target.name in names]
     with atomic_folder(folder, RECORD) as place:
         for index, target in enumerate(chosen):
             ends = (start + (1.0 - start) * number / len(chosen) for number in (index, index + 1))
@@ -372,7 +384,7 @@ def _measure(shown: Shown | None, leaving: Departure) -> Steps[Measured]:
 
 def smallest(leaving: Departure, settings: Settings, error: float) -> Steps[dict[str, Any]]:
     """The candidate of fewest bytes whose error is at most `error`, or that of least error; `auto` of the record."""
-    found = yield from offers(leaving, settings, CANDIDATES)
+    found = yield from offers(leaving, settings, candidates())
     return choice([offer for offer in found if not offer.why_not], error)
 
 

@@ -17,7 +17,8 @@ from app.project.project_file import History, Writer, data_folder, read
 from engine.bundle.bundle import save_bundle
 from engine.core.steps import drain
 from engine.exchange.coding import CODINGS
-from engine.exchange.export import AUTO, NAMES, RECORD, Offer
+from engine.exchange.export import NAMES, RECORD, Offer
+from engine.exchange.targets import EXPORTERS
 from engine.exchange.textures import PRESETS
 from tests.engine.exchange.materials import woven_material
 
@@ -34,7 +35,7 @@ def run(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, Any]:
 
 
 def test_the_options_are_those_of_the_engine() -> None:
-    assert (*NAMES, AUTO) == verb.TARGETS
+    assert tuple(EXPORTERS) == NAMES
     assert tuple(PRESETS) == verb.PRESETS
     assert verb.CODINGS == CODINGS
 

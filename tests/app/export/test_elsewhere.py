@@ -25,12 +25,13 @@ from engine.core.steps import Step, Steps
 from engine.exchange import export, loss
 from engine.exchange.coding import CODINGS
 from engine.exchange.subject import Contents, Settings, Subject
+from engine.exchange.targets import EXPORTERS
 from engine.exchange.textures import PRESETS
 from engine.light.environment import DistantLights
 from engine.scene.material import Material
 from tests.app.window.test_main_window import fill
 
-OFFERED = len(elsewhere.TARGETS)
+OFFERED = len(EXPORTERS)
 
 
 def few_samples(_subject: Subject, _settings: Settings, _loss: str) -> Steps[Contents]:
@@ -96,7 +97,7 @@ def choose(page: Any, qtbot: Any, *names: str) -> None:
 
 
 def test_the_window_offers_what_the_engine_has() -> None:
-    assert [name for name, _, _ in elsewhere.TARGETS] == list(export.NAMES) == list(exporting.TARGETS)
+    assert list(EXPORTERS) == list(export.NAMES) == [each.name for each in export.targets()]
     assert [*exporting.PRESETS, *exporting.CODINGS] == [*PRESETS, *CODINGS]
     assert [name for name, _ in elsewhere.NORMALS] == list(exporting.NORMALS)
     assert [name for name, _ in elsewhere.PRESETS] == list(PRESETS) == list(CLI_PRESETS)
@@ -147,7 +148,7 @@ def test_what_cannot_be_exported_says_why_in_one_sentence(page: Any) -> None:
 
 def test_the_smallest_within_an_error_is_the_choice_of_the_command_line(page: Any, qtbot: Any) -> None:
     """Of all that show the surface; slices in shaders are the material itself, and without them nothing is."""
-    best = export.choice([page.found[name] for name in export.CANDIDATES if name != "rti"], 10.0)["chosen"]
+    best = export.choice([page.found[name] for name in export.candidates() if name != "rti"], 10.0)["chosen"]
     page.budget.edited.emit(1000.0, True)
     click(qtbot, page.choose)
     assert page.names == [best]
