@@ -1,17 +1,25 @@
-"""Plain words: sentences that say what a thing is."""
+"""Plain words: names and sentences in the terms of the field, and functions that are verbs.
+
+`python -m tests.test_words` prints how often each word stands in the sources, and functions named by participles.
+"""
 
 from __future__ import annotations
 
+import ast
 import io
 import re
 import tokenize
+from collections import Counter
+from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 PROJECT = Path(__file__).resolve().parents[1]
+FOLDERS = ("app", "benchmarks", "engine", "lightarc")
 
-#: Words of names that the field has a term for; the term stands beside each.
+#: Words that the field has a term for; the term stands beside each.
 OLD_WORDS = {
     "matt": "diffuse",
     "creep": "shading drift",
@@ -19,25 +27,152 @@ OLD_WORDS = {
     "tells": "reports",
     "truth": "reference, ground truth",
     "harmonics": "spherical_harmonics",
+    "picture": "image; photograph, frame",
+    "pictures": "images",
+    "knob": "parameter, setting",
+    "knobs": "parameters",
+    "rung": "step, term_error",
+    "rungs": "steps, term_errors",
+    "ladders": "sweeps, term_errors",
+    "person": "user",
+    "persons": "users",
+    "people": "users",
 }
 
 #: Names that stored files and published JSON have, and standard terms that hold such a word.
-KEPT = {"matt", "matt_s", "truth", "spherical_harmonics", "visibility_harmonics"}
+KEPT = {
+    "matt",
+    "matt_s",
+    "truth",
+    "spherical_harmonics",
+    "visibility_harmonics",
+    "mean_picture",
+    "mean_picture_rmse_srgb8",
+    "picture_balance",
+    "save_picture",
+}
 
+#: Words that no sentence has, in docstrings, comments and messages alike.
+OLD_PROSE = re.compile(
+    r"(?<![\w`\"'/.\-#])(?:an? (?:picture|person|knob|rung)|pictures|knobs|rungs)(?![\w`\"'/.\-=(])", re.I
+)
+
+#: Bounds are MAX_ and MIN_.
+OLD_BOUNDS = re.compile(r"_?(?:MOST|LEAST)_[A-Z0-9_]+")
 
 #: Words of that list wherever they stand; only files that have one are taken apart.
-ANYWHERE = re.compile(rf"(?<![^\W_])(?:{'|'.join(OLD_WORDS)})(?![^\W_])", re.IGNORECASE)
+ANYWHERE = re.compile(rf"(?<![^\W_])(?:{'|'.join(OLD_WORDS)}|most|least)(?![^\W_])", re.IGNORECASE)
+
+#: Participles that do not end in "ed", and words that end so and are none.
+IRREGULAR = {
+    "of",
+    "drawn",
+    "made",
+    "taken",
+    "written",
+    "known",
+    "given",
+    "shown",
+    "seen",
+    "held",
+    "kept",
+    "found",
+    "left",
+    "laid",
+    "lit",
+    "relit",
+    "gone",
+    "done",
+    "begun",
+    "sent",
+    "bound",
+    "spent",
+    "met",
+    "told",
+    "said",
+    "lost",
+    "shot",
+    "frozen",
+    "broken",
+    "hidden",
+    "chosen",
+    "worth",
+    "bent",
+    "built",
+    "rewritten",
+    "undone",
+    "paid",
+    "grown",
+}
+NO_PARTICIPLES = {"need", "speed", "seed", "feed", "red", "embed", "bed", "shed", "exceed", "proceed", "heed"}
+
+#: Functions named by participles: fewer, never more. Properties are nouns and do not count.
+MAX_PARTICIPLES = 100
 
 
-@pytest.mark.parametrize("folder", ["app", "benchmarks", "engine", "lightarc"])
+@cache
+def sources(folder: str) -> dict[str, str]:
+    """The modules below a folder of the project, by their paths."""
+    paths = sorted((PROJECT / folder).rglob("*.py"))
+    return {path.relative_to(PROJECT).as_posix(): path.read_text(encoding="utf-8") for path in paths}
+
+
+def tokens(folder: str, *kinds: int) -> Iterator[tuple[str, str]]:
+    for path, text in sources(folder).items():
+        if ANYWHERE.search(text):
+            for token in tokenize.generate_tokens(io.StringIO(text).readline):
+                if token.type in kinds:
+                    yield path, token.string
+
+
+def participles(folder: str) -> list[str]:
+    """Functions and methods that a participle or a preposition begins, as 'path: name'."""
+    found = []
+    for path, text in sources(folder).items():
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.FunctionDef) and not any("property" in ast.unparse(d) for d in node.decorator_list):
+                first = node.name.strip("_").split("_")[0]
+                if first in IRREGULAR or (first.endswith("ed") and first not in NO_PARTICIPLES):
+                    found.append(f"{path}: {node.name}")
+    return found
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
 def test_names_are_terms_of_the_field(folder: str) -> None:
-    texts = {path: path.read_text(encoding="utf-8") for path in sorted((PROJECT / folder).rglob("*.py"))}
-    names = {
-        (path.relative_to(PROJECT).as_posix(), token.string)
-        for path, text in texts.items()
-        if ANYWHERE.search(text)
-        for token in tokenize.generate_tokens(io.StringIO(text).readline)
-        if token.type == tokenize.NAME and token.string.strip("_") not in KEPT
-    }
+    names = {(path, name) for path, name in tokens(folder, tokenize.NAME) if name.strip("_") not in KEPT}
     old = [f"{path}: {name}" for path, name in sorted(names) if OLD_WORDS.keys() & set(name.lower().split("_"))]
+    old += [f"{path}: {name}" for path, name in sorted(names) if OLD_BOUNDS.fullmatch(name)]
     assert old == []
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_sentences_are_in_terms_of_the_field(folder: str) -> None:
+    """Strings of more than one word, and comments; keys of files and of JSON are single words."""
+    found = [
+        f"{path}: {match[0]}"
+        for path, text in tokens(folder, tokenize.STRING, tokenize.COMMENT)
+        if " " in text
+        for match in OLD_PROSE.finditer(text)
+    ]
+    assert found == []
+
+
+def test_functions_are_verbs() -> None:
+    found = [name for folder in FOLDERS for name in participles(folder)]
+    assert len(found) <= MAX_PARTICIPLES, "\n".join(found)
+
+
+def main() -> None:
+    """Print how often each word stands in the sources, and the functions that participles name."""
+    words: Counter[str] = Counter()
+    for folder in FOLDERS:
+        for text in sources(folder).values():
+            words.update(match[0].lower() for match in ANYWHERE.finditer(text))
+    for word, count in words.most_common():
+        print(f"{count:6d}  {word}")
+    named = [name for folder in FOLDERS for name in participles(folder)]
+    print(f"{len(named)} functions named by participles", *named, sep="\n")
+
+
+if __name__ == "__main__":
+    main()
