@@ -48,11 +48,11 @@ def measures(folder: Path) -> Steps[list[Accuracy]]:
 def _measure_sample(sample: str) -> Steps[list[Accuracy]]:
     arc = LightArc(sample, size=SIZE + 2 * BORDER, misalignment_px=0.0)
     images = yield from part(renderings(arc, [math.radians(angle) for angle in ELEVATIONS_DEG]), 0.0, 0.3)
-    pictures = [luminance(image).astype(np.float32) for image in images]
+    luminances = [luminance(image).astype(np.float32) for image in images]
     found: list[Accuracy] = []
     runs = [(motion, case) for motion in MOTIONS for case in CASES]
     for index, (motion, (shift_px, count)) in enumerate(runs):
-        photographs, truth = move(pictures, motion, shift_px, count)
+        photographs, truth = move(luminances, motion, shift_px, count)
         names = [f"{angle:g}" for angle in ELEVATIONS_DEG]
         start = 0.3 + 0.7 * index / len(runs)
         alignment = yield from part(align(photographs, names, motion), start, start + 0.7 / len(runs))

@@ -85,7 +85,7 @@ def row(name: str, brdf: Brdf, settings: FactorSettings) -> Steps[Accuracy]:
 def largest_ratio(term_errors: Sequence[TermError], sets: Sequence[TermError]) -> float:
     """The largest of both held-out errors over those of McCool's set of as many textures, or of all; 1 where unknown.
 
-    `sets` are those of 1, 2, … textures. All of `ladder` are compared with the whole set too, if they are the last.
+    `sets` are those of 1, 2, … textures. The last of `term_errors` is compared with the whole set too.
     """
     pairs = [(term_error, sets[min(term_error.textures, len(sets)) - 1]) for term_error in term_errors]
     pairs.append((term_errors[-1], sets[-1]))

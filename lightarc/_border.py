@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
-from typing import ParamSpec, TypeVar
+from collections.abc import Callable, Mapping
+from typing import Any, ParamSpec, TypeVar
 
 from engine.core.errors import LightarcError, UsageError, file_failure, shortage
 
@@ -42,6 +42,25 @@ def public(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
             raise UsageError(f"{function.__name__}: {error or type(error).__name__}") from error
 
     return guard
+
+
+def accept_old_names(old: Mapping[str, str]) -> Callable[[Callable[..., Result]], Callable[..., Result]]:
+    """Accept parameters by the names of the release before, old to new, with a warning."""
+
+    def accept(function: Callable[..., Result]) -> Callable[..., Result]:
+        @functools.wraps(function)
+        def translate(*arguments: Any, **options: Any) -> Result:
+            import warnings
+
+            for name in old.keys() & options.keys():
+                text = f"the parameter {name} of {function.__name__} is called {old[name]}"
+                warnings.warn(text, DeprecationWarning, stacklevel=2)
+                options[old[name]] = options.pop(name)
+            return function(*arguments, **options)
+
+        return translate
+
+    return accept
 
 
 def check_size(size: tuple[int, int]) -> None:

@@ -291,7 +291,7 @@ def factor_brdf(
     Examples
     --------
     >>> found = lightarc.factor_brdf("phong:exponent=5", terms=2, size=8, samples=500)
-    >>> [each.terms for each in found.ladder]
+    >>> [each.terms for each in found.term_errors]
     [1, 2]
     """
     from engine.factor.factor import factor

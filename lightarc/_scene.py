@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from engine.core.errors import UsageError
 from engine.core.steps import drain
-from lightarc._border import check_size, public
+from lightarc._border import accept_old_names, check_size, public
 from lightarc._inputs import (
     File,
     Progress,
@@ -232,6 +232,7 @@ def render(
     return as_shown(drain(tracing, progress).image)
 
 
+@accept_old_names({"picture": "image"})
 @public
 def save_image(
     path: Any,
@@ -294,6 +295,7 @@ def save_image(
         write_bytes(Path(path), content)
 
 
+@accept_old_names({"picture": "image"})
 @public
 def compare(image: Any, reference: Any, *, mask: ArrayLike | None = None) -> ImageError:
     """Measure the error of an image against another.

@@ -116,7 +116,10 @@ def test_every_name_exists_and_is_typed() -> None:
 
 def test_earlier_names_are_deprecated_aliases() -> None:
     with pytest.warns(DeprecationWarning, match="lightarc.save_picture is now lightarc.save_image"):
-        assert lightarc.save_image is lightarc.save_image
+        assert lightarc.save_picture is lightarc.save_image
+    image = np.ones((2, 2, 4), np.float32)
+    with pytest.warns(DeprecationWarning, match="picture of compare is called image"):
+        assert lightarc.compare(picture=image, reference=image).rmse_rel == 0.0
 
 
 def test_importing_the_library_loads_neither_numpy_nor_qt() -> None:

@@ -117,7 +117,7 @@ class BrdfTab(QWidget):
         put_beside(work, self.inspector)
         yield
         self._connect()
-        self._changed(Project(), self.bench.document.project)
+        self._on_changed(Project(), self.bench.document.project)
 
     def _make_centre(self) -> QWidget:
         self.light = NumberEditor(LIGHT)
@@ -224,7 +224,7 @@ class BrdfTab(QWidget):
         for keys, work in (("L", self._next_scale), ("Ctrl+F", self.library.search.setFocus)):
             shortcut = QShortcut(QKeySequence(keys), self, context=Qt.ShortcutContext.WindowShortcut)
             shortcut.activated.connect(work)
-        self.following = Following(bench.document, self, self._changed)
+        self.following = Following(bench.document, self, self._on_changed)
 
     @property
     def comparison(self) -> Comparison:
@@ -241,7 +241,7 @@ class BrdfTab(QWidget):
         if entry is not None:
             work(entry)
 
-    def _changed(self, old: Project, new: Project) -> None:
+    def _on_changed(self, old: Project, new: Project) -> None:
         before, now = old.comparison, new.comparison
         if before is now and self.pages.isVisible():
             return

@@ -139,7 +139,7 @@ class TextEditor(QDialog):
         column.addWidget(self.edit, 1)
         column.addLayout(foot)
         self._say("Compiles half a second after the last key", "secondary")
-        bench.document.changed.connect(self._changed)
+        bench.document.changed.connect(self._on_changed)
 
     @property
     def written(self) -> str:
@@ -174,7 +174,7 @@ class TextEditor(QDialog):
         role(self.verdict, look)
         self.edit.mark(line)
 
-    def _changed(self, _old: Project, new: Project) -> None:
+    def _on_changed(self, _old: Project, new: Project) -> None:
         """Follow an undo or a slider; what is typed and not compiled yet stays."""
         entry = new.comparison.find(self.identity)
         if entry is None or not isinstance(entry.brdf, WrittenBrdf):
@@ -199,7 +199,7 @@ class TextEditor(QDialog):
 
     def done(self, result: int) -> None:
         """Compile what was typed last before the editor goes."""
-        self.bench.document.changed.disconnect(self._changed)
+        self.bench.document.changed.disconnect(self._on_changed)
         self.pause.stop()
         self.latest.drop()
         super().done(result)

@@ -68,7 +68,7 @@ class PointsTool(QWidget):
         self.views = (MarkerView("Points in the reference"), MarkerView("Points in the photograph"))
         for side, view in enumerate(self.views):
             view.placed.connect(lambda x, y, side=side: self._on_placed(side, x, y))
-            view.moved.connect(lambda number, x, y, final, side=side: self._moved(side, number, x, y, final))
+            view.moved.connect(lambda number, x, y, final, side=side: self._on_moved(side, number, x, y, final))
             view.chosen.connect(self._choose)
             view.zoomed.connect(lambda _zoom, side=side: self._follow(side))
         self.itself = text("", "secondary", wrap=True)
@@ -232,7 +232,7 @@ class PointsTool(QWidget):
         place = right.held(right.on_screen(self._through(project, 0, here)))
         self._add((*here, *place))
 
-    def _moved(self, side: int, number: int, x: float, y: float, final: bool) -> None:
+    def _on_moved(self, side: int, number: int, x: float, y: float, final: bool) -> None:
         pairs = list(self._pairs(self.bench.document.project))
         if number < len(pairs):
             old = pairs[number]

@@ -97,10 +97,10 @@ class CaptureTab(QWidget):
         self.pages = with_empty_state(self, self.empty, self._make_work())
         begin = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WindowShortcut)
         begin.activated.connect(lambda: self.panel.main_button.click())
-        self.following = Following(bench.document, self, self._changed)
+        self.following = Following(bench.document, self, self._on_changed)
         bench.partial.connect(self._show_thumbnail)
         bench.jobs.changed.connect(lambda _job: self._update_buttons())
-        self._changed(Project(), bench.document.project)
+        self._on_changed(Project(), bench.document.project)
 
     def _make_actions(self) -> None:
         self.previous = self._action("Previous photograph", "previous", "Left", lambda: self.list.step(-1))
@@ -216,7 +216,7 @@ class CaptureTab(QWidget):
         tool_in_use = self._tool()
         return self.image if tool_in_use is None else tool_in_use.main_view
 
-    def _changed(self, old: Project, new: Project) -> None:
+    def _on_changed(self, old: Project, new: Project) -> None:
         self.pages.setCurrentIndex(0 if new.sources is None and new.stack is None else 1)
         if is_another_capture(old, new):
             chosen = self.current

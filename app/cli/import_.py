@@ -117,7 +117,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--calibrate",
         default="auto",
-        type=_calibrated,
+        type=_calibrate,
         metavar="none|auto|distance,gains,ambient,motion,lights",
         help="what the photographs themselves tell of lamps on several sides, where no other option states it: the "
         "distance of the lamps, the intensity of each, room light, motion of the camera, and whether the list of "
@@ -335,7 +335,7 @@ def _equalise(text: str) -> str | tuple[int, ...]:
     return text if text == "object" else _crop(text)
 
 
-def _calibrated(text: str) -> str | tuple[str, ...]:
+def _calibrate(text: str) -> str | tuple[str, ...]:
     from engine.capture.import_plan import CALIBRATED
 
     if text in ("auto", "none"):

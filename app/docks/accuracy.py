@@ -86,7 +86,7 @@ class AccuracyDock(QDockWidget):
         scroll.setMinimumWidth(NARROWEST + SCROLL_BAR)
         self.setWidget(scroll)
         self.applied.connect(view.apply_setting)
-        bench.document.changed.connect(self._changed)
+        bench.document.changed.connect(self._on_changed)
         for changed in (view.setting_changed, view.model_ready, view.brdf_panel.ready):
             changed.connect(self._show)
         self._show()
@@ -186,7 +186,7 @@ class AccuracyDock(QDockWidget):
         self.controls.setMaximumWidth(CONTROLS if is_wide else 1 << 20)
         self.controls.setMinimumWidth(CONTROLS if is_wide else 0)
 
-    def _changed(self, old: Project, new: Project) -> None:
+    def _on_changed(self, old: Project, new: Project) -> None:
         if old.has_map != new.has_map or old.look.lookup != new.look.lookup:
             self._fill_modes(new)
         self._show()

@@ -37,10 +37,10 @@ class Following(QObject):
         self._document, self._workspace, self._follow = document, workspace, follow
         self._known = document.project
         self._parts: Generator[None] | None = None
-        document.changed.connect(self._changed)
+        document.changed.connect(self._on_changed)
         workspace.installEventFilter(self)
 
-    def _changed(self, _old: Project, _new: Project) -> None:
+    def _on_changed(self, _old: Project, _new: Project) -> None:
         if self._workspace.isVisible() or not self._workspace.window().isVisible():
             self.catch_up()
         elif self not in _behind:

@@ -98,10 +98,10 @@ class ExportTab(QWidget):
         begin = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WindowShortcut)
         begin.activated.connect(lambda: (self.elsewhere.export if self.is_elsewhere else self.export).click())
         view.model_ready.connect(self._draw_preview)
-        self.following = Following(bench.document, self, self._changed)
+        self.following = Following(bench.document, self, self._on_changed)
         bench.output_moved.connect(lambda _folder: self._show_folder())
         bench.jobs.changed.connect(lambda _job: self._update_buttons())
-        self._changed(Project(), bench.document.project)
+        self._on_changed(Project(), bench.document.project)
 
     def _make_empty(self) -> EmptyState:
         return EmptyState(
@@ -224,7 +224,7 @@ class ExportTab(QWidget):
         """Write the bundle; what exists is replaced only if it is a bundle."""
         self._say("Writing…", "secondary")
         scene = self.view.scene(self.bench.document.project)
-        self.exporting = self.bench.export(self.target, frozenset(self._chosen()), scene)
+        self.exporting = self.bench.export(self.target, frozenset(self._list_chosen()), scene)
         self.exporting.succeeded.connect(self._on_exported)
         self.exporting.failed.connect(lambda error: self._say(f"Not written: {_problem(error)}", "bad"))
         self.exporting.cancelled.connect(lambda: self._say("Cancelled. Nothing was written.", "secondary"))
@@ -239,7 +239,7 @@ class ExportTab(QWidget):
         place = propose_place(again, self.bench.output_folder, self.name.text())
         self.name.setText(place.name)
         self._leave_out(frozenset(self.parts) - propose_parts(again))
-        if not self._chosen():
+        if not self._list_chosen():
             return
         chosen, _ = QFileDialog.getSaveFileName(self, "Export bundle", str(place), BUNDLES)
         if chosen:
@@ -302,7 +302,7 @@ class ExportTab(QWidget):
         self.place.setToolTip(folder)
         self._update_buttons()
 
-    def _changed(self, old: Project, new: Project) -> None:
+    def _on_changed(self, old: Project, new: Project) -> None:
         self.pages.setCurrentIndex(1 if new.has_map else 0)
         if new.name != old.name or not self.name.text():
             self.offer(new.name)
@@ -330,12 +330,12 @@ class ExportTab(QWidget):
             box.setText(_describe(project.material.power_law) if value == "power-law" else words)
             figure.setText(size_text(sizes[value]) if sizes[value] else why_not)
 
-    def _chosen(self) -> list[str]:
+    def _list_chosen(self) -> list[str]:
         return [value for value, (box, _) in self.parts.items() if box.isChecked() and box.isEnabled()]
 
     def _update_buttons(self) -> None:
         sizes = part_sizes(self.bench.document.project)
-        self.total.setText(size_text(sum(sizes[value] for value in self._chosen())))
+        self.total.setText(size_text(sum(sizes[value] for value in self._list_chosen())))
         there = os.path.exists(self.target)  # noqa: PTH110 - Path.exists raises for names that are too long
         self.export.setText("Replace bundle" if there else "Export bundle")
         enable(self.export, self._why_not(), "Write the bundle and check it (Ctrl+Enter)")
@@ -345,7 +345,7 @@ class ExportTab(QWidget):
         name = self.name.text().strip()
         if self.exporting is not None and not self.exporting.over:
             return "The bundle is being written"
-        if not self._chosen():
+        if not self._list_chosen():
             return "Choose at least one form of the material"
         if not name or name in (".", "..") or Path(name).name != name:
             return "Give the bundle a name without slashes"

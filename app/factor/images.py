@@ -122,7 +122,7 @@ class TexturesView(Scrolled):
         return QSize(400, 150)
 
     def show_images(self, images: Sequence[TextureImage], terms: int | None) -> None:
-        """Show `pictures`, with those of the first `terms` terms in use."""
+        """Show `images`, with those of the first `terms` terms in use."""
         self.strip.images, self.strip.terms = list(images), terms
         self.strip.updateGeometry()
         self.strip.fit()

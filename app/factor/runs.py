@@ -91,7 +91,7 @@ class Live:
         )
 
     def factors(self, terms: int | None) -> Any:
-        """The factors of so many terms, as `rung`."""
+        """The factors of so many terms, as `term_error`."""
         term_error = self.term_error(terms)
         if term_error is None or self.factorisation is None:
             return None

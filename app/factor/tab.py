@@ -88,7 +88,7 @@ class FactorTab(QWidget):
         yield
         self._connect()
         yield
-        self._changed(Project(), self.bench.document.project)
+        self._on_changed(Project(), self.bench.document.project)
 
     def _make_centre(self) -> QWidget:
         self.measure = ComboBox()
@@ -181,7 +181,7 @@ class FactorTab(QWidget):
         start = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WindowShortcut)
         start.activated.connect(self.start)
         self.bench.factors.connect(runs.open)
-        self.following = Following(self.bench.document, self, self._changed)
+        self.following = Following(self.bench.document, self, self._on_changed)
 
     @property
     def factoring(self) -> Factoring:
@@ -297,7 +297,7 @@ class FactorTab(QWidget):
         self.exposure_ev = value
         self._show_textures()
 
-    def _changed(self, old: Project, new: Project) -> None:
+    def _on_changed(self, old: Project, new: Project) -> None:
         if any(getattr(old, part) is not getattr(new, part) for part in ("factoring", "comparison", "material")):
             self._show_settings()
         if old.mesh is not new.mesh:

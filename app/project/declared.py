@@ -282,11 +282,11 @@ def _class_of_module(name: str) -> type:
 
 def _declare(kind: type) -> Mapping[str, Any]:
     """The types of the fields of a class, with those that stand for open ones."""
-    return _declared_with(kind, tuple(MODELS.values()))
+    return _declare_with(kind, tuple(MODELS.values()))
 
 
 @cache
-def _declared_with(kind: type, models: tuple[type, ...]) -> Mapping[str, Any]:
+def _declare_with(kind: type, models: tuple[type, ...]) -> Mapping[str, Any]:
     instead: dict[tuple[str, str], Any] = {
         ("Project", "provenance"): Mapping[str, Json],
         ("ImageStack", "provenance"): Mapping[str, Json],

@@ -57,14 +57,14 @@ class Recording(QObject):
         self._delay.setSingleShot(True)
         self._delay.setInterval(DELAY_MS)
         self._delay.timeout.connect(self.hand_over)
-        document.changed.connect(self._changed)
-        document.seen.connect(self._changed)
-        document.undo_stack.indexChanged.connect(self._changed)
+        document.changed.connect(self._on_changed)
+        document.seen.connect(self._on_changed)
+        document.undo_stack.indexChanged.connect(self._on_changed)
         self._thread = threading.Thread(target=self._write, name="project file", daemon=True)
         self._thread.start()
-        self._changed()
+        self._on_changed()
 
-    def _changed(self, *_: object) -> None:
+    def _on_changed(self, *_: object) -> None:
         if not self._delay.isActive():
             self._delay.start()
 
@@ -103,9 +103,9 @@ class Recording(QObject):
 
     def close(self, seconds: float = CLOSING_S) -> bool:
         """Write what is missing and let go of the file. False where it could not be written."""
-        self._document.changed.disconnect(self._changed)
-        self._document.seen.disconnect(self._changed)
-        self._document.undo_stack.indexChanged.disconnect(self._changed)
+        self._document.changed.disconnect(self._on_changed)
+        self._document.seen.disconnect(self._on_changed)
+        self._document.undo_stack.indexChanged.disconnect(self._on_changed)
         done = self.wait(seconds)
         with self._wake:
             self._ends = True

@@ -80,7 +80,7 @@ class VariationForm(Rows):
 
     def _add_menu(self, part: str, label: str, hint: str) -> None:
         menu = ComboBox()
-        menu.activated.connect(lambda _index: self._chosen(part))
+        menu.activated.connect(lambda _index: self._on_chosen(part))
         self.row(label, menu, hint)
         self.menus[part] = menu
         self.stops.append(menu)
@@ -111,7 +111,7 @@ class VariationForm(Rows):
             source = variation.source
             _fill(self.menus["source"], AXES, None if isinstance(source, Path) else source, source, "By an image…")
 
-    def _chosen(self, part: str) -> None:
+    def _on_chosen(self, part: str) -> None:
         value: Any = self.menus[part].currentData()
         if value == OPEN:
             value = (ask_brdf if part == "brdf" else ask_image)(self)

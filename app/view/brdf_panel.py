@@ -43,7 +43,7 @@ class BrdfPanel(Rows):
         self.drawable = Drawable(bench.jobs)
         self.drawable.ready.connect(self.ready)
         self.choice = ComboBox()
-        self.choice.activated.connect(self._chosen)
+        self.choice.activated.connect(self._on_chosen)
         self.row("Model", self.choice, "A model, or a BRDF from the BRDF workspace")
         self.forms = QVBoxLayout()
         self.forms.setContentsMargins(0, 0, 0, 0)
@@ -82,7 +82,7 @@ class BrdfPanel(Rows):
         self.form.show_instance(brdf)
         self.form.setVisible(measured is None)
 
-    def _chosen(self, _index: int) -> None:
+    def _on_chosen(self, _index: int) -> None:
         name = self.choice.currentData()
         if isinstance(name, Entry):
             self.show_project(self.bench.document.project)

@@ -44,7 +44,7 @@ MAX_UNSEEN = 256
 
 
 class ViewImages(QObject):
-    """`error_found(PictureError or None)` and `progressed` follow; `error` and `progress` hold what is known.
+    """`error_found(ImageError or None)` and `progressed` follow; `error` and `progress` hold what is known.
 
     `measuring` says whether the error of a mode that is shown alone is asked for.
     """
@@ -75,7 +75,7 @@ class ViewImages(QObject):
         self._settled.timeout.connect(self._begin_unseen)
         self.reference.improved.connect(self._on_improved)
         self.comparing.found.connect(self._found)
-        viewport.camera_moved.connect(self._moved)
+        viewport.camera_moved.connect(self._on_moved)
         viewport.rested.connect(self._on_rested)
         viewport.drawn.connect(lambda _seconds: self._collect())
         viewport.wipe_moved.connect(self._on_wiped)
@@ -118,7 +118,7 @@ class ViewImages(QObject):
         self._split()
         self.viewport.redraw()
 
-    def _moved(self) -> None:
+    def _on_moved(self) -> None:
         """The camera is another one: what was found is of another image."""
         self._forget(keep_reference=False)
 

@@ -1,6 +1,6 @@
 """One image of a scene on the graphics device: coarse at once, then finer and finer, in pieces.
 
-The pieces leave the window's thread free between them. What is finest so far is `picture`; whoever shows it asks for
+The pieces leave the window's thread free between them. What is finest so far is `image`; whoever shows it asks for
 the next piece. Baked light goes to the device in pieces, too, and the image before stays meanwhile. Everything here
 belongs to one OpenGL context, which is current while it is called.
 
@@ -143,7 +143,7 @@ class Refining:
 
     Attributes
     ----------
-    image : `engine.gl.screen.Picture`, the last that was completed; None before the first.
+    image : `engine.gl.screen.Image`, the last that was completed; None before the first.
     quality : its level, None where it is of another scene or size than is wanted now.
     screen : size (width, height) in pixels that it is for.
     """

@@ -37,7 +37,7 @@ class FigureTable(QTableWidget):
             assert heading is not None
             heading.setTextAlignment(_side(column))
         self._filling = False
-        self.currentCellChanged.connect(self._moved)
+        self.currentCellChanged.connect(self._on_moved)
 
     def sizeHint(self) -> QSize:
         return QSize(320, 4 * ROW)
@@ -72,7 +72,7 @@ class FigureTable(QTableWidget):
             self.setCurrentCell(current, 0)
         self._filling = False
 
-    def _moved(self, row: int, _column: int, old: int, _old_column: int) -> None:
+    def _on_moved(self, row: int, _column: int, old: int, _old_column: int) -> None:
         if not self._filling and row >= 0 and row != old:
             self.picked.emit(row)
 

@@ -122,7 +122,7 @@ MARGIN = 12
 
 
 class ImageView(QWidget):
-    """Shows a `Picture`. `pointed(column, row)` follows the pointer, (−1, −1) when it leaves the image."""
+    """Shows an `Image`. `pointed(column, row)` follows the pointer, (−1, −1) when it leaves the image."""
 
     pointed = Signal(int, int)
     picked = Signal(int, int)

@@ -147,7 +147,7 @@ class NumberField(ClickFirst, QLineEdit):
             return
         if event.key() in (Qt.Key.Key_Up, Qt.Key.Key_Down):
             self._from = self.value
-            self._set(self._moved(10 if event.key() == Qt.Key.Key_Up else -10), final=True)
+            self._set(self._move_by(10 if event.key() == Qt.Key.Key_Up else -10), final=True)
             return
         is_typed = self.isModified()
         super().keyPressEvent(event)
@@ -158,7 +158,7 @@ class NumberField(ClickFirst, QLineEdit):
         """A notch is a press of an arrow key, but only after a click: or else the panel scrolls."""
         if self.takes_wheel and event.angleDelta().y():
             self._from = self.value
-            self._set(self._moved(math.copysign(10.0, event.angleDelta().y())), final=True)
+            self._set(self._move_by(math.copysign(10.0, event.angleDelta().y())), final=True)
         else:
             event.ignore()
 
@@ -178,7 +178,7 @@ class NumberField(ClickFirst, QLineEdit):
         self._dragged = self._dragged or abs(distance) > 3
         if self._dragged:
             self.deselect()
-            self._set(self._moved(distance), final=False)
+            self._set(self._move_by(distance), final=False)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         self._pressed_at = None
@@ -191,7 +191,7 @@ class NumberField(ClickFirst, QLineEdit):
             self.selectAll()
         super().mouseReleaseEvent(event)
 
-    def _moved(self, pixels: float) -> float:
+    def _move_by(self, pixels: float) -> float:
         if self.log and self._from > 0:
             value = self._from * math.exp(pixels * 0.01)
         else:

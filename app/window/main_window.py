@@ -332,7 +332,7 @@ class MainWindow(QMainWindow):
 
     def _connect(self) -> None:
         bench, menus = self.bench, self.menus
-        bench.document.changed.connect(self._changed)
+        bench.document.changed.connect(self._on_changed)
         bench.document.unread.connect(lambda error: self.failures.report("This step cannot be read now", error))
         self.projects.changed.connect(self._show_title)
         self.projects.confirmed.connect(self.status.confirm)
@@ -368,7 +368,7 @@ class MainWindow(QMainWindow):
             self._connect_workspace(name, tab)
         self.capture.files_wanted.connect(self.files.choose_folder)
         self.files.choosing.connect(self.expect_work)
-        self._changed(Project(), bench.document.project)
+        self._on_changed(Project(), bench.document.project)
 
     def show_workspace(self, name: str) -> None:
         """Bring the workspace `name` to the front."""
@@ -594,7 +594,7 @@ class MainWindow(QMainWindow):
             close_session(self._session)
         event.accept()
 
-    def _changed(self, _old: Project, new: Project) -> None:
+    def _on_changed(self, _old: Project, new: Project) -> None:
         self.status.show_health(self.docks.health.health)
         power_law = new.material.power_law
         self.status.show_error(*((power_law.rms, power_law.r_max) if power_law is not None else (None,)))
@@ -641,7 +641,7 @@ class MainWindow(QMainWindow):
             tab.apply_theme()
             yield
         self.docks.apply_theme()
-        self._changed(Project(), self.bench.document.project)
+        self._on_changed(Project(), self.bench.document.project)
         for image in self.findChildren(ImageView):
             image.update()
 

@@ -48,9 +48,9 @@ class Doubtful(InputError):
 
 
 def check_angles(sources: Sources, images: Sequence[NDArray[np.float32]], trusted: bool) -> list[Finding]:
-    """Findings about angles that nobody stated; Doubtful where the light of `pictures` contradicts them.
+    """Findings about angles that nobody stated; Doubtful where the light of `images` contradicts them.
 
-    `pictures` are small linear ones (h, w, 3), one for each light; a user may have said that angles are `trusted`.
+    `images` are small linear ones (h, w, 3), one for each light; a user may have said that angles are `trusted`.
     """
     from_names = any(one.verdict is Verdict.WARNING and one.text.startswith(FROM_NAMES) for one in sources.findings)
     if sources.angle_source != "assumed" and not (from_names and sources.angle_source == "file names"):

@@ -43,7 +43,7 @@ def empty(
     Parameters
     ----------
     images, clipped : small images of all N photographs (h, w, 3), linear, and the share of clipped pixels (h, w)
-        in each of their pixels. noise : (N,) its standard deviation in each photograph, in the units of `pictures`.
+        in each of their pixels. noise : (N,) its standard deviation in each photograph, in the units of `images`.
     elevation : (N,) of their lamps above the sample, in radians.
     """
     luminance = np.stack([image @ np.asarray(LUMINANCE, np.float32) for image in images])

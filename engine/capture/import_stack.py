@@ -209,7 +209,7 @@ def _align_record(plan: Plan, read: _Read, place: Path, files: ExitStack, starte
         alignment = yield from part(_align(plan, read), started, 0.7)
         if "motion" in plan.calibrated:
             plan, alignment = yield from part(_followed(plan, read, alignment), 0.7, 0.75)
-        plan, correction = yield from part(_calibrated(plan, read, alignment), 0.75, 0.8)
+        plan, correction = yield from part(_calibrate(plan, read, alignment), 0.75, 0.8)
         yield from part(_write_aligned(plan, read, alignment, correction, place, files), 0.8, 1.0)
     assert read.output is not None
     plan = replace(plan, sources=replace(plan.sources, findings=(*plan.sources.findings, *about_angles)))
@@ -395,7 +395,7 @@ def _directions(plan: Plan) -> NDArray[np.float64]:
     return surface_direction(0.5 * np.pi - plan.sources.elevation, plan.sources.azimuth)
 
 
-def _calibrated(plan: Plan, read: _Read, alignment: Alignment) -> Steps[tuple[Plan, Correction | None]]:
+def _calibrate(plan: Plan, read: _Read, alignment: Alignment) -> Steps[tuple[Plan, Correction | None]]:
     """The plan with what the photographs tell of their rig, and the correction for it; None for none."""
     sources, terms = plan.sources, [term for term in plan.calibrated if term in TERMS]
     if not terms or sources.azimuth is None:

@@ -134,7 +134,7 @@ def whole(
 ) -> Any:
     """Declare a whole number in [low, high], of `values` only where some are given; None follows from the others.
 
-    A form offers the values of the `ladder` unless others are `offered`.
+    A form offers the values of the `sweep` unless others are `offered`.
     """
     shown = offered or tuple((value, str(value)) for value in sweep)
     more = {"values": values, "sweep": sweep, "offered": shown, "words": words, "option": option}

@@ -28,8 +28,8 @@ class Summary:
             f"<td style='text-align:left'>{html.escape(_text(value).strip(chr(39)))}</td></tr>"
             for name, value in self.summary().items()
         )
-        picture = getattr(self, "_repr_png_", lambda: None)()
-        image = f"<img src='data:image/png;base64,{base64.b64encode(picture).decode()}'>" if picture else ""
+        content = getattr(self, "_repr_png_", lambda: None)()
+        image = f"<img src='data:image/png;base64,{base64.b64encode(content).decode()}'>" if content else ""
         return f"<div><strong>{html.escape(type(self).__name__)}</strong>{image}<table>{rows}</table></div>"
 
 

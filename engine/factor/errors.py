@@ -246,6 +246,14 @@ class Factorisation(Summary):
     choice: str = ""
     best_terms: int | None = None
 
+    @property
+    def ladder(self) -> tuple[TermError, ...]:
+        """Deprecated: `term_errors`."""
+        import warnings
+
+        warnings.warn("Factorisation.ladder is called term_errors", DeprecationWarning, stacklevel=2)
+        return self.term_errors
+
     def summary(self) -> dict[str, Any]:
         """Return what `repr` says."""
         return {"method": self.method, "terms": [each.terms for each in self.term_errors], "factors": self.factors}

@@ -171,7 +171,7 @@ def compare_with(
 
 
 def error_curve(name: str, x: Sequence[float], images: Sequence[Shown]) -> Curve:
-    """The errors of `pictures` over `x` in %, with their uncertainty; references among them are passed over."""
+    """The errors of `images` over `x` in %, with their uncertainty; references among them are passed over."""
     errors = [shown.error for shown in images if shown.error is not None]
     values, spread = [100.0 * e.rmse_rel for e in errors], [100.0 * e.uncertainty for e in errors]
     return Curve(name, x, values, spread)

@@ -99,7 +99,7 @@ class Tiles:
     def bands(self, paint: Paint, framebuffer: Any, size: tuple[int, int], samples: int) -> Generator[None, int, None]:
         """The linear image in pieces, for a thread that has more to do: each `send(rows)` draws so many rows.
 
-        Rows are of sub-pixels. The float32 `framebuffer` (`engine.gl.screen.Picture`) holds radiance times coverage,
+        Rows are of sub-pixels. The float32 `framebuffer` (`engine.gl.screen.Image`) holds radiance times coverage,
         and coverage, when the generator ends; with 1, 2 or 4 samples they show what `draw` shows to the bit. Other
         drawing with these tiles in the meantime spoils it.
         """

@@ -34,14 +34,14 @@ class Backdrop:
     gain: float = 1.0
 
     def behind(self, image: NDArray[np.float32]) -> NDArray[np.float32]:
-        """`picture` (H, W, 4) before it."""
+        """`image` (H, W, 4) before it."""
         return in_front_of(image, self.camera, self.environment, self.rotation, self.gain)
 
 
 def in_front_of(
     image: NDArray[np.float32], camera: Camera, environment: EnvironmentMap, rotation: float = 0.0, gain: float = 1.0
 ) -> NDArray[np.float32]:
-    """`picture` (H, W, 4) with the environment behind it, so that its coverage is 1 everywhere.
+    """`image` (H, W, 4) with the environment behind it, so that its coverage is 1 everywhere.
 
     `rotation` in radians and `gain` are those of the scene's light.
     """

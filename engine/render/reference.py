@@ -58,7 +58,7 @@ class ReferenceImage:
     Attributes
     ----------
     image : (height, width, 4) float32, linear radiance times coverage, and coverage; finite, not negative.
-    variance : (height, width, 3) float64, of the mean that `picture` is, without end of what it was at the last round;
+    variance : (height, width, 3) float64, of the mean that `image` is, without end of what it was at the last round;
         None before two passes, or one round, are complete.
     samples : of each pixel; while a pass is under way, some have more.
     passes : complete ones.
@@ -99,7 +99,7 @@ def reference(
 ) -> Steps[ReferenceImage]:
     """The image of `size` (width, height) with `samples` for each pixel, or without end where that is None.
 
-    Steps carry a `ReferencePicture` of what there is so far as `partial`, some of them, about every 0.2 s. `max_depth`
+    Steps carry a `ReferenceImage` of what there is so far as `partial`, some of them, about every 0.2 s. `max_depth`
     is the number of points of the surface that light may touch; 1 is direct light with shadows. Raises ValueError for
     numbers below 1, a seed below 0, and a look-up that has no reference (`engine.render.path`).
     """

@@ -28,7 +28,7 @@ BAND = 50_000
 
 @dataclass(frozen=True, eq=False)
 class Transported:
-    """`picture` (height, width, 4) float32: radiance times coverage, and coverage; `negative_rel` clamped over kept."""
+    """`image` (height, width, 4) float32: radiance times coverage, and coverage; `negative_rel` clamped over kept."""
 
     image: NDArray[np.float32]
     negative_rel: float

@@ -152,11 +152,11 @@ def _contents(path: Path, members: Sequence[_Member], done: float, note: str) ->
     """The contents of members of a zip."""
     wanted = [(member.place, member.size_bytes) for member in members]
     request = contents_request(path, wanted, _REMEDY, TOTAL_LIMIT_BYTES, comment=True)
-    reply = yield from _waited(Decoding(**request), lambda: done, note)
+    reply = yield from _wait(Decoding(**request), lambda: done, note)
     return [reply[str(place)] for place in range(len(members))]
 
 
-def _waited(decoding: Decoding, done: Callable[[], float], note: str) -> Steps[dict[str, Any]]:
+def _wait(decoding: Decoding, done: Callable[[], float], note: str) -> Steps[dict[str, Any]]:
     """The reply of a decoder, in steps; who closes them ends the decoder."""
     is_over = False
     try:
@@ -199,7 +199,7 @@ def _tar_members(path: Path, size_bytes: int, tar: IO[bytes], packed: str) -> St
         packed=packed,
         max_bytes=limit,
     )
-    reply = yield from _waited(decoding, lambda: 0.0, "Unpacking")
+    reply = yield from _wait(decoding, lambda: 0.0, "Unpacking")
     if "too_large" in reply:
         raise _too_large(path, reply["too_large"], size_bytes)
     return [_Member(_normal(name), size, place) for name, size, place in reply["members"]]

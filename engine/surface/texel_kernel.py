@@ -113,7 +113,7 @@ def lobes(a, b, alpha, x, y, z):  # type: ignore[no-untyped-def]
 
 @parallel
 def show_texels(slopes, roughness, diffuse, specular, towards, image):  # type: ignore[no-untyped-def]
-    """Fill `picture` (N, T, 3) from texels (T, …) under the light (N, T or 1, 3)."""
+    """Fill `image` (N, T, 3) from texels (T, …) under the light (N, T or 1, 3)."""
     for texel in prange(len(slopes)):
         place = np.int64(texel) if towards.shape[1] > 1 else np.int64(0)
         for lamp in range(len(towards)):

@@ -91,7 +91,7 @@ def frame_turntable(positions: NDArray[Any], arguments: argparse.Namespace) -> C
 
 
 def with_background(image: NDArray[np.float32], scene: Scene, behind: EnvironmentMap | None) -> NDArray[np.float32]:
-    """`picture` in front of the environment `behind` it, turned and as bright as the light of the scene is."""
+    """`image` in front of the environment `behind` it, turned and as bright as the light of the scene is."""
     if behind is None:
         return image
     return in_front_of(image, scene.camera, behind, scene.environment_rotation, scene.irradiance)

@@ -53,7 +53,7 @@ class Correction:
         height, width = radiance.shape[:2]
         room = self.room
         if room is not None and self.matrix is not None:
-            room = _warped(room, np.linalg.inv(self.matrix[index]))
+            room = _warp(room, np.linalg.inv(self.matrix[index]))
         for first in range(0, height, _BAND_ROWS):
             last = min(first + _BAND_ROWS, height)
             band = radiance[first:last]
@@ -101,7 +101,7 @@ def _fit(
     return found.albedo_normals, found.rig.ambient
 
 
-def _warped(image: NDArray[np.float32], matrix: Array) -> NDArray[np.float32]:
+def _warp(image: NDArray[np.float32], matrix: Array) -> NDArray[np.float32]:
     """`image` as a camera sees it whose pixels `matrix` takes to those of the image."""
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     size = image.shape[1::-1]
@@ -117,7 +117,7 @@ def room_light(
     for index, photograph in enumerate(photographs):
         yield Step(index / len(photographs), "Separating the room light")
         if matrix is not None:
-            photograph = _warped(photograph, matrix[index])
+            photograph = _warp(photograph, matrix[index])
         for first in range(0, height, _BAND_ROWS):
             band = np.s_[first : first + _BAND_ROWS]
             room[band] += photograph[band] / np.float32(len(photographs))

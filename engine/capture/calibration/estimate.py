@@ -110,10 +110,10 @@ def estimate(sample: Sample, directions: Array, allowed: Collection[str], start:
     `start` holds what is known of the others.
     """
     with one_thread():
-        return _estimated(sample, directions, allowed, start or Rig.plain(len(directions)))
+        return _estimate(sample, directions, allowed, start or Rig.plain(len(directions)))
 
 
-def _estimated(sample: Sample, directions: Array, allowed: Collection[str], start: Rig) -> Estimate:
+def _estimate(sample: Sample, directions: Array, allowed: Collection[str], start: Rig) -> Estimate:
     count = len(directions)
     tried = tuple(term for term in TERMS if term in allowed and count >= FEWEST[term])
     if not tried or len(sample.values) < 40:

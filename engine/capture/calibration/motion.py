@@ -68,7 +68,7 @@ def camera_motion(images: Sequence[Grey], directions: Array) -> Steps[Motion]:
         return still
     yield Step(0.0, "Looking for motion of the camera")
     factor = max(1, int(np.ceil(np.sqrt(height * width / COARSE_PIXELS))))
-    start = factor * _chained([_normalise(reduce(image, factor)) for image in images], directions)
+    start = factor * _chain([_normalise(reduce(image, factor)) for image in images], directions)
     windows = _windows(images)
     best = still
     with one_thread():
@@ -92,7 +92,7 @@ def _normalise(image: Grey) -> Grey:
     return np.asarray(np.clip(detail / (deviation + 1e-3), -3.0, 3.0), np.float32)
 
 
-def _chained(images: Sequence[Grey], directions: Array) -> Array:
+def _chain(images: Sequence[Grey], directions: Array) -> Array:
     """(N, 2) shifts that agree best with those between neighbours."""
     edges = _neighbours(directions)
     taper = cv2.createHanningWindow(images[0].shape[::-1], cv2.CV_32F)

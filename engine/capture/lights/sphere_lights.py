@@ -159,7 +159,7 @@ def mean_of(images: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def find_outline(sources: Sources, images: NDArray[np.float32]) -> Circle:
-    """The outline of the sphere in the mean of `pictures`; InputError where none is found."""
+    """The outline of the sphere in the mean of `images`; InputError where none is found."""
     try:
         return find_sphere(mean_of(images))
     except UsageError as error:

@@ -251,7 +251,7 @@ def _with(seen: Seen, mode: str, ratio: float) -> Seen:
 
 
 def rate_at(rates: Rates, parameter: float) -> float:
-    """Rate of a table at `knob`, as `CostModel.rate` returns it."""
+    """Rate of a table at `parameter`, as `CostModel.rate` returns it."""
     if len(rates) == 1:
         return rates[0][1]
     high = min(max(bisect_left([at for at, _ in rates], parameter), 1), len(rates) - 1)

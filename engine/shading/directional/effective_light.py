@@ -10,7 +10,7 @@ of equal azimuth:
 Seen from above this is l' = l for every BRDF whose product falls with theta: photographs come back as they were taken.
 For a Lambertian surface it is l' = l from every view. Where the product does not fall everywhere, its running maximum
 from the horizon upwards takes its place, and l' is the lowest light of equal r. The image holds its cosine, so that
-radiance is picture(l') times irradiance; r and sigma cancel, but for a sigma that a user sets. The image of l
+radiance is image(l') times irradiance; r and sigma cancel, but for a sigma that a user sets. The image of l
 itself, whatever the view, would lose the highlights of a BRDF; times f(l, v) / f(l, n) it grows without bound where a
 highlight is absent from above.
 

@@ -72,7 +72,7 @@ def mixture(
     """The mixture of bases of so many `terms` over a model.
 
     `sources`, as of `engine.transport.baking.spatially_varying.vertex_values`, are the weights of all bases but the
-    first, which has what is left; where they are more than 1 together, they share it. `picture` has the albedo.
+    first, which has what is left; where they are more than 1 together, they share it. `image` has the albedo.
     UsageError where there are more or fewer sources; InputError for what is no image.
     """
     if len(sources) != len(terms) - 1:

@@ -139,7 +139,7 @@ class WaveletLight:
     weight: tuple[str, ...] = texts(
         metavar="SOURCE",
         doc="of the second BRDF of a bake with --blend (again for the third), in place of what was baked: x, y, z or a "
-        "picture",
+        "image",
     )
     albedo: str | None = text(
         metavar="IMAGE",

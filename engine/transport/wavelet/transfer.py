@@ -156,7 +156,7 @@ def remix(
 ) -> WaveletTransport:
     """The same transport with other weights of its BRDFs, and another colour; None keeps what there is.
 
-    `sources` and `picture` are as in `engine.transport.baking.blend.mixture`, with the same errors.
+    `sources` and `image` are as in `engine.transport.baking.blend.mixture`, with the same errors.
     """
     before, first, mesh = transport.mixture, transport.ground_vertex, transport.mesh
     model = replace(

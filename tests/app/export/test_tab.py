@@ -76,7 +76,7 @@ def test_maps_of_the_surface_are_offered_and_what_is_left_out_belongs_to_the_pro
     assert figure.text() == size_text(made.maps.size_bytes)
     box.click()
     assert document.project.exporting.left_out == {"pbr"}
-    assert "pbr" not in tab._chosen()
+    assert "pbr" not in tab._list_chosen()
     document.undo_stack.undo()
     assert box.isChecked()
     document.change("Exclude", excluded=frozenset(["a rather long name of a photograph 10.tif"]))

@@ -473,7 +473,7 @@ def test_tiles_show_planes_and_the_surface(browser: Page, tmp_path: Path) -> Non
     maps = PbrMaps(base_colour=np.zeros((*size, 3), np.float32), normal=normal, **alike)
     page = viewer(dataclasses.replace(material, directional=directional), Extras(maps=maps))
     place = np.ix_(*texels_in_view(size))
-    # straight in the middle the page sees the texel from above, as `picture` does
+    # straight in the middle the page sees the texel from above, as `image` does
     light = surface_direction(np.radians(40), np.radians(200))
     found = at_texels(browser, tmp_path, page, "azimuth=200&elevation=50")
     wanted = 255 * srgb_encode(np.clip(directional.image(light)[place], 0, 1))

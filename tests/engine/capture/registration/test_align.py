@@ -27,7 +27,7 @@ def scene(seed: int = 0, size: int = SIZE, deviation: float = 2.0) -> NDArray[np
 
 
 def shift_image(image: Any, right: Any, down: Any) -> NDArray[np.float32]:
-    """`picture` moved by any part of a pixel, exactly."""
+    """`image` moved by any part of a pixel, exactly."""
     rows, columns = fft.fftfreq(image.shape[0])[:, None], fft.rfftfreq(image.shape[1])
     phase = np.exp(-2j * np.pi * (columns * right + rows * down))
     return fft.irfft2(fft.rfft2(image.astype(np.float64)) * phase, s=image.shape).astype(np.float32)
