@@ -108,7 +108,8 @@ def recover(window: MainWindow, project: Path, workspace: str) -> None:
     """Open a project that was interrupted, in the workspace that was in front."""
     window.open_project(project)
     if workspace in WORKSPACES:
-        window.show_workspace(workspace)
+        # in an event of its own, because View begins with OpenGL
+        QTimer.singleShot(0, window, lambda: window.show_workspace(workspace))
 
 
 class _Closing(QObject):

@@ -210,6 +210,9 @@ class Projects(QObject):
         if isinstance(outcome, FileError):
             self.refused.emit(outcome)
             return
+        if not self.bench.jobs.accepting:  # the window closes
+            self._let_go_of(path)
+            return
         self.finish()
         self._show_read(path, outcome)
         self._is_example = as_example

@@ -260,6 +260,16 @@ def test_a_locked_file_keeps_closing_waiting_once_and_loses_nothing(
     window.projects.begin()
 
 
+def test_a_project_that_is_being_read_while_the_window_closes_is_let_go(window: MainWindow, tmp_path: Path) -> None:
+    path, here = save(tmp_path / "late" / "Felt.lap", "Felt"), window.projects.path
+    window.open_project(path)
+    assert window.projects.is_opening
+    window.bench.jobs.close()
+    assert not window.projects.is_opening
+    assert window.projects.path == here
+    assert not list(data_folder(path).glob("open-*"))
+
+
 def test_a_project_without_a_name_is_offered_one_until_later(
     window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
