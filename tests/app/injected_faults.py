@@ -202,7 +202,7 @@ def _end(words: list[str]) -> tuple[int, str]:
         except SystemExit as end:
             code = end.code if isinstance(end.code, int) else 1
     said, printed = (stream.buffer.getvalue().decode() for stream in (err, out))
-    return code, said or (printed if code != DONE else "")
+    return code, said or (f"{printed.rstrip().rstrip('.')}." if code != DONE and printed else "")
 
 
 def _run(work: Work, inputs: Path, folder: Path) -> tuple[int, str]:
