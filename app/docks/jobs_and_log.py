@@ -93,7 +93,7 @@ class JobsDock(QDockWidget):
                 return
             self._insert(job)
         place = self.rows.index(job)
-        now = describe(job) if not job.over else STATES[job.state]
+        now = describe(job).removeprefix(f"{job.title}: ") if not job.over else STATES[job.state]
         for column, words in ((1, now), (2, time_text(job.time_s, 3) if job.over else "")):
             item = self.table.item(place, column)
             assert item is not None

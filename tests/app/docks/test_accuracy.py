@@ -181,7 +181,7 @@ def test_enter_in_the_budget_measures_first_and_then_applies(
     view: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     dock, found = view.docks.accuracy, Accuracy(POINTS, (), (64, 48), 16, "test")
-    monkeypatch.setattr(accuracy, "measure", waiting)
+    monkeypatch.setattr(accuracy, "measured", waiting)
     dock.budget.setText("3 %")
     assert "Enter measures" in dock.words.text()
     qtbot.keyClick(dock.budget, Qt.Key.Key_Return)
@@ -199,7 +199,7 @@ def test_enter_in_the_budget_measures_first_and_then_applies(
 
 def test_a_sweep_that_is_stopped_applies_nothing(view: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     dock = view.docks.accuracy
-    monkeypatch.setattr(accuracy, "measure", waiting)
+    monkeypatch.setattr(accuracy, "measured", waiting)
     dock.budget.setText("3 %")
     qtbot.keyClick(dock.budget, Qt.Key.Key_Return)
     assert dock.job is not None
