@@ -33,7 +33,7 @@ stack = lightarc.import_capture("capture", "stack", motion="none")
 material = lightarc.compress_material(lightarc.build_material(stack, slices=3))
 lightarc.save_bundle("plain.lightarc", material)
 assert lightarc.verify_bundle("plain.lightarc").ok
-lightarc.save_picture("plain.png", lightarc.render("sphere", material=material, size=(16, 12), samples=1))
+lightarc.save_image("plain.png", lightarc.render("sphere", material=material, size=(16, 12), samples=1))
 lightarc.bake("plane", "lambert", "plane.transport", method="sh", order=3)
 """
 
@@ -62,7 +62,7 @@ from engine.pots import InputError
 """
 '''
     assert (
-        backend().rewritten(source, MODULES)
+        backend().rewrite(source, MODULES)
         == '''"""Speaks of `engine.vase`."""
 from lightarc import engine
 from lightarc.engine import vase as shapes
@@ -93,7 +93,7 @@ from lightarc.engine.pots import InputError
 def test_a_name_that_cannot_be_changed_ends_the_build(source: str) -> None:
     unclear = backend()
     with pytest.raises(unclear.UnclearName, match=r"^1: "):
-        unclear.rewritten(source, MODULES)
+        unclear.rewrite(source, MODULES)
 
 
 def test_all_modules_lie_in_one_package_and_import_nothing_above_it(tmp_path: Path) -> None:
