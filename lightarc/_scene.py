@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from engine.core.errors import UsageError
 from engine.core.steps import drain
+from engine.scene.settings import DEFAULTS
 from lightarc._border import accept_old_names, check_size, public
 from lightarc._inputs import (
     File,
@@ -37,9 +38,6 @@ if TYPE_CHECKING:
 #: Whatever stands for a model: a name, a file, a mesh of this package or of trimesh, or (vertices, faces).
 MeshLike = Any
 
-#: World angles of the light where no other is given, in degrees: from +Y, and from +Z towards +X.
-LIGHT_DEG = (50.0, 30.0)
-
 
 @public
 def make_scene(
@@ -50,11 +48,11 @@ def make_scene(
     light: Any = None,
     light_deg: tuple[float, float] | None = None,
     environment: Any = None,
-    environment_rotation_deg: float = 0.0,
-    irradiance: float = 1.0,
+    environment_rotation_deg: float = DEFAULTS.environment_rotation_deg,
+    irradiance: float = DEFAULTS.irradiance,
     ground_albedo: float | None = None,
     camera: Any = "",
-    repeats: float = 4.0,
+    repeats: float = DEFAULTS.repeats,
     size: tuple[int, int] = (512, 384),
     **options: Any,
 ) -> Scene:
@@ -117,7 +115,7 @@ def make_scene(
         raise UsageError("give light or light_deg, not both")
     mesh, found = as_mesh(model), as_material(material)
     seen = None if brdf is None else as_brdf(brdf)
-    x, y, z = world_direction(*map(math.radians, light_deg or LIGHT_DEG))
+    x, y, z = world_direction(*map(math.radians, light_deg or DEFAULTS.light_deg))
     lamps = () if light is None else as_lamps(light, irradiance)
     surroundings = as_environment(environment)
     return Scene(
@@ -145,11 +143,11 @@ def render(
     light: Any = None,
     light_deg: tuple[float, float] | None = None,
     environment: Any = None,
-    environment_rotation_deg: float = 0.0,
-    irradiance: float = 1.0,
+    environment_rotation_deg: float = DEFAULTS.environment_rotation_deg,
+    irradiance: float = DEFAULTS.irradiance,
     ground_albedo: float | None = None,
     camera: Any = "",
-    repeats: float = 4.0,
+    repeats: float = DEFAULTS.repeats,
     size: tuple[int, int] = (512, 384),
     samples: int | None = None,
     max_depth: int = 0,
@@ -423,8 +421,8 @@ def relight(
     light: Any = None,
     light_deg: tuple[float, float] | None = None,
     environment: Any = None,
-    environment_rotation_deg: float = 0.0,
-    irradiance: float = 1.0,
+    environment_rotation_deg: float = DEFAULTS.environment_rotation_deg,
+    irradiance: float = DEFAULTS.irradiance,
     camera: Any = "",
     size: tuple[int, int] = (512, 384),
     samples: int = 2,
@@ -474,7 +472,7 @@ def relight(
     lamps = () if light is None else as_lamps(light, irradiance)
     surroundings = as_environment(environment)
     if surroundings is None and not lamps:
-        x, y, z = world_direction(*map(math.radians, light_deg or LIGHT_DEG))
+        x, y, z = world_direction(*map(math.radians, light_deg or DEFAULTS.light_deg))
         lamps = (Lamp((float(x), float(y), float(z)), (float(irradiance),) * 3),)
     chosen_light = Light(surroundings, math.radians(environment_rotation_deg), float(irradiance), lamps)
     with on_disk(path, ".transport") as place:

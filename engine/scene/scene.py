@@ -31,7 +31,7 @@ from typing import Any, Literal
 import numpy as np
 
 from engine.brdf.brdf import Brdf
-from engine.core.directions import normalize
+from engine.core.directions import normalize, world_direction
 from engine.core.errors import UsageError
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground, with_ground
@@ -41,6 +41,7 @@ from engine.light.lamps import Lamp, lights_from_all_sides, lights_of_all
 from engine.light.light_tree import choose_lights
 from engine.light.near_lamps import NearLamp
 from engine.scene.material import Material, auto_sigma
+from engine.scene.settings import DEFAULTS
 from engine.shading.directional.effective_light import EffectiveCosine, effective_cosine
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.lookup import Above
@@ -63,6 +64,12 @@ MAX_IRRADIANCE = 1e100
 
 #: Most lamps beside it; a texture of all lights then still fits every graphics device.
 MAX_LAMPS = 64
+
+
+#: World direction towards the light where no other is given.
+DEFAULT_LIGHT: tuple[float, float, float] = tuple(  # type: ignore[assignment] # three numbers
+    float(each) for each in world_direction(*map(radians, DEFAULTS.light_deg))
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,12 +98,12 @@ class Scene:
     camera: Camera
     brdf: Brdf
     material: Material | None = None
-    light: tuple[float, float, float] = (0.35, 0.6, 0.72)
-    irradiance: float = 1.0
+    light: tuple[float, float, float] = DEFAULT_LIGHT
+    irradiance: float = DEFAULTS.irradiance
     source: Source = "slices"
     lookup: Lookup = "radiance"
     above: Above = "clamp"
-    repeats: float = 4.0
+    repeats: float = DEFAULTS.repeats
     environment: EnvironmentMap | None = None
     environment_rotation: float = 0.0
     directions: int = 64

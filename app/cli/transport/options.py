@@ -16,6 +16,7 @@ from engine.core.figure_text import number
 from engine.light.environment_file import open_environment
 from engine.light.lamps import Lamp, lamp_from_text
 from engine.light.near_lamps import near_lamp_from_text
+from engine.scene.settings import DEFAULTS
 from engine.transport.baking.spatially_varying import variation_from_text
 from engine.transport.relight import Light
 
@@ -23,9 +24,6 @@ if TYPE_CHECKING:
     from engine.light.environment import EnvironmentMap
     from engine.light.near_lamps import NearLamp
     from engine.transport.baking.spatially_varying import Variation
-
-#: Default direction of the light.
-LIGHT_DEG = (50.0, 30.0)
 
 #: Most radiance: what was baked is multiplied in single precision, which ends at 3e38.
 BRIGHTEST = 1e30
@@ -70,7 +68,7 @@ def light_of(arguments: argparse.Namespace) -> Light:
     if environment is not None:
         _check_brightness(environment, arguments.intensity)
     if environment is None and (arguments.light_deg is not None or not (lamps or near_lamps)):
-        x, y, z = world_direction(*map(math.radians, arguments.light_deg or LIGHT_DEG))
+        x, y, z = world_direction(*map(math.radians, arguments.light_deg or DEFAULTS.light_deg))
         lamps = (Lamp((x, y, z), (arguments.intensity,) * 3), *lamps)
     turn = math.radians(arguments.env_rotation_deg)
     return Light(environment, turn, arguments.intensity, lamps, near_lamps)

@@ -19,6 +19,7 @@ from engine.core.figure_text import number, percent, percent_range, size_text, t
 from engine.core.steps import Step, drain, part
 from engine.planning.ceilings import usual
 from engine.planning.costs.setting import Setting, setting_of
+from engine.scene.settings import DEFAULTS as scene_defaults
 
 if TYPE_CHECKING:
     from engine.planning.ceilings import Ceilings
@@ -265,7 +266,8 @@ def _check(arguments: argparse.Namespace) -> None:
             raise UsageError(f"--{name.replace('_', '-')} {value} is not above 0")
     if not project_input.is_given(arguments):
         project_input.check_model(arguments)
-        project_input.with_defaults(arguments, {"env_rotation_deg": 0.0})
+        rotation = scene_defaults.environment_rotation_deg
+        project_input.with_defaults(arguments, {"env_rotation_deg": rotation})
     if arguments.frames < 1:
         raise UsageError(f"--frames {arguments.frames} is below 1")
     if not math.isfinite(arguments.env_rotation_deg or 0.0):

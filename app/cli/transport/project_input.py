@@ -17,6 +17,7 @@ from engine.core.directions import world_direction
 from engine.core.errors import UsageError
 from engine.geometry.camera import parse
 from engine.light.environment_file import open_environment
+from engine.scene.settings import DEFAULTS as scene_defaults
 
 if TYPE_CHECKING:
     from app.project.setup import Setup
@@ -83,16 +84,14 @@ def _with_options(scene: Scene, arguments: argparse.Namespace) -> Scene:
 
 def _light(arguments: argparse.Namespace) -> dict[str, Any]:
     """The light in place of the project's, all of it; nothing where no option names one."""
-    from app.cli.transport.options import LIGHT_DEG
-
     light_deg, lamps = getattr(arguments, "light_deg", None), tuple(getattr(arguments, "lamp", ()))
     path = getattr(arguments, "env", None)
     if light_deg is None and not lamps and path is None:
         return {}
     only_lamps = light_deg is None and path is None
     return {
-        "light": tuple(world_direction(*map(math.radians, light_deg or LIGHT_DEG))),
-        "irradiance": 0.0 if only_lamps else 1.0,
+        "light": tuple(world_direction(*map(math.radians, light_deg or scene_defaults.light_deg))),
+        "irradiance": 0.0 if only_lamps else scene_defaults.irradiance,
         "environment": open_environment(path) if path is not None else None,
         "environment_rotation": 0.0,
         "lamps": lamps,

@@ -14,7 +14,7 @@ import numpy as np
 from app.arguments.results import Input, Output, software
 from app.cli.doubts import doubts_of_scene, mean_in_place_of_maps
 from app.cli.transport import project_input, render_auto, render_transport, render_turntable, scene_options
-from app.cli.transport.options import LIGHT_DEG, angles_argument, lamp_argument
+from app.cli.transport.options import angles_argument, lamp_argument
 from app.cli.transport.render_output import (
     ON_CPU,
     add_background_arguments,
@@ -45,6 +45,7 @@ from engine.render.environment_error import environment_error
 from engine.render.layers import layers as all_layers
 from engine.render.path import check_scene
 from engine.scene.scene import Scene
+from engine.scene.settings import DEFAULTS as scene_defaults
 from engine.transport import method as transport
 
 if TYPE_CHECKING:
@@ -64,13 +65,13 @@ PATHS, MAX_PATHS = 64, 2**20
 
 #: Values of the options of a model unless something else is said; a project says them itself.
 DEFAULTS = {
-    "intensity": 1.0,
-    "env_rotation_deg": 0.0,
+    "intensity": scene_defaults.irradiance,
+    "env_rotation_deg": scene_defaults.environment_rotation_deg,
     "directions": 64,
     "source": "slices",
     "lookup": "radiance",
     "above": "clamp",
-    "tile": 4.0,
+    "tile": scene_defaults.repeats,
     "exposure": 0.0,
     "tone_map": "neutral",
 }
@@ -308,7 +309,7 @@ def _scene(arguments: argparse.Namespace, material: Material | None) -> Scene:
         camera=camera,
         brdf=brdf or (material.reflectance if material else brdf_from_text("phong")),
         material=None if arguments.mode == "direct" else material,
-        light=tuple(world_direction(*map(math.radians, arguments.light_deg or LIGHT_DEG))),
+        light=tuple(world_direction(*map(math.radians, arguments.light_deg or scene_defaults.light_deg))),
         irradiance=0.0 if only_lamps else arguments.intensity,
         source=arguments.source,
         lookup=arguments.lookup,

@@ -17,6 +17,7 @@ from engine.geometry.ground import Ground
 from engine.geometry.shapes import open_mesh
 from engine.light.environment_file import open_environment
 from engine.scene.scene import Scene
+from engine.scene.settings import DEFAULTS as scene_defaults
 
 if TYPE_CHECKING:
     from app.project.setup import Setup
@@ -61,6 +62,15 @@ def add_surroundings(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def defaults_of_options() -> dict[str, float]:
+    """The defaults of options that a project replaces, by the name of the option."""
+    return {
+        "env_rotation_deg": scene_defaults.environment_rotation_deg,
+        "intensity": scene_defaults.irradiance,
+        "tile": scene_defaults.repeats,
+    }
+
+
 def take_own_material(arguments: argparse.Namespace) -> None:
     """Take the material in the place of the model, and the model that it has or `SHOWN_ON`.
 
@@ -95,8 +105,8 @@ def scene_of(arguments: argparse.Namespace, verb: str) -> Scene:
         camera=parse(arguments.camera or "", frame(mesh.positions, arguments.width / arguments.height)),
         brdf=open_reflectance(arguments.brdf) if material is None else material.reflectance,
         material=material,
-        irradiance=getattr(arguments, "intensity", 1.0),
-        repeats=getattr(arguments, "tile", 4.0),
+        irradiance=getattr(arguments, "intensity", scene_defaults.irradiance),
+        repeats=getattr(arguments, "tile", scene_defaults.repeats),
         environment=open_environment(arguments.env),
         environment_rotation=math.radians(arguments.env_rotation_deg),
         ground=None if arguments.ground is None else Ground(albedo=arguments.ground),

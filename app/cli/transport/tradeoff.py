@@ -293,7 +293,7 @@ def _predictions(found: dict[str, Any]) -> list[str]:
 def _check(arguments: argparse.Namespace) -> None:
     if not project_input.is_given(arguments):
         project_input.check_model(arguments)
-        project_input.with_defaults(arguments, {"env_rotation_deg": 0.0, "intensity": 1.0, "tile": 4.0})
+        project_input.with_defaults(arguments, scene_options.defaults_of_options())
     if not 1.0 <= arguments.budget_s <= MAX_S:
         raise UsageError(f"--budget-s {arguments.budget_s} is outside 1 … {MAX_S:.0f}")
     width, height = arguments.width, arguments.height
