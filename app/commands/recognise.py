@@ -280,7 +280,7 @@ def _start(path: Path) -> bytes:
 
 
 def _kind_of_zip(path: Path) -> Kind:
-    if path.suffix.lower() == ".lightarc" or "manifest.json" in zip_names(path):
+    if path.suffix.lower() == ".lightarc" or "manifest.json" in zip_names(path, "engine.capture.photograph.decode"):
         return "bundle"
     from engine.exchange.readers.archive import holds_zipped_textures  # loads the readers of textures
 

@@ -18,6 +18,8 @@ import zlib
 from collections.abc import Callable, Sequence
 from typing import IO, Any
 
+import numpy as np
+
 from engine.core.errors import InputError
 from engine.storage.shared_memory import result_array
 
@@ -79,7 +81,10 @@ def decode_zip_contents(
         content = result_array((size_bytes,), "u1")
         try:
             with entries.open(entry) as member:
-                count = member.readinto(content.data) if size_bytes else 0  # type: ignore[attr-defined]
+                count = 0
+                while count < size_bytes and (piece := member.read(min(_PIECE_BYTES, size_bytes - count))):
+                    content[count : count + len(piece)] = np.frombuffer(piece, np.uint8)
+                    count += len(piece)
                 more = member.read(1)
         except _DAMAGE as error:
             raise InputError(name, f"{show(entry.filename)} in it is damaged ({one_line(error)})", remedy) from None

@@ -72,14 +72,17 @@ def is_archive(path: Path) -> bool:
     return head.startswith((_ZIP, *_PACKED, *_UNREAD)) or head[257:262] == _TAR
 
 
-def zip_names(path: Path) -> list[str]:
-    """The names of the files in a zip; InputError where it is damaged or hostile."""
-    return [member.name for member in _zip_members(path, _zip_entries(path))]
+def zip_names(path: Path, process: str = "") -> list[str]:
+    """The names of the files in a zip; InputError where it is damaged or hostile. `process` as in `unpack`."""
+    return [member.name for member in _zip_members(path, _zip_entries(path, process))]
 
 
-def unpack(path: Path, folder: Path, choose: Callable[[Sequence[str]], Sequence[str]]) -> Steps[dict[str, str]]:
+def unpack(
+    path: Path, folder: Path, choose: Callable[[Sequence[str]], Sequence[str]], process: str = ""
+) -> Steps[dict[str, str]]:
     """Write those members of the archive `path` that `choose` picks from their names into `folder`.
 
+    `process` is the module whose decoder process reads the archive, where it is needed afterwards.
     Returned is the member of each file written, by the name of the file. Raises InputError for what is damaged,
     hostile or not read, OutputError where there is no room.
     """
@@ -91,11 +94,11 @@ def unpack(path: Path, folder: Path, choose: Callable[[Sequence[str]], Sequence[
                 raise InputError(path, f"is a {name} archive, which is not read", "Unpack it, or pack it as zip")
         is_zip = head.startswith(_ZIP)
         if is_zip:
-            members = _zip_members(path, _zip_entries(path))
+            members = _zip_members(path, _zip_entries(path, process))
         else:
             packed = next((kind for start, kind in _PACKED.items() if head.startswith(start)), "")
             tar = files.enter_context(_find_unnamed(folder)) if packed else file
-            members = yield from _tar_members(path, size_bytes, tar, packed)
+            members = yield from _tar_members(path, size_bytes, tar, packed, process)
         _check_names(path, members)
         _check_sizes(path, members, size_bytes)
         wanted = set(choose([member.name for member in members]))
@@ -106,7 +109,7 @@ def unpack(path: Path, folder: Path, choose: Callable[[Sequence[str]], Sequence[
         for batch in _batches(chosen) if is_zip else [[member] for member in chosen]:
             note = f"Unpacking {written + 1} of {len(chosen)}"
             yield Step(written / len(chosen), note)
-            contents = (yield from _contents(path, batch, written / len(chosen), note)) if is_zip else []
+            contents = (yield from _contents(path, batch, written / len(chosen), note, process)) if is_zip else []
             for index, member in enumerate(batch):
                 with atomic_file(folder / _last(member.name)) as output:
                     if is_zip:
@@ -121,8 +124,8 @@ def _last(name: str) -> str:
     return PurePosixPath(name).name
 
 
-def _zip_entries(path: Path) -> list[Entry]:
-    return zip_entries(path, _REMEDY, _REMEDY, TOTAL_LIMIT_BYTES, comment=True)
+def _zip_entries(path: Path, process: str) -> list[Entry]:
+    return zip_entries(path, _REMEDY, _REMEDY, TOTAL_LIMIT_BYTES, process, comment=True)
 
 
 def _zip_members(path: Path, entries: Iterable[Entry]) -> list[_Member]:
@@ -148,10 +151,10 @@ def _batches(members: Iterable[_Member]) -> Iterator[list[_Member]]:
         yield batch
 
 
-def _contents(path: Path, members: Sequence[_Member], done: float, note: str) -> Steps[list[Any]]:
+def _contents(path: Path, members: Sequence[_Member], done: float, note: str, process: str) -> Steps[list[Any]]:
     """The contents of members of a zip."""
     wanted = [(member.place, member.size_bytes) for member in members]
-    request = contents_request(path, wanted, _REMEDY, TOTAL_LIMIT_BYTES, comment=True)
+    request = contents_request(path, wanted, _REMEDY, TOTAL_LIMIT_BYTES, process, comment=True)
     reply = yield from _wait(Decoding(**request), lambda: done, note)
     return [reply[str(place)] for place in range(len(members))]
 
@@ -184,7 +187,7 @@ def _normal(name: str) -> str:
     return str(PurePosixPath(name.replace("\\", "/")))
 
 
-def _tar_members(path: Path, size_bytes: int, tar: IO[bytes], packed: str) -> Steps[list[_Member]]:
+def _tar_members(path: Path, size_bytes: int, tar: IO[bytes], packed: str, process: str) -> Steps[list[_Member]]:
     """The files of a tar, which is inflated into the file `tar` where it is packed."""
     limit = min(TOTAL_LIMIT_BYTES, RATIO_LIMIT * size_bytes + RATIO_FLOOR_BYTES)
     decoding = Decoding(
@@ -192,6 +195,7 @@ def _tar_members(path: Path, size_bytes: int, tar: IO[bytes], packed: str) -> St
         path,
         limit_bytes=TOTAL_LIMIT_BYTES,
         timeout_s=_LIMIT_S,
+        process=process,
         as_file=True,
         scratch=tar if packed else None,
         remedy=_REMEDY,

@@ -345,6 +345,9 @@ def as_text(name: str) -> str:
 _NESTED = (".zip", ".7z", ".rar", ".tar", ".tgz", ".tbz2", ".txz", ".tar.gz", ".tar.bz2", ".tar.xz", ".gz", ".xz")
 _BUNDLE = PurePosixPath("manifest.json")
 
+#: The decoder process that reads an archive: that of the photographs in it.
+_PROCESS = "engine.capture.photograph.decode"
+
 
 def find_packed(
     paths: Sequence[Path],
@@ -373,7 +376,7 @@ def find_packed(
     is_whole = False
     try:
         place, left_out = make_folder(top / archive.name), list[str]()
-        members = yield from unpack(archive, place, lambda names: _choose(archive, names, left_out))
+        members = yield from unpack(archive, place, lambda names: _choose(archive, names, left_out), _PROCESS)
         sources = find([place], angles_deg, sphere=sphere, aside=aside)
         is_whole = True
     finally:
@@ -387,7 +390,9 @@ def find_packed(
 
 def unpack_again(unpacked: Unpacked, place: Path) -> Steps[None]:
     """Unpack the photographs of an archive into the folder `place`, where they were before."""
-    yield from unpack(unpacked.archive, make_folder(place), lambda names: _choose(unpacked.archive, names, []))
+    yield from unpack(
+        unpacked.archive, make_folder(place), lambda names: _choose(unpacked.archive, names, []), _PROCESS
+    )
 
 
 def _scratch_folder(scratch: Path | None) -> tempfile.TemporaryDirectory[str]:

@@ -20,6 +20,9 @@ from engine.scene.material import Material, material_of_maps
 from engine.storage.unpack import unpack, zip_names
 from engine.storage.untrusted import read_head
 
+#: The decoder process that reads the archive: that of the images in it.
+_PROCESS = "engine.images.decode"
+
 #: Endings of documents that describe a material.
 DOCUMENTS = (".mtlx", ".gltf", ".glb", ".usd", ".usda", ".usdc")
 
@@ -31,15 +34,15 @@ def holds_zipped_textures(path: Path) -> bool:
     """True for a zip with textures of a material; InputError where it is damaged. Nothing is unpacked."""
     if path.suffix.lower() == ".lightarc" or not read_head(path, 2)[0].startswith(b"PK"):
         return False
-    names = zip_names(path)
+    names = zip_names(path, _PROCESS)
     return "manifest.json" not in names and is_material([Path(name) for name in _textures(names)])
 
 
 def read_zip(path: Path) -> Steps[Material]:
     """The material of a zip; InputError where it is damaged, or holds several."""
-    noted = _notes(zip_names(path))
+    noted = _notes(zip_names(path, _PROCESS))
     with tempfile.TemporaryDirectory(prefix="lightarc-textures-", ignore_cleanup_errors=True) as folder:
-        yield from unpack(path, Path(folder), _textures)
+        yield from unpack(path, Path(folder), _textures, _PROCESS)
         described: Described = describe_unpacked(path, Path(folder))
         try:
             maps, health = yield from maps_of(dataclasses.replace(described, notes=(*described.notes, *noted)))
