@@ -142,7 +142,7 @@ def _bake(method: Method, path: Path, scene: Scene) -> Any:
 
 
 def _relight(method: Method, transport: Any, scene: Scene) -> RelightTransport:
-    return method.baking.relit(transport, light_of(scene), method.light())
+    return method.baking.relight_transport(transport, light_of(scene), method.light())
 
 
 def _cpu_s(

@@ -1,4 +1,4 @@
-"""Draws baked transport under its light (`engine.transport.relit`), whichever of the methods it was baked with.
+"""Draws baked transport under its light (`engine.transport.relight`), whichever of the methods it was baked with.
 
 The light is uploaded when it is another one, in pieces where a window must go on meanwhile; moving the camera costs a
 frame and nothing else. Tiles and bands are

@@ -90,7 +90,7 @@ class Scene:
     near_lamps : lights near the model, which baked methods that know `near_light` alone show.
     ground : what the model stands on; None for nothing.
     faint : irradiance that comes from all sides besides, over that of all lights.
-    relit : a bake of the model relit by this light (`engine.transport.relit`), which is drawn in place of sums over
+    relit : a bake of the model relit by this light (`engine.transport.relight`), which is drawn in place of sums over
         lights by whoever can draw it; with a material, its texels are shown in that light (`engine.render.shadowed`).
     """
 

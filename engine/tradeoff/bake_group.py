@@ -248,7 +248,7 @@ def _finish(member: _Member, rays: _Rays) -> Bake:
     sharing = _sharing(member.setting)
     transport = sharing.assemble(work, _for_all(some, rays, work.ground_vertex, sharing.rows_of(work)))
     taken_s = rays.bake_s(member) + time.perf_counter() - before
-    memory = sum(array.nbytes for array in method_of(member.setting.mode).baking.held(transport))
+    memory = sum(array.nbytes for array in method_of(member.setting.mode).baking.hold(transport))
     return Bake(member.setting, transport, taken_s, memory, int(work.size_bytes))
 
 
@@ -283,13 +283,13 @@ def bake_alone(
         return [], [LeftOut(setting, too_long(baking.estimate_s(whole)))]
     with tempfile.TemporaryDirectory(prefix="lightarc-") as folder:
         made = yield from part(baking.bake(Path(folder) / "alone", work), 0.2, 1.0)
-        transport = baking.completed(made.transport, whole, chosen)
+        transport = baking.complete(made.transport, whole, chosen)
     taken_s = made.bake_s * vertices / work.vertices
-    memory = sum(array.nbytes for array in baking.held(transport))
+    memory = sum(array.nbytes for array in baking.hold(transport))
     return [Bake(setting, transport, taken_s, memory, whole.size_bytes)], []
 
 
 def relight_transport(bake: Bake, scene: Scene) -> RelightTransport:
     """RelightTransport bake under the light of `scene`: all that has to be worked out when the light has changed."""
     method = method_of(bake.setting.mode)
-    return method.baking.relit(bake.transport, light_of(scene), method.light())
+    return method.baking.relight_transport(bake.transport, light_of(scene), method.light())

@@ -107,7 +107,7 @@ class Baking(Protocol):
     def parameters(self, work: Any, settings: Any) -> dict[str, Any]:
         """The settings of a bake as its record states them."""
 
-    def measured(self, work: Any, subject: Subject, settings: Any, tested: EnvironmentMap | None) -> Steps[Any]:
+    def measure(self, work: Any, subject: Subject, settings: Any, tested: EnvironmentMap | None) -> Steps[Any]:
         """The record of the method's own error under `tested`; nothing where none is given and none is known."""
 
     def figures(self, work: Any, baked: Any, prepared_s: float) -> dict[str, Any]:
@@ -119,7 +119,7 @@ class Baking(Protocol):
     def transport_of(self, file: TransportFile) -> Any:
         """The transport in an open file; InputError where it holds another kind, or what cannot be."""
 
-    def relit(self, transport: Any, light: Light, asked: Any) -> RelightTransport:
+    def relight_transport(self, transport: Any, light: Light, asked: Any) -> RelightTransport:
         """RelightTransport transport under a light, with the settings `asked` of the light."""
 
     def relighter(self, transport: Any, subject: Subject) -> Relight:
@@ -131,10 +131,10 @@ class Baking(Protocol):
     def restrict(self, work: Any, chosen: NDArray[np.int64]) -> Any:
         """The bake of the `chosen` vertices alone, as far as vertices do not need each other."""
 
-    def completed(self, transport: Any, work: Any, chosen: NDArray[np.int64]) -> Any:
+    def complete(self, transport: Any, work: Any, chosen: NDArray[np.int64]) -> Any:
         """Transport of a restricted bake as that of all vertices of `work`, in memory: others copy one that is near."""
 
-    def held(self, transport: Any) -> Sequence[NDArray[Any]]:
+    def hold(self, transport: Any) -> Sequence[NDArray[Any]]:
         """The arrays that are in memory while it is drawn."""
 
     def illuminate(self, file: TransportFile, light: Light, asked: Any, brdf: str | None) -> Steps[Illuminated]:

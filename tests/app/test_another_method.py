@@ -145,7 +145,7 @@ def branches() -> Iterator[str]:
     types = {
         node.name
         for name, text in texts.items()
-        if OWN.match(name) or name == "engine/transport/relit.py"
+        if OWN.match(name) or name == "engine/transport/relight.py"
         for node in ast.parse(text).body
         if isinstance(node, ast.ClassDef)
     }

@@ -174,7 +174,7 @@ def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], 
     before = time.perf_counter()
     work = drain(part(baking.prepare(subject, settings, tested), 0.0, 0.05), show)
     prepared_s = time.perf_counter() - before
-    error = drain(baking.measured(work, subject, settings, tested), show)
+    error = drain(baking.measure(work, subject, settings, tested), show)
     varied = arguments.vary or [variation_to_text(each) for each in subject.variations]
     parameters = {**baking.parameters(work, settings), **({"vary": varied} if method.variations else {})}
     since = read_clock()

@@ -147,7 +147,7 @@ def _kinds() -> list[Kind]:
     found: list[Kind] = [("direct", LIGHTS, _lights)]
     for method in METHODS:
         planning = planning_of(method.name)
-        found += [(kind, parameters, partial(planning.drawn, kind)) for kind, parameters in method.frames.items()]
+        found += [(kind, parameters, partial(planning.draw, kind)) for kind, parameters in method.frames.items()]
     return found
 
 

@@ -64,7 +64,7 @@ class Planning(Protocol):
     def adapt(self, setting: Setting, diffuse: bool) -> Setting:
         """The setting without parameters that change nothing of a diffuse BRDF."""
 
-    def drawn(self, kind: str, parameter: int, mesh: Mesh) -> RelightTransport:
+    def draw(self, kind: str, parameter: int, mesh: Mesh) -> RelightTransport:
         """Something of a kind of `Method.frames` on `mesh` that can be drawn; its numbers mean nothing."""
 
     def setting_of(self, relit: Any) -> Setting:

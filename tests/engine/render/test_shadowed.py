@@ -76,7 +76,7 @@ def transport_of(scene: Scene, mode: str, folder: Path) -> Any:
 def light_up(scene: Scene, mode: str, transport: Any) -> Scene:
     """The scene with the bake under its light."""
     method = method_of(mode)
-    return dataclasses.replace(scene, relit=method.baking.relit(transport, light_of(scene), method.light()))
+    return dataclasses.replace(scene, relit=method.baking.relight_transport(transport, light_of(scene), method.light()))
 
 
 @pytest.fixture(scope="module", params=["sh", "wavelet", "gaussian"])
