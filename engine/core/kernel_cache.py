@@ -9,6 +9,7 @@ same file, and a changed callee or constant is noticed.
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
@@ -19,6 +20,12 @@ from numba.core import config
 from numba.core.caching import _CacheLocator
 
 from engine.core.kernels import Kernel
+
+#: Modules whose functions and constants are named in the bytecode and change with the version of the packages alone.
+_LIBRARIES = ("numpy", "math")
+
+#: Where an object lies in memory, which is another place in each process.
+_ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
 
 
 class ContentLocator(_CacheLocator):
@@ -68,15 +75,17 @@ def _parts(function: FunctionType, seen: set[CodeType]) -> Iterator[str]:
     cells = [cell.cell_contents for cell in function.__closure__ or ()]
     for code in _codes(function.__code__):
         names = (code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)
-        constants = [constant for constant in code.co_consts if not isinstance(constant, CodeType)]
-        yield repr((code.co_code, names, code.co_flags, constants))
+        yield repr((code.co_code, names, code.co_flags))
+        for constant in code.co_consts:
+            if not isinstance(constant, CodeType):
+                yield from _value(constant, seen)
         for name in code.co_names:
             if name in function.__globals__:
                 value = function.__globals__[name]
                 yield name
                 yield from _value(value, seen)
-                if isinstance(value, ModuleType):
-                    cells += [getattr(value, other) for other in code.co_names if hasattr(value, other)]
+                if isinstance(value, ModuleType) and value.__name__ not in _LIBRARIES:
+                    cells += [vars(value)[other] for other in code.co_names if other in vars(value)]
     for value in cells:
         yield from _value(value, seen)
 
@@ -99,10 +108,12 @@ def _value(value: Any, seen: set[CodeType]) -> Iterator[str]:
         yield str(len(value))
         for each in value:
             yield from _value(each, seen)
+    elif isinstance(value, set | frozenset):
+        yield from sorted(map(repr, value))
     elif isinstance(value, ModuleType):
         yield value.__name__
     else:
-        yield repr(value)
+        yield _ADDRESS.sub("", repr(value))
 
 
 def _function(value: Any) -> FunctionType | None:

