@@ -166,7 +166,7 @@ def photographs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+def coarse(monkeypatch: pytest.MonkeyPatch, steady_rays: None) -> None:
     """Plans, trial bakes and tables are coarse (`COARSE`)."""
     from engine.planning.effects.sample import sample
 
