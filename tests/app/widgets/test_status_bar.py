@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -18,10 +19,11 @@ def nothing() -> Steps[None]:
 
 
 @pytest.mark.parametrize(("elapsed_s", "words"), [(10.0, "10 s left"), (1047.0, "17 min left")])
-def test_a_job_says_its_time_to_go(qapp: Any, elapsed_s: float, words: str) -> None:
+def test_a_job_says_its_time_to_go(qapp: Any, monkeypatch: pytest.MonkeyPatch, elapsed_s: float, words: str) -> None:
+    monkeypatch.setattr("app.jobs.jobs.time", SimpleNamespace(monotonic=lambda: 5_000.0))
     job = Job("Making surface maps", nothing, lane="compute")
     job.state, job.begun, job.step = "running", True, Step(0.5, "finding slopes")
-    job.started_s = time.monotonic() - elapsed_s
+    job.started_s = 5_000.0 - elapsed_s
     assert describe(job) == f"Finding slopes · {words}"
 
 

@@ -150,11 +150,11 @@ def test_fault5_damaged_files(tmp_path: Path, spectral: bool, seed: int) -> None
     damages = list(find_damaged(good, (0, header_length(good)), seed=seed))
     for damage in damages:
         path.write_bytes(damage.content)
-        started = time.perf_counter()
+        started = time.thread_time()
         result: RglBrdf | None = None
         with contextlib.suppress(InputError):
             result = read_rgl(path)
-        assert time.perf_counter() - started < TIME_LIMIT_S, damage.what
+        assert time.thread_time() - started < TIME_LIMIT_S, damage.what
         if result is not None:
             value = result.f(wi, wo)
             assert np.isfinite(value).all(), damage.what
