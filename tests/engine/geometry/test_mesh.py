@@ -11,6 +11,7 @@ import pytest
 from engine.core.errors import InputError
 from engine.geometry.mesh import Mesh, complete, read_mesh
 from engine.geometry.mesh_repair import usable_faces
+from engine.geometry.obj import _face_indices
 from engine.geometry.shapes import SHAPES, open_mesh, shape
 
 CUBE = "".join(f"v {x} {y} {z}\n" for x in (0, 2) for y in (0, 2) for z in (0, 2)) + (
@@ -171,3 +172,8 @@ def test_a_mesh_that_does_not_fit_together_is_refused() -> None:
         Mesh(good.positions, good.normals, good.uv, np.array([[0, 1, 4]], np.int32), "x")
     with pytest.raises(ValueError, match="fit"):
         Mesh(good.positions, good.normals[:3], good.uv, good.faces, "x")
+
+
+def test_an_index_that_float64_rounds_names_no_vertex() -> None:
+    numbers = [b"9007199254740993", b"9007199254740991", b"-9007199254740993"]
+    assert _face_indices(numbers, np.ones(3, np.int64), "x.obj")[:, 0].tolist() == [0, 2**53 - 1, 0]

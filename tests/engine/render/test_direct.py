@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from engine.brdf.brdf import brdf_from_text
 from engine.core.directions import world_direction
 from engine.core.steps import Step, drain
+from engine.render import direct
 from engine.render.direct import radiance
 from engine.render.display import Display
 from engine.render.display import display as displayed
@@ -113,3 +115,47 @@ def test_display_puts_the_background_behind_and_blends_edges() -> None:
 def test_a_display_that_makes_no_sense_is_refused(options: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match="not possible"):
         Display(**options)
+
+
+def test_textures_are_sampled_with_the_steps_of_neighbouring_pixels(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Head-on, one pixel to the right changes u alone and one pixel along the other axis v alone, by equal amounts."""
+    taken: list[list[np.ndarray]] = []
+
+    def remember(_scene: Scene, levels: Any, uv: np.ndarray, along: list[np.ndarray], terms: Any) -> np.ndarray:
+        taken.append(along)
+        return np.zeros((len(uv), 3))
+
+    monkeypatch.setattr(direct, "sample", remember)
+    what = head_on(weave(8))
+    draw(what, (12, 12))
+    pixel = 2.0 * np.tan(np.radians(10.0)) * 2.0 / 12 * what.repeats / float(np.ptp(what.mesh.positions[:, 0]))
+    for right, up in taken:
+        np.testing.assert_allclose(np.abs(right), np.broadcast_to([pixel, 0.0], right.shape), atol=1e-9)
+        np.testing.assert_allclose(np.abs(up), np.broadcast_to([0.0, pixel], up.shape), atol=1e-9)
+    assert taken
+
+
+def terms_of(f: float, cosine: float, irradiance: float) -> Iterator[tuple[Any, ...]]:
+    """One light on one point."""
+    yield np.array([0]), np.full((1, 3), f), np.array([cosine]), np.full(3, irradiance), None
+
+
+@pytest.mark.parametrize("cosine", [0.8, 4.0], ids=["within", "above"])
+@pytest.mark.parametrize("lookup", ["outgoing", "radiance"])
+def test_share_and_weight_of_a_sample_are_the_reflected_radiance(lookup: Any, cosine: float) -> None:
+    """In grey, for a map whose value is its share of r_max: above r_max too, where the share ends at 1."""
+    material = weave(8)
+    assert material.power_law is not None
+    power_law = dataclasses.replace(material.power_law, r_max=0.5)
+    what = head_on(Material(None, power_law, sigma=0.5), source="power-law", lookup=lookup, above="scale")
+    ((point, share, weight, _),) = direct._shares(what, terms_of(0.4, cosine, 2.0), 1)
+    assert point.tolist() == [0]
+    assert 0.0 < share[0] <= 1.0
+    np.testing.assert_allclose(weight * share, np.full((1, 3), 0.4 * cosine * 2.0), rtol=1e-6)
+
+
+def test_a_power_law_is_its_scale_times_the_weighted_power_of_the_share() -> None:
+    level = np.stack([np.full((4, 4, 3), 0.5), np.full((4, 4, 3), 2.0)])
+    lit = (np.array([0, 2]), np.array([0.5, 0.0]), np.array([[3.0, 2.0, 1.0], [1.0, 1.0, 1.0]]), None)
+    value = direct._sum_of_powers(iter([lit]), [level], np.full((3, 2), 0.5), np.zeros(3))
+    np.testing.assert_allclose(value, [[0.375, 0.25, 0.125], [0.0] * 3, [0.0] * 3])

@@ -8,7 +8,7 @@ from scipy import sparse
 from scipy.sparse.linalg import lsqr
 
 from engine.core.steps import drain
-from engine.surface.height import disagreement, height_deviation, height_from_slopes
+from engine.surface.height import _bound, disagreement, height_deviation, height_from_slopes
 
 
 def slopes(height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -84,3 +84,10 @@ def test_slopes_of_no_height_disagree_and_noise_as_stated_does_not() -> None:
     height = drain(height_from_slopes(right, up, variance))
     assert np.median(disagreement(height, right, up, variance)) < 1.25
     assert np.median(disagreement(height, right, up, variance / 16.0)) > 4.0
+
+
+def test_variances_of_nothing_but_zeros_stay_positive() -> None:
+    """Their inverse is a weight."""
+    bounded = _bound(np.zeros((2, 3)))
+    assert (bounded > 0.0).all()
+    assert np.isfinite(1.0 / bounded).all()

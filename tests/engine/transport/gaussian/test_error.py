@@ -9,6 +9,7 @@ from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import drain
 from engine.light.cube_map import cube_directions, cube_of, texel_numbers
 from engine.light.environment_file import open_environment
+from engine.transport.gaussian import error
 from engine.transport.gaussian.diffuse import DiffuseTransfer
 from engine.transport.gaussian.error import Known, _exact, gaussian_error
 from engine.transport.gaussian.fitting.fit import Fit, FitSettings, fit_vertices
@@ -54,7 +55,22 @@ def test_lobes_are_off_by_their_distance_and_all_energy_helps_under_even_light()
     known = Known(vertices, fitted, diffuse.rows(vertices))
     cube = cube_of(open_environment("overcast"), 16)
     even = type(cube)(np.ones_like(cube.radiance), cube.name, cube.health)
-    error = drain(gaussian_error(surface, diffuse, known, even, views=12))
-    assert error.glossy_preserving_rmse_rel < 0.06 < error.glossy_plain_rmse_rel
-    assert error.better == "preserving"
-    assert error.of("plain") == error.plain_rmse_rel < error.glossy_plain_rmse_rel  # the diffuse part is right
+    found = drain(gaussian_error(surface, diffuse, known, even, views=12))
+    assert found.glossy_preserving_rmse_rel < 0.06 < found.glossy_plain_rmse_rel
+    assert found.better == "preserving"
+    assert found.of("plain") == found.plain_rmse_rel < found.glossy_plain_rmse_rel  # the diffuse part is right
+
+
+def test_views_along_the_horizon_do_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is seen at a cosine of 0 covers no area."""
+    surface = glossy_surface(sphere(), brdf_from_text("ggx:kd=0.2,alpha=0.3,f0=0.5"))
+    vertices = np.array([10])
+    surface.frames[10] = np.eye(3)
+    nobody = [np.zeros(0, np.int64)]
+    fitted = fit_vertices(direct_samples(surface, vertices, 16), nobody, Fit.empty(0, 1).lobes, FitSettings())
+    diffuse = DiffuseTransfer(surface, 3, 8, 1)
+    cube = cube_of(open_environment("overcast"), 8)
+    towards = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+    monkeypatch.setattr(error, "normalize", lambda _vectors: towards)
+    known = Known(vertices, fitted, diffuse.rows(vertices))
+    assert drain(gaussian_error(surface, diffuse, known, cube, views=3)).pairs == 1
