@@ -1,7 +1,7 @@
 """Set Lightarc up on a machine that has nothing but Python ≥ 3.11, then run it, its tests or its benchmarks.
 
     python3 packaging/dev.py run [-- ARGUMENTS OF LIGHTARC …]
-    python3 packaging/dev.py test [--long] [-- ARGUMENTS OF PYTEST …]
+    python3 packaging/dev.py test [--long | --changed] [-- ARGUMENTS OF PYTEST …]
     python3 packaging/dev.py bench [-- ARGUMENTS OF THE BENCHMARKS …]
 
 Set-up makes `.venv` in the project, fills it from the lock file (every package pinned with its hash) and adds the
@@ -49,6 +49,9 @@ UNSET = {"WAYLAND_DISPLAY", "PYTHONDONTWRITEBYTECODE"}
 
 #: Seconds after which a process whose test of a campaign hangs is ended; tests give up at 3,600 themselves.
 LONG_TEST_S = 3700
+
+#: Stands before arguments of pytest for the test files of what has changed.
+CHANGED = "--changed"
 
 OLDEST_PYTHON = (3, 11)
 CANCELLED, MISSING = 4, 5
@@ -136,9 +139,14 @@ def parse(words: Sequence[str]) -> tuple[str, list[str]]:
     verbs = "open Lightarc (or its demo, without a display), test, or measure"
     parser.add_argument("verb", choices=("run", "test", "bench"), help=verbs)
     parser.add_argument("--long", action="store_true", help="test with the campaigns as well, which takes hours")
+    parser.add_argument(
+        "--changed", action="store_true", help="test with the files alone that import what differs from the last commit"
+    )
     options = parser.parse_args(own)
-    if options.long and options.verb != "test":
-        parser.error("--long belongs to test")
+    if (options.long or options.changed) and options.verb != "test":
+        parser.error("--long and --changed belong to test")
+    if options.changed:
+        rest = [CHANGED, *rest]
     return options.verb, ["--long", "-o", f"faulthandler_timeout={LONG_TEST_S}", *rest] if options.long else rest
 
 
@@ -352,6 +360,8 @@ def test(words: Sequence[str]) -> int:
     types, which are checked beside its beginning; a chosen part may not, and follows them.
     """
     tool = [str(PYTHON), "-m"]
+    if CHANGED in words:
+        words = [*(word for word in words if word != CHANGED), *changed_tests()]
     codes = []
     for name, command in {"Format": ["ruff", "format", "--check", "."], "Lint": ["ruff", "check", "."]}.items():
         say(f"{name}: {' '.join(command)}")
@@ -365,6 +375,18 @@ def test(words: Sequence[str]) -> int:
         tests = call([*tool, *command], environment)
         codes += [end(types), tests]
     return next((code for code in codes if code), 0)
+
+
+def changed_tests() -> list[str]:
+    """Test files that import a module which differs from the last commit; none, for all, where other files differ."""
+    command = [str(PYTHON), "-m", "tests.import_graph"]
+    done = subprocess.run(command, cwd=PROJECT, stdout=subprocess.PIPE, text=True)
+    if done.returncode != 0:
+        say("Not only modules differ from the last commit: all tests run")
+        return []
+    files = done.stdout.split()
+    say(f"{len(files)} test files import what differs from the last commit")
+    return files or ["tests/test_architecture.py"]
 
 
 def workers() -> int:

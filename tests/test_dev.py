@@ -284,6 +284,18 @@ def test_every_stage_runs_and_the_first_failure_counts(
     assert stages == ["ruff", "ruff", "mypy", "pytest"]
 
 
+def test_tests_of_what_changed_are_chosen(dev: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a file changed that is no module, all tests run; without a change, those of the sources' shape."""
+    assert dev.parse(["test", "--changed", "--", "-x"]) == ("test", ["--changed", "-x"])
+    answers = {0: ["tests/a.py", "tests/b.py"], 3: []}
+    for code, files in answers.items():
+        done = subprocess.CompletedProcess([], code, "\n".join(files))
+        monkeypatch.setattr(dev.subprocess, "run", lambda *_words, done=done, **_more: done)
+        assert dev.changed_tests() == files
+    monkeypatch.setattr(dev.subprocess, "run", lambda *_words, **_more: subprocess.CompletedProcess([], 0, ""))
+    assert dev.changed_tests() == ["tests/test_architecture.py"]
+
+
 @pytest.mark.skipif(not shutil.which("Xvfb"), reason="Xvfb is not installed")
 def test_the_virtual_display_ends_with_its_block(dev: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     started: list[subprocess.Popen[str]] = []
