@@ -1,4 +1,8 @@
-"""The rooms of the house: every folder of sources is one, and imports point down from floor to floor."""
+"""The rooms of the house: every folder of sources is one, and imports point down from floor to floor.
+
+Ours instead of contracts of import-linter: it refuses layers that contain other layers, as `engine/capture` above
+`engine/capture/registration`, and one order over all packages is what rules out cycles among them.
+"""
 
 from __future__ import annotations
 
