@@ -46,7 +46,9 @@ class Tally:
 
 
 @parallel
-def _sum(band, mask, weights, black, sums, counts):  # type: ignore[no-untyped-def]
+def _sum(
+    band: np.ndarray, mask: np.ndarray, weights: np.ndarray, black: np.float32, sums: np.ndarray, counts: np.ndarray
+) -> None:
     """Bound by the read of the band."""
     for row in prange(band.shape[0]):
         red, green, blue = 0.0, 0.0, 0.0

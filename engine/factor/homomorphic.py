@@ -184,7 +184,7 @@ class HomomorphicFactors(Reflectance, Summary):
 
 
 @parallel
-def _read(texture, first, second, times, total):  # type: ignore[no-untyped-def]
+def _read(texture: np.ndarray, first: np.ndarray, second: np.ndarray, times: int, total: np.ndarray) -> None:
     """Add a texture at coordinates `first`, and at `second` where it is read twice, to the totals (N, 3)."""
     size = len(texture)
     for i in prange(len(first)):

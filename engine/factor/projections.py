@@ -296,7 +296,7 @@ def texture_mask(projection: Projection, parametrisation: Parametrisation, recip
 
 
 @scalar
-def _project(flat, rows, scale, out):  # type: ignore[no-untyped-def]
+def _project(flat: np.ndarray, rows: np.ndarray, scale: np.ndarray, out: np.ndarray) -> None:
     for i in range(len(flat)):
         for k in range(2):
             first = flat[i, 0] * rows[k, 0] + flat[i, 1] * rows[k, 1]

@@ -98,7 +98,7 @@ def _without_ears(flat: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 @scalar
-def _cut_ears(p):  # type: ignore[no-untyped-def]
+def _cut_ears(p: np.ndarray) -> np.ndarray:
     """(n − 2, 3) triangles of the counter-clockwise polygon p (n, 2); n² steps in the usual case."""
     count = p.shape[0]
     before = np.arange(count) - 1
@@ -133,12 +133,12 @@ def _cut_ears(p):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _area(p, a, b, c):  # type: ignore[no-untyped-def]
+def _area(p: np.ndarray, a: int, b: int, c: int) -> float:
     return (p[b, 0] - p[a, 0]) * (p[c, 1] - p[a, 1]) - (p[b, 1] - p[a, 1]) * (p[c, 0] - p[a, 0])
 
 
 @scalar
-def _holds(p, a, b, c, other):  # type: ignore[no-untyped-def]
+def _holds(p: np.ndarray, a: int, b: int, c: int, other: int) -> bool:
     """True if the triangle a, b, c holds the corner `other`, which is none of its own corners met a second time."""
     for own in (a, b, c):
         if p[own, 0] == p[other, 0] and p[own, 1] == p[other, 1]:

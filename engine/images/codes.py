@@ -5,11 +5,13 @@ Cost: bound by memory: 24 megapixels of 16-bit colour 0.15 s on one thread.
 
 from __future__ import annotations
 
+import numpy as np
+
 from engine.core.kernels import only, scalar
 
 
 @scalar
-def decode_codes(samples, table, white, pixels, saturated):  # type: ignore[no-untyped-def]
+def decode_codes(samples: np.ndarray, table: np.ndarray, white: int, pixels: np.ndarray, saturated: np.ndarray) -> None:
     """Fill `pixels` (H, W, 3) with `table[code]`, and `saturated` (H, W) where a code is `white` or above.
 
     `samples` are (H, W, 3) unsigned codes, all of which `table` holds.

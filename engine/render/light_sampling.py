@@ -159,7 +159,7 @@ def _running_inside(values: Floats, edges: NDArray[np.int64]) -> Floats:
 
 
 @scalar
-def _first_above(sums, low, high, value):  # type: ignore[no-untyped-def]
+def _first_above(sums: np.ndarray, low: int, high: int, value: float) -> int:
     """Index in [low, high] of the first of the rising `sums` above `value`: never one that adds nothing."""
     while low < high:
         middle = (low + high) >> 1
@@ -171,7 +171,7 @@ def _first_above(sums, low, high, value):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _draw(sums, low, high, u):  # type: ignore[no-untyped-def]
+def _draw(sums: np.ndarray, low: int, high: int, u: float) -> tuple[int, float]:
     """An index in [low, high) for u in [0, 1), by running sums that begin at `low`, and the rest of u in [0, 1)."""
     value = u * sums[high - 1]
     index = _first_above(sums, low, high - 1, value)
@@ -181,7 +181,7 @@ def _draw(sums, low, high, u):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _normal_cell(normal, turn):  # type: ignore[no-untyped-def]
+def _normal_cell(normal: np.ndarray, turn: tuple[float, float]) -> int:
     """The one of `NORMALS` for a world normal."""
     x = turn[0] * normal[0] - turn[1] * normal[2]
     z = turn[0] * normal[2] + turn[1] * normal[0]
@@ -190,7 +190,7 @@ def _normal_cell(normal, turn):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _place(x, y, z, height, width):  # type: ignore[no-untyped-def]
+def _place(x: float, y: float, z: float, height: int, width: int) -> tuple[int, int]:
     """Row and column of the texel in a direction of the map."""
     azimuth = np.arctan2(x, -z)
     if azimuth < 0.0:
@@ -200,7 +200,15 @@ def _place(x, y, z, height, width):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def draw_directions(u, normal, tables, gain, turn):  # type: ignore[no-untyped-def]
+def draw_directions(
+    u: np.ndarray,
+    normal: np.ndarray,
+    tables: tuple[
+        np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray
+    ],
+    gain: float,
+    turn: tuple[float, float],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """`EnvironmentSampler.draw`; `turn` are cosine and sine of the rotation."""
     radiance, cosines, rows, columns, cell_rows, cell_columns, per_luminance, texel_rows, texels = tables
     count = len(u)
@@ -221,7 +229,15 @@ def draw_directions(u, normal, tables, gain, turn):  # type: ignore[no-untyped-d
 
 
 @scalar
-def look_up_directions(direction, normal, tables, gain, turn):  # type: ignore[no-untyped-def]
+def look_up_directions(
+    direction: np.ndarray,
+    normal: np.ndarray,
+    tables: tuple[
+        np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray
+    ],
+    gain: float,
+    turn: tuple[float, float],
+) -> tuple[np.ndarray, np.ndarray]:
     """`EnvironmentSampler.look_up`."""
     radiance, _, rows, columns, _, _, per_luminance, _, _ = tables
     height, width = radiance.shape[:2]
@@ -237,7 +253,7 @@ def look_up_directions(direction, normal, tables, gain, turn):  # type: ignore[n
 
 
 @scalar
-def _cell_of(edges, index, count):  # type: ignore[no-untyped-def]
+def _cell_of(edges: np.ndarray, index: int, count: int) -> int:
     """The cell that texel `index` of `count` lies in."""
     cell = index * (edges.size - 1) // count
     while edges[cell + 1] <= index:
@@ -249,7 +265,7 @@ _RED, _GREEN, _BLUE = (float(weight) for weight in LUMINANCE)
 
 
 @scalar
-def _texel(radiance, row, column, gain, scale, light):  # type: ignore[no-untyped-def]
+def _texel(radiance: np.ndarray, row: int, column: int, gain: float, scale: float, light: np.ndarray) -> float:
     """Put the radiance of a texel into `light` (3,), and return its density in 1/sr."""
     red, green, blue = radiance[row, column, 0], radiance[row, column, 1], radiance[row, column, 2]
     light[0], light[1], light[2] = gain * red, gain * green, gain * blue
@@ -257,7 +273,7 @@ def _texel(radiance, row, column, gain, scale, light):  # type: ignore[no-untype
 
 
 @scalar
-def draw_in_disc(u, axis, radius):  # type: ignore[no-untyped-def]
+def draw_in_disc(u: np.ndarray, axis: np.ndarray, radius: float) -> np.ndarray:
     """World directions (N, 3) uniform in solid angle within `radius` radians of the unit `axis` (3,)."""
     deficit = 2.0 * np.sin(0.5 * radius) ** 2
     sign = -1.0 if axis[2] < 0.0 else 1.0

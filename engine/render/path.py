@@ -308,7 +308,16 @@ class NumbersAt:
 
 
 @scalar
-def camera_directions(state, pixel, sample, width, height, extent, rotation, sobol):  # type: ignore[no-untyped-def]
+def camera_directions(
+    state: np.uint64,
+    pixel: np.ndarray,
+    sample: np.ndarray,
+    width: int,
+    height: int,
+    extent: float,
+    rotation: np.ndarray,
+    sobol: np.ndarray,
+) -> np.ndarray:
     """Unit world directions (N, 3) through a random place in each pixel, as `Camera.rays`.
 
     `extent` is the tangent of half the vertical field of view, `rotation` the camera's `camera_from_world`.

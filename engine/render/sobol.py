@@ -50,7 +50,7 @@ SOBOL = _second_sobol_dimension()
 
 
 @scalar
-def mix(state, number):  # type: ignore[no-untyped-def]
+def mix(state: np.uint64, number: int) -> np.uint64:
     """64 bits from 64 bits and a whole number: the finaliser of SplitMix64 (Steele2014)."""
     x = _U64(state) + (_U64(number) + _U64(1)) * _U64(0x9E3779B97F4A7C15)
     x = (x ^ (x >> _U64(30))) * _U64(0xBF58476D1CE4E5B9)
@@ -59,7 +59,7 @@ def mix(state, number):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _reverse(x):  # type: ignore[no-untyped-def]
+def _reverse(x: np.uint32) -> np.uint32:
     x = (x >> np.uint32(16)) | (x << np.uint32(16))
     x = ((x & np.uint32(0xFF00FF00)) >> np.uint32(8)) | ((x & np.uint32(0x00FF00FF)) << np.uint32(8))
     x = ((x & np.uint32(0xF0F0F0F0)) >> np.uint32(4)) | ((x & np.uint32(0x0F0F0F0F)) << np.uint32(4))
@@ -68,7 +68,7 @@ def _reverse(x):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _permute(x, seed):  # type: ignore[no-untyped-def]
+def _permute(x: np.uint32, seed: np.uint32) -> np.uint32:
     """Bits of which each is flipped or not by a hash of those below it."""
     x = np.uint32(x ^ np.uint32(x * np.uint32(0x3D20ADEA)))
     x = np.uint32(x + seed)
@@ -78,7 +78,7 @@ def _permute(x, seed):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def pair(state, dimension, sample, sobol):  # type: ignore[no-untyped-def]
+def pair(state: np.uint64, dimension: int, sample: int, sobol: np.ndarray) -> tuple[float, float]:
     """Two numbers in [0, 1) for a pixel's `state`, a dimension and a sample; `sobol` is `SOBOL`."""
     first = mix(state, 2 * dimension)
     second = mix(state, 2 * dimension + 1)
@@ -91,7 +91,7 @@ def pair(state, dimension, sample, sobol):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def pairs(state, pixel, dimension, sample, sobol):  # type: ignore[no-untyped-def]
+def pairs(state: np.uint64, pixel: np.ndarray, dimension: int, sample: np.ndarray, sobol: np.ndarray) -> np.ndarray:
     """(N, 2) numbers in [0, 1) for pixels (N,) and their samples (N,)."""
     numbers = np.empty((pixel.size, 2))
     for n in range(pixel.size):

@@ -39,7 +39,14 @@ MIN_FACING = 0.01
 
 
 @scalar
-def surface_points(faces, barycentric, incoming, positions, normals, triangles):  # type: ignore[no-untyped-def]
+def surface_points(
+    faces: np.ndarray,
+    barycentric: np.ndarray,
+    incoming: np.ndarray,
+    positions: np.ndarray,
+    normals: np.ndarray,
+    triangles: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """For hits (N,) with weights (N, 3) of rays along `incoming` (N, 3), in order:
 
     the lifted points (N, 3), the normals of the triangles on the side that is seen (N, 3), frames (N, 3, 3) with
@@ -72,7 +79,7 @@ def surface_points(faces, barycentric, incoming, positions, normals, triangles):
 
 
 @scalar
-def _flat_normal(edge, away, flat):  # type: ignore[no-untyped-def]
+def _flat_normal(edge: np.ndarray, away: np.ndarray, flat: np.ndarray) -> float:
     """Put the unit normal of a triangle on the side of `away` into `flat`; return which side that is, 1 or −1."""
     scale = max(np.abs(edge).max(), 1e-300)
     ax, ay, az = edge[0, 0] / scale, edge[0, 1] / scale, edge[0, 2] / scale
@@ -88,7 +95,7 @@ def _flat_normal(edge, away, flat):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _visible_normal(shading, flat, away, side):  # type: ignore[no-untyped-def]
+def _visible_normal(shading: np.ndarray, flat: np.ndarray, away: np.ndarray, side: float) -> None:
     """Make the interpolated normal in `shading` the unit one that `engine.render.direct` shades with."""
     length = np.sqrt(shading[0] ** 2 + shading[1] ** 2 + shading[2] ** 2)
     for i in range(3):
@@ -103,7 +110,7 @@ def _visible_normal(shading, flat, away, side):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _frame(normal, frame):  # type: ignore[no-untyped-def]
+def _frame(normal: np.ndarray, frame: np.ndarray) -> None:
     """Columns tangent, bitangent, normal, of which the normal alone is given (Duff2017)."""
     x, y, z = normal[0], normal[1], normal[2]
     sign = -1.0 if z < 0.0 else 1.0
@@ -115,7 +122,9 @@ def _frame(normal, frame):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _lift(point, corner, weight, normals, triangle, side):  # type: ignore[no-untyped-def]
+def _lift(
+    point: np.ndarray, corner: np.ndarray, weight: np.ndarray, normals: np.ndarray, triangle: np.ndarray, side: float
+) -> None:
     """Move `point` towards the planes through the corners perpendicular to their normals.
 
     How far the surface bulges over an edge is the lesser of what the normals at its two ends say, and nothing where
@@ -136,7 +145,7 @@ def _lift(point, corner, weight, normals, triangle, side):  # type: ignore[no-un
 
 
 @scalar
-def to_world(frame, local):  # type: ignore[no-untyped-def]
+def to_world(frame: np.ndarray, local: np.ndarray) -> np.ndarray:
     """World directions (N, 3) of directions (N, 3) in `frame` (N, 3, 3)."""
     world = np.empty_like(local)
     for n in range(len(local)):
@@ -146,7 +155,7 @@ def to_world(frame, local):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def to_local(frame, world):  # type: ignore[no-untyped-def]
+def to_local(frame: np.ndarray, world: np.ndarray) -> np.ndarray:
     """Directions (N, 3) in `frame` (N, 3, 3) of world directions (N, 3)."""
     local = np.empty_like(world)
     for n in range(len(world)):

@@ -12,7 +12,17 @@ from engine.core.kernels import parallel, prange
 
 
 @parallel
-def linearise_rows(radiance, saturated, photographs, weights, luminance, start, slices, clipped, sums):  # type: ignore[no-untyped-def]
+def linearise_rows(
+    radiance: np.ndarray,
+    saturated: np.ndarray,
+    photographs: np.ndarray,
+    weights: np.ndarray,
+    luminance: np.ndarray,
+    start: int,
+    slices: np.ndarray,
+    clipped: np.ndarray,
+    sums: np.ndarray,
+) -> None:
     """Fill the rows of all slices from `start` on.
 
     Parameters

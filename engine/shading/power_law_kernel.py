@@ -71,7 +71,7 @@ def log_positions(slices: int) -> NDArray[np.float64]:
 
 
 @scalar
-def exponential(x):  # type: ignore[no-untyped-def]
+def exponential(x: float) -> float:
     """e^x for -700 <= x <= 0, to 2 ulp, in arithmetic alone: 2^n e^r with |r| <= ln 2 / 2 and a Taylor series.
 
     Adding 1.5 * 2^52 rounds to an integer, which then stands in the low bits of the sum.
@@ -87,7 +87,7 @@ def exponential(x):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def scan(samples, counts, free, grid, powers):  # type: ignore[no-untyped-def]
+def scan(samples: np.ndarray, counts: np.ndarray, free: np.ndarray, grid: np.ndarray, powers: np.ndarray) -> np.ndarray:
     """The two lowest minima of the SSE on the grid: (SCANNED,) float32, in the parts that are named above.
 
     In single precision, which is enough to see where they are. Samples (n, LANES) have a brightest of 1, counts and
@@ -130,7 +130,7 @@ def scan(samples, counts, free, grid, powers):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def vertex(objective, node, lane):  # type: ignore[no-untyped-def]
+def vertex(objective: np.ndarray, node: int, lane: int) -> np.float32:
     """Vertex of the parabola through a node and its neighbours, in nodes from it; 0 at the ends."""
     if not 0 < node < objective.shape[0] - 1:
         return np.float32(0.0)
@@ -140,7 +140,7 @@ def vertex(objective, node, lane):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def remember(value, node, minima):  # type: ignore[no-untyped-def]
+def remember(value: np.ndarray, node: np.float32, minima: np.ndarray) -> None:
     """Record the two lowest minima: if `value` rises after falling, the node before it was a minimum."""
     for lane in range(LANES):
         before = minima[BEFORE + lane]
@@ -158,7 +158,7 @@ def remember(value, node, minima):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def differentiate(samples, counts, log_x, work):  # type: ignore[no-untyped-def]
+def differentiate(samples: np.ndarray, counts: np.ndarray, log_x: np.ndarray, work: np.ndarray) -> None:
     """Write c, E and their first three derivatives at K into `work`."""
     last = samples.shape[0] - 1
     work[C1 : C3 + LANES] = 0.0
@@ -187,7 +187,7 @@ def differentiate(samples, counts, log_x, work):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def step(free, grid, work):  # type: ignore[no-untyped-def]
+def step(free: np.ndarray, grid: np.ndarray, work: np.ndarray) -> None:
     """One bracketed step of Halley's iteration towards the minimum of the SSE.
 
     It seeks the zero of F = k E'/2 - c', which has the sign of d SSE / dK; where k is `free`, so k = c / E and its own
@@ -226,7 +226,9 @@ def step(free, grid, work):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def polish(samples, counts, free, places, grid, log_x):  # type: ignore[no-untyped-def]
+def polish(
+    samples: np.ndarray, counts: np.ndarray, free: np.ndarray, places: np.ndarray, grid: np.ndarray, log_x: np.ndarray
+) -> np.ndarray:
     """Follow each lane from its place on the grid to the minimum: (POLISHED,) with K, k and SSE less its constant."""
     last = samples.shape[0] - 1
     work = np.empty(POLISHED)
@@ -245,7 +247,15 @@ def polish(samples, counts, free, places, grid, log_x):  # type: ignore[no-untyp
 
 
 @scalar
-def polish_second(samples, counts, free, minima, grid, log_x, work):  # type: ignore[no-untyped-def]
+def polish_second(
+    samples: np.ndarray,
+    counts: np.ndarray,
+    free: np.ndarray,
+    minima: np.ndarray,
+    grid: np.ndarray,
+    log_x: np.ndarray,
+    work: np.ndarray,
+) -> None:
     """Follow the second minimum of the grid too, where it is nearly as low, and keep it in `work` where it is lower."""
     lanes = np.flatnonzero(minima[SECOND : SECOND + LANES] <= minima[FIRST : FIRST + LANES] + np.float32(MARGIN))
     if lanes.size == 0:
@@ -266,7 +276,15 @@ def polish_second(samples, counts, free, minima, grid, log_x, work):  # type: ig
 
 
 @scalar
-def fit_lanes(samples, counts, held, least_squares, grid, log_x, powers):  # type: ignore[no-untyped-def]
+def fit_lanes(
+    samples: np.ndarray,
+    counts: np.ndarray,
+    held: np.ndarray,
+    least_squares: bool,
+    grid: np.ndarray,
+    log_x: np.ndarray,
+    powers: np.ndarray,
+) -> np.ndarray:
     """Fit LANES texels and channels: (POLISHED,) with K, k and the SSE of what counts.
 
     Parameters
@@ -301,7 +319,9 @@ def fit_lanes(samples, counts, held, least_squares, grid, log_x, powers):  # typ
 
 
 @scalar
-def load(slices, excluded, row, left, samples, counts):  # type: ignore[no-untyped-def]
+def load(
+    slices: np.ndarray, excluded: np.ndarray, row: int, left: int, samples: np.ndarray, counts: np.ndarray
+) -> bool:
     """Fill the lanes from a row of slices; True where the SSE of what counts is that of the slices themselves.
 
     A negative sample counts as 0; one that is excluded or not finite does not count, but where fewer than two would
@@ -330,7 +350,9 @@ def load(slices, excluded, row, left, samples, counts):  # type: ignore[no-untyp
 
 
 @scalar
-def hold(slices, row, left, samples, counts, held, work):  # type: ignore[no-untyped-def]
+def hold(
+    slices: np.ndarray, row: int, left: int, samples: np.ndarray, counts: np.ndarray, held: np.ndarray, work: np.ndarray
+) -> np.bool_:
     """Let k be its limit where it lies above and the last slice does not count; True where it is so anywhere."""
     last = samples.shape[0] - 1
     for lane in range(min(LANES, slices.shape[2] - left)):
@@ -346,7 +368,7 @@ def hold(slices, row, left, samples, counts, held, work):  # type: ignore[no-unt
 
 
 @scalar
-def measure(slices, row, left, log_x, work):  # type: ignore[no-untyped-def]
+def measure(slices: np.ndarray, row: int, left: int, log_x: np.ndarray, work: np.ndarray) -> None:
     """Replace the SSE of what counts by that of all slices."""
     for lane in range(min(LANES, slices.shape[2] - left)):
         total = np.float64(slices[0, row, left + lane]) ** 2
@@ -357,7 +379,19 @@ def measure(slices, row, left, log_x, work):  # type: ignore[no-untyped-def]
 
 
 @parallel
-def fit_rows(slices, excluded, least_squares, grid, log_x, start, stop, scale, exponent, squares, outcomes):  # type: ignore[no-untyped-def]
+def fit_rows(
+    slices: np.ndarray,
+    excluded: np.ndarray,
+    least_squares: bool,
+    grid: np.ndarray,
+    log_x: np.ndarray,
+    start: int,
+    stop: int,
+    scale: np.ndarray,
+    exponent: np.ndarray,
+    squares: np.ndarray,
+    outcomes: np.ndarray,
+) -> None:
     """Fit rows [start, stop) of a shading map.
 
     Parameters

@@ -99,7 +99,18 @@ def _double(image: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 @parallel
-def _shade(height, slope, albedo, specular, roughness, visible, plane, light, nearness, image):  # type: ignore[no-untyped-def]
+def _shade(
+    height: np.ndarray,
+    slope: np.ndarray,
+    albedo: np.ndarray,
+    specular: np.ndarray,
+    roughness: np.ndarray,
+    visible: np.ndarray,
+    plane: float,
+    light: np.ndarray,
+    nearness: float,
+    image: np.ndarray,
+) -> None:
     """Bound by arithmetic: three square roots and some sixty operations to a texel."""
     rows, columns = roughness.shape
     for row in prange(rows):
@@ -124,7 +135,7 @@ def _shade(height, slope, albedo, specular, roughness, visible, plane, light, ne
 
 
 @scalar
-def _ggx(n_l, n_v, n_h, alpha):  # type: ignore[no-untyped-def]
+def _ggx(n_l: float, n_v: float, n_h: float, alpha: float) -> float:
     """D G / (4 (n.l) (n.v)) with Smith's height-correlated G (Heitz2014 Eq. 99), in 1/sr, without the cosine."""
     squared = alpha * alpha
     spread = n_h * n_h * (squared - 1.0) + 1.0

@@ -98,7 +98,7 @@ def _horizon(height: NDArray[np.float32], along: float, across: float, lowest: f
 
 
 @parallel
-def _sweep(field, drift, spacing, reach, lines):  # type: ignore[no-untyped-def]
+def _sweep(field: np.ndarray, drift: float, spacing: float, reach: int, lines: np.ndarray) -> None:
     """Bound by the reads of heights: each enters and leaves the hull once.
 
     Line j passes column c at row j + drift c; it is walked from the far right, where the lamp is, to the left.
@@ -124,7 +124,7 @@ def _sweep(field, drift, spacing, reach, lines):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _on_line(field, row, column):  # type: ignore[no-untyped-def]
+def _on_line(field: np.ndarray, row: float, column: int) -> float:
     rows = field.shape[0]
     above = math.floor(row)
     first = int(above) % rows
@@ -133,7 +133,7 @@ def _on_line(field, row, column):  # type: ignore[no-untyped-def]
 
 
 @parallel
-def _between_lines(lines, drift):  # type: ignore[no-untyped-def]
+def _between_lines(lines: np.ndarray, drift: float) -> np.ndarray:
     """Bound by memory: two reads and a write to a texel."""
     slope = np.empty_like(lines)
     rows, columns = lines.shape
@@ -144,7 +144,15 @@ def _between_lines(lines, drift):  # type: ignore[no-untyped-def]
 
 
 @parallel
-def _walk(relief, lamp, radius, highest, first, horizon, height_of_lamp):  # type: ignore[no-untyped-def]
+def _walk(
+    relief: np.ndarray,
+    lamp: np.ndarray,
+    radius: float,
+    highest: float,
+    first: int,
+    horizon: np.ndarray,
+    height_of_lamp: np.ndarray,
+) -> None:
     """Bound by the reads of four heights to a step.
 
     `least` is the slope to the disc's lower edge; the walk ends where the highest relief lies below it.
@@ -172,7 +180,7 @@ def _walk(relief, lamp, radius, highest, first, horizon, height_of_lamp):  # typ
 
 
 @scalar
-def _at(field, row, column):  # type: ignore[no-untyped-def]
+def _at(field: np.ndarray, row: float, column: float) -> float:
     """Bilinear height at a place of the periodic field."""
     left = math.floor(column)
     first = int(left) % field.shape[1]

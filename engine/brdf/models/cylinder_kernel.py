@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from engine.core.kernels import scalar
 
 #: A highlight is integrated where it exceeds e to minus this, as a share of its peak.
@@ -12,9 +14,19 @@ DEPTH = 18.0
 
 
 @scalar
-def fill(  # type: ignore[no-untyped-def]
-    wi, wo, exponent, spacing, floor, nodes, weights, diffuse_nodes, diffuse_weights, diffuse, highlight
-):
+def fill(
+    wi: np.ndarray,
+    wo: np.ndarray,
+    exponent: float,
+    spacing: float,
+    floor: float,
+    nodes: np.ndarray,
+    weights: np.ndarray,
+    diffuse_nodes: np.ndarray,
+    diffuse_weights: np.ndarray,
+    diffuse: np.ndarray,
+    highlight: np.ndarray,
+) -> None:
     """The two integrals of each pair (3, n) into diffuse and highlight (n,), without kd/π and ks (n + 2)/(2π)."""
     edge = math.sqrt((1.0 - floor) * (1.0 + floor))
     for k in range(wi.shape[1]):
@@ -81,9 +93,9 @@ def _half_tangent(cosine: Any, sine: Any) -> Any:
 
 
 @scalar
-def _floor_share(  # type: ignore[no-untyped-def]
-    ix, iy, ox, oy, right_i, right_o, spacing, floor, edge
-):
+def _floor_share(
+    ix: float, iy: float, ox: float, oy: float, right_i: bool, right_o: bool, spacing: float, floor: float, edge: float
+) -> float:
     """The part of a period that is floor which both directions see."""
     reach_i = (1.0 - floor * ix) / iy if ix > floor else edge
     reach_o = (1.0 - floor * ox) / oy if ox > floor else edge

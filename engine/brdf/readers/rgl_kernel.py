@@ -26,7 +26,7 @@ AT_NORMAL = 1e-16
 
 
 @scalar
-def _interval(axis, value):  # type: ignore[no-untyped-def]
+def _interval(axis: np.ndarray, value: float) -> tuple[int, int, float]:
     """(lower node, upper node, weight of the upper), held at the ends of `axis`."""
     count = axis.size
     if count == 1:
@@ -43,7 +43,9 @@ def _interval(axis, value):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _slices(phi_axis, theta_axis, phi, theta):  # type: ignore[no-untyped-def]
+def _slices(
+    phi_axis: np.ndarray, theta_axis: np.ndarray, phi: float, theta: float
+) -> tuple[int, int, float, int, int, float]:
     """The slices around an incident direction: (p, q, weight of q, t, r, weight of r)."""
     p, q, p_weight = _interval(phi_axis, phi)
     t, r, t_weight = _interval(theta_axis, theta)
@@ -51,7 +53,7 @@ def _slices(phi_axis, theta_axis, phi, theta):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _mix_row(rows, at, y):  # type: ignore[no-untyped-def]
+def _mix_row(rows: np.ndarray, at: tuple[int, int, float, int, int, float], y: int) -> float:
     p, q, p_weight, t, r, t_weight = at
     value = (1.0 - t_weight) * rows[p, t, y] + t_weight * rows[p, r, y]
     if p_weight > 0.0:
@@ -61,7 +63,7 @@ def _mix_row(rows, at, y):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _mix(table, at, y, x):  # type: ignore[no-untyped-def]
+def _mix(table: np.ndarray, at: tuple[int, int, float, int, int, float], y: int, x: int) -> float:
     p, q, p_weight, t, r, t_weight = at
     value = (1.0 - t_weight) * table[p, t, y, x] + t_weight * table[p, r, y, x]
     if p_weight > 0.0:
@@ -71,7 +73,7 @@ def _mix(table, at, y, x):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _cell(u, count):  # type: ignore[no-untyped-def]
+def _cell(u: float, count: int) -> tuple[int, float]:
     """(index of the cell, place inside) of `u` in [0, 1] between `count` nodes."""
     place = min(max(u, 0.0), 1.0) * (count - 1)
     index = min(int(place), count - 2)
@@ -79,7 +81,7 @@ def _cell(u, count):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _plain(table, x, y):  # type: ignore[no-untyped-def]
+def _plain(table: np.ndarray, x: float, y: float) -> float:
     """A table (Y, X) of nodes, bilinear."""
     j, b = _cell(y, table.shape[0])
     i, a = _cell(x, table.shape[1])
@@ -89,7 +91,7 @@ def _plain(table, x, y):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _density(density, at, x, y):  # type: ignore[no-untyped-def]
+def _density(density: np.ndarray, at: tuple[int, int, float, int, int, float], x: float, y: float) -> float:
     j, b = _cell(y, density.shape[2])
     i, a = _cell(x, density.shape[3])
     lower = (1.0 - a) * _mix(density, at, j, i) + a * _mix(density, at, j, i + 1)
@@ -98,7 +100,14 @@ def _density(density, at, x, y):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _invert(density, columns, rows, at, x, y):  # type: ignore[no-untyped-def]
+def _invert(
+    density: np.ndarray,
+    columns: np.ndarray,
+    rows: np.ndarray,
+    at: tuple[int, int, float, int, int, float],
+    x: float,
+    y: float,
+) -> tuple[float, float, float]:
     """Uniform numbers in the unit square that the warp sends to (x, y), and the density there."""
     height, width = density.shape[2], density.shape[3]
     j, b = _cell(y, height)
@@ -116,7 +125,7 @@ def _invert(density, columns, rows, at, x, y):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _part(share, first, second):  # type: ignore[no-untyped-def]
+def _part(share: float, first: float, second: float) -> float:
     """t in [0, 1] at which the integral of the line from `first` to `second` is `share`, in units of the interval."""
     total = 0.5 * (first + second)
     if total <= 0.0:
@@ -126,7 +135,14 @@ def _part(share, first, second):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _draw(density, columns, rows, at, u, v):  # type: ignore[no-untyped-def]
+def _draw(
+    density: np.ndarray,
+    columns: np.ndarray,
+    rows: np.ndarray,
+    at: tuple[int, int, float, int, int, float],
+    u: float,
+    v: float,
+) -> tuple[float, float, float]:
     """(x, y, density there) of uniform numbers (u, v); the inverse of `_inverted`."""
     height, width = density.shape[2], density.shape[3]
     low, high = 0, height - 1
@@ -154,7 +170,7 @@ def _draw(density, columns, rows, at, u, v):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _signs(reduction, x, y):  # type: ignore[no-untyped-def]
+def _signs(reduction: int, x: float, y: float) -> tuple[float, float]:
     """Signs of x and y that bring a direction to the measured azimuths, by the symmetry of the file.
 
     2 is a half turn (to y ≤ 0), 4 two mirrors (to x ≤ 0 and y ≤ 0), as the files of the database have it.
@@ -168,7 +184,7 @@ def _signs(reduction, x, y):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _place(relative, phi, x, y, z):  # type: ignore[no-untyped-def]
+def _place(relative: bool, phi: float, x: float, y: float, z: float) -> tuple[float, float]:
     """The unit square's (x, y) for a half vector; `relative` files count its azimuth from the incident one, `phi`."""
     across = x * x + y * y
     turn = 0.5
@@ -178,14 +194,16 @@ def _place(relative, phi, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _usable(directions, n):  # type: ignore[no-untyped-def]
+def _usable(directions: np.ndarray, n: int) -> bool:
     """Above the horizon and finite; a NaN would become a place in memory."""
     z = directions[n, 2]
     return z > 0.0 and np.isfinite(directions[n, 0] + directions[n, 1] + z)
 
 
 @scalar
-def _colour(colours, at, j, i, b, a, channel):  # type: ignore[no-untyped-def]
+def _colour(
+    colours: np.ndarray, at: tuple[int, int, float, int, int, float], j: int, i: int, b: float, a: float, channel: int
+) -> float:
     p, q, p_weight, t, r, t_weight = at
     value = (1.0 - t_weight) * _patch(colours, p, t, j, i, b, a, channel)
     value += t_weight * _patch(colours, p, r, j, i, b, a, channel)
@@ -197,16 +215,30 @@ def _colour(colours, at, j, i, b, a, channel):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _patch(colours, p, t, j, i, b, a, channel):  # type: ignore[no-untyped-def]
+def _patch(colours: np.ndarray, p: int, t: int, j: int, i: int, b: float, a: float, channel: int) -> float:
     lower = (1.0 - a) * colours[p, t, j, i, channel] + a * colours[p, t, j, i + 1, channel]
     upper = (1.0 - a) * colours[p, t, j + 1, i, channel] + a * colours[p, t, j + 1, i + 1, channel]
     return (1.0 - b) * lower + b * upper
 
 
 @parallel
-def values(  # type: ignore[no-untyped-def]
-    phi_axis, theta_axis, reduction, relative, density, columns, rows, lowest, colours, scaled, ndf, sigma, wi, wo, out
-):
+def values(
+    phi_axis: np.ndarray,
+    theta_axis: np.ndarray,
+    reduction: int,
+    relative: bool,
+    density: np.ndarray,
+    columns: np.ndarray,
+    rows: np.ndarray,
+    lowest: float,
+    colours: np.ndarray,
+    scaled: bool,
+    ndf: np.ndarray,
+    sigma: np.ndarray,
+    wi: np.ndarray,
+    wo: np.ndarray,
+    out: np.ndarray,
+) -> None:
     """Fill out (N, 3) with values in 1/sr, not below `lowest`, for incident wi (N, 3) and outgoing wo (N, 3).
 
     colours (P, T, Y, X, 3) times, where `scaled`, ndf / (4 sigma); over the outgoing cosine.
@@ -232,7 +264,19 @@ def values(  # type: ignore[no-untyped-def]
 
 
 @parallel
-def densities(phi_axis, theta_axis, reduction, relative, density, columns, rows, luminance, fixed, drawn, out):  # type: ignore[no-untyped-def]
+def densities(
+    phi_axis: np.ndarray,
+    theta_axis: np.ndarray,
+    reduction: int,
+    relative: bool,
+    density: np.ndarray,
+    columns: np.ndarray,
+    rows: np.ndarray,
+    luminance: np.ndarray,
+    fixed: np.ndarray,
+    drawn: np.ndarray,
+    out: np.ndarray,
+) -> None:
     """Fill out (N,) with the density in 1/sr at which `samples` draws `drawn` (N, 3) for `fixed` (N, 3).
 
     Also below the horizon, where a mirrored direction may end; 0 where `fixed` is not above it.
@@ -260,21 +304,21 @@ def densities(phi_axis, theta_axis, reduction, relative, density, columns, rows,
 
 
 @parallel
-def samples(  # type: ignore[no-untyped-def]
-    phi_axis,
-    theta_axis,
-    reduction,
-    relative,
-    density,
-    columns,
-    rows,
-    luminance,
-    luminance_columns,
-    luminance_rows,
-    fixed,
-    uniform,
-    out,
-):
+def samples(
+    phi_axis: np.ndarray,
+    theta_axis: np.ndarray,
+    reduction: int,
+    relative: bool,
+    density: np.ndarray,
+    columns: np.ndarray,
+    rows: np.ndarray,
+    luminance: np.ndarray,
+    luminance_columns: np.ndarray,
+    luminance_rows: np.ndarray,
+    fixed: np.ndarray,
+    uniform: np.ndarray,
+    out: np.ndarray,
+) -> None:
     """Fill out (N, 3) with directions drawn for `fixed` (N, 3) by uniform (N, 2): the normal where it is not above."""
     for n in prange(fixed.shape[0]):
         out[n, 0], out[n, 1], out[n, 2] = 0.0, 0.0, 1.0

@@ -26,7 +26,16 @@ def is_bayer(colours: NDArray[np.integer]) -> bool:
 
 
 @scalar
-def develop(samples, black, scale, white, colours, matrix, radiance, saturated):  # type: ignore[no-untyped-def]
+def develop(
+    samples: np.ndarray,
+    black: np.ndarray,
+    scale: np.ndarray,
+    white: np.ndarray,
+    colours: np.ndarray,
+    matrix: np.ndarray,
+    radiance: np.ndarray,
+    saturated: np.ndarray,
+) -> None:
     """Fill `radiance` (H, W, 3) and `saturated` (H, W) from `samples` (H, W), integers or floats, H and W ≥ 3.
 
     A sample s of the site (i, j) stands for (s - black[i, j]) scale[i, j] of the colour colours[i, j]; it is saturated
@@ -63,12 +72,20 @@ def develop(samples, black, scale, white, colours, matrix, radiance, saturated):
 
 
 @scalar
-def _mirror(place, size):  # type: ignore[no-untyped-def]
+def _mirror(place: int, size: int) -> int:
     return abs(place) if place < size else 2 * (size - 1) - place
 
 
 @scalar
-def _read(samples, row, black, scale, white, line, clipped):  # type: ignore[no-untyped-def]
+def _read(
+    samples: np.ndarray,
+    row: int,
+    black: np.ndarray,
+    scale: np.ndarray,
+    white: np.ndarray,
+    line: np.ndarray,
+    clipped: np.ndarray,
+) -> bool:
     """Linear values of one row and two mirrored ones at either end, and whether any is saturated.
 
     Column x lies at line[x % 2, x // 2 + 1] and clipped[x + 2].
@@ -95,7 +112,7 @@ def _read(samples, row, black, scale, white, line, clipped):  # type: ignore[no-
 
 
 @scalar
-def _interpolate(lines, at, parity, green, count, planes):  # type: ignore[no-untyped-def]
+def _interpolate(lines: np.ndarray, at: int, parity: int, green: bool, count: int, planes: np.ndarray) -> None:
     """The three colours of the columns of one `parity` of row `at`.
 
     At green: the colour of its row, green, the colour of its column; else its own colour, green, the opposite one.
@@ -129,7 +146,9 @@ def _interpolate(lines, at, parity, green, count, planes):  # type: ignore[no-un
 
 
 @scalar
-def _mix(planes, one, two, three, count, result):  # type: ignore[no-untyped-def]
+def _mix(
+    planes: np.ndarray, one: np.ndarray, two: np.ndarray, three: np.ndarray, count: int, result: np.ndarray
+) -> None:
     """`planes` times the columns `one`, `two`, `three` of the colour matrix."""
     first, second, third = planes[0], planes[1], planes[2]
     for channel in range(3):
@@ -139,7 +158,7 @@ def _mix(planes, one, two, three, count, result):  # type: ignore[no-untyped-def
 
 
 @scalar
-def _spread(a, b, c, d, e, result):  # type: ignore[no-untyped-def]
+def _spread(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, e: np.ndarray, result: np.ndarray) -> None:
     for column in range(result.shape[0]):
         x = column + 2
         near = b[x - 1] or b[x] or b[x + 1] or d[x - 1] or d[x] or d[x + 1] or c[x - 1] or c[x] or c[x + 1]

@@ -77,7 +77,16 @@ def warp(
 
 
 @parallel
-def _warp(image, saturated, matrix, left, top, samples, moved, mask):  # type: ignore[no-untyped-def]
+def _warp(
+    image: np.ndarray,
+    saturated: np.ndarray,
+    matrix: np.ndarray,
+    left: int,
+    top: int,
+    samples: int,
+    moved: np.ndarray,
+    mask: np.ndarray,
+) -> None:
     """Bound by the reads of four neighbours per sample."""
     height, width = saturated.shape
     share = np.float32(1.0 / (samples * samples))
@@ -111,7 +120,7 @@ def _warp(image, saturated, matrix, left, top, samples, moved, mask):  # type: i
 
 
 @scalar
-def _cell(y, x, height, width):  # type: ignore[no-untyped-def]
+def _cell(y: float, x: float, height: int, width: int) -> tuple[int, int, np.float32, np.float32]:
     """Upper left neighbour and the fractions to the lower right one, inside the image."""
     y = min(max(y, 0.0), height - 1.0)
     x = min(max(x, 0.0), width - 1.0)
@@ -120,5 +129,5 @@ def _cell(y, x, height, width):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _between(one, other, fraction):  # type: ignore[no-untyped-def]
+def _between(one: np.float32, other: np.float32, fraction: np.float32) -> np.float32:
     return one + fraction * (other - one)

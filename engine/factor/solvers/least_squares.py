@@ -57,7 +57,7 @@ from engine.factor.solvers.least_squares_rows import (
 
 
 @scalar
-def substitute(factor, right):  # type: ignore[no-untyped-def]
+def substitute(factor: np.ndarray, right: np.ndarray) -> np.ndarray:
     """x (n, m) with F Fᵀ x = right (n, m)."""
     x = right.copy()
     n, m = x.shape
@@ -77,7 +77,7 @@ def substitute(factor, right):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def largest_eigenvalue(lower):  # type: ignore[no-untyped-def]
+def largest_eigenvalue(lower: np.ndarray) -> float:
     """That of a symmetric positive matrix given by its lower triangle, from below, by 20 power iterations."""
     n = len(lower)
     x = np.ones(n) / np.sqrt(n)
@@ -99,7 +99,7 @@ def largest_eigenvalue(lower):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def largest_of_inverse(factor):  # type: ignore[no-untyped-def]
+def largest_of_inverse(factor: np.ndarray) -> float:
     """The same of the inverse of a matrix given by its Cholesky factor."""
     n = len(factor)
     x = np.empty((n, 1))

@@ -58,7 +58,7 @@ def predict(rows: Rows, texture: Floats) -> Floats:
 
 
 @scalar
-def _weights(coordinates, size, index, weight, first):  # type: ignore[no-untyped-def]
+def _weights(coordinates: np.ndarray, size: int, index: np.ndarray, weight: np.ndarray, first: int) -> None:
     for i in range(len(coordinates)):
         u = min(max(0.5 * (coordinates[i, 0] + 1.0) * (size - 1), 0.0), size - 1.0)
         v = min(max(0.5 * (coordinates[i, 1] + 1.0) * (size - 1), 0.0), size - 1.0)
@@ -72,7 +72,7 @@ def _weights(coordinates, size, index, weight, first):  # type: ignore[no-untype
 
 
 @scalar
-def _mark(index, weight, reached):  # type: ignore[no-untyped-def]
+def _mark(index: np.ndarray, weight: np.ndarray, reached: np.ndarray) -> None:
     for i in range(len(index)):
         for e in range(index.shape[1]):
             if weight[i, e] > 0.0:
@@ -80,7 +80,7 @@ def _mark(index, weight, reached):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def second_differences(size, reached, strength):  # type: ignore[no-untyped-def]
+def second_differences(size: int, reached: np.ndarray, strength: float) -> tuple[np.ndarray, np.ndarray]:
     index = np.zeros((3 * size * size, 4), np.int32)
     weight = np.zeros((3 * size * size, 4))
     count = 0
@@ -106,7 +106,9 @@ def second_differences(size, reached, strength):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def add_products(texel_a, weight_a, texel_b, weight_b, block):  # type: ignore[no-untyped-def]
+def add_products(
+    texel_a: np.ndarray, weight_a: np.ndarray, texel_b: np.ndarray, weight_b: np.ndarray, block: np.ndarray
+) -> None:
     for i in range(len(texel_a)):
         for a in range(texel_a.shape[1]):
             factor = weight_a[i, a]
@@ -116,7 +118,7 @@ def add_products(texel_a, weight_a, texel_b, weight_b, block):  # type: ignore[n
 
 
 @scalar
-def _add_own(texel, weight, block):  # type: ignore[no-untyped-def]
+def _add_own(texel: np.ndarray, weight: np.ndarray, block: np.ndarray) -> None:
     """Add half of BᵀB: of each pair of entries one order, of each entry with itself half."""
     for i in range(len(texel)):
         for a in range(texel.shape[1]):
@@ -142,7 +144,7 @@ def products(a: Rows, b: Rows) -> Floats:
 
 
 @scalar
-def _add_moments(texel, weight, values, sums):  # type: ignore[no-untyped-def]
+def _add_moments(texel: np.ndarray, weight: np.ndarray, values: np.ndarray, sums: np.ndarray) -> None:
     for i in range(len(texel)):
         red, green, blue = values[i, 0], values[i, 1], values[i, 2]
         for e in range(texel.shape[1]):
@@ -160,7 +162,7 @@ def moments(rows: Rows, values: Floats) -> Floats:
 
 
 @scalar
-def _apply(texel, weight, texture, out):  # type: ignore[no-untyped-def]
+def _apply(texel: np.ndarray, weight: np.ndarray, texture: np.ndarray, out: np.ndarray) -> None:
     for i in range(len(texel)):
         red, green, blue = 0.0, 0.0, 0.0
         for e in range(texel.shape[1]):

@@ -12,7 +12,9 @@ from engine.core.kernels import scalar
 
 
 @scalar
-def write_codes(radiance, table, brightest, pivot, codes):  # type: ignore[no-untyped-def]
+def write_codes(
+    radiance: np.ndarray, table: np.ndarray, brightest: np.float32, pivot: np.ndarray, codes: np.ndarray
+) -> None:
     """Fill `codes` (3 N, texels) float32 from `radiance` (N, texels, 3) float32, less `pivot` (3 N,) float32.
 
     `table` (E,) float32 holds codes at equal steps of the square root of radiance, from 0 to that of `brightest`, as

@@ -12,7 +12,14 @@ from engine.core.kernels import parallel, prange, scalar
 
 
 @parallel
-def halve(planes, functions, inverse, table, steps, result):  # type: ignore[no-untyped-def]
+def halve(
+    planes: np.ndarray,
+    functions: np.ndarray,
+    inverse: np.ndarray,
+    table: np.ndarray,
+    steps: np.float32,
+    result: np.ndarray,
+) -> None:
     """Fill `result` (K, h, w) float32 from `planes` (K, H, W) uint8 or float32; all else is float32.
 
     A value of a light is functions (M, 1 + K) of 1 and the planes, as a code, and `inverse` (K, M) gives planes back.
@@ -50,7 +57,7 @@ def halve(planes, functions, inverse, table, steps, result):  # type: ignore[no-
 
 
 @scalar
-def _between(place, size, smaller):  # type: ignore[no-untyped-def]
+def _between(place: int, size: int, smaller: int) -> tuple[int, np.float32]:
     """The first of two texels of `size` that lie around a texel of `smaller`, and the share of the second."""
     at = (place + 0.5) * size / smaller - 0.5
     first = min(int(at), max(size - 2, 0))
@@ -58,14 +65,14 @@ def _between(place, size, smaller):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _radiance(code, table, steps):  # type: ignore[no-untyped-def]
+def _radiance(code: np.float32, table: np.ndarray, steps: np.float32) -> np.float32:
     place = min(max(code, np.float32(0.0)) * steps, np.float32(len(table) - 1))
     at = min(int(place), len(table) - 2)
     return table[at] + (place - np.float32(at)) * (table[at + 1] - table[at])
 
 
 @scalar
-def _code(radiance):  # type: ignore[no-untyped-def]
+def _code(radiance: np.float32) -> np.float32:
     if radiance <= np.float32(0.0031308):
         return np.float32(255.0 * 12.92) * radiance
     return np.float32(255.0) * (np.float32(1.055) * radiance ** np.float32(1.0 / 2.4) - np.float32(0.055))

@@ -23,7 +23,7 @@ BLOCK = 32
 
 
 @scalar
-def face_normals(positions, faces):  # type: ignore[no-untyped-def]
+def face_normals(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """(F, 3) unit normals; zero for faces without area."""
     normals = np.zeros((len(faces), 3))
     ab, ac = np.empty(3), np.empty(3)
@@ -48,7 +48,7 @@ def face_normals(positions, faces):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _min_cosine(direction, normal, faces, flat):  # type: ignore[no-untyped-def]
+def _min_cosine(direction: np.ndarray, normal: np.ndarray, faces: np.ndarray, flat: np.ndarray) -> tuple[float, int]:
     """Smallest cosine between `direction` and the normal or the faces around; and which face has it, −1 the normal."""
     length = math.sqrt(_dot(direction, direction))
     if length == 0.0:
@@ -63,12 +63,14 @@ def _min_cosine(direction, normal, faces, flat):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _dot(a, b):  # type: ignore[no-untyped-def]
+def _dot(a: np.ndarray, b: np.ndarray) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @scalar
-def outward(normals, point, start, face, flat):  # type: ignore[no-untyped-def]
+def outward(
+    normals: np.ndarray, point: np.ndarray, start: np.ndarray, face: np.ndarray, flat: np.ndarray
+) -> np.ndarray:
     """(V, 3) offsets of origins in units of the caster's; `face[start[p]:start[p + 1]]` meet at place p."""
     away = np.empty_like(normals)
     direction = np.empty(3)
@@ -93,7 +95,7 @@ def outward(normals, point, start, face, flat):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _spread(number):  # type: ignore[no-untyped-def]
+def _spread(number: int) -> int:
     """The ten lowest bits of a number, three places apart."""
     number = (number | (number << 16)) & 0x030000FF
     number = (number | (number << 8)) & 0x0300F00F
@@ -102,7 +104,7 @@ def _spread(number):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def boxes_of_boxes(points):  # type: ignore[no-untyped-def]
+def boxes_of_boxes(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points (P, 3) in [−1, 1]³ in Morton order, and the corners (B, 2, 3) of boxes of BLOCK and of BLOCK² points."""
     key = np.empty(len(points), np.int64)
     for index in range(len(points)):
@@ -116,7 +118,7 @@ def boxes_of_boxes(points):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _boxes(points, size):  # type: ignore[no-untyped-def]
+def _boxes(points: np.ndarray, size: int) -> np.ndarray:
     boxes = np.empty(((len(points) + size - 1) // size, 2, 3))
     boxes[:, 0] = np.inf
     boxes[:, 1] = -np.inf
@@ -128,7 +130,7 @@ def _boxes(points, size):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _reaches(box, normal, height):  # type: ignore[no-untyped-def]
+def _reaches(box: np.ndarray, normal: np.ndarray, height: float) -> bool:
     """True if some point of a box may lie higher than `height` along the normal."""
     highest = 0.0
     for axis in range(3):
@@ -137,7 +139,9 @@ def _reaches(box, normal, height):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def nothing_above(places, normals, blocks, rise):  # type: ignore[no-untyped-def]
+def nothing_above(
+    places: np.ndarray, normals: np.ndarray, blocks: tuple[np.ndarray, np.ndarray, np.ndarray], rise: float
+) -> np.ndarray:
     """(V,) whether no point lies higher than `rise` above the plane through a place across its normal."""
     points, inner, outer = blocks
     free = np.ones(len(places), np.bool_)
@@ -160,7 +164,7 @@ def nothing_above(places, normals, blocks, rise):  # type: ignore[no-untyped-def
 
 
 @scalar
-def _chance(vertex, draw):  # type: ignore[no-untyped-def]
+def _chance(vertex: int, draw: int) -> float:
     """A number in [0, 1) that only the vertex and the number of the draw decide (the finaliser of SplitMix64)."""
     mixed = np.uint64(3 * vertex + draw + 1) * np.uint64(0x9E3779B97F4A7C15)
     mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -170,7 +174,9 @@ def _chance(vertex, draw):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def hemisphere_rays(vertices, origins, normals, pattern):  # type: ignore[no-untyped-def]
+def hemisphere_rays(
+    vertices: np.ndarray, origins: np.ndarray, normals: np.ndarray, pattern: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Origins (N D, 3) float64 and directions (N D, 3) float32: the pattern (D, 3) rotated about each normal."""
     count = len(pattern)
     origin = np.empty((len(vertices) * count, 3))
@@ -197,7 +203,7 @@ def hemisphere_rays(vertices, origins, normals, pattern):  # type: ignore[no-unt
 
 
 @scalar
-def _turn(vertex, angle, rotation):  # type: ignore[no-untyped-def]
+def _turn(vertex: int, angle: float, rotation: np.ndarray) -> None:
     """Fill the rotation vector (3,) of a vertex: a random axis and a turn by `angle`."""
     height = 2.0 * _chance(vertex, 1) - 1.0
     azimuth = 2.0 * math.pi * _chance(vertex, 2)
@@ -208,7 +214,7 @@ def _turn(vertex, angle, rotation):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _turn_direction(direction, rotation, normal, out):  # type: ignore[no-untyped-def]
+def _turn_direction(direction: np.ndarray, rotation: np.ndarray, normal: np.ndarray, out: np.ndarray) -> None:
     """Fill `out` with the turned direction, or with the direction itself where the turn takes it below the horizon."""
     out[0] = direction[0] + rotation[1] * direction[2] - rotation[2] * direction[1]
     out[1] = direction[1] + rotation[2] * direction[0] - rotation[0] * direction[2]
@@ -218,7 +224,16 @@ def _turn_direction(direction, rotation, normal, out):  # type: ignore[no-untype
 
 
 @scalar
-def cube_rays(vertices, free, origins, normals, directions, order, angle, visible):  # type: ignore[no-untyped-def]
+def cube_rays(
+    vertices: np.ndarray,
+    free: np.ndarray,
+    origins: np.ndarray,
+    normals: np.ndarray,
+    directions: np.ndarray,
+    order: np.ndarray,
+    angle: float,
+    visible: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rays of vertices (N,) towards those directions (T, 3) above their horizons, in that order and rotated by `angle`.
 
     Fills `visible` (N, T) with whether a direction is above the horizon. Returns, for the vertices that are not free,
@@ -251,7 +266,15 @@ def cube_rays(vertices, free, origins, normals, directions, order, angle, visibl
 
 
 @scalar
-def finer_rays(vertices, rows, texels, origins, normals, directions, angle):  # type: ignore[no-untyped-def]
+def finer_rays(
+    vertices: np.ndarray,
+    rows: np.ndarray,
+    texels: np.ndarray,
+    origins: np.ndarray,
+    normals: np.ndarray,
+    directions: np.ndarray,
+    angle: float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rays like those of `cube_rays` towards finer directions (T, S, 3), for pairs of a row of `vertices` and a texel.
 
     Returns origins, directions and for each ray (R,) the number of its pair.
@@ -277,7 +300,7 @@ def finer_rays(vertices, rows, texels, origins, normals, directions, angle):  # 
 
 
 @scalar
-def borders(visible, neighbours):  # type: ignore[no-untyped-def]
+def borders(visible: np.ndarray, neighbours: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rows and texels of those of `visible` (N, T) that differ from one of the four beside them."""
     count = 0
     for fill in range(2):
