@@ -123,6 +123,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "distance of the lamps, the intensity of each, room light, motion of the camera, and whether the list of "
         "lights belongs to them; each is used only where it shows photographs better that are held out (auto: all)",
     )
+    parser.add_argument(
+        "--lights-form",
+        default="listed",
+        metavar="listed|mirrored-x|mirrored-y|swapped-xy|reversed|shifted+1|…",
+        help="form in which the list of lights is taken, as the report of an import suggests: with an axis turned "
+        "round, x and y exchanged, or for the photographs in another order (shifted+1: each has the light of the next "
+        "one)",
+    )
     lights = parser.add_mutually_exclusive_group()
     lights.add_argument(
         "--azimuth",
@@ -202,6 +210,7 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         strict=arguments.strict,
         use_all=arguments.use_all,
         calibrate=arguments.calibrate,
+        lights_form=arguments.lights_form,
     )
     stack = drain(import_stack(sources, settings, arguments.output), memory)
     return {

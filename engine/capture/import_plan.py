@@ -20,6 +20,7 @@ from engine.capture.calibration.estimate import Term
 from engine.capture.calibration.rig import TERMS
 from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread, usual_motion
 from engine.capture.lights.lamp_gains import lamp_gains
+from engine.capture.lights.list_forms import LISTED, check_form, in_form
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.selection import Selection, select
 from engine.capture.lights.sources import Pairs, Sources, printable
@@ -66,6 +67,7 @@ class ImportSettings:
     use_all : use photographs that show nothing too: black ones, and ones that are clipped all over.
     calibrate : what is estimated from the photographs themselves where it is not stated: 'auto' for all, 'none', or
         some of `CALIBRATED`.
+    lights_form : the form in which the list of lights is taken, see `engine.capture.lights.list_forms`.
     """
 
     motion: str = "auto"
@@ -85,8 +87,10 @@ class ImportSettings:
     strict: bool = False
     use_all: bool = False
     calibrate: Literal["auto", "none"] | tuple[str, ...] = "auto"
+    lights_form: str = LISTED
 
     def __post_init__(self) -> None:
+        check_form(self.lights_form)
         if self.calibrate not in ("auto", "none") and not set(self.calibrate) <= set(CALIBRATED):
             raise UsageError(f"unknown calibration {self.calibrate!r}; known are auto, none, {', '.join(CALIBRATED)}")
         if self.motion not in ("auto", "none", *MOTIONS):
@@ -144,6 +148,7 @@ class Plan:
             "picture_balance": list(self.calibration.balance),
             "motion": self.settings.motion,
             "lamp_gains": [float(gain) for gain in self.gains] if (self.gains != 1.0).any() else None,
+            "lights_form": self.settings.lights_form,
             "room_light": list(self.room_light) if self.room_light else None,
             "calibration": [term.as_json() for term in self.terms],
             "control_points_px": {name: [list(map(float, one)) for one in pairs] for name, pairs in marked.items()},
@@ -184,6 +189,7 @@ class Plan:
             "distance": self.settings.lamp_distance is not None or self.sources.lamp_distance is not None,
             "gains": self.settings.equalise is not None,
             "ambient": self.dark is not None,
+            "lights": self.sources.sphere is not None or self.settings.lights_form != LISTED,
         }
         return tuple(term for term in chosen if not stated.get(term, False))
 
@@ -196,6 +202,7 @@ def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     elif settings.second_sphere is not None:
         place, remedy = sources.photographs[0].parent, "Give --sphere COLUMN,ROW,RADIUS or auto as well"
         raise InputError(place, "has no first mirror sphere that a second could add to", remedy)
+    sources = in_form(sources, settings.lights_form)
     if settings.lights is not None:
         sources = select(sources, settings.lights)
     settings = _decide(settings, sources)

@@ -31,6 +31,7 @@ import engine
 from engine.capture.assumptions import compare_azimuths
 from engine.capture.calibration.correction import Correction, room_light, room_share
 from engine.capture.calibration.estimate import Term, estimate, levels, sample_texels
+from engine.capture.calibration.light_list import ListCheck, check_list
 from engine.capture.calibration.motion import camera_motion
 from engine.capture.calibration.rig import TERMS, Rig, lamp_vectors
 from engine.capture.doubts import check_angles, without_empty, without_unreadable
@@ -44,6 +45,7 @@ from engine.capture.import_record import (
     refuse_different_sizes,
     refuse_equal_images,
 )
+from engine.capture.lights.list_forms import LISTED, name_order
 from engine.capture.lights.sources import Sources, printable
 from engine.capture.output_region import View, view_of
 from engine.capture.photograph.decode import Photograph, ReadAhead, Unreadable
@@ -61,7 +63,7 @@ from engine.capture.tally import Tally
 from engine.core.colour import LUMINANCE, to_display8
 from engine.core.directions import surface_direction
 from engine.core.errors import InputError
-from engine.core.figure_text import number
+from engine.core.figure_text import number, percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
 from engine.images.decode import refuse_larger
@@ -207,6 +209,8 @@ def _align_record(plan: Plan, read: _Read, place: Path, files: ExitStack, starte
     alignment = _find_unmoved(len(plan.names))
     if not _direct(plan):
         alignment = yield from part(_align(plan, read), started, 0.7)
+        if "lights" in plan.calibrated:
+            plan = _check(plan, read, alignment)
         if "motion" in plan.calibrated:
             plan, alignment = yield from part(_followed(plan, read, alignment), 0.7, 0.75)
         plan, correction = yield from part(_calibrate(plan, read, alignment), 0.75, 0.8)
@@ -361,6 +365,32 @@ def _align(plan: Plan, read: _Read) -> Steps[Alignment]:
 def _direct(plan: Plan) -> bool:
     """Whether photographs are written as they are read: nothing moves them, and nothing is to be estimated."""
     return plan.still and not plan.calibrated
+
+
+def _check(plan: Plan, read: _Read, alignment: Alignment) -> Plan:
+    """The plan with a warning where the list of lights fits clearly better in another form; nothing else is then
+    estimated, since that would be of a wrong list."""
+    order = name_order(plan.sources)
+    images, clipped = _small_aligned(read, alignment)
+    found = check_list([images[at] for at in order], [clipped[at] for at in order], _directions(plan)[order])
+    if found.form == LISTED:
+        return plan
+    warning = Finding(Verdict.WARNING, _about_list(found))
+    sources = replace(plan.sources, findings=(*plan.sources.findings, warning))
+    return replace(plan, sources=sources, settings=replace(plan.settings, calibrate=("lights",)))
+
+
+def _about_list(found: ListCheck) -> str:
+    text = (
+        f"The list of lights does not seem to belong to the photographs: it fits clearly better {found.form} (residual "
+        f"{percent(found.residual[0])} → {percent(found.residual[1])} of the brightness, slopes that belong to no "
+        f"surface {percent(found.no_surface[0])} → {percent(found.no_surface[1])}). Nothing was changed or calibrated: "
+        f"import again with --lights-form {found.form}, or correct the list"
+    )
+    if found.form.startswith("mirrored"):
+        other = "mirrored-x" if found.form == "mirrored-y" else "mirrored-y"
+        text += f". If hills then look like valleys, it is {other}"
+    return text
 
 
 def _followed(plan: Plan, read: _Read, alignment: Alignment) -> Steps[tuple[Plan, Alignment]]:

@@ -184,7 +184,8 @@ def _jackknife(sample: Sample, directions: Array, terms: tuple[str, ...], final:
 def _angle_between(one: Fit, other: Fit) -> float:
     """Degrees by which 95 % of normals differ at most."""
     first, second = (
-        each.albedo_normals / np.linalg.norm(each.albedo_normals, axis=1)[:, None] for each in (one, other)
+        each.albedo_normals / np.maximum(np.linalg.norm(each.albedo_normals, axis=1), 1e-12)[:, None]
+        for each in (one, other)
     )
     cosine = np.clip((first * second).sum(axis=1), -1.0, 1.0)
     return float(np.degrees(np.quantile(np.arccos(cosine), 0.95)))

@@ -96,6 +96,11 @@ def without(sources: Sources, places: NDArray[np.intp]) -> Sources:
     return _reduce(sources, np.delete(np.arange(len(sources.photographs)), places))
 
 
+def reordered(sources: Sources, order: NDArray[np.intp]) -> Sources:
+    """`sources` with its lights in another order, in which their elevations rise."""
+    return _reduce(sources, order)
+
+
 def _only(sources: Sources, kept: NDArray[np.intp], words: str) -> Sources:
     """`sources` reduced to the lights `kept`, in rising order, and what to say about it."""
     text = f"{words}, {len(kept)} of {len(sources.photographs)} lights are used: {_elevations(sources, kept)}"
