@@ -123,6 +123,7 @@ class Plan:
     gains: NDArray[np.float64]
     terms: tuple[Term, ...] = ()
     room_light: tuple[float, ...] | None = None
+    held_out: float | None = None
 
     @property
     def names(self) -> list[str]:
@@ -151,6 +152,7 @@ class Plan:
             "lights_form": self.settings.lights_form,
             "room_light": list(self.room_light) if self.room_light else None,
             "calibration": [term.as_json() for term in self.terms],
+            "calibration_held_out": self.held_out,
             "control_points_px": {name: [list(map(float, one)) for one in pairs] for name, pairs in marked.items()},
         }
 

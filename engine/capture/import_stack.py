@@ -438,7 +438,8 @@ def _calibrate(plan: Plan, read: _Read, alignment: Alignment) -> Steps[tuple[Pla
         vectors = lamp_vectors(directions, sample.positions, start.nearness)
         sample = replace(sample, values=sample.values * np.linalg.norm(vectors, axis=-1) ** 1.5)
     found = estimate(sample, directions, terms, start)
-    plan = _select_reported(replace(plan, terms=(*plan.terms, *found.terms)))
+    held_out = found.held_out if math.isfinite(found.held_out) else None
+    plan = _select_reported(replace(plan, terms=(*plan.terms, *found.terms), held_out=held_out))
     if not found.accepted:
         return plan, None
     gains = np.exp(found.rig.log_gains - np.median(found.rig.log_gains))

@@ -27,6 +27,7 @@ from engine.surface.horizon import openness
 from engine.surface.lamps import Lamps, lamps
 from engine.surface.pbr_maps import DIELECTRIC_F0, Map, MapErrors, PbrMaps, Uncertainty
 from engine.surface.reflectance import FEWEST_FOR_GLOSS, Array, fit_rows, kinds, metallic_roughness
+from engine.surface.rig_error import rig_error
 from engine.surface.texel_kernel import (
     COV_AB,
     COV_REFLECTANCE,
@@ -42,6 +43,9 @@ from engine.surface.texel_kernel import (
 
 #: Texels beyond the border that are mirrored for the shadows of relief, and the lowest light that counts there.
 BORDER, LOWEST = 64, math.radians(5.0)
+
+#: Held-out error over that of the mean image, and median deviation of normals (radians), that need attention.
+NOT_BETTER, MAX_NORMAL_SIGMA = 0.8, math.radians(5.0)
 
 #: Share of texels whose colour may exceed one before it is worth a word.
 WORTH_A_WORD = 0.001
@@ -94,6 +98,7 @@ def recover(
     planes.sigma["roughness"] = np.minimum(np.hypot(planes.sigma["roughness"], of_relief), 0.5).astype(np.float32)
     fitted = time.perf_counter()
     height = height_sigma = occlusion = occlusion_sigma = None
+    doubts: list[Finding] = []
     if seen.observed.kind == "both":
         right, up = -planes.slope[..., 0].astype(np.float64), -planes.slope[..., 1].astype(np.float64)
         blurred = 0.5 * (lens_variance(planes.slope[..., 0]) + lens_variance(planes.slope[..., 1]))
@@ -106,9 +111,16 @@ def recover(
         planes.sigma["normal"] = np.minimum(planes.sigma["normal"] * np.sqrt(excess), 0.5 * np.pi).astype(np.float32)
         height = solved.astype(np.float32)
         deviation = yield from part(height_deviation(excess * variance), 0.75, 0.8)
+        yield Step(0.8, "estimating errors of the rig")
+        of_rig, doubts = rig_error(stack, used, seen)
+        normal_sigma = np.hypot(planes.sigma["normal"], of_rig)
+        planes.sigma["normal"] = np.minimum(normal_sigma, 0.5 * np.pi).astype(np.float32)
         # what the lens flattens, it flattens everywhere: heights are short by the same part as slopes
         share = float(np.sqrt(2.0 * blurred.mean(dtype=np.float64) / max((right**2 + up**2).mean(), 1e-12)))
-        height_sigma = np.hypot(deviation, share * solved).astype(np.float32)
+        # slopes that err alike over the image bend it: their error times half the way from its middle
+        rows, columns = (np.arange(size) - 0.5 * (size - 1) for size in solved.shape)
+        bent = 0.5 * of_rig * np.hypot(rows[:, None], columns[None])
+        height_sigma = np.sqrt(deviation**2 + (share * solved) ** 2 + bent**2).astype(np.float32)
         occlusion = yield from part(_open_part(height), 0.8, 0.85)
         # the open part is the mean of cos² of horizons, which err as the normals do
         hidden = np.sqrt(occlusion * (1.0 - occlusion))
@@ -131,7 +143,7 @@ def recover(
         figures,
     )
     seconds = {"fit": fitted - start, "height": solved_at - fitted, "errors": time.perf_counter() - solved_at}
-    return Surface(maps, seen, alike.white, _health(maps, alike.white, len(used)), seconds)
+    return Surface(maps, seen, alike.white, _health(maps, alike.white, len(used), doubts), seconds)
 
 
 class _Planes:
@@ -200,8 +212,8 @@ def _open_part(height: Map) -> Steps[Map]:
     return np.ascontiguousarray(np.clip(inner, 0.0, 1.0))
 
 
-def _health(maps: PbrMaps, white: float, photographs: int) -> Health:
-    findings = []
+def _health(maps: PbrMaps, white: float, photographs: int, doubts: list[Finding]) -> Health:
+    findings = list(doubts)
     if maps.observed.azimuth is not None:
         azimuth = number(math.degrees(maps.observed.azimuth))
         text = f"the lamps stand on one arc: only the slope along {azimuth}° is observed, across it the surface is "
@@ -212,8 +224,14 @@ def _health(maps: PbrMaps, white: float, photographs: int) -> Health:
     if white > 1.0:
         text = f"a white card that faces a lamp is taken to be {number(white)} times as bright as the white level"
         findings.append(Finding(Verdict.NOTE, f"{text}, because texels are brighter than a card at that level"))
-    if maps.errors.left_out > maps.errors.mean_picture:
+    if maps.errors.left_out > NOT_BETTER * maps.errors.mean_picture:
         ours, mean = number(maps.errors.left_out), number(maps.errors.mean_picture)
-        text = f"photographs that are left out are shown to {ours} codes of 255, by their mean to {mean}"
-        findings.append(Finding(Verdict.WARNING, f"{text}: shadows or a lamp that is placed wrongly"))
+        text = f"held-out error is {ours} 8-bit levels, not at least 20 % lower than the {mean} of the mean image"
+        findings.append(Finding(Verdict.WARNING, f"{text}: shadows, or lamps that are placed wrongly"))
+    if maps.errors.normal_sigma > MAX_NORMAL_SIGMA:
+        sigma = number(math.degrees(maps.errors.normal_sigma))
+        text = (
+            f"half of the normals are uncertain by more than {sigma}° (1 sigma): the photographs do not fit the model"
+        )
+        findings.append(Finding(Verdict.WARNING, f"{text} of a lit surface, or lamps are placed wrongly"))
     return Health(findings=tuple(findings))

@@ -36,6 +36,12 @@ MIN_GAIN, SURE = {"distance": 0.08, "gains": 0.1, "ambient": 0.08}, 4.0
 #: the share that a term has to take away beyond it.
 GOOD, LARGE_GAIN = {"distance": 0.05, "gains": 0.12, "ambient": 0.03}, {"distance": 0.25, "gains": 0.25, "ambient": 1.0}
 
+#: Held-out error from which the model of a texel tells nothing.
+HOPELESS = 0.18
+
+#: Radiance of texels that are looked at, at least: of the white level, and over the brightest.
+DARKEST, DARKEST_SHARE = 0.003, 0.03
+
 #: Texels of the sample, groups of lamps of the jackknife, and blocks along a row of the image.
 TEXELS, GROUPS, BLOCKS = 1000, 4, 6
 
@@ -98,7 +104,8 @@ def sample_texels(
     mean = values.mean(axis=1)
     positions = np.stack([(columns + 0.5) / width - 0.5, (0.5 * height - 0.5 - rows) / width], axis=1)
     block = (rows * (BLOCKS - 1) // height) * BLOCKS + columns * BLOCKS // width
-    kept = (mean > 0.05 * float(np.median(mean)) + 1e-9) & (usable.mean(axis=1) > 0.6)
+    darkest = max(DARKEST, DARKEST_SHARE * float(np.quantile(mean, 0.98)))
+    kept = (mean > darkest) & (usable.mean(axis=1) > 0.6)
     with np.errstate(divide="ignore", invalid="ignore"):
         found = Sample(values / mean[:, None], usable, positions, mean, block.astype(np.int64))
     return found.of(kept)
@@ -158,6 +165,8 @@ def _put(rig: Rig, start: Rig, term: str) -> Rig:
 def _evidence(term: str, before: Array, after: Array, block: NDArray[np.int64]) -> float:
     """1 or more where a term is worth accepting."""
     share = 1.0 - float(after.mean()) / max(float(before.mean()), 1e-9)
+    if after.mean() > HOPELESS:
+        return 0.0
     needed = MIN_GAIN[term] if after.mean() < GOOD[term] else LARGE_GAIN[term]
     number = np.bincount(block)
     gain = (np.bincount(block, before - after) / np.maximum(number, 1))[number > 0]

@@ -1,0 +1,94 @@
+"""Errors of normals by what is not known of the rig: of its calibration, and where there was none.
+
+An error δ of the inverse distance of lamps, in widths, turns the normal at the distance p from the middle by some
+2.5 δ p: 1 by the direction of the light and 1.5 by its fall-off, for lamps at 45°. Gains that err by σ turn normals by
+σ √(4 / N), N lamps being averaged, and room light that errs by σ by 2 σ. What the model of the calibration leaves of
+photographs held out, over the brightness, is an angle of the same size in normals: light that bounces, gloss and
+relief beside near lamps err alike over many texels.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.calibration.estimate import estimate
+from engine.capture.calibration.rig import Rig, Sample, lamp_vectors
+from engine.capture.stack import ImageStack
+from engine.core.health import Finding, Verdict
+from engine.surface.lamps import Lamps
+from engine.surface.reflectance import texels
+
+Array = NDArray[np.float64]
+
+#: Angle of a normal over an error of the inverse distance times the position, and over one of room light.
+BY_DISTANCE, BY_AMBIENT = 2.5, 2.0
+
+#: Angle over the held-out error, and its largest value (radians): gloss is seen by the fit of the surface.
+BY_HELD_OUT, MAX_HELD_OUT = 1.2, 0.03
+
+#: Texels that are looked at where there was no calibration.
+SAMPLE = 1000
+
+
+def rig_error(stack: ImageStack, used: NDArray[np.int64], seen: Lamps) -> tuple[Array, list[Finding]]:
+    """(H, W) standard deviation of normals in radians, and what was found of a rig that nobody corrected for."""
+    height, width = stack.radiance.shape[1:3]
+    if seen.observed.kind != "both" or stack.folder is None:
+        return np.zeros((height, width)), []
+    recorded = stack.provenance.get("calibration")
+    terms = [term for term in recorded if isinstance(term, dict)] if isinstance(recorded, list) else []
+    if terms:
+        near, alike = _of_terms(terms, len(used))
+        held_out = stack.provenance.get("calibration_held_out")
+        findings: list[Finding] = []
+    else:
+        near, alike, held_out, findings = _of_photographs(stack, used, seen)
+    misfit = min(BY_HELD_OUT * held_out, MAX_HELD_OUT) if isinstance(held_out, int | float) else 0.0
+    x = (np.arange(width) + 0.5) / width - 0.5
+    y = (0.5 * height - 0.5 - np.arange(height)) / width
+    apart = np.hypot(x[None], y[:, None])
+    return np.sqrt((BY_DISTANCE * near * apart) ** 2 + alike**2 + misfit**2), findings
+
+
+def _of_terms(terms: list[dict[str, Any]], count: int) -> tuple[float, float]:
+    """Deviations of the inverse distance, and of normals by the other terms (radians)."""
+    sigma = {str(term.get("name")): float(term.get("sigma") or 0.0) for term in terms}
+    alike = math.hypot(sigma.get("gains", 0.0) * math.sqrt(4.0 / count), BY_AMBIENT * sigma.get("ambient", 0.0))
+    return sigma.get("distance", 0.0), alike
+
+
+def _of_photographs(
+    stack: ImageStack, used: NDArray[np.int64], seen: Lamps
+) -> tuple[float, float, float | None, list[Finding]]:
+    """The same, and the held-out error, where what the photographs tell of the rig was not corrected for."""
+    height, width = stack.radiance.shape[1:3]
+    step = max(1, math.ceil(math.sqrt(height * width / SAMPLE)))
+    radiance, usable, rows, columns = texels(stack, used, step // 2, height, step)
+    values = radiance.mean(axis=-1, dtype=np.float64).T
+    mean = values.mean(axis=1)
+    positions = np.stack([(columns + 0.5) / width - 0.5, (0.5 * height - 0.5 - rows) / width], axis=1)
+    block = (rows * 5 // height) * 6 + columns * 6 // width
+    lit = mean > max(0.003, 0.03 * float(np.quantile(mean, 0.98)))
+    if lit.sum() < 40:
+        return 0.0, 0.0, None, []
+    sample = Sample(values[lit] / mean[lit, None], usable.T[lit], positions[lit], mean[lit], block[lit])
+    start = Rig(seen.nearness, np.zeros(len(used)), np.zeros(3))
+    if seen.nearness:  # the import has taken the fall-off off the photographs
+        length = np.linalg.norm(lamp_vectors(seen.direction, sample.positions, seen.nearness), axis=-1)
+        sample = Sample(sample.values * length**1.5, sample.usable, sample.positions, sample.brightness, sample.block)
+    terms = [term for term in ("distance", "gains", "ambient") if term != "distance" or not seen.nearness]
+    found = estimate(sample, seen.direction, terms, start)
+    findings = [
+        Finding(Verdict.WARNING, f"Not corrected for: {term.text}. Import again with --calibrate auto")
+        for term in found.terms
+        if term.accepted
+    ]
+    changes = [
+        math.radians(term.normals_change_deg) for term in found.terms if term.accepted and term.name != "distance"
+    ]
+    near = found.rig.nearness if "distance" in found.accepted else 0.0
+    return near, math.hypot(*changes, 0.0), found.held_out if math.isfinite(found.held_out) else None, findings
