@@ -150,7 +150,7 @@ ACCURACIES = {
     "directions": "benchmarks.directions:directions",
     "surface": "benchmarks.surface:surface",
     "surface-sigma": "benchmarks.surface:deviations",
-    "held-out": "benchmarks.held_out:held_out",
+    "held-out": "benchmarks.held_out:measure_held_out",
     "ray-misses": "benchmarks.transport.rays:ray_misses",
     "transport-errors": "benchmarks.transport.wavelet:transport_errors",
     "cost-model": "benchmarks.transport.plan:cost_model",

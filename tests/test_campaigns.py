@@ -36,11 +36,15 @@ def test_seconds(): pass
     ],
 )
 def test_campaigns_run_where_they_are_asked_for(tmp_path: Path, options: list[str], expected: str) -> None:
-    shutil.copy(Path(__file__).with_name("conftest.py"), tmp_path)
-    (tmp_path / "test_some.py").write_text(CAMPAIGNS)
+    tests = tmp_path / "tests"
+    for folder in (tests, tmp_path / "packaging"):
+        folder.mkdir()
+    shutil.copy(Path(__file__).with_name("conftest.py"), tests)
+    (tmp_path / "packaging" / "requirements-test.lock").touch()
+    (tests / "test_some.py").write_text(CAMPAIGNS)
     command = [sys.executable, "-m", "pytest", "-q", "--collect-only", "-p", "no:cacheprovider", *options]
     environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}  # plugins take most of the time
-    said = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True).stdout
+    said = subprocess.run(command, cwd=tests, env=environment, capture_output=True, text=True).stdout
     assert " ".join(re.findall(r"::(\S+)", said)) == expected, said
 
 

@@ -126,6 +126,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--lights-form",
         default="listed",
+        type=str,
         metavar="listed|mirrored-x|mirrored-y|swapped-xy|reversed|shifted+1|…",
         help="form in which the list of lights is taken, as the report of an import suggests: with an axis turned "
         "round, x and y exchanged, or for the photographs in another order (shifted+1: each has the light of the next "

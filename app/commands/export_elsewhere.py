@@ -17,11 +17,10 @@ from app.commands.surface import material_with_surface, needs_surface, surface_o
 from app.document.document import Project
 from app.project.losses import OWN, find_kept, keep, keys_of
 from engine.core.steps import Step, Steps, part, relay, without_partials
-from engine.exchange.export import RECORD, Offer, candidates, cannot_hold, choice, offers, write
 from engine.scene.material import Material
 
 if TYPE_CHECKING:
-    from engine.exchange.export import Departure
+    from engine.exchange.export import Departure, Offer
 
 #: Seconds on two cores, measured: to find the surface for a texel in a photograph, to find the nearest maps for a
 #: texel, and to measure and pack a target, whatever its size and for each texel.
@@ -51,6 +50,7 @@ def find_measured_before(project: Project, names: Sequence[str], folders: Sequen
     A target that cannot hold the material is known to be none.
     """
     keys = yield from keys_of(project, (OWN, *names))
+    from engine.exchange.export import Offer, cannot_hold
 
     found = find_kept(keys, folders)
     for name in names:
@@ -110,6 +110,8 @@ def find_known_entries(known: Known) -> dict[str, dict[str, Any]]:
 
 def own_offer(leaving: Departure) -> Offer:
     """The material itself as a target that loses nothing: its card has a ball and its error against photographs."""
+    from engine.exchange.export import Offer
+
     nothing = {"rmse_rel_reference": 0.0, "flip": 0.0, "bytes": None, "bytes_per_texel": None}
     return Offer(OWN, {**leaving.own, **nothing}, leaving.sphere())
 
@@ -130,6 +132,7 @@ def offer(
     if not names:
         return list(known.offers.values())
     leaving = yield from part(prepare_export(project, leaving, known), 0.0, 0.4)
+    from engine.exchange.export import offers
 
     known = _select_these_photographs(known, project, leaving)
     if OWN not in known.offers:
@@ -169,6 +172,7 @@ def send(
     """
     known = yield from _look_up(project, known, names, folder)
     leaving = yield from part(prepare_export(project, leaving, known), 0.0, 0.4)
+    from engine.exchange.export import RECORD, write
 
     known = _select_these_photographs(known, project, leaving)
     if OWN not in known.offers:
@@ -181,4 +185,6 @@ def send(
 
 def smallest_of(found: Sequence[Offer], error: float) -> dict[str, Any]:
     """The choice that `--to auto` makes among what was measured (`engine.exchange.export.choice`)."""
+    from engine.exchange.export import candidates, choice
+
     return choice([offer for offer in found if offer.target in candidates() and not offer.why_not], error)

@@ -10,13 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.arguments.results import FACTORS
-from engine.accuracy.difference import scale_of
 from engine.core.colour import luminance
 from engine.core.steps import Step, Steps, part
-from engine.factor.errors import uses
-from engine.factor.factor_file import write_factors
 from engine.render.display import diverging
-from engine.storage.outputs import check_outputs
 
 if TYPE_CHECKING:
     from engine.factor.errors import Factorisation
@@ -38,6 +34,7 @@ class Difference:
 def difference(factored: Scene, unfactored: Scene, size: tuple[int, int]) -> Steps[Difference]:
     """Both scenes on the CPU, which reads every BRDF as it is, and one minus the other."""
     yield Step(0.0, "preparing kernels")
+    from engine.accuracy.difference import scale_of
     from engine.render.direct import radiance
 
     images = []
@@ -57,6 +54,8 @@ def difference(factored: Scene, unfactored: Scene, size: tuple[int, int]) -> Ste
 def judge(factorisation: Factorisation, terms: int, brdf: Any) -> Steps[tuple[str, ...]]:
     """Sentences on the possible uses of the first `terms` terms."""
     yield Step(0.0, "judging factors")
+
+    from engine.factor.errors import uses
 
     return uses(_make(factorisation, terms), brdf)
 
@@ -79,6 +78,9 @@ def _make(factorisation: Factorisation, terms: int) -> Factorisation:
 def export(factorisation: Factorisation, terms: int, folder: Path) -> Steps[str]:
     """Write so many terms to `folder`; says what stands there."""
     yield Step(0.0, "writing factors")
+
+    from engine.factor.factor_file import write_factors
+    from engine.storage.outputs import check_outputs
 
     check_outputs([(str(folder), FACTORS)], ())
     kept = write_factors(folder, _make(factorisation, terms))

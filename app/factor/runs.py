@@ -23,10 +23,8 @@ from app.document.factoring import MATERIAL, METHODS, RUN_NUMBERS, Run, names_of
 from app.jobs.jobs import Job
 from app.project.factors import Keeping, read_kept
 from engine.brdf.brdf import MODELS, brdf_from_text, label_of
-from engine.brdf.readers.read import read_brdf_steps
 from engine.core.errors import FileError, InputError, UsageError
 from engine.core.steps import Step, Steps, part
-from engine.factor.factor_file import read_factors
 from engine.factor.settings import FactorSettings
 from engine.storage.text import whole_number
 
@@ -354,6 +352,7 @@ def _brdf(given: Any) -> Steps[Any]:
     if not isinstance(given, Path):
         return given
         yield
+    from engine.brdf.readers.read import read_brdf_steps
 
     return (yield from read_brdf_steps(given))
 
@@ -403,6 +402,7 @@ def _keep(run: Run, folder: Path) -> Steps[Found]:
 
 def _open(path: Path, given: Any) -> Steps[Found]:
     yield Step(0.0, "reading factors")
+    from engine.factor.factor_file import read_factors
 
     factorisation = read_factors(path)
     brdf = yield from part(_brdf(given), 0.5, 1.0)

@@ -13,7 +13,6 @@ from app.widgets.image_view import Image, pixels_image, scalar_map
 from app.widgets.plots import colour_table
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps
-from engine.surface.write import find_known_maps, preview
 
 if TYPE_CHECKING:
     from engine.surface.recover import Surface
@@ -63,6 +62,7 @@ class Shown:
 def show(surface: Surface, name: str, of_error: bool) -> Steps[Shown]:
     """The map `name`, or its standard deviation."""
     yield Step(0.0, "preparing the map")
+    from engine.surface.write import find_known_maps, preview  # with scipy, 40 MB
 
     known = find_known_maps(surface.maps)
     values, sigma = known[name], known[f"{name}_sigma"]

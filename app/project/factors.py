@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from app.document.factoring import Run
 from app.project.made import keep_newest, key_of, note, use
 from engine.core.errors import FileError
-from engine.factor.factor_file import holds_factors, is_whole, read_factors, write_factors
 
 if TYPE_CHECKING:
     from engine.factor.errors import Factorisation
@@ -51,6 +50,7 @@ class Keeping:
         """Write `found`, if it is new and its errors are known."""
         if found is None or found is self._written or not found.term_errors:
             return
+        from engine.factor.factor_file import is_whole, write_factors
 
         if not is_whole(found):
             return
@@ -67,6 +67,8 @@ class Keeping:
 
 def read_kept(run: Run, folder: Path) -> Factorisation | None:
     """The result of `run`; None where it is gone. InputError where it is damaged, or opened factors are gone."""
+    from engine.factor.factor_file import holds_factors, read_factors
+
     if run.choices is None:
         return read_factors(run.folder) if run.folder is not None else None
     try:

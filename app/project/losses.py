@@ -14,7 +14,7 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +25,11 @@ from engine.capture.stack import RECORD
 from engine.core.errors import FileError, InputError
 from engine.core.health import Health
 from engine.core.steps import Step, Steps
-from engine.exchange.export import Offer
 from engine.storage.atomic import make_folder, write_json
 from engine.storage.untrusted import read_bytes
+
+if TYPE_CHECKING:
+    from engine.exchange.export import Offer
 
 log = logging.getLogger(__name__)
 
@@ -108,6 +110,8 @@ def keep(key: str, offer: Offer, folder: Path) -> None:
 
 
 def _read(place: Path, target: str) -> Offer:
+    from engine.exchange.export import Offer
+
     try:
         said = json.loads(read_bytes(place, MAX_BYTES))
         if said["lightarc_loss"] != FORMAT:

@@ -26,7 +26,7 @@ SECOND_FORMS: dict[str, str] = {}
 #: Group of the entry points by which installed packages bring further models.
 ENTRY_POINTS = "lightarc.brdfs"
 
-_NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
+_NAME = re.compile(r"[a-z][a-z0-9-]{0,63}")
 
 
 def register(model: type[Model]) -> type[Model]:

@@ -25,7 +25,7 @@ from engine.core.kernels import Kernel
 _LIBRARIES = ("numpy", "math")
 
 #: Where an object lies in memory, which is another place in each process.
-_ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
+_ADDRESS = re.compile(r" at 0x[0-9a-fA-F]{1,16}")
 
 
 class ContentLocator(_CacheLocator):

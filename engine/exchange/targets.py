@@ -16,7 +16,7 @@ from engine.core import plugins
 #: Group of the entry points by which installed packages bring further exporters.
 ENTRY_POINTS = "lightarc.exporters"
 
-_NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
+_NAME = re.compile(r"[a-z][a-z0-9-]{0,63}")
 
 
 @dataclass(frozen=True)

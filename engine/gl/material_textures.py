@@ -11,7 +11,6 @@ import ctypes
 from collections.abc import Iterator
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -176,6 +175,8 @@ class MaterialTextures:
         factor = most / max(height, width)
         size = (max(1, round(width * factor)), max(1, round(height * factor)))
         self._say_smaller((height, width), (size[1], size[0]), most)
+        import cv2  # 30 MB that an idle window does without
+
         reduced: NDArray[np.float32] = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
         return reduced
 

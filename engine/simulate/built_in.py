@@ -13,7 +13,6 @@ import engine
 from engine.core.errors import InputError
 from engine.core.steps import Step, Steps
 from engine.simulate.arc import MARKER, LightArc, capture_toml
-from engine.simulate.simulate import simulate
 from engine.storage.atomic import make_folder, write_json
 from engine.storage.untrusted import read_bytes
 
@@ -26,6 +25,8 @@ def make_built_in_sample(folder: Path) -> Steps[Path]:
     capture = folder / f"{arc.sample}-{engine.__version__}"
     yield Step(0.0, "Looking for the built-in sample")
     if not _is_whole(capture, arc):
+        from engine.simulate.simulate import simulate
+
         make_folder((capture / MARKER).parent)
         write_json(capture / MARKER, {"state": "to be made"})
         yield from simulate(arc, capture)

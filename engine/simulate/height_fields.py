@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from engine.core.steps import Step, Steps, drain
 
@@ -173,6 +172,8 @@ def medal(size: int, seed: int = 1) -> Steps[Sample]:
     golden = count * np.pi * (3 - np.sqrt(5))
     seeds = 0.0285 * np.sqrt(count)[:, None] * np.stack([np.cos(golden), np.sin(golden)], axis=-1)
 
+    from scipy.spatial import cKDTree
+
     distance, _ = cKDTree(seeds).query(np.stack([x, y], axis=-1), workers=-1)
     boss = _step((0.315 - radius) / 0.02) * (0.55 * _dome(radius / 0.42) + 0.42 * _dome(distance / 0.0245))
     yield Step(0.6, _NOTE)
@@ -300,6 +301,8 @@ def _grid_points(size: int) -> Grid:
 
 def _nearest(size: int, centres: Grid, count: int, bend: Grid | float = 0.0) -> tuple[Grid, NDArray[np.int_]]:
     """Distances (H, W, count) of each texel, displaced by `bend`, to its nearest centres on the torus, and which."""
+    from scipy.spatial import cKDTree
+
     tree = cKDTree(centres % size, boxsize=size)
     distance, which = tree.query((_grid_points(size) + bend) % size, k=count, workers=-1)
     return distance, which

@@ -35,6 +35,7 @@ import numpy as np
 import lightarc
 from app import command_line
 from app.arguments.usage import BAD_FILE, DONE, MISSING, OUT_OF_MEMORY
+from app.project.project_file import is_waiting
 from engine.core.errors import LightarcError
 from engine.storage import atomic
 from tests.app.allocations import FailingAllocator
@@ -58,6 +59,9 @@ EVENTS = frozenset(
 
 #: Operations that clean up: where one fails, what it was to remove stays for the next write.
 CLEANING = ("list", "unlink", "rmdir", "os.remove", "os.rmdir", "os.listdir", "os.scandir", "shutil.rmtree")
+
+#: An image that is there before memory fails.
+IMAGE = np.full((16, 16, 4), 0.5, np.float32)
 
 
 @dataclass(frozen=True)
@@ -124,8 +128,8 @@ def _functions() -> Iterator[Work]:
     yield Work("open_brdf", function=lambda inputs, _: lightarc.open_brdf(str(inputs / "paint.csv")))
     yield Work("render", function=lambda inputs, _: _render(inputs))
     yield Work(
-        "save_picture",
-        function=lambda _, target: lightarc.save_image(target, np.full((16, 16, 4), 0.5, np.float32)),
+        "save_image",
+        function=lambda _, target: lightarc.save_image(target, IMAGE),
         output="a.exr",
     )
     yield Work("compare ", function=lambda _, __: lightarc.compare(np.ones((64, 64, 4)), np.full((64, 64, 4), 0.9)))
@@ -138,7 +142,7 @@ def _render(inputs: Path) -> Any:
 WORKS = (*_verbs(), *_functions())
 
 #: Works of which a whole run takes milliseconds, and whose inputs are soon made.
-QUICK = ("project info", "project recover", "project collect", "save_picture")
+QUICK = ("project info", "project recover", "project collect", "save_image")
 
 
 def prepare(inputs: Path, *, all_works: bool = True) -> None:
@@ -304,7 +308,8 @@ class Faults:
         if kind == "allocation" and code == BAD_FILE and "memory" not in said:
             return f"blames the file: {said[-200:]!r}"
         left = {entry.name for entry in self.outputs.iterdir()}
-        left -= {work.output, f"{work.output}-data"} if work.output in left else set()
+        if work.output in left:  # data that wait are put in their place when the project is opened
+            left -= {work.output, f"{work.output}-data", *filter(is_waiting, left)}
         if left and operation not in CLEANING:
             return f"left {sorted(left)[:3]}"
         if _marks(self.inputs) != self.marks:

@@ -87,6 +87,7 @@ LINES = {
 
 #: Options that hold several numbers, or a text with numbers in it, each with a place for an extreme one.
 TEXTS = {
+    "--calibrate": ("{}", "gains,{}"),
     "--elevations": ("{}",),
     "--azimuths": ("{}",),
     "--elevations-deg": ("{},40,60", "20,{},60"),

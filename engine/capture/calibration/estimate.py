@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from engine.capture.calibration.rig import TERMS, Array, Fit, Rig, Sample, fit, measure_held_out, typical
 from engine.core.colour import srgb_encode
-from engine.core.figure_text import number
+from engine.core.figure_text import number, percent
 from engine.core.one_thread import one_thread
 
 #: Least number of lamps from which each term is estimated.
@@ -244,7 +244,7 @@ def _gains(rig: Rig, sigma: float, accepted: bool) -> str:
     if not accepted:
         return "The photographs do not tell that lamps differ in intensity: they are taken as equal"
     gains = np.exp(rig.log_gains - np.median(rig.log_gains))
-    return f"Lamps of {gains.min():.2f} to {gains.max():.2f} of their median intensity (each ±{200.0 * sigma:.1f} %)"
+    return f"Lamps of {gains.min():.2f} to {gains.max():.2f} of their median intensity (each ±{percent(2.0 * sigma)})"
 
 
 def _ambient(rig: Rig, sigma: float, accepted: bool) -> str:

@@ -220,7 +220,9 @@ def _rank(sample: Sample) -> Array:
 
 
 def _biweights(sample: Sample, residuals: Array) -> Array:
-    deviation = 1.4826 * np.nanmedian(np.where(sample.usable, np.abs(residuals), np.nan), axis=1, keepdims=True)
+    usable = np.where(sample.usable, np.abs(residuals), np.nan)
+    usable[~sample.usable.any(axis=1)] = 0.0
+    deviation = 1.4826 * np.nanmedian(usable, axis=1, keepdims=True)
     deviation = np.maximum(deviation, 2e-3)
     off = residuals / (deviation * np.where(residuals < 0.0, BELOW, ABOVE))
     return np.asarray(np.where(sample.usable & (np.abs(off) < 1.0), (1.0 - off**2) ** 2, 0.0))

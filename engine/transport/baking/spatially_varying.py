@@ -28,7 +28,6 @@ from engine.core.colour import luminance
 from engine.core.errors import UsageError
 from engine.core.params import parameters
 from engine.geometry.mesh import Mesh
-from engine.images.decode import read_image
 
 #: Sources that are no image: the coordinates across the bounding box.
 AXES = ("x", "y", "z")
@@ -95,6 +94,8 @@ def vertex_values(mesh: Mesh, source: str | os.PathLike[str], count: int | None 
 
 def vertex_colours(mesh: Mesh, path: str | os.PathLike[str]) -> Array:
     """(V, 3) linear RGB of the vertices of `mesh` from an image, clipped to [0, 1]; InputError for what is none."""
+    from engine.images.decode import read_image
+
     return np.clip(_look_up(read_image(path).pixels, mesh.uv), 0.0, 1.0)
 
 

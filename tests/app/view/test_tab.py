@@ -508,7 +508,6 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 from app.jobs.jobs import Jobs
 from app.viewport.gl_surface import request_format
-from app.view.pictures import reference_size
 from app.viewport.viewport import Viewport
 from tests.engine.scenes import head_on
 request_format()
@@ -524,7 +523,7 @@ QTimer.singleShot(60_000, application.exit)
 application.exec()
 drawn = viewport.surface._sides[0]
 image = viewport.surface.grabFramebuffer()
-print(viewport.devicePixelRatioF(), *drawn.picture.size, *viewport.screen_px(), image.width(), image.height(),
+print(viewport.devicePixelRatioF(), *drawn.image.size, *viewport.screen_px(), image.width(), image.height(),
       image.pixelColor(image.width() // 2, image.height() // 2).red())
 """
 

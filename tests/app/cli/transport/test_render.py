@@ -87,7 +87,7 @@ def test_measured_anisotropic_brdf_is_drawn_on_the_cpu_and_says_so(capsys: Any, 
     words = ("sphere", "-o", tmp_path / "cloth.png", "--brdf", tmp_path / "cloth.exr", *SMALL)
     result = render(capsys, *words)
     assert "anisotropic and drawn on the CPU" in result["warnings"][0]
-    assert "processor" in result["gl_renderer"]
+    assert "CPU" in result["gl_renderer"]
     assert any("mean over all azimuths" in text for text in render(capsys, *words, "--renderer", "gl")["warnings"])
 
 
@@ -167,7 +167,7 @@ def test_GL5_without_opengl_the_cpu_draws_and_says_so(
 
     monkeypatch.setattr("engine.gl.context.create_context", missing)
     result = render(capsys, "plane", "-o", tmp_path / "a.exr", *HEAD_ON, *SMALL)
-    assert "processor" in result["gl_renderer"]
+    assert "CPU" in result["gl_renderer"]
     assert "Install a driver" in result["warnings"][0]
     assert "Install" in render(capsys, "plane", "-o", tmp_path / "b.exr", *HEAD_ON, "--renderer", "gl", code=5)
     assert not (tmp_path / "b.exr").exists()

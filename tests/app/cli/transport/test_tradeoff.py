@@ -148,7 +148,6 @@ from pathlib import Path
 import app.session.machine_profile, engine.tradeoff.sweep as sweeping
 from app.command_line import main
 from engine.geometry.shapes import shape
-from engine.light.sky import built_in
 from engine.planning.costs.cost_model import NAMES, CostModel
 from engine.core.steps import Step
 

@@ -152,7 +152,7 @@ def test_a_killed_process_leaves_what_the_next_one_needs(tmp_path: Path) -> None
     program = (
         "import os, sys; sys.path.insert(0, sys.argv[2]); from pathlib import Path;"
         "import test_file as t; from engine.transport.baking.file import writing\n"
-        "with writing(Path(sys.argv[1]), t.planned()) as w:\n"
+        "with writing(Path(sys.argv[1]), t.plan_file()) as w:\n"
         "    for c in range(4): w.put(c, t.rows(c))\n"
         "    os.kill(os.getpid(), 9)"
     )

@@ -152,7 +152,7 @@ def test_a_relighter_gives_what_a_fresh_sum_gives_with_the_least_work(
         before = getattr(own, where)
         monkeypatch.setattr(f"{module}.{where}", lambda *words: cast(Any, calls).append(name) or before(*words))
 
-    for name, where in {"whole": "relit", "lamps": "lamp_tuples", "some": "add_changes"}.items():
+    for name, where in {"whole": "relight_transport", "lamps": "lamp_tuples", "some": "add_changes"}.items():
         count(name, where)
     rng = np.random.default_rng(0)
     radiance = rng.random((6, EDGE, EDGE, 3)) + 1.0
