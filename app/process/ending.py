@@ -30,8 +30,9 @@ SENTENCE = "Cancelled; nothing was written."
 #: all that it holds.
 GRACE_S, KEEPING_S, WINDOW_S = 0.35, 10.0, 3.0
 
-#: Seconds of a window until then, also on a busy machine; systems that shut down kill what is there after 20 s or more.
-SAVING_S = 15.0
+#: Seconds of a window until then, also on a slow disk and a busy machine. Systems that shut down kill what is there
+#: after 20 s or more, and what that leaves half-written the next start removes.
+SAVING_S = 60.0
 
 #: Seconds that tidying up may take when the end is hard.
 TIDYING_S = 1.0

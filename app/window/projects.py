@@ -414,9 +414,11 @@ class Projects(QObject):
     def write(self) -> None:
         """Wait until all changes are on disk, as long as that goes on, because the window closes.
 
-        From then on its end is an ordinary one, also where jobs do not stop in time.
+        From then on its end is an ordinary one, also where jobs do not stop in time. Nothing changes the document any
+        more: results of jobs that still run are dropped.
         """
         self.leaving.emit()
+        self._drop_jobs()
         if self._recording is not None:
             self._waits = self._recording.wait(CLOSING_S)
             if self._waits:
@@ -426,9 +428,7 @@ class Projects(QObject):
         """Write what is missing and let go of the project; one that nobody put anything into is removed."""
         self.leaving.emit()
         self._stop_opening()
-        for job in self.bench.jobs.active:
-            if job.lane != "save":
-                self.bench.jobs.drop(job)
+        self._drop_jobs()
         seconds = CLOSING_S if self._waits else 0.0  # what just took nothing would keep the end of the window waiting
         written = self._recording.close(seconds) if self._recording is not None else not self._is_changed()
         if not written and not self._is_elsewhere:
@@ -441,6 +441,12 @@ class Projects(QObject):
                 places.remove(self.path)
         if self.bench.own != self.bench.folder and written:
             close_session(self.bench.own)
+
+    def _drop_jobs(self) -> None:
+        """Stop all jobs but saves, whose results belong to the project that is left."""
+        for job in self.bench.jobs.active:
+            if job.lane != "save":
+                self.bench.jobs.drop(job)
 
     def is_worth_keeping(self) -> bool:
         """True if the user has brought or made something, a bake too, or begun one; an unchanged example is not."""

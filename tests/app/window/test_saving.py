@@ -162,6 +162,27 @@ def test_quit_without_saving_leaves_the_target_as_it_was(
     assert read(window.projects.path).current.look.gain == 2.0
 
 
+def test_what_ends_while_the_window_closes_changes_nothing_any_more(window: MainWindow, qtbot: Any) -> None:
+    """It came after the last write, and the process ended before it was written."""
+    go = threading.Event()
+
+    def open_slowly() -> Steps[str]:
+        while not go.is_set():
+            time.sleep(0.002)
+            yield Step(0.5, "reading")
+        return "sphere"
+
+    job = window.bench.jobs.submit("Opening", open_slowly, lane="open")
+    job.succeeded.connect(window.bench.load_model)
+    window.bench.document.change("Notes", notes="worth keeping")
+    window.projects.write()
+    go.set()
+    qtbot.waitUntil(lambda: job.over, timeout=LONG)
+    assert job.state == "cancelled"
+    assert window.bench.document.project.mesh is None
+    assert read(window.projects.path).current.notes == "worth keeping"
+
+
 @pytest.mark.parametrize("operation", ["mkdir", "link", "rename"])
 def test_where_a_save_fails_the_window_stays_open_and_says_so(
     window: MainWindow,
