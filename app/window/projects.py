@@ -181,13 +181,13 @@ class Projects(QObject):
         """
         path = path.absolute()
         self._stop_opening()
-        if path == self.path:
-            then()
+        if path == self.path or (path == self._target and self._is_being_written(path)):
+            then()  # in the second case the window goes on there by itself
             return
         recording = self._recording
         if recording is not None:
             recording.hand_over()
-        job = self.bench.jobs.submit(OPENING, lambda: _open(path, recording), lane="open", resource=f"opening {path}")
+        job = self.bench.jobs.submit(OPENING, lambda: _open(path, recording), lane="open", resource=_opening_of(path))
         self._opening = job
         job.succeeded.connect(lambda outcome: self._take(path, outcome, as_example, then))
         job.failed.connect(lambda _error: self._let_go_of(path))
@@ -266,6 +266,8 @@ class Projects(QObject):
             return
         if self._target == path.absolute() and self._is_being_written(self._target):
             return  # what was done since is in the copy before the window goes on in it
+        if self._opening is not None and self._opening.resource == _opening_of(path.absolute()):
+            self._stop_opening()  # the states of its history are read when they are needed, from what is replaced now
         self._target, self._is_hurried = path.absolute(), False
         self._save()
 
@@ -508,6 +510,11 @@ class Projects(QObject):
             self._confirms = False
             self.confirmed.emit(f"Saved {time.strftime('%H:%M')}")
         self.changed.emit()
+
+
+def _opening_of(path: Path) -> str:
+    """The resource of the job that opens the project `path`."""
+    return f"opening {path}"
 
 
 def _open(path: Path, recording: Recording | None = None) -> Steps[Read | FileError]:

@@ -326,6 +326,27 @@ def test_another_project_waits_for_an_export_and_stays_away_where_that_fails(
         reported.clear()
 
 
+def test_a_save_over_a_project_that_is_being_opened_takes_its_place(
+    window: MainWindow, qtbot: Any, tmp_path: Path
+) -> None:
+    """Its history would be read from the file that is no longer there."""
+    target = tmp_path / "Felt.lap"
+    window.bench.document.change("Notes", notes="replaced")
+    window.projects.copy_to(target)
+    qtbot.waitUntil(lambda: window.projects.path == target, timeout=LONG)
+    gain(window, 2.0)
+    window.new()
+    window.bench.document.change("Notes", notes="kept")
+    window.projects.open(target)
+    window.projects.copy_to(target)
+    qtbot.waitUntil(lambda: window.projects.path == target and not window.bench.jobs.active, timeout=LONG)
+    assert window.bench.document.project.notes == "kept"
+    window.undo.trigger()
+    assert window.bench.document.project.notes == ""
+    window.projects.write()
+    assert [read(target).state(str(step.old)).notes for step in read(target).steps] == [""]
+
+
 def test_another_project_is_opened_when_this_one_is_saved(
     window: MainWindow, qtbot: Any, tmp_path: Path, gate: Gate
 ) -> None:
