@@ -41,6 +41,10 @@ WAIT_S = 0.05
 OPENING = "Opening the project"
 
 
+#: Milliseconds until a project that was read looks again whether the one before it is saved.
+AFTER_SAVING_MS = 20
+
+
 @dataclass(frozen=True, eq=False)
 class Read:
     """A project that was read and claimed for this window.
@@ -189,7 +193,7 @@ class Projects(QObject):
             recording.hand_over()
         job = self.bench.jobs.submit(OPENING, lambda: _open(path, recording), lane="open", resource=_opening_of(path))
         self._opening = job
-        job.succeeded.connect(lambda outcome: self._take(path, outcome, as_example, then))
+        job.succeeded.connect(lambda outcome: self._take(job, path, outcome, as_example, then))
         job.failed.connect(lambda _error: self._let_go_of(path))
         job.cancelled.connect(lambda: self._let_go_of(path))
 
@@ -205,14 +209,21 @@ class Projects(QObject):
         if path != self.path:
             places.release(path)
 
-    def _take(self, path: Path, outcome: Read | FileError, as_example: bool, then: Callable[[], object]) -> None:
-        self._opening = None
+    def _take(
+        self, job: Job, path: Path, outcome: Read | FileError, as_example: bool, then: Callable[[], object]
+    ) -> None:
         if isinstance(outcome, FileError):
+            self._opening = None
             self.refused.emit(outcome)
             return
-        if not self.bench.jobs.accepting:  # the window closes
+        if self._opening is not job or not self.bench.jobs.accepting:  # another wish has followed, or the window closes
             self._let_go_of(path)
             return
+        if self.is_saving:  # that began while the project was read, and reads the one that this would leave
+            self.hurry()
+            QTimer.singleShot(AFTER_SAVING_MS, self, lambda: self._take(job, path, outcome, as_example, then))
+            return
+        self._opening = None
         self.finish()
         self._show_read(path, outcome)
         self._is_example = as_example
@@ -367,8 +378,11 @@ class Projects(QObject):
             return
         moves = self.is_untitled
         self._target, self._is_elsewhere = None, True
+        opening = self._opening if self._opening is not None and self._opening.over else None
+        self._opening = None  # one that was read has waited for this, and follows
         self.finish()
         self._show_read(target, outcome)
+        self._opening = opening
         self.changed.emit()
         self.opened.emit(target)
         if moves:

@@ -347,6 +347,27 @@ def test_a_save_over_a_project_that_is_being_opened_takes_its_place(
     assert [read(target).state(str(step.old)).notes for step in read(target).steps] == [""]
 
 
+def test_a_project_that_is_read_waits_for_a_save_that_began_meanwhile(
+    window: MainWindow, qtbot: Any, tmp_path: Path, gate: Gate
+) -> None:
+    """An untitled project in which nothing was brought goes when it is left, and the save read it."""
+    gate.go.set()
+    first, target = tmp_path / "First.lap", tmp_path / "Felt.lap"
+    window.projects.copy_to(first)
+    qtbot.waitUntil(lambda: window.projects.path == first and not window.bench.jobs.active, timeout=LONG)
+    window.new()
+    gate.go.clear()
+    gain(window, 2.0)
+    window.projects.open(first)
+    (opening,) = [job for job in window.bench.jobs.active if job.lane == "open"]
+    window.projects.copy_to(target)
+    qtbot.waitUntil(lambda: opening.over, timeout=LONG)
+    assert window.projects.is_opening
+    gate.go.set()
+    qtbot.waitUntil(lambda: window.projects.path == first and not window.bench.jobs.active, timeout=LONG)
+    assert read(target).current.look.gain == 2.0
+
+
 def test_another_project_is_opened_when_this_one_is_saved(
     window: MainWindow, qtbot: Any, tmp_path: Path, gate: Gate
 ) -> None:
