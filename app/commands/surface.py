@@ -62,7 +62,7 @@ def with_surface(material: Material, surface: Surface | None) -> Material:
 
 def needs_surface(project: Project) -> bool:
     """True where the photographs of `project` tell its surface, which an export takes, and its maps are not there."""
-    from engine.exchange.subject import shows_slopes
+    from engine.surface.lamps import shows_slopes
 
     stack, material = project.stack, material_with_surface(project)
     if stack is None or not material.has_map or material.pbr is not None or material.surface is not None:

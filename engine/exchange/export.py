@@ -38,10 +38,11 @@ from engine.exchange.loss import (
     statement,
 )
 from engine.exchange.pbr_from_material import cavity, nearest_maps
-from engine.exchange.subject import Contents, Settings, Subject, shows_slopes
+from engine.exchange.subject import Contents, Settings, Subject
 from engine.exchange.targets import EXPORTERS
 from engine.scene.material import Material, compute_fit_error
 from engine.storage.atomic import atomic_folder, make_folder, write_bytes
+from engine.surface.lamps import shows_slopes
 from engine.surface.recover import recover
 
 if TYPE_CHECKING:

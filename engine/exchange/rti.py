@@ -31,10 +31,11 @@ from engine.core.directions import Vectors, surface_direction
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, drain
 from engine.exchange.loss import Shown, View, find_lit_points
-from engine.exchange.subject import Contents, Settings, Subject, shows_slopes
+from engine.exchange.subject import Contents, Settings, Subject
 from engine.images.encode import encode_png
 from engine.light.environment import DistantLights
 from engine.shading.directional.interpolation import polynomial
+from engine.surface.lamps import shows_slopes
 
 if TYPE_CHECKING:
     from engine.capture.stack import ImageStack

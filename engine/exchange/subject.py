@@ -14,13 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core.directions import surface_direction
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent
 from engine.exchange.coding import Coding, Handedness, round_values
 from engine.exchange.loss import Shown, maps_shown
 from engine.scene.material import Material, compute_fit_error
-from engine.surface.lamps import observe_slopes
 from engine.surface.pbr_maps import PbrMaps
 
 if TYPE_CHECKING:
@@ -141,14 +139,6 @@ class Contents:
     bytes_per_texel: float | None = None
     warnings: tuple[str, ...] = ()
     record: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
-
-
-def shows_slopes(stack: ImageStack) -> bool:
-    """True where the lamps of a stack stood on sides that tell slopes in both directions."""
-    if stack.azimuth is None:
-        return False
-    lamps = surface_direction(0.5 * np.pi - stack.elevation, stack.azimuth)
-    return observe_slopes(lamps).kind == "both"
 
 
 def fit_warnings(subject: Subject) -> tuple[str, ...]:

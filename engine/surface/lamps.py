@@ -102,3 +102,11 @@ def _apart(direction: Vectors) -> int:
         if all(each @ other < np.cos(SAME) for other in kept):
             kept.append(each)
     return len(kept)
+
+
+def shows_slopes(stack: ImageStack) -> bool:
+    """True where the lamps of a stack stood on sides that tell slopes in both directions."""
+    if stack.azimuth is None:
+        return False
+    directions = surface_direction(0.5 * np.pi - stack.elevation, stack.azimuth)
+    return observe_slopes(directions).kind == "both"
