@@ -168,7 +168,7 @@ def send(
     """Write the targets `names` into `place`; OutputError where that is something else, or cannot be written.
 
     Targets that are not `known` are measured, since their files state their errors, and kept in `folder`; what is found
-    on the way is the `partial` of a step, as that of `offered`.
+    on the way is the `partial` of a step, as that of `offer`.
     """
     known = yield from _look_up(project, known, names, folder)
     leaving = yield from part(prepare_export(project, leaving, known), 0.0, 0.4)

@@ -123,7 +123,7 @@ def mark_stack(
     files: tuple[Path, ...],
     now: ImageStack | None,
 ) -> Steps[ImageStack]:
-    """As `kept_stack_of`; the project keeps the marks of `files`, by which they are known again."""
+    """As `keep_stack`; the project keeps the marks of `files`, by which they are known again."""
     marks = yield from part(take_marks(files), 0.0, 0.1)
     stack = yield from part(keep_stack(sources, choices, marks, folders, now), 0.1, 1.0)
     keep_marks(folders[-1], marks)

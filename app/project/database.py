@@ -9,7 +9,7 @@ photograph(place, size, modified, hash, now)   a photograph by its path: its con
 
 A project may come from anybody. Before a row is read, the file has to be a database with a rollback journal of its own
 (`_check_file`), with exactly the tables that this program makes and no view, trigger, index or virtual table beside
-them (`_check_schema`), with values of the declared types and lengths in all columns (`_check_rows`), and, where it is
+them (`_check_kind`), with values of the declared types and lengths in all columns (`_check_rows`), and, where it is
 opened for the first time in this process and no larger than `CHECKED_BYTES`, with sound pages (`PRAGMA quick_check`,
 about 0.3 s for 64 MB). From its opening on, SQLite's limits bound lengths and statements, an authorizer permits only
 what this module's callers do, and each statement may take a number of steps that depends on the size of the file

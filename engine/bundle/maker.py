@@ -1,7 +1,7 @@
 """Fingerprint of the state of this program that wrote the page, the shader and brdf.json of a bundle: their maker.
 
 Two states of one version may write different pages, and a page of another state cannot be told from one that somebody
-changed. The manifest keeps the fingerprint, and `made_anew` says what follows.
+changed. The manifest keeps the fingerprint, and `check_made_anew` says what follows.
 """
 
 from __future__ import annotations

@@ -92,7 +92,7 @@ class ImportSettings:
     def __post_init__(self) -> None:
         check_form(self.lights_form)
         if self.calibrate not in ("auto", "none") and not set(self.calibrate) <= set(CALIBRATED):
-            raise UsageError(f"unknown calibration {self.calibrate!r}; known are auto, none, {', '.join(CALIBRATED)}")
+            raise UsageError(f"unknown calibration {self.calibrate!r}; choose from auto, none, {', '.join(CALIBRATED)}")
         if self.motion not in ("auto", "none", *MOTIONS):
             raise UsageError(f"unknown motion {self.motion!r}; known are auto, none, {', '.join(MOTIONS)}")
         if self.transfer not in ("auto", "srgb", "linear"):

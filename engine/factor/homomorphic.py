@@ -105,7 +105,7 @@ class HomomorphicFactors(Reflectance, Summary):
         coordinates −1 + 2 (u, v)/(n − 1), linear in between.
     projections : one per term. space : A and ε.
     parametrisation : of the linear projections. reciprocal : whether each texture is read by the conjugate too.
-    shorter : the best factors of 1, 2, … fewer terms, as far as known; `truncated` gives them.
+    shorter : the best factors of 1, 2, … fewer terms, as far as known; `truncate` gives them.
     name, kind : for a user.
     """
 

@@ -1,7 +1,7 @@
 """The textures of given projections at one resolution, their error with one projection more, and McCool's fixed set.
 
 `Level` is the inner loop of Cole's search (2002, Sec. 3.2): the samples, projected; the textures that stay, taken from
-the target; and those that are solved anew with every projection that is tried. `Ladder` keeps the factors of every
+the target; and those that are solved anew with every projection that is tried. `TermErrors` keeps the factors of every
 number of terms with their errors.
 
 Their smoothness is chosen by samples that were held out.

@@ -4,7 +4,7 @@ The parent makes the file and hands its descriptor to the child, which lets it g
 it answers. The parent then seals the file against every change and maps a private copy of its pages, so that nothing
 the child does afterwards can reach an array that has been checked; where the seal is refused, because the child still
 maps it, the arrays are read into memory of the parent's own. Mappings keep no descriptor. Where there are no such
-files, `shared_file` gives None and arrays go through the pipe.
+files, `make_shared_file` gives None and arrays go through the pipe.
 Not `multiprocessing.shared_memory`: that has a name which any process of the user can open, and no seal, so that a
 decoder could change what its parent has already checked.
 """

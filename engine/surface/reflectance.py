@@ -25,6 +25,23 @@ from engine.capture.stack import ImageStack
 from engine.core.steps import Step, Steps, part
 from engine.surface.lamps import Lamps
 from engine.surface.pbr_maps import DIELECTRIC_F0
+from engine.surface.texel_kernel import (
+    COLUMNS,
+    COV_AB,
+    COV_REFLECTANCE,
+    DIFFUSE,
+    DIFFUSE_BY_R,
+    ROUGHNESS,
+    SPECULAR,
+    SPECULAR_BY_R,
+    VAR_A,
+    VAR_B,
+    VAR_DIFFUSE,
+    VAR_ROUGHNESS,
+    VAR_SPECULAR,
+    fit_texels,
+    show_texels,
+)
 
 Array = NDArray[np.float64]
 
@@ -138,20 +155,6 @@ def fit(
 ) -> Array:
     """(T, COLUMNS) of `texel_kernel` for radiance (N, T, 3) under the light (N, T or 1, 3)."""
     # compiled code: loaded when first needed
-    from engine.surface.texel_kernel import (
-        COLUMNS,
-        COV_AB,
-        COV_REFLECTANCE,
-        DIFFUSE_BY_R,
-        SPECULAR_BY_R,
-        VAR_A,
-        VAR_B,
-        VAR_DIFFUSE,
-        VAR_ROUGHNESS,
-        VAR_SPECULAR,
-        fit_texels,
-    )
-
     found = np.zeros((values.shape[1], COLUMNS))
     scaled = np.ascontiguousarray(values / np.float32(kinds.white))
     both, kind = lamps.observed.kind == "both", kinds.of(values)
@@ -171,8 +174,6 @@ def fit(
 def kinds(stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, white: float | None = None) -> Steps[Kinds]:
     """The kinds of a stack's texels, from a sample; `white` where it is known."""
     from scipy.cluster.vq import kmeans2
-
-    from engine.surface.texel_kernel import DIFFUSE, SPECULAR
 
     height, width = stack.radiance.shape[1:3]
     step = max(1, int(np.ceil(np.sqrt(height * width / SAMPLE))))
@@ -216,8 +217,6 @@ def _measure_unexplained(
     values: NDArray[np.float32], usable: NDArray[np.bool_], towards: Array, found: Array, white: float
 ) -> Array:
     """(T,) sums of absolute residuals of texels `found` by the kernel, in units of white."""
-    from engine.surface.texel_kernel import DIFFUSE, ROUGHNESS, SPECULAR, show_texels
-
     diffuse, specular = found[:, DIFFUSE : DIFFUSE + 3], found[:, SPECULAR : SPECULAR + 3]
     shown = np.empty(values.shape, np.float32)
     show_texels(found[:, :2], found[:, ROUGHNESS], diffuse, specular, towards, shown)
@@ -229,17 +228,6 @@ def _growth(
     values: NDArray[np.float32], usable: NDArray[np.bool_], towards: Array, lamps: Lamps, kinds: Kinds
 ) -> Steps[Array]:
     """(K, 4) how many times larger variances are than those of independent residuals, by a jackknife of blocks."""
-    from engine.surface.texel_kernel import (
-        DIFFUSE,
-        ROUGHNESS,
-        SPECULAR,
-        VAR_A,
-        VAR_B,
-        VAR_DIFFUSE,
-        VAR_ROUGHNESS,
-        VAR_SPECULAR,
-    )
-
     count, growth = min(BLOCKS, len(values) // FEWEST_IN_BLOCK), np.ones_like(kinds.growth)
     values, usable = values[:, ::EVERY], usable[:, ::EVERY]
     towards = towards[:, ::EVERY] if towards.shape[1] > 1 else towards
@@ -354,8 +342,6 @@ def fit_rows(
 
 def _prior(found: Array, start: Array, white: float) -> Array:
     """Means and deviations of roughness and F in the texels of one kind."""
-    from engine.surface.texel_kernel import ROUGHNESS, SPECULAR, VAR_ROUGHNESS, VAR_SPECULAR
-
     specular = found[:, SPECULAR : SPECULAR + 3].mean(axis=1)
     pairs = (
         (found[:, ROUGHNESS], found[:, VAR_ROUGHNESS], start[:2], MIN_SPREAD[0]),

@@ -146,7 +146,7 @@ class RelightWavelets:
 
 @dataclass(frozen=True, eq=False)
 class RelightSh:
-    """Transport in SH and what it makes of the light, `rows` (R, 3), as `sh.transfer.transferred` finds them."""
+    """Transport in SH and what it makes of the light, `rows` (R, 3), as `sh.transfer.transfer` finds them."""
 
     transport: ShTransport
     rows: NDArray[np.floating[Any]]

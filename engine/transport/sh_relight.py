@@ -40,7 +40,7 @@ class Relighter:
         self._seen: ShTransport | None = None
 
     def relit(self, light: Floats, eye: ArrayLike) -> RelightSh:
-        """The transport under `light`, (order², 3) or (V, order², 3) as for `transferred`, to be seen from `eye` (3,).
+        """The transport under `light`, (order², 3) or (V, order², 3) as for `transfer`, to be seen from `eye` (3,).
 
         A new light for the same eye takes the fixed view, anything else the fixed light. What is drawn is the same.
         """

@@ -143,7 +143,7 @@ def _draw(
     u: float,
     v: float,
 ) -> tuple[float, float, float]:
-    """(x, y, density there) of uniform numbers (u, v); the inverse of `_inverted`."""
+    """(x, y, density there) of uniform numbers (u, v); the inverse of `_invert`."""
     height, width = density.shape[2], density.shape[3]
     low, high = 0, height - 1
     while high - low > 1:

@@ -204,7 +204,7 @@ def _normal_equations(design: Array, weights: Array, values: Array) -> tuple[Arr
 def _free(terms: Sequence[str], count: int) -> NDArray[np.bool_]:
     unknown = set(terms) - set(TERMS)
     if unknown:
-        raise ValueError(f"unknown terms {sorted(unknown)}; known are {', '.join(TERMS)}")
+        raise ValueError(f"unknown terms {sorted(unknown)}; choose from {', '.join(TERMS)}")
     return np.array(["distance" in terms, *["ambient" in terms] * 3, *["gains" in terms] * count])
 
 

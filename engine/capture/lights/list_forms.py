@@ -32,7 +32,7 @@ def check_form(form: str) -> None:
     """Raise UsageError for an unknown form."""
     if form not in (LISTED, "reversed", *AXES) and not _SHIFTED.fullmatch(form):
         known = ", ".join((LISTED, *AXES, "reversed", "shifted+1", "shifted-1"))
-        raise UsageError(f"unknown form of a list of lights {form!r}; known are {known}, …")
+        raise UsageError(f"unknown form of a list of lights {form!r}; choose from {known}, …")
 
 
 def change(directions: NDArray[np.float64], form: str) -> NDArray[np.float64]:

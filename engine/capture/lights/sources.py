@@ -1,4 +1,4 @@
-"""Photographs of a capture, the light's position in each (`stated_lights`), and the files beside them.
+"""Photographs of a capture, the light's position in each (`read_stated_lights`), and the files beside them.
 
 Nothing is ever written beside photographs.
 

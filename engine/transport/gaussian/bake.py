@@ -93,7 +93,7 @@ class BakeSettings:
     weights : of least squares ("plain"), scaled to the energy of the transport ("preserving"), or for direct light the
         better ones and for indirect light, which is known too coarsely to judge, those with all energy ("auto").
     relaxations : passes over neighbours that disagree.
-    compress : store lobes as `gaussian_compress` does.
+    compress : store lobes as `gaussian.compress` does.
     """
 
     lobes: int = GaussianSettings.lobes

@@ -46,7 +46,7 @@ class DiffuseTransfer:
     ----------
     order : of the spherical harmonics.
     edge, fine : cube map that visibility is counted over, and parts of its texels, as for `sh.bake.BakeSettings`.
-    sent : what each vertex sends to the others, from `sent_light`; None without light between parts of the model.
+    sent : what each vertex sends to the others, from `send_light`; None without light between parts of the model.
     """
 
     surface: GlossySurface

@@ -2,7 +2,7 @@
 
 Green2006 Sec. 4.1: paths start where the BRDF of the vertex sends them, go on
 from what they meet, drawn from the whole BRDF there, until they leave the model; the direction in which they do
-is where the light comes from. The first step takes the directions of `gaussian_samples`, of which those that meet
+is where the light comes from. The first step takes the directions of `gaussian.samples`, of which those that meet
 something are each followed several times. Sides of a surface are alike. A path that goes on after `bounces` points is
 given up, and with it what it would have brought.
 

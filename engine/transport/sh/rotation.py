@@ -150,7 +150,7 @@ def rotate_into_frames(coefficients: NDArray[np.floating], frames: NDArray[np.fl
 
 
 def rotate_from_frames(coefficients: NDArray[np.floating], frames: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Functions of each of `frames` as functions of the world: the inverse of `rotated_into_frames`."""
+    """Functions of each of `frames` as functions of the world: the inverse of `rotate_into_frames`."""
     return _rotate(coefficients, frames, False)
 
 

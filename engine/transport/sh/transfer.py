@@ -234,7 +234,7 @@ def sum_signed_radiance(
 ) -> NDArray[np.float64]:
     """Sums (n, 3), before they are clamped, for directions `local` (n, 3) in the frames of `vertices` (n,).
 
-    `rows` are those of `transferred`; 0 for views from behind.
+    `rows` are those of `transfer`; 0 for views from behind.
     """
     first, count = transport.ground_vertex, 1 if transport.diffuse else transport.order**2
     seen = local[:, 2] > 0.0

@@ -1,7 +1,7 @@
 """Baking wavelet transport: visibility by rays, then the vectors of all terms, chunk by chunk into a file.
 
 For each vertex: which parts of the texels of a cube map see the sky (`visibility`, finer where that changes), times
-light map, cosine and solid angle, transformed and cut to the strongest coefficients (`wavelet_kernel`). A chunk is
+light map, cosine and solid angle, transformed and cut to the strongest coefficients (`wavelet.kernel`). A chunk is
 some 85 vertices; what an interrupted bake has done is found again in its unfinished file. Bound by the rays: some
 12,000 for each vertex at an edge of 64, and more where shadows end.
 """

@@ -217,7 +217,7 @@ def relight(
 ) -> None:
     """`result` (R, 3) float64: for each vector the sum over its coefficients of transport times light.
 
-    `light` (M,) as `packed_light`, `scaling` (6, 3) float64 for the indices below 6. Sums of the details are exact.
+    `light` (M,) as `pack_light`, `scaling` (6, 3) float64 for the indices below 6. Sums of the details are exact.
     """
     for r in prange(len(words)):
         count = np.int64(counts[r])
