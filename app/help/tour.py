@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QKeySequence, QPainter, QPaintEvent, QPen, QShortcut
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QAbstractButton, QComboBox, QHBoxLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
 
 from app.view.tab import ViewTab
 from app.widgets import theme
@@ -119,23 +119,35 @@ class Tour(QWidget):
         return seen.adjusted(-AROUND_PX, -AROUND_PX, AROUND_PX, AROUND_PX) & window.rect()
 
     def _lay_out(self) -> None:
-        """Frame the part, and put the card below, above, right or left of it: where it covers least of it."""
+        """Frame the part, and put the card beside it: where it covers least of it, and then least that can be read."""
         window = self.parentWidget()
         assert window is not None
         self.frame.surround(self.place)
         height = self.layout().totalHeightForWidth(CARD_PX)  # type: ignore[union-attr]
         self.setFixedHeight(max(height, self.sizeHint().height()))
         place, card, room = self.place, self.rect(), window.rect().adjusted(PADDING, PADDING, -PADDING, -PADDING)
-        corners = (
-            QPoint(place.left(), place.bottom() + PADDING),
-            QPoint(place.left(), place.top() - PADDING - card.height()),
-            QPoint(place.right() + PADDING, place.top()),
-            QPoint(place.left() - PADDING - card.width(), place.top()),
-        )
+        across = (place.left(), place.center().x() - card.width() // 2, place.right() - card.width())
+        down = (place.top(), place.center().y() - card.height() // 2, place.bottom() - card.height())
+        corners = [
+            *(QPoint(x, y) for y in (place.bottom() + PADDING, place.top() - PADDING - card.height()) for x in across),
+            *(QPoint(x, y) for x in (place.right() + PADDING, place.left() - PADDING - card.width()) for y in down),
+        ]
         shifted = [_within(QRect(corner, card.size()), room) for corner in corners]
-        self.move(min(shifted, key=lambda each: _area(each & place)).topLeft())
+        read = self._readable()
+        self.move(min(shifted, key=lambda at: (_area(at & place), sum(_area(at & each) for each in read))).topLeft())
         self.frame.raise_()
         self.raise_()
+
+    def _readable(self) -> list[QRect]:
+        """Where words and controls of the window stand."""
+        window = self.parentWidget()
+        assert window is not None
+        found = [each for kind in (QLabel, QAbstractButton, QLineEdit, QComboBox) for each in window.findChildren(kind)]
+        return [
+            QRect(each.mapTo(window, QPoint()), each.size())
+            for each in found
+            if each.isVisible() and not self.isAncestorOf(each) and window.isAncestorOf(each)
+        ]
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if event.type() in (QEvent.Type.Resize, QEvent.Type.Move, QEvent.Type.Show) and self.isVisible():

@@ -24,6 +24,9 @@ def test_six_hints_lead_through_the_window_and_cover_nothing_that_they_describe(
             card = tour.geometry()
             assert window.rect().contains(card)
             assert not card.intersects(tour.place), tour.heading.text()
+            read = tour._readable()
+            covered = sum((card & each).width() * (card & each).height() for each in read if card.intersects(each))
+            assert covered < 0.2 * card.width() * card.height(), tour.heading.text()
             shown.append(tour.heading.text())
             QTest.keyClick(tour, Qt.Key.Key_Right)
         assert len({*shown}) == 6
