@@ -55,21 +55,22 @@ class AzimuthCheck:
         return float(np.sqrt(np.mean(known**2))) if known.size else math.nan
 
     def finding(self) -> Finding:
-        """The verdict in words."""
+        """The verdict in words: a note at most, because photographs of several azimuths make a directional material,
+        and the error of a shading map that is made of them all the same is stated with it (`Fidelity`)."""
         *first, last = (f"{angle:.0f}°" for angle in sorted(self.azimuths_deg))
         lights = f"Lit from {', '.join(first)} and {last} of azimuth, images"
         if not math.isfinite(self.overall):
-            return Finding(Verdict.WARNING, f"{lights} of equal mean radiance are clipped and cannot be compared")
+            return Finding(Verdict.NOTE, f"{lights} of equal mean radiance are clipped and cannot be compared")
         spread = f"{lights} of equal mean radiance differ by {percent(self.overall)}"
         if self.overall <= HOLDS:
             return Finding(Verdict.GOOD, f"{spread}: isotropic and of small relief, as the method assumes")
         if self.overall <= BREAKS:
             return Finding(Verdict.NOTE, f"{spread}: relief or grain shows, and lamps from other sides will look alike")
         text = (
-            f"{spread}: the material is not isotropic, or its relief not small. Make a directional material of them, "
-            "or keep the photographs of one azimuth for a shading map"
+            f"{spread}: the material is not isotropic, or its relief not small. A directional material shows it; for a "
+            "shading map keep the photographs of one azimuth"
         )
-        return Finding(Verdict.WARNING, text)
+        return Finding(Verdict.NOTE, text)
 
 
 def check_azimuths(stack: ImageStack) -> Steps[AzimuthCheck | None]:
