@@ -309,7 +309,7 @@ class MainWindow(QMainWindow):
         self.status = StatusBar(self.bench.jobs)
         self.error_line = ErrorLine(self.status, self.view)
         self.whereabouts = Whereabouts(self.bench, self.projects, self.banners)
-        self.restoring = Restoring(self.bench, self.projects)
+        self.restoring = Restoring(self.bench, self.projects, lambda: self.stack.currentWidget() is self.capture)
         self.restoring.restored.connect(self.capture.show_again)
         self.capture.pixels_lacked.connect(self.restoring.look_again)
         self.picturing = Picturing(self.bench, self.projects)
@@ -381,6 +381,8 @@ class MainWindow(QMainWindow):
             self._focus_on_work(last)
         self.docks.show_of_view(self._is_lighting())
         self.bar.show_workspace(name)
+        if name == "capture":
+            self.restoring.look_again()
         if self.isVisible():
             QTimer.singleShot(0, self, lambda: self.settings.in_front(name))
         self.status.show_frame_time(None)

@@ -1,7 +1,8 @@
 """Results that the open project had and that are gone from its data: made again in the background, without a step.
 
-After a clean-up, or where the cache was emptied, the document opens with what is there; pixels and material come first,
-then the maps of the surface. Where photographs are missing nothing begins: the banner about them says so.
+After a clean-up, or where the cache was emptied, the document opens with what is there; the material comes first, then
+the maps of the surface. Pixels of photographs are read once the user looks at photographs: commands that compute with
+them read them for themselves. Where photographs are missing nothing begins: the banner about them says so.
 """
 
 from __future__ import annotations
@@ -38,9 +39,9 @@ class Restoring(QObject):
 
     restored = Signal()
 
-    def __init__(self, bench: Workbench, projects: Projects) -> None:
+    def __init__(self, bench: Workbench, projects: Projects, shows_photographs: Callable[[], bool]) -> None:
         super().__init__(bench)
-        self.bench = bench
+        self.bench, self.shows_photographs = bench, shows_photographs
         self._job: Job | None = None
         self._with_pixels: ImageStack | None = None
         self._tried: list[tuple[Any, ...]] = []
@@ -61,7 +62,7 @@ class Restoring(QObject):
         self._found.clear()
 
     def look_again(self) -> None:
-        """The pixels of the stack are gone or damaged, although they were there when it was looked for them."""
+        """Look for the pixels of the stack: photographs came into view, or their pixels were found damaged."""
         self._with_pixels = None
         self._change()
 
@@ -74,7 +75,7 @@ class Restoring(QObject):
             return
         if lacks_material(project):
             self._begin("Rebuilding the material", project, project.recipe, material_again, self._take_material)
-        elif not self._has_pixels(project):
+        elif self.shows_photographs() and not self._has_pixels(project):
             self._begin("Reading the photographs again", project, (project.stack,), _pixels_again, _take_nothing)
         elif lacks_surface(project):
             self._begin("Rebuilding surface maps", project, project.surface_recipe, surface_of, self._take_surface)

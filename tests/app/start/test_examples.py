@@ -10,8 +10,10 @@ from typing import Any, BinaryIO
 import pytest
 from PySide6.QtGui import QImageReader
 
+from app.docks.health import parts_of, worst_of
 from app.project.database import SCHEMA, connect, schema_of
 from app.project.factors import place_of
+from app.project.pixels import are_there
 from app.project.places import is_untitled, projects_folder
 from app.project.project_file import data_folder, read
 from app.project.thumbnail import thumbnail_of, title_of
@@ -19,6 +21,7 @@ from app.start import examples
 from app.start.examples import EXAMPLES, Example, unpack
 from app.window.main_window import MainWindow
 from engine.core.errors import OutputError
+from engine.core.health import Verdict
 from engine.core.steps import drain
 from engine.storage.atomic import atomic_file
 
@@ -85,9 +88,18 @@ def test_examples_open_beside_the_open_project_and_go_when_nothing_was_done(wind
     assert window.stack.currentWidget() is window.view
     first = window.projects.path
     assert first.parent == own
+    stack = document.project.stack
+    assert stack is not None
+    assert worst_of(parts_of(document.project, None, [])).verdict < Verdict.WARNING
+    qtbot.wait(50)
+    assert window.restoring._job is None  # nobody looks at its photographs
+    assert not are_there(stack)
+    window.show_workspace("capture")
+    qtbot.waitUntil(lambda: are_there(stack), timeout=60_000)
     window.show_start()
     cards["medal"].click()
     qtbot.waitUntil(lambda: document.project.name == "Bronze medal", timeout=60_000)
+    assert worst_of(parts_of(document.project, None, [])).verdict < Verdict.WARNING
     assert not first.exists()  # nothing was done in it
     assert not data_folder(first).exists()
     second = window.projects.path
