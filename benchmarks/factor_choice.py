@@ -42,7 +42,7 @@ def factors(
 ) -> Steps[list[Accuracy]]:
     """A row for each measured file in or below `data` and for each sampling, and the number of those that are worse.
 
-    Files that are no measurement are left out. Takes about a minute each.
+    Files that are not measurement are left out. Takes about a minute each.
     """
     settings = replace(DEFAULT, seed=seed)
     paths = sorted(path for path in data.rglob("*") if path.is_file()) if data is not None else []

@@ -2,7 +2,7 @@
 
 A simulated dome of `AZIMUTHS` × `ELEVATIONS` lamps is photographed with the noise of `NOISE`, 30 dB at the white level,
 and relit from directions between its lamps, for which the simulator gives the truth. The limit is the same error of a
-dome with about four times as many lamps and without noise, of which these directions are no lamps either: what is left
+dome with about four times as many lamps and without noise, of which these directions are not lamps either: what is left
 of it is that of interpolation and of the planes alone. Errors are root mean squares in codes of 8-bit sRGB.
 Cost: some 20 s of CPU time for each sample.
 """

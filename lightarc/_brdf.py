@@ -109,7 +109,7 @@ def sample_brdf(brdf: BrdfLike, wo: ArrayLike, *, u: ArrayLike | None = None, se
     Raises
     ------
     UsageError
-        For directions that are no unit vectors above the surface.
+        For directions that are not unit vectors above the surface.
 
     References
     ----------
@@ -157,7 +157,7 @@ def evaluate_pdf(brdf: BrdfLike, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.flo
     Raises
     ------
     UsageError
-        For directions that are no unit vectors.
+        For directions that are not unit vectors.
 
     Examples
     --------

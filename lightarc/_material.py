@@ -65,7 +65,7 @@ def build_material(
     Raises
     ------
     UsageError
-        For a photograph that the stack does not hold, and arrays that are no photographs.
+        For a photograph that the stack does not hold, and arrays that are not photographs.
     InputError
         For a stack without light.
 
@@ -273,7 +273,7 @@ def verify_bundle(path: File) -> Verification:
     Raises
     ------
     InputError
-        Where the file is no bundle at all.
+        Where the file is not a bundle at all.
 
     Examples
     --------

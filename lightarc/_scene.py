@@ -256,7 +256,7 @@ def save_image(
     Raises
     ------
     UsageError
-        For another ending, and an array that is no image.
+        For another ending, and an array that is not an image.
     OutputError
         Where the file cannot be written.
 

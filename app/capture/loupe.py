@@ -116,7 +116,7 @@ class Loupe(QWidget):
         self._grabbed = None
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """The second click of two is no gesture of the image below."""
+        """The second click of two is not a gesture of the image below."""
         event.accept()
 
     def wheelEvent(self, event: QWheelEvent) -> None:

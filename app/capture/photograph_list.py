@@ -75,7 +75,7 @@ FILTERS: dict[str, tuple[str, str, Callable[[Row], bool]]] = {
 
 
 def file_name(path: Path) -> str:
-    """The name of a photograph as a stack records it: bytes that are no UTF-8 become replacement characters."""
+    """The name of a photograph as a stack records it: bytes that are not UTF-8 become replacement characters."""
     return os.fsencode(path.name).decode("utf-8", "replace")
 
 

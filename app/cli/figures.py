@@ -106,7 +106,7 @@ def _choose(names: list[str]) -> list[str]:
     wanted = [each for name in names for each in (FIGURES if name == "all" else (name,))]
     strange = [name for name in wanted if name not in FIGURES]
     if strange:
-        raise UsageError(f"{strange[0]!r} is not a figure; known are {', '.join(FIGURES)} and all")
+        raise UsageError(f"unknown figure {strange[0]!r}; choose from {', '.join(FIGURES)} and all")
     return list(dict.fromkeys(wanted))
 
 

@@ -382,7 +382,7 @@ def azimuth_range(text: str) -> tuple[float, ...]:
 def _lights(text: str) -> tuple[str, ...]:
     items = tuple(item.strip() for item in text.split(","))
     if not all(items):
-        raise argparse.ArgumentTypeError(f"{text!r} is no list such as 1,4-9 or a.tif,b.tif")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list such as 1,4-9 or a.tif,b.tif")
     return items
 
 

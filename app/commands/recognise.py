@@ -185,7 +185,7 @@ def _unknown(path: Path) -> InputError:
     if not path.exists():
         return InputError(path, "does not exist", "Check the path, or whether its drive is connected")
     if belongs(path):
-        return InputError(path, "is no photograph that Lightarc reads", "Open it together with the photographs")
+        return InputError(path, "is not a photograph that Lightarc reads", "Open it together with the photographs")
     return InputError(
         path,
         "is not a kind of file that Lightarc opens",

@@ -32,7 +32,7 @@ VARYING = "spatially-varying-gloss"
 DECIDED = ("self-shadowing", "glossy", "anisotropy", "fresnel", "retro-reflection")
 LEFT_OUT = ("self-shadowing", "interreflection", "glossy", "anisotropy", VARYING)
 
-#: Without these a BRDF is no analytic model any more, of which parameters could vary.
+#: Without these a BRDF is not an analytic model any more, of which parameters could vary.
 CUT = ("glossy", "anisotropy", "fresnel", "retro-reflection")
 
 

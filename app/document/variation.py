@@ -82,7 +82,7 @@ class Colours:
 
 def _check_source(source: Source) -> None:
     if not isinstance(source, Path) and source not in AXES:
-        raise ValueError(f"{source!r:.60} is no source of a variation")
+        raise ValueError(f"{source!r:.60} is not a source of a variation")
 
 
 Variation = VariedParameter | Blend | Colours

@@ -2,7 +2,7 @@
 
 When a package has been executed, importlib takes it out of `sys.modules` and puts it back (`_load_unlocked`, Python
 3.11 to 3.14). A thread that has just loaded a part of it looks it up, and in that moment fails with `KeyError`; so do
-jobs that begin at once and load other parts of SciPy. Modules that are no packages do not suffer from that, because
+jobs that begin at once and load other parts of SciPy. Modules that are not packages do not suffer from that, because
 whoever asks for one waits until it is there. Threads that load libraries written in C side by side have also ended the
 process, so that whatever is loaded ahead of its use is loaded while `LOADING` is held.
 

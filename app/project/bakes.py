@@ -43,7 +43,7 @@ _SUFFIX = ".transport"
 def place_of(wanted: Wanted, folder: Path) -> Path:
     """Place of the bake that is `wanted`.
 
-    TypeError for a BRDF that is no value of the document, OSError where an image that it follows cannot be read.
+    TypeError for a BRDF that is not a value of the document, OSError where an image that it follows cannot be read.
     """
     return folder / f"{_subject(wanted)}{key_of(wanted.decided)[:12]}{_SUFFIX}"
 

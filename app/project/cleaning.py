@@ -64,7 +64,7 @@ class _State:
 def clean_up(path: Path) -> Steps[CleanedUp]:
     """Remove from the project at `path` what its photographs can give again, and compress the rest.
 
-    Raises InputError where it is no project, is damaged, keeps its data behind a link, or is open in another window;
+    Raises InputError where it is not a project, is damaged, keeps its data behind a link, or is open in another window;
     OutputError where it cannot be written. It is then as it was.
     """
     yield Step(0.0, "reading the project")

@@ -136,7 +136,7 @@ def becoming(target: Path) -> Iterator[Path]:
         raise OutputError(data_folder(target), "exists already", "Choose another name, or remove it first")
     make_folder(target.parent)
     if existing is not None:
-        with suppress(FileError):  # one that is no project of ours, or damaged, is replaced as well
+        with suppress(FileError):  # one that is not a project of ours, or damaged, is replaced as well
             settle(target)
     remove_leftovers(target.parent)
     _remove_waiting(target)
@@ -256,7 +256,7 @@ def _copy_marked(source: Path, target: Path, mark: Mark | None) -> None:
 
 
 def _check_decodes(path: Path, copied: Path, is_brdf: bool) -> None:
-    """InputError about `path` where its copy is no photograph, image or BRDF."""
+    """InputError about `path` where its copy is not a photograph, image or BRDF."""
     from engine.brdf.readers.read import read_brdf
     from engine.capture.photograph.decode import read_photograph
 
@@ -267,7 +267,9 @@ def _check_decodes(path: Path, copied: Path, is_brdf: bool) -> None:
             read_photograph(copied, half_size=True)
     except InputError as error:
         kind = "measured BRDF" if is_brdf else "photograph"
-        raise InputError(path, f"is no {kind} ({error.problem})", "Remove it from the project, or copy it") from error
+        raise InputError(
+            path, f"is not a usable {kind} ({error.problem})", "Remove it from the project, or copy it"
+        ) from error
 
 
 #: Beginnings of the names of what this program puts into a data folder, besides photographs.

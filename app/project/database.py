@@ -184,7 +184,8 @@ def _permit(action: int, first: str | None, second: str | None, _: str | None, _
 def connect(path: Path, *, create: bool = False) -> Iterator[Guarded]:
     """The database of a project, checked and guarded as the head of this module says, closed at the end.
 
-    Raises InputError where it is no project, is damaged or of a newer version, OutputError where it cannot be written.
+    Raises InputError where it is not a project, is damaged or of a newer version, and OutputError where it cannot be
+    written.
     """
     with _open(path, create=create) as connection:
         with explain(path):
@@ -201,7 +202,7 @@ def salvage(path: Path) -> Iterator[tuple[Guarded, list[str]]]:
 
     It is guarded as that of `connected`, and nothing but these tables is read. Columns may hold values of any type.
     Within the block `reading` gives this connection.
-    Raises InputError where it is no project at all.
+    Raises InputError where it is not a project at all.
     """
     with _open(path, create=False) as connection, explain(path):
         _check_kind(connection, path)
@@ -256,8 +257,9 @@ def _lending(path: Path, connection: Guarded) -> Iterator[None]:
 def _check_file(path: Path) -> int:
     """The bytes of a database file, 0 for one that is not there or empty.
 
-    Raises InputError where it is no database with a rollback journal of its own: one with a write-ahead log would map
-    a file beside it into memory, and a journal that names a super-journal makes SQLite delete the file of that name.
+    Raises InputError where it is not a database with a rollback journal of its own: one with a write-ahead log would
+    map a file beside it into memory, and a journal that names a super-journal makes SQLite delete the file of that
+    name.
     """
     try:
         with path.open("rb") as file:
@@ -265,14 +267,14 @@ def _check_file(path: Path) -> int:
     except OSError:
         return 0  # SQLite says why
     if head and (not head.startswith(b"SQLite format 3\0") or head[68:72] != APPLICATION.to_bytes(4, "big")):
-        raise InputError(path, "is no project of Lightarc", _NO_PROJECT)
+        raise InputError(path, "is not a Lightarc project", _NO_PROJECT)
     if head and head[18:20] != b"\1\1":
         raise Damaged(path, "it needs a write-ahead log, which no project has")
     journal = path.with_name(path.name + "-journal")
     with contextlib.suppress(OSError), journal.open("rb") as file:
         file.seek(-len(_JOURNAL_MAGIC), os.SEEK_END)
         if file.read() == _JOURNAL_MAGIC:
-            raise InputError(journal, "is no journal of Lightarc", "Remove it; it did not come from this program")
+            raise InputError(journal, "is not a Lightarc journal", "Remove it; it did not come from this program")
     return size_bytes
 
 
@@ -327,7 +329,7 @@ def page_problems(connection: sqlite3.Connection, pragma: str = "integrity_check
 
 def _check_kind(connection: sqlite3.Connection, path: Path) -> None:
     if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION:
-        raise InputError(path, "is no project of Lightarc", _NO_PROJECT)
+        raise InputError(path, "is not a Lightarc project", _NO_PROJECT)
     if connection.execute("PRAGMA encoding").fetchone()[0] != "UTF-8":
         raise Damaged(path, "its texts are not in UTF-8")
 

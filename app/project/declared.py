@@ -301,7 +301,7 @@ def _declare_with(kind: type, models: tuple[type, ...]) -> Mapping[str, Any]:
 
 
 def problem_of(kind: type, values: Mapping[str, Any], *, thorough: bool = False) -> str:
-    """What is wrong with the values of the fields of a class, '' where nothing is: 'mesh is no mesh'.
+    """What is wrong with the values of the fields of a class, '' where nothing is: 'mesh is not a mesh'.
 
     `thorough` also searches large arrays.
     """
@@ -357,35 +357,35 @@ def _problem(value: Any, hint: Any, finite: bool) -> str:
         return _tuple_problem(value, parts, finite)
     if origin is not None and issubclass(origin, Mapping):
         if not isinstance(value, Mapping):
-            return "is no mapping"
+            return "is not a mapping"
         pairs = (pair for item in value.items() for pair in zip(item, parts, strict=True))
         return next((found for each, part in pairs if (found := _problem(each, part, finite))), "")
     if origin is not None and issubclass(origin, Set):
         fits = isinstance(value, frozenset)
-        return next((p for each in value if (p := _problem(each, parts[0], finite))), "") if fits else "is no set"
+        return next((p for each in value if (p := _problem(each, parts[0], finite))), "") if fits else "is not a set"
     if origin is not None and issubclass(origin, Sequence):
         fits = isinstance(value, list | tuple)
-        return next((p for each in value if (p := _problem(each, parts[0], finite))), "") if fits else "is no list"
+        return next((p for each in value if (p := _problem(each, parts[0], finite))), "") if fits else "is not a list"
     return _simple_problem(value, hint, finite)
 
 
 def _simple_problem(value: Any, kind: type, finite: bool) -> str:
     if kind is type(None) or kind is None:
-        return "" if value is None else "is no value"
+        return "" if value is None else "is not a value"
     if kind is bool:
         return "" if isinstance(value, bool) else "is neither true nor false"
     if kind is int:
-        return "" if _is_whole(value) else "is no whole number"
+        return "" if _is_whole(value) else "is not a whole number"
     if kind is float:
         fits = _is_whole(value) or (isinstance(value, float) and (math.isfinite(value) or not finite))
-        return "" if fits else "is no finite number" if isinstance(value, float) else "is no number"
+        return "" if fits else "is not a finite number" if isinstance(value, float) else "is not a number"
     if kind is str:
-        return "" if isinstance(value, str) and _can_be_shown(value) else "is no text"
+        return "" if isinstance(value, str) and _can_be_shown(value) else "is not text"
     if isinstance(kind, type) and issubclass(kind, Path):
-        return "" if isinstance(value, Path) and can_be_opened(value) else "is no path"
+        return "" if isinstance(value, Path) and can_be_opened(value) else "is not a path"
     if isinstance(kind, type) and kind.__name__ == "TemporaryDirectory":
-        return "" if value is None else "is no folder"
-    return "" if isinstance(value, kind) else f"is no {words_of(kind)}"
+        return "" if value is None else "is not a folder"
+    return "" if isinstance(value, kind) else f"is not a valid {words_of(kind)}"
 
 
 def _is_whole(value: Any) -> bool:
@@ -393,7 +393,7 @@ def _is_whole(value: Any) -> bool:
 
 
 def _can_be_shown(text: str) -> bool:
-    """True for a text without halves of letters; those that stand for bytes of a file name are no halves."""
+    """True for a text without halves of letters; those that stand for bytes of a file name are not halves."""
     if len(text) > MAX_TEXT:
         return False
     return text.isascii() or not any(
@@ -412,7 +412,7 @@ def can_be_opened(path: Path) -> bool:
 
 def _tuple_problem(value: Any, parts: tuple[Any, ...], finite: bool) -> str:
     if not isinstance(value, tuple):
-        return "is no list of values"
+        return "is not a list of values"
     if len(parts) == 2 and parts[1] is Ellipsis:
         return next((found for each in value if (found := _problem(each, parts[0], finite))), "")
     if len(value) != len(parts):
@@ -431,7 +431,7 @@ def _plain_problem(value: Any, finite: bool) -> str:
     if isinstance(value, tuple | list | frozenset):
         return next((found for each in value if (found := _plain_problem(each, finite))), "")
     is_known = value is None or isinstance(value, Enum) or dataclasses.is_dataclass(value)
-    return "" if is_known else "is no value"
+    return "" if is_known else "is not a value"
 
 
 def _json_problem(value: Any) -> str:
@@ -443,13 +443,13 @@ def _json_problem(value: Any) -> str:
     if value is None:
         return ""
     kind = next((kind for kind in (bool, int, float, str) if isinstance(value, kind)), None)
-    return "is no value" if kind is None else _simple_problem(value, kind, finite=True)
+    return "is not a value" if kind is None else _simple_problem(value, kind, finite=True)
 
 
 def _kind_problem(value: Any, parts: tuple[Any, ...]) -> str:
     """An array of the kind of numbers of its annotation, in any width that this machine computes with."""
     if not isinstance(value, np.ndarray):
-        return "is no array"
+        return "is not an array"
     (wanted,) = typing.get_args(parts[1]) or (Any,)
     kinds: Collection[str] = "biuf"
     if isinstance(wanted, type):

@@ -55,7 +55,7 @@ ENVIRONMENT_FIGURES = ("rmse_rel", "flip")
 
 
 def keys_of(project: Project, names: Sequence[str]) -> Steps[dict[str, str]]:
-    """The name of the file of each target, by target; none for a material that is no value of the document.
+    """The name of the file of each target, by target; none for a material that is not a value of the document.
 
     Hashing takes about 1 s for 1 GB of maps in memory; those that are mapped from their files are not hashed.
     """

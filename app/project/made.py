@@ -64,7 +64,7 @@ def key_of(*made_from: Any, contents: Mapping[Path, str] | None = None) -> str:
     """The hash of what a result is made from: values of the document, and files, which count by their content.
 
     `contents` are hashes of the files that values name; these then count by name and content, wherever they lie.
-    TypeError for what is no value of the document, OSError for a file that cannot be read.
+    TypeError for what is not a value of the document, OSError for a file that cannot be read.
     """
     known = contents or {}
     by_content = None if contents is None else lambda path: {"file": path.name, "content": known.get(path, "")}

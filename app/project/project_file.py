@@ -95,7 +95,7 @@ def data_folder(path: Path) -> Path:
 
 
 def path_of(folder: Path) -> Path:
-    """`NAME.lap` beside its `NAME.lap-data`; another folder is no project's, and gets a name that nothing has."""
+    """`NAME.lap` beside its `NAME.lap-data`; another folder is not a project's, and gets a name that nothing has."""
     name = folder.name.removesuffix(_DATA)
     return folder.with_name(name if name.endswith(ENDING) else folder.name + ENDING)
 
@@ -355,7 +355,7 @@ def _read(path: Path, thorough: bool) -> Opened:
     current = read_state(path, meta["current"], finder, missing)
     position = whole_number(meta.get("position", "0"), MAX_POSITION)
     if position is None:
-        raise Damaged(path, "its position in the history is no number")
+        raise Damaged(path, "its position in the history is not a number")
     missing |= dict.fromkeys(finder.gone, "data that can be made again")
     return Opened(current, lambda name: read_state(path, name, finder, {}), steps, min(position, len(steps)), missing)
 
@@ -393,13 +393,13 @@ def read_state(path: Path, name: str, finder: Finder, missing: dict[str, str]) -
 
 
 def parts_in(text: str, path: Path) -> dict[str, str]:
-    """The names of the values of a state, by part; InputError where the text is no state."""
+    """The names of the values of a state, by part; InputError where the text is not a state."""
     try:
         parts = parse(text)
     except (ValueError, RecursionError):
         parts = None
     if not isinstance(parts, dict) or not all(isinstance(value, str) for value in parts.values()):
-        raise Damaged(path, "a state of its history is no list of parts")
+        raise Damaged(path, "a state of its history is not a list of parts")
     known = {part.name for part in fields(Project)}
     return {part: value for part, value in parts.items() if part in known}
 

@@ -41,7 +41,7 @@ def describe(path: Path) -> dict[str, Any]:
     `derived` (kind, bytes and presence of what can be made again, and the seconds that it took or None), `notes` (the
     user's words), `last_change` (ISO 8601, UTC; where an older version wrote the file, that of the file) and
     `warnings` (photographs that are missing, doubts about the material).
-    Raises InputError where this is no project.
+    Raises InputError where this is not a project.
     """
     opened = read(path)
     files = photographs(opened.current)

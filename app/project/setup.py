@@ -47,7 +47,7 @@ def set_up(path: Path, aspect: float = 4.0 / 3.0) -> Setup:
     """The scene that a user set up in the project at `path`; a model that nobody moved is framed for
     `aspect` (width over height).
 
-    Raises InputError where this is no project, or data are gone that the scene needs.
+    Raises InputError where this is not a project, or data are gone that the scene needs.
     """
     opened = read(path)
     gone = [words for part, words in PARTS.items() if part in opened.missing]

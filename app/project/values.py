@@ -121,7 +121,7 @@ def parse(text: str) -> Any:
 
 
 def _refuse(constant: str) -> float:
-    raise ValueError(f"{constant} is no number")
+    raise ValueError(f"{constant} is not a number")
 
 
 def _finite(digits: str) -> float:
@@ -142,7 +142,7 @@ def name_of(*parts: bytes | memoryview) -> str:
 def array_parts(array: Array) -> tuple[bytes, memoryview]:
     """Header and numbers of an array as an .npy file, the numbers not copied; ValueError for arrays of objects."""
     if array.dtype.hasobject:
-        raise ValueError("an array of objects is no value of the document")
+        raise ValueError("an array of objects is not a value of the document")
     whole = np.ascontiguousarray(array).reshape(array.shape)
     header = io.BytesIO()
     np.lib.format.write_array_header_1_0(header, np.lib.format.header_data_from_array_1_0(whole))
@@ -240,7 +240,7 @@ def _encode_object(value: Any, keeper: Keeper, derived: bool) -> Any:
 def decode(said: Any, finder: Finder, depth: int = 0) -> Any:
     """The value that `said` describes.
 
-    Raises Absent where a part is gone, and one of `DAMAGE` where this is no value of the document.
+    Raises Absent where a part is gone, and one of `DAMAGE` where this is not a value of the document.
     """
     finder.work.nodes += 1
     if depth > MAX_DEPTH or finder.work.nodes > MAX_NODES:
@@ -298,7 +298,7 @@ def _decode_own(name: str, finder: Finder, depth: int) -> Any:
     work.deepest = depth
     made = decode(parse(finder.text(name)), finder, depth + 1)
     if not dataclasses.is_dataclass(made) or type(made).__eq__ is not object.__eq__:
-        raise ValueError("a value of its own that is no object")
+        raise ValueError("a value of its own that is not an object")
     finder.made[name], finder.sizes[name] = made, (work.nodes - nodes, work.deepest - depth)
     work.deepest = max(work.deepest, deepest)
     return made
@@ -372,7 +372,7 @@ def encode_path(path: Path, folder: Path) -> dict[str, str]:
 def find_path(said: Mapping[str, Any], folder: Path, places: Mapping[str, Path] = MappingProxyType({})) -> Path:
     """The path that is there: where a user found it again (`places`), as seen from the project now, or in full.
 
-    ValueError where it is no path.
+    ValueError where it is not a path.
     """
     full, *near = paths_of(said, folder)
     candidates = (places.get(str(said["path"])), *near, full)

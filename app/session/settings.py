@@ -216,7 +216,7 @@ def _from_json(values: Any) -> Settings:
         raise ValueError("measure_error or has_seen_hints is neither true nor false")
     limits = {name: values[name] for name in ("threads", "memory_gb", "cache_gb") if name in values}
     if not all(type(limit) in (int, float) and 0 <= limit < MAXIMUM for limit in limits.values()):
-        raise ValueError("threads, memory_gb or cache_gb is no number from 0")
+        raise ValueError("threads, memory_gb or cache_gb is not a number from 0")
     limits = {name: int(limit) if name == "threads" else float(limit) for name, limit in limits.items()}
     sizes = values.get("dock_sizes", [])
     if (

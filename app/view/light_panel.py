@@ -41,7 +41,7 @@ BEHIND: dict[Behind, tuple[str, float]] = {
 #: Labels of the angles of a light, as everywhere in the window.
 ANGLES = {"theta_deg": "Elevation", "phi_deg": "Azimuth"}
 
-#: Values of the menu that are no environment.
+#: Values of the menu that are not environment.
 ONE_LIGHT, ONLY_LAMPS, OPEN = "", "only lamps", "open"
 
 #: A new lamp: a soft key from the left, rotated further for each lamp that exists.

@@ -251,7 +251,7 @@ def _medians(samples: Sequence[dict[str, float]]) -> dict[str, float]:
 
 
 def _files(folder: Path) -> list[Path]:
-    """Small models in four formats, an environment, and a file that is no model."""
+    """Small models in four formats, an environment, and a file that is not a model."""
     import numpy as np
     import trimesh
 

@@ -150,7 +150,7 @@ def check_campaign(scenes: int, data: Path | None) -> None:
     if scenes < 1:
         raise UsageError(f"{scenes} scenes are too few: at least one is measured")
     if data is not None and not data.is_dir():
-        raise InputError(data, "it is no folder", "name one with models and measured BRDFs")
+        raise InputError(data, "it is not a folder", "name one with models and measured BRDFs")
 
 
 def summary(found: Sequence[Compared]) -> list[Accuracy]:

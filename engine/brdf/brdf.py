@@ -82,11 +82,11 @@ def brdf_from_text(text: str) -> Brdf:
     """
     name, _, values = text.strip().partition(":")
     if name not in MODELS:
-        raise UsageError(f"unknown BRDF {name[:40]!r}; known are {', '.join(MODELS)}")
+        raise UsageError(f"unknown BRDF {name[:40]!r}; choose from {', '.join(MODELS)}")
     given = [piece.partition("=")[0].strip() for piece in values.split(",")]
     if "preset" in given:
         if len(given) > 1:
-            raise UsageError("a preset stands alone; known are model:preset=name and model:name=value,…")
+            raise UsageError("a preset takes no other parameters; write model:preset=name or model:name=value,…")
         return find_preset(name, values.partition("=")[2].strip()).brdf
     brdf: Brdf = parse(MODELS[_form(name, given)], values)
     return brdf

@@ -156,7 +156,7 @@ class _Objective:
 
     def __init__(self, data: FitData, weighting: Weighting) -> None:
         if weighting not in WEIGHTINGS:
-            raise ValueError(f"unknown weighting {weighting!r}; known are {', '.join(WEIGHTINGS)}")
+            raise ValueError(f"unknown weighting {weighting!r}; choose from {', '.join(WEIGHTINGS)}")
         self.data = data
         seen = np.maximum(data.value, 0.0) * data.wi[:, 2:]
         brightness = luminance(seen)
@@ -272,7 +272,7 @@ def fit(
     names = [parameter.name for parameter in parameters(start)]
     unknown = [name for name in fixed if name not in names]
     if unknown:
-        raise UsageError(f"unknown parameter {unknown[0]!r}; known are {', '.join(names)}")
+        raise UsageError(f"unknown parameter {unknown[0]!r}; choose from {', '.join(names)}")
     free = tuple(parameter for parameter in parameters(start) if parameter.name not in fixed)
     if not free:
         raise UsageError("all parameters are fixed, so that nothing is left to fit")

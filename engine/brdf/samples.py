@@ -38,7 +38,7 @@ HORIZON = 1e-6
 #: a warning.
 DOUBTFUL_SHARE = 0.01
 
-#: The figure of health that counts measurements at or below it: a BRDF is 0 there, and they are no faults.
+#: The figure of health that counts measurements at or below it: a BRDF is 0 there, and they are not faults.
 BELOW_HORIZON = "dropped: at or below the horizon"
 
 #: No surface reflects more than this, in 1/sr; what is above it is damage.

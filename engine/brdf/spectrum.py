@@ -52,7 +52,7 @@ def srgb_weights(wavelengths_nm: ArrayLike, illuminant: Illuminant = "D65") -> N
     if measured[-1] < VISIBLE_NM[0] or measured[0] > VISIBLE_NM[1]:
         raise UsageError(f"no wavelength lies between {VISIBLE_NM[0]:g} and {VISIBLE_NM[1]:g} nm")
     if illuminant not in ILLUMINANTS:
-        raise ValueError(f"unknown illuminant {illuminant!r}; known are {', '.join(ILLUMINANTS)}")
+        raise ValueError(f"unknown illuminant {illuminant!r}; choose from {', '.join(ILLUMINANTS)}")
     grid, functions, d65 = observer()
     power = d65 if illuminant == "D65" else np.ones_like(d65)
     visible = measured[(measured > VISIBLE_NM[0]) & (measured < VISIBLE_NM[1])]

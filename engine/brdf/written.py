@@ -82,7 +82,7 @@ _ERROR = re.compile(r"^error {0,9}+(?:\w{1,20}+ {0,9}+)?:")
 
 
 class SourceError(InputError):
-    """A text that is no BRDF; `line` counts from 1, and is 0 where no single line is at fault."""
+    """A text that is not a BRDF; `line` counts from 1, and is 0 where no single line is at fault."""
 
     def __init__(self, path: str | os.PathLike[str], line: int, problem: str, remedy: str) -> None:
         super().__init__(path, f"line {line}: {problem}" if line else problem, remedy)
@@ -165,7 +165,7 @@ def read_written(path: str | os.PathLike[str]) -> WrittenBrdf:
 def write(text: str, name: str, path: str | os.PathLike[str] = "") -> WrittenBrdf:
     """The BRDF of a text, compiled and looked at; `path` names it in messages.
 
-    Raises SourceError where the text is no BRDF, and MissingCapability without OpenGL.
+    Raises SourceError where the text is not a BRDF, and MissingCapability without OpenGL.
     """
     path = path or name
     parse(text, path)
@@ -340,17 +340,17 @@ _SHAPES = {
 def _declare(path: str | os.PathLike[str], number: int, words: list[str]) -> Declared:
     kind = words[0]
     if kind not in _NUMBERS:
-        raise SourceError(path, number, f"{kind[:60]!r} is no kind of parameter", "Write float, bool or color")
+        raise SourceError(path, number, f"{kind[:60]!r} is not a kind of parameter", "Write float, bool or color")
     values = words[2 : 2 + _NUMBERS[kind]]
     try:
         numbers = [float({"true": "1", "false": "0"}.get(value, value)) for value in values]
     except ValueError:
         numbers = []
     if len(numbers) != _NUMBERS[kind] or not all(math.isfinite(value) and abs(value) < LARGEST for value in numbers):
-        raise SourceError(path, number, "is no parameter", f"Write {_SHAPES[kind]}")
+        raise SourceError(path, number, "is not a parameter", f"Write {_SHAPES[kind]}")
     name = words[1]
     if not _NAME.fullmatch(name) or name.startswith(("gl_", "lightarc_")) or "__" in name:
-        raise SourceError(path, number, f"{name[:60]!r} is no name for a parameter", "Use letters, digits and _")
+        raise SourceError(path, number, f"{name[:60]!r} is not a name for a parameter", "Use letters, digits and _")
     if kind == "bool":
         return Declared(kind, name, number, numbers[0] != 0.0)
     if kind == "color":

@@ -138,7 +138,7 @@ def _numbers(archive: Archive, manifest: Manifest, record: DirectionalRecord) ->
         raise InputError(archive.path, f"{NUMBERS} has other numbers than the manifest says", _AGAIN)
     lengths = np.linalg.norm(np.array(numbers.lights), axis=1)
     if not np.allclose(lengths, 1.0, atol=1e-6):
-        raise InputError(archive.path, f"{NUMBERS} has lights that are no unit vectors", _AGAIN)
+        raise InputError(archive.path, f"{NUMBERS} has lights that are not unit vectors", _AGAIN)
     return numbers
 
 

@@ -288,7 +288,7 @@ def _planes(directional: DirectionalMap, images: _Images) -> dict[str, Any]:
 def _surface(maps: PbrMaps, images: _Images) -> tuple[dict[str, Any], list[list[str]]]:
     """Base colour, normals, and roughness, metallic and occlusion as images of 8 bits, and the channels they give.
 
-    Normals n are the codes 128 + 127 n. Flat ones are no channel, nor is what is 0 or unknown everywhere.
+    Normals n are the codes 128 + 127 n. Flat ones are not a channel, nor is what is 0 or unknown everywhere.
     """
     layers = zip(("base-colour", "normals", "others"), _surface_layers(maps), strict=True)
     small = {name: coded(np.asarray(_reduce(values), np.float32)) for name, (values, coded) in layers}

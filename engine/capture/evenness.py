@@ -38,7 +38,7 @@ BLOCKS, BLOCK_PX = 16, 4
 #: Darker blocks than this share of the mean count as so bright; no place is made more than so many times brighter.
 DARKEST, MAX_GAIN = 0.01, 8.0
 
-#: Unevenness beyond this is no lamp's: one that hangs half a sample's width above its edge makes 2.7.
+#: Unevenness beyond this is not a lamp's: one that hangs half a sample's width above its edge makes 2.7.
 MAX_OF_A_LAMP = 4.0
 
 #: Rows of a photograph that are read at once.

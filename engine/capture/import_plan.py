@@ -94,9 +94,9 @@ class ImportSettings:
         if self.calibrate not in ("auto", "none") and not set(self.calibrate) <= set(CALIBRATED):
             raise UsageError(f"unknown calibration {self.calibrate!r}; choose from auto, none, {', '.join(CALIBRATED)}")
         if self.motion not in ("auto", "none", *MOTIONS):
-            raise UsageError(f"unknown motion {self.motion!r}; known are auto, none, {', '.join(MOTIONS)}")
+            raise UsageError(f"unknown motion {self.motion!r}; choose from auto, none, {', '.join(MOTIONS)}")
         if self.transfer not in ("auto", "srgb", "linear"):
-            raise UsageError(f"unknown transfer {self.transfer!r}; known are auto, srgb, linear")
+            raise UsageError(f"unknown transfer {self.transfer!r}; choose from auto, srgb, linear")
         if self.crop is not None and (min(self.crop[:2]) < 0 or min(self.crop[2:]) < 1):
             raise UsageError(f"crop {self.crop} needs left and top from 0, width and height from 1")
         if self.crop is not None and self.framing is not None:

@@ -111,7 +111,7 @@ def open_stack(
 
     `pixels` is another folder, in which the pixels are or will be: they are looked for whenever they are read, and
     reading them where they are not there is an InputError. With `verify` they have to be there.
-    Raises InputError where the folder is no stack, incomplete, damaged, or made by a newer version.
+    Raises InputError where the folder is not a stack, incomplete, damaged, or made by a newer version.
     """
     place = Path(folder)
     record, is_sealed = _read_record(place)
@@ -148,7 +148,7 @@ def read_record(folder: Path) -> StackRecord:
 def _read_record(folder: Path) -> tuple[StackRecord, bool]:
     path = folder / RECORD
     if folder.is_dir() and not path.exists():
-        raise InputError(folder, f"is no stack: it holds no {RECORD}", "Import the photographs into a stack first")
+        raise InputError(folder, f"is not a stack: it holds no {RECORD}", "Import the photographs into a stack first")
     try:
         return parse_record(read_bytes(path, _RECORD_LIMIT_BYTES), path, _AGAIN)
     except ValidationError as error:

@@ -97,7 +97,7 @@ def write_record(record: StackRecord) -> bytes:
 def parse_record(content: bytes, path: Path, remedy: str) -> tuple[StackRecord, bool]:
     """The record in `content`, and whether it is sealed, which those of older versions are not.
 
-    Raises InputError about `path` where the seal does not fit or this is no JSON, and ValidationError where it is no
+    Raises InputError about `path` where the seal does not fit or this is not JSON, and ValidationError where it is no
     record.
     """
     value = read_json(content, path, path.name, remedy)

@@ -115,7 +115,7 @@ def tone_map(image: ArrayLike, exposure_ev: float = 0.0, operator: Operator = "n
     display, and nowhere before it.
     """
     if operator not in OPERATORS:
-        raise ValueError(f"unknown tone mapping {operator!r}; known are {', '.join(OPERATORS)}")
+        raise ValueError(f"unknown tone mapping {operator!r}; choose from {', '.join(OPERATORS)}")
     radiance = np.nan_to_num(np.asarray(image, np.float32), nan=0.0, posinf=_BRIGHTEST, neginf=0.0)
     gain = 2.0**exposure_ev
     exposed = np.clip(radiance, 0.0, min(_BRIGHTEST, _BRIGHTEST / gain)) * np.float32(gain)

@@ -240,7 +240,7 @@ def parse(of: type[Instance], text: str) -> Instance:
     for item in filter(None, (piece.strip() for piece in text.split(","))):
         name, equals, number = (piece.strip() for piece in item.partition("="))
         if not equals or name not in declared:
-            raise UsageError(f"unknown parameter {name[:40]!r}; known are {', '.join(declared)}")
+            raise UsageError(f"unknown parameter {name[:40]!r}; choose from {', '.join(declared)}")
         if name in values:
             raise UsageError(f"{name} is given twice")
         try:

@@ -11,7 +11,7 @@
 
 Values are in 1/sr without the cosine, linear sRGB. RGL's form (Dupuy2018) stores f cos theta_o over the unit square of
 half vectors, (√(2 theta_h / π), phi_h / 2π), warped by a density of them. With uniform densities the square is not
-warped, and without the flag `jacobian` the value is no multiple: a plain bilinear table, which readers of RGL open.
+warped, and without the flag `jacobian` the value is not a multiple: a plain bilinear table, which readers of RGL open.
 An error is stated for each form that is not exact. The MERL table bounds the time, some 5 s.
 """
 

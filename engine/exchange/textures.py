@@ -200,7 +200,7 @@ def _channels(texture: Texture) -> int:
 
 def _preset(settings: Settings) -> Preset:
     if settings.preset not in PRESETS:
-        raise UsageError(f"unknown preset {settings.preset!r}; known are {', '.join(PRESETS)}")
+        raise UsageError(f"unknown preset {settings.preset!r}; choose from {', '.join(PRESETS)}")
     return PRESETS[settings.preset]
 
 

@@ -283,7 +283,7 @@ def _image(path: Path, name: str, shape: tuple[int, int], record: _Record) -> ND
     )
     planes = [found[channel] for channel in ("channel:R", "channel:G", "channel:B") if channel in found]
     if len(planes) != 3 or any(plane.dtype != np.float32 or plane.shape != shape for plane in planes):
-        raise InputError(path / name, f"is no image of {shape[1]} × {shape[0]} texels of 32-bit floats", _REMEDY)
+        raise InputError(path / name, f"is not an image of {shape[1]} × {shape[0]} texels of 32-bit floats", _REMEDY)
     image: NDArray[np.float32] = np.ascontiguousarray(np.stack(planes, axis=-1))
     if _fingerprint(image) != record.sha256.get(name):
         raise InputError(path / name, "is damaged: its fingerprint does not fit its content", AGAIN)

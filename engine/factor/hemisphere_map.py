@@ -49,7 +49,7 @@ class HemisphereMap:
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
-            raise ValueError(f"unknown map {self.kind!r}; known are {', '.join(KINDS)}")
+            raise ValueError(f"unknown map {self.kind!r}; choose from {', '.join(KINDS)}")
         if not 1 <= self.size <= LARGEST_SIZE:
             raise ValueError(f"a map has 1 to {LARGEST_SIZE} texels a side, not {self.size}")
 

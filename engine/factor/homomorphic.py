@@ -156,7 +156,7 @@ class HomomorphicFactors(Reflectance, Summary):
             if factors.terms == terms:
                 return factors
         known = ", ".join(str(factors.terms) for factors in (*self.shorter, self))
-        raise ValueError(f"factors of {terms} terms are not known; known are {known}")
+        raise ValueError(f"no factors with {terms} terms; choose from {known}")
 
     def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
         """Values (..., 3) in 1/sr for unit directions (..., 3) that broadcast; 0 at and below the horizon."""

@@ -182,7 +182,7 @@ class FixedProjection:
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
-            raise ValueError(f"{self.kind!r} is no projection; known are {', '.join(KINDS)}")
+            raise ValueError(f"unknown projection {self.kind!r}; choose from {', '.join(KINDS)}")
 
     @property
     def name(self) -> str:

@@ -246,7 +246,7 @@ def _asymmetry(matrix: BrdfMatrix) -> float:
 
 
 def _different(rows: Floats) -> list[int]:
-    """The channels that are no copy of one before: a grey BRDF is factored once."""
+    """The channels that are not copy of one before: a grey BRDF is factored once."""
     return sorted(set(_first_like(rows)))
 
 

@@ -60,7 +60,9 @@ class SeparableFactors(Reflectance, Summary):
 
     def __post_init__(self) -> None:
         if self.parametrisation not in PARAMETRISATIONS:
-            raise ValueError(f"unknown parametrisation {self.parametrisation!r}; known: {', '.join(PARAMETRISATIONS)}")
+            raise ValueError(
+                f"unknown parametrisation {self.parametrisation!r}; choose from {', '.join(PARAMETRISATIONS)}"
+            )
         if self.first.ndim != 4 or not len(self.first) or self.first.shape != self.second.shape:
             raise ValueError(f"textures {self.first.shape} and {self.second.shape} do not belong together")
         for name in ("first", "second"):

@@ -133,7 +133,7 @@ def parse(text: str, default: Camera) -> Camera:
     for item in text.split():
         name, equals, numbers = item.partition("=")
         if not equals or name not in ("eye", "target", "up", "fov_deg"):
-            raise UsageError(f"unknown camera setting {item[:40]!r}; known are eye, target, up and fov_deg")
+            raise UsageError(f"unknown camera setting {item[:40]!r}; choose from eye, target, up and fov_deg")
         try:
             parsed = tuple(float(number) for number in numbers.split(","))
         except ValueError:

@@ -111,7 +111,7 @@ def _scene(content: bytes, kind: str, name: str, beside: Mapping[str, bytes]) ->
 
     options = {"resolver": _Beside(beside, name)} if kind in ("glb", "gltf") else {}
     with warnings.catch_warnings():
-        # numpy stops at the first thing that is no number, and trimesh goes on with what came before it
+        # numpy stops at the first thing that is not a number, and trimesh goes on with what came before it
         warnings.filterwarnings("error", message=".*could not be read to its end", category=DeprecationWarning)
         try:
             return trimesh.load_scene(io.BytesIO(content), file_type=kind, process=False, **options)

@@ -242,7 +242,7 @@ def layers(context: Any, textures: ArrayLike) -> Any:
 
 
 def plain(context: Any, texels: ArrayLike) -> Any:
-    """A texture (rows, columns, 3): one that is no layer costs a vertex less to read."""
+    """A texture (rows, columns, 3): one that is not a layer costs a vertex less to read."""
     filled = _in_fours(texels)
     texture = context.texture(filled.shape[1::-1], 4, filled, dtype="f4")
     texture.filter = (context.NEAREST, context.NEAREST)

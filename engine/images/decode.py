@@ -93,7 +93,7 @@ _READERS: tuple[tuple[tuple[bytes, ...], Callable[[bytes, str], Raster]], ...] =
     (hdr.SIGNATURES, hdr.read_hdr),
 )
 
-#: First bytes of files that are no photographs, and what to say of them.
+#: First bytes of files that are not photographs, and what to say of them.
 _OTHERS = (
     (b"version https://git-lfs", "is a Git LFS pointer, not the image itself", "Run 'git lfs pull' where it lies"),
     (b"%PDF", "is a PDF document", "Export its images as TIFF or PNG"),

@@ -122,6 +122,6 @@ def _exposure(header: bytes, name: str) -> np.ndarray:
         with np.errstate(over="ignore", invalid="ignore"):
             product = product * factors
     if not ((product > 1e-30) & (product < 1e30)).all():
-        problem = "says that its exposure is no factor above 0"
+        problem = "says that its exposure is not a factor above 0"
         raise InputError(name, problem, "Correct the EXPOSURE and COLORCORR lines of its header")
     return product.astype(np.float32)

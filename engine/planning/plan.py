@@ -205,10 +205,10 @@ def plan(
 
 
 def check_effects(force: Collection[str], skip: Collection[str]) -> None:
-    """UsageError for names that are no effects, and for one that is in both."""
+    """UsageError for names that are not effects, and for one that is in both."""
     for name in (*force, *skip):
         if name not in EFFECTS:
-            raise UsageError(f"{name!r} is no effect; known are {', '.join(EFFECTS)}")
+            raise UsageError(f"unknown effect {name!r}; choose from {', '.join(EFFECTS)}")
     both = sorted(set(force) & set(skip))
     if both:
         raise UsageError(f"{both[0]} cannot be forced and skipped at once")

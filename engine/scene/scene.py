@@ -15,7 +15,7 @@ Figure 6 compares this look-up, 'radiance', with three others; there rho_j = sig
 
 For a Lambertian surface photographed from above, 'angle' and 'radiance' are one function. In a directional map, S
 depends on the azimuth of the light as well (`engine.shading.directional.effective_light`): on that of each light, and
-in 'texture' and 'outgoing' on that of the mean of all, weighted by r. PBR maps are no look-up but a BRDF at each texel:
+in 'texture' and 'outgoing' on that of the mean of all, weighted by r. PBR maps hold a BRDF at each texel:
 with them the image shows sum f_r cos(theta_j) E_j, f_r that of the texel, in the frame that the map of normals bends.
 Without a material it shows the same with one f_r. Lights below the surface's own horizon add nothing; what other parts
 of the model would shadow or reflect is not part of these images.

@@ -17,7 +17,7 @@ from engine.storage.text import utf8
 
 
 def _bright_neighbours() -> Found:
-    """A texel that is no number among texels near the largest one of 32 bits."""
+    """A texel that is not a number among texels near the largest one of 32 bits."""
     radiance = np.full((4, 8, 3), 3e38, np.float32)
     bad = np.zeros(radiance.shape, bool)
     bad[1:3, 2:4] = True
@@ -53,7 +53,7 @@ def _two_bytes_a_letter() -> Found:
 
 
 def _numbers_stay() -> Found:
-    """Binary content, in which half of the bytes may be 0 as well, is no text."""
+    """Binary content, in which half of the bytes may be 0 as well, is not text."""
     content = [np.arange(500, dtype=kind).tobytes() for kind in (np.float32, np.float64, np.uint32)]
     return float(sum(utf8(each) != each for each in content)), 0.0
 
@@ -73,7 +73,7 @@ def _too_bright() -> Found:
 
 QUESTIONS = (
     Question("N1", "relative error of damaged texels among texels of 3e38", _bright_neighbours),
-    Question("N2", "texture coordinates of a strip of 1e7 to 1 that are no numbers", _thin_charts),
+    Question("N2", "texture coordinates of a strip of 1e7 to 1 that are not numbers", _thin_charts),
     Question("N3", "points too many in a model whose corners differ by 1e-7", _gaps_are_closed),
     Question("N4", "texts in UTF-16 that are not read", _two_bytes_a_letter),
     Question("N5", "tables of numbers that are taken for text in UTF-16", _numbers_stay),

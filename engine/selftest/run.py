@@ -43,7 +43,7 @@ def selftest(only: tuple[str, ...] = ()) -> Steps[tuple[Case, ...]]:
     known = {question.id for question in QUESTIONS} | {group_of(question.id) for question in QUESTIONS}
     for name in only:
         if name not in known:
-            raise UsageError(f"{name!r} is no case; known are {', '.join(sorted(known))}")
+            raise UsageError(f"unknown case {name!r}; choose from {', '.join(sorted(known))}")
     chosen = [each for each in QUESTIONS if not only or each.id in only or group_of(each.id) in only]
     cases: list[Case] = []
     for number, question in enumerate(chosen):

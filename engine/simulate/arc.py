@@ -70,9 +70,9 @@ class LightArc:
     def __post_init__(self) -> None:
         check(self)
         if self.sample not in SAMPLES:
-            raise UsageError(f"unknown sample {self.sample!r}; known are {', '.join(SAMPLES)}")
+            raise UsageError(f"unknown sample {self.sample!r}; choose from {', '.join(SAMPLES)}")
         if self.format not in FORMATS:
-            raise UsageError(f"unknown format {self.format!r}; known are {', '.join(FORMATS)}")
+            raise UsageError(f"unknown format {self.format!r}; choose from {', '.join(FORMATS)}")
         if not 16 <= self.size <= 2048:
             raise UsageError(f"size {self.size} px is outside [16, 2048]")
         if not self.elevation or not all(math.radians(1) <= angle <= math.pi / 2 for angle in self.elevation):

@@ -64,7 +64,7 @@ def sample(name: str, size: int, seed: int = 1) -> Sample:
 def making(name: str, size: int, seed: int = 1) -> Steps[Sample]:
     """Make the sample called `name` (one of `SAMPLES`) on a grid of size x size texels."""
     if name not in SAMPLES:
-        raise ValueError(f"unknown sample {name!r}; known are {', '.join(SAMPLES)}")
+        raise ValueError(f"unknown sample {name!r}; choose from {', '.join(SAMPLES)}")
     if not MIN_SIZE <= size <= MAX_SIZE:
         raise ValueError(f"size {size} is outside [{MIN_SIZE}, {MAX_SIZE}]")
     return (yield from SAMPLES[name](size, seed))

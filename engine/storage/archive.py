@@ -207,7 +207,7 @@ def _open_zip(path: Path, known: Collection[str], process: str) -> Archive:
 
 
 def check_entry(path: Path, entry: Entry, remedy: str) -> None:
-    """Refuse a member that is no plain file, is encrypted, packed by an unknown method, or inflates too much."""
+    """Refuse a member that is not a plain file, is encrypted, packed by an unknown method, or inflates too much."""
     name = show(entry.stored)
     kind = stat.S_IFMT(entry.attributes >> 16)
     if entry.stored != entry.name:

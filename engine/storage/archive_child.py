@@ -111,14 +111,14 @@ def _open(file: IO[bytes], name: str, remedy: str, other: str, member_limit: int
 def _check_end_record(
     name: str, head: bytes, tail: bytes, size_bytes: int, remedy: str, member_limit: int, comment: bool
 ) -> None:
-    """Refuse what is no zip, is cut short, has data before or after it, or lists too much, by its last bytes alone.
+    """Refuse what is not a zip, is cut short, has data before or after it, or lists too much, by its last bytes alone.
 
     `head` is how the file of `size_bytes` begins, and `tail` how it ends.
     """
     start = tail.rfind(_END) if comment else len(tail) - 22
     after = tail[start + 22 :] if start >= 0 else b""
     if start < 0 or tail[start : start + 4] != _END or len(tail) < start + 22 or _length(tail, start) != len(after):
-        kind = "is cut short or has data after its end" if head[:4] == b"PK\3\4" else "is no zip archive"
+        kind = "is cut short or has data after its end" if head[:4] == b"PK\3\4" else "is not a zip archive"
         raise InputError(name, kind, remedy)
     _, disk, first_disk, _, count, size, offset, _ = struct.unpack("<4s4H2LH", tail[start : start + 22])
     if tail[max(0, start - 20) : start][:4] == _LOCATOR_64:
@@ -192,7 +192,7 @@ def _tar_members(file: IO[bytes], name: str, remedy: str, member_limit: int) -> 
         file.seek(archive.offset)
         end = file.read(_TAR_BLOCK)
     except _DAMAGE as error:
-        raise InputError(name, f"is no tar archive, or a damaged one ({one_line(error)})", remedy) from None
+        raise InputError(name, f"is not a tar archive, or a damaged one ({one_line(error)})", remedy) from None
     if end != bytes(_TAR_BLOCK):
         raise InputError(name, "is cut short or damaged: its list of members has no end", remedy)
     return members

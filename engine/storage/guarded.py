@@ -113,7 +113,7 @@ def _install() -> None:
 
 
 def _compile(libc: Any, before: int) -> Any:
-    """The handler, which restores the action `before` for what is no mapping of ours."""
+    """The handler, which restores the action `before` for what is not a mapping of ours."""
     from llvmlite import ir
     from numba import cfunc, types
     from numba.extending import intrinsic

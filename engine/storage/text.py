@@ -24,7 +24,7 @@ _LOOKED_AT, _SHARE = 512, 0.75
 
 
 def utf8(content: bytes) -> bytes:
-    """`content` in UTF-8 without a mark where it is text in UTF-16, what is no letter replaced; else as it is."""
+    """`content` in UTF-8 without a mark where it is text in UTF-16, what is not a letter replaced; else as it is."""
     content = mark(content)
     return content.decode("utf-16", "replace").encode("utf-8") if content.startswith(_MARKS) else content
 
@@ -41,7 +41,7 @@ def mark(content: bytes) -> bytes:
 
 
 def valid(value: Any) -> Any:
-    """`value` of JSON with a replacement character for each code that is none: a byte of a name that is no UTF-8."""
+    """`value` of JSON with a replacement character for each code that is none: a byte of a name that is not UTF-8."""
     if isinstance(value, str):
         return _NO_LETTER.sub("\ufffd", value)
     if isinstance(value, Mapping):

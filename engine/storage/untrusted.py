@@ -497,7 +497,7 @@ class _Watchdog(threading.Thread):
         while not self._is_over.wait(wait_s):
             left_s = begun_s + PATIENCE * self._limit_s - time.monotonic()
             wait_s = min(self._limit_s - (_cpu_s(self._process) - spent_s), left_s)
-            if not wait_s > 0.0:  # also where it is no number, because the process was gone from the beginning
+            if not wait_s > 0.0:  # also where it is not a number, because the process was gone from the beginning
                 self._expire()
                 return
 

@@ -121,7 +121,7 @@ class Point:
                 raise ValueError(f"{name} = {value!r} is not a number from 0")
         strange = [name for name in self.predicted if name not in FIGURES]
         if strange or not all(isinstance(x, int | float) and 0 <= x < math.inf for x in self.predicted.values()):
-            raise ValueError(f"{dict(self.predicted)} are no predicted figures")
+            raise ValueError(f"{dict(self.predicted)} are not predicted figures")
         object.__setattr__(self, "predicted", MappingProxyType(dict(self.predicted)))
 
     @property

@@ -72,7 +72,7 @@ def with_texels(
 
 
 def brdf_of_bake(file: TransportFile, arguments: argparse.Namespace) -> tuple[Brdf | None, list[str]]:
-    """The BRDF that an image of the bake is of: --brdf, or the one in the file; None where that is no model, which a
+    """The BRDF that an image of the bake is of: --brdf, or the one in the file; None where that is not a model, which a
     sentence says."""
     if arguments.brdf:
         return open_reflectance(arguments.brdf), []

@@ -205,7 +205,9 @@ def _check_baked(mesh: str, mode: str) -> None:
     if holds_transport(mesh) or not is_model:
         return
     command = f"lightarc bake {mesh} --brdf TEXT --mode {mode} -o {Path(mesh).stem}{SUFFIX}"
-    raise InputError(mesh, f"is no transport file, which --mode {mode} draws", f"Make one of a model with: {command}")
+    raise InputError(
+        mesh, f"is not a transport file, which --mode {mode} draws", f"Make one of a model with: {command}"
+    )
 
 
 #: An image (height, width, 4), and how it was made: frame_s, gl_renderer, warnings, perhaps negative_rel.

@@ -314,7 +314,7 @@ def _settings(arguments: argparse.Namespace, scene: Scene) -> list[Setting]:
     modes = _modes(arguments)
     strange = [mode for mode in modes if mode not in all_modes()]
     if strange:
-        raise UsageError(f"{strange[0]!r} is not a mode; known are {', '.join(all_modes())}")
+        raise UsageError(f"unknown mode {strange[0]!r}; choose from {', '.join(all_modes())}")
     if "shading-map" in modes and scene.material is None:
         raise UsageError("the mode shading-map needs --material")
     return settings_of(scene, modes or modes_of(scene), bounces=arguments.max_depth > 1)

@@ -48,7 +48,7 @@ def find_preset(model: str, name: str) -> Preset:
     alike = [known_name for known_name in names if any(word and word in known_name for word in name.split("-"))]
     listed = (alike or get_close_matches(name[:40], names) or names)[:_LISTED]
     more = "" if len(names) == len(listed) else f" and {len(names) - len(listed)} more"
-    raise UsageError(f"unknown preset {name[:40]!r} of {model}; known are {', '.join(listed)}{more}")
+    raise UsageError(f"unknown preset {name[:40]!r} of {model}; choose from {', '.join(listed)}{more}")
 
 
 def _rows(table: str) -> tuple[str, list[dict[str, str]]]:

@@ -50,7 +50,11 @@ def read_alta(path: Path) -> BrdfSamples:
     coordinates, outputs = _dimensions(path, header)
     stated = header.get("PARAM_IN", Line(lines[0].number, "UNKNOWN_INPUT"))
     if stated.text not in PARAMETRISATIONS:
-        refuse(path, stated.number, f"names coordinates {stated.text[:40]!r}; known are {', '.join(PARAMETRISATIONS)}")
+        refuse(
+            path,
+            stated.number,
+            f"names unknown coordinates {stated.text[:40]!r}; choose from {', '.join(PARAMETRISATIONS)}",
+        )
     needed, to_directions = PARAMETRISATIONS[stated.text]
     if needed != coordinates:
         refuse(path, stated.number, f"names {stated.text}, which has {needed} coordinates, but #DIM says {coordinates}")
@@ -110,7 +114,7 @@ def _values(path: Path, header: dict[str, Line], values: NDArray[np.float64], vi
         return values / view[:, 2:]
     if name != "XYZ_COLOR" or values.shape[1] != 3:
         known = "INV_STERADIAN, INV_STERADIAN_COSINE_FACTOR, RGB_COLOR, XYZ_COLOR (3 values)"
-        refuse(path, stated.number, f"names values {name[:40]!r}; known are {known}")
+        refuse(path, stated.number, f"names unknown values {name[:40]!r}; choose from {known}")
     return srgb_from_measured_xyz(values)
 
 

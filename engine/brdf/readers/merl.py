@@ -32,7 +32,7 @@ SIZE_BYTES = len(_HEADER) + 3 * 8 * int(np.prod(SHAPE))
 
 
 def looks_like_merl(head: bytes, size_bytes: int, name: str) -> bool:
-    """Its header, also with bytes swapped, its exact size, or its customary name where the content is no text."""
+    """Its header, also with bytes swapped, its exact size, or its customary name where the content is not text."""
     swapped = np.array(SHAPE, ">i4").tobytes()
     return (
         head[:12] in (_HEADER, swapped)

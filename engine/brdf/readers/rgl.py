@@ -202,7 +202,7 @@ def _reduction(phi_i: Floats) -> int:
 
 
 def looks_like_rgl(head: bytes, size_bytes: int, name: str) -> bool:
-    """True if a file is a tensor_file; `read_rgl` says in a sentence if it is no RGL measurement."""
+    """True if a file is a tensor_file; `read_rgl` says in a sentence if it is not an RGL measurement."""
     return looks_like_tensor_file(head)
 
 
@@ -284,7 +284,7 @@ class _Fields:
     def positive(self, name: str, dimensions: int) -> Floats:
         array = _double(self.array(name, dimensions))
         if min(array.shape[-2:]) < 2 or not np.isfinite(array).all() or (array < 0.0).any():
-            raise InputError(self.path, f"has {name!r} that is no table of positive numbers: it is damaged", AGAIN)
+            raise InputError(self.path, f"has {name!r} that is not a table of positive numbers: it is damaged", AGAIN)
         return array
 
     def directions(self, name: str) -> Floats:

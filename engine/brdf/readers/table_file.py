@@ -76,7 +76,7 @@ def write_table(path: str | os.PathLike[str], table: Table) -> Table:
 
 
 def keep_table(brdf: Brdf) -> Steps[Table]:
-    """`brdf` as the table that a file gives back bit for bit: rounded, or resampled where it is no table yet."""
+    """`brdf` as the table that a file gives back bit for bit: rounded, or resampled where it is not a table yet."""
     if isinstance(brdf, HalfDifferenceTable | DirectionTable):
         return _round(brdf)
     return (yield from resample(brdf, dtype=np.float32))

@@ -108,7 +108,7 @@ def _field(cursor: _Cursor) -> _Field:
         raise InputError(cursor.path, f"has a field whose name is {length} bytes long: it is damaged", AGAIN)
     raw = cursor.take(length)
     if not raw.isascii() or not raw.decode("ascii").isprintable():
-        raise InputError(cursor.path, "has a field whose name is no text: it is damaged", AGAIN)
+        raise InputError(cursor.path, "has a field whose name is not text: it is damaged", AGAIN)
     name = raw.decode("ascii")
     dimensions, kind, first = cursor.unpack(_LAYOUT)
     if dimensions > MAX_DIMENSIONS:

@@ -31,7 +31,7 @@ SAMPLES_LIMIT = 2_000_000
 CORRECT = "Correct the file, or export it again from the program that wrote it"
 
 _NO_TEXT = re.compile(rb"[\x00-\x08\x0e-\x19\x1b-\x1f\x7f]")
-#: So many bytes of text make a text; what is no letter behind them is damage, which reading the whole tells.
+#: So many bytes of text make a text; what is not a letter behind them is damage, which reading the whole tells.
 _SURE_BYTES = 4096
 
 _MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))

@@ -3,7 +3,7 @@
 Elevations of the light from file names: woven_10deg.tif, img-elev-35.5.png, suede_10 … suede_90.
 
 A number with a word (elev, elevation, angle, el before it; deg, degrees, ° after it) is an angle. A bare number is
-one only where all names agree but for that number, and the numbers are no plain count: 1, 2, 3 … are a sequence.
+one only where all names agree but for that number, and the numbers are not a plain count: 1, 2, 3 … are a sequence.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def angles_with_words(stems: Sequence[str]) -> list[float | None]:
 
 
 def bare_angles(stems: Sequence[str]) -> list[float] | None:
-    """The only number in which all names differ, where it can be an angle in degrees and is no plain count."""
+    """The only number in which all names differ, where it can be an angle in degrees and is not a plain count."""
     texts = {_BARE.sub("\0", stem) for stem in stems}
     if len(texts) != 1 or len(stems) < 2:
         return None

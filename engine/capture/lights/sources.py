@@ -140,7 +140,7 @@ def find(
     """The capture that `paths` (one folder, or files) hold.
 
     `angles_deg` are the user's elevations in degrees, in the natural order of the file names; `sphere` is the mirror
-    sphere from which they are to be measured instead; files `aside` are no photographs of the sample. Raises
+    sphere from which they are to be measured instead; files `aside` are not photographs of the sample. Raises
     InputError where there are fewer than two lights, where angles do not fit the photographs, or where two share one
     direction of light and are not known to be exposures of different length.
     """
@@ -260,7 +260,7 @@ def belongs(entry: Path) -> bool:
 
 
 def _sort_out(place: Path, files: list[Path], capture: CaptureFile | None) -> _Files:
-    """The files that count, the calibration frames, and a finding for each that is no photograph of the sample."""
+    """The files that count, the calibration frames, and a finding for each that is not a photograph of the sample."""
     kept: list[Path] = []
     findings: list[Finding] = []
     frames = {kind: _find_stated(place, files, name) for kind, name in _frame_names(capture).items()}
@@ -333,12 +333,12 @@ def _capture_file(place: Path, files: list[Path]) -> CaptureFile | None:
 
 
 def printable(path: Path) -> str:
-    """The file name as text that can be stored: bytes that are no UTF-8 become replacement characters."""
+    """The file name as text that can be stored: bytes that are not UTF-8 become replacement characters."""
     return as_text(path.name)
 
 
 def as_text(name: str) -> str:
-    """A name with replacement characters for bytes that are no UTF-8."""
+    """A name with replacement characters for bytes that are not UTF-8."""
     return os.fsencode(name).decode("utf-8", "replace")
 
 

@@ -111,6 +111,8 @@ def read_calibration(
     try:
         gain, unknown = flat_field_gain(white.radiance, dark_frame)
     except UsageError as error:
-        raise InputError(flat, f"is no usable flat field: {error}", "Give another, or import with --no-flat") from None
+        raise InputError(
+            flat, f"is not a usable flat field: {error}", "Give another, or import with --no-flat"
+        ) from None
     frames[-1] = gain
     return Calibration(dark_frame, frames[-1], unknown | white.saturated, lamp_distance, balance)

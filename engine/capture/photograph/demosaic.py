@@ -1,4 +1,4 @@
-"""Full colour from a colour filter array that is no Bayer mosaic (X-Trans), in floating point.
+"""Full colour from a colour filter array that is not a Bayer mosaic (X-Trans), in floating point.
 
 Normalised convolution (Knutsson1993) with a 5×5 tent: linear, so noise that averages to black still does.
 Cost: 24 megapixels 2 s; works in strips of rows.

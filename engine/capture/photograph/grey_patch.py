@@ -54,7 +54,7 @@ def balance_of(photographs: list[Path], patch: GreyPatch, transfer: Any) -> Step
     multipliers = white_balance((1 / np.maximum(best[1], 1e-9)).tolist())
     if multipliers is None:
         colours = ", ".join(f"{value:.3g}" for value in best[1])
-        problem = f"the grey patch is no light grey: its red, green and blue are {colours}"
+        problem = f"the grey patch is not light grey: its red, green and blue are {colours}"
         raise InputError(best[2], problem, "Pick another patch")
     red, green, blue = (float(value) for value in multipliers)
     return red, green, blue

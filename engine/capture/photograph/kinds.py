@@ -33,7 +33,7 @@ PHOTOGRAPH_SUFFIXES = frozenset().union(*(suffixes for _, suffixes in _READ))
 #: Suffixes of images that no reader knows: they are named, not passed over.
 UNREAD_SUFFIXES = _suffixes("avif bmp gif heic heif jp2 jxl psd ppm pgm webp")
 
-#: Kinds are numbers from 0 up; the last is for what is no photograph.
+#: Kinds are numbers from 0 up; the last is for what is not a photograph.
 KINDS = range(len(_READ) + 1)
 
 

@@ -72,7 +72,7 @@ def align(
     residuals are in pixels before the reduction. Raises ValueError for an unknown motion or images of different sizes.
     """
     if motion not in MOTIONS:
-        raise ValueError(f"unknown motion {motion!r}; known are {', '.join(MOTIONS)}")
+        raise ValueError(f"unknown motion {motion!r}; choose from {', '.join(MOTIONS)}")
     if len({image.shape for image in images}) != 1 or len(images) != len(names):
         raise ValueError("images to align need one size and a name each")
     count = len(images)

@@ -54,7 +54,7 @@ def fit_marked_motion(pairs: Sequence[Sequence[float]], motion: str = "homograph
     """
     table = np.asarray(pairs, np.float64)
     if motion not in MIN_POINTS:
-        raise ValueError(f"unknown motion {motion!r}; known are {', '.join(MIN_POINTS)}")
+        raise ValueError(f"unknown motion {motion!r}; choose from {', '.join(MIN_POINTS)}")
     if table.ndim != 2 or table.shape[1] != 4 or not len(table) or not np.isfinite(table).all():
         raise ValueError("control points need four finite numbers each: x and y in the reference, x and y in the image")
     here, there = table[:, :2], table[:, 2:]

@@ -37,7 +37,7 @@ _PASSED_OVER = {
 
 
 def has_textures(content: bytes, path: Path) -> bool:
-    """True if the content of a file states a material with a texture; InputError where it is no glTF."""
+    """True if the content of a file states a material with a texture; InputError where it is not glTF."""
     tree, _ = _open(content, path)
     return any(_is_textured(each) for each in _list(tree, "materials"))
 
@@ -174,7 +174,7 @@ def _open(content: bytes, path: Path) -> tuple[dict[str, Any], bytes]:
         tree = read_json(content[20 : 20 + text_bytes], path, "its first chunk", AGAIN)
         body = _bytes_chunk(content, 20 + text_bytes)
     if not isinstance(tree, dict):
-        raise InputError(path, "is no glTF", AGAIN)
+        raise InputError(path, "is not glTF", AGAIN)
     return tree, body
 
 

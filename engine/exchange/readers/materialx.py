@@ -105,7 +105,7 @@ def materialx_of(content: bytes, path: Path) -> Described:
     except (ElementTree.ParseError, ValueError, LookupError, RecursionError) as error:
         raise InputError(path, f"is not valid XML ({str(error)[:80]})", AGAIN) from None
     if root.tag != "materialx":
-        raise InputError(path, "is no MaterialX document", "Give a .mtlx file")
+        raise InputError(path, "is not a MaterialX document", "Give a .mtlx file")
     found = {kind: [each for each in root if each.tag == kind] for kind in SURFACES}
     shaders = [shader for each in found.values() for shader in each]
     if not shaders:

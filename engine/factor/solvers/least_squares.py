@@ -7,7 +7,7 @@ texture that is read twice, by a projection and its conjugate, has both in the s
     (1/N) |B y − f|²  +  (λ/M) |L y|²  +  μ |y|²
 
 over the M texels that samples touch. The rows of L are second differences of neighbouring texels, ∂uu, ∂vv and √2 ∂uv:
-λ → ∞ leaves a plane, λ → 0 interpolates. Texels of the mask that no sample touches are no unknowns: they are filled by
+λ → ∞ leaves a plane, λ → 0 interpolates. Texels of the mask that no sample touches are not unknowns: they are filled by
 the mean of their neighbours, which has no extremum of its own. With λ = 0 they are refused.
 
 Without μ there is no unique answer: J textures can pass J − 1 constants and some planes between them, a texture that is

@@ -79,7 +79,7 @@ def unit(q: ArrayLike) -> Quaternion:
     q = np.asarray(q, np.float64)
     length = float(np.sqrt(q @ q))
     if not (np.isfinite(length) and length > 0.0):
-        raise ValueError(f"{q} is no direction")
+        raise ValueError(f"{q} is not a direction")
     return q / length
 
 

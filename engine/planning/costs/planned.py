@@ -75,5 +75,5 @@ class Planning(Protocol):
 
 
 def planning_of(mode: str) -> Planning:
-    """The planning module of a method; KeyError for a mode that is no method."""
+    """The planning module of a method; KeyError for a mode that is not a method."""
     return cast(Planning, method_of(mode).planning)

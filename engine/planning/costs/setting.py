@@ -74,7 +74,7 @@ def parameters_of(mode: str) -> Mapping[str, ModeParameter]:
     if mode in AT_ONCE:
         return AT_ONCE[mode]
     if mode not in transport.names():
-        raise ValueError(f"{mode!r} is no mode; known are {', '.join(modes())}")
+        raise ValueError(f"unknown mode {mode!r}; choose from {', '.join(modes())}")
     return {each.name: _parameter(each) for each in transport.method_of(mode).parameters}
 
 
@@ -102,7 +102,7 @@ class Setting:
         known = parameters_of(self.mode)
         strange = [name for name in self.parameters if name not in known]
         if strange:
-            raise ValueError(f"{strange[0]!r} is no parameter of {self.mode}; it has {', '.join(known)}")
+            raise ValueError(f"{strange[0]!r} is not a parameter of {self.mode}; it has {', '.join(known)}")
         whole = {
             name: _check(name, parameter, self.parameters.get(name, parameter.default))
             for name, parameter in known.items()

@@ -57,8 +57,8 @@ FEWER = 3
 class Radiances:
     """Radiance (N, K, 3) of each pair of a sample, in the ways that the module names.
 
-    What was not asked for is 0. `unbrushed`, `unretro`, `even`, `lamps` and `unsplit` are None where that is no effect
-    of the BRDF or the light; `unsplit` leaves the suns in the map, which is then kept in quantised wavelets.
+    What was not asked for is 0. `unbrushed`, `unretro`, `even`, `lamps` and `unsplit` are None where that is not an
+    effect of the BRDF or the light; `unsplit` leaves the suns in the map, which is then kept in quantised wavelets.
     `spherical_harmonics` by order, `lights` by the number of directions; the latter cast no shadows.
     """
 

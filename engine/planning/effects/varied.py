@@ -53,7 +53,7 @@ class Varied:
 
 
 def vary(mesh: Mesh, brdf: Brdf, variations: Sequence[Variation]) -> Varied:
-    """The BRDF of `mesh`; ValueError for parameters that it does not have, InputError for what is no image."""
+    """The BRDF of `mesh`; ValueError for parameters that it does not have, InputError for what is not an image."""
     checked = check_variations(brdf, variations)
     values = {each.parameter: each.at(vertex_values(mesh, each.source)) for each in checked}
     return Varied(brdf, checked, MappingProxyType(values))

@@ -104,7 +104,7 @@ def _wavelet_light(case: Values) -> Found:
 
 
 def _repair(case: Values) -> Found:
-    """Values that are no radiance after the repair, and good ones that it changes."""
+    """Values that are not radiance after the repair, and good ones that it changes."""
     texels = np.array(case["texels"], np.float32)
     radiance = np.broadcast_to(texels[:, None], (len(texels), 4, 3)).copy()
     bad = ~np.isfinite(radiance) | (radiance < 0.0)
@@ -157,6 +157,6 @@ LAWS = (
         draw(shares=many(st.tuples(SHARE, SHARE, SHARE).map(list))),
         _words,
     ),
-    Law("X6", "skies whose error in wavelets is no number", _SKY, _wavelet_light),
+    Law("X6", "skies whose error in wavelets is not a number", _SKY, _wavelet_light),
     Law("G4", "error of integrals of Gaussians", draw(sigmas=many(decades(-6, 8), 2)), _integrals),
 )

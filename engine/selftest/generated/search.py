@@ -64,7 +64,7 @@ def search(cases: int = CASES, first_seed: int = 0, only: Sequence[str] = ()) ->
         raise UsageError(f"the number of cases must lie between 1 and {MAX_CASES:,}")
     laws = [law for law in LAWS if not only or law.id in only]
     if not laws or set(only) - {law.id for law in laws}:
-        raise UsageError(f"no law is called so; known are {', '.join(law.id for law in LAWS)}")
+        raise UsageError(f"unknown property; choose from {', '.join(law.id for law in LAWS)}")
     drawn, broken = 0, dict[str, Broken]()
     each = min(math.ceil(cases / (len(laws) * ROUNDS)), MAX_AT_ONCE)
     rounds = math.ceil(cases / (len(laws) * each))

@@ -73,7 +73,7 @@ def mixture(
 
     `sources`, as of `engine.transport.baking.spatially_varying.vertex_values`, are the weights of all bases but the
     first, which has what is left; where they are more than 1 together, they share it. `image` has the albedo.
-    UsageError where there are more or fewer sources; InputError for what is no image.
+    UsageError where there are more or fewer sources; InputError for what is not an image.
     """
     if len(sources) != len(terms) - 1:
         count = "one reflectance" if len(terms) == 1 else f"{len(terms)} reflectances, of which the first has the rest"

@@ -104,7 +104,7 @@ def fill(
 def check_cluster(address: str) -> str:
     """`address` if it is one of a scheduler; else UsageError."""
     if _ADDRESS.fullmatch(address) is None:
-        raise UsageError(f"{address!r} is no address of a Dask scheduler such as tcp://192.168.0.10:8786")
+        raise UsageError(f"{address!r} is not an address of a Dask scheduler such as tcp://192.168.0.10:8786")
     return address
 
 

@@ -105,14 +105,14 @@ def head_of(path: Path) -> tuple[NDArray[np.uint8], int]:
     """The beginning of a file, as much as a header takes, and the size of the whole; InputError as `content_of`."""
     with _open(path) as (file, size_bytes):
         if size_bytes < len(MAGIC) + 8:
-            raise InputError(path, "is no transport file", "Give one that lightarc bake made")
+            raise InputError(path, "is not a transport file", "Give one that lightarc bake made")
         return np.frombuffer(file.read(len(MAGIC) + 8 + HEADER_LIMIT_BYTES), np.uint8), size_bytes
 
 
 def content_of(path: Path, size_bytes: int) -> NDArray[np.uint8]:
     """A copy of all bytes of a file, in memory or, where there are many, in an unnamed file.
 
-    InputError where it is no regular file of that size, or cannot be read.
+    InputError where it is not a regular file of that size, or cannot be read.
     """
     content = scratch_array((size_bytes,), np.uint8)
     with _open(path) as (file, now_bytes):
@@ -132,7 +132,7 @@ def _open(path: Path) -> Iterator[tuple[io.FileIO, int]]:
         with io.FileIO(os.open(path, flags), "rb") as file:
             status = os.fstat(file.fileno())
             if not stat.S_ISREG(status.st_mode):
-                raise InputError(path, "is no regular file", "Give a transport file that lightarc bake made")
+                raise InputError(path, "is not a regular file", "Give a transport file that lightarc bake made")
             yield file, status.st_size
     except FileNotFoundError:
         raise InputError(path, "does not exist", "Check the name") from None
@@ -144,7 +144,7 @@ def _open(path: Path) -> Iterator[tuple[io.FileIO, int]]:
 def read_header(path: Path, content: NDArray[np.uint8]) -> Header:
     start = len(MAGIC) + 8
     if content[: len(MAGIC)].tobytes() != MAGIC:
-        raise InputError(path, "is no transport file", "Give one that lightarc bake made")
+        raise InputError(path, "is not a transport file", "Give one that lightarc bake made")
     length, checksum = (int.from_bytes(content[at : at + 4].tobytes(), "little") for at in (len(MAGIC), start - 4))
     text = content[start : start + min(length, HEADER_LIMIT_BYTES)].tobytes()
     if len(text) != length or zlib.crc32(text) != checksum:

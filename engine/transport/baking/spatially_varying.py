@@ -29,7 +29,7 @@ from engine.core.errors import UsageError
 from engine.core.params import parameters
 from engine.geometry.mesh import Mesh
 
-#: Sources that are no image: the coordinates across the bounding box.
+#: Sources that are not image: the coordinates across the bounding box.
 AXES = ("x", "y", "z")
 
 Array = NDArray[np.float64]
@@ -79,7 +79,7 @@ def vertex_values(mesh: Mesh, source: str | os.PathLike[str], count: int | None 
     """(V,) numbers in [0, 1] of the vertices of `mesh`, or of the first `count`, which are a model on a ground.
 
     `source` is 'x', 'y' or 'z', the coordinate across the bounding box, 0 at its low side and all over a model without
-    extent; or the path of an image, whose luminance is clipped to [0, 1]. InputError for what is no image.
+    extent; or the path of an image, whose luminance is clipped to [0, 1]. InputError for what is not an image.
     """
     if source in AXES:
         along = mesh.positions[:count, AXES.index(str(source))]

@@ -110,7 +110,7 @@ def check(lobes: Lobes) -> None:
         raise ValueError("its lobes have widths that cannot be")
     square = np.einsum("...i,...i->...", lobes.mean, lobes.mean)
     if not np.abs(square - 1.0).max(initial=0.0) < UNIT:
-        raise ValueError("its lobes have means that are no directions")
+        raise ValueError("its lobes have means that are not directions")
 
 
 def cluster(

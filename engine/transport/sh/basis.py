@@ -118,7 +118,7 @@ def window(order: int, kind: Window) -> Array:
     become lower and wider: their peak is 0.41 and 0.53 of what it was at order 5.
     """
     if kind not in WINDOWS:
-        raise ValueError(f"{kind!r} is no window; known are {', '.join(WINDOWS)}")
+        raise ValueError(f"unknown window {kind!r}; choose from {', '.join(WINDOWS)}")
     band = np.arange(check_order(order)) / order
     weights = {"none": np.ones(order), "hanning": 0.5 + 0.5 * np.cos(np.pi * band), "lanczos": np.sinc(band)}[kind]
     weights[0] = 1.0

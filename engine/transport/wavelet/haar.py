@@ -50,7 +50,7 @@ def check_edge(edge: int) -> None:
 def haar(images: NDArray[Any]) -> NDArray[Any]:
     """Coefficients (..., N, N) of `images` (..., N, N), float32 or float64, which stay as they are.
 
-    ValueError where N is no power of two, or the images are not square.
+    ValueError where N is not a power of two, or the images are not square.
     """
     return _transform(images, forwards=True)
 

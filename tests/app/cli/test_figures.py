@@ -38,7 +38,7 @@ def test_users_read_the_errors(lightarc: Command, mesh: Path, tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
-        (("wang-9",), 2, "not a figure; known are kautz-6"),
+        (("wang-9",), 2, "unknown figure 'wang-9'; choose from kautz-6"),
         (("wang-2", "--mesh", "nowhere.obj"), 3, "nowhere.obj"),
         (("wang-2", "--env", "nowhere.hdr"), 3, "nowhere.hdr"),
     ],

@@ -154,7 +154,7 @@ def test_hdr_images_are_photographs_where_their_lights_are_stated(tmp_path: Path
     described = tmp_path / "lights.lp"
     described.write_text("3\nharbour.exr 1 0 0\nstudio.exr 0 1 0\nforest.exr 0 0 1\n")
     assert one(*others, described) == Recognised("photographs", (*others, described))
-    assert exclude(recognise([described])) == [("lights.lp", "is no photograph that Lightarc reads")]
+    assert exclude(recognise([described])) == [("lights.lp", "is not a photograph that Lightarc reads")]
 
 
 def test_a_folder_without_a_capture_stands_for_its_files(tmp_path: Path) -> None:

@@ -233,7 +233,7 @@ def test_a_newer_version_and_other_files_are_refused(tmp_path: Path) -> None:
         connection.execute("CREATE TABLE a(b)")
         connection.execute(f"PRAGMA application_id={APPLICATION + 1}")
     connection.close()
-    with pytest.raises(InputError, match="no project"):
+    with pytest.raises(InputError, match="not a Lightarc project"):
         read(other)
     (tmp_path / "c.lap").write_bytes(b"no database" * 1000)
     with pytest.raises((InputError, OutputError)):

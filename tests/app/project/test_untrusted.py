@@ -76,7 +76,7 @@ def test_the_sound_project_is_sound(sound: Path, tmp_path: Path) -> None:
         ("CREATE TABLE more(a)", "the table 'more'"),
         ("ALTER TABLE value ADD COLUMN twice AS (text || text)", "the table 'value'"),
         ("DROP TABLE step", "it has no table step"),
-        ("UPDATE meta SET value = '²' WHERE name = 'position'", "position in the history is no number"),
+        ("UPDATE meta SET value = '²' WHERE name = 'position'", "position in the history is not a number"),
         ("UPDATE meta SET value = '²' WHERE name = 'schema'", "does not say its version"),
         ("UPDATE meta SET value = printf('%.*c', 5000, '9') WHERE name = 'position'", "position in the history"),
         ("UPDATE step SET text = x'00ff'", "values of other types"),
@@ -119,7 +119,7 @@ def test_a_journal_that_names_a_file_does_not_make_sqlite_delete_it(felt: Path) 
     head = magic + (0).to_bytes(4, "big") + bytes(4) + pages.to_bytes(4, "big") + (512).to_bytes(4, "big")
     head += (4096).to_bytes(4, "big")
     felt.with_name("Felt.lap-journal").write_bytes(head.ljust(512, b"\0") + (1).to_bytes(4, "big") + name + tail)
-    with pytest.raises(InputError, match="no journal of Lightarc"):
+    with pytest.raises(InputError, match="not a Lightarc journal"):
         read(felt)
     assert victim.read_text() == "kept"
 
@@ -127,18 +127,18 @@ def test_a_journal_that_names_a_file_does_not_make_sqlite_delete_it(felt: Path) 
 @pytest.mark.parametrize(
     ("part", "value", "said"),
     [
-        ("mesh", "str", "mesh is no mesh"),
-        ("look", 5, "look is no look"),
-        ("sources", 5, "sources is no sources"),
-        ("material", 5, "material is no material"),
-        ("stack", 5, "stack is no stack of photographs"),
-        ("variations", 5, "variations is no list of values"),
-        ("slices", 1e9, "slices is no whole number"),
+        ("mesh", "str", "mesh is not a valid mesh"),
+        ("look", 5, "look is not a valid look"),
+        ("sources", 5, "sources is not a valid sources"),
+        ("material", 5, "material is not a valid material"),
+        ("stack", 5, "stack is not a valid stack of photographs"),
+        ("variations", 5, "variations is not a list of values"),
+        ("slices", 1e9, "slices is not a whole number"),
         ("slices", 10**9, "slices is not between 2 and 4096"),
-        ("white", {"float": "nan"}, "white is no finite number"),
+        ("white", {"float": "nan"}, "white is not a finite number"),
         ("bakes", {"map": [["sh", {"map": [["order", "x"]]}]]}, "bakes: "),
         ("built_from", {"tuple": [{"array": "0" * 40}]}, ""),
-        ("name", "\ud800", "name is no text"),
+        ("name", "\ud800", "name is not text"),
     ],
 )
 def test_parts_are_compared_with_their_declared_types(felt: Path, part: str, value: Any, said: str) -> None:
@@ -165,10 +165,13 @@ def test_all_damaged_parts_are_named_and_the_others_recovered(felt: Path, tmp_pa
     before = read(felt).current
     replace(felt, "mesh", 5)
     replace(felt, "look", "no")
-    with pytest.raises(Damaged, match=r"look is no look; mesh is no mesh"):
+    with pytest.raises(Damaged, match=r"look is not a valid look; mesh is not a valid mesh"):
         read(felt)
     found = lightarc("project", "recover", felt, "-o", tmp_path / "new.lap", "--json")
-    assert (found.code, json.loads(found.out)["lost"][:2]) == (0, ["look is no look", "mesh is no mesh"])
+    assert (found.code, json.loads(found.out)["lost"][:2]) == (
+        0,
+        ["look is not a valid look", "mesh is not a valid mesh"],
+    )
     again = read(tmp_path / "new.lap").current
     assert (again.name, again.notes, again.mesh) == (before.name, "Linen", None)
     assert again.material.shading_map is not None
@@ -222,7 +225,7 @@ def test_only_recorded_photographs_are_collected(felt: Path, tmp_path: Path) -> 
     writer = Writer(theirs)
     writer.write(History(Project(sources=stolen)))
     writer.close()
-    for said in ("has no record of its content", "is no photograph"):
+    for said in ("has no record of its content", "is not a usable photograph"):
         with pytest.raises(InputError, match=said) as caught:
             drain(collect(theirs, tmp_path / "stolen.lap", include_outside=True))
         assert caught.value.path == str(secret)

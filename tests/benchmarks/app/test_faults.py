@@ -166,7 +166,7 @@ def test_no_dialog_has_a_fault_or_is_higher_than_the_smallest_window(window: Mai
         lambda: ModeChooser(window, window.bench.document.project).open(),
         lambda: show_notes(window, window.bench),
         lambda: ask_what_to_collect(window, window.projects.path, [window.projects.path] * 40, print),
-        lambda: ask_to_recover(window, Damaged(window.projects.path, "mesh is no mesh"), print),
+        lambda: ask_to_recover(window, Damaged(window.projects.path, "mesh is not a valid mesh"), print),
         lambda: ask_where(
             window,
             window.bench,

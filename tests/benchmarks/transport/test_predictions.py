@@ -101,7 +101,7 @@ def test_files_of_a_folder_join_where_they_can_be_read(tmp_path: Path) -> None:
 def test_wrong_wishes_are_said(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="0 scenes"):
         drain(predictions(tmp_path, scenes=0))
-    with pytest.raises(InputError, match="no folder"):
+    with pytest.raises(InputError, match="not a folder"):
         drain(predictions(tmp_path, data=tmp_path / "absent"))
 
 

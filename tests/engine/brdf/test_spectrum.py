@@ -91,5 +91,5 @@ def test_wrong_wavelengths_are_refused(wrong: list[float]) -> None:
 def test_wrong_calls_are_refused() -> None:
     with pytest.raises(ValueError, match="bands"):
         srgb_from_spectra([500.0, 600.0], np.ones(3))
-    with pytest.raises(ValueError, match="known are D65, E"):
+    with pytest.raises(ValueError, match="choose from D65, E"):
         srgb_weights([500.0], "A")  # type: ignore[arg-type]

@@ -123,9 +123,9 @@ def test_a_value_is_changed_in_the_text_and_nothing_else() -> None:
     ("text", "line", "words"),
     [
         ("", 1, "does not begin with the word analytic"),
-        (LAMBERT.replace("color", "vec9"), 4, "no kind of parameter"),
-        (LAMBERT.replace("0.25 1", "nan 1"), 4, "is no parameter"),
-        (LAMBERT.replace("albedo 0.5", "gl_albedo 0.5"), 4, "no name"),
+        (LAMBERT.replace("color", "vec9"), 4, "not a kind of parameter"),
+        (LAMBERT.replace("0.25 1", "nan 1"), 4, "is not a parameter"),
+        (LAMBERT.replace("albedo 0.5", "gl_albedo 0.5"), 4, "not a name"),
         (LAMBERT.replace("::end parameters\n", ""), 5, "has not ended"),
         (LAMBERT.replace("::end shader\n", ""), 6, "never ends"),
         (LAMBERT.replace("vec3 BRDF", "vec3 OTHER"), 7, "no function BRDF"),

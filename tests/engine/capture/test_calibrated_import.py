@@ -85,7 +85,7 @@ def test_what_a_flat_field_cannot_tell_is_masked_and_frames_of_another_size_are_
     with pytest.raises(InputError, match=r"woven_30.tif: has 96 × 96 px, but the flat field has 96 × 50 px"):
         import_capture(folder, dark="none")
     write_tiff16(folder / "flat.tif", np.zeros_like(flat), transfer="linear")
-    with pytest.raises(InputError, match=r"flat.tif: is no usable flat field: .*not brighter"):
+    with pytest.raises(InputError, match=r"flat.tif: is not a usable flat field: .*not brighter"):
         import_capture(folder, dark="none")
 
 

@@ -391,7 +391,7 @@ def test_stacks_of_before_there_were_checksums_open_with_a_note(damaged: tuple[A
 
 
 def test_a_folder_that_is_no_stack(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="is no stack"):
+    with pytest.raises(InputError, match="is not a stack"):
         open_stack(tmp_path)
 
 

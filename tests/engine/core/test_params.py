@@ -31,7 +31,7 @@ def test_text_gives_back_the_instance(exponent: Any, albedo: Any) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("gloss=1", "known are exponent, albedo"),
+        ("gloss=1", "choose from exponent, albedo"),
         ("exponent=-1", "outside"),
         ("exponent=nan", "outside"),
         ("albedo=0.1/0.2", "one number or r/g/b"),

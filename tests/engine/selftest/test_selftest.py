@@ -53,5 +53,5 @@ def test_what_is_done_is_shown_on_the_way() -> None:
 
 
 def test_an_unknown_case_is_refused() -> None:
-    with pytest.raises(ValueError, match="is no case"):
+    with pytest.raises(ValueError, match="unknown case"):
         drain(selftest(("Y9",)))

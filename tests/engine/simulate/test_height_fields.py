@@ -43,7 +43,7 @@ def test_woven_shows_both_threads_about_equally() -> None:
 
 
 def test_unknown_name_and_size_are_refused() -> None:
-    with pytest.raises(ValueError, match="known are woven, hammered, leather, medal, plain"):
+    with pytest.raises(ValueError, match="choose from woven, hammered, leather, medal, plain"):
         sample("velvet", 64)
     with pytest.raises(ValueError, match="size 8"):
         sample("woven", 8)

@@ -88,7 +88,7 @@ def test_what_is_cancelled_goes_on(mesh: Path, tmp_path: Path, lightarc: Command
         (("--ground", "1.5"), 2, "albedo 1.5"),
         (("--ground", "nan"), 2, "albedo nan"),
         (("--brdf", "nonsense"), 2, "nonsense"),
-        (("--cluster", "nonsense"), 2, "no address of a Dask scheduler"),
+        (("--cluster", "nonsense"), 2, "not an address of a Dask scheduler"),
         (("--cluster", "tcp://127.0.0.1:9"), 3, "no scheduler of a cluster answers"),
         (("-o", "/nowhere/at/all.transport"), 3, "folder does not exist"),
     ],

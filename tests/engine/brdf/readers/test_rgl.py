@@ -487,7 +487,7 @@ def test_unmeasured_light_is_reported(tmp_path: Path) -> None:
         ),
         (
             {"sigma": np.array([[1, -1], [1, 1]], np.float32)},
-            "has 'sigma' that is no table of positive numbers: it is damaged",
+            "has 'sigma' that is not a table of positive numbers: it is damaged",
         ),
         ({"jacobian": np.array([1, 1], np.uint8)}, "has 2 numbers as 'jacobian', not one: it is damaged"),
         ({"rgb": np.ones((5, 4, 2, 4, 4), np.float32)}, "has 'rgb' in 2 bands, and 3 wavelengths: it is damaged"),

@@ -320,8 +320,11 @@ def test_the_real_tape_reflects_back(shared_data: Callable[[str], Path]) -> None
         ("10,5,0,0,20,5,30,0,0,1,0,2,0,3\n", "If these are decimal commas"),
         (CSV.replace("theta_i", "theta_i_rad"), "'theta_i_rad' is in radians. Write degrees"),
         (CSV.replace(",0\n", "\n"), "line 3 has 6 columns where 7 are needed"),
-        (ALTA.replace("ISOTROPIC_TL", "BARYCENTRIC_TL"), "names coordinates 'BARYCENTRIC_TL_TV_PROJ_DPHI'; known are"),
-        (ALTA.replace("INV_STERADIAN", "ENERGY"), "names values 'ENERGY'; known are"),
+        (
+            ALTA.replace("ISOTROPIC_TL", "BARYCENTRIC_TL"),
+            "names unknown coordinates 'BARYCENTRIC_TL_TV_PROJ_DPHI'; choose from",
+        ),
+        (ALTA.replace("INV_STERADIAN", "ENERGY"), "names unknown values 'ENERGY'; choose from"),
         (ALTA.replace("#DIM 3 1", "#DIM 2 1"), "has 3 coordinates, but #DIM says 2"),
         (ALTA.replace("#DIM 3 1", "#DIM 3 40"), "says 40 values per sample"),
         (ALTA.replace("0.0 0.25", "0.25"), "line 8 has 3 values where 4 are needed"),

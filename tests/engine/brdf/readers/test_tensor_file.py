@@ -69,7 +69,7 @@ def test_every_type_and_shape_comes_back(tmp_path: Path) -> None:
         (small()[:30], "is cut off within its list of fields"),
         (small()[:-1], "is cut off: its field 'b' ends at byte 97, the file at 96"),
         (small().replace(b"\x01\x00b", b"\x00\x00b"), "has a field whose name is 0 bytes long: it is damaged"),
-        (small().replace(b"\x01\x00b", b"\x01\x00\xff"), "has a field whose name is no text: it is damaged"),
+        (small().replace(b"\x01\x00b", b"\x01\x00\xff"), "has a field whose name is not text: it is damaged"),
         (small().replace(b"\x01\x00b", b"\x01\x00a"), "has two fields of one name: it is damaged"),
         (place(kind=12, first=40), "has a field 'a' of the unknown type 12: it is damaged"),
         (place(dimensions=17, first=40), "has a field 'a' of 17 dimensions: it is damaged"),

@@ -143,6 +143,6 @@ def test_a_pair_is_found_for_any_two_rows() -> None:
 
 def test_nothing_has_no_direction() -> None:
     for bad in (np.zeros(4), np.full(4, np.nan)):
-        with pytest.raises(ValueError, match="no direction"):
+        with pytest.raises(ValueError, match="not a direction"):
             unit(bad)
     np.testing.assert_array_equal(tangent(IDENTITY), np.zeros(6))

@@ -47,7 +47,7 @@ def test_every_setting_survives_its_record(mode: str, data: st.DataObject) -> No
     ],
 )
 def test_what_is_no_setting_is_refused(mode: str, parameters: dict[str, int]) -> None:
-    with pytest.raises(ValueError, match=r"no mode|no parameter|number"):
+    with pytest.raises(ValueError, match=r"unknown mode|not a parameter|number"):
         Setting(mode, parameters)
 
 

@@ -235,7 +235,7 @@ def test_every_flipped_bit_that_means_something_is_found(file: Path, tmp_path: P
     for place in meaningful:
         content[place] ^= 4
         damaged.write_bytes(content)
-        with pytest.raises(InputError, match=r"damaged|no transport file"):
+        with pytest.raises(InputError, match=r"damaged|not a transport file"):
             open_transport(damaged)
         content[place] ^= 4
 

@@ -135,7 +135,7 @@ def test_H9_windows_leave_the_mean_untouched() -> None:
         assert weights[0] == 1.0
         assert (np.diff(weights) <= 0).all()
         np.testing.assert_array_equal(apply_window(coefficients, kind)[0], coefficients[0])
-    with pytest.raises(ValueError, match="known are none, hanning, lanczos"):
+    with pytest.raises(ValueError, match="choose from none, hanning, lanczos"):
         window(5, cast(Any, "hamming"))
 
 
