@@ -7,7 +7,7 @@ import numpy as np
 from benchmarks.measure import Measure, best_of
 from engine.light.cube_map import CubeMap, cube_of
 from engine.light.environment import EnvironmentMap
-from engine.light.gaussian_prefilter import prefilter as prefiltered
+from engine.light.gaussian_prefilter import prefilter as prefilter_map
 
 EDGE = 512
 ROWS = 512
@@ -26,8 +26,8 @@ def cube_map() -> Measure:
 def prefilter() -> Measure:
     """All levels of 6 × 512² from half a texel up."""
     cube = CubeMap(np.random.default_rng(0).random((6, EDGE, EDGE, 3)).astype(np.float32))
-    filtered = prefiltered(cube)
-    time_s = best_of(lambda: prefiltered(cube), repeats=3)
+    filtered = prefilter_map(cube)
+    time_s = best_of(lambda: prefilter_map(cube), repeats=3)
     limit_s = best_of(lambda: (cube.radiance.copy(), filtered.texels.copy()), repeats=3)
     more = {"levels": len(filtered.levels), "size_bytes": filtered.texels.nbytes}
     return Measure("prefilter", time_s, limit_s, "copying the map and all levels", more)
@@ -36,7 +36,7 @@ def prefilter() -> Measure:
 def prefilter_lookup() -> Measure:
     """A million look-ups at random directions and widths."""
     random = np.random.default_rng(0)
-    filtered = prefiltered(CubeMap(random.random((6, EDGE, EDGE, 3)).astype(np.float32)))
+    filtered = prefilter_map(CubeMap(random.random((6, EDGE, EDGE, 3)).astype(np.float32)))
     direction = random.normal(size=(1_000_000, 3))
     direction /= np.linalg.norm(direction, axis=1)[:, None]
     sigma = np.exp(random.uniform(np.log(0.002), np.log(1.0), len(direction)))

@@ -249,9 +249,9 @@ def open_stack(folder: File) -> ImageStack:
     >>> stack.sources
     ('plain_30.tif', 'plain_60.tif', 'plain_90.tif')
     """
-    from engine.capture.stack import open_stack as opened
+    from engine.capture.stack import open_stack as read_stack
 
-    return opened(folder)
+    return read_stack(folder)
 
 
 @public
@@ -324,9 +324,9 @@ def recover_normals(
         raise UsageError("normals need lights, one vector towards the lamp for each photograph")
     if white is not None and not 1e-6 <= white <= 1e6:
         raise UsageError(f"white {white} is not a positive radiance")
-    opened = as_stack(stack, None, lights)
-    surface = drain(recover(opened, include(opened, excluded), white=white, left_out=errors), progress)
+    read_stack = as_stack(stack, None, lights)
+    surface = drain(recover(read_stack, include(read_stack, excluded), white=white, left_out=errors), progress)
     if folder is not None:
-        provenance = {**opened.provenance, "excluded_photographs": list(excluded)}
+        provenance = {**read_stack.provenance, "excluded_photographs": list(excluded)}
         drain(write_surface(Path(folder), surface, provenance, "Lightarc normals"), progress)
     return surface

@@ -220,10 +220,10 @@ def open_bundle(path: Any) -> Material:
     >>> again.name, bool((again.power_law.exponent == material.power_law.exponent).all())
     ('plain', True)
     """
-    from engine.bundle.bundle import open_bundle as opened
+    from engine.bundle.bundle import open_bundle as read_bundle
 
     with on_disk(path, ".lightarc") as place:
-        return opened(place)
+        return read_bundle(place)
 
 
 @public
@@ -280,9 +280,9 @@ def verify_bundle(path: File) -> Verification:
     >>> lightarc.verify_bundle("plain.lightarc").ok
     True
     """
-    from engine.bundle.bundle import verify_bundle as verified
+    from engine.bundle.bundle import verify_bundle as verify
 
-    return verified(path)
+    return verify(path)
 
 
 @public

@@ -329,13 +329,13 @@ def compare(image: Any, reference: Any, *, mask: ArrayLike | None = None) -> Ima
     """
     import numpy as np
 
-    from engine.accuracy.compare import compare as compared
+    from engine.accuracy.compare import compare as compare_images
 
     (first, is_shown), (second, other) = as_image(image), as_image(reference)
     chosen = None if mask is None else np.asarray(mask, np.bool_)
     if chosen is not None and chosen.shape != second.shape[:2]:
         raise UsageError(f"mask must have the shape {second.shape[:2]} of the images, not {chosen.shape}")
-    return compared(first, second, chosen, displayed=is_shown and other)
+    return compare_images(first, second, chosen, displayed=is_shown and other)
 
 
 @public
@@ -542,11 +542,11 @@ def plan(
     """
     from app.session.machine_profile import cost_model
     from engine.planning.plan import check_effects
-    from engine.planning.plan import plan as planned
+    from engine.planning.plan import plan as plan_effects
 
     check_effects(force, skip)
     scene = _scene_under(model, brdf, environment, material, ground_albedo, camera, size)
-    return planned(
+    return plan_effects(
         scene.mesh,
         scene.brdf,
         scene.environment,  # type: ignore[arg-type] # checked by `_scene_under`

@@ -18,7 +18,7 @@ from engine.capture.lights.selection import Arc, Azimuth, Listed
 from engine.capture.lights.sources import find_packed
 from engine.capture.photograph.grey_patch import GreyPatch
 from engine.capture.registration.framing import Framing
-from engine.capture.registration.framing import crop as cropped
+from engine.capture.registration.framing import crop as crop_to_size
 from engine.capture.registration.warp import Region
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, time_text
@@ -322,7 +322,7 @@ def _framing(crop: Any, corners: Any, size: Any) -> Any:
         return Framing(corners, *size)
     if crop is None:
         raise UsageError("--size needs --corners or --crop, whose part of the photographs gets this size")
-    return cropped(Region(*crop), *size)
+    return crop_to_size(Region(*crop), *size)
 
 
 def _white_balance(text: str) -> str | tuple[float, ...]:

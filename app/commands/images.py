@@ -18,7 +18,7 @@ import numpy as np
 from engine.core.errors import MissingCapability, UsageError
 from engine.core.steps import Step, Steps, part
 from engine.render.background import blur, in_front_of
-from engine.render.display import display as displayed
+from engine.render.display import display as display_image
 from engine.render.display import display_apart
 from engine.render.turntable import frames
 from engine.storage.atomic import write_bytes
@@ -82,7 +82,7 @@ class Saving:
 
 def code(image: NDArray[np.float32], display: Display, background: Background) -> NDArray[np.uint8]:
     """The image as a screen shows it, (H, W, 3), or (H, W, 4) with the opacity of a transparent background."""
-    return display_apart(image, display) if background == "transparent" else displayed(image, display)
+    return display_apart(image, display) if background == "transparent" else display_image(image, display)
 
 
 def write_image(

@@ -13,7 +13,7 @@ import engine
 from app.commands.brdf import fit, has_shader
 from app.commands.brdf_figures import drawable
 from app.document.bake_request import Wanted, bake, choices_for, setting_for
-from app.document.bake_request import estimate as estimated
+from app.document.bake_request import estimate as estimate_bake
 from app.document.comparison import Entry
 from app.document.document import Project
 from app.document.factoring import METHODS, Run
@@ -129,7 +129,7 @@ def _factor_again(run: Run, kept: Path, target: Path) -> Steps[Result]:
 def _bake_again(wanted: Wanted, made: Made, kept: Path, target: Path) -> Steps[Result]:
     if place_of_bake(wanted, kept).name != made.name:
         return _verdict(None, OTHER_STATE)
-    estimate = yield from part(estimated(wanted), 0.0, 0.2)
+    estimate = yield from part(estimate_bake(wanted), 0.0, 0.2)
     if estimate.why_not:
         raise UsageError(estimate.why_not)
     yield from part(bake(target, estimate), 0.2, 1.0)

@@ -29,7 +29,7 @@ from app.commands.bundle_view import (
     with_view,
 )
 from app.commands.export_bundle import Exported
-from app.commands.export_bundle import export as exported
+from app.commands.export_bundle import export as export_bundle
 from app.commands.making import keep_material, mark_stack
 from app.commands.opening import load_environment, load_shape
 from app.commands.recognise import CONTENT, Opening, Recognised, recognise
@@ -482,7 +482,7 @@ class Workbench(QObject):
             yield Step(0.0, "naming the state of the project")
             origin = {"name": project.name, "state": state_name(project, folder), "history_steps": len(steps)}
             chain = chain_of(path_of(folder), project, done)
-            return (yield from exported(project, path, scene, include, {"project": origin, **chain}))
+            return (yield from export_bundle(project, path, scene, include, {"project": origin, **chain}))
 
         again = {"kind": "bundle", "folder": str(path.parent), "name": path.name, "parts": sorted(include)}
         return self.jobs.submit(

@@ -11,7 +11,7 @@ from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QFileDialog, QStackedWidget, QVBoxLayout, QWidget
 
 from app.commands import brdf as commands_brdf
-from app.commands.factor import export as exported
+from app.commands.factor import export as export_factors
 from app.commands.factor import judge
 from app.commands.workbench import Workbench
 from app.document.comparison import Entry
@@ -259,7 +259,7 @@ class FactorTab(QWidget):
             return
         factorisation = live.factorisation
         job = self.bench.jobs.submit(
-            f"Writing {folder.name}", lambda: exported(factorisation, term_error.terms, folder), lane="save"
+            f"Writing {folder.name}", lambda: export_factors(factorisation, term_error.terms, folder), lane="save"
         )
         job.succeeded.connect(self.bench.said.emit)
 

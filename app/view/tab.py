@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.commands.images import Saving
-from app.commands.images import save as saved
+from app.commands.images import save as save_image
 from app.commands.opening import load_shape
 from app.commands.workbench import Workbench
 from app.document.document import Behind, Look, Project
@@ -557,7 +557,7 @@ class ViewTab(QWidget):
         display = display_of(project.look.exposure_ev, project.look.tone_map)
         job = self.bench.jobs.submit(
             f"Saving {saving.path.name}",
-            lambda: saved(scene, saving, display, mode, relighting, project.look.bounces),
+            lambda: save_image(scene, saving, display, mode, relighting, project.look.bounces),
             lane="compute",
             resource=str(saving.path),
             on_stop="Nothing is written if you stop it.",

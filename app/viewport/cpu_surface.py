@@ -20,7 +20,7 @@ from engine.core.colour import luminance
 from engine.core.steps import Step, Steps
 from engine.render.background import Backdrop
 from engine.render.display import Display, diverging
-from engine.render.display import display as displayed
+from engine.render.display import display as display_image
 from engine.scene.scene import Scene
 
 
@@ -129,8 +129,8 @@ def _images(frames: list[Pixels], display: Display, scale: float | None) -> Step
     """The images as a screen shows them; or, with a `scale`, the difference of the two."""
     yield Step(0.0, "showing an image")
     if scale is None or len(frames) < 2 or frames[0].shape != frames[1].shape:
-        return tuple(rgb_image(displayed(frame, display)) for frame in frames)
+        return tuple(rgb_image(display_image(frame, display)) for frame in frames)
     apart = luminance(frames[0][..., :3]) - luminance(frames[1][..., :3])
     covered = np.minimum(frames[0][..., 3], frames[1][..., 3]) > 0.999
-    empty = displayed(np.zeros((1, 1, 4), np.float32), display)
+    empty = display_image(np.zeros((1, 1, 4), np.float32), display)
     return (rgb_image(np.where(covered[..., None], diverging(apart / scale), empty)),)

@@ -27,7 +27,7 @@ from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import grid_mesh, shape
 from engine.light.environment import EnvironmentMap, texel_directions
 from engine.light.environment_file import open_environment
-from engine.planning import bake as planned
+from engine.planning import bake as bake_plan
 from engine.planning.costs.cost_model import CostModel
 from engine.planning.costs.machine_profile import calibrate
 from engine.planning.costs.setting import Setting
@@ -61,18 +61,18 @@ def plan_50k() -> Measure:
     mesh, light = shape("torus-knot"), open_environment("studio")
     known, new = brdf_from_text(BRDF), brdf_from_text(ANOTHER)
 
-    def planned(brdf: Any, error: float) -> None:
+    def plan_once(brdf: Any, error: float) -> None:
         plan(mesh, brdf, light, cost=costs(), error=error)
 
-    time_s = best_of(lambda: planned(known, 0.02), 3)
+    time_s = best_of(lambda: plan_once(known, 0.02), 3)
     limit_s = best_of(lambda: receivers(mesh), 3)
     started = time.perf_counter()
-    planned(new, 0.02)
+    plan_once(new, 0.02)
     more = {
         "vertices": len(mesh.positions),
         "target_s": 1.0,
         "new_reflectance_s": time.perf_counter() - started,
-        "all_methods_s": best_of(lambda: planned(known, 0.001), 3),
+        "all_methods_s": best_of(lambda: plan_once(known, 0.001), 3),
     }
     return Measure("plan-50k", time_s, limit_s, "finding which vertices see their whole hemisphere", more)
 
@@ -102,8 +102,8 @@ def plan_convex() -> Measure:
 
 def _radiance(chosen: Any, mesh: Any, brdf: Any, sky: EnvironmentMap, path: Path) -> tuple[float, Any]:
     """Seconds of the bake, the second time, and the radiance of all vertices towards their normals."""
-    drain(drain(planned.prepare(chosen, mesh, brdf)).start(path.with_suffix(".first")))
-    ready = drain(planned.prepare(chosen, mesh, brdf))
+    drain(drain(bake_plan.prepare(chosen, mesh, brdf)).start(path.with_suffix(".first")))
+    ready = drain(bake_plan.prepare(chosen, mesh, brdf))
     started = time.perf_counter()
     baked = drain(ready.start(path))
     bake_s = time.perf_counter() - started

@@ -37,7 +37,7 @@ from engine.capture.calibration.rig import TERMS, Rig, lamp_vectors
 from engine.capture.doubts import check_angles, without_empty, without_unreadable
 from engine.capture.empty import empty
 from engine.capture.import_plan import ImportSettings, Plan
-from engine.capture.import_plan import plan as planned
+from engine.capture.import_plan import plan as plan_import
 from engine.capture.import_record import (
     about_lights,
     contradictions,
@@ -176,7 +176,7 @@ def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.Pa
 
 def _import(sources: Sources, settings: ImportSettings, place: Path) -> Steps[StackRecord]:
     """Write the pixels of `sources` into the folder `place`."""
-    plan = yield from part(planned(sources, settings), 0.0, 0.1)
+    plan = yield from part(plan_import(sources, settings), 0.0, 0.1)
     first, record = len(plan.names), None
     while record is None:
         last = 1.0 if _direct(plan) else 0.55

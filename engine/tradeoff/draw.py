@@ -25,7 +25,7 @@ from engine.geometry.ray_caster import caster_of
 from engine.gl.brdf_textures import factor_source
 from engine.gl.context import create_context, renderer_name
 from engine.gl.scene_renderer import SceneRenderer
-from engine.render.shadowed import draw as drawn
+from engine.render.shadowed import draw as draw_shadowed
 from engine.scene.scene import Scene
 
 #: Frames that are timed after one that warms up, and the seconds after which no further one begins.
@@ -81,7 +81,7 @@ class Drawer:
 
     def _on_cpu(self, scene: Scene) -> Steps[Drawn]:
         started = time.perf_counter()
-        image = yield from drawn(scene, self.size, SAMPLES)
+        image = yield from draw_shadowed(scene, self.size, SAMPLES)
         return Drawn(image, time.perf_counter() - started)
 
     def release(self) -> None:

@@ -18,7 +18,7 @@ from app.cli.transport.options import light_of, near_lamp_argument
 from app.cli.transport.render_output import ON_CPU, check_background, off_screen, record_of, teach_relit
 from app.commands.images import write_image
 from app.document.bake_request import bake, choices_for, make_request
-from app.document.bake_request import estimate as estimated
+from app.document.bake_request import estimate as estimate_bake
 from app.document.variation import light_with, select_shown
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import percent
@@ -127,7 +127,7 @@ def run_project(
     found = keep(wanted, data_folder(setup.path))
     with tempfile.TemporaryDirectory() as folder:
         if found is None:
-            estimate = drain(part(estimated(wanted), 0.0, 0.1), show)
+            estimate = drain(part(estimate_bake(wanted), 0.0, 0.1), show)
             if estimate.why_not:
                 raise UsageError(estimate.why_not)
             made = drain(part(bake(Path(folder) / "scene.transport", estimate), 0.1, 0.8), show)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.errors import InputError
-from engine.storage.text import mark as marked
+from engine.storage.text import mark as mark_encoding
 from engine.storage.untrusted import AGAIN, read_bytes
 
 #: Largest text that is read, longest line, and most samples: far beyond any published measurement.
@@ -47,7 +47,7 @@ class Line(NamedTuple):
 
 def read_lines(path: str | os.PathLike[str]) -> list[Line]:
     """The lines of a text file that hold anything; InputError for what is not text."""
-    content = marked(read_bytes(path, LIMIT_BYTES))
+    content = mark_encoding(read_bytes(path, LIMIT_BYTES))
     text = _decode(path, content)
     split = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     lines = [Line(number, bare) for number, line in enumerate(split, 1) if (bare := line.strip())]
@@ -59,7 +59,7 @@ def read_lines(path: str | os.PathLike[str]) -> list[Line]:
 
 def head_lines(head: bytes) -> list[str]:
     """The lines of the first bytes of a file as far as they can be told, for a look at the format; [] for no text."""
-    head = marked(head)
+    head = mark_encoding(head)
     for mark, coding in ((b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be")):
         if head.startswith(mark):
             return [line.strip() for line in head[2:].decode(coding, "ignore").splitlines()]

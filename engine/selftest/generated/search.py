@@ -19,7 +19,7 @@ from engine.core.steps import Step, Steps
 from engine.selftest.case import Case, Question
 from engine.selftest.generated import brdf, files, images, light
 from engine.selftest.generated.law import Law, Values
-from engine.selftest.run import ask as asked
+from engine.selftest.run import ask as ask_question
 from engine.storage.atomic import write_bytes
 from engine.storage.untrusted import read_bytes
 
@@ -82,7 +82,7 @@ def search(cases: int = CASES, first_seed: int = 0, only: Sequence[str] = ()) ->
 
 
 def ask(law: Law, values: Values) -> Case:
-    return asked(Question(law.id, law.text, lambda: law.ask(values)))
+    return ask_question(Question(law.id, law.text, lambda: law.ask(values)))
 
 
 def _find_broken(law: Law, count: int, number: int) -> tuple[int, Broken | None]:

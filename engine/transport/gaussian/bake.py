@@ -47,7 +47,7 @@ from engine.transport.baking.file import (
 from engine.transport.baking.settings import GaussianSettings
 from engine.transport.baking.spatially_varying import Variation, variation_to_text
 from engine.transport.gaussian.compress import NAMES, check, restore, size_bytes
-from engine.transport.gaussian.compress import compress as compressed
+from engine.transport.gaussian.compress import compress as compress_lobes
 from engine.transport.gaussian.diffuse import DiffuseTransfer, rows_of_all, send_light
 from engine.transport.gaussian.error import GaussianError, Known, Weighting, change, gaussian_error
 from engine.transport.gaussian.fitting.fit import (
@@ -258,7 +258,7 @@ def _size_bytes(model: GlossySurface, settings: BakeSettings, tried: Sequence[Lo
 def _store(lobes: Lobes, compress: bool) -> dict[str, NDArray[Any]]:
     """The arrays that lobes are stored as, by name."""
     if compress:
-        return compressed(lobes)
+        return compress_lobes(lobes)
     return {"weight": lobes.weight, "mean": lobes.mean, "sigma": lobes.sigma}
 
 

@@ -67,7 +67,7 @@ def compress(lobes: Lobes) -> dict[str, NDArray[Any]]:
 
 
 def restore(arrays: Mapping[str, NDArray[Any]], vertices: int, lobes: int) -> Lobes:
-    """The lobes of so many `vertices` that `compressed` made arrays of; ValueError where these cannot be."""
+    """The lobes of so many `vertices` that `compress` made arrays of; ValueError where these cannot be."""
     codes, book = arrays["lit"], arrays["book"]
     if codes.shape != (vertices, (VIEWS + 7) // 8) or codes.dtype != np.uint8:
         raise ValueError("its lit views are those of other vertices")

@@ -28,7 +28,7 @@ from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import RayCaster, caster_of
 from engine.transport.baking.chunks import Recipe, Remote, fill
-from engine.transport.baking.chunks import estimate_s as estimated_s
+from engine.transport.baking.chunks import estimate_s as estimate_chunks_s
 from engine.transport.baking.file import (
     TransportFile,
     TransportPlan,
@@ -296,7 +296,7 @@ def estimate_s(work: Work) -> float:
     shared_s = time.perf_counter() - started
 
     def all_of(make: Callable[[NDArray[np.int64]], object]) -> float:
-        return estimated_s(make, work.vertices, work.ground_vertex, portion(settings.edge))
+        return estimate_chunks_s(make, work.vertices, work.ground_vertex, portion(settings.edge))
 
     total = shared_s + all_of(baker.made)
     if sent is not None:

@@ -31,7 +31,7 @@ from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import RayCaster, caster_of
 from engine.transport.baking.blend import Mixture
 from engine.transport.baking.chunks import Chunk, Make, Recipe, Remote, fill
-from engine.transport.baking.chunks import estimate_s as estimated_s
+from engine.transport.baking.chunks import estimate_s as estimate_chunks_s
 from engine.transport.baking.file import (
     TransportFile,
     TransportPlan,
@@ -339,7 +339,7 @@ def estimate_s(work: Work) -> float:
     baker = _Baker(recipe_of(work, of), of)
     shared_s = time.perf_counter() - started
     size = portion(work.settings.edge)
-    return shared_s + estimated_s(baker.made, work.vertices, work.ground_vertex, size)
+    return shared_s + estimate_chunks_s(baker.made, work.vertices, work.ground_vertex, size)
 
 
 def transport_of(file: TransportFile) -> WaveletTransport:

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QApplication
 from app.capture.panel import find_unaligned
 from app.capture.points_tool import PointsTool
 from app.window.main_window import MainWindow
-from tests.app.captures import capture as captured
+from tests.app.captures import capture as capture_tab
 from tests.app.captures import choices, click, drag, import_again, open_path, pick
 from tests.present import present
 
@@ -25,7 +25,7 @@ SPOTS = ((20.0, 18.0), (80.0, 24.0), (74.0, 79.0), (15.0, 66.0), (48.0, 45.0))
 def capture(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
     """Woven cloth whose photographs were moved by several pixels."""
     folder = tmp_path_factory.mktemp("points") / "Moved cloth"
-    return folder, captured(folder, misalignment_px=4.0, sample="hammered")[1]
+    return folder, capture_tab(folder, misalignment_px=4.0, sample="hammered")[1]
 
 
 @pytest.fixture
@@ -284,7 +284,7 @@ def test_what_could_not_be_aligned_leads_to_the_points(
     folder = tmp_path / "c"
     shutil.copytree(capture[0], folder)
     other = folder.parent / "other"
-    captured(other, sample="leather", seed=9)
+    capture_tab(other, sample="leather", seed=9)
     victim = sorted(folder.glob("*.tif"))[0]
     shutil.copyfile(sorted(other.glob("*.tif"))[0], victim)
     open_path(window, qtbot, folder, motion="translation")

@@ -15,7 +15,7 @@ from app.capture.sphere_tool import SphereTool
 from app.document.import_choices import choose
 from app.window.main_window import MainWindow
 from engine.simulate.arc import sphere
-from tests.app.captures import capture as captured
+from tests.app.captures import capture as capture_tab
 from tests.app.captures import choices, click, drag, import_again, open_path
 from tests.present import present
 
@@ -26,7 +26,7 @@ SIZE = 256
 def capture(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, dict[str, Any]]:
     """A capture with a sphere of which nothing is stated, the lamp at 30°, 50° and 70° in the azimuth of 115°."""
     folder = tmp_path_factory.mktemp("sphere") / "With a ball"
-    arc, truth = captured(folder, sphere=True, size=SIZE, azimuth=(2.0,))
+    arc, truth = capture_tab(folder, sphere=True, size=SIZE, azimuth=(2.0,))
     (folder / "capture.toml").unlink()
     return folder, arc, truth
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from app.commands import export_elsewhere, surface
-from app.commands.export_bundle import export as exported
+from app.commands.export_bundle import export as export_bundle
 from app.document.document import Project
 from app.document.exporting import Exporting
 from app.project import losses
@@ -62,15 +62,15 @@ def test_a_bundle_holds_the_maps_of_the_surface(project: Project, tmp_path: Path
     """Unless they are left out; alone they are a material of PBR maps."""
     whole = with_maps(project)
     assert whole.surface is not None
-    both = drain(exported(whole, tmp_path / "both.lightarc", None))
+    both = drain(export_bundle(whole, tmp_path / "both.lightarc", None))
     assert both.problems == ()
     found = open_bundle(both.path)
     assert found.surface is not None
     assert found.surface.maps.size == (24, 20)
     assert found.power_law is not None
-    without = drain(exported(whole, tmp_path / "law.lightarc", None, frozenset(["power-law"])))
+    without = drain(export_bundle(whole, tmp_path / "law.lightarc", None, frozenset(["power-law"])))
     assert open_bundle(without.path).surface is None
-    alone = open_bundle(drain(exported(whole, tmp_path / "maps.lightarc", None, frozenset(["pbr"]))).path)
+    alone = open_bundle(drain(export_bundle(whole, tmp_path / "maps.lightarc", None, frozenset(["pbr"]))).path)
     assert (alone.power_law, alone.surface) == (None, None)
     assert alone.pbr is not None
 

@@ -28,7 +28,7 @@ from engine.core.steps import drain
 from engine.storage.text import whole_number
 from tests.app.command import Command
 from tests.app.project import hostile
-from tests.kept import keep as kept
+from tests.kept import keep as keep_failed
 
 #: Hostile projects of one seed of the campaign; all 2000 seeds are 100,000.
 COUNT = 50
@@ -54,7 +54,7 @@ def test_hostile_projects_are_refused_in_words_or_work(sound: Path, tmp_path: Pa
         here = tmp_path / str(number)
         here.mkdir()
         done = hostile.hostile(sound, here / "Felt.lap", number)
-        with kept(f"{number}.lap", (here / "Felt.lap").read_bytes()):
+        with keep_failed(f"{number}.lap", (here / "Felt.lap").read_bytes()):
             try:
                 outcomes.add(hostile.outcome(here / "Felt.lap", here))
             except Exception as error:

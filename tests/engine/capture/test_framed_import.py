@@ -10,7 +10,7 @@ import pytest
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.lights.sources import find
 from engine.capture.registration.framing import Framing, homography
-from engine.capture.registration.framing import crop as cropped
+from engine.capture.registration.framing import crop as crop_to_size
 from engine.capture.registration.warp import Region
 from engine.core.errors import InputError
 from engine.core.steps import drain
@@ -83,9 +83,9 @@ def test_corners_alone_become_a_image_of_their_own_size(boards: Any) -> None:
 
 def test_a_crop_keeps_every_bit_and_a_smaller_one_the_mean(boards: Any) -> None:
     whole = import_capture(boards, motion="none").radiance[:]
-    crop = import_capture(boards, motion="none", framing=cropped(Region(11, 7, 301, 203)))
+    crop = import_capture(boards, motion="none", framing=crop_to_size(Region(11, 7, 301, 203)))
     assert np.array_equal(crop.radiance, whole[:, 7:210, 11:312])
-    small = import_capture(boards, motion="none", framing=cropped(Region(11, 7, 300, 200), 100, 50))
+    small = import_capture(boards, motion="none", framing=crop_to_size(Region(11, 7, 300, 200), 100, 50))
     blocks = whole[:, 7:207, 11:311].reshape(3, 50, 4, 100, 3, 3).mean(axis=(2, 4))
     assert np.abs(small.radiance[:] - blocks).mean() < 0.005
     assert small.radiance[:].mean() == pytest.approx(float(blocks.mean()), rel=1e-3)
@@ -93,7 +93,7 @@ def test_a_crop_keeps_every_bit_and_a_smaller_one_the_mean(boards: Any) -> None:
 
 def test_frames_beyond_a_photograph_and_impossible_ones_are_refused(boards: Any) -> None:
     with pytest.raises(InputError, match="beyond what all"):
-        import_capture(boards, motion="none", framing=cropped(Region(200, 7, 300, 200)))
+        import_capture(boards, motion="none", framing=crop_to_size(Region(200, 7, 300, 200)))
     with pytest.raises(ValueError, match="clockwise"):
         ImportSettings(framing=cast(Any, tuple(map(tuple, CORNERS[::-1]))))
     with pytest.raises(ValueError, match="both"):

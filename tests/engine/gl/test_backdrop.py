@@ -11,7 +11,7 @@ from engine.gl.screen import Image, Layer, Screen
 from engine.light.environment import EnvironmentMap
 from engine.render.background import Backdrop
 from engine.render.display import Display
-from engine.render.display import display as displayed
+from engine.render.display import display as display_image
 
 
 def test_the_screen_shows_what_a_saved_image_has(gl: Any) -> None:
@@ -28,10 +28,10 @@ def test_the_screen_shows_what_a_saved_image_has(gl: Any) -> None:
     display = Display(0.5, "none")
     screen.show(Layer(image), target, display, behind=backdrop)
     shown = np.frombuffer(target.read(components=3), np.uint8).reshape(40, 64, 3)[::-1].astype(int)
-    expected = displayed(backdrop.behind(pixels), display).astype(int)
+    expected = display_image(backdrop.behind(pixels), display).astype(int)
     assert np.abs(shown - expected).max() <= 2
     screen.show(Layer(image), target, display)
     plain = np.frombuffer(target.read(components=3), np.uint8).reshape(40, 64, 3)[::-1].astype(int)
-    assert np.abs(plain - displayed(pixels, display)).max() <= 1
+    assert np.abs(plain - display_image(pixels, display)).max() <= 1
     for owner in (screen, image, target):
         owner.release()

@@ -27,7 +27,7 @@ from engine.gl.screen import Image, Layer, Screen
 from engine.light.environment_file import open_environment
 from engine.render.direct import radiance
 from engine.render.display import Display
-from engine.render.display import display as displayed
+from engine.render.display import display as display_image
 from engine.scene.material import Material, auto_sigma
 from engine.scene.scene import LOOKUPS, Scene
 from tests.engine.gl_objects import living_objects
@@ -138,7 +138,7 @@ def test_X9_GL2_power_law_is_guarded(gl: Any) -> None:
 def test_GL8_gpu_and_cpu_show_the_same(gl: Any, model: str, source: str | None) -> None:
     what = scene(model, weave() if source else None, source=source or "slices", above="scale")
     gpu, cpu = draw(gl, what, samples=2), drain(radiance(what, SIZE, samples=2))
-    a, b = displayed(gpu, Display()), displayed(cpu, Display())
+    a, b = display_image(gpu, Display()), display_image(cpu, Display())
     difference = colour_difference(a, b)
     assert difference.mean() <= 0.5
     # the GPU places edges on a grid of 1/256 pixel, so now and then one sub-pixel falls on the other side of an edge
@@ -151,7 +151,7 @@ def test_GL8_gpu_and_cpu_show_the_same(gl: Any, model: str, source: str | None) 
 def test_GL8_every_lookup_agrees_with_the_cpu(gl: Any, lookup: str) -> None:
     what = scene("sphere", weave(48), lookup=lookup, brdf="ggx:alpha=0.3", irradiance=0.7)
     gpu, cpu = draw(gl, what), drain(radiance(what, SIZE, samples=1))
-    assert np.abs(displayed(gpu, Display()).astype(int) - displayed(cpu, Display())).max() <= 1
+    assert np.abs(display_image(gpu, Display()).astype(int) - display_image(cpu, Display())).max() <= 1
 
 
 def colour_difference(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -166,7 +166,7 @@ def colour_difference(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def test_tone_mapping_in_the_window_is_the_engine_s(gl: Any, operator: Any, exposure_ev: float, samples: int) -> None:
     what = scene("sphere", brdf="phong:kd=0.5/0.1/0.02,ks=0.9,exponent=50")
     display = Display(exposure_ev, operator, (0.1, 0.2, 0.05))
-    expected = displayed(draw(gl, what, samples=samples), display)
+    expected = display_image(draw(gl, what, samples=samples), display)
     assert np.abs(show(gl, what, display, samples=samples).astype(int) - expected).max() <= 1
 
 
@@ -276,7 +276,7 @@ def test_tiles_fit_together(gl: Any, monkeypatch: pytest.MonkeyPatch, samples: i
     assert inside.mean() > 0.3
     assert np.abs(tiled[inside] - whole[inside]).max() <= 2e-4
     assert np.mean(whole[..., 3] != tiled[..., 3]) < 0.01
-    assert np.array_equal(show(gl, what, Display(), samples=samples)[45, 60], displayed(tiled, Display())[45, 60])
+    assert np.array_equal(show(gl, what, Display(), samples=samples)[45, 60], display_image(tiled, Display())[45, 60])
 
 
 @pytest.mark.parametrize(

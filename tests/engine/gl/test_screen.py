@@ -10,7 +10,7 @@ import pytest
 from engine.core.colour import OPERATORS, luminance, srgb_encode
 from engine.gl.screen import Image, Layer, Screen
 from engine.render.display import Display, diverging
-from engine.render.display import display as displayed
+from engine.render.display import display as display_image
 from tests.engine.gl_objects import living_objects
 
 SIZE = (40, 24)
@@ -48,7 +48,7 @@ def test_GL8_a_image_is_shown_as_the_engine_shows_it(gl: Any, operator: Any, exp
     content, display = pixels(1), Display(exposure_ev, operator, (0.1, 0.2, 0.05))
     framebuffer = gl.simple_framebuffer(SIZE, 3)
     Screen(gl).show(Layer(image_of(gl, content)), framebuffer, display)
-    assert np.abs(observe(framebuffer) - displayed(content, display)).max() <= 1
+    assert np.abs(observe(framebuffer) - display_image(content, display)).max() <= 1
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
@@ -57,7 +57,7 @@ def test_a_better_image_covers_by_its_share(gl: Any, share: float) -> None:
     framebuffer = gl.simple_framebuffer(SIZE, 3)
     Screen(gl).show(Layer(image_of(gl, one), image_of(gl, other), share), framebuffer, Display())
     mixed = (1.0 - share) * one + np.float32(share) * other
-    assert np.abs(observe(framebuffer) - displayed(mixed.astype("f4"), Display())).max() <= 1
+    assert np.abs(observe(framebuffer) - display_image(mixed.astype("f4"), Display())).max() <= 1
 
 
 @pytest.mark.parametrize("middle", [0, 1, 17, 40])
@@ -67,7 +67,7 @@ def test_two_images_share_the_screen_without_a_gap(gl: Any, middle: int) -> None
     screen.show(Layer(image_of(gl, one)), framebuffer, Display(), (0, middle))
     screen.show(Layer(image_of(gl, other)), framebuffer, Display(), (middle, SIZE[0]))
     expected = np.concatenate([one[:, :middle], other[:, middle:]], axis=1)
-    assert np.abs(observe(framebuffer) - displayed(expected, Display())).max() <= 1
+    assert np.abs(observe(framebuffer) - display_image(expected, Display())).max() <= 1
 
 
 def test_the_difference_is_that_of_the_engine_where_both_are_covered(gl: Any) -> None:

@@ -12,7 +12,7 @@ from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import drain
 from engine.geometry.ray_caster import RayCaster
 from engine.light.cube_map import cube_of
-from engine.planning import bake as planned
+from engine.planning import bake as bake_plan
 from engine.planning.costs.cost_model import CostModel
 from engine.planning.plan import plan
 from engine.transport.gaussian.transfer import GaussianTransport
@@ -53,7 +53,7 @@ def test_T1_forced_shadows_of_a_convex_model_change_nothing(
     found = []
     for name, chosen in (("lean", lean), ("full", full)):
         calls.clear()
-        ready = drain(planned.prepare(chosen, mesh, brdf))
+        ready = drain(bake_plan.prepare(chosen, mesh, brdf))
         baked = drain(ready.start(tmp_path / f"{name}.transport"))
         found.append((arrays_of(baked.transport), sum(calls)))
     (one, no_rays), (other, rays) = found

@@ -22,7 +22,7 @@ from engine.core.steps import drain
 from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.ground import Ground
-from engine.planning import bake as planned
+from engine.planning import bake as bake_plan
 from engine.planning.ceilings import BAKE_S, FRAME_S, NONE, Ceilings, usual
 from engine.planning.choices import BYTE_S, FRAMES, LIGHTS, SHARE
 from engine.planning.costs.cost_model import CostModel
@@ -166,7 +166,7 @@ def test_T2_a_diffuse_model_is_baked_as_vectors_without_a_ray(
     found = plan(mesh, brdf, gradient_sky(), cost=costs, error=0.05, modes=("sh",))
     calls: list[str] = []
     count(monkeypatch, calls)
-    ready = drain(planned.prepare(found, mesh, brdf))
+    ready = drain(bake_plan.prepare(found, mesh, brdf))
     baked = drain(ready.start(tmp_path / "ball.transport"))
     assert calls == []
     assert baked.transport.rows.shape == (len(mesh.positions), 1, found.setting["order"] ** 2)
@@ -199,10 +199,10 @@ def test_T1_forced_effects_of_a_convex_model_change_nothing(
     options: dict[str, Any] = {"cost": costs, "error": 0.05, "modes": ("sh",)}
     lean = plan(mesh, brdf, gradient_sky(), **options)
     full = plan(mesh, brdf, gradient_sky(), force=("self-shadowing", "interreflection"), **options)
-    one = drain(drain(planned.prepare(lean, mesh, brdf)).start(tmp_path / "lean.transport"))
+    one = drain(drain(bake_plan.prepare(lean, mesh, brdf)).start(tmp_path / "lean.transport"))
     calls: list[str] = []
     count(monkeypatch, calls)
-    other = drain(drain(planned.prepare(full, mesh, brdf)).start(tmp_path / "full.transport"))
+    other = drain(drain(bake_plan.prepare(full, mesh, brdf)).start(tmp_path / "full.transport"))
     assert {"occluded", "intersect"} <= set(calls)
     assert full.setting["order"] == lean.setting["order"]
     light = project(gradient_sky(), lean.setting["order"])
@@ -212,7 +212,7 @@ def test_T1_forced_effects_of_a_convex_model_change_nothing(
 def test_T1_forced_gloss_of_a_diffuse_model_changes_rounding_only(costs: CostModel, tmp_path: Path) -> None:
     mesh, brdf = sphere(8), brdf_from_text("lambert:albedo=0.5")
     forced = plan(mesh, brdf, gradient_sky(), cost=costs, error=0.05, modes=("sh",), force=("glossy",))
-    baked = drain(drain(planned.prepare(forced, mesh, brdf)).start(tmp_path / "glossy.transport"))
+    baked = drain(drain(bake_plan.prepare(forced, mesh, brdf)).start(tmp_path / "glossy.transport"))
     assert baked.transport.rows.shape[0] == len(mesh.positions) * forced.setting["order"] ** 2
     from engine.transport.sh.transfer import local_views, sum_signed_radiance
 
@@ -230,7 +230,7 @@ def test_T5_what_is_skipped_takes_no_bytes() -> None:
     both = frozenset({"glossy", "interreflection"})
     lean = plan_of(found, COSTS, 0.5, None, skip=both, modes=("sh",))
     full = plan_of(found, COSTS, 0.5, None, force=both, modes=("sh",))
-    sizes = [drain(planned.prepare(each, mesh, found.brdf)).work.size_bytes for each in (lean, full)]
+    sizes = [drain(bake_plan.prepare(each, mesh, found.brdf)).work.size_bytes for each in (lean, full)]
     matrices = 4 * len(mesh.positions) * (full.setting["order"] ** 4 - lean.setting["order"] ** 2)
     assert sizes[1] - sizes[0] > 0.9 * matrices
 
@@ -243,7 +243,7 @@ def test_T5_skipped_shadows_cast_no_ray_and_need_no_tree(
     found = plan(mesh, brdf, gradient_sky(), cost=costs, error=0.5, modes=("sh",), skip=skip)
     calls: list[str] = []
     count(monkeypatch, calls)
-    ready = drain(planned.prepare(found, mesh, brdf))
+    ready = drain(bake_plan.prepare(found, mesh, brdf))
     baked = drain(ready.start(tmp_path / "balls.transport"))
     assert calls == []
     assert len(ready.work.caster.faces) == 0

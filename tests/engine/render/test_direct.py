@@ -15,7 +15,7 @@ from engine.core.steps import Step, drain
 from engine.render import direct
 from engine.render.direct import radiance
 from engine.render.display import Display
-from engine.render.display import display as displayed
+from engine.render.display import display as display_image
 from engine.scene.material import Material, auto_sigma
 from engine.scene.scene import LOOKUPS, Scene
 from tests.engine.scenes import head_on, scene, weave
@@ -108,7 +108,7 @@ def test_auto_sigma_makes_the_largest_r_of_the_capture_r_max() -> None:
 def test_display_puts_the_background_behind_and_blends_edges() -> None:
     image = np.array([[[0, 0, 0, 0], [0.25, 0.25, 0.25, 0.5], [0.5, 0.5, 0.5, 1]]], np.float32)
     display = Display(operator="none", background=(0.0, 0.0, 1.0))
-    assert displayed(image, display)[0].tolist() == [[0, 0, 255], [137, 137, 225], [188, 188, 188]]
+    assert display_image(image, display)[0].tolist() == [[0, 0, 255], [137, 137, 225], [188, 188, 188]]
 
 
 @pytest.mark.parametrize("options", [{"exposure_ev": np.nan}, {"exposure_ev": 1e400}, {"operator": "film"}])

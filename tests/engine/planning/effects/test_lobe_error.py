@@ -14,7 +14,7 @@ from benchmarks.transport import predictions
 from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import drain
 from engine.geometry.camera import frame
-from engine.planning import bake as planned
+from engine.planning import bake as bake_plan
 from engine.planning.ceilings import BAKE_S, FRAME_S, NONE
 from engine.planning.choices import MARGIN, probe
 from engine.planning.costs.setting import Setting
@@ -145,7 +145,7 @@ def test_the_noise_of_a_small_image_tells_that_of_a_large_one() -> None:
 def test_a_plan_of_gaussians_is_baked_at_the_predicted_size(tmp_path: Path) -> None:
     mesh, brdf = sphere(3), brdf_from_text(SHARP)
     found = plan_of(scenery(mesh, brdf, lamp_sky()), COSTS, 0.5, None, modes=("gaussian",))
-    ready = drain(planned.prepare(found, mesh, brdf))
+    ready = drain(bake_plan.prepare(found, mesh, brdf))
     baked = drain(ready.start(tmp_path / "ball.transport"))
     assert baked.file.size_bytes == ready.work.size_bytes
     assert 0 <= baked.file.size_bytes - found.cost.size_bytes < 40_000  # its beginning, and gaps between its arrays

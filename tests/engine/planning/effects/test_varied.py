@@ -14,7 +14,7 @@ from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import drain
 from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
-from engine.planning import bake as planned
+from engine.planning import bake as bake_plan
 from engine.planning.choices import SHARE
 from engine.planning.costs.cost_model import CostModel
 from engine.planning.effects.estimates import Scenery, estimates, scenery
@@ -88,7 +88,7 @@ def test_T6_the_gate_lies_between_variations_just_above_and_below(costs: CostMod
     assert plans[0].predicted_error_rel <= budget
     tables = []
     for chosen, text in zip(plans, texts, strict=True):
-        ready = drain(planned.prepare(chosen, mesh, brdf, variations=[variation_from_text(text)]))
+        ready = drain(bake_plan.prepare(chosen, mesh, brdf, variations=[variation_from_text(text)]))
         tables.append(ready.work.table)
     assert isinstance(tables[0], BrdfTable)
     assert isinstance(tables[1], VariedTable)

@@ -19,7 +19,7 @@ from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import open_mesh, plane, sphere
-from engine.transport.baking.chunks import estimate_s as estimated_s
+from engine.transport.baking.chunks import estimate_s as estimate_chunks_s
 from engine.transport.baking.file import open_transport, plan_transport, writing
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.bake import (
@@ -153,7 +153,7 @@ def test_model_and_ground_are_estimated_by_their_own(
         assert len(set(some < first)) == 1
         clock[0] += 3.0 * np.count_nonzero(some < first) + np.count_nonzero(some >= first)
 
-    assert estimated_s(make, vertices, first) == pytest.approx(3.0 * first + (vertices - first))
+    assert estimate_chunks_s(make, vertices, first) == pytest.approx(3.0 * first + (vertices - first))
 
 
 def test_files_of_other_kinds_meshes_and_lies_are_refused(small: Work, tmp_path: Path) -> None:
