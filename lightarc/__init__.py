@@ -20,8 +20,8 @@ float32 arrays (height, width, 4) of linear sRGB radiance times coverage, and co
 What a user can fix raises a `LightarcError`, whose text is a sentence with the file, the cause and the remedy;
 impossible values raise its UsageError, which is a ValueError too. Whatever is written is complete, or absent.
 
-Packages add BRDF models by `register_brdf` or the entry points `lightarc.brdfs`, and exporters by `register_exporter`
-or `lightarc.exporters` (see CONTRIBUTING.md).
+Packages add BRDF models, readers of files and exporters by `register_brdf`, `register_reader` and `register_exporter`,
+or by the entry points `lightarc.brdfs`, `lightarc.readers` and `lightarc.exporters` (see CONTRIBUTING.md).
 """
 
 from __future__ import annotations
@@ -103,6 +103,8 @@ if TYPE_CHECKING:
     from engine.planning.plan import EffectsPlan
     from engine.scene.material import Material
     from engine.scene.scene import Scene
+    from engine.storage.readers import Reader
+    from engine.storage.readers import register as register_reader
     from engine.surface.recover import Surface
     from engine.tradeoff.sweep import Tradeoff
     from lightarc._image import Image
@@ -139,7 +141,9 @@ __all__ = [  # noqa: RUF022 - in the order in which they are used
     "draw_figures",
     "register_brdf",
     "register_exporter",
+    "register_reader",
     "Exporter",
+    "Reader",
     "Lambert",
     "OrenNayar",
     "Phong",
@@ -212,10 +216,15 @@ _LATER = {
     "Tradeoff": "engine.tradeoff.sweep",
     "Verification": "engine.bundle.bundle",
     "Exporter": "engine.exchange.targets",
+    "Reader": "engine.storage.readers",
 }
 
 #: Modules whose `register` adds a part of another package.
-_REGISTERS = {"register_brdf": "engine.brdf.brdf", "register_exporter": "engine.exchange.targets"}
+_REGISTERS = {
+    "register_brdf": "engine.brdf.brdf",
+    "register_exporter": "engine.exchange.targets",
+    "register_reader": "engine.storage.readers",
+}
 
 #: Names of earlier versions, and those that took their place.
 _RENAMED = {"save_picture": "save_image"}

@@ -13,21 +13,25 @@ from app.commands.workbench import Workbench
 from app.document.comparison import Entry
 from engine.brdf.brdf import brdf_to_text
 from engine.brdf.written import WrittenBrdf
+from engine.storage.readers import dialog_filter, suffixes
 
-FILES = "Measured BRDFs (*.binary *.bsdf *.brdf *.astm *.bin *.dat *.txt *.csv *.exr *.alta);;All files (*)"
 TABLES = "MERL (*.binary);;Table of Lightarc (*.exr)"
+
+
+def _files() -> str:
+    return f"{dialog_filter('Measured BRDFs', suffixes('brdf'))};;All files (*)"
 
 
 def browse(parent: QWidget, bench: Workbench) -> None:
     """Open measured BRDFs."""
-    chosen, _ = QFileDialog.getOpenFileNames(parent, "Open measured BRDFs", "", FILES)
+    chosen, _ = QFileDialog.getOpenFileNames(parent, "Open measured BRDFs", "", _files())
     for path in chosen:
         commands_brdf.open_file(bench, Path(path))
 
 
 def relocate(parent: QWidget, bench: Workbench, lost: Path) -> None:
     """Ask where a file of the library is now."""
-    chosen, _ = QFileDialog.getOpenFileName(parent, f"Where is {lost.name} now?", str(lost.parent), FILES)
+    chosen, _ = QFileDialog.getOpenFileName(parent, f"Where is {lost.name} now?", str(lost.parent), _files())
     if chosen:
         commands_brdf.open_file(bench, Path(chosen), instead_of=lost)
 

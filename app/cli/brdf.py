@@ -20,7 +20,6 @@ from engine.brdf.models.presets import PRESETS
 from engine.brdf.ranking import fit_both, miss, offer, warning
 from engine.brdf.readers.csv_samples import directions_from_degrees
 from engine.brdf.readers.merl import SIZE_BYTES, write_merl
-from engine.brdf.readers.read import FORMATS
 from engine.brdf.readers.samples_child import read_directions
 from engine.brdf.readers.table_file import write_table
 from engine.brdf.resample import SHAPE, resample
@@ -33,6 +32,7 @@ from engine.core.params import parameters
 from engine.core.steps import Step, drain
 from engine.factor.factor_file import open_reflectance
 from engine.storage.atomic import require_space, write_json
+from engine.storage.readers import readers
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -146,7 +146,7 @@ def _list(_arguments: argparse.Namespace, _show: Callable[[Step], None]) -> dict
             for name, model in MODELS.items()
         ],
         "presets": [{"name": preset.name, "brdf": preset.text, "source": preset.source} for preset in PRESETS],
-        "formats": [known.title for known in FORMATS],
+        "formats": [known.title for known in readers("brdf")],
         "warnings": [],
     }
 

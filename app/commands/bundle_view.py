@@ -25,7 +25,7 @@ from engine.core.colour import Operator
 from engine.core.errors import FileError, UsageError
 from engine.core.steps import Step, Steps, part
 from engine.geometry.camera import Camera
-from engine.geometry.mesh import SUFFIXES, Mesh
+from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import FLAT, SHAPES, flat_image
 from engine.light.lamps import LampSettings
 from engine.light.near_lamps import NearLampSettings
@@ -34,6 +34,7 @@ from engine.scene.material import Material
 from engine.scene.scene import Lookup, Source
 from engine.shading.lookup import Above
 from engine.shading.power_law import Scale
+from engine.storage.readers import radiance_suffixes, suffixes
 
 #: Under which name the provenance of a bundle says how k_s was chosen.
 SCALE_NOTE = "power_law_scale"
@@ -62,9 +63,6 @@ MAX_LAMPS, MAX_BYTES = 64, 2**32
 
 #: Endings of models that may bring a material.
 GLTF_SUFFIXES = (".glb", ".gltf")
-
-#: Endings of environments that a reference leads to.
-ENVIRONMENTS = (".exr", ".hdr", ".pic", ".rgbe")
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +145,7 @@ def find_referred(provenance: Mapping[str, Any], bundle: Path, size: tuple[int, 
         return Referred()
     parts: dict[str, Any] = {}
     missing, files = list[str](), dict[str, Path]()
-    name, source = _source(view.get("model"), bundle, (*SHAPES, FLAT), SUFFIXES)
+    name, source = _source(view.get("model"), bundle, (*SHAPES, FLAT), suffixes("mesh"))
     if name and source:
         try:
             is_own = name == DEFAULT_MODEL and source == name
@@ -163,7 +161,7 @@ def find_referred(provenance: Mapping[str, Any], bundle: Path, size: tuple[int, 
             missing.append(str(error))
     elif name:
         missing.append(f"The model {name} is not where it was; the material is shown on another")
-    name, source = _source(view.get("environment"), bundle, (*SKIES,), ENVIRONMENTS)
+    name, source = _source(view.get("environment"), bundle, (*SKIES,), radiance_suffixes())
     if "environment" in view and not name:
         parts["environment"] = None
     elif name and source:

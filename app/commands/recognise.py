@@ -14,9 +14,9 @@ from typing import Literal
 from urllib.parse import quote
 
 from engine.capture.lights.sources import belongs, find
-from engine.capture.photograph.kinds import PHOTOGRAPH_SUFFIXES
+from engine.capture.photograph.kinds import photograph_suffixes
 from engine.core.errors import InputError
-from engine.geometry.mesh import SUFFIXES as MESH_SUFFIXES
+from engine.storage.readers import find_reader, readers, suffixes
 from engine.storage.unpack import is_archive, zip_names
 
 Kind = Literal["photographs", "stack", "bundle", "material", "mesh", "environment", "brdf", "factors"]
@@ -30,23 +30,8 @@ SINGLE = {"mesh": "model", "environment": "environment", **dict.fromkeys(CONTENT
 #: Order in which groups open: the workspace of the last one comes to the front.
 ORDER: tuple[Kind, ...] = ("brdf", "factors", "environment", "mesh", *CONTENT)
 
-_IMAGE_STARTS = (
-    b"\xff\xd8\xff",
-    b"\x89PNG",
-    b"II*\0",
-    b"MM\0*",
-    b"II+\0",
-    b"MM\0+",
-    b"\x76\x2f\x31\x01",
-    b"#?RADIANCE",
-    b"#?RGBE",
-    b"FUJIFILM",
-)
-_HDR_STARTS = (b"\x76\x2f\x31\x01", b"#?RADIANCE", b"#?RGBE")
-#: Endings of measured BRDFs alone: such a file is opened, so that its reader reports the error in it.
-_BRDF_SUFFIXES = (".binary", ".bsdf", ".brdf", ".astm", ".alta")
-
-_MESH_STARTS = (b"ply", b"glTF", b"solid", b"OFF")
+#: The beginning of camera files that no other image begins with.
+_RAW_START = b"FUJIFILM"
 
 #: Documents that name other files, and bytes of one that are searched for names.
 _DOCUMENT_SUFFIXES, _MAX_DOCUMENT_BYTES = (".gltf", ".mtlx", ".obj", ".mtl"), 1 << 24
@@ -167,7 +152,7 @@ def _state_lights(files: Sequence[Path]) -> bool:
 def _size_of(path: Path) -> tuple[int, int]:
     """Width and height of an HDR or EXR image, as the start of its file says; (0, 0) where it does not."""
     start = _start(path)
-    if start.startswith(_HDR_STARTS[1:]):
+    if start.startswith(b"#?"):
         found = _RADIANCE_SIZE.search(start)
         if found is None:
             return 0, 0
@@ -205,7 +190,7 @@ def _inside(path: Path) -> list[Path]:
         entries = sorted(path.iterdir())
     except OSError:
         return [path]
-    images = [entry for entry in entries if entry.suffix.lower() in PHOTOGRAPH_SUFFIXES]
+    images = [entry for entry in entries if entry.suffix.lower() in photograph_suffixes()]
     if len(images) > 1 or len(entries) > _MAX_FILES or any(entry.is_dir() or is_archive(entry) for entry in entries):
         return [path]
     files = []
@@ -249,26 +234,29 @@ def _kind(path: Path) -> Kind | None:
         return _kind_of_zip(path)
     if is_archive(path):
         return "photographs"
-    if start.startswith(_IMAGE_STARTS):
+    if start.startswith((_RAW_START, *_signatures("image"))):
         return "brdf" if _is_hdr(path) and _is_brdf(path, start) else "photographs"
     if path.suffix.lower() == ".mtlx" or b"<materialx" in start[:4096]:
         return "material"
-    if start.startswith(_MESH_STARTS) or path.suffix.lower() in MESH_SUFFIXES:
+    if start.startswith(_signatures("mesh")) or path.suffix.lower() in suffixes("mesh"):
         return "mesh"
-    if path.suffix.lower() in _BRDF_SUFFIXES or _is_brdf(path, start):
+    # a file with an ending of BRDFs alone is opened, so that its reader reports the error in it
+    if any(path.suffix.lower() in each.suffixes for each in readers("brdf")) or _is_brdf(path, start):
         return "brdf"
-    return "photographs" if path.suffix.lower() in PHOTOGRAPH_SUFFIXES else None
+    return "photographs" if path.suffix.lower() in photograph_suffixes() else None
 
 
 def _is_hdr(path: Path) -> bool:
-    return path.is_file() and _start(path).startswith(_HDR_STARTS)
+    begins = tuple(begin for each in readers("image") if each.of_radiance for begin in each.signatures)
+    return path.is_file() and _start(path).startswith(begins)
 
 
 def _is_brdf(path: Path, start: bytes) -> bool:
-    from engine.brdf.readers.read import FORMATS  # loads every reader, which the window does without until then
+    return find_reader("brdf", start, path.stat().st_size, path.name) is not None
 
-    size_bytes = path.stat().st_size
-    return any(known.looks_like(start, size_bytes, path.name) for known in FORMATS)
+
+def _signatures(kind: Literal["image", "mesh"]) -> tuple[bytes, ...]:
+    return tuple(begin for each in readers(kind) for begin in each.signatures)
 
 
 def _start(path: Path) -> bytes:

@@ -19,8 +19,9 @@ from app.widgets.labels import BRDF_LABELS
 from app.widgets.panels import Rows
 from app.widgets.param_form import NumberEditor, ParamForm
 from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text, label_of, model_name
-from engine.capture.photograph.kinds import PHOTOGRAPH_SUFFIXES
+from engine.capture.photograph.kinds import photograph_suffixes
 from engine.core.params import Parameter, parameters
+from engine.storage.readers import dialog_filter
 
 AXES = {"x": "Left to right (x)", "y": "Bottom to top (y)", "z": "Back to front (z)"}
 
@@ -30,8 +31,8 @@ OPEN = "open"
 
 def ask_image(parent: QWidget) -> Path | None:
     """The image that a user chooses; None where they choose none."""
-    endings = " ".join(sorted(f"*{suffix}" for suffix in PHOTOGRAPH_SUFFIXES))
-    path, _ = QFileDialog.getOpenFileName(parent, "Open an image", "", f"Images ({endings})")
+    images = dialog_filter("Images", sorted(photograph_suffixes()))
+    path, _ = QFileDialog.getOpenFileName(parent, "Open an image", "", images)
     return Path(path) if path else None
 
 

@@ -26,6 +26,7 @@ from engine.light.lamps import LampSettings
 from engine.light.near_lamps import NearLampSettings
 from engine.light.sky import SKIES
 from engine.scene.scene import MAX_LAMPS
+from engine.storage.readers import dialog_filter, radiance_suffixes
 
 LIGHT_FIELDS = ("light_theta_deg", "light_phi_deg", "irradiance", "rotation_deg", "gain")
 DIRECTIONS = (16, 32, 64, 128, 256, 512)
@@ -231,7 +232,9 @@ class LightPanel(Rows):
         chosen, document = self.lighting.currentData(), self.bench.document
         if chosen == OPEN:
             self.show_project(document.project)
-            path, _ = QFileDialog.getOpenFileName(self, "Open an environment", "", "Environments (*.hdr *.exr)")
+            path, _ = QFileDialog.getOpenFileName(
+                self, "Open an environment", "", dialog_filter("Environments", radiance_suffixes())
+            )
             if path:
                 self.bench.load_environment(path)
         elif chosen in (ONE_LIGHT, ONLY_LAMPS):

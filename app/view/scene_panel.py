@@ -16,9 +16,10 @@ from app.widgets.panels import Rows, button
 from app.widgets.param_form import ParamForm
 from app.widgets.report import Report
 from engine.core.steps import Step, Steps
-from engine.geometry.mesh import SUFFIXES, Mesh
+from engine.geometry.mesh import Mesh
 from engine.geometry.mesh_repair import INSIDE_OUT
 from engine.geometry.shapes import FLAT, SHAPES
+from engine.storage.readers import dialog_filter, suffixes
 
 MODEL_NAMES = {
     "sphere": "Sphere",
@@ -98,8 +99,8 @@ class ScenePanel(Rows):
         chosen = self.model.currentData()
         if chosen == "open":
             self._show_models(self.bench.document.project)
-            endings = " ".join(f"*{suffix}" for suffix in SUFFIXES)
-            path, _ = QFileDialog.getOpenFileName(self, "Open a mesh", "", f"Meshes ({endings})")
+            meshes = dialog_filter("Meshes", suffixes("mesh"))
+            path, _ = QFileDialog.getOpenFileName(self, "Open a mesh", "", meshes)
             if path:
                 self.bench.open([Path(path)])
         elif chosen == FLAT:

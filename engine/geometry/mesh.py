@@ -37,15 +37,10 @@ from engine.geometry.mesh_repair import (
 )
 from engine.geometry.mesh_text import check_text
 from engine.geometry.mesh_weld import GAP, without_gaps
-from engine.geometry.read_scene import check_memory, decoder_memory_bytes, files_beside, list_named_files, scene_parts
+from engine.geometry.read_scene import check_memory, decoder_memory_bytes, files_beside, list_named_files
 from engine.geometry.unwrap import with_atlas
+from engine.storage.readers import load, readers, suffixes
 from engine.storage.untrusted import decode_in_child
-
-#: Kinds of file, by the ending of the name.
-SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl", ".stl_ascii")
-
-#: Files of polygons, which are cut here; the others are read by trimesh.
-POLYGONS = ("obj", "off", "ply")
 
 _POINTS = "It holds points or curves; give a mesh with faces, as .ply or .obj"
 _UNPACK = "Unpack it and give the mesh that is in it"
@@ -144,14 +139,14 @@ class Mesh(Summary):
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
-    """Read a mesh of one of the `SUFFIXES`; InputError for a file that holds no usable triangle.
+    """Read a mesh of a known ending; InputError for a file that holds no usable triangle.
 
     One that would not fit in memory is refused before it is read.
     """
     suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
+    if suffix not in suffixes("mesh"):
         kind = suffix or "no ending"
-        remedy = INSTEAD.get(suffix, f"Give {', '.join(SUFFIXES)}")
+        remedy = INSTEAD.get(suffix, f"Give {', '.join(suffixes('mesh'))}")
         raise InputError(path, f"is not a mesh that can be read ({kind})", remedy)
     check_memory(path)
     limits: dict[str, Any] = {"memory_bytes": decoder_memory_bytes(), "timeout_s": LIMIT_S}
@@ -197,11 +192,9 @@ def decode_mesh(content: bytes, name: str, beside: Mapping[str, bytes] = Mapping
     """
     kind = Path(name).suffix.lower().lstrip(".")
     content = check_text(content, kind, name)
-    if kind in POLYGONS:
-        part, too_few = _polygons(content, kind, name)
-        parts = [part]
-    else:
-        too_few, parts = 0, scene_parts(content, kind, name, beside)
+    read = load(next(each.decode for each in readers("mesh") if f".{kind}" in each.endings))
+    found = read(content, name, **({"beside": beside} if beside else {}))
+    parts, too_few = (found, 0) if isinstance(found, list) else _cut(found)
     moved = 0
     for part in parts if kind.startswith("stl") else ():
         part["positions"], count = without_gaps(part["positions"], part["faces"])
@@ -229,23 +222,22 @@ def decode_names(content: bytes, name: str) -> dict[str, Any]:
 
 
 def prepare() -> None:
-    """Compile what `decode_mesh` runs, before the child is confined."""
+    """Load the readers and compile what `decode_mesh` runs, before the child is confined."""
     from engine.geometry import polygons
 
     polygons.prepare()
+    for reader in readers("mesh"):
+        load(reader.decode)
 
 
-def _polygons(content: bytes, kind: str, name: str) -> tuple[dict[str, Any], int]:
-    """The triangles of a file of polygons, and how many polygons were none."""
-    from engine.geometry.obj import (  # these compile kernels, which a window that opens does not wait for
-        read_obj,
-        read_off,
-    )
-    from engine.geometry.ply import read_ply
-    from engine.geometry.polygons import make_from_polygons
+def _cut(found: Any) -> tuple[list[dict[str, Any]], int]:
+    """The triangles of `Polygons`, or of arrays (vertices, triangles), and how many polygons were none."""
+    if isinstance(found, tuple):
+        positions, faces = np.asarray(found[0], np.float64), np.asarray(found[1], np.int64)
+        return [{"positions": positions, "faces": faces, "normals": None, "uv": None}], 0
+    from engine.geometry.polygons import make_from_polygons  # compiles kernels, for which an opening window has no time
 
-    polygons = {"obj": read_obj, "off": read_off, "ply": read_ply}[kind](content, name)
-    return {"positions": polygons.points, **make_from_polygons(polygons)}, int(np.sum(polygons.sizes < 3))
+    return [{"positions": found.points, **make_from_polygons(found)}], int(np.sum(found.sizes < 3))
 
 
 def _join(parts: list[dict[str, Any]], key: str, columns: int) -> NDArray[np.float64] | None:

@@ -17,6 +17,7 @@ import os
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 from urllib.parse import unquote
 
@@ -96,8 +97,9 @@ class _Beside:
     get = __getitem__
 
 
-def scene_parts(content: bytes, kind: str, name: str, beside: Mapping[str, bytes]) -> list[dict[str, Any]]:
+def scene_parts(content: bytes, name: str, beside: Mapping[str, bytes] = MappingProxyType({})) -> list[dict[str, Any]]:
     """Positions, faces, and normals and texture coordinates of corners, of each mesh wherever it is placed."""
+    kind = Path(name).suffix.lower().lstrip(".")
     if kind in ("glb", "gltf"):
         content = _reduce(content, kind, name)
     scene = _scene(content, kind, name, beside)

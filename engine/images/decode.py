@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -19,9 +18,10 @@ from numpy.typing import NDArray
 
 from engine.core.colour import srgb_decode
 from engine.core.errors import InputError
-from engine.images import exif, exr, hdr, jpeg, png, tga, tiff
+from engine.images import exif, exr, png
 from engine.images.exif import Exif
 from engine.images.raster import Raster, Transfer
+from engine.storage.readers import find_reader, load, readers
 from engine.storage.shared_memory import result_array
 from engine.storage.untrusted import decode_in_child
 
@@ -85,14 +85,6 @@ def image_from_reply(reply: dict[str, Any]) -> Image:
     return Image(**{**reply, "exif": Exif(**reply["exif"]), "warnings": tuple(reply["warnings"])})
 
 
-_READERS: tuple[tuple[tuple[bytes, ...], Callable[[bytes, str], Raster]], ...] = (
-    ((jpeg.SIGNATURE,), jpeg.read_jpeg),
-    ((png.SIGNATURE,), png.read_png),
-    (tiff.SIGNATURES, tiff.read_tiff),
-    ((exr.SIGNATURE,), exr.read_exr),
-    (hdr.SIGNATURES, hdr.read_hdr),
-)
-
 #: First bytes of files that are not photographs, and what to say of them.
 _OTHERS = (
     (b"version https://git-lfs", "is a Git LFS pointer, not the image itself", "Run 'git lfs pull' where it lies"),
@@ -103,15 +95,10 @@ _OTHERS = (
     (b"<", "is a text or web page", "Download the image itself"),
 )
 
-SUPPORTED = "Give a JPEG, PNG, TIFF, EXR, HDR, TGA or camera RAW file"
 
-
-def reader(content: bytes) -> Callable[[bytes, str], Raster] | None:
-    """The reader for `content`, by its signature."""
-    for signatures, read in _READERS:
-        if content.startswith(signatures):
-            return read
-    return None
+def has_signature(content: bytes) -> bool:
+    """Return whether `content` begins as images of a format that is read do."""
+    return any(each.signatures and content.startswith(each.signatures) for each in readers("image"))
 
 
 def unknown(content: bytes, name: str) -> InputError:
@@ -120,15 +107,16 @@ def unknown(content: bytes, name: str) -> InputError:
             return InputError(name, problem, remedy)
     if content[4:8] == b"ftyp":
         return InputError(name, "is a HEIF, AVIF or video file", "Save it as JPEG or TIFF")
-    return InputError(name, "is not an image of a known kind", SUPPORTED)
+    titles = ", ".join(each.title for each in readers("image"))
+    return InputError(name, "is not an image of a known kind", f"Give an image as {titles} or camera RAW")
 
 
 def decode(content: bytes, name: str, transfer: TransferChoice = "auto", half_size: bool = False) -> dict[str, Any]:
     """The decoder that runs in the child: fields of `Image` as arrays and JSON values."""
-    read = reader(content) or (tga.read_tga if tga.is_tga(content) else None)
-    if read is None:
+    reader = find_reader("image", content, len(content), name)
+    if reader is None:
         raise unknown(content, name)
-    raster = read(content, name)
+    raster: Raster = load(reader.decode)(content, name)
     if transfer != "auto" and raster.white is not None:
         raster = replace(raster, transfer=transfer)
     photographed = exif.read_exif(content) if raster.container in ("JPEG", "PNG", "TIFF") else Exif()
@@ -169,10 +157,12 @@ def decode_alpha(content: bytes, name: str) -> dict[str, Any]:
 
 
 def prepare() -> None:
-    """Compile what `decode` runs, before the child is confined."""
+    """Load the readers and compile what `decode` runs, before the child is confined."""
     from engine.images import codes
 
     codes.prepare()
+    for reader in readers("image"):
+        load(reader.decode)
 
 
 def _linear(raster: Raster, orientation: int) -> tuple[NDArray[np.float32], NDArray[np.bool_], int]:

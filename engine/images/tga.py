@@ -23,8 +23,11 @@ _DEPTHS = {1: (8,), 2: (16, 24, 32), 3: (8, 16)}
 _MAP_DEPTHS = (0, 16, 24, 32)
 
 
-def is_tga(content: bytes) -> bool:
-    """True for a Targa image, by its footer or by a header without contradictions."""
+def looks_like_tga(content: bytes, _size_bytes: int, _name: str) -> bool:
+    """True for a Targa image, by its footer or by a header without contradictions.
+
+    `content` is all of it: only the whole has the footer.
+    """
     if len(content) < _HEADER.size:
         return False
     _, has_map, kind, _, map_length, map_depth, _, _, width, height, depth, flags = _HEADER.unpack_from(content)

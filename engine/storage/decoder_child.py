@@ -32,6 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.errors import InputError
+from engine.storage import readers
 from engine.storage.sandbox import Protection, confine
 from engine.storage.shared_memory import results_in
 from engine.storage.untrusted import AGAIN
@@ -50,12 +51,16 @@ _DAMAGE: tuple[type[Exception], ...] = (
 )
 
 
-def main(handed: int | None, module: str) -> None:
-    """Serve decoders of `module` until stdin is closed; `handed` is the socket for descriptors, if there is one."""
+def main(handed: int | None, module: str, outside: str) -> None:
+    """Serve decoders of `module` until stdin is closed; `handed` is the socket for descriptors, if there is one.
+
+    `outside` are the readers of other packages (`engine.storage.readers.outside`).
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     requests, replies = sys.stdin.buffer, _private_stdout()
     sys.excepthook = lambda kind, error, trace: _unforeseen(replies, kind, error, trace)
     descriptors = None if handed is None else socket.socket(fileno=handed)
+    readers.adopt(outside)
     decoders = importlib.import_module(module)
     if hasattr(decoders, "prepare"):
         decoders.prepare()
@@ -149,8 +154,7 @@ def _answer(
     if request["beside"]:
         more["beside"] = dict(zip(request["beside"], contents[1:], strict=True))
     try:
-        module, function = request["decoder"].split(":")
-        decode = getattr(importlib.import_module(module), function)
+        decode = readers.load(request["decoder"])
         answer = dict(decode(contents[0], request["name"], **more, **request["options"]))
         if isinstance(scratch, io.BytesIO):
             answer["scratch"] = np.frombuffer(scratch.getvalue(), np.uint8)

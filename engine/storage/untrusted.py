@@ -37,6 +37,7 @@ from numpy.typing import NDArray
 
 from engine.core.errors import InputError
 from engine.core.figure_text import size_text
+from engine.storage import readers
 from engine.storage.sandbox import Protection
 from engine.storage.shared_memory import SharedFile, make_shared_file
 
@@ -69,12 +70,13 @@ HANDS_DESCRIPTORS = hasattr(socket, "send_fds")
 _KEPT = ("LD_LIBRARY_PATH", "NUMBA_CACHE_DIR", "SYSTEMROOT")
 _ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
-#: The beginning of a child; its arguments are the number of its socket, its module of decoders and where modules lie.
+#: The beginning of a child; its arguments are the number of its socket, its module of decoders, the readers of other
+#: packages, and where modules lie.
 _START = """
 import sys
-sys.path[:] = sys.argv[3:]
+sys.path[:] = sys.argv[4:]
 from engine.storage.decoder_child import main
-main(int(sys.argv[1]) if sys.argv[1] != "-1" else None, sys.argv[2])
+main(int(sys.argv[1]) if sys.argv[1] != "-1" else None, sys.argv[2], sys.argv[3])
 """
 
 _handed: dict[str, bytes] = {}
@@ -389,13 +391,14 @@ class _Child:
 
     def __init__(self, module: str) -> None:
         self.module = module
+        self.readers = readers.outside()
         self.suspect: str | None = None
         own, other = socket.socketpair() if HANDS_DESCRIPTORS else (None, None)
         handed = -1 if other is None else other.fileno()
         path = [os.path.abspath(place) for place in (str(_PROJECT), *sys.path)]  # noqa: PTH100 - keeps names as they are
         try:
             self.process = subprocess.Popen(
-                [sys.executable, "-I", "-c", _START, str(handed), module, *path],
+                [sys.executable, "-I", "-c", _START, str(handed), module, self.readers, *path],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
@@ -593,7 +596,7 @@ def _keep(child: _Child) -> None:
 def _take(module: str, origin: str) -> _Child | None:
     """An idle child for `module` that is alive and may read files of `origin`, which is idle no more."""
     with _idle_lock:
-        found = [idle for idle in _idle if idle.module == module]
+        found = [idle for idle in _idle if idle.module == module and idle.readers == readers.outside()]
         child = next((idle for idle in found if idle.suspect in (None, origin)), found[0] if found else None)
         if child is None:
             return None

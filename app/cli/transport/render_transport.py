@@ -24,12 +24,12 @@ from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import percent
 from engine.core.steps import Step, drain, part
 from engine.geometry.camera import parse
-from engine.geometry.mesh import SUFFIXES
 from engine.geometry.shapes import SHAPES
 from engine.gl.draw import relight_off_screen
 from engine.render.background import in_front_of
 from engine.render.transported import image_of
 from engine.render.turntable import middle
+from engine.storage.readers import suffixes
 from engine.transport import method as transport
 from engine.transport.baking.file import SUFFIX, holds_transport, open_transport
 from engine.transport.method import Method
@@ -201,7 +201,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
 def _check_baked(mesh: str, mode: str) -> None:
     """InputError, with the way to bake, where `mesh` is a model in place of what was baked."""
-    is_model = mesh in SHAPES or (Path(mesh).is_file() and mesh.lower().endswith(SUFFIXES))
+    is_model = mesh in SHAPES or (Path(mesh).is_file() and mesh.lower().endswith(suffixes("mesh")))
     if holds_transport(mesh) or not is_model:
         return
     command = f"lightarc bake {mesh} --brdf TEXT --mode {mode} -o {Path(mesh).stem}{SUFFIX}"

@@ -1,33 +1,24 @@
 """Measured BRDF from files of any known format, recognised by content and never by the name alone.
 
-A format is a file of this package with `looks_like_…(head, size_bytes, name)` and `read_…(path)`, and a line in
-`FORMATS`. Readers give a BRDF, or `BrdfSamples` where the file is a scattered list, which `read_brdf` makes smooth.
-Text is read in the decoder child (`engine.brdf.readers.samples_child`).
+A format is a file of this package with `looks_like_…(head, size_bytes, name)` and `read_…(path)`, declared in
+`engine.storage.readers`. Readers give a BRDF, or `BrdfSamples` where the file is a scattered list, which `read_brdf`
+makes smooth. Text is read in the decoder child (`engine.brdf.readers.samples_child`).
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text
-from engine.brdf.readers.alta import looks_like_alta
-from engine.brdf.readers.cornell import looks_like_cornell
-from engine.brdf.readers.csv_samples import looks_like_csv
-from engine.brdf.readers.curet import looks_like_curet, split_material
-from engine.brdf.readers.merl import looks_like_merl, read_merl
-from engine.brdf.readers.rgl import looks_like_rgl, read_rgl
+from engine.brdf.readers.curet import split_material
 from engine.brdf.readers.samples_child import read_samples
-from engine.brdf.readers.table_file import looks_like_table, read_table
-from engine.brdf.readers.utia import looks_like_utia, read_utia
 from engine.brdf.samples import BrdfSamples
-from engine.brdf.written import looks_like_written, read_written
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Health
 from engine.core.steps import Step, Steps, drain, part
+from engine.storage.readers import find_reader, load, readers
 from engine.storage.untrusted import read_head
 
 
@@ -58,32 +49,8 @@ class MeasuredBrdf(Brdf, Protocol):
     def health(self) -> Health: ...
 
 
-class Format(NamedTuple):
-    """A file format: its name for a user, whether a file looks like it, and its reader.
-
-    `looks_like` gets the first `HEAD_BYTES` of the file, its size in bytes and its name.
-    """
-
-    title: str
-    looks_like: Callable[[bytes, int, str], bool]
-    read: Callable[[Path], Any]
-
-
 #: Bytes of a file that are read to recognise its format: some begin with pages of comments.
 HEAD_BYTES = 1 << 16
-
-#: Every format that is read; the first that recognises a file reads it, so the strictest come first.
-FORMATS: tuple[Format, ...] = (
-    Format("GLSL of BRDF Explorer (.brdf)", looks_like_written, read_written),
-    Format("RGL (.bsdf)", looks_like_rgl, read_rgl),
-    Format("tables of this program (.exr)", looks_like_table, read_table),
-    Format("MERL (.binary)", looks_like_merl, read_merl),
-    Format("UTIA (.bin)", looks_like_utia, read_utia),
-    Format("Cornell and ASTM E1392 (.brdf, .astm)", looks_like_cornell, partial(read_samples, "cornell")),
-    Format("ALTA text (.dat)", looks_like_alta, partial(read_samples, "alta")),
-    Format("CUReT (rbrdf.dat …)", looks_like_curet, partial(read_samples, "curet")),
-    Format("tables of angles and colours (.csv)", looks_like_csv, partial(read_samples, "csv")),
-)
 
 
 def read_measurement(path: str | os.PathLike[str]) -> Any:
@@ -94,10 +61,10 @@ def read_measurement(path: str | os.PathLike[str]) -> Any:
     path = Path(path)
     source, _ = split_material(path)
     head, size_bytes = read_head(source, HEAD_BYTES)
-    for known in FORMATS:
-        if known.looks_like(head, size_bytes, source.name):
-            return known.read(path)
-    titles = ", ".join(known.title for known in FORMATS)
+    reader = find_reader("brdf", head, size_bytes, source.name)
+    if reader is not None:
+        return read_samples(reader, path) if reader.confined else load(reader.decode)(path)
+    titles = ", ".join(known.title for known in readers("brdf"))
     raise InputError(path, "is not a measured BRDF of a known format", f"These are read: {titles}")
 
 

@@ -12,32 +12,27 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from engine.brdf.readers.alta import read_alta
-from engine.brdf.readers.cornell import read_cornell
-from engine.brdf.readers.csv_samples import read_csv_directions, read_csv_samples
-from engine.brdf.readers.curet import read_curet, split_material
+from engine.brdf.readers.csv_samples import read_csv_directions
+from engine.brdf.readers.curet import split_material
 from engine.brdf.samples import BrdfSamples
 from engine.core.directions import Vectors
 from engine.core.health import Finding, Health, Verdict
+from engine.storage.readers import Reader, load, readers
 from engine.storage.untrusted import decode_in_child, hand
 
-_READERS = {"alta": read_alta, "cornell": read_cornell, "csv": read_csv_samples, "curet": read_curet}
 _ARRAYS = ("wi", "wo", "value", "wavelengths_nm", "spectra")
-
-#: Files that may belong to one of CUReT.
-_BESIDE = ("table.txt", "rbrdf.dat", "gbrdf.dat", "bbrdf.dat")
 
 #: Seconds that reading may take: the largest text holds some hundred million numbers.
 LIMIT_S = 600.0
 
 
-def read_samples(reader: str, path: Path) -> BrdfSamples:
-    """The samples in `path`, read by one of `_READERS` in the child; InputError as it raises."""
-    source = split_material(path)[0] if reader == "curet" else path
-    places = [source.with_name(name) for name in _BESIDE] if reader == "curet" else []
+def read_samples(reader: Reader, path: Path) -> BrdfSamples:
+    """The samples in `path`, read in the child; InputError as the reader raises."""
+    source = split_material(path)[0] if reader.companions else path
+    places = [source.with_name(name) for name in reader.companions]
     beside = {str(place): place for place in places if place.name != source.name and place.is_file()}
     decoder = "engine.brdf.readers.samples_child:decode_samples"
-    reply = decode_in_child(decoder, source, timeout_s=LIMIT_S, beside=beside, reader=reader, asked=str(path))
+    reply = decode_in_child(decoder, source, timeout_s=LIMIT_S, beside=beside, reader=reader.decode, asked=str(path))
     findings = tuple(Finding(Verdict(verdict), text, source) for verdict, text, source in reply["findings"])
     health = Health(MappingProxyType({name: float(value) for name, value in reply["figures"].items()}), findings)
     arrays: dict[str, Any] = {name: reply.get(name) for name in _ARRAYS}
@@ -51,7 +46,7 @@ def decode_samples(
 ) -> dict[str, Any]:
     """The decoder: fields of `BrdfSamples` as arrays and JSON values."""
     with hand({name: content, **(beside or {})}):
-        samples = _READERS[reader](Path(asked))
+        samples: BrdfSamples = load(reader)(Path(asked))
     arrays = {each: getattr(samples, each) for each in _ARRAYS if getattr(samples, each) is not None}
     findings = [(int(one.verdict), one.text, one.source) for one in samples.health.findings]
     values = {"name": samples.name, "kind": samples.kind, "invalid_samples": samples.invalid_samples}
@@ -69,3 +64,10 @@ def decode_directions(content: bytes, name: str) -> dict[str, Any]:
     with hand({name: content}):
         wi, wo = read_csv_directions(Path(name))
     return {"wi": wi, "wo": wo}
+
+
+def prepare() -> None:
+    """Load the readers, before the child is confined."""
+    for reader in readers("brdf"):
+        if reader.confined:
+            load(reader.decode)

@@ -15,7 +15,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from engine.capture.lights.file_names import comparable, join_names
-from engine.capture.photograph.kinds import KINDS, RAW_SUFFIXES, kind_name, kind_of
+from engine.capture.photograph.kinds import RAW_SUFFIXES, kind_name, kind_of, kinds
 from engine.core.health import Finding, Verdict
 
 #: The file in which a user says what the photographs do not (`engine.capture.lights.capture_file`).
@@ -127,14 +127,14 @@ def _select_one_kind(paths: Sequence[Path], named: Collection[str]) -> tuple[lis
         shots.setdefault((_shoot(path), path.parent), {}).setdefault(kind_of(path), []).append(path)
     if len(shots) == len(paths):
         return list(paths), []
-    counts = {kind: sum(kind in kinds for kinds in shots.values()) for kind in KINDS}
+    counts = {kind: sum(kind in found for found in shots.values()) for kind in kinds()}
     usual = max(counts, key=lambda kind: (counts[kind], -kind))
     suffixes = Counter(path.suffix.lower() for path in paths)
     kept: set[Path] = set()
-    for kinds in shots.values():
-        every = [path for some in kinds.values() for path in some]
+    for found in shots.values():
+        every = [path for some in found.values() for path in some]
         wanted = [path for path in every if comparable(path.name) in named]
-        kept.update(wanted or [_one_suffix(kinds.get(usual) or kinds[min(kinds)], suffixes)])
+        kept.update(wanted or [_one_suffix(found.get(usual) or found[min(found)], suffixes)])
     chosen = [path for path in paths if path in kept]
     used = sorted({kind_of(path) for path in chosen})
     words = " and ".join(kind_name(kind) for kind in used)

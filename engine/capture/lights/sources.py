@@ -36,7 +36,7 @@ from engine.capture.lights.folder import (
 from engine.capture.lights.light_angles import LIGHT_SUFFIXES, by_light, read_stated_lights
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.photograph.exposures import Exposure
-from engine.capture.photograph.kinds import PHOTOGRAPH_SUFFIXES, UNREAD_SUFFIXES
+from engine.capture.photograph.kinds import photograph_suffixes, unread_suffixes
 from engine.core.errors import InputError, OutputError
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Step, Steps
@@ -214,7 +214,7 @@ def _expand(paths: Sequence[Path]) -> list[Path]:
 
 def _look_into(place: Path, expanded: list[Path]) -> tuple[list[Path], list[Finding]]:
     """The files `expanded`, or those of the one folder in `place` that holds the capture where `place` has none."""
-    if not place.is_dir() or any(path.suffix.lower() in PHOTOGRAPH_SUFFIXES for path in expanded):
+    if not place.is_dir() or any(path.suffix.lower() in photograph_suffixes() for path in expanded):
         return expanded, []
     folders = [entry for entry in _entries(place) if entry.is_dir() and not is_made_by_program(entry.name)]
     counts = [(folder.name, sum(_is_photograph(entry) for entry in _entries(folder))) for folder in folders]
@@ -236,7 +236,7 @@ def _look_into(place: Path, expanded: list[Path]) -> tuple[list[Path], list[Find
 
 
 def _is_photograph(entry: Path) -> bool:
-    return not is_sidecar(entry) and entry.suffix.lower() in PHOTOGRAPH_SUFFIXES
+    return not is_sidecar(entry) and entry.suffix.lower() in photograph_suffixes()
 
 
 def _list_named(capture: CaptureFile | None) -> set[str]:
@@ -255,7 +255,7 @@ def _entries(folder: Path) -> list[Path]:
 def belongs(entry: Path) -> bool:
     """True if a file of this name is taken for a photograph or describes some."""
     suffix = entry.suffix.lower()
-    known = PHOTOGRAPH_SUFFIXES | UNREAD_SUFFIXES | LIGHT_SUFFIXES
+    known = photograph_suffixes() | unread_suffixes() | LIGHT_SUFFIXES
     return not entry.name.startswith(".") and (suffix in known or entry.name.lower() == CAPTURE_FILE)
 
 
@@ -269,10 +269,10 @@ def _sort_out(place: Path, files: list[Path], capture: CaptureFile | None) -> _F
         aside = _SET_ASIDE.fullmatch(stem[:-1] if stem.endswith(tuple(" _.-")) else stem)
         if file in frames.values():
             continue
-        if file.suffix.lower() in UNREAD_SUFFIXES:
+        if file.suffix.lower() in unread_suffixes():
             text = f"a {file.suffix.lower()} file is not read; convert it to TIFF or PNG"
             findings.append(Finding(Verdict.WARNING, text, file.name))
-        elif aside and file.suffix.lower() in PHOTOGRAPH_SUFFIXES:
+        elif aside and file.suffix.lower() in photograph_suffixes():
             kind = "white reference" if aside["white"] else "dark frame" if aside["dark"] else "mask"
             used = kind != "mask" and frames.setdefault(kind, file) is file
             text = f"taken for a {kind} by its name and {'used as such' if used else 'set aside'}"
@@ -411,7 +411,7 @@ def _choose(archive: Path, names: Sequence[str], left_out: list[str]) -> list[st
     nested = [path.name for path in visible if path.name.lower().endswith(_NESTED)]
     if nested:
         raise InputError(archive, f"holds another archive ({nested[0]})", "Unpack it and give the folder")
-    folders = {path.parent for path in visible if path.suffix.lower() in PHOTOGRAPH_SUFFIXES}
+    folders = {path.parent for path in visible if path.suffix.lower() in photograph_suffixes()}
     if not folders:
         raise InputError(archive, "holds no photographs", "Pack the photographs of one capture")
     top = min(len(folder.parts) for folder in folders)

@@ -26,18 +26,17 @@ from engine.capture.photograph.kinds import RAW_SUFFIXES
 from engine.core.errors import InputError
 from engine.core.steps import Step, Steps
 from engine.images import decode as images
-from engine.images import exr, hdr, tiff
+from engine.images import tiff
 from engine.images.exif import read_exif
 from engine.images.raster import Transfer
 from engine.images.tiff_directories import check_directories
+from engine.storage.readers import readers
 from engine.storage.untrusted import CHILDREN, GIBIBYTE, Decoding
 
 WhiteBalance = Literal["camera", "none"] | Sequence[float]
 
 #: Address space of a decoder of photographs: enough for the 200 megapixels that are read at most, in 16 bits.
 _MEMORY_BYTES = 10 * GIBIBYTE
-
-_EXR_AND_HDR = (exr.SIGNATURE, *hdr.SIGNATURES)
 
 
 class Unreadable(InputError):
@@ -54,7 +53,7 @@ class Photograph:
         black (RAW) or out-of-gamut colours, and are kept.
     saturated : (H, W) bool, True where a sample at white level, or one that is not finite, enters the pixel.
     exposure_s, iso, aperture, camera : None where the file does not say.
-    bit_depth : bits per sample. container : 'RAW', 'JPEG', 'PNG', 'TIFF', 'EXR', 'HDR' or 'TGA'.
+    bit_depth : bits per sample. container : 'RAW', 'JPEG', 'PNG', 'TIFF', 'EXR', 'HDR', 'TGA', or a reader's own.
     transfer : what the samples were taken to be, 'srgb' or 'linear'.
     black_level, white_level : in sample codes per site of the colour filter array (RAW), else empty.
     white_balance : multipliers of red, green, blue that were applied.
@@ -174,12 +173,12 @@ def _is_raw(content: bytes, name: str) -> bool:
     named_raw = Path(name).suffix.lower() in RAW_SUFFIXES
     if content.startswith(tiff.SIGNATURES):
         return named_raw or tiff.is_raw_tiff(content, name)
-    return named_raw and images.reader(content) is None and not content.startswith(b"version https://git-lfs")
+    return named_raw and not images.has_signature(content) and not content.startswith(b"version https://git-lfs")
 
 
 def decode_exposure(content: bytes, name: str) -> dict[str, Any]:
     """The decoder of what the camera noted alone: exposure_s, iso, aperture, each None where it did not."""
-    if content.startswith(_EXR_AND_HDR):
+    if any(each.of_radiance and content.startswith(each.signatures) for each in readers("image") if each.signatures):
         return {"exposure_s": None, "iso": None, "aperture": None}
     if content.startswith(tiff.SIGNATURES):
         check_directories(content, name, tiff.DIRECTORIES_LIMIT)

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from engine.storage.readers import readers, suffixes
+
 
 def _suffixes(names: str) -> frozenset[str]:
     return frozenset(f".{name}" for name in names.split())
@@ -17,32 +19,34 @@ RAW_SUFFIXES = _suffixes(
     "3fr arw cr2 cr3 crw dcr dng erf fff gpr iiq kdc mef mos mrw nef nrw orf pef raf raw rw2 rwl sr2 srf srw x3f"
 )
 
-#: Kinds that can be read, in their order.
-_READ = (
-    ("RAW", RAW_SUFFIXES),
-    ("OpenEXR", _suffixes("exr")),
-    ("Radiance", _suffixes("hdr rgbe pic")),
-    ("TIFF", _suffixes("tif tiff")),
-    ("PNG", _suffixes("png")),
-    ("Targa", _suffixes("tga")),
-    ("JPEG", _suffixes("jpg jpeg jpe")),
-)
+#: Suffixes of images that no reader of the package knows: they are named, not passed over.
+_UNREAD_SUFFIXES = _suffixes("avif bmp gif heic heif jp2 jxl psd ppm pgm webp")
 
-PHOTOGRAPH_SUFFIXES = frozenset().union(*(suffixes for _, suffixes in _READ))
 
-#: Suffixes of images that no reader knows: they are named, not passed over.
-UNREAD_SUFFIXES = _suffixes("avif bmp gif heic heif jp2 jxl psd ppm pgm webp")
+def photograph_suffixes() -> frozenset[str]:
+    """The suffixes of photographs that can be read."""
+    return RAW_SUFFIXES.union(suffixes("image"))
 
-#: Kinds are numbers from 0 up; the last is for what is not a photograph.
-KINDS = range(len(_READ) + 1)
+
+def unread_suffixes() -> frozenset[str]:
+    """The suffixes of images that cannot."""
+    return _UNREAD_SUFFIXES - photograph_suffixes()
+
+
+def kinds() -> range:
+    """Numbers of the kinds of photographs from 0 up; the last is for what is not a photograph."""
+    return range(len(readers("image")) + 2)
 
 
 def kind_of(path: Path) -> int:
-    """The kind of photograph by the file's suffix; the last of `KINDS` for what is none."""
+    """The kind of photograph by the file's suffix; the last of `kinds` for what is none."""
     suffix = path.suffix.lower()
-    return next((at for at, (_, suffixes) in enumerate(_READ) if suffix in suffixes), len(_READ))
+    if suffix in RAW_SUFFIXES:
+        return 0
+    known = readers("image")
+    return next((at for at, each in enumerate(known, 1) if suffix in each.endings), len(known) + 1)
 
 
 def kind_name(kind: int) -> str:
     """The name of a kind."""
-    return _READ[kind][0] if kind < len(_READ) else "others"
+    return ("RAW", *(each.title for each in readers("image")), "others")[kind]

@@ -14,9 +14,10 @@ from pathlib import Path, PurePosixPath
 
 from engine.core.errors import InputError
 from engine.core.steps import Steps
-from engine.exchange.readers.folder import SUFFIXES, describe_unpacked, is_material, kind_of
+from engine.exchange.readers.folder import describe_unpacked, is_material, kind_of
 from engine.exchange.readers.textures import Described, maps_of
 from engine.scene.material import Material, material_of_maps
+from engine.storage.readers import suffixes
 from engine.storage.unpack import unpack, zip_names
 from engine.storage.untrusted import read_head
 
@@ -57,7 +58,7 @@ def _textures(names: Sequence[str]) -> list[str]:
     return [
         str(path)
         for path in paths
-        if path.suffix.lower() in SUFFIXES and kind_of(path.name)[0] and not path.name.startswith(SHADOW)
+        if path.suffix.lower() in suffixes("image") and kind_of(path.name)[0] and not path.name.startswith(SHADOW)
     ]
 
 

@@ -16,10 +16,8 @@ from pathlib import Path
 
 from engine.core.errors import InputError
 from engine.exchange.readers.textures import Described, Image, Input, Upwards
+from engine.storage.readers import suffixes
 from engine.surface.pbr_maps import DIELECTRIC_F0
-
-#: Endings of images that are read, the more exact kinds first.
-SUFFIXES = (".exr", ".tif", ".tiff", ".png", ".tga", ".jpg", ".jpeg", ".hdr")
 
 #: Most files of a folder that are looked at.
 MAX_FILES = 2000
@@ -107,7 +105,7 @@ def _telling(parts: list[str]) -> list[str]:
 def textures_in(folder: Path) -> dict[str, list[Path]]:
     """The images of a folder by the map that they are named for, in order of their names; empty where it is none."""
     try:
-        files = sorted(each for each in folder.iterdir() if each.suffix.lower() in SUFFIXES)[:MAX_FILES]
+        files = sorted(each for each in folder.iterdir() if each.suffix.lower() in suffixes("image"))[:MAX_FILES]
     except OSError:
         return {}
     return by_map(files)
@@ -138,7 +136,9 @@ def is_material(files: Sequence[Path]) -> bool:
 
 def are_textures(files: Sequence[Path]) -> bool:
     """True for images that are each named for a map, and are together what `holds_textures` asks of a folder."""
-    return all(each.suffix.lower() in SUFFIXES and kind_of(each.name)[0] for each in files) and is_material(files)
+    return all(each.suffix.lower() in suffixes("image") and kind_of(each.name)[0] for each in files) and is_material(
+        files
+    )
 
 
 def _are_of_a_material(found: dict[str, list[Path]]) -> bool:
@@ -163,7 +163,7 @@ def document_in(folder: Path) -> Path | None:
         files = sorted(folder.iterdir())[:MAX_FILES]
     except OSError:
         return None
-    has_images = any(each.suffix.lower() in SUFFIXES for each in files)
+    has_images = any(each.suffix.lower() in suffixes("image") for each in files)
     for endings in ((".mtlx",), () if has_images else (".gltf", ".glb")):
         found = [each for each in files if each.suffix.lower() in endings and each.is_file()]
         if len(found) == 1:
@@ -237,4 +237,4 @@ def _one(folder: Path, kind: str, paths: Sequence[Path], notes: list[str]) -> Pa
     if len(stems) > 1:
         names = ", ".join(path.name for path in paths[:3])
         raise InputError(folder, f"holds several images for {kind.replace('_', ' ')} ({names})", _REMEDY)
-    return min(paths, key=lambda path: SUFFIXES.index(path.suffix.lower()))
+    return min(paths, key=lambda path: suffixes("image").index(path.suffix.lower()))

@@ -18,9 +18,10 @@ from hypothesis import strategies as st
 
 from engine.core.errors import InputError
 from engine.geometry import read_scene
-from engine.geometry.mesh import INSTEAD, SUFFIXES, Mesh, decode_mesh, read_mesh
+from engine.geometry.mesh import INSTEAD, Mesh, decode_mesh, read_mesh
 from engine.geometry.polygons import Polygons, triangulate
 from engine.geometry.read_scene import check_memory, estimate_faces
+from engine.storage.readers import suffixes
 
 TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], np.float32)
@@ -413,7 +414,7 @@ def test_kinds_that_are_not_read_say_what_to_give_instead(tmp_path: Path, suffix
     with pytest.raises(InputError, match=f"is not a mesh that can be read .{suffix}") as refusal:
         read(tmp_path, f"a{suffix}", b"x")
     assert refusal.value.remedy
-    assert suffix not in SUFFIXES
+    assert suffix not in suffixes("mesh")
 
 
 @pytest.mark.parametrize(
