@@ -4,12 +4,12 @@
     python packaging/screenshots.py FOLDER --readme packaging/screenshots/view.png
 
 needs a display with OpenGL that is as large as the largest size (`Xvfb -screen 0 2600x1700x24` does). Without
-`--sizes`, `--themes` and `--parts` it takes all of them: 1024 × 700, 1280 × 800, 1920 × 1080, 2560 × 1440, and
-1280 × 800 at 200 % from a second process, each dark and light. The program starts once; what takes long is done once,
-and then seen in all sizes and themes. Images are named STATE-SIZE-THEME.png. `contact-sheet.png` has all images of
-the folder, small, with their names; `faults.txt` lists what `benchmarks.app.faults` finds in those of this run: text
-that is cut, overlapping widgets, faint text, controls without a name. `--readme`, which may be left out, also writes
-the image at the top of the README: the View workspace with the material on a model. The parts are in
+`--sizes`, `--themes` and `--parts` it takes all of them: 1024 × 700, 1280 × 720, 1280 × 800, 1920 × 1080,
+2560 × 1440, and 1280 × 800 at 200 % from a second process, each dark and light. The program starts once; what takes
+long is done once, and then seen in all sizes and themes. Images are named STATE-SIZE-THEME.png. `contact-sheet.png`
+has all images of the folder, small, with their names; `faults.txt` lists what `benchmarks.app.faults` finds in those
+of this run: text that is cut, overlapping widgets, faint text, controls without a name. `--readme`, which may be left
+out, also writes the image at the top of the README: the View workspace with the material on a model. The parts are in
 `packaging/screens.py`.
 """
 
@@ -37,7 +37,8 @@ THEMES = ("dark", "light")
 DOUBLED = "200%"
 SIZES = {
     **{
-        f"{width}x{height}": (width, height) for width, height in ((1024, 700), (1280, 800), (1920, 1080), (2560, 1440))
+        f"{width}x{height}": (width, height)
+        for width, height in ((1024, 700), (1280, 720), (1280, 800), (1920, 1080), (2560, 1440))
     },
     DOUBLED: (1280, 800),
 }
