@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tasks import LONGEST_S, Task, chosen, run, tried, try_each, vase
+from tasks import LONGEST_S, Task, choose, run, try_each, try_out, vase
 from user import Seen, User
 
 from engine.images.encode import write_exr
@@ -208,11 +208,11 @@ def table(done: list[dict[str, Any]]) -> str:
 
 
 def main() -> int:
-    folder, flows = chosen(__doc__, FLOWS)
+    folder, flows = choose(__doc__, FLOWS)
     given = make_files(folder)
 
     def try_one(flow: Task) -> dict[str, Any]:
-        return tried(flow, folder, given, *FILES[flow.__name__], shows_steps=True)
+        return try_out(flow, folder, given, *FILES[flow.__name__], shows_steps=True)
 
     done = try_each(flows, folder, try_one, "flows")
     (folder / "flows.md").write_text(table(done))

@@ -97,7 +97,8 @@ def read_lock(path: Path = LOCK) -> tuple[Locked, ...]:
 
 def licence_of(package: Distribution, name: str) -> str:
     """Name the licence of an installed package, as its metadata or `LICENCES` say."""
-    said = LICENCES.get(name) or package.metadata.get("License-Expression") or package.metadata.get("License") or ""
+    keys = ("License-Expression", "License")
+    said = LICENCES.get(name) or next((package.metadata[key] for key in keys if key in package.metadata), "")
     return said.strip().splitlines()[0] if said.strip() else "see the text below"
 
 

@@ -15,6 +15,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -249,12 +250,21 @@ def menu_openers(window: MainWindow) -> dict[str, tuple[str, Callable[[], object
     openers: dict[str, tuple[str, Callable[[], object]]] = {}
     for action in window.menus.actions():
         menu: Any = action.menu()
-        openers[action.text().replace("&", "").lower()] = "capture", lambda menu=menu: menu.popup(at)
+        openers[action.text().replace("&", "").lower()] = "capture", partial(menu.popup, at)
+
+    def show_varying() -> None:
+        view.varying.fill_menu()
+        view.varying.menu.popup(at)
+
+    def show_views() -> None:
+        view.views.fill()
+        view.views.popup(at)
+
     return {
         **openers,
         "photograph": ("capture", lambda: menu_of(capture, window.bench, capture.list, (capture.magnify,)).popup(at)),
-        "varying": ("view", lambda: (view.varying.fill_menu(), view.varying.menu.popup(at))),
-        "views": ("view", lambda: (view.views.fill(), view.views.popup(at))),
+        "varying": ("view", show_varying),
+        "views": ("view", show_views),
         "glsl": ("brdf", lambda: brdf.library.write.menu().popup(at)),
     }
 
@@ -291,12 +301,12 @@ def dialogs(gallery: Gallery, window: MainWindow) -> None:
         "about": lambda: show_about(window),
         "history": lambda: show_history(window, bench),
         "notes": lambda: show_notes(window, bench),
-        "collect": lambda: ask_what_to_collect(window, path, print),
+        "collect": lambda: ask_what_to_collect(window, path, (), print),
         "photographs": lambda: ask_where(
             window, bench, print, Arrival("Linen under the arc", print, print, "imports all photographs together")
         ),
         **{
-            f"consent-{doubt.otherwise or doubt.consent}": lambda doubt=doubt: ask_for_consent(window, bench, doubt)
+            f"consent-{doubt.otherwise or doubt.consent}": partial(ask_for_consent, window, bench, doubt)
             for doubt in doubts
         },
         "files": lambda: window.files.choose_files(),
@@ -334,6 +344,7 @@ def _show_brdfs(gallery: Gallery, window: MainWindow) -> None:
     editor.close()
     fit.rank_all()
     wait_until(lambda: fit.ranking is not None and fit.ranking.isVisible())
+    assert fit.ranking is not None
     for _ in gallery.looks(window, largest=1):
         settle(OPENING_S)
         gallery.keep(fit.ranking, "6-dialog-ranking")
@@ -358,12 +369,12 @@ def failures(gallery: Gallery, window: MainWindow) -> None:
             gallery.open(
                 window,
                 f"7-failure-{name}",
-                lambda error=error: window.failures.report("The file cannot be opened", error),
+                partial(window.failures.report, "The file cannot be opened", error),
             )
         # each place in the code is told once: this is a place of its own for each look
         wrong = compile("\n" * at + "raise ZeroDivisionError('division by zero')", __file__, "exec")
         window.failures.install()
-        gallery.open(window, "7-failure-crash", lambda wrong=wrong: QTimer.singleShot(0, lambda: exec(wrong)))
+        gallery.open(window, "7-failure-crash", partial(QTimer.singleShot, 0, partial(exec, wrong)))
         sys.excepthook = sys.__excepthook__
     window.show_workspace("capture")
     crashed = Path.home() / ".local/state/lightarc/log/crash-2026-11-25-221507-4711-1764108907.txt"

@@ -2,7 +2,7 @@
 
 The mouse and the keys are those of the display (xdotool), so that shortcuts, focus and dialogs are tried as a user
 has them. The program runs as it is installed; a look at its window from within (`watched`) only says where things are
-and what is saved: `python person.py SEEN [PATH …]` opens the window with paths, and says all that in the file SEEN.
+and what is saved: `python user.py SEEN [PATH …]` opens the window with paths, and says all that in the file SEEN.
 """
 
 from __future__ import annotations

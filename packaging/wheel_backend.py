@@ -141,7 +141,7 @@ def _strings(nodes: list[ast.AST], lines: list[bytes], modules: set[str]) -> Ite
     passed_over |= {id(part) for node in nodes if isinstance(node, ast.JoinedStr) for part in ast.walk(node)}
     joined = [node for node in nodes if isinstance(node, ast.JoinedStr)]
     for node in [*joined, *(each for each in nodes if isinstance(each, ast.Constant) and id(each) not in passed_over)]:
-        parts = [node] if isinstance(node, ast.Constant) else ast.walk(node)
+        parts: list[ast.AST] = [node] if isinstance(node, ast.Constant) else list(ast.walk(node))
         texts = [part.value for part in parts if isinstance(part, ast.Constant) and isinstance(part.value, str)]
         named = [found[0] for text in texts for found in _DOTTED.finditer(text)]
         for name in named:
@@ -149,9 +149,9 @@ def _strings(nodes: list[ast.AST], lines: list[bytes], modules: set[str]) -> Ite
                 raise UnclearName(f"{node.lineno}: {name!r} looks like a module and is none.")
         if named:
             yield from _in_literal(node, lines, set(named))
-    for node in nodes:
-        if isinstance(node, (ast.List, ast.Tuple, ast.Call)):
-            _refuse_bare(node.args if isinstance(node, ast.Call) else node.elts)
+    for each in nodes:
+        if isinstance(each, (ast.List, ast.Tuple, ast.Call)):
+            _refuse_bare(each.args if isinstance(each, ast.Call) else each.elts)
 
 
 def _in_literal(node: ast.expr, lines: list[bytes], named: set[str]) -> Iterator[Edit]:
