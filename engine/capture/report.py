@@ -128,7 +128,7 @@ def report(
         *_about_focus(names, qualities),
         *_about_alignment(names, qualities),
         *([] if several else [_about_order(names, mean_radiance)]),
-        *_about_prediction(names, qualities, several),
+        *_about_prediction(names, mean_radiance, qualities, several),
     ]
     errors = [quality.leave_one_out_error for quality in qualities if quality.leave_one_out_error is not None]
     residuals = [quality.alignment_residual_px for quality in qualities if quality.alignment_residual_px is not None]
@@ -197,14 +197,25 @@ def _about_order(names: Sequence[str], means: NDArray[np.float64]) -> Finding:
     return Finding(Verdict.WARNING, text)
 
 
-def _about_prediction(names: Sequence[str], qualities: Sequence[Quality], several: bool) -> list[Finding]:
-    errors = [(quality.leave_one_out_error or 0.0, name) for name, quality in zip(names, qualities, strict=True)]
-    worst, name = max(errors)
-    text = f"is predicted from the others with an error of {percent(worst)} of its mean radiance, the worst of all"
-    verdict = Verdict.WARNING if worst > 0.5 else Verdict.NOTE if worst > 0.2 else Verdict.GOOD
-    if several:
-        verdict, text = min(verdict, Verdict.NOTE), f"{text}; as a shading map, which does not know sides, predicts it"
-    return [Finding(verdict, text, name)]
+def _about_prediction(
+    names: Sequence[str], means: NDArray[np.float64], qualities: Sequence[Quality], several: bool
+) -> list[Finding]:
+    """The photographs that the others predict worst, of all and of those that they interpolate."""
+    errors = np.array([quality.leave_one_out_error or 0.0 for quality in qualities])
+    ends = {int(means.argmin()): "the darkest", int(means.argmax()): "the brightest"}
+    inner = np.array([0.0 if at in ends else error for at, error in enumerate(errors)])
+    findings = []
+    for at in dict.fromkeys((int(errors.argmax()), int(inner.argmax()))):
+        verdict = Verdict.WARNING if errors[at] > 0.5 else Verdict.NOTE if errors[at] > 0.2 else Verdict.GOOD
+        text = f"is predicted from the others with an error of {percent(errors[at])} of its mean radiance"
+        if at in ends:  # which says little against it
+            verdict, text = min(verdict, Verdict.NOTE), f"{text}: it is {ends[at]}, and extrapolated"
+        else:
+            text += ", the worst of all" if errors[at] == errors.max() else ", the worst of those that are interpolated"
+        if several:
+            verdict, text = min(verdict, Verdict.NOTE), f"{text}; a shading map, which does not know sides, predicts it"
+        findings.append(Finding(verdict, text, names[at]))
+    return findings
 
 
 def _join_names(names: Sequence[str], places: Sequence[int]) -> str:

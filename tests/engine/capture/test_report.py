@@ -47,6 +47,17 @@ def test_each_flaw_names_its_photograph(changes: Any, verdict: Any, words: str) 
     assert words in found.text
 
 
+def test_extrapolation_says_little_against_the_darkest_and_hides_no_worse_one() -> None:
+    def about(**errors: float) -> list[tuple[str | None, Verdict]]:
+        qualities = [fine(leave_one_out_error=errors.get(name[0], 0.1)) for name in NAMES]
+        found = report(NAMES, MEANS, qualities).findings
+        return [(each.source, each.verdict) for each in found if "predicted" in each.text]
+
+    assert about(a=0.9) == [("a.png", Verdict.NOTE), ("b.png", Verdict.GOOD)]
+    assert about(a=0.9, c=0.6) == [("a.png", Verdict.NOTE), ("c.png", Verdict.WARNING)]
+    assert about(a=0.6, c=0.9) == [("c.png", Verdict.WARNING)]
+
+
 def test_means_that_fall_are_named() -> None:
     (found,) = findings({}, np.array([0.1, 0.3, 0.2, 0.4]))
     assert found.verdict == Verdict.WARNING
