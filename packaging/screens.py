@@ -149,7 +149,7 @@ def rest(window: MainWindow, refining_s: float = REFINING_S) -> None:
         is_busy = any(job.lane == "screen" and job.state != "paused" for job in window.bench.jobs.active)
         drawn = [each.surface for each in window.findChildren(Viewport) if each.isVisible()]
         is_drawing = not all(getattr(surface, "is_finished", True) for surface in drawn)
-        if is_busy or (is_drawing and time.monotonic() - begun < refining_s):
+        if is_busy or window.is_dressing or (is_drawing and time.monotonic() - begun < refining_s):
             quiet = time.monotonic()
         if time.monotonic() - begun > PATIENCE_S:
             raise SystemExit("the window does not come to rest")

@@ -136,11 +136,17 @@ def changing(application: QApplication, name: str) -> Iterator[None]:
         return
     if before is _current:
         return
+    yield from dressing(application)
+
+
+def dressing(application: QApplication) -> Iterator[None]:
+    """Give widgets and icons the theme of now in short steps: all that is visible first, then icons, then the rest."""
     widgets = application.allWidgets()
     visible = [widget for widget in widgets if widget.isVisible()]
     for widget in visible:
         _polish_anew(widget)
     yield
+    yield from _draw_icons_anew()
     begun, done = time.perf_counter(), set(visible)
     for widget in widgets:
         if time.perf_counter() - begun > STEP_S:
@@ -148,7 +154,6 @@ def changing(application: QApplication, name: str) -> Iterator[None]:
             begun = time.perf_counter()
         if widget not in done and shiboken6.isValid(widget):  # a closed window may be destroyed meanwhile
             _polish_anew(widget)
-    yield from _draw_icons_anew()
 
 
 def _polish_anew(widget: QWidget) -> None:
@@ -408,7 +413,7 @@ def _draw_icons_anew() -> Iterator[None]:
     for widget in QApplication.topLevelWidgets():
         owners += [*widget.findChildren(QAbstractButton), *widget.findChildren(QAction)]
     begun = time.perf_counter()
-    for owner in owners:
+    for owner in sorted(owners, key=_is_hidden):
         if time.perf_counter() - begun > STEP_S:
             yield
             begun = time.perf_counter()
@@ -417,6 +422,10 @@ def _draw_icons_anew() -> Iterator[None]:
         name, colour = _drawn.get(owner.icon().cacheKey(), ("", ""))
         if colour in uses:
             owner.setIcon(icon(name, getattr(_current, uses[colour])))
+
+
+def _is_hidden(owner: QAbstractButton | QAction) -> bool:
+    return not owner.isVisible()
 
 
 def pixmap(name: str, size: int, colour: str | None = None, scale: float = 1.0) -> QPixmap:

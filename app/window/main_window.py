@@ -383,6 +383,8 @@ class MainWindow(QMainWindow):
         self.bar.show_workspace(name)
         if name == "capture":
             self.restoring.look_again()
+        if self.is_dressing:
+            self._dress(theme.dressing(cast(QApplication, QApplication.instance())))
         if self.isVisible():
             QTimer.singleShot(0, self, lambda: self.settings.in_front(name))
         self.status.show_frame_time(None)
@@ -466,9 +468,14 @@ class MainWindow(QMainWindow):
         """Dress everything in 'dark' or 'light': what is visible at once, the rest in short steps."""
         application = QApplication.instance()
         assert isinstance(application, QApplication)
-        self._dressing = itertools.chain(theme.changing(application, name), self._tinting())
         self.settings.change(theme=name)
         self.menus.show_theme(name)
+        self._dress(theme.changing(application, name))
+
+    def _dress(self, steps: Iterator[None]) -> None:
+        """Do the first of `steps` now and the others one by one; what is drawn in front takes its colours after it."""
+        tinting = self._tinting()
+        self._dressing = itertools.chain(itertools.islice(steps, 1), itertools.islice(tinting, 1), steps, tinting)
         self._dress_on(self._dressing)
 
     @property

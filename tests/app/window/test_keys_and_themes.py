@@ -113,6 +113,19 @@ def test_a_widget_that_is_there_takes_the_theme_that_a_new_one_has(qapp: QApplic
     assert shown.grab().toImage() == dark
 
 
+def test_a_workspace_that_comes_to_the_front_while_the_theme_changes_has_it(window: MainWindow, qtbot: Any) -> None:
+    window.show_workspace("view")
+    window.set_theme("dark")
+    qtbot.waitUntil(lambda: not window.is_dressing, timeout=30_000)
+    window.show_workspace("brdf")
+    window.set_theme("light")
+    window.show_workspace("view")
+    assert window.is_dressing
+    shown = window.view.model.grab().toImage()
+    qtbot.waitUntil(lambda: not window.is_dressing, timeout=30_000)
+    assert window.view.model.grab().toImage() == shown
+
+
 @pytest.mark.parametrize("name", ["light", "dark"])
 def test_icons_of_all_buttons_can_be_told_from_what_is_behind_them(window: MainWindow, qtbot: Any, name: str) -> None:
     window.set_theme("dark" if name == "light" else "light")
