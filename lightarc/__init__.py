@@ -20,8 +20,9 @@ float32 arrays (height, width, 4) of linear sRGB radiance times coverage, and co
 What a user can fix raises a `LightarcError`, whose text is a sentence with the file, the cause and the remedy;
 impossible values raise its UsageError, which is a ValueError too. Whatever is written is complete, or absent.
 
-Packages add BRDF models, readers of files and exporters by `register_brdf`, `register_reader` and `register_exporter`,
-or by the entry points `lightarc.brdfs`, `lightarc.readers` and `lightarc.exporters` (see CONTRIBUTING.md).
+Packages add BRDF models, readers of files, modes and exporters by `register_brdf`, `register_reader`, `register_mode`
+and `register_exporter`, or by entry points of the groups `lightarc.brdfs`, `lightarc.readers`, `lightarc.modes` and
+`lightarc.exporters` (see CONTRIBUTING.md).
 """
 
 from __future__ import annotations
@@ -102,6 +103,8 @@ if TYPE_CHECKING:
     from engine.light.lamps import Lamp
     from engine.planning.plan import EffectsPlan
     from engine.scene.material import Material
+    from engine.scene.mode import Mode
+    from engine.scene.mode import register as register_mode
     from engine.scene.scene import Scene
     from engine.storage.readers import Reader
     from engine.storage.readers import register as register_reader
@@ -142,8 +145,10 @@ __all__ = [  # noqa: RUF022 - in the order in which they are used
     "register_brdf",
     "register_exporter",
     "register_reader",
+    "register_mode",
     "Exporter",
     "Reader",
+    "Mode",
     "Lambert",
     "OrenNayar",
     "Phong",
@@ -217,6 +222,7 @@ _LATER = {
     "Verification": "engine.bundle.bundle",
     "Exporter": "engine.exchange.targets",
     "Reader": "engine.storage.readers",
+    "Mode": "engine.scene.mode",
 }
 
 #: Modules whose `register` adds a part of another package.
@@ -224,6 +230,7 @@ _REGISTERS = {
     "register_brdf": "engine.brdf.brdf",
     "register_exporter": "engine.exchange.targets",
     "register_reader": "engine.storage.readers",
+    "register_mode": "engine.scene.mode",
 }
 
 #: Names of earlier versions, and those that took their place.

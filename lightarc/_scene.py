@@ -149,6 +149,7 @@ def render(
     camera: Any = "",
     repeats: float = DEFAULTS.repeats,
     size: tuple[int, int] = (512, 384),
+    mode: str | None = None,
     samples: int | None = None,
     max_depth: int = 0,
     seed: int = 0,
@@ -164,6 +165,9 @@ def render(
         Its light, as `make_scene` takes it.
     size : (int, int)
         (width, height) in pixels.
+    mode : str, optional
+        'shading-map', 'direct', 'reference', or a mode that a plug-in adds; None shows the scene as it is, traced where
+        `max_depth` says so.
     samples : int, optional
         Sub-pixels along the side of a pixel (2), or paths of light for each pixel (64).
     max_depth : int
@@ -201,10 +205,13 @@ def render(
     from engine.render import direct
     from engine.render.path import check_scene
     from engine.render.reference import reference
+    from engine.scene.mode import MODES
     from engine.scene.scene import Scene
     from lightarc._image import as_shown
 
     check_size(size)
+    if mode is not None and mode not in MODES:
+        raise UsageError(f"unknown mode {mode!r}; choose from {', '.join(MODES)}")
     scene = (
         model
         if isinstance(model, Scene)
@@ -223,6 +230,10 @@ def render(
             size=size,
         )
     )
+    if mode is not None:
+        if MODES[mode].needs_map and not scene.has_texels:
+            raise UsageError(f"the mode {mode} needs a material")
+        scene, max_depth = MODES[mode].adapt(scene), max(1, max_depth) if MODES[mode].traced else 0
     if not max_depth:
         return as_shown(drain(direct.radiance(scene, size, samples=samples or 2), progress))
     check_scene(scene)

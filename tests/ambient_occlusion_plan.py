@@ -6,8 +6,9 @@ from typing import Any
 
 from engine.core.steps import Steps
 from engine.planning.costs.cost_model import Cost
-from engine.planning.costs.planned import PlannedBake, Spread
+from engine.planning.costs.planned import PlannedBake
 from engine.planning.costs.setting import Setting
+from engine.scene.mode import Spread
 from engine.transport.method import Subject
 from tests import ambient_occlusion
 

@@ -38,6 +38,7 @@ from engine.light.environment import EnvironmentMap
 from engine.light.lamps import LampSettings
 from engine.light.near_lamps import NearLampSettings
 from engine.scene.material import Material
+from engine.scene.mode import REFERENCE, SHADING_MAP
 from engine.scene.scene import Lookup, Source
 from engine.shading.lookup import Above
 from engine.shading.power_law import Scale
@@ -141,8 +142,8 @@ class Look:
     source: Source = "slices"
     lookup: Lookup = "radiance"
     above: Above = "clamp"
-    mode: str = "shading-map"
-    against: str = "reference"
+    mode: str = SHADING_MAP.name
+    against: str = REFERENCE.name
     comparing: Comparing = ""
     bounces: int = 0
     lamps: tuple[LampSettings, ...] = ()
@@ -247,7 +248,11 @@ class Project:
         height, width = material.size
         mesh = flat_image(width, height)
         mesh.tangents.flags.writeable = False
-        return {"mesh": mesh, "camera": None, "look": dataclasses.replace(self.look, repeats=1.0, mode="shading-map")}
+        return {
+            "mesh": mesh,
+            "camera": None,
+            "look": dataclasses.replace(self.look, repeats=1.0, mode=SHADING_MAP.name),
+        }
 
     @property
     def without_capture(self) -> dict[str, Any]:

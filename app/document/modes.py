@@ -2,7 +2,7 @@
 
 What OpenGL draws at once is a scene; a mode that is `progressive` shows that first, and then the reference over it; one
 that is `baked` is a transport method (`engine.transport.method`) and shows direct light until there is a bake
-(`app.view.baking`). The methods are all in the list of the engine; the other modes are here.
+(`app.view.baking`). Methods and modes are declared in the engine (`engine.scene.mode`).
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from app.document.document import Look, Project
+from engine.scene import mode as scene_mode
+from engine.scene.mode import DIRECT, MODES, SHADING_MAP
 from engine.scene.scene import Scene
 from engine.transport import method as transport
 
@@ -20,8 +22,9 @@ from engine.transport import method as transport
 class Mode:
     """A mode: `value` names it in the project; `key` chooses it while the View workspace is in front.
 
-    `abbreviation` stands where the label has no room. `mark` is that of its points in plots: pyqtgraph's name of it,
-    and a sign like it. `colour` is the number of their colour in the theme, negative for that of text.
+    `declared` is its declaration where it needs no bake. `abbreviation` stands where the label has no room. `mark` is
+    that of its points in plots: pyqtgraph's name of it, and a sign like it. `colour` is the number of their colour in
+    the theme, negative for that of text.
     """
 
     value: str
@@ -33,33 +36,21 @@ class Mode:
     colour: int
     progressive: bool = False
     baked: bool = False
+    declared: scene_mode.Mode | None = None
+
+    @property
+    def shows_texels(self) -> bool:
+        """Whether the material is shown as it varies from place to place."""
+        return self.declared is None or self.declared.shows_texels
+
+    @property
+    def casts_shadows(self) -> bool:
+        """Whether images have shadows."""
+        return self.baked or (self.declared is not None and self.declared.casts_shadows)
 
 
-UNBAKED = (
-    Mode(
-        "shading-map",
-        "Material",
-        "Mat.",
-        "M",
-        "The photographs of the material under every light, without shadows",
-        ("d", "◆"),
-        3,
-    ),
-    Mode("direct", "Direct", "Direct", "D", "The BRDF alone under every light, without shadows", ("t", "▼"), 4),
-    Mode(
-        "reference",
-        "Reference",
-        "Ref.",
-        "R",
-        "Path tracing with shadows; its noise falls with time",
-        ("star", "★"),
-        -1,
-        progressive=True,
-    ),
-)
-
-#: Colours of the theme for methods, in their order.
-_COLOURS = (0, 1, 2, 5)
+#: Colours of the theme for methods and for modes without a bake, in their order; the reference has that of text.
+_COLOURS, _COLOURS_UNBAKED, _OF_TEXT = (0, 1, 2, 5), (3, 4, 6, 7), -1
 
 
 def modes() -> tuple[Mode, ...]:
@@ -77,7 +68,21 @@ def modes() -> tuple[Mode, ...]:
         )
         for at, method in enumerate(transport.METHODS)
     )
-    return (*baked, *UNBAKED)
+    unbaked = (
+        Mode(
+            mode.name,
+            mode.label,
+            mode.abbreviation or mode.label,
+            mode.key,
+            mode.hint,
+            mode.mark,
+            _OF_TEXT if mode.traced else _COLOURS_UNBAKED[at % len(_COLOURS_UNBAKED)],
+            progressive=mode.traced,
+            declared=mode,
+        )
+        for at, mode in enumerate(MODES.values())
+    )
+    return (*baked, *unbaked)
 
 
 def mode_named(value: str) -> Mode:
@@ -87,13 +92,13 @@ def mode_named(value: str) -> Mode:
 
 def mode_of(value: str, project: Project) -> Mode:
     """The mode for `value` of the project; another one if that mode cannot be shown now."""
-    mode = next((each for each in modes() if each.value == value), mode_named("shading-map"))
-    return mode_named("direct") if why_not(mode, project) else mode
+    mode = next((each for each in modes() if each.value == value), mode_named(SHADING_MAP.name))
+    return mode_named(DIRECT.name) if why_not(mode, project) else mode
 
 
 def why_not(mode: Mode, project: Project) -> str:
     """The reason why a mode cannot be shown now; empty where it can."""
-    if mode.value == "shading-map" and not project.has_map:
+    if mode.declared is not None and mode.declared.needs_map and not project.has_map:
         return "Build or open a material first"
     if mode.baked and project.is_flat:
         return "A flat image casts no shadows that could be baked: Material shows it"
@@ -111,7 +116,7 @@ def scene_of(mode: Mode, scene: Scene, relit: Any = None) -> Scene:
     """The scene that OpenGL draws for `mode`, with `relit` as its relit bake, under direct light where that is None."""
     if mode.baked:
         return dataclasses.replace(scene, relit=relit, material=None if relit is None else scene.material)
-    return dataclasses.replace(scene, material=None) if mode.value == "direct" else scene
+    return scene if mode.declared is None else mode.declared.adapt(scene)
 
 
 def exchange_modes(look: Look) -> Look:

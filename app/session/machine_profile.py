@@ -23,6 +23,7 @@ from engine.planning.costs.cost_model import BUSY, load_model, save
 from engine.planning.costs.planned import planning_of
 from engine.planning.costs.setting import Setting, parameters_of
 from engine.planning.effects.sample import sample_surface
+from engine.scene.mode import is_traced
 from engine.scene.scene import Scene
 from engine.tradeoff.predict import Predictions, predict_frame_s
 
@@ -129,7 +130,7 @@ def learn_frame(
     kept = _find_kept_for(device, setting.mode)
     if kept is None or scene.environment is None or _was_disturbed(since):
         return
-    if setting.mode == "reference":
+    if is_traced(setting.mode):
         predicted_s = _predict(scene, setting, size, samples, depth).get("frame_s", 0.0)
     else:
         predicted_s = predict_frame_s(
@@ -165,7 +166,7 @@ def _find_kept_for(device: str, mode: str) -> CostModel | None:
     """The kept profile, if frames of `mode` by `device` are those that it has measured."""
     path = cost_path()
     kept = load_model(path) if path is not None else None
-    return kept if kept is not None and (mode == "reference" or kept.renderer == device) else None
+    return kept if kept is not None and (is_traced(mode) or kept.renderer == device) else None
 
 
 def _learn_frame(kept: CostModel, mode: str, predicted_s: float, frame_s: float) -> None:

@@ -23,7 +23,7 @@ from app.commands.opening import load_shape
 from app.commands.workbench import Workbench
 from app.document.document import Behind, Look, Project
 from app.document.measured import choices_with, look_with, setting_of
-from app.document.modes import Mode, exchange_modes, mode_of, modes, shows_near_lamps, why_not
+from app.document.modes import Mode, exchange_modes, mode_of, modes, scene_of, shows_near_lamps, why_not
 from app.document.scene import DEFAULT_MODEL, scene_of_project
 from app.document.variation import words_on_left_out
 from app.jobs.jobs import Job
@@ -65,8 +65,7 @@ from engine.transport import method as transport
 
 TONE_MAPS = (("neutral", "Neutral (Khronos)"), ("aces", "ACES"), ("none", "None"))
 
-#: Modes that sum over lights without looking what hides them, and the sentence that says so where a ground is seen.
-SHADOWLESS = ("shading-map", "direct")
+#: Said of modes that sum over lights without looking what hides them, where a ground is seen.
 NO_SHADOW = "This mode casts no shadows on the ground: baked modes and the reference do."
 
 #: Said where lamps stand near the model and the mode does not show them.
@@ -293,10 +292,10 @@ class ViewTab(QWidget):
             return
         self.lookup.show_scene(project, scene)
         alone = "" if project.has_map else "No material yet: the model shows the BRDF alone."
-        if material.pbr is not None and look.mode == "direct":
+        if material.pbr is not None and not mode_of(look.mode, project).shows_texels:
             alone = "Direct light shows the BRDF at the mean of the PBR maps."
         note = self.brdf_panel.drawable.note if material.measured is not None else ""
-        ground = NO_SHADOW if look.has_ground and mode_of(look.mode, project).value in SHADOWLESS else ""
+        ground = NO_SHADOW if look.has_ground and not mode_of(look.mode, project).casts_shadows else ""
         near = _without_near_lamps(project)
         varied = _without_variations(project, scene)
         said = "\n".join(filter(None, (alone, ground, near, varied, note and f"Measured BRDF: {note}")))
@@ -550,8 +549,8 @@ class ViewTab(QWidget):
         if scene is None:
             return
         self.bench.write_into(saving.path.parent)
-        if mode.value == "direct":
-            scene = dataclasses.replace(scene, material=None)
+        if not mode.baked:
+            scene = scene_of(mode, scene)
         baking = self.bakings.get(mode.value)
         relighting = baking.relighting if baking is not None else None
         display = display_of(project.look.exposure_ev, project.look.tone_map)

@@ -31,6 +31,7 @@ from engine.planning.effects.estimates import LOW_ORDER, Estimate, Scenery
 from engine.planning.effects.simplified import albedos
 from engine.planning.predicted_error import PredictedErrors, depth_of, shows_bounces
 from engine.render.reference import reference
+from engine.scene.mode import MODES, REFERENCE, is_traced
 from engine.scene.scene import Scene
 from engine.transport import method as transport
 from engine.transport.sh.transfer import is_diffuse
@@ -125,7 +126,7 @@ class Choice:
     @property
     def rank(self) -> tuple[bool, float]:
         """Sort key of options within the budget of error, first choice first."""
-        return self.setting.mode == "reference" and self.frames > FEW_FRAMES, self.price
+        return is_traced(self.setting.mode) and self.frames > FEW_FRAMES, self.price
 
     def exceeded(self, ceilings: Ceilings) -> tuple[str, ...]:
         """The ceilings that it is beyond; a single image may take as long as it does."""
@@ -234,9 +235,10 @@ class Choices:
             diffuse, planning = self._diffuse(skipped), planning_of(name)
             for setting in dict.fromkeys(planning.adapt(Setting(name, parameters), diffuse) for parameters in turned):
                 yield from self._is_allowed(skipped, setting)
-        mode = "direct" if "mesostructure" in skipped else "shading-map"
-        for directions in (4, 16, 64, 256):
-            yield from self._is_allowed(skipped, Setting(mode, {"directions": directions}))
+        for mode in MODES.values():
+            if mode.spread is not None and not mode.traced and mode.shows_texels == ("mesostructure" not in skipped):
+                for directions in (4, 16, 64, 256):
+                    yield from self._is_allowed(skipped, Setting(mode.name, {"directions": directions}))
 
     def _is_allowed(self, skipped: frozenset[str], setting: Setting) -> Iterator[Setting]:
         force, skip, modes = self.wishes.force, self.wishes.skip, self.wishes.modes
@@ -261,19 +263,19 @@ class Choices:
 
     def _references(self, skipped: frozenset[str], error: float | None) -> Iterator[Setting]:
         """The reference with samples that bring its noise below what the budget leaves for it, or in steps."""
-        parameter = parameters_of("reference")["samples"]
+        parameter = parameters_of(REFERENCE.name)["samples"]
         unshaded = "self-shadowing" in skipped and self.estimate("self-shadowing") > 0.0
-        if unshaded or not self._varies("reference", skipped):
+        if unshaded or not self._varies(REFERENCE.name, skipped):
             return
-        if self.noise is None or (self.wishes.modes is not None and "reference" not in self.wishes.modes):
+        if self.noise is None or (self.wishes.modes is not None and REFERENCE.name not in self.wishes.modes):
             return
         steps: tuple[int | float, ...] = parameter.sweep
         if error is not None:
-            left = error - self.errors.left_out(Setting("reference"), skipped)
+            left = error - self.errors.left_out(Setting(REFERENCE.name), skipped)
             wanted = (self.noise(depth_of(skipped)) / left) ** 2 if left > 0.0 else math.inf
             steps = (min(max(math.ceil(min(wanted * (1.0 + 1e-9), parameter.high)), parameter.low), parameter.high),)
         for samples in steps:
-            yield Setting("reference", {"samples": samples})
+            yield Setting(REFERENCE.name, {"samples": samples})
 
     def _varies(self, mode: str, skipped: frozenset[str]) -> bool:
         """True if a mode shows the variation of the BRDF, or if there is none, or if `skipped` holds that effect.

@@ -13,23 +13,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from engine.planning.costs.planned import Spread, planning_of
+from engine.planning.costs.planned import planning_of
 from engine.planning.costs.setting import Setting, shows
 from engine.planning.effects.estimates import Estimate, Scenery, observe_as
 from engine.planning.effects.mode_error import ModeErrors, mode_errors
 from engine.planning.effects.simplified import lambertian
+from engine.scene.mode import MODES, Spread, is_traced
 from engine.transport import method as transport
 from engine.transport.sh.transfer import is_diffuse
 
-#: Ratios of measured to predicted errors: of the modes that bake nothing, and of effects that are left
-#: out. That of shading maps is assumed: scenes are generated without photographs. Methods name their own
-#: (`Planning.SPREAD`).
-SPREADS = {
-    "reference": Spread(by_camera=(0.43, 1.05), around=(0.37, 1.1)),
-    "direct": Spread(by_camera=(0.15, 2.0), around=(0.03, 5.0)),
-    "shading-map": Spread(by_camera=(0.5, 2.0), around=(0.5, 2.0)),
-}
+#: Ratios of measured to predicted errors: of effects that are left out, and of modes that nothing is predicted of.
+#: Methods name their own (`Planning.SPREAD`), as modes do.
 LEFT_OUT_SPREAD = Spread(by_camera=(0.2, 1.0 / 0.83), around=(0.05, 1.0 / 0.83))
+_UNKNOWN = Spread(by_camera=(0.0, math.inf), around=(0.0, math.inf))
 
 #: Error of light that is baked at vertices and interpolated between them, on a model of `FEW`: shadows and highlights
 #: end somewhere on a face, and the share of the image that such faces have is as their side.
@@ -84,7 +80,7 @@ class PredictedErrors:
 
     def _own(self, setting: Setting, skipped: frozenset[str]) -> float:
         """Error of the method itself; of the reference, noise."""
-        if setting.mode == "reference" and self.noise is not None:
+        if is_traced(setting.mode) and self.noise is not None:
             return self.noise(depth_of(skipped)) / math.sqrt(setting["samples"])
         own = self._select_modes(skipped).of(setting)
         if setting.mode not in transport.names() or "mesostructure" in skipped:
@@ -115,12 +111,12 @@ class PredictedErrors:
 
 def spread(mode: str) -> Spread:
     """Ratios of measured errors of a mode to the predicted ones."""
-    return planning_of(mode).SPREAD if mode in transport.names() else SPREADS[mode]
+    return planning_of(mode).SPREAD if mode in transport.names() else MODES[mode].spread or _UNKNOWN
 
 
 def shows_bounces(setting: Setting, skipped: frozenset[str]) -> bool:
     """True if images show interreflection."""
-    if setting.mode == "reference":
+    if is_traced(setting.mode):
         return "interreflection" not in skipped
     return bool(setting.parameters.get("interreflection"))
 

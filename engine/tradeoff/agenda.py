@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from engine.planning.costs.setting import AT_ONCE as UNBAKED
 from engine.planning.costs.setting import Setting, parameters_of, sweep
+from engine.scene.mode import MODES
 from engine.scene.scene import Scene
 from engine.tradeoff.bake_group import groups, is_apart
 from engine.transport import method as transport
@@ -15,15 +15,15 @@ from engine.transport.wavelet.haar import FACES
 
 def modes_of(scene: Scene) -> tuple[str, ...]:
     """The modes that draw a scene, with a material those that look it up as well; 'direct' leaves its texels out."""
-    with_texels = ("shading-map",) if scene.has_texels else ()
-    return (*transport.names(), *with_texels, "direct", "reference")
+    unbaked = (
+        mode.name for mode in MODES.values() if mode.spread is not None and (scene.has_texels or not mode.needs_map)
+    )
+    return (*transport.names(), *unbaked)
 
 
 def _dear(mode: str) -> str:
     """The parameter of a mode that costs most, about whose cheapest value all others are turned as well."""
-    if mode in transport.names():
-        return transport.method_of(mode).dear
-    return "directions" if "power_law" in parameters_of(mode) else ""
+    return (MODES[mode] if mode in MODES else transport.method_of(mode)).dear
 
 
 def settings_of(
@@ -66,7 +66,7 @@ def _matters(scene: Scene, parameter: str, bounces: bool) -> bool:
 
 def in_order(settings: Sequence[Setting]) -> list[list[Setting]]:
     """Settings that are measured together: images without a bake one by one, quick ones first, and then bakes."""
-    at_once = sorted((setting for setting in settings if setting.mode in UNBAKED), key=effort_of)
+    at_once = sorted((setting for setting in settings if setting.mode in MODES), key=effort_of)
     return [[setting] for setting in at_once] + _jobs(settings)
 
 
@@ -105,4 +105,4 @@ def _is_cheapest(setting: Setting) -> bool:
 
 def effort_of(setting: Setting) -> int:
     """The parameter that the time of a frame without a bake grows with."""
-    return setting["samples"] if setting.mode == "reference" else setting["directions"]
+    return setting[next(iter(parameters_of(setting.mode)))]

@@ -21,6 +21,7 @@ from itertools import pairwise
 
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent_within, size_text, time_text
+from engine.scene.mode import is_traced
 from engine.tradeoff.point import Point
 from engine.transport import method as transport
 
@@ -164,7 +165,7 @@ def effort(points: Sequence[Point]) -> float | None:
     found = [
         point.error_rmse_rel**2 * point.frame_s
         for point in points
-        if point.mode == "reference" and point.error_rmse_rel > 2.0 * point.error_uncertainty
+        if is_traced(point.mode) and point.error_rmse_rel > 2.0 * point.error_uncertainty
     ]
     return sorted(found)[len(found) // 2] if found else None
 

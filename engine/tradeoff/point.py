@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from engine.planning.costs.setting import Number, Setting
+from engine.planning.costs.setting import Setting
+from engine.scene.mode import Number
 
 #: A prediction within this factor of what is measured is right (spec 05).
 FACTOR = 1.5

@@ -17,6 +17,7 @@ from engine.planning.costs.setting import Setting
 from engine.planning.effects.sample import sample_surface
 from engine.planning.effects.simplified import albedos
 from engine.render.shadowed import with_and_without
+from engine.scene.mode import is_traced
 from engine.scene.scene import Scene
 from engine.tradeoff.point import FIGURES
 from engine.transport.baking.visibility import receivers
@@ -89,7 +90,7 @@ class Predictions:
 
     def of(self, setting: Setting) -> dict[str, float]:
         """The `FIGURES` of which the model knows something."""
-        pixels = self.paths if setting.mode == "reference" else self.load.pixels
+        pixels = self.paths if is_traced(setting.mode) else self.load.pixels
         cost = self.costs.predict(setting, self.load.vertices, pixels, load=replace(self.load, pixels=pixels))
         known = FIGURES if cost.bake_s > 0.0 else ("frame_s",)
         return {name: getattr(cost, name) for name in known}

@@ -27,6 +27,7 @@ from engine.planning.costs.cost_model import CostModel
 from engine.planning.costs.setting import Setting, parameters_of
 from engine.render.path import check_scene
 from engine.render.reference import BYTES_PER_PIXEL, reference
+from engine.scene.mode import MODES, is_traced
 from engine.scene.scene import Scene, Source
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
@@ -301,7 +302,7 @@ class _Run:
     def _find_unbaked(self, setting: Setting) -> Steps[None]:
         if self.found and self._too_late([setting], self.at_once, self._estimate_seconds(setting)):
             return
-        if setting.mode == "reference":
+        if is_traced(setting.mode):
             yield from self._reference(setting)
             return
         scene = scene_of(setting, self.scene)
@@ -314,7 +315,7 @@ class _Run:
     def _estimate_seconds(self, setting: Setting) -> float:
         """Seconds that measuring a mode without a bake takes, from what less of it took."""
         before = [each.point for each in self.found if each.point.mode == setting.mode]
-        frames = 1.0 if setting.mode == "reference" else 2.5
+        frames = 1.0 if is_traced(setting.mode) else 2.5
         return frames * before[-1].frame_s * effort_of(setting) / effort_of(before[-1].setting) if before else 0.0
 
     def _reference(self, setting: Setting) -> Steps[None]:
@@ -388,7 +389,7 @@ class _Run:
     def _again(self) -> Steps[None]:
         """Refine the reference until it is quiet beside the least error, and tell all errors by it."""
         assert self.reference is not None
-        baked = [each.point.error_rmse_rel for each in self.found if each.point.mode != "reference"]
+        baked = [each.point.error_rmse_rel for each in self.found if not is_traced(each.point.mode)]
         noise = max(QUIET, 0.5 * min(baked, default=0.0))
         seconds = min(self.left_s() - len(self.found) * self.measuring_s, LAST_S)
         if self.reference.noise > noise and seconds > 0.0:
@@ -409,10 +410,11 @@ class _Run:
 
 def scene_of(setting: Setting, scene: Scene) -> Scene:
     """The scene as a mode without a bake draws it."""
-    if setting.mode == "direct":
-        return dataclasses.replace(scene, material=None, directions=setting["directions"], relit=None)
+    drawn = dataclasses.replace(MODES[setting.mode].adapt(scene), directions=setting["directions"], relit=None)
+    if "power_law" not in setting.parameters:
+        return drawn
     source: Source = "power-law" if setting["power_law"] else "slices"
-    return dataclasses.replace(scene, source=source, directions=setting["directions"], relit=None)
+    return dataclasses.replace(drawn, source=source)
 
 
 def _material_bytes(scene: Scene) -> int:

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from engine.core.steps import Step, Steps
 from engine.figures.plot import Dot, save, scatter_front
 from engine.planning.costs.setting import Setting, modes, parameters_of
+from engine.scene.mode import MODES
 from engine.storage.atomic import make_folder, write_bytes, write_json
 from engine.tradeoff.draw import ON_CPU
 from engine.tradeoff.front import front
@@ -28,13 +29,11 @@ AXES = {
     "memory": ("Memory / MB", 1e-6),
 }
 
-#: Modes without a bake as users read them.
-_UNBAKED = {"shading-map": "Shading map", "direct": "Direct", "reference": "Reference"}
-
 
 def names() -> dict[str, str]:
     """Modes as users read them, in the order in which plots colour them."""
-    return {method.name: method.title for method in transport.METHODS} | _UNBAKED
+    methods = {method.name: method.title for method in transport.METHODS}
+    return methods | {mode.name: mode.title for mode in MODES.values()}
 
 
 #: Values of parameters in labels on plots; other parameters are named in full.

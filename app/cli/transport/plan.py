@@ -19,6 +19,7 @@ from engine.core.figure_text import number, percent, percent_range, size_text, t
 from engine.core.steps import Step, drain, part
 from engine.planning.ceilings import usual
 from engine.planning.costs.setting import Setting, setting_of
+from engine.scene.mode import is_traced
 from engine.scene.settings import DEFAULTS as scene_defaults
 
 if TYPE_CHECKING:
@@ -155,7 +156,7 @@ def record(found: EffectsPlan) -> dict[str, Any]:
     return {
         "effects": [asdict(effect) for effect in found.effects],
         "mode": found.mode,
-        "max_depth": found.max_depth if found.mode == "reference" else None,
+        "max_depth": found.max_depth if is_traced(found.mode) else None,
         "knobs": found.parameters,
         "means": dict(found.mean),
         "predicted_error_rel": found.predicted_error_rel,
@@ -239,7 +240,7 @@ def _beyond(beyond: dict[str, Any] | None) -> list[str]:
     if beyond is None:
         return []
     error = percent(beyond["error_rel"])
-    if beyond["mode"] == "reference":
+    if is_traced(beyond["mode"]):
         seconds, samples = beyond["frame_s"], beyond["knobs"]["samples"]
         return [
             f"The reference meets it with {samples:,} paths for each pixel, in about {time_text(seconds)} an image: "

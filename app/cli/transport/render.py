@@ -44,6 +44,7 @@ from engine.render.display import Display
 from engine.render.environment_error import environment_error
 from engine.render.layers import layers as all_layers
 from engine.render.path import check_scene
+from engine.scene.mode import DIRECT, MODES, REFERENCE, is_traced
 from engine.scene.scene import Scene
 from engine.scene.settings import DEFAULTS as scene_defaults
 from engine.transport import method as transport
@@ -145,7 +146,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--mode",
-        choices=("auto", "shading-map", "direct", "reference", *transport.names()),
+        choices=("auto", *MODES, *transport.names()),
         help="'direct' shows the material's BRDF alone; 'reference' traces paths, with shadows and the whole --env; "
         "'auto' takes of these two the one that the plan chooses; "
         f"{', '.join(transport.names())} draw a transport file of lightarc bake, given in place of the MESH",
@@ -214,7 +215,8 @@ def _draw_scene(setup: Setup | None, arguments: argparse.Namespace, show: Callab
     material = scene_options.material_of(setup, arguments)
     scene = setup.scene if setup is not None else _scene(arguments, material)
     by_mean: dict[str, Any] = {}
-    if arguments.mode == "direct" and material is not None and material.pbr is not None:
+    mode = MODES.get(arguments.mode)
+    if mode is not None and not mode.shows_texels and material is not None and material.pbr is not None:
         by_mean = mean_in_place_of_maps(material, show)
     plan: dict[str, Any] = {}
     if arguments.mode == "auto":
@@ -223,7 +225,7 @@ def _draw_scene(setup: Setup | None, arguments: argparse.Namespace, show: Callab
     behind = check_background(arguments, scene.environment)
     if arguments.turntable:
         return join({**plan, **render_turntable.run(scene, arguments, display, show, behind)}, by_mean)
-    draw = _draw_reference if arguments.mode == "reference" else _draw
+    draw = _draw_reference if is_traced(arguments.mode) else _draw
     image, layers, drawn = draw(scene, arguments, show)
     if arguments.layers:
         layers |= drain(all_layers(scene, (arguments.width, arguments.height)), show)
@@ -253,13 +255,22 @@ def _setup(arguments: argparse.Namespace) -> Setup | None:
     project_input.with_defaults(
         arguments, {"mode": setup.mode, "exposure": look.exposure_ev, "tone_map": look.tone_map}
     )
-    if arguments.mode == "shading-map" and setup.scene.material is None:
-        raise UsageError("--mode shading-map needs a project with a material")
+    if _needs_map(arguments) and setup.scene.material is None:
+        raise UsageError(f"--mode {arguments.mode} needs a project with a material")
     if arguments.mode == "auto":
         raise UsageError("--mode auto is for a model with a --brdf; a project has its mode")
     if arguments.measure_error:
         project_input.needs_environment(setup.scene, "--measure-error")
-    return replace(setup, scene=replace(setup.scene, material=None)) if arguments.mode == "direct" else setup
+    return replace(setup, scene=_adapt(setup.scene, arguments))
+
+
+def _needs_map(arguments: argparse.Namespace) -> bool:
+    return arguments.mode in MODES and MODES[arguments.mode].needs_map
+
+
+def _adapt(scene: Scene, arguments: argparse.Namespace) -> Scene:
+    """The scene as the mode draws it."""
+    return MODES[arguments.mode].adapt(scene) if arguments.mode in MODES else scene
 
 
 def report(result: dict[str, Any]) -> str:
@@ -276,7 +287,7 @@ def _check(arguments: argparse.Namespace) -> None:
     if arguments.width < 1 or arguments.height < 1 or arguments.width * arguments.height > MAX_PIXELS:
         raise UsageError(f"an image of {arguments.width} × {arguments.height} pixels is not possible")
     render_auto.check(arguments)
-    is_reference = arguments.mode == "reference"
+    is_reference = is_traced(arguments.mode)
     if arguments.samples is None and arguments.mode != "auto":
         arguments.samples = PATHS if is_reference else SUB_PIXELS
     most = MAX_PATHS if is_reference else MAX_SUB_PIXELS
@@ -291,8 +302,8 @@ def _check(arguments: argparse.Namespace) -> None:
     is_project = project_input.is_given(arguments)
     if arguments.measure_error and not arguments.env and not is_project:
         raise UsageError("--measure-error needs --env")
-    if arguments.mode == "shading-map" and not arguments.material and not is_project:
-        raise UsageError("--mode shading-map needs --material")
+    if _needs_map(arguments) and not arguments.material and not is_project:
+        raise UsageError(f"--mode {arguments.mode} needs --material")
 
 
 def _scene(arguments: argparse.Namespace, material: Material | None) -> Scene:
@@ -304,11 +315,11 @@ def _scene(arguments: argparse.Namespace, material: Material | None) -> Scene:
     camera = parse(arguments.camera or "", render_turntable.frame_turntable(mesh.positions, arguments))
     ground = None if arguments.ground is None else Ground(albedo=arguments.ground)
     only_lamps = bool(arguments.lamp) and not arguments.env and arguments.light_deg is None
-    return Scene(
+    scene = Scene(
         mesh=mesh,
         camera=camera,
         brdf=brdf or (material.reflectance if material else brdf_from_text("phong")),
-        material=None if arguments.mode == "direct" else material,
+        material=material,
         light=tuple(world_direction(*map(math.radians, arguments.light_deg or scene_defaults.light_deg))),
         irradiance=0.0 if only_lamps else arguments.intensity,
         source=arguments.source,
@@ -321,6 +332,7 @@ def _scene(arguments: argparse.Namespace, material: Material | None) -> Scene:
         lamps=tuple(arguments.lamp),
         ground=ground,
     )
+    return _adapt(scene, arguments)
 
 
 #: An image (height, width, 4), what is stored beside it (height, width, 3), and how it was made.
@@ -338,7 +350,7 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
     options = {"samples": arguments.samples, "max_depth": arguments.max_depth, "seed": arguments.seed}
     found = drain(reference(scene, size, **options), show)
     frame_s = time.perf_counter() - start
-    teach(scene, arguments, "reference", frame_s, since)
+    teach(scene, arguments, REFERENCE.name, frame_s, since)
     warnings = doubts_of_scene(scene)
     if found.rejected:
         warnings.append(f"{found.rejected} samples were not finite and count as black.")
@@ -374,12 +386,12 @@ def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], No
     since = read_clock()
     drawn = off_screen(renderer, lambda context: draw_off_screen(context, scene, size, arguments.samples), warnings)
     if drawn is not None:
-        teach(scene, arguments, "direct", drawn[1]["frame_s"], since, drawn[1]["gl_renderer"])
+        teach(scene, arguments, DIRECT.name, drawn[1]["frame_s"], since, drawn[1]["gl_renderer"])
         return drawn[0], {}, drawn[1]
     since, start = read_clock(), time.perf_counter()
     image = drain(radiance(scene, size, samples=arguments.samples), show)
     frame_s = time.perf_counter() - start
-    teach(scene, arguments, "direct", frame_s, since)
+    teach(scene, arguments, DIRECT.name, frame_s, since)
     return image, {}, {"frame_s": frame_s, "gl_renderer": ON_CPU, "warnings": warnings}
 
 

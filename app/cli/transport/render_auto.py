@@ -11,12 +11,13 @@ from app.cli.transport.plan import add_budget, plan_for, record
 from engine.core.errors import UsageError
 from engine.core.steps import Step
 from engine.planning.plan import brdf_of
+from engine.scene.mode import DIRECT, REFERENCE, is_traced
 
 if TYPE_CHECKING:
     from engine.scene.scene import Scene
 
 #: The modes that need no bake.
-MODES = ("direct", "reference")
+MODES = (DIRECT.name, REFERENCE.name)
 
 #: Options of the budget.
 BUDGET = ("error", "time_ms", "max_memory_mb", "max_bake_s", "max_frame_ms", "force", "skip")
@@ -60,7 +61,7 @@ def plan(
     )
     spent: dict[str, Any] = {"mode": found.mode, **dict.fromkeys(BUDGET), "force": [], "skip": []}
     chosen = argparse.Namespace(**{**vars(arguments), **spent})
-    if found.mode == "reference":
+    if is_traced(found.mode):
         chosen.samples, chosen.max_depth = found.setting["samples"], found.max_depth
     else:
         chosen.directions = found.setting["directions"]

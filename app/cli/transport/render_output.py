@@ -17,6 +17,7 @@ from engine.core.figure_text import size_text
 from engine.planning.costs.setting import Setting
 from engine.render.background import blur
 from engine.render.reference import BYTES_PER_PIXEL
+from engine.scene.mode import SHADING_MAP, is_traced
 
 if TYPE_CHECKING:
     import numpy as np
@@ -81,14 +82,14 @@ def teach(
     Plans know a material of slices or their fit, and parameters in their own ranges. Frames of a film that OpenGL draws
     are not timed, each being read back and coded between two of them.
     """
-    is_reference, material = mode == "reference", scene.material
+    is_reference, material = is_traced(mode), scene.material
     if frame_s < (LONG_S if is_reference else DRAWN_LONG_S):
         return
     parameters = {"samples": arguments.samples} if is_reference else {"directions": arguments.directions}
     if material is not None:
         if is_reference or material.directional is not None or material.pbr is not None:
             return
-        mode, parameters = "shading-map", {**parameters, "power_law": int(scene.source == "power-law")}
+        mode, parameters = SHADING_MAP.name, {**parameters, "power_law": int(scene.source == "power-law")}
     try:
         setting = Setting(mode, parameters)
     except ValueError:

@@ -25,6 +25,7 @@ from engine.render.background import in_front_of
 from engine.render.shadowed import combine_shadowed, with_and_without
 from engine.render.transported import image_of
 from engine.render.turntable import about_y, camera_about, frame_all_round, frames
+from engine.scene.mode import REFERENCE, is_traced
 from engine.storage.outputs import Kind
 
 if TYPE_CHECKING:
@@ -117,7 +118,7 @@ def run(
         from engine.render.reference import reference
 
         for each in scenes:
-            if arguments.mode == "reference":
+            if is_traced(arguments.mode):
                 options = {"samples": arguments.samples, "max_depth": arguments.max_depth, "seed": arguments.seed}
                 begun = time.perf_counter()
                 image = drain(reference(each, size, **options)).image
@@ -132,11 +133,11 @@ def run(
     def finish(images: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
         return (with_background(image, each, behind) for image, each in zip(images, scenes, strict=True))
 
-    renderer = "cpu" if arguments.mode == "reference" else arguments.renderer
+    renderer = "cpu" if is_traced(arguments.mode) else arguments.renderer
     since = read_clock()
     made = _write(arguments, display, show, warnings, renderer, on_device, on_cpu, finish)
     if seconds:
-        teach(scene, arguments, "reference", median(seconds), since)
+        teach(scene, arguments, REFERENCE.name, median(seconds), since)
     return made
 
 

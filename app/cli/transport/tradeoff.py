@@ -20,6 +20,7 @@ from engine.core.steps import Step, drain, part
 from engine.planning.ceilings import usual
 from engine.planning.costs.setting import modes, setting_of
 from engine.planning.costs.setting import modes as all_modes
+from engine.scene.mode import MODES
 from engine.storage.atomic import make_folder
 from engine.tradeoff.agenda import modes_of, settings_of
 from engine.tradeoff.front import budget_from_text, choose
@@ -75,7 +76,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=str,
         nargs="+",
         metavar="MODE",
-        help=f"modes: {', '.join(transport.names())}, shading-map, direct, reference (those that draw the whole scene)",
+        help=f"modes: {', '.join((*transport.names(), *MODES))} (those that draw the whole scene)",
     )
     parser.add_argument(
         "--budget-s", type=float, default=BUDGET_S, metavar="S", help=f"time limit of the measurement ({BUDGET_S:.0f})"
@@ -315,8 +316,8 @@ def _settings(arguments: argparse.Namespace, scene: Scene) -> list[Setting]:
     strange = [mode for mode in modes if mode not in all_modes()]
     if strange:
         raise UsageError(f"unknown mode {strange[0]!r}; choose from {', '.join(all_modes())}")
-    if "shading-map" in modes and scene.material is None:
-        raise UsageError("the mode shading-map needs --material")
+    if scene.material is None and (lacking := [mode for mode in modes if mode in MODES and MODES[mode].needs_map]):
+        raise UsageError(f"the mode {lacking[0]} needs --material")
     return settings_of(scene, modes or modes_of(scene), bounces=arguments.max_depth > 1)
 
 

@@ -32,6 +32,7 @@ from engine.planning.costs.load import Rays
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import DIFFUSE_ORDER as DIFFUSE_ORDER
 from engine.render.reference import BYTES_PER_PIXEL
+from engine.scene.mode import is_traced
 from engine.storage.atomic import make_folder, write_json
 from engine.storage.untrusted import read_bytes
 from engine.transport import method as transport
@@ -201,7 +202,7 @@ class CostModel:
             if load.texel_lights:  # with texels and without, beside the bake (`engine.render.shadowed`)
                 found = replace(found, frame_s=found.frame_s + 2.0 * self.frame_s("direct", load.texel_lights, load))
         else:
-            found = self._reference(setting, load) if setting.mode == "reference" else self._direct(setting, load)
+            found = self._reference(setting, load) if is_traced(setting.mode) else self._direct(setting, load)
         bake, frame = (math.exp(seen.get(setting.mode, (0.0, 0))[0]) for seen in (self.bakes, self.frames))
         return replace(found, bake_s=found.bake_s * bake, frame_s=found.frame_s * frame)
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from engine.core.steps import Steps
 from engine.planning.costs.setting import Setting
+from engine.scene.mode import Spread
 from engine.transport.method import Subject, method_of
 
 if TYPE_CHECKING:
@@ -24,19 +25,6 @@ class PlannedBake:
     work: Any
     estimated_s: float
     start: Callable[[str | os.PathLike[str]], Steps[Any]]
-
-
-class Spread(NamedTuple):
-    """Ratios of measured to predicted errors, between which 95 of 100 lie on generated scenes.
-
-    `by_camera` of images of the camera that the prediction is made for, `around` of those of any other.
-    """
-
-    by_camera: tuple[float, float]
-    around: tuple[float, float]
-
-    def of(self, has_camera: bool) -> tuple[float, float]:
-        return self.by_camera if has_camera else self.around
 
 
 class Planning(Protocol):

@@ -4,7 +4,8 @@
     direct        directions: lights that stand for the environment
     shading-map   directions; power_law: 0 the slices, 1 the fit
 
-and the transport methods with those of their parameters that have a sweep (`engine.transport.method`).
+those of other packages, and the transport methods with those of their parameters that have a sweep
+(`engine.transport.method`).
 
 Parameters that are not named have their mode's default. A setting is a value: it may be a key, and equal settings are
 one.
@@ -19,60 +20,19 @@ from types import MappingProxyType
 from typing import Any, cast
 
 from engine.core.params import Parameter
+from engine.scene.mode import MODES, ModeParameter, Number
 from engine.transport import method as transport
-
-Number = int | float
-
-
-@dataclass(frozen=True)
-class ModeParameter:
-    """A parameter of a mode: its range, what it stands at where nobody chose, and the values of a sweep, cheapest
-    first.
-
-    Where there are `values`, no others are possible.
-    """
-
-    low: Number
-    high: Number
-    default: Number
-    sweep: tuple[Number, ...]
-    text: str
-    values: tuple[Number, ...] = ()
-
-
-#: Modes that bake nothing and their parameters, from the one that is exact on.
-AT_ONCE: Mapping[str, Mapping[str, ModeParameter]] = MappingProxyType(
-    {
-        "reference": {"samples": ModeParameter(1, 65536, 64, (1, 4, 16, 64, 256), "paths for each pixel")},
-        "direct": {
-            "directions": ModeParameter(1, 4096, 64, (4, 16, 64, 256, 1024), "lights that stand for the environment")
-        },
-        "shading-map": {
-            "directions": ModeParameter(1, 4096, 64, (4, 16, 64, 256), "lights that stand for the environment"),
-            "power_law": ModeParameter(
-                0, 1, 0, (1, 0), "whether two numbers for each texel take the place of the slices"
-            ),
-        },
-    }
-)
-
-#: Effects that images of the modes without a bake can have, of those that not all modes have.
-_SHOWN = {
-    "reference": frozenset({"self-shadowing", "interreflection", "glossy", "mesostructure"}),
-    "direct": frozenset({"glossy"}),
-    "shading-map": frozenset({"glossy", "mesostructure"}),
-}
 
 
 def modes() -> tuple[str, ...]:
     """Every mode, from the one that bakes nothing and is exact to the one that bakes most."""
-    return (*AT_ONCE, *transport.names())
+    return (*reversed(MODES), *transport.names())
 
 
 def parameters_of(mode: str) -> Mapping[str, ModeParameter]:
     """The parameters of a mode by name; ValueError where there is no such mode."""
-    if mode in AT_ONCE:
-        return AT_ONCE[mode]
+    if mode in MODES:
+        return MODES[mode].parameters
     if mode not in transport.names():
         raise ValueError(f"unknown mode {mode!r}; choose from {', '.join(modes())}")
     return {each.name: _parameter(each) for each in transport.method_of(mode).parameters}
@@ -85,7 +45,7 @@ def _parameter(parameter: Parameter) -> ModeParameter:
 
 def shows(mode: str, effect: str) -> bool:
     """True where images of a mode can have an effect that not all modes have."""
-    return effect in (_SHOWN[mode] if mode in _SHOWN else transport.method_of(mode).shows)
+    return effect in (MODES[mode] if mode in MODES else transport.method_of(mode)).shows
 
 
 @dataclass(frozen=True)

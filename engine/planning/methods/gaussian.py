@@ -11,11 +11,12 @@ from engine.core.steps import Steps
 from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
 from engine.planning.costs.cost_model import Cost, CostModel, Load
-from engine.planning.costs.planned import PlannedBake, Spread
+from engine.planning.costs.planned import PlannedBake
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import DIFFUSE_ORDER, gaussians
 from engine.planning.effects.lobe_error import lobe_error
 from engine.planning.effects.mode_error import FLOOR, ModeErrors
+from engine.scene.mode import Spread
 from engine.transport import gaussian_method
 from engine.transport.baking.diffuse_specular import parts
 from engine.transport.baking.settings import BOUNCES, GaussianSettings

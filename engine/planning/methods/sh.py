@@ -11,10 +11,11 @@ from engine.brdf.models.diffuse import Lambert
 from engine.core.steps import Steps
 from engine.geometry.mesh import Mesh
 from engine.planning.costs.cost_model import Cost, CostModel, Load, basis_values
-from engine.planning.costs.planned import PlannedBake, Spread
+from engine.planning.costs.planned import PlannedBake
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import channels, spherical_harmonics
 from engine.planning.effects.mode_error import FLOOR, ModeErrors, between, together
+from engine.scene.mode import Spread
 from engine.transport.baking.settings import BOUNCES, ShSettings
 from engine.transport.baking.visibility import every_ray
 from engine.transport.method import Subject

@@ -12,10 +12,11 @@ from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.mesh import Mesh
 from engine.planning.costs.cost_model import Cost, CostModel, Load
-from engine.planning.costs.planned import PlannedBake, Spread
+from engine.planning.costs.planned import PlannedBake
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import wavelets
 from engine.planning.effects.mode_error import ModeErrors, can_be_factored, wavelet_error
+from engine.scene.mode import Spread
 from engine.transport import wavelet_method
 from engine.transport.baking.occluder import Occluder
 from engine.transport.baking.settings import WaveletSettings

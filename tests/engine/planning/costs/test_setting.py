@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.planning.costs.setting import ModeParameter, Setting, modes, parameters_of, setting_of, sweep
+from engine.planning.costs.setting import Setting, modes, parameters_of, setting_of, sweep
+from engine.scene.mode import ModeParameter
 
 
 def test_unnamed_parameters_have_their_default() -> None:
