@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,9 @@ from engine.transport.relight import RelightTransport
 
 #: An image (height, width, 4), the seconds of one frame, the device's name, and messages.
 OffScreen = tuple[NDArray[np.float32], float, str, list[str]]
+
+#: Images (height, width, 4), to be closed before the context.
+Frames = Generator[NDArray[np.float32], None, None]
 
 
 def draw_off_screen(context: Any, scene: Scene, size: tuple[int, int], samples: int = 2) -> OffScreen:
@@ -50,9 +53,7 @@ def relight_off_screen(
         renderer.release()
 
 
-def frames_off_screen(
-    context: Any, scenes: Iterable[Scene], size: tuple[int, int], samples: int = 2
-) -> Iterator[NDArray[np.float32]]:
+def frames_off_screen(context: Any, scenes: Iterable[Scene], size: tuple[int, int], samples: int = 2) -> Frames:
     """The image of each scene; models and materials that they share are uploaded once."""
     renderer = DirectRenderer(context)
     try:
@@ -64,7 +65,7 @@ def frames_off_screen(
 
 def relight_frames_off_screen(
     context: Any, relit: Iterable[tuple[RelightTransport, Camera]], size: tuple[int, int], samples: int = 2
-) -> Iterator[NDArray[np.float32]]:
+) -> Frames:
     """The image of each relit bake with its camera."""
     renderer = TransportRenderer(context)
     try:

@@ -6,6 +6,7 @@ import argparse
 import math
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from statistics import median
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 
     from engine.brdf.brdf import Brdf
     from engine.geometry.camera import Camera, Vector
+    from engine.gl.draw import Frames
     from engine.light.environment import EnvironmentMap
     from engine.render.display import Display
     from engine.scene.scene import Scene
@@ -113,7 +115,7 @@ def run(
 
     seconds: list[float] = []
 
-    def on_cpu() -> Iterator[NDArray[np.float32]]:
+    def on_cpu() -> Frames:
         from engine.render.direct import radiance
         from engine.render.reference import reference
 
@@ -127,7 +129,7 @@ def run(
             else:
                 yield drain(radiance(each, size, samples=arguments.samples))
 
-    def on_device(context: Any) -> Iterator[NDArray[np.float32]]:
+    def on_device(context: Any) -> Frames:
         return frames_off_screen(context, scenes, size, arguments.samples)
 
     def finish(images: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
@@ -188,7 +190,7 @@ def run_baked(
                 found = drain(method.baking.illuminate(file, each, asked, arguments.brdf))
             yield found.relit, seen_from
 
-    def on_cpu() -> Iterator[NDArray[np.float32]]:
+    def on_cpu() -> Frames:
         from engine.render.direct import radiance
 
         for number, (each, seen_from) in enumerate(relight_transport()):
@@ -198,16 +200,18 @@ def run_baked(
                 image = combine_shadowed(one, other, image)
             yield image
 
-    def on_device(context: Any) -> Iterator[NDArray[np.float32]]:
-        baked = relight_frames_off_screen(context, relight_transport(), size, arguments.samples)
-        if not pairs:
-            yield from baked
-            return
-        with_texels, without = zip(*pairs, strict=True)
-        texels = frames_off_screen(context, with_texels, size, arguments.samples)
-        plain = frames_off_screen(context, without, size, arguments.samples)
-        for one, other, image in zip(texels, plain, baked, strict=True):
-            yield combine_shadowed(one, other, image)
+    def on_device(context: Any) -> Frames:
+        with closing(relight_frames_off_screen(context, relight_transport(), size, arguments.samples)) as baked:
+            if not pairs:
+                yield from baked
+                return
+            with_texels, without = zip(*pairs, strict=True)
+            with (
+                closing(frames_off_screen(context, with_texels, size, arguments.samples)) as texels,
+                closing(frames_off_screen(context, without, size, arguments.samples)) as plain,
+            ):
+                for one, other, image in zip(texels, plain, baked, strict=True):
+                    yield combine_shadowed(one, other, image)
 
     def finish(images: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
         for image, each, seen_from in zip(images, lights, cameras, strict=True):
@@ -217,18 +221,15 @@ def run_baked(
     return {**made, "mode": method.name}
 
 
-Images = Callable[..., "Iterator[NDArray[np.float32]]"]
-
-
 def _write(
     arguments: argparse.Namespace,
     display: Display,
     show: Callable[[Step], None],
     warnings: list[str],
     renderer: str,
-    on_device: Images,
-    on_cpu: Images,
-    finished: Images,
+    on_device: Callable[[Any], Frames],
+    on_cpu: Callable[[], Frames],
+    finished: Callable[[Frames], Iterator[NDArray[np.float32]]],
 ) -> dict[str, Any]:
     """Draw all frames on a device, or on the CPU, and write the film; its record."""
     from engine.gl.context import create_context, renderer_name
@@ -245,7 +246,8 @@ def _write(
         images = on_cpu() if context is None else on_device(context)
         device = ON_CPU if context is None else renderer_name(context)
         size = (arguments.width, arguments.height)
-        with film(arguments.output, size, arguments.fps, software=software("render")) as keep:
+        # closed before the context: a frame that is not taken, because writing failed, holds parts of it
+        with closing(images), film(arguments.output, size, arguments.fps, software=software("render")) as keep:
             for number, image in enumerate(finished(images), 1):
                 keep(code(image, display, arguments.background))
                 show(Step(number / count, f"frame {number} of {count}"))
