@@ -20,7 +20,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -281,13 +281,18 @@ def relight(terms: Terms, loss: str = "") -> dict[str, bytes]:
 
 def has_sides(material: Material, stack: ImageStack | None) -> bool:
     """True where images under light from several sides are at hand; those of one arc leave the rest to chance."""
-    return material.directional is not None or (stack is not None and shows_slopes(stack))
+    return material.directional is not None or _has_own_dome(material, stack)
+
+
+def _has_own_dome(material: Material, stack: ImageStack | None) -> TypeGuard[ImageStack]:
+    """True for photographs of these texels under light from several sides."""
+    return stack is not None and stack.radiance.shape[1:3] == material.size and shows_slopes(stack)
 
 
 def _images(subject: Subject) -> tuple[Vectors, Callable[[int], NDArray[np.float32]]]:
     """Directions of light (N, 3), and a function that gives the image (H, W, 3) under each."""
     stack, directional = subject.stack, subject.material.directional
-    if stack is not None and shows_slopes(stack):
+    if _has_own_dome(subject.material, stack):
         assert stack.azimuth is not None
         photographs = stack.radiance
         lights = surface_direction(0.5 * np.pi - stack.elevation, stack.azimuth)

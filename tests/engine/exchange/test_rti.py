@@ -56,7 +56,7 @@ def stack() -> ImageStack:
 
 @pytest.fixture(scope="module")
 def files(stack: ImageStack) -> dict[str, bytes]:
-    subject = Subject(dome_material(), woven_subject().maps, stack=stack)
+    subject = Subject(dome_material(9, 7), woven_subject().maps, stack=stack)
     return dict(drain(rti.contents(subject, Settings(), "")).files)
 
 
@@ -122,7 +122,7 @@ def read_hsh(content: bytes) -> Viewer:
 
 def test_each_file_states_its_own_error(stack: ImageStack) -> None:
     """One colour for all light is the coarsest; quadratic codes are kept by quadratic terms to their rounding."""
-    made = drain(rti.contents(Subject(dome_material(), woven_subject().maps, stack=stack), Settings(), ""))
+    made = drain(rti.contents(Subject(dome_material(9, 7), woven_subject().maps, stack=stack), Settings(), ""))
     stated = made.record["rmse_rel_by_file"]
     name = "dome"
     viewers = {
@@ -226,3 +226,8 @@ def test_an_arc_is_refused_before_any_work(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="several sides"):
         next(refused)
     assert rti.show(woven_subject(), Settings()) is None
+
+
+def test_photographs_of_other_texels_count_as_none() -> None:
+    assert rti.has_sides(dome_material(), None)
+    assert not rti.has_sides(woven_subject().material, dome_stack(9, 7))
