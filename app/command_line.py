@@ -183,7 +183,7 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
         return _fail(progress, MISSING, str(error))
     except UsageError as error:
         return _fail(progress, WRONG_USAGE, f"{str(error).rstrip('.')}. See lightarc {options.verb} -h.")
-    except (OutOfMemory, MemoryError, RuntimeError, ImportError, OSError) as error:
+    except Exception as error:  # whatever a library makes of too little memory
         lack = shortage(error)
         if lack is not None:
             return _fail(progress, OUT_OF_MEMORY, str(lack))

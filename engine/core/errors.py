@@ -79,6 +79,9 @@ class OutOfMemory(LightarcError):
 #: Words of the dynamic linker that finds no memory for a library.
 _NO_ROOM_FOR_LIBRARY = ("failed to map segment", "cannot allocate memory", "cannot map zero-fill")
 
+#: cv2.error.code of a failed allocation (StsNoMem).
+_NO_MEMORY_OF_OPENCV = -4
+
 
 def file_failure(error: BaseException) -> InputError | None:
     """`error` as InputError where the system refused something about a file that it names; else None."""
@@ -104,7 +107,10 @@ def shortage(error: BaseException) -> OutOfMemory | None:
         return OutOfMemory("Too many files are open")
     if isinstance(error, BlockingIOError) and not hasattr(error, "characters_written"):  # of a fork, not of a pipe
         return OutOfMemory("No further process can be started")
-    if isinstance(error, ImportError | OSError):
+    if getattr(error, "code", None) == _NO_MEMORY_OF_OPENCV and type(error).__module__ == "cv2":
+        return OutOfMemory("There is not enough memory")
+    # SystemError: a function in C went on although it had found no memory
+    if isinstance(error, ImportError | OSError | SystemError):
         if any(words in str(error).lower() for words in _NO_ROOM_FOR_LIBRARY):
             return OutOfMemory("There is not enough memory to load all libraries")
         cause = error.__cause__ or error.__context__

@@ -22,3 +22,13 @@ def test_what_is_no_shortage_is_none() -> None:
     assert "memory" in str(shortage(OSError(errno.ENOMEM, "x")))
     assert "thread" in str(shortage(RuntimeError("can't start new thread")))
     assert shortage(OSError(errno.EMFILE, "x")) is not None
+
+
+def test_what_libraries_in_c_make_of_too_little_memory_is_a_shortage() -> None:
+    """OpenCV returns from a function with an error set, of which Python makes a SystemError; or raises its own."""
+    returned = SystemError("<built-in function filter2D> returned a result with an exception set")
+    returned.__cause__ = MemoryError()
+    assert shortage(returned) is not None
+    assert shortage(SystemError("bad argument to internal function")) is None
+    of_opencv = type("error", (Exception,), {"__module__": "cv2", "code": -4})
+    assert shortage(of_opencv("(-4:Insufficient memory) Failed to allocate 4096 bytes")) is not None
