@@ -2,6 +2,9 @@
 
 Only arrays that the calling thread makes are counted, since a handler belongs to one context; numba's, embree's and
 OpenGL's memory is not numpy's.
+
+The allocator is machine code (numba): numpy makes arrays also while an error is set, to clean up after an allocation
+that failed, and no Python may run then (a handler written in Python returns nonsense, and the process crashes).
 """
 
 from __future__ import annotations
@@ -9,15 +12,12 @@ from __future__ import annotations
 import contextvars
 import ctypes
 from collections.abc import Callable
+from functools import cache
 from typing import Any, TypeVar, cast
 
 import numpy as np
 
 Value = TypeVar("Value")
-
-# With the interpreter lock held, as numpy does.
-MALLOC = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t)
-CALLOC = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t, ctypes.c_size_t)
 
 #: Places of PyDataMem_SetHandler and PyDataMem_GetHandler in numpy's table of functions.
 SET_HANDLER, GET_HANDLER = 304, 305
@@ -28,8 +28,8 @@ class _Handler(ctypes.Structure):
         ("name", ctypes.c_char * 127),
         ("version", ctypes.c_uint8),
         ("context", ctypes.c_void_p),
-        ("malloc", MALLOC),
-        ("calloc", CALLOC),
+        ("malloc", ctypes.c_void_p),
+        ("calloc", ctypes.c_void_p),
         ("realloc", ctypes.c_void_p),
         ("free", ctypes.c_void_p),
     )
@@ -49,6 +49,35 @@ def _default() -> _Handler:
     return _Handler.from_address(ctypes.pythonapi.PyCapsule_GetPointer(capsule, b"mem_handler"))
 
 
+@cache
+def _compile() -> tuple[Any, Any]:
+    """Functions `malloc` and `calloc` whose context is the table of a `FailingAllocator`."""
+    from numba import cfunc, types
+
+    size, table = ctypes.c_size_t, types.CPointer(types.uint64)
+    default = _default()
+    default_malloc = ctypes.CFUNCTYPE(size, size, size)(default.malloc)
+    default_calloc = ctypes.CFUNCTYPE(size, size, size, size)(default.calloc)
+
+    @cfunc(types.uint64(table, types.uint64))
+    def malloc(state, size_bytes):  # type: ignore[no-untyped-def]
+        if size_bytes >= state[1]:
+            state[2] += types.uint64(1)
+            if state[2] == state[0]:
+                return types.uint64(0)
+        return default_malloc(types.uint64(0), size_bytes)
+
+    @cfunc(types.uint64(table, types.uint64, types.uint64))
+    def calloc(state, count, size_bytes):  # type: ignore[no-untyped-def]
+        if count * size_bytes >= state[1]:
+            state[2] += types.uint64(1)
+            if state[2] == state[0]:
+                return types.uint64(0)
+        return default_calloc(types.uint64(0), count, size_bytes)
+
+    return malloc, calloc
+
+
 class FailingAllocator:
     """Counts arrays of at least `smallest_bytes`, and finds no memory for the one numbered `at` (from 0)."""
 
@@ -56,22 +85,18 @@ class FailingAllocator:
     _kept: list[Any] = []  # noqa: RUF012
 
     def __init__(self, at: int = -1, smallest_bytes: int = 1024) -> None:
-        self.at, self.smallest_bytes, self.count = at, smallest_bytes, 0
-        default = _default()
-        malloc, calloc = default.malloc, default.calloc
-        self._handler = _Handler.from_buffer_copy(default)
+        malloc, calloc = _compile()
+        self._state = (ctypes.c_uint64 * 3)(at + 1, smallest_bytes, 0)
+        self._handler = _Handler.from_buffer_copy(_default())
         self._handler.name = b"failing"
-        self._handler.malloc = MALLOC(lambda context, size: None if self._fails(size) else malloc(context, size))
-        self._handler.calloc = CALLOC(
-            lambda context, count, size: None if self._fails(count * size) else calloc(context, count, size)
-        )
-        FailingAllocator._kept.append(self._handler)
+        self._handler.context = ctypes.addressof(self._state)
+        self._handler.malloc, self._handler.calloc = malloc.address, calloc.address
+        FailingAllocator._kept.append((self._handler, self._state))
 
-    def _fails(self, size_bytes: int) -> bool:
-        if size_bytes < self.smallest_bytes:
-            return False
-        self.count += 1
-        return self.count == self.at + 1
+    @property
+    def count(self) -> int:
+        """Arrays that were asked for."""
+        return int(self._state[2])
 
     def run(self, work: Callable[[], Value]) -> Value:
         """Return the result of `work`, run while this allocator is the one that numpy asks."""

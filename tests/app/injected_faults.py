@@ -36,11 +36,13 @@ import lightarc
 from app import command_line
 from app.arguments.usage import BAD_FILE, DONE, MISSING, OUT_OF_MEMORY
 from app.project.project_file import is_waiting
+from app.project.report import describe
 from engine.core.errors import LightarcError
 from engine.storage import atomic
+from tests.app import scenarios
 from tests.app.allocations import FailingAllocator
 from tests.app.project.hostile import base
-from tests.app.scenarios import SCENARIOS, FailAt, photograph
+from tests.app.scenarios import SCENARIOS, FailAt
 
 Kind = Literal["atomic", "system", "allocation"]
 KINDS: tuple[Kind, ...] = ("atomic", "system", "allocation")
@@ -66,35 +68,80 @@ IMAGE = np.full((16, 16, 4), 0.5, np.float32)
 
 @dataclass(frozen=True)
 class Work:
-    """A verb as `words`, or a `function` of the library; `output` is the name of what it writes, '' for nothing."""
+    """A verb as `words`, or a `function` of the library.
+
+    Attributes
+    ----------
+    output : the name of what it writes, '' for nothing.
+    read : raises for an output that is not whole.
+    begin : makes in the folder of outputs what the work changes there.
+    rare : True for a work of which a whole run takes seconds; its failures are drawn a tenth as often.
+    """
 
     name: str
     words: str = ""
     function: Callable[[Path, Path], Any] | None = None
     output: str = ""
     read: Callable[[Path], Any] | None = None
+    begin: Callable[[Path, Path], None] | None = None
+    rare: bool = False
 
 
 def _verbs() -> Iterator[Work]:
     for name, one in SCENARIOS.items():
-        if not one.resumed:
-            yield Work(name, one.words, None, one.output, one.read)
-    yield Work("brdf info", "brdf info {inputs}/paint.csv")
+        begin = _interrupted if one.resumed else None
+        yield Work(name, one.words, None, one.output, one.read, begin)
+    yield Work("shade arcs", "shade {inputs}/dome --per-arc -o {output} --slices 2", None, "arcs")
+    yield Work("shade compare", "shade {inputs}/dome --compare -o {output} --slices 2", None, "comparison", rare=True)
+    yield Work("normals", "normals {inputs}/dome --no-errors -o {output}", None, "normals")
+    yield Work("render bake", "render {inputs}/a.transport --width 24 --height 16 -o {output}", None, "a.exr")
+    yield Work("render bundle", "render plane --material {inputs}/a.lightarc " + SMALL, None, "a.exr")
+    yield Work("plan", "plan {inputs}/mesh.obj --brdf lambert --env {inputs}/sky.png --width 24 --height 16", rare=True)
+    yield Work("tradeoff", TRADEOFF, None, "tradeoff", rare=True)
+    yield Work("figures", "figures wang-2 --quick -o {output}", None, "figures", rare=True)
+    yield Work("brdf list", "brdf list")
+    yield Work("brdf info", "brdf info {inputs}/paint.csv", rare=True)
     yield Work("brdf eval", "brdf eval {inputs}/paint.csv --wi-deg 30,0 --wo-deg 30,180")
+    yield Work("brdf fit", "brdf fit {inputs}/paint.csv --model phong --samples 64 -o {output}", None, "fit.json")
+    yield Work("brdf convert", "brdf convert lambert -o {output}", None, "l.binary", rare=True)
     yield Work("compare", "compare {inputs}/a.png {inputs}/b.png --difference {output}", None, "d.png")
     yield Work("bundle verify", "bundle verify {inputs}/a.lightarc")
     yield Work("bundle show", "bundle show {inputs}/a.lightarc")
     yield Work(
         "bundle extract", "bundle extract {inputs}/a.lightarc -o {output}", None, "members", lightarc.open_bundle
     )
-    for target in ("textures", "materialx", "gltf", "shaders"):
-        yield Work(f"export {target}", "export {inputs}/a.lightarc --to " + target + " -o {output}", None, "export")
+    for target in ("textures", "materialx", "gltf", "shaders", "usd", "blender", "web", "rti", "brdf"):
+        source = "dome.lightarc --stack {inputs}/dome" if target == "rti" else "a.lightarc"
+        words = "export {inputs}/" + source + " --to " + target + " -o {output}"
+        yield Work(f"export {target}", words, None, "export", rare=target not in ("gltf", "web"))
     yield Work("project info", "project info {inputs}/Felt.lap")
     yield Work("project verify", "project verify {inputs}/Felt.lap")
     yield Work("project collect", "project collect {inputs}/Felt.lap -o {output}", None, "c.lap", _sound)
     yield Work("project recover", "project recover {inputs}/Felt.lap -o {output}", None, "r.lap", _sound)
+    yield Work("project clean-up", "project clean-up {output}", None, "Felt.lap", _sound, _copy_project)
+    find = "project find {output} --photographs {inputs}/moved"
+    yield Work("project find", find, None, "Felt.lap", describe, _copy_moved_project)
+    yield Work("project replay", "project replay {inputs}/Felt.lap -o {output}", None, "replayed", rare=True)
     yield Work("bundle make", "bundle make {inputs}/Felt.lap -o {output}", None, "f.lightarc", lightarc.open_bundle)
+    yield Work("selftest", "selftest --long --cases 3 -o {output}", None, "cases.json", rare=True)
     yield Work("simulate", "simulate --sample plain --size 16 --elevations-deg 30,60 -o {output}", None, "capture")
+
+
+SMALL = "--width 24 --height 16 -o {output}"
+TRADEOFF = "tradeoff {inputs}/mesh.obj --brdf lambert --env {inputs}/sky.png --modes sh --budget-s 1 " + SMALL
+
+
+def _interrupted(inputs: Path, outputs: Path) -> None:
+    shutil.copytree(inputs / "interrupted", outputs, dirs_exist_ok=True)
+
+
+def _copy_project(inputs: Path, outputs: Path) -> None:
+    shutil.copy2(inputs / "Felt.lap", outputs)
+    shutil.copytree(inputs / "Felt.lap-data", outputs / "Felt.lap-data")
+
+
+def _copy_moved_project(inputs: Path, outputs: Path) -> None:
+    _copy_project(inputs / "moving", outputs)
 
 
 def _sound(path: Path) -> None:
@@ -105,41 +152,97 @@ def _sound(path: Path) -> None:
 
 
 def _functions() -> Iterator[Work]:
-    yield Work("open_capture", function=lambda inputs, _: lightarc.open_capture(inputs / "photographs"))
-    yield Work(
+    """Functions of `lightarc.__all__` that read or write files."""
+    la = lightarc
+
+    def reading(name: str, function: Callable[[Path], Any], *, rare: bool = False) -> Work:
+        return Work(name, function=lambda inputs, _: function(inputs), rare=rare)
+
+    def writing(
+        name: str, output: str, function: Callable[[Path, Path], Any], read: Callable[[Path], Any] | None = None
+    ) -> Work:
+        return Work(name, function=function, output=output, read=read)
+
+    yield writing(
+        "simulate_capture",
+        "capture",
+        lambda _, target: la.simulate_capture(target, sample="plain", elevations_deg=(30, 60), size=16),
+    )
+    yield reading("open_capture", lambda inputs: la.open_capture(inputs / "photographs"))
+    yield writing(
         "import_capture",
-        function=lambda inputs, target: lightarc.import_capture(inputs / "photographs", target, motion="none"),
-        output="stack",
-        read=lightarc.open_stack,
+        "stack",
+        lambda inputs, target: la.import_capture(inputs / "photographs", target, motion="none"),
+        la.open_stack,
     )
-    yield Work("open_stack", function=lambda inputs, _: lightarc.open_stack(inputs / "stack"))
-    yield Work(
-        "build_material",
-        function=lambda inputs, _: lightarc.build_material(lightarc.open_stack(inputs / "stack"), slices=3),
-    )
-    yield Work(
+    yield reading("open_stack", lambda inputs: la.open_stack(inputs / "stack"))
+    yield writing("recover_normals", "maps", lambda inputs, target: la.recover_normals(inputs / "dome", target))
+    yield reading("build_material", lambda inputs: la.build_material(la.open_stack(inputs / "stack"), slices=3))
+    yield reading("compress_material", lambda inputs: la.compress_material(la.open_bundle(inputs / "a.lightarc")))
+    yield writing(
         "save_bundle",
-        function=lambda inputs, target: lightarc.save_bundle(target, lightarc.open_bundle(inputs / "a.lightarc")),
-        output="b.lightarc",
-        read=lightarc.open_bundle,
+        "b.lightarc",
+        lambda inputs, target: la.save_bundle(target, la.open_bundle(inputs / "a.lightarc")),
+        la.open_bundle,
     )
-    yield Work("open_bundle", function=lambda inputs, _: lightarc.open_bundle(inputs / "a.lightarc"))
-    yield Work("verify_bundle", function=lambda inputs, _: lightarc.verify_bundle(inputs / "a.lightarc"))
-    yield Work("open_brdf", function=lambda inputs, _: lightarc.open_brdf(str(inputs / "paint.csv")))
-    yield Work("render", function=lambda inputs, _: _render(inputs))
+    yield reading("open_bundle", lambda inputs: la.open_bundle(inputs / "a.lightarc"))
+    yield reading("open_material", lambda inputs: la.open_material(inputs / "maps"))
+    yield reading("open_material gltf", lambda inputs: la.open_material(inputs / "gltf"))
+    yield reading("verify_bundle", lambda inputs: la.verify_bundle(inputs / "a.lightarc"))
+    yield writing("export", "export", lambda inputs, target: la.export(inputs / "a.lightarc", target, to="gltf"))
+    yield reading("open_brdf", lambda inputs: la.open_brdf(str(inputs / "paint.csv")))
+    yield reading("evaluate_brdf", lambda inputs: la.evaluate_brdf(inputs / "factors", UP, UP))
+    yield reading("sample_brdf", lambda inputs: la.sample_brdf(inputs / "factors", UP))
+    yield reading("evaluate_pdf", lambda inputs: la.evaluate_pdf(inputs / "factors", UP, UP))
+    yield reading("fit_brdf", lambda inputs: la.fit_brdf(inputs / "paint.csv", "phong", samples=64))
+    yield writing(
+        "save_factors",
+        "f",
+        lambda _, target: la.save_factors(target, la.factor_brdf("lambert", size=8, samples=300, terms=1)),
+        lambda target: la.open_brdf(str(target)),
+    )
+    yield Work("save_brdf", function=lambda _, target: la.save_brdf(target, "lambert"), output="l.binary", rare=True)
+    yield reading("make_scene", lambda inputs: la.make_scene(inputs / "mesh.obj", environment=inputs / "sky.png"))
+    yield reading("render ", lambda inputs: la.render(str(inputs / "mesh.obj"), brdf="lambert", size=(24, 16)))
+    yield writing("save_image", "a.exr", lambda _, target: la.save_image(target, IMAGE))
+    yield reading("compare ", lambda inputs: la.compare(inputs / "a.png", inputs / "b.png"))
+    yield writing(
+        "bake ",
+        "b.transport",
+        lambda inputs, target: la.bake(inputs / "mesh.obj", "lambert", target, method="sh", order=3),
+    )
+    yield reading("relight", lambda inputs: la.relight(inputs / "a.transport", size=(24, 16), samples=1))
+    yield reading("plan ", lambda inputs: la.plan(inputs / "mesh.obj", "lambert", size=(24, 16)), rare=True)
+    yield reading("tradeoff ", lambda inputs: _tradeoff(inputs), rare=True)
     yield Work(
-        "save_image",
-        function=lambda _, target: lightarc.save_image(target, IMAGE),
-        output="a.exr",
+        "draw_figures",
+        function=lambda _, target: la.draw_figures("wang-2", target, quick=True),
+        output="figures",
+        rare=True,
     )
-    yield Work("compare ", function=lambda _, __: lightarc.compare(np.ones((64, 64, 4)), np.full((64, 64, 4), 0.9)))
 
 
-def _render(inputs: Path) -> Any:
-    return lightarc.render(str(inputs / "mesh.obj"), brdf="lambert", size=(24, 16))
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def _tradeoff(inputs: Path) -> Any:
+    return lightarc.tradeoff(inputs / "mesh.obj", "lambert", modes=("sh",), seconds=1.0, size=(24, 16))
 
 
 WORKS = (*_verbs(), *_functions())
+
+#: How many frequent works there are to one rare one.
+RARITY = 10
+
+
+def choose(number: int) -> Work:
+    """The work of a failure; the rare ones share every `RARITY`-th number."""
+    rare = [work for work in WORKS if work.rare]
+    if rare and number % RARITY == RARITY - 1:
+        return rare[number // RARITY % len(rare)]
+    frequent = [work for work in WORKS if not work.rare]
+    return frequent[(number - number // RARITY) % len(frequent)]
+
 
 #: Works of which a whole run takes milliseconds, and whose inputs are soon made.
 QUICK = ("project info", "project recover", "project collect", "save_image")
@@ -153,10 +256,42 @@ def prepare(inputs: Path, *, all_works: bool = True) -> None:
     base(inputs)
     for name, value in (("a.png", 100), ("b.png", 110)):
         (inputs / name).write_bytes(encode_png(np.full((16, 16, 3), value, np.uint8)))
-    if all_works:
-        photograph(inputs)
-        assert _end(SCENARIOS["shade"].line(inputs, inputs))[0] == DONE
-        (inputs / "paint.csv").write_text(FILES["paint.csv"][0])
+    if not all_works:
+        return
+    (inputs / "sky.png").write_bytes(encode_png(np.full((16, 32, 3), 100, np.uint8)))
+    scenarios.prepare(inputs)
+    for name in ("shade", "bake", "factor"):
+        assert _end(SCENARIOS[name].line(inputs, inputs))[0] == DONE
+    (inputs / "paint.csv").write_text(FILES["paint.csv"][0])
+    base(inputs / "moving")
+    (inputs / "moving" / "pictures").rename(inputs / "moved")
+    dome = "simulate --sample plain --size 16 --elevations-deg 20,40,60 --azimuths-deg 0,90,180,270 -o {}"
+    for words in (
+        dome.format(inputs / "lamps"),
+        f"import {inputs / 'lamps'} -o {inputs / 'dome'} --no-align",
+        f"shade {inputs / 'dome'} -o {inputs / 'dome.lightarc'}",
+        f"export {inputs / 'a.lightarc'} --to textures gltf -o {inputs / 'exported'}",
+    ):
+        assert _end(words.split())[0] == DONE, words
+    for name in ("textures", "gltf"):
+        (inputs / "exported" / name).rename(inputs / name)
+    (inputs / "textures").rename(inputs / "maps")
+
+
+@contextlib.contextmanager
+def reduced() -> Iterator[None]:
+    """Images, beams and lights of previews and errors are few within the block: they only repeat what may fail."""
+    from app.commands import export_bundle
+    from engine.brdf import analysis
+    from engine.exchange import loss
+
+    kept = loss.LIGHTS, loss.DIAMETER, export_bundle.SIZE, analysis.maximum_albedo.__kwdefaults__
+    loss.LIGHTS, loss.DIAMETER, export_bundle.SIZE = 4, 24, (32, 24)
+    analysis.maximum_albedo.__kwdefaults__ = {"angles": 2, "count": 64}
+    try:
+        yield
+    finally:
+        loss.LIGHTS, loss.DIAMETER, export_bundle.SIZE, analysis.maximum_albedo.__kwdefaults__ = kept
 
 
 _hook: Callable[[str, tuple[Any, ...]], None] | None = None
@@ -244,7 +379,7 @@ class Faults:
         """The number of operations of a kind in a work that succeeds."""
         if (work.name, kind) not in self._counts:
             for _ in range(2):  # the first fills caches
-                self._fresh()
+                self._begin(work)
                 with FailAt() as operations, FailingSystem(self.folder) as system:
                     allocator = FailingAllocator()
                     ended = allocator.run(lambda: _run(work, self.inputs, self.outputs))
@@ -255,21 +390,24 @@ class Faults:
             self.marks = _marks(self.inputs)
         return self._counts[work.name, kind]
 
-    def _fresh(self) -> None:
+    def _begin(self, work: Work) -> None:
         if self.outputs.exists():
             shutil.rmtree(self.outputs)
         self.outputs.mkdir()
+        if work.begin is not None:
+            work.begin(self.inputs, self.outputs)
 
     def inject(self, number: int) -> str:
         """Inject the failure of a number; a sentence on the rule that it breaks, '' where none."""
         rng = random.Random(number)
-        work = WORKS[number % len(WORKS)]
+        work = choose(number)
         kinds = [kind for kind in KINDS if self.count(work, kind)]
         if not kinds:
             return ""
         kind = rng.choice(kinds)
         at, code = rng.randrange(self.count(work, kind)), rng.choice(CODES)
-        self._fresh()
+        self._begin(work)
+        begun = _marks(self.outputs)
         operation = ""
         what = f"{work.name}, {kind} {at} of {self.count(work, kind)}"
         try:
@@ -292,12 +430,14 @@ class Faults:
             self.outcomes["FAULT"] += 1
             return f"{what}: {type(error).__name__}: {str(error)[:150]} ({place})"
         self.outcomes["not reached" if not reached else "done" if ended[0] == DONE else "refused"] += 1
-        broken = self._broken(work, ended, kind, operation)
+        broken = self._broken(work, ended, kind, operation, begun)
         if broken:
             self.outcomes["FAULT"] += 1
         return f"{what}: {broken}" if broken else ""
 
-    def _broken(self, work: Work, ended: tuple[int, str], kind: Kind, operation: str) -> str:
+    def _broken(
+        self, work: Work, ended: tuple[int, str], kind: Kind, operation: str, begun: dict[str, tuple[int, int]]
+    ) -> str:
         code, said = ended
         if code not in ALLOWED:
             return f"exit code {code}: {said[-200:]!r}"
@@ -308,7 +448,10 @@ class Faults:
         if kind == "allocation" and code == BAD_FILE and "memory" not in said:
             return f"blames the file: {said[-200:]!r}"
         left = {entry.name for entry in self.outputs.iterdir()}
-        if work.output in left:  # data that wait are put in their place when the project is opened
+        if code != DONE and work.output.endswith(".transport"):
+            left.discard(f".{work.output}.unfinished")  # a bake goes on where it ended
+        left -= {Path(name).relative_to(self.outputs).parts[0] for name in begun}
+        if (self.outputs / work.output).exists():  # data that wait are put in their place when the project is opened
             left -= {work.output, f"{work.output}-data", *filter(is_waiting, left)}
         if left and operation not in CLEANING:
             return f"left {sorted(left)[:3]}"
@@ -334,15 +477,20 @@ def main(seed: int, count: int) -> None:
     folder = Path(tempfile.mkdtemp(prefix="faults-", dir=shared if os.path.isdir(shared) else None))  # noqa: PTH112
     os.environ |= {f"XDG_{kind}_HOME": str(folder / kind) for kind in ("CONFIG", "DATA")}
     try:
-        faults = Faults(folder)
-        for number in range(seed, seed + count):
-            if broken := faults.inject(number):
-                print(f"fault {number}: {broken}", flush=True)
-            if (number + 1 - seed) % 100 == 0 or number + 1 == seed + count:
-                print(f"seeds {seed} to {number}: {json.dumps(faults.outcomes)}", flush=True)
+        with reduced():
+            run(Faults(folder), seed, count)
     finally:
         atomic.fault = None
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def run(faults: Faults, seed: int, count: int) -> None:
+    """Inject the failures from `seed` on, and print what breaks the rule and how many there were of each outcome."""
+    for number in range(seed, seed + count):
+        if broken := faults.inject(number):
+            print(f"fault {number}: {broken}", flush=True)
+        if (number + 1 - seed) % 100 == 0 or number + 1 == seed + count:
+            print(f"seeds {seed} to {number}: {json.dumps(faults.outcomes)}", flush=True)
 
 
 if __name__ == "__main__":

@@ -44,6 +44,12 @@ class Scenario:
         return [word.format(inputs=inputs, output=folder / self.output) for word in self.words.split()]
 
 
+#: A tetrahedron with texture coordinates: to make them would take most of the time.
+MESH = (
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 0.4 0\nvt 0 0.4\nvt 0.4 0.4\n"
+    "f 1/1 3/3 2/2\nf 1/1 2/2 4/4\nf 1/1 4/4 3/3\nf 2/2 3/3 4/4\n"
+)
+
 BAKE = "bake {inputs}/mesh.obj --brdf lambert --cube 16 --fine 1 -o {output} "
 
 SCENARIOS = {
@@ -57,6 +63,11 @@ SCENARIOS = {
     "render": Scenario(
         "render {inputs}/mesh.obj --mode reference --samples 1 --width 24 --height 16 -o {output}", "a.png", read_image
     ),
+    "turntable": Scenario(
+        "render plane --turntable 2 --width 24 --height 16 -o {output}",
+        "frames",
+        lambda folder: [read_image(path) for path in folder.glob("*.png")],
+    ),
     "factor": Scenario("factor lambert --size 8 --samples 300 --terms 1 -o {output}", "factors", read_factors),
 }
 
@@ -68,12 +79,12 @@ def photograph(inputs: Path) -> None:
     for angle in (20, 50, 80):
         codes = np.clip(2 * angle * surface, 0, 255).astype(np.uint8)
         (inputs / "photographs" / f"cloth_{angle}deg.png").write_bytes(encode_png(codes))
-    (inputs / "mesh.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    (inputs / "mesh.obj").write_text(MESH)
     assert command_line.main(SCENARIOS["import"].line(inputs, inputs)) == DONE
 
 
 def prepare(inputs: Path) -> None:
-    """The files of `photographed`, and a bake that was interrupted."""
+    """The files of `photograph`, and a bake that was interrupted."""
     photograph(inputs)
     parser = argparse.ArgumentParser()
     bake.add_arguments(parser)
