@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from app.project.values import MAX_HEADER, Absent, Array, array_from, array_parts, header_of, name_of
 from app.session import cache
-from engine.core.errors import FileError, InputError
+from engine.core.errors import FileError, InputError, UnreadableError
 from engine.core.steps import Step, Steps
 from engine.storage.atomic import atomic_file, atomic_folder, discard, make_folder
 from engine.storage.guarded import GuardedMapping, map_file
@@ -131,7 +131,7 @@ def _find_known_name(array: Array, header: bytes) -> str:
 def find_beside(data: Path, name: str) -> Array:
     """The array of this name in the data folder of a project, or its working copy.
 
-    Raises Absent where neither is there, or what is there is damaged.
+    Raises Absent where neither is there, or what is there is damaged or cannot be read.
     """
     old, place = folder_of(data) / f"{name}.npy", cache.entry(f"array-{name}")
     try:
@@ -141,8 +141,11 @@ def find_beside(data: Path, name: str) -> Array:
                 cache.mark_used(place)
             return array_from(mapped)
         content = _content(data, name, place)
-    except OSError as error:
+    except FileNotFoundError as error:
         raise Absent("data that can be made again") from error
+    except (OSError, UnreadableError) as error:
+        log.warning("%s", error)
+        raise Absent(f"data that cannot be read ({cause_of(error)})") from error
     except InputError as error:
         log.warning("%s", error)
         raise Absent("data that can be made again") from error
@@ -248,16 +251,31 @@ def _read(path: Path) -> memoryview:
     return content
 
 
-def find_damaged(data: Path) -> Steps[list[str]]:
-    """Names of the arrays in the data folder of a project whose content is another than it was; all are read."""
-    there = (each for each in folder_of(data).glob("*") if each.suffix in (".npy", PACKED))
-    found, paths = list[str](), sorted(each for each in there if not is_partial(each.name))
+def cause_of(error: OSError | UnreadableError) -> str:
+    """Why the system lets something not be read, in its words."""
+    if isinstance(error, OSError):
+        return os.strerror(error.errno or 0)
+    return error.problem.removeprefix("cannot be read: ")
+
+
+def find_problems(data: Path) -> Steps[list[str]]:
+    """Sentences on the arrays in the data folder of a project that are damaged or cannot be read; all are read."""
+    folder = folder_of(data)
+    try:
+        names = os.listdir(folder) if folder.is_dir() else []  # noqa: PTH208 - Path.iterdir and glob drop failures
+    except OSError as error:
+        return [f"{folder.name} cannot be read: {cause_of(error)}"]
+    there = (folder / name for name in names if name.endswith((".npy", PACKED)) and not is_partial(name))
+    found, paths = list[str](), sorted(there)
     for at, path in enumerate(paths):
         yield Step(at / len(paths), f"reading {path.name}")
         try:
             is_whole = name_of(_unpack(path) if path.suffix == PACKED else _read(path)) == path.stem
-        except (OSError, InputError):
+        except (OSError, UnreadableError) as error:
+            found.append(f"{path.name} cannot be read: {cause_of(error)}")
+            continue
+        except InputError:
             is_whole = False
         if not is_whole:
-            found.append(path.name)
+            found.append(f"{path.name} is damaged, and can be made again")
     return found

@@ -28,8 +28,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from engine.core.errors import InputError, OutputError
-from engine.storage.atomic import atomic_path
+from engine.core.errors import InputError, OutputError, UnreadableError
+from engine.storage.atomic import as_named, atomic_path
 from engine.storage.text import whole_number
 
 SCHEMA = 2
@@ -126,6 +126,14 @@ class Damaged(InputError):
         )
 
 
+def unreadable(path: Path, error: OSError) -> UnreadableError:
+    """What the system refused to read, and why."""
+    cause = os.strerror(error.errno or 0)
+    return UnreadableError(
+        as_named(path), f"cannot be read ({cause})", "Check its permissions and the disk that it lies on"
+    )
+
+
 class Guarded(sqlite3.Connection):
     """A connection whose statements have a budget of work, and that permits only what a project needs.
 
@@ -215,7 +223,11 @@ def salvage(path: Path) -> Iterator[tuple[Guarded, list[str]]]:
 @contextlib.contextmanager
 def _open(path: Path, *, create: bool) -> Iterator[Guarded]:
     """A guarded connection to a file that is not yet known to be a project."""
-    if not create and not path.is_file():
+    try:
+        is_there = path.is_file()
+    except OSError as error:
+        raise unreadable(path, error) from None
+    if not create and not is_there:
         raise InputError(path, "there is no such project", "Check the name, or open the folder that it was moved to")
     size_bytes = _check_file(path)
     mode = "rwc" if create else "rw" if os.access(path, os.W_OK) else "ro"
@@ -264,8 +276,10 @@ def _check_file(path: Path) -> int:
     try:
         with path.open("rb") as file:
             head, size_bytes = file.read(100), os.fstat(file.fileno()).st_size
-    except OSError:
-        return 0  # SQLite says why
+    except FileNotFoundError:
+        return 0
+    except OSError as error:
+        raise unreadable(path, error) from None
     if head and (not head.startswith(b"SQLite format 3\0") or head[68:72] != APPLICATION.to_bytes(4, "big")):
         raise InputError(path, "is not a Lightarc project", _NO_PROJECT)
     if head and head[18:20] != b"\1\1":
@@ -443,6 +457,7 @@ def explain(path: Path) -> Iterator[None]:
         is_text = "could not decode to utf-8" in str(error).lower()
         if isinstance(error, sqlite3.OperationalError) and code != sqlite3.SQLITE_TOOBIG and not is_text:
             said = f"cannot be read or written ({error})", "Check the disk that it lies on"
-            raise OutputError(path, *(_TOO_LONG if _is_too_long(path) else _CAUSES.get(code, said))) from error
+            cause = _TOO_LONG if _is_too_long(path) else _CAUSES.get(code, said)
+            raise OutputError(as_named(path), *cause) from error
         problem = "a text is not in UTF-8" if is_text else str(error)
         raise Damaged(path, f"{problem}") from error

@@ -18,7 +18,7 @@ from app.project.values import MAX_HEADER, name_of
 from app.session import cache
 from engine.capture.stack import RADIANCE, RECORD, SATURATED, ImageStack, open_stack, read_record
 from engine.capture.stack_record import StackRecord
-from engine.core.errors import FileError, InputError
+from engine.core.errors import FileError, InputError, UnreadableError
 from engine.core.steps import Step, Steps
 from engine.storage.atomic import atomic_file, atomic_folder, discard, make_folder, perform, write_bytes
 from engine.storage.file_array import FileArray
@@ -219,4 +219,5 @@ def _open(path: Path) -> BinaryIO:
     try:
         return path.open("rb")
     except OSError as error:
-        raise InputError(path, f"cannot be read ({os.strerror(error.errno or 0)})", "Import again") from None
+        cause = os.strerror(error.errno or 0)
+        raise UnreadableError(path, f"cannot be read ({cause})", "Check its permissions and its disk") from None

@@ -12,7 +12,7 @@ from typing import Any
 
 from app.document.document import Project
 from app.document.document import Step as HistoryStep
-from app.project.arrays import file_of, find_damaged
+from app.project.arrays import file_of, find_problems
 from app.project.database import Damaged, connect, explain, page_problems, reading, schema_of
 from app.project.declared import can_be_opened
 from app.project.made import list_notes, size_of
@@ -151,7 +151,7 @@ def problems_of(path: Path) -> Steps[list[str]]:
             yield from check_pixels(open_kept(stack, verify=True))
         except InputError as error:
             found.append(f"{stack.name} can be made again: {error}")
-    found += [f"{name} is damaged, and can be made again" for name in (yield from find_damaged(data_folder(path)))]
+    found += yield from find_problems(data_folder(path))
     about = yield from check(path, files_of(opened.current), thorough=True)
     found += _describe_missing(about.missing, path)
     return found + ([describe_changed(about.changed)] if about.changed else [])

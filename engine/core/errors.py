@@ -45,6 +45,10 @@ class InputError(FileError):
     """A file given by the user is damaged, of an unsupported kind, or contradicts the others."""
 
 
+class UnreadableError(InputError):
+    """A file that the system does not let be read: it is not there, not permitted, or its disk fails."""
+
+
 class OutputError(FileError):
     """A result cannot be written where the user asked for it; nothing half-written stays behind."""
 

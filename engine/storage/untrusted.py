@@ -35,7 +35,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core.errors import InputError
+from engine.core.errors import InputError, UnreadableError
 from engine.core.figure_text import size_text
 from engine.storage import readers
 from engine.storage.sandbox import Protection
@@ -172,8 +172,8 @@ def _change(path: str | os.PathLike[str]) -> InputError:
     return InputError(path, "changed while it was being read", "Wait until it is complete and try again")
 
 
-def _unreadable(path: str | os.PathLike[str], error: OSError) -> InputError:
-    return InputError(path, _reason(error), "Check that the file exists and may be read")
+def _unreadable(path: str | os.PathLike[str], error: OSError) -> UnreadableError:
+    return UnreadableError(path, _reason(error), "Check that the file exists and may be read")
 
 
 def _reason(error: OSError) -> str:

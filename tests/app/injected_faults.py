@@ -447,6 +447,8 @@ class Faults:
             return f"no sentence: {said[-200:]!r}"
         if kind == "allocation" and code == BAD_FILE and "memory" not in said:
             return f"blames the file: {said[-200:]!r}"
+        if kind != "allocation" and "damaged" in said:
+            return f"calls a file damaged: {said[-300:]!r}"
         left = {entry.name for entry in self.outputs.iterdir()}
         if code != DONE and work.output.endswith(".transport"):
             left.discard(f".{work.output}.unfinished")  # a bake goes on where it ended

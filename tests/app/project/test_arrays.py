@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import subprocess
 import sys
@@ -18,7 +19,7 @@ from app.project.arrays import (
     compress,
     file_of,
     find_beside,
-    find_damaged,
+    find_problems,
     folder_of,
     keep_beside,
 )
@@ -102,7 +103,7 @@ def test_projects_of_before_arrays_were_compressed_open_and_are_compressed(numbe
         compress(tmp_path, name)
         assert not old.exists()
         assert np.array_equal(find_beside(tmp_path, name), array)
-    assert drain(find_damaged(tmp_path)) == []
+    assert drain(find_problems(tmp_path)) == []
 
 
 def test_damage_is_found_at_once_in_small_arrays_and_by_verification_in_all(
@@ -110,7 +111,7 @@ def test_damage_is_found_at_once_in_small_arrays_and_by_verification_in_all(
 ) -> None:
     small = np.arange(5.0)
     names = [keep_beside(tmp_path, array) for array in (small, numbers)]
-    assert drain(find_damaged(tmp_path)) == []
+    assert drain(find_problems(tmp_path)) == []
     for name in names:
         path = file_of(tmp_path, name)
         content = bytearray(path.read_bytes())
@@ -118,7 +119,24 @@ def test_damage_is_found_at_once_in_small_arrays_and_by_verification_in_all(
         path.write_bytes(content)
     with pytest.raises(Absent):
         find_beside(tmp_path, names[0])
-    assert drain(find_damaged(tmp_path)) == sorted(f"{name}{PACKED}" for name in names)
+    assert drain(find_problems(tmp_path)) == [
+        f"{name}{PACKED} is damaged, and can be made again" for name in sorted(names)
+    ]
+
+
+def test_an_array_that_the_system_does_not_let_be_read_is_not_called_damaged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = keep_beside(tmp_path, np.arange(5.0))
+    assert drain(find_problems(tmp_path)) == []
+
+    def refuse(*_: object) -> int:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(os, "open", refuse)
+    assert drain(find_problems(tmp_path)) == [f"{name}{PACKED} cannot be read: Permission denied"]
+    with pytest.raises(Absent, match="cannot be read"):
+        find_beside(tmp_path, name)
 
 
 def test_an_array_that_declares_another_size_than_its_shape_has_is_damaged(tmp_path: Path) -> None:
