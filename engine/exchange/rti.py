@@ -20,7 +20,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeGuard
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -284,7 +284,7 @@ def has_sides(material: Material, stack: ImageStack | None) -> bool:
     return material.directional is not None or _has_own_dome(material, stack)
 
 
-def _has_own_dome(material: Material, stack: ImageStack | None) -> TypeGuard[ImageStack]:
+def _has_own_dome(material: Material, stack: ImageStack | None) -> bool:
     """True for photographs of these texels under light from several sides."""
     return stack is not None and stack.radiance.shape[1:3] == material.size and shows_slopes(stack)
 
@@ -292,7 +292,7 @@ def _has_own_dome(material: Material, stack: ImageStack | None) -> TypeGuard[Ima
 def _images(subject: Subject) -> tuple[Vectors, Callable[[int], NDArray[np.float32]]]:
     """Directions of light (N, 3), and a function that gives the image (H, W, 3) under each."""
     stack, directional = subject.stack, subject.material.directional
-    if _has_own_dome(subject.material, stack):
+    if stack is not None and _has_own_dome(subject.material, stack):
         assert stack.azimuth is not None
         photographs = stack.radiance
         lights = surface_direction(0.5 * np.pi - stack.elevation, stack.azimuth)
