@@ -14,6 +14,8 @@ import signal
 import sys
 from typing import IO, Any
 
+from engine.storage import guarded
+
 log = logging.getLogger(__name__)
 
 #: Frames that are written, at most.
@@ -41,6 +43,7 @@ def add_native_stack(handler: Any, report: IO[bytes]) -> None:
     for number in SIGNALS:
         _libc().signal(number, handler.address)
     faulthandler.enable(report)
+    guarded.renew()
     _kept.append(handler)
 
 

@@ -3,10 +3,13 @@
 The system then ends a process that reads what is gone, with SIGBUS. Here a handler of that signal puts zeros in the
 place of what is gone, from the page that was read to the end of the mapping, and notes it: `check` raises InputError
 from then on, as long as the mapping is in use. Whoever writes a result or ends a job asks it, so that nothing that was
-computed from the zeros is kept. A SIGBUS elsewhere ends the process as it did before.
+computed from the zeros is kept. Where the main thread has read the zeros, it raises the error itself at once, as it
+raises KeyboardInterrupt: a program that asks nobody must not go on either. A SIGBUS elsewhere ends the process as it
+did before.
 
-The handler is machine code (numba) that calls `mmap` alone: it runs on whatever thread has read, with or without the
-interpreter. It exists on Linux; elsewhere `is_possible` is False, and files are read instead of mapped.
+The handler is machine code (numba) that calls `mmap` and `PyErr_SetInterruptEx` alone, which is made for handlers: it
+runs on whatever thread has read, with or without the interpreter. It exists on Linux; elsewhere `is_possible` is False,
+and files are read instead of mapped.
 Cost: some 0.5 s for the first mapping of a process, for the compiler.
 """
 
@@ -27,7 +30,7 @@ from engine.core.errors import InputError
 #: Mappings of one process at a time.
 MAX_MAPPINGS = 4096
 
-_COLUMNS = 3  # beginning and end of a mapping as addresses, and 1 where it was cut short
+_COLUMNS = 3  # beginning and end of a mapping as addresses, and where it was cut short the thread that has read
 _SIGINFO, _ON_STACK = 0x4, 0x08000000
 _REMEDY = "Check the disk that it lies on, and open it again"
 
@@ -79,6 +82,18 @@ def map_file(path: Path) -> GuardedMapping | None:
     return mapped
 
 
+def renew() -> None:
+    """Put the handler in its place again, where another one for SIGBUS took it; that is asked for other faults."""
+    if not _kept:
+        return
+    libc, before, handler = _kept
+    now = _Action()
+    libc.sigaction(signal.SIGBUS, 0, ctypes.addressof(now))
+    if now.handler != handler.address:
+        ctypes.memmove(ctypes.addressof(before), ctypes.addressof(now), ctypes.sizeof(before))
+        _set_handler(libc, handler)
+
+
 def check() -> None:
     """InputError where a file that is mapped now was cut short since."""
     if not _paths:
@@ -104,12 +119,26 @@ def _address(mapped: mmap.mmap) -> int:
 def _install() -> None:
     libc = ctypes.CDLL(None, use_errno=True)
     libc.sigaction.argtypes = (ctypes.c_int, ctypes.c_size_t, ctypes.c_size_t)
-    before, action = _Action(), _Action()
+    before = _Action()
     libc.sigaction(signal.SIGBUS, 0, ctypes.addressof(before))
     handler = _compile(libc, ctypes.addressof(before))
-    action.handler, action.flags = handler.address, _SIGINFO | _ON_STACK
+    if threading.current_thread() is threading.main_thread():  # Python takes handlers from there alone
+        signal.signal(signal.SIGBUS, _raise_for_main_thread)
     _kept.extend((libc, before, handler))
+    _set_handler(libc, handler)
+
+
+def _set_handler(libc: Any, handler: Any) -> None:
+    action = _Action()
+    action.handler, action.flags = handler.address, _SIGINFO | _ON_STACK
     libc.sigaction(signal.SIGBUS, ctypes.addressof(action), 0)
+
+
+def _raise_for_main_thread(_number: int, _frame: object) -> None:
+    """Handler of Python's, which runs on the main thread soon after a page was gone."""
+    main = threading.main_thread().ident
+    if any(_table[_COLUMNS * row + 2] == main for row in list(_paths)):
+        check()
 
 
 def _compile(libc: Any, before: int) -> Any:
@@ -122,6 +151,9 @@ def _compile(libc: Any, before: int) -> Any:
     place.restype = ctypes.c_size_t
     place.argtypes = (ctypes.c_size_t, ctypes.c_size_t, *(ctypes.c_int,) * 4)
     restore = libc.sigaction
+    interrupt, thread = ctypes.pythonapi.PyErr_SetInterruptEx, ctypes.pythonapi.PyThread_get_thread_ident
+    interrupt.argtypes, interrupt.restype = (ctypes.c_int,), ctypes.c_int
+    thread.argtypes, thread.restype = (), ctypes.c_size_t
     table, rows, columns = ctypes.addressof(_table), MAX_MAPPINGS, _COLUMNS
     page, number = mmap.PAGESIZE, signal.SIGBUS.value
     flags = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | 0x10  # MAP_FIXED
@@ -142,7 +174,8 @@ def _compile(libc: Any, before: int) -> Any:
             if beginning != 0 and beginning <= address and address < end:
                 start = address // types.uint64(page) * types.uint64(page)
                 if place(start, end - start, readable, flags, -1, 0) == start:
-                    entries[columns * row + 2] = 1
+                    entries[columns * row + 2] = thread()
+                    interrupt(number)
                     return
         restore(number, before, 0)
 

@@ -39,6 +39,25 @@ write_bytes(out, b"computed")
 print(out.exists())
 """
 
+MAIN = """
+import faulthandler, os
+from pathlib import Path
+import numpy as np
+from engine.core.errors import InputError
+from engine.storage import guarded
+path = Path("mapped")
+path.write_bytes(bytes([1]) * 100_000)
+numbers = np.frombuffer(guarded.map_file(path), np.uint8)
+faulthandler.enable()
+guarded.renew()
+os.truncate(path, 5000)
+try:
+    total = int(numbers.sum())
+    print("went on")
+except InputError as error:
+    print(error.path, error.problem)
+"""
+
 OTHER = """
 import mmap, os
 from pathlib import Path
@@ -64,6 +83,13 @@ def test_a_mapped_file_that_is_cut_short_is_said_and_nothing_made_of_it_is_kept(
     found = ran(PROGRAM, tmp_path)
     said = "mapped was cut short while it was open"
     assert found.stdout.splitlines() == ["[5000] 5000", said, said, "False", "True"], found
+
+
+@pytest.mark.skipif(not is_possible(), reason="this system cannot guard a mapping, and none is made")
+def test_the_main_thread_does_not_go_on_with_what_is_gone(tmp_path: Path) -> None:
+    """Also where another handler for faults was put in the place of the guard's meanwhile."""
+    found = ran(MAIN, tmp_path)
+    assert found.stdout.splitlines() == ["mapped was cut short while it was open"], found
 
 
 @pytest.mark.skipif(not is_possible(), reason="this system cannot guard a mapping, and none is made")
