@@ -22,6 +22,7 @@ from collections.abc import Sequence
 from typing import Any, cast
 
 import engine
+from app.arguments.once import OnceParser
 from app.arguments.results import add_overwrite, check_results
 from app.arguments.usage import BAD_FILE, CANCELLED, DONE, MISSING, OUT_OF_MEMORY, WRONG_USAGE
 from app.process import ending, last_words
@@ -131,9 +132,9 @@ class Progress:
             self.stream.write("\r\x1b[K")
 
 
-def build_parser(only: str | None = None) -> argparse.ArgumentParser:
+def build_parser(only: str | None = None) -> OnceParser:
     """Build the parser of all verbs, with the options of the verb `only`, or of every verb if it is None."""
-    parser = argparse.ArgumentParser(
+    parser = OnceParser(
         prog="lightarc",
         description="Turn photographs of a material under a moving lamp into a material. Without a verb: the window.",
         epilog=EXIT_CODES,
