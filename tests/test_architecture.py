@@ -85,6 +85,9 @@ CATCHERS = {
     "app/viewport/gl_surface.py Exception": (
         "the border of a paint event: Qt would raise it in whatever Python code runs next"
     ),
+    "app/command_line.py Exception": (
+        "the border of a verb: OpenCV has its own error for too little memory; all else is raised again"
+    ),
     "lightarc/_border.py Exception": "the border of the library: nothing but its own errors leaves it",
     "engine/core/plugins.py Exception": "code of other packages, which must not keep the program from starting",
     "engine/gl/context.py Exception": "moderngl raises plain Exception; every other type is raised again",
