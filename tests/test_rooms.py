@@ -23,6 +23,7 @@ ROOMS = (
     "engine/images",
     "engine/geometry",
     "engine/light",
+    "engine/texel",
     "engine/capture/photograph",
     "engine/capture/lights",
     "engine/capture/registration",

@@ -1,8 +1,8 @@
 """From the photographs of a stack to the maps of its surface.
 
 The steps: the lamps and what they tell (`lamps`), kinds of texels and their priors, slopes and reflectance of each
-texel (`reflectance`, `texel_kernel`), height (`height`), occlusion by relief (`horizon`), and the error against the
-photographs (`relight`).
+texel (`reflectance`, `engine.texel.kernel`), height (`height`), occlusion by relief (`horizon`), and the error against
+the photographs (`relight`).
 Memory, by the arrays and not measured: maps with their uncertainties take 100 bytes a texel, the height 100 more; 24
 megapixels would need some 5 GiB.
 """
@@ -28,7 +28,7 @@ from engine.surface.lamps import Lamps, lamps
 from engine.surface.pbr_maps import DIELECTRIC_F0, Map, MapErrors, PbrMaps, Uncertainty
 from engine.surface.reflectance import FEWEST_FOR_GLOSS, Array, fit_rows, kinds, metallic_roughness
 from engine.surface.rig_error import rig_error
-from engine.surface.texel_kernel import (
+from engine.texel.kernel import (
     COV_AB,
     COV_REFLECTANCE,
     DIFFUSE,

@@ -25,7 +25,7 @@ from engine.capture.stack import ImageStack
 from engine.core.steps import Step, Steps, part
 from engine.surface.lamps import Lamps
 from engine.surface.pbr_maps import DIELECTRIC_F0
-from engine.surface.texel_kernel import (
+from engine.texel.kernel import (
     COLUMNS,
     COV_AB,
     COV_REFLECTANCE,
@@ -153,7 +153,7 @@ def fit(
     kinds: Kinds,
     lambertian: bool = False,
 ) -> Array:
-    """(T, COLUMNS) of `texel_kernel` for radiance (N, T, 3) under the light (N, T or 1, 3)."""
+    """(T, COLUMNS) of `engine.texel.kernel` for radiance (N, T, 3) under the light (N, T or 1, 3)."""
     # compiled code: loaded when first needed
     found = np.zeros((values.shape[1], COLUMNS))
     scaled = np.ascontiguousarray(values / np.float32(kinds.white))

@@ -20,7 +20,7 @@ from engine.shading.directional.left_out import Predict, Texels
 from engine.surface.lamps import Lamps, lamps
 from engine.surface.pbr_maps import PbrMaps
 from engine.surface.reflectance import Array, Kinds, fit, kinds, metallic_roughness, texels
-from engine.surface.texel_kernel import (
+from engine.texel.kernel import (
     COV_REFLECTANCE,
     DIFFUSE,
     ROUGHNESS,

@@ -124,6 +124,15 @@ def show_texels(slopes, roughness, diffuse, specular, towards, image):  # type: 
                 image[lamp, texel, channel] = diffuse[texel, channel] * received + specular[texel, channel] * highlight
 
 
+@parallel
+def differentiate(slopes, roughness, lights, found):  # type: ignore[no-untyped-def]
+    """Fill `found` (T, 7, N) with c, s and their derivatives, rows as of `evaluate`, for lights (N, T or 1, 3)."""
+    for texel in prange(len(slopes)):
+        lamp = np.empty((5, len(lights)))
+        _place(lights, np.int64(texel) if lights.shape[1] > 1 else np.int64(0), lamp)
+        evaluate(slopes[texel, 0], slopes[texel, 1], roughness[texel], lamp, found[texel])
+
+
 @scalar
 def _lambertian(grey, is_usable, lamp, across_free, weight, sorting, row):  # type: ignore[no-untyped-def]
     """Slopes of the robust Lambertian fit, into `row`; `weight` is then zero for shadows, highlights and clipping."""
