@@ -127,10 +127,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--lights-form",
         default="listed",
         type=str,
-        metavar="listed|mirrored-x|mirrored-y|swapped-xy|reversed|shifted+1|…",
+        metavar="listed|mirrored-x|mirrored-y|swapped-xy|turned|reversed|shifted+1|…",
         help="form in which the list of lights is taken, as the report of an import suggests: with an axis turned "
-        "round, x and y exchanged, or for the photographs in another order (shifted+1: each has the light of the next "
-        "one)",
+        "round, both (turned), x and y exchanged, or for the photographs in another order (shifted+1: each has the "
+        "light of the next one)",
     )
     lights = parser.add_mutually_exclusive_group()
     lights.add_argument(

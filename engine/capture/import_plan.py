@@ -124,6 +124,8 @@ class Plan:
     terms: tuple[Term, ...] = ()
     room_light: tuple[float, ...] | None = None
     held_out: float | None = None
+    undecided_deg: float | None = None
+    is_list_doubted: bool = False
 
     @property
     def names(self) -> list[str]:
@@ -153,6 +155,7 @@ class Plan:
             "room_light": list(self.room_light) if self.room_light else None,
             "calibration": [term.as_json() for term in self.terms],
             "calibration_held_out": self.held_out,
+            "calibration_undecided_deg": self.undecided_deg,
             "control_points_px": {name: [list(map(float, one)) for one in pairs] for name, pairs in marked.items()},
         }
 
@@ -191,8 +194,11 @@ class Plan:
             "distance": self.settings.lamp_distance is not None or self.sources.lamp_distance is not None,
             "gains": self.settings.equalise is not None,
             "ambient": self.dark is not None,
+            "motion": bool(self.settings.control_points),
             "lights": self.sources.sphere is not None or self.settings.lights_form != LISTED,
         }
+        if self.is_list_doubted:  # what is estimated under wrong lights is wrong
+            chosen = tuple(term for term in chosen if term == "lights")
         return tuple(term for term in chosen if not stated.get(term, False))
 
 

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 import engine
 from engine.capture.assumptions import compare_azimuths
 from engine.capture.calibration.correction import Correction, room_light, room_share
-from engine.capture.calibration.estimate import Term, estimate, levels, sample_texels
+from engine.capture.calibration.estimate import Estimate, Term, estimate, levels, sample_texels
 from engine.capture.calibration.light_list import ListCheck, check_list
 from engine.capture.calibration.motion import camera_motion
 from engine.capture.calibration.rig import TERMS, Rig, lamp_vectors
@@ -79,6 +79,9 @@ PIXEL_BYTES = 13
 _BAND_PIXELS = 1 << 20
 _RECORD_BYTES = 1 << 20
 _THUMBNAIL_SIDE = 256
+
+#: Small photographs and shares of clipped samples.
+_Small = tuple[list[NDArray[np.float32]], list[NDArray[np.float32]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +216,10 @@ def _align_record(plan: Plan, read: _Read, place: Path, files: ExitStack, starte
             plan = _check(plan, read, alignment)
         if "motion" in plan.calibrated:
             plan, alignment = yield from part(_followed(plan, read, alignment), 0.7, 0.75)
-        plan, correction = yield from part(_calibrate(plan, read, alignment), 0.75, 0.8)
+        small = _small_aligned(read, alignment)
+        found = _estimate(plan, small)
+        plan = _with_estimate(plan, found)
+        correction = yield from part(_correct(plan, read, alignment, small, found), 0.75, 0.8)
         yield from part(_write_aligned(plan, read, alignment, correction, place, files), 0.8, 1.0)
     assert read.output is not None
     plan = replace(plan, sources=replace(plan.sources, findings=(*plan.sources.findings, *about_angles)))
@@ -373,11 +379,11 @@ def _check(plan: Plan, read: _Read, alignment: Alignment) -> Plan:
     order = name_order(plan.sources)
     images, clipped = _small_aligned(read, alignment)
     found = check_list([images[at] for at in order], [clipped[at] for at in order], _directions(plan)[order])
-    if found.form == LISTED:
-        return plan
-    warning = Finding(Verdict.WARNING, _about_list(found))
-    sources = replace(plan.sources, findings=(*plan.sources.findings, warning))
-    return replace(plan, sources=sources, settings=replace(plan.settings, calibrate=("lights",)))
+    is_doubted = found.form != LISTED
+    said = [Finding(Verdict.WARNING, _about_list(found))] if is_doubted else []
+    said += [Finding(Verdict.NOTE, found.doubt)] if found.doubt else []
+    sources = replace(plan.sources, findings=(*plan.sources.findings, *said))
+    return replace(plan, sources=sources, is_list_doubted=is_doubted)
 
 
 def _about_list(found: ListCheck) -> str:
@@ -397,6 +403,8 @@ def _followed(plan: Plan, read: _Read, alignment: Alignment) -> Steps[tuple[Plan
     """The plan with what was found about the motion of the camera, and the alignment that follows it."""
     factor, reference = reduction(*read.shape), alignment.reference
     found = yield from camera_motion(read.greys, _directions(plan))
+    if plan.reference is None and found.moved:
+        reference = int(np.argmin(found.residual_px))  # its error is in all others
     brightness = float(np.median(np.stack(read.greys)))
     shifts = factor * (found.shifts - found.shifts[reference])
     before, after = levels(found.before, brightness), levels(found.after, brightness)
@@ -414,7 +422,7 @@ def _followed(plan: Plan, read: _Read, alignment: Alignment) -> Steps[tuple[Plan
         return plan, alignment
     matrix = np.tile(np.eye(3), (len(shifts), 1, 1))
     matrix[:, :2, 2] = shifts
-    residual = factor * found.residual_px
+    residual = factor * np.hypot(found.residual_px, found.residual_px[reference])
     residual[reference] = 0.0
     return plan, Alignment(matrix, residual, np.ones(len(shifts), bool), np.ones(len(shifts)), reference)
 
@@ -425,51 +433,66 @@ def _directions(plan: Plan) -> NDArray[np.float64]:
     return surface_direction(0.5 * np.pi - plan.sources.elevation, plan.sources.azimuth)
 
 
-def _calibrate(plan: Plan, read: _Read, alignment: Alignment) -> Steps[tuple[Plan, Correction | None]]:
-    """The plan with what the photographs tell of their rig, and the correction for it; None for none."""
-    sources, terms = plan.sources, [term for term in plan.calibrated if term in TERMS]
-    if not terms or sources.azimuth is None:
-        return _select_reported(plan), None
-    yield Step(0.0, "Calibrating")
-    directions, small = _directions(plan), _small_aligned(read, alignment)
+def _estimate(plan: Plan, small: _Small) -> Estimate | None:
+    """What the small photographs tell of their rig; None where nothing is to be estimated."""
+    terms = [term for term in plan.calibrated if term in TERMS]
+    if not terms:
+        return None
+    directions = _directions(plan)
     start = replace(Rig.plain(len(directions)), nearness=1.0 / plan.calibration.lamp_distance)
     sample = sample_texels(*small)
     if start.nearness:  # the fall-off of stated lamps has been taken off the photographs
         vectors = lamp_vectors(directions, sample.positions, start.nearness)
         sample = replace(sample, values=sample.values * np.linalg.norm(vectors, axis=-1) ** 1.5)
-    found = estimate(sample, directions, terms, start)
-    held_out = found.held_out if math.isfinite(found.held_out) else None
-    plan = _select_reported(replace(plan, terms=(*plan.terms, *found.terms), held_out=held_out))
-    if not found.accepted:
-        return plan, None
-    gains = np.exp(found.rig.log_gains - np.median(found.rig.log_gains))
-    nearness = found.rig.nearness if "distance" in found.accepted else 0.0
+    return estimate(sample, directions, terms, start)
+
+
+def _with_estimate(plan: Plan, found: Estimate | None) -> Plan:
+    """The plan that holds and reports what the calibration found."""
+    if found is not None:
+        held_out = found.held_out if math.isfinite(found.held_out) else None
+        terms = (*plan.terms, *found.terms)
+        plan = replace(plan, terms=terms, held_out=held_out, undecided_deg=found.undecided_deg)
+    said = [Finding(Verdict.NOTE, term.text) for term in plan.terms]
+    plan = replace(plan, sources=replace(plan.sources, findings=(*plan.sources.findings, *said)))
+    if found is None or not found.accepted:
+        return plan
+    if "distance" in found.accepted:
+        plan = replace(plan, calibration=replace(plan.calibration, lamp_distance=1.0 / found.rig.nearness))
+    if "ambient" in found.accepted:
+        plan = replace(plan, room_light=tuple(found.rig.ambient.tolist()))
+    return replace(plan, gains=plan.gains * _relative_gains(found))
+
+
+def _relative_gains(found: Estimate) -> NDArray[np.float64]:
+    """(N,) over their median."""
+    return np.exp(found.rig.log_gains - np.median(found.rig.log_gains))
+
+
+def _correct(
+    plan: Plan, read: _Read, alignment: Alignment, small: _Small, found: Estimate | None
+) -> Steps[Correction | None]:
+    """The correction of photographs for the terms that were accepted; None for none."""
+    azimuth = plan.sources.azimuth
+    if found is None or not found.accepted or azimuth is None:
+        return None
+    yield Step(0.0, "Calibrating")
     room, matrix = None, alignment.matrix if alignment.aligned.any() else None
     if "ambient" in found.accepted:
-        share = room_share(small[0], directions, found.rig)
-        photographs = [radiance for radiance, _ in read.waiting]
-        room = yield from part(room_light(photographs, share, matrix), 0.3, 1.0)
-        plan = replace(plan, room_light=tuple(found.rig.ambient.tolist()))
-    if nearness:
-        plan = replace(plan, calibration=replace(plan.calibration, lamp_distance=1.0 / nearness))
-    correction = Correction(gains, nearness, sources.elevation, sources.azimuth, room, matrix)
-    return replace(plan, gains=plan.gains * gains), correction
+        share = room_share(small[0], _directions(plan), found.rig, found.kind)
+        room = yield from part(room_light([radiance for radiance, _ in read.waiting], share, matrix), 0.3, 1.0)
+    nearness = found.rig.nearness if "distance" in found.accepted else 0.0
+    return Correction(_relative_gains(found), nearness, plan.sources.elevation, azimuth, room, matrix)
 
 
-def _select_reported(plan: Plan) -> Plan:
-    """The plan whose findings say what the calibration found."""
-    said = [Finding(Verdict.NOTE, term.text) for term in plan.terms]
-    return replace(plan, sources=replace(plan.sources, findings=(*plan.sources.findings, *said)))
-
-
-def _small_aligned(read: _Read, alignment: Alignment) -> tuple[list[NDArray[np.float32]], list[NDArray[np.float32]]]:
+def _small_aligned(read: _Read, alignment: Alignment) -> _Small:
     """The thumbnails and their shares of clipped samples, as the reference shows the sample."""
     if not alignment.aligned.any():
         return read.thumbnails, read.clipped
     height, width = read.thumbnails[0].shape[:2]
     scale = np.diag([width / read.shape[1], height / read.shape[0], 1.0])
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    found: tuple[list[NDArray[np.float32]], list[NDArray[np.float32]]] = ([], [])
+    found: _Small = ([], [])
     for image, clipped, matrix in zip(read.thumbnails, read.clipped, alignment.matrix, strict=True):
         small = scale @ matrix @ np.linalg.inv(scale)
         found[0].append(cv2.warpPerspective(image, small, (width, height), flags=flags))

@@ -4,7 +4,8 @@ An error δ of the inverse distance of lamps, in widths, turns the normal at the
 2.5 δ p: 1 by the direction of the light and 1.5 by its fall-off, for lamps at 45°. Gains that err by σ turn normals by
 σ √(4 / N), N lamps being averaged, and room light that errs by σ by 2 σ. What the model of the calibration leaves of
 photographs held out, over the brightness, is an angle of the same size in normals: light that bounces, gloss and
-relief beside near lamps err alike over many texels.
+relief beside near lamps err alike over many texels. So do terms that the photographs do not decide: normals change by
+the angle that the calibration states when these are fitted all the same.
 """
 
 from __future__ import annotations
@@ -44,6 +45,8 @@ def rig_error(stack: ImageStack, used: NDArray[np.int64], seen: Lamps) -> tuple[
     if terms:
         near, alike = _of_terms(terms, len(used))
         held_out = stack.provenance.get("calibration_held_out")
+        undecided = stack.provenance.get("calibration_undecided_deg")
+        alike = math.hypot(alike, math.radians(undecided) if isinstance(undecided, int | float) else 0.0)
         findings: list[Finding] = []
     else:
         near, alike, held_out, findings = _of_photographs(stack, used, seen)
@@ -90,5 +93,6 @@ def _of_photographs(
     changes = [
         math.radians(term.normals_change_deg) for term in found.terms if term.accepted and term.name != "distance"
     ]
+    changes.append(math.radians(found.undecided_deg))
     near = found.rig.nearness if "distance" in found.accepted else 0.0
     return near, math.hypot(*changes, 0.0), found.held_out if math.isfinite(found.held_out) else None, findings

@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.calibration.rig import Array, Rig, Sample, fit
+from engine.capture.calibration.rig import Array, Kind, Rig, Sample, fit
 from engine.capture.photograph.calibrate import near_lamp_gain
 from engine.core.one_thread import one_thread
 from engine.core.steps import Step, Steps
@@ -70,8 +70,13 @@ class Correction:
             release(self.room)
 
 
-def room_share(photographs: Sequence[NDArray[np.float32]], directions: Array, rig: Rig) -> NDArray[np.float32]:
-    """(h, w, 3) share of room light in the mean of small photographs (h, w, 3) under lamps in `directions` (N, 3)."""
+def room_share(
+    photographs: Sequence[NDArray[np.float32]], directions: Array, rig: Rig, kind: Kind = "matte"
+) -> NDArray[np.float32]:
+    """(h, w, 3) share of room light in the mean of small photographs (h, w, 3) under lamps in `directions` (N, 3).
+
+    `kind` is the model of a texel by which the colour of the room light is found.
+    """
     height, width = photographs[0].shape[:2]
     scale = min(1.0, _SHARE_SIDE / max(height, width))
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
@@ -81,23 +86,24 @@ def room_share(photographs: Sequence[NDArray[np.float32]], directions: Array, ri
     positions = np.stack([(columns + 0.5) / size[0] - 0.5, (0.5 * size[1] - 0.5 - rows) / size[0]], axis=1)
     share = np.empty((len(values), 3))
     with one_thread():
-        room = [_fit(values[:, :, band], positions, directions, rig, slice(None, None, 8), True) for band in range(3)]
+        every = slice(None, None, {"matte": 8, "glossy": 32}[kind])
+        room = [_fit(values[:, :, band], positions, directions, rig, every, kind)[1] for band in range(3)]
         for first in range(0, len(values), _AT_ONCE):
             part = slice(first, first + _AT_ONCE)
-            normals, _ = _fit(values.mean(axis=2), positions, directions, rig, part, False)
-            for band, (_, ambient) in enumerate(room):
+            normals, _ = _fit(values.mean(axis=2), positions, directions, rig, part)
+            for band, ambient in enumerate(room):
                 share[part, band] = normals @ ambient
     return np.clip(share, 0.0, 0.95).astype(np.float32).reshape(size[1], size[0], 3)
 
 
 def _fit(
-    values: Array, positions: Array, directions: Array, rig: Rig, part: slice, ambient: bool
+    values: Array, positions: Array, directions: Array, rig: Rig, part: slice, kind: Kind | None = None
 ) -> tuple[Array, Array]:
-    """Albedo times normal over the mean, and the room light that fits these values."""
+    """Albedo times normal over the mean, and the room light, which is fitted to the values where a `kind` is given."""
     some = values[part]
     mean = np.maximum(some.mean(axis=1), 1e-9)
     sample = Sample(some / mean[:, None], some > 0.0, positions[part], mean, np.zeros(len(some), np.int64))
-    found = fit(sample, directions, ("ambient",) if ambient else (), rig)
+    found = fit(sample, directions, ("ambient",) if kind else (), rig, kind or "matte")
     return found.albedo_normals, found.rig.ambient
 
 

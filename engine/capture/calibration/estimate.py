@@ -13,7 +13,7 @@ Cost: 0.3 s of one core for 25 photographs, 1.5 s for 64, whatever their size.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.calibration.rig import TERMS, Array, Fit, Rig, Sample, fit, measure_held_out, typical
+from engine.capture.calibration.rig import TERMS, Array, Fit, Kind, Rig, Sample, fit, measure_held_out, typical
 from engine.core.colour import srgb_encode
 from engine.core.figure_text import number, percent
 from engine.core.one_thread import one_thread
@@ -36,8 +36,21 @@ MIN_GAIN, SURE = {"distance": 0.08, "gains": 0.1, "ambient": 0.08}, 4.0
 #: the share that a term has to take away beyond it.
 GOOD, LARGE_GAIN = {"distance": 0.05, "gains": 0.12, "ambient": 0.03}, {"distance": 0.25, "gains": 0.25, "ambient": 1.0}
 
+#: Share of the held-out error that terms which are not accepted take away, from which they count fully as undecided;
+#: and the change of normals in degrees that counts in any case.
+UNDECIDED, NEVER_DECIDED = 0.05, 0.3
+
 #: Held-out error from which the model of a texel tells nothing.
 HOPELESS = 0.18
+
+#: Held-out error below which a matte model is good enough, and the share of it that a glossy one may leave.
+MATTE_ENOUGH, CLEARLY_GLOSSY = 0.004, 0.8
+
+#: Inverse distances from which the fit of glossy texels starts as well.
+STARTS = (0.3, 0.8)
+
+#: Texels of the sample to which the glossy model is fitted.
+GLOSSY_TEXELS = 400
 
 #: Radiance of texels that are looked at, at least: of the white level, and over the brightest.
 DARKEST, DARKEST_SHARE = 0.003, 0.03
@@ -77,11 +90,17 @@ class Term:
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """A rig, what is said about each of its terms, and the held-out error over the brightness of a texel."""
+    """A rig, what is said about each of its terms, and the held-out error over the brightness of a texel.
+
+    `kind` is the model of a texel that the photographs fit, `undecided_deg` the angle by which two thirds of normals
+    change at most where the terms that were not accepted are fitted all the same, as far as these lower the error.
+    """
 
     rig: Rig
     terms: tuple[Term, ...]
     held_out: float
+    kind: Kind = "matte"
+    undecided_deg: float = 0.0
 
     @property
     def accepted(self) -> tuple[str, ...]:
@@ -125,19 +144,9 @@ def _estimate(sample: Sample, directions: Array, allowed: Collection[str], start
     tried = tuple(term for term in TERMS if term in allowed and count >= FEWEST[term])
     if not tried or len(sample.values) < 40:
         return Estimate(start, (), float("nan"))
-    row, column = np.divmod(sample.block, BLOCKS)
-    halves = [(row + column) % 2 == parity for parity in (0, 1)]
-
-    @cache
-    def errors(terms: tuple[str, ...]) -> Array:
-        """(T,) held-out errors, of rigs that are fitted on the other half of the image."""
-        found = np.empty(len(sample.values))
-        for half in halves:
-            rig = fit(sample.of(~half), directions, terms, start).rig
-            here = sample.of(half)
-            found[half] = typical(measure_held_out(here, directions, rig), here.usable)
-        return found
-
+    kind, errors = _choose_model(sample, directions, tried, start)
+    if kind == "glossy":
+        sample = _sparse(sample)
     kept = tried
     while kept:
         evidence = {term: _evidence(term, errors(_without(kept, term)), errors(kept), sample.block) for term in kept}
@@ -145,11 +154,72 @@ def _estimate(sample: Sample, directions: Array, allowed: Collection[str], start
         if evidence[least] >= 1.0:
             break
         kept = _without(kept, least)
-    final = fit(sample, directions, kept, start)
-    spread = _jackknife(sample, directions, kept, final)
-    changes = {term: _angle_between(fit(sample, directions, (), _put(final.rig, start, term)), final) for term in kept}
+    final = _fit_from_several(sample, directions, kept, start, kind)
+    spread = _jackknife(sample, directions, kept, final, kind)
+    changes = {
+        term: _angle_between(fit(sample, directions, (), _put(final.rig, start, term), kind), final) for term in kept
+    }
     terms = [_term(term, kept, errors, sample, final, spread, changes.get(term, 0.0)) for term in tried]
-    return Estimate(final.rig if kept else start, tuple(terms), float(errors(kept).mean()))
+    left = float(errors(kept).mean())
+    share = 1.0 - float(errors(tried).mean()) / max(left, 1e-9)
+    undecided = 0.0
+    if kept != tried:
+        undecided = _angle_between(_fit_from_several(sample, directions, tried, start, kind), final, 0.68)
+        undecided *= max(
+            min(share / UNDECIDED, 1.0) ** 0.5 if share > 0.0 else 0.0, min(NEVER_DECIDED / max(undecided, 1e-9), 1.0)
+        )
+    return Estimate(final.rig if kept else start, tuple(terms), left, kind, undecided)
+
+
+def _choose_model(
+    sample: Sample, directions: Array, tried: tuple[str, ...], start: Rig
+) -> tuple[Kind, Callable[[tuple[str, ...]], Array]]:
+    """The model of a texel, and its held-out errors by terms; glossy where the matte one errs, and highlights explain
+    the photographs clearly better."""
+    errors = _cross_validate(sample, directions, start, "matte")
+    left = float(errors(tried).mean())
+    if left > MATTE_ENOUGH:
+        others = _cross_validate(_sparse(sample), directions, start, "glossy")
+        if float(others(tried).mean()) < CLEARLY_GLOSSY * left:
+            return "glossy", others
+    return "matte", errors
+
+
+def _sparse(sample: Sample) -> Sample:
+    """Every so many texels, since the fit of a glossy one takes long."""
+    return sample.of(np.arange(len(sample.values)) % max(1, len(sample.values) // GLOSSY_TEXELS) == 0)
+
+
+def _cross_validate(sample: Sample, directions: Array, start: Rig, kind: Kind) -> Callable[[tuple[str, ...]], Array]:
+    """Function from terms to (T,) held-out errors, of rigs that are fitted on the other half of the image."""
+    row, column = np.divmod(sample.block, BLOCKS)
+    halves = [(row + column) % 2 == parity for parity in (0, 1)]
+    begun: dict[int, Rig] = {}
+
+    @cache
+    def errors(terms: tuple[str, ...]) -> Array:
+        found = np.empty(len(sample.values))
+        for parity, half in enumerate(halves):
+            there, here = sample.of(~half), sample.of(half)
+            if parity not in begun:
+                rig = begun[parity] = _fit_from_several(there, directions, terms, start, kind).rig
+            else:
+                first = begun[parity]
+                for term in TERMS:
+                    first = first if term in terms else _put(first, start, term)
+                rig = fit(there, directions, terms, first, kind).rig
+            found[half] = typical(measure_held_out(here, directions, rig, kind), here.usable)
+        return found
+
+    return errors
+
+
+def _fit_from_several(sample: Sample, directions: Array, terms: tuple[str, ...], start: Rig, kind: Kind) -> Fit:
+    """The best fit of those from several distances: highlights of near lamps on a flat surface are
+    those of distant ones on a bent one, which is a minimum as well."""
+    several = (start.nearness, *STARTS) if kind == "glossy" and "distance" in terms else (start.nearness,)
+    fits = [fit(sample, directions, terms, replace(start, nearness=each), kind) for each in several]
+    return min(fits, key=lambda each: float(typical(sample.values - each.model.values, sample.usable).mean()))
 
 
 def _without(terms: tuple[str, ...], term: str) -> tuple[str, ...]:
@@ -174,7 +244,9 @@ def _evidence(term: str, before: Array, after: Array, block: NDArray[np.int64]) 
     return min(share / needed, float(gain.mean()) / chance / SURE)
 
 
-def _jackknife(sample: Sample, directions: Array, terms: tuple[str, ...], final: Fit) -> tuple[float, float]:
+def _jackknife(
+    sample: Sample, directions: Array, terms: tuple[str, ...], final: Fit, kind: Kind
+) -> tuple[float, float]:
     """Deviations of the inverse distance and of room light over groups of lamps that are left out."""
     count = len(directions)
     found = []
@@ -182,7 +254,7 @@ def _jackknife(sample: Sample, directions: Array, terms: tuple[str, ...], final:
         kept = np.arange(count) % GROUPS != group
         part = replace(sample, values=sample.values[:, kept], usable=sample.usable[:, kept])
         start = replace(final.rig, log_gains=final.rig.log_gains[kept])
-        rig = fit(part, directions[kept], terms, start).rig
+        rig = fit(part, directions[kept], terms, start, kind).rig
         found.append([rig.nearness, *rig.ambient])
     if not found:
         return 0.0, 0.0
@@ -190,20 +262,20 @@ def _jackknife(sample: Sample, directions: Array, terms: tuple[str, ...], final:
     return float(np.sqrt(variance[0])), float(np.sqrt(variance[1:].mean()))
 
 
-def _angle_between(one: Fit, other: Fit) -> float:
-    """Degrees by which 95 % of normals differ at most."""
+def _angle_between(one: Fit, other: Fit, share: float = 0.95) -> float:
+    """Degrees by which this share of normals differs at most."""
     first, second = (
         each.albedo_normals / np.maximum(np.linalg.norm(each.albedo_normals, axis=1), 1e-12)[:, None]
         for each in (one, other)
     )
     cosine = np.clip((first * second).sum(axis=1), -1.0, 1.0)
-    return float(np.degrees(np.quantile(np.arccos(cosine), 0.95)))
+    return float(np.degrees(np.quantile(np.arccos(cosine), share)))
 
 
 def _term(
     term: str,
     kept: tuple[str, ...],
-    errors: Any,
+    errors: Callable[[tuple[str, ...]], Array],
     sample: Sample,
     final: Fit,
     spread: tuple[float, float],

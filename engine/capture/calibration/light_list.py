@@ -5,7 +5,8 @@ fit as well, by mirrored normals. But their slopes belong to no surface, since f
 y is that of dh/dy by x. The part of the slopes' changes that breaks this is small for one handedness alone.
 A list that is turned by half a circle fits as well by both measures: hills are then valleys. So does one that is
 mirrored in x where it should be in y. Near lamps and cast shadows tell these two apart: a shadow lies where the surface
-rises towards the lamp. Where they do not, y is named, which points down in many programs.
+rises towards the lamp. Where they do not, of mirrored lists y is named, which points down in many programs, and of
+others it is said that they may be turned.
 
 Cost: 0.5 s of one core for 25 photographs, 2 s for 64, whatever their size.
 """
@@ -20,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, ndimage
 
-from engine.capture.calibration.rig import Array, Rig, Sample, fit, solve
+from engine.capture.calibration.rig import Array, Rig, Sample, fit
 from engine.capture.lights.list_forms import AXES, LISTED, change
 from engine.core.one_thread import one_thread
 
@@ -43,18 +44,31 @@ SMOOTH, STEEPEST = 0.8, 0.25
 #: The residual of near lamps in one of two mirrored lists, over that in the other, below which they tell.
 NEAR_BETTER = 0.97
 
+#: For a list that fits as it is: that residual turned by half a circle, over that of the list, below which the list is
+#: turned, and above which it is not; between them, by how much more steeply the surface has to rise in cast shadows.
+TURNED, UPRIGHT, RISE = 0.9, 1.1, 0.1
+
+
+#: What is said where neither near lamps nor cast shadows tell hills from valleys.
+UNTOLD_RELIEF = (
+    "The photographs do not tell the list of lights from one that is turned by half a circle: if hills look like "
+    "valleys, import again with --lights-form turned"
+)
+
 
 @dataclass(frozen=True)
 class ListCheck:
     """The form that fits clearly better than the list, or 'listed'; and the measures of both.
 
     `residual` and `no_surface` are pairs (as listed, in that form): mean residual over the brightness, and part of the
-    changes of slopes that belongs to no surface.
+    changes of slopes that belongs to no surface. `doubt` is a sentence about what the photographs do not tell of the
+    list.
     """
 
     form: str
     residual: tuple[float, float]
     no_surface: tuple[float, float]
+    doubt: str = ""
 
 
 def check_list(
@@ -89,32 +103,46 @@ def check_list(
         is_clear = doubt(form) < CLEAR and apart < UNTOLD and share * apart < own[LISTED]
         if is_clear and form.startswith("mirrored"):
             form = _mirror(sample, directions, fits[LISTED][1], size)
+        relief = ""
+        if not is_clear:
+            near, rise = _compare_turned(sample, directions, fits[LISTED][1], size)
+            if near < TURNED or (near < UPRIGHT and rise > RISE):
+                form, share, apart, is_clear = "turned", near, own[LISTED], True
+            elif near < UPRIGHT and rise > -RISE:
+                relief = UNTOLD_RELIEF
     residual = (fits[LISTED][0], share * fits[LISTED][0])
-    return ListCheck(form if is_clear else LISTED, residual, (own[LISTED], apart))
+    return ListCheck(form if is_clear else LISTED, residual, (own[LISTED], apart), relief)
 
 
 def _mirror(sample: Sample, directions: Array, rig: Rig, size: tuple[int, int]) -> str:
     """'mirrored-x' or 'mirrored-y', whose surfaces are each other's negative."""
+    near, rise = _compare_turned(sample, change(directions, "mirrored-y"), rig, size)
+    if near > 1.0 / NEAR_BETTER or near < NEAR_BETTER:
+        return "mirrored-x" if near < 1.0 else "mirrored-y"
+    return "mirrored-x" if rise > 0.0 else "mirrored-y"
+
+
+def _compare_turned(sample: Sample, directions: Array, rig: Rig, size: tuple[int, int]) -> tuple[float, float]:
+    """Evidence that a list is turned by half a circle, so that hills are valleys.
+
+    The residual with near lamps of the turned list over that of the list, and by how much more steeply the surface then
+    rises towards the lamp in cast shadows (0 where there are too few).
+    """
     some = np.arange(len(sample.values)) % max(1, len(sample.values) // (2 * TEXELS)) == 0
-    forms = ("mirrored-y", "mirrored-x")
+    both = (directions, change(directions, "turned"))
     left = []
-    for form in forms:
-        turned = change(directions, form)
-        near = fit(sample.of(some), turned, ("distance", "gains"), rig)
-        _, residuals = solve(sample.of(some), turned, near.rig, near.weights)
-        left.append(float(np.median(np.abs(residuals))))
-    if min(left) < NEAR_BETTER * max(left):
-        return forms[int(np.argmin(left))]
-    rises = [_rise_in_shadows(sample, change(directions, form), rig, size) for form in forms]
-    return forms[1] if rises[1] > rises[0] else forms[0]
+    for each in both:
+        near = fit(sample.of(some), each, ("distance", "gains"), rig)
+        left.append(float(np.median(np.abs(sample.of(some).values - near.model.values))))
+    listed, turned = (_rise_in_shadows(sample, each, rig, size) for each in both)
+    return left[1] / max(left[0], 1e-9), turned - listed
 
 
 def _rise_in_shadows(sample: Sample, directions: Array, rig: Rig, size: tuple[int, int]) -> float:
     """How much more steeply the surface rises towards the lamp in cast shadows than elsewhere, over the light's own
     slope."""
     found = fit(sample, directions, (), rig)
-    _, residuals = solve(sample, directions, rig, found.weights)
-    model = sample.values - residuals
+    model = found.model.values
     normals = found.albedo_normals / np.maximum(np.linalg.norm(found.albedo_normals, axis=1), 1e-12)[:, None]
     steep = np.maximum(normals[:, 2], 0.2)
     height = _integrated((-normals[:, 0] / steep).reshape(size), (-normals[:, 1] / steep).reshape(size))
@@ -173,8 +201,7 @@ def _dense(
 def _fit(sample: Sample, directions: Array) -> tuple[float, Rig]:
     """Mean residual over the brightness, and the rig with gains, which wrong lists take for unequal lamps."""
     found = fit(sample, directions, ("gains",))
-    _, residuals = solve(sample, directions, found.rig, found.weights)
-    counted = np.minimum(np.abs(residuals[sample.usable]), LARGEST)
+    counted = np.minimum(np.abs((sample.values - found.model.values)[sample.usable]), LARGEST)
     return float(np.sqrt((counted**2).mean())), found.rig
 
 

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.sparse.csgraph import minimum_spanning_tree
 
-from engine.capture.calibration.rig import Array, Rig, Sample, fit, measure_held_out, typical
+from engine.capture.calibration.rig import TERMS, Array, Kind, Rig, Sample, fit, measure_held_out, typical
 from engine.capture.registration.texture import Grey, reduce
 from engine.core.one_thread import one_thread
 from engine.core.steps import Step, Steps
@@ -35,11 +35,15 @@ COARSE_PIXELS, WINDOW_PIXELS, WINDOW_SIDE = 40_000, 12_000, 56
 #: small shifts, which noise and shading imitate, and of those of `SURE_SHIFT` pixels and more.
 FEWEST, MIN_SIDE, MIN_GAIN, SURE_GAIN, SURE_SHIFT = 8, 40, 0.25, 0.1, 0.6
 
-#: Deviation of a shift in pixels that scatter over the image does not show.
-HIDDEN_PX = 0.06
+#: Error before shifts are taken off below which a matte model is good enough, and the share of it that a glossy one may
+#: leave.
+MATTE_ENOUGH, CLEARLY_GLOSSY = 0.05, 0.9
 
-#: Rounds of refinement, and the largest step in pixels.
-ROUNDS, LARGEST_STEP = 6, 1.0
+#: Deviation of a shift in pixels that scatter over the image does not show.
+HIDDEN_PX = 0.1
+
+#: Rounds of refinement at most, the largest step in pixels, and the one at which they end.
+ROUNDS, LARGEST_STEP, SETTLED_PX = 12, 1.0, 0.01
 
 #: Smallest of the largest shifts, in pixels of the images, that is worth resampling.
 MIN_SHIFT = 0.05
@@ -72,14 +76,27 @@ def camera_motion(images: Sequence[Grey], directions: Array) -> Steps[Motion]:
     windows = _windows(images)
     best = still
     with one_thread():
-        before = _refine(images, directions, np.zeros((count, 2)), windows, 0)
-        found = _refine(images, directions, start, windows, ROUNDS)
+        starts = [np.zeros((count, 2)), start]
+        tried = [_refine(images, directions, each, windows, 0, "matte") for each in starts]
+        kind, before = _choose_model(images, directions, windows, tried[0])
+        nearer = starts[int(tried[1].after < tried[0].after)]
+        found = _refine(images, directions, nearer, windows, ROUNDS, kind)
         gain = 1.0 - found.after / max(before.after, 1e-9)
         largest = float(np.hypot(*(found.shifts - np.median(found.shifts, axis=0)).T).max())
         moved = gain >= (MIN_GAIN if largest < SURE_SHIFT else SURE_GAIN) and largest >= MIN_SHIFT
         shifts = found.shifts if moved else still.shifts
         best = Motion(shifts, found.residual_px, before.after, found.after, moved)
     return best
+
+
+def _choose_model(
+    images: Sequence[Grey], directions: Array, windows: list[tuple[slice, slice]], matte: Motion
+) -> tuple[Kind, Motion]:
+    """The model of a texel that predicts photographs better before they are shifted, and its error."""
+    if matte.after < MATTE_ENOUGH:
+        return "matte", matte
+    glossy = _refine(images, directions, np.zeros((len(images), 2)), windows, 0, "glossy")
+    return ("glossy", glossy) if glossy.after < CLEARLY_GLOSSY * matte.after else ("matte", matte)
 
 
 def _normalise(image: Grey) -> Grey:
@@ -166,11 +183,11 @@ def _windows(images: Sequence[Grey]) -> list[tuple[slice, slice]]:
 
 
 def _refine(
-    images: Sequence[Grey], directions: Array, start: Array, windows: list[tuple[slice, slice]], rounds: int
+    images: Sequence[Grey], directions: Array, start: Array, windows: list[tuple[slice, slice]], rounds: int, kind: Kind
 ) -> Motion:
     """Shifts refined against what the other photographs predict, and the held-out error that they leave."""
     shifts, rig = start - start[0], Rig.plain(len(directions))
-    terms = ("gains", "distance")
+    terms = TERMS
     steps = np.zeros((1, len(images), 2))
     for turn in range(rounds + 1):
         parts = [_align(images, window, shifts) for window in windows]
@@ -178,10 +195,10 @@ def _refine(
         sample = _sample(values, images[0].shape, windows)
         if turn in (0, 2):
             some = np.arange(len(values)) % max(1, len(values) // 600) == 0
-            rig = fit(sample.of(some), directions, terms, rig).rig
+            rig = fit(sample.of(some), directions, terms, rig, kind).rig
         left = np.concatenate(
             [
-                measure_held_out(sample.of(np.isin(np.arange(len(values)), chunk)), directions, rig)
+                measure_held_out(sample.of(np.isin(np.arange(len(values)), chunk)), directions, rig, kind)
                 for chunk in np.array_split(np.arange(len(values)), max(1, len(values) * len(images) // 100_000))
             ]
         )
@@ -191,6 +208,8 @@ def _refine(
         steps = _steps(values, left * sample.brightness[:, None], windows)
         step = np.clip(np.median(steps, axis=0), -LARGEST_STEP, LARGEST_STEP)
         shifts = shifts + step - step[0]
+        if np.abs(step - step[0]).max() < SETTLED_PX:
+            rounds = turn + 1
     scatter = 1.2533 * steps.std(axis=0) / np.sqrt(max(len(steps), 1)) if rounds else np.zeros((len(images), 2))
     residual = np.hypot(np.hypot(*(2.0 * scatter + np.abs(np.median(steps, axis=0))).T), HIDDEN_PX)
     return Motion(shifts, residual, 0.0, float(np.mean(error)), False)

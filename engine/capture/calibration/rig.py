@@ -17,17 +17,40 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.texel.kernel import (
+    C_A,
+    C_B,
+    COLUMNS,
+    DIFFUSE,
+    ROUGHNESS,
+    S_A,
+    S_B,
+    S_R,
+    SPECULAR,
+    VAR_ROUGHNESS,
+    VAR_SPECULAR,
+    C,
+    S,
+    differentiate,
+    fit_texels,
+    show_texels,
+)
+
 Array = NDArray[np.float64]
+
+#: Models of a texel.
+Kind = Literal["matte", "glossy"]
 
 #: The terms that can be estimated.
 TERMS = ("distance", "gains", "ambient")
 
-#: Rounds of reweighting, Gauss-Newton steps in each, and the change of weights' scale at which they end.
-ROUNDS, STEPS = 6, 2
+#: Rounds of reweighting at most, Gauss-Newton steps in each, and the change of any term at which they end.
+ROUNDS, STEPS, SETTLED = {"matte": 6, "glossy": 14}, {"matte": 2, "glossy": 1}, 2e-3
 
 #: Biweight: deviations below and above the fit at which a photograph of a texel no longer counts.
 BELOW, ABOVE = 4.0, 3.0
@@ -40,6 +63,10 @@ MAX_NEARNESS = 1.25
 
 #: Mean weight below which the gain of a lamp is not heard, and its largest logarithm over the others'.
 UNHEARD, MAX_LOG_GAIN = 0.25, 2.0
+
+#: Prior of glossy texels: mean and deviation of roughness, and of specular reflectance over the mean radiance; and the
+#: least deviations of texels that are alike.
+GLOSSY, MIN_SPREAD = np.array([0.5, 0.25, 0.3, 1.0]), (0.08, 0.5)
 
 #: Share of the photographs of a texel, those with the least residuals, that judge a fit.
 JUDGED = 0.7
@@ -97,22 +124,49 @@ class Rig:
 
 
 @dataclass(frozen=True, eq=False)
+class Model:
+    """Texels as they are fitted under a given rig.
+
+    Attributes
+    ----------
+    values : (T, N) radiance.
+    tangent : (T, N, k) its derivatives by the parameters of each texel.
+    lit : (T, N) its part by lamps, which is its derivative by the logarithm of their gains.
+    by_nearness : (T, N) its derivative by the inverse distance.
+    albedo_normals : (T, 3) albedo times normal, its derivative by room light.
+    alike : (4,) mean and deviation of roughness and of specular reflectance of glossy texels.
+    """
+
+    values: Array
+    tangent: Array
+    lit: Array
+    by_nearness: Array
+    albedo_normals: Array
+    alike: Array | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A rig fitted to a sample.
 
     Attributes
     ----------
     rig : the terms.
-    albedo_normals : (T, 3) albedo times normal of each texel.
+    model : the texels under it.
     weights : (T, N) of each photograph of each texel.
     covariance : (K, K) of nearness, ambient (3) and log gains (N), zero for terms that were not fitted; by the scatter
         of scores over blocks of the image, so that errors that neighbours share count.
     """
 
     rig: Rig
-    albedo_normals: Array
+    model: Model
     weights: Array
     covariance: Array
+
+    @property
+    def albedo_normals(self) -> Array:
+        """(T, 3) albedo times normal of each texel."""
+        return self.model.albedo_normals
 
 
 def lamp_vectors(directions: Array, positions: Array, nearness: float) -> Array:
@@ -121,63 +175,64 @@ def lamp_vectors(directions: Array, positions: Array, nearness: float) -> Array:
     return np.asarray(towards / (towards**2).sum(axis=-1, keepdims=True) ** 1.5)
 
 
-def fit(sample: Sample, directions: Array, terms: Sequence[str], start: Rig | None = None) -> Fit:
-    """Fit `terms` of a rig whose lamps stand in `directions` (N, 3); the other terms are as in `start`."""
+def fit(sample: Sample, directions: Array, terms: Sequence[str], start: Rig | None = None, kind: Kind = "matte") -> Fit:
+    """Fit `terms` of a rig whose lamps stand in `directions` (N, 3); the other terms are as in `start`.
+
+    `kind` is the model of a texel: 'matte' or 'glossy'.
+    """
     rig = start or Rig.plain(len(directions))
     weights = _rank(sample)
     free = _free(terms, len(directions))
-    for _ in range(ROUNDS):
-        heard = free.copy()
+    model = _model(sample, directions, rig, weights, kind)
+    for _ in range(ROUNDS[kind]):
+        heard, before, shown = free.copy(), rig, model.values
         if "gains" in terms:
             unheard = weights.sum(axis=0) < UNHEARD * sample.usable.sum(axis=0)
-            rig = _with_unheard(sample, directions, rig, weights, unheard)
+            rig = _with_unheard(sample, model, rig, unheard)
             heard[4:] &= ~unheard
-        for _ in range(STEPS if free.any() else 0):
-            rig, _, _ = _step(sample, directions, rig, weights, heard)
-        found, residuals = solve(sample, directions, rig, weights)
-        weights = _biweights(sample, residuals)
+        for _ in range(STEPS[kind]):
+            if free.any():
+                rig, _, _ = _step(sample, model, rig, weights, heard)
+            model = _model(sample, directions, rig, weights, kind, model)
+        weights = _biweights(sample, sample.values - model.values)
+        if kind == "matte":  # glossy texels are weighted by their own fit
+            model = _matte(sample, directions, rig, weights)
+        elif np.abs(_state(rig) - _state(before)).max() < SETTLED and np.abs(model.values - shown).mean() < SETTLED:
+            break
     covariance = np.zeros((len(free), len(free)))
     if free.any():
-        _, inverse, scores = _step(sample, directions, rig, weights, free)
+        _, inverse, scores = _step(sample, model, rig, weights, free)
         covariance[np.ix_(free, free)] = inverse @ (scores.T @ scores) @ inverse
-    found, _ = solve(sample, directions, rig, weights)
-    return Fit(rig, found, weights, covariance)
+    return Fit(rig, model, weights, covariance)
 
 
-def _with_unheard(sample: Sample, directions: Array, rig: Rig, weights: Array, unheard: NDArray[np.bool_]) -> Rig:
+def _state(rig: Rig) -> Array:
+    return np.array([rig.nearness, *rig.ambient, *rig.log_gains])
+
+
+def _with_unheard(sample: Sample, model: Model, rig: Rig, unheard: NDArray[np.bool_]) -> Rig:
     """`rig` with gains of lamps that hardly a weight speaks for, by the median over texels: a lamp that is weaker or
     stronger than all others is everywhere at the end of the rank."""
     if not unheard.any():
         return rig
-    _, residuals = solve(sample, directions, rig, weights)
-    model = sample.values - residuals
-    lit = sample.usable & (model > 0.1) & (sample.values > 0.0)
-    ratio = np.where(lit, sample.values / np.where(lit, model, 1.0), np.nan)
+    lit = sample.usable & (model.values > 0.1) & (sample.values > 0.0)
+    ratio = np.where(lit, sample.values / np.where(lit, model.values, 1.0), np.nan)
     log_gains = rig.log_gains.copy()
     for lamp in np.flatnonzero(unheard & (lit.sum(axis=0) > 10)):
         log_gains[lamp] += np.log(np.nanmedian(ratio[:, lamp]))
     return replace(rig, log_gains=np.clip(log_gains - log_gains.mean(), -MAX_LOG_GAIN, MAX_LOG_GAIN))
 
 
-def solve(sample: Sample, directions: Array, rig: Rig, weights: Array) -> tuple[Array, Array]:
-    """Albedo times normal (T, 3) by weighted least squares, and residuals (T, N)."""
-    design = _design(sample, directions, rig)
-    found = np.asarray(np.linalg.solve(*_normal_equations(design, weights, sample.values))[..., 0], np.float64)
-    return found, sample.values - (design @ found[..., None])[..., 0]
-
-
-def measure_held_out(sample: Sample, directions: Array, rig: Rig, weights: Array | None = None) -> Array:
+def measure_held_out(
+    sample: Sample, directions: Array, rig: Rig, kind: Kind = "matte", found: Fit | None = None
+) -> Array:
     """(T, N) residuals of photographs that are left out, each in turn, by the others of its texel."""
-    if weights is None:
-        weights = _rank(sample)
-        for _ in range(ROUNDS):
-            weights = _biweights(sample, solve(sample, directions, rig, weights)[1])
-    design = _design(sample, directions, rig)
-    matrix, right = _normal_equations(design, weights, sample.values)
-    inverse = np.linalg.inv(matrix)
-    residuals = sample.values - (design @ (inverse @ right))[..., 0]
-    leverage = weights * np.einsum("tni,tij,tnj->tn", design, inverse, design, optimize=True)
-    return np.asarray(residuals / np.maximum(1.0 - leverage, 0.05))
+    if found is None:
+        found = fit(sample, directions, (), rig, kind)
+    weights, tangent = found.weights, found.model.tangent
+    inverse = np.linalg.inv(_normal_matrix(tangent, weights))
+    leverage = weights * np.einsum("tni,tij,tnj->tn", tangent, inverse, tangent, optimize=True)
+    return np.asarray((sample.values - found.model.values) / np.maximum(1.0 - leverage, 0.05))
 
 
 def typical(residuals: Array, usable: NDArray[np.bool_]) -> Array:
@@ -188,17 +243,90 @@ def typical(residuals: Array, usable: NDArray[np.bool_]) -> Array:
     return np.asarray(np.sqrt(np.where(kept, squares, 0.0).sum(axis=1) / count))
 
 
-def _design(sample: Sample, directions: Array, rig: Rig) -> Array:
-    vectors = lamp_vectors(directions, sample.positions, rig.nearness)
-    return np.asarray(vectors * np.exp(rig.log_gains)[None, :, None] + rig.ambient)
+def _model(
+    sample: Sample, directions: Array, rig: Rig, weights: Array, kind: Kind, before: Model | None = None
+) -> Model:
+    """The model of the texels of `sample` that fits best under a given rig."""
+    return _matte(sample, directions, rig, weights) if kind == "matte" else _glossy(sample, directions, rig, before)
 
 
-def _normal_equations(design: Array, weights: Array, values: Array) -> tuple[Array, Array]:
-    weighted = (design * weights[..., None]).swapaxes(1, 2)
-    matrix = weighted @ design
+def _matte(sample: Sample, directions: Array, rig: Rig, weights: Array) -> Model:
+    """Weighted least squares for the albedo times normal."""
+    gains = np.exp(rig.log_gains)[None, :, None]
+    flat = np.pad(sample.positions, ((0, 0), (0, 1)))[:, None]
+    towards = directions[None] - rig.nearness * flat
+    squared = (towards**2).sum(axis=-1, keepdims=True)
+    vectors = gains * towards / squared**1.5
+    turned = -flat / squared**1.5 + 3.0 * towards * (towards * flat).sum(axis=-1, keepdims=True) / squared**2.5
+    design = vectors + rig.ambient
+    right = (design * weights[..., None]).swapaxes(1, 2) @ sample.values[..., None]
+    found = np.linalg.solve(_normal_matrix(design, weights), right)
+    return Model(
+        (design @ found)[..., 0],
+        design,
+        (vectors @ found)[..., 0],
+        (gains * turned @ found)[..., 0],
+        np.asarray(found[..., 0], np.float64),
+    )
+
+
+def _glossy(sample: Sample, directions: Array, rig: Rig, before: Model | None) -> Model:
+    """The texels of `engine.texel.kernel`, with slopes, roughness, a diffuse and a specular reflectance each.
+
+    What `before` says of the room light is taken off first. The roughness and the specular reflectance that texels
+    have in common are the prior of those in which no highlight is seen.
+    """
+    normals = np.zeros((len(sample.values), 3)) if before is None else before.albedo_normals
+    room = (normals @ rig.ambient)[:, None]
+    values = np.ascontiguousarray(np.repeat((sample.values - room).T[..., None], 3, axis=-1), np.float32)
+    usable, gains = np.ascontiguousarray(sample.usable.T), np.exp(rig.log_gains)
+
+    def lights(nearness: float) -> Array:
+        vectors = lamp_vectors(directions, sample.positions, nearness) if nearness else directions[None]
+        return np.ascontiguousarray((gains[None, :, None] * vectors).swapaxes(0, 1))
+
+    found = np.zeros((len(sample.values), COLUMNS))
+    alike = GLOSSY if before is None or before.alike is None else before.alike
+    kind, lit = np.zeros(len(found), np.int64), lights(rig.nearness)
+    fit_texels(values, usable, lit, True, alike[None], kind, False, found)
+    own = np.empty((len(found), 7, len(directions)))
+    differentiate(found[:, :2], found[:, ROUGHNESS], lit, own)
+    diffuse, specular = found[:, DIFFUSE, None], found[:, SPECULAR, None]
+    shown = diffuse * own[:, C] + specular * own[:, S]
+    tangent = [own[:, C], own[:, S], diffuse * own[:, C_A] + specular * own[:, S_A]]
+    tangent += [diffuse * own[:, C_B] + specular * own[:, S_B], specular * own[:, S_R]]
+    moved, step = np.empty((len(directions), len(found), 3), np.float32), 1e-3
+    reflectance = [np.repeat(each, 3, axis=1) for each in (diffuse, specular)]
+    show_texels(found[:, :2], found[:, ROUGHNESS], *reflectance, lights(rig.nearness + step), moved)
+    normals = np.column_stack([found[:, :2], np.ones(len(found))])
+    normals *= (diffuse + specular) / np.linalg.norm(normals, axis=1, keepdims=True)
+    return Model(
+        shown + (normals @ rig.ambient)[:, None],
+        np.stack(tangent, axis=-1),
+        shown,
+        (moved[..., 0].T - shown) / step,
+        normals,
+        _alike(found),
+    )
+
+
+def _alike(found: Array) -> Array:
+    """Mean and deviation of roughness and specular reflectance of texels that tell theirs, the prior of all."""
+    made = GLOSSY.copy()
+    for place, (column, variance) in enumerate(((ROUGHNESS, VAR_ROUGHNESS), (SPECULAR, VAR_SPECULAR))):
+        known = np.isfinite(found[:, variance]) & (found[:, variance] < 0.25 * GLOSSY[2 * place + 1] ** 2)
+        if known.sum() >= 20:
+            middle = float(np.median(found[known, column]))
+            spread = 1.4826 * float(np.median(np.abs(found[known, column] - middle)))
+            made[2 * place : 2 * place + 2] = middle, max(spread, MIN_SPREAD[place])
+    return made
+
+
+def _normal_matrix(tangent: Array, weights: Array) -> Array:
+    matrix = (tangent * weights[..., None]).swapaxes(1, 2) @ tangent
     trace = np.einsum("tii->t", matrix)
-    matrix += (1e-7 * trace + 1e-12)[:, None, None] * np.eye(3)
-    return matrix, weighted @ values[..., None]
+    matrix += (1e-7 * trace + 1e-12)[:, None, None] * np.eye(tangent.shape[-1])
+    return np.asarray(matrix)
 
 
 def _free(terms: Sequence[str], count: int) -> NDArray[np.bool_]:
@@ -228,30 +356,20 @@ def _biweights(sample: Sample, residuals: Array) -> Array:
     return np.asarray(np.where(sample.usable & (np.abs(off) < 1.0), (1.0 - off**2) ** 2, 0.0))
 
 
-def _step(
-    sample: Sample, directions: Array, rig: Rig, weights: Array, free: NDArray[np.bool_]
-) -> tuple[Rig, Array, Array]:
+def _step(sample: Sample, model: Model, rig: Rig, weights: Array, free: NDArray[np.bool_]) -> tuple[Rig, Array, Array]:
     """A Gauss-Newton step: the rig, the inverse of its normal equations, and scores (blocks, K) of free parameters."""
-    count = len(directions)
-    gains = np.exp(rig.log_gains)
-    flat = np.pad(sample.positions, ((0, 0), (0, 1)))[:, None]
-    towards = directions[None] - rig.nearness * flat
-    squared = (towards**2).sum(axis=-1, keepdims=True)
-    vectors = towards / squared**1.5
-    by_nearness = -flat / squared**1.5 + 3.0 * towards * (towards * flat).sum(axis=-1, keepdims=True) / squared**2.5
-    design = vectors * gains[None, :, None] + rig.ambient
+    count = len(rig.log_gains)
     root = np.sqrt(weights)
-    matrix, right = _normal_equations(design, weights, sample.values)
-    found = np.linalg.solve(matrix, right)[..., 0]
-    residuals = root * (sample.values - (design @ found[..., None])[..., 0])
-    lower = np.linalg.cholesky(matrix)
-    basis = np.linalg.solve(lower, (design * root[..., None]).swapaxes(1, 2))  # (T, 3, N), orthonormal rows
-    lit = root * gains * (vectors @ found[..., None])[..., 0]
+    lower = np.linalg.cholesky(_normal_matrix(model.tangent, weights))
+    basis = np.linalg.solve(lower, (model.tangent * root[..., None]).swapaxes(1, 2))  # (T, k, N), orthonormal rows
+    residuals = root * (sample.values - model.values)
+    residuals -= (basis.swapaxes(1, 2) @ (basis @ residuals[..., None]))[..., 0]
+    lit = root * model.lit
     dense = np.empty((*lit.shape, 4))
-    dense[..., 0] = root * gains * (by_nearness @ found[..., None])[..., 0]
-    dense[..., 1:] = root[..., None] * found[:, None]
-    along = basis @ dense  # (T, 3, 4)
-    along_gains = basis * lit[:, None]  # (T, 3, N)
+    dense[..., 0] = root * model.by_nearness
+    dense[..., 1:] = root[..., None] * model.albedo_normals[:, None]
+    along = basis @ dense  # (T, k, 4)
+    along_gains = basis * lit[:, None]  # (T, k, N)
     normal = np.empty((4 + count, 4 + count))
     flat_gains = along_gains.reshape(-1, count)
     flat_dense = along.reshape(-1, 4)
@@ -263,9 +381,10 @@ def _step(
     scores = np.zeros((blocks, 4 + count))
     np.add.at(scores[:, :4], sample.block, np.einsum("tnk,tn->tk", dense, residuals))
     np.add.at(scores[:, 4:], sample.block, lit * residuals)
-    variance = float((residuals**2).sum() / max(weights.sum() - 3.0 * len(found), 1.0)) + 1e-12
+    freedom = weights.sum() - model.tangent.shape[-1] * len(weights)
+    variance = float((residuals**2).sum() / max(freedom, 1.0)) + 1e-12
     prior = variance / np.array([PRIOR_NEARNESS**2, *[PRIOR_AMBIENT**2] * 3, *[PRIOR_GAIN**2] * count])
-    state = np.array([rig.nearness, *rig.ambient, *rig.log_gains])
+    state = _state(rig)
     normal += np.diag(prior)
     normal[4:, 4:] += float(np.abs(np.diag(normal)[4:]).mean())  # the mean of log gains is that of the albedo
     gradient = scores.sum(axis=0) - prior * state

@@ -1,6 +1,7 @@
 """Forms in which lists of lights are written by mistake, and the list in another form.
 
-Mirrored lists have an axis that points the other way, swapped ones x and y exchanged; reversed and shifted ones name
+Mirrored lists have an axis that points the other way, swapped ones x and y exchanged, turned ones both axes
+pointing the other way; reversed and shifted ones name
 the photographs in another order than they were taken in. The order is that of the file names.
 """
 
@@ -23,6 +24,7 @@ AXES = {
     "mirrored-x": (-1.0, 1.0, False),
     "mirrored-y": (1.0, -1.0, False),
     "swapped-xy": (1.0, 1.0, True),
+    "turned": (-1.0, -1.0, False),
 }
 
 _SHIFTED = re.compile(r"shifted([+-]\d{1,4})")

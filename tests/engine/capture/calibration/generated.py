@@ -26,7 +26,7 @@ MARGIN = 12
 
 FORMATS = ("jpg", "png16", "tif16", "tif32")
 MATERIALS = ("matte", "plastic", "phong", "rough metal", "satin metal")
-LISTS = ("right", "shifted", "reversed", "mirrored x", "mirrored y", "swapped")
+LISTS = ("right", "shifted", "reversed", "mirrored x", "mirrored y", "swapped", "turned")
 
 
 @dataclass(frozen=True)
@@ -174,6 +174,8 @@ def join_names(directions: Array, how: str, random: np.random.Generator) -> Arra
         return directions * (-1.0, 1.0, 1.0)
     if how == "mirrored y":
         return directions * (1.0, -1.0, 1.0)
+    if how == "turned":
+        return directions * (-1.0, -1.0, 1.0)
     return directions[:, [1, 0, 2]] if how == "swapped" else directions
 
 

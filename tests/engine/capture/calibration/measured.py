@@ -46,6 +46,18 @@ def measure(rendered: Rendered, folder: Path, settings: ImportSettings | None = 
     return Measured(error, np.degrees(surface.maps.uncertainty.normal), stack, surface)
 
 
+def measure_motion(rendered: Rendered, stack: ImageStack) -> tuple[Array, Array]:
+    """(N,) true error of the alignment of each photograph in pixels, and the residual that is stated (0 for none)."""
+    order = [rendered.names.index(name) for name in stack.sources]
+    reference = stack.provenance.get("aligned_to") or rendered.names[order[0]]
+    truth = rendered.shifts[order] - rendered.shifts[rendered.names.index(reference)]
+    matrices = np.array([each["alignment_matrix"] for each in stack.provenance["photographs"]]).reshape(-1, 3, 3)
+    middle = np.array([0.5 * rendered.capture.width, 0.5 * rendered.capture.height, 1.0])
+    found = (matrices @ middle)[:, :2] - middle[:2]
+    residual = [each.alignment_residual_px or 0.0 for each in stack.quality]
+    return np.hypot(*(found - truth).T), np.array(residual)
+
+
 def aligned_truth(rendered: Rendered, stack: ImageStack) -> Array:
     """(h, w, 3) true normals at the texels of the stack, which shows the sample as its reference photograph does."""
     from scipy import ndimage

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,8 @@ from engine.capture.calibration.motion import camera_motion
 from engine.capture.calibration.rig import TERMS
 from engine.capture.import_plan import ImportSettings
 from engine.core.steps import drain
-from tests.engine.capture.calibration.generated import Capture, Rendered, draw, render
+from tests.engine.capture.calibration.campaign import run, summarise
+from tests.engine.capture.calibration.generated import Capture, Rendered, render
 from tests.engine.capture.calibration.measured import measure
 
 SMALL: dict[str, Any] = {"height": 48, "width": 56, "lamps": 18}
@@ -59,6 +59,14 @@ def test_distant_equal_lamps_in_a_dark_room_are_left_as_they_are(material: str) 
     assert _estimated(render(Capture(seed=2, material=material, **SMALL))).accepted == ()
 
 
+def test_near_lamps_over_metal_are_found_by_its_highlights() -> None:
+    rendered = render(Capture(seed=6, material="satin metal", distance=1.5, gains=(0.6, 1.3), **SMALL))
+    found = _estimated(rendered)
+    assert found.kind == "glossy"
+    assert 1.0 / found.rig.nearness == pytest.approx(1.5, rel=0.03)
+    assert np.std(found.rig.log_gains - np.log(rendered.gains)) < 0.01
+
+
 def test_a_camera_that_moved_is_followed_and_one_that_stood_still_is_not() -> None:
     for step in (0.0, 0.4):
         rendered = render(Capture(seed=4, motion_px=step, surface="coin", **SMALL))
@@ -89,15 +97,18 @@ def test_normals_of_near_lamps_that_nobody_corrected_for_are_doubted(tmp_path: P
 
 
 @pytest.mark.long
-@pytest.mark.timeout(3600)
-def test_captures_that_go_wrong_in_every_way_are_recovered(tmp_path: Path) -> None:
-    """100 captures without an option, see `tests.engine.capture.calibration.measured`."""
-    medians, covered = [], []
-    for seed in range(100):
-        measured = measure(render(draw(seed)), tmp_path / str(seed))
-        medians.append(float(np.median(measured.error_deg)))
-        covered.append(measured.covered)
-        shutil.rmtree(tmp_path / str(seed))
+@pytest.mark.timeout(7200)
+def test_captures_that_go_wrong_in_every_way_are_recovered(tmp_path: Path, pytestconfig: pytest.Config) -> None:
+    """100 captures without an option; `tests.engine.capture.calibration.campaign` prints the figures of others."""
+    found = run(range(1000, 1000 + round(100 * pytestconfig.getoption("--share"))), tmp_path)
+    print(summarise(found))
+    medians = np.array([each.median_deg for each in found])
     assert np.median(medians) <= 1.0
-    assert np.mean(np.array(medians) <= 2.0) >= 0.9
-    assert np.mean(np.array(covered) >= 0.95) >= 0.95
+    assert np.mean(medians <= 2.0) >= 0.9
+    assert np.mean([each.covered >= 0.95 for each in found]) >= 0.95
+    told = [each for each in found if not each.is_untold]
+    assert np.mean([each.is_named for each in told]) >= 0.95
+    assert [each.capture.seed for each in found if each.false_alarm != "listed"] == []
+    moved = [each for each in found if each.capture.motion_px]
+    assert np.median(np.concatenate([each.motion_px for each in moved])) <= 0.2
+    assert max(max(each.motion_px) for each in moved) <= 1.0
