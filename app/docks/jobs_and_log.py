@@ -5,8 +5,8 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 
-from PySide6.QtCore import QEvent, QModelIndex, QObject, QPersistentModelIndex, QSize, Qt, Signal
-from PySide6.QtGui import QAction, QFontDatabase
+from PySide6.QtCore import QEvent, QModelIndex, QObject, QPersistentModelIndex, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QFontDatabase, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QDockWidget,
@@ -61,7 +61,6 @@ class JobsDock(QDockWidget):
         self.table.setHorizontalHeaderLabels(["Job", "Now", "Time", ""])
         self.table.verticalHeader().hide()
         self.table.verticalHeader().setMinimumSectionSize(ROW)
-        self.table.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)  # long names wrap
         self.table.setItemDelegate(_Apart(self.table))
         self.table.setShowGrid(False)
         self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
@@ -74,6 +73,10 @@ class JobsDock(QDockWidget):
         header.resizeSection(0, 220)
         header.resizeSection(2, 80)
         header.resizeSection(3, 36)
+        header.sectionResized.connect(lambda *_: self._fit_rows_soon())
+        self._fitting = QTimer(self)
+        self._fitting.setSingleShot(True)
+        self._fitting.timeout.connect(self._fit_rows)
         nothing = text("Running and finished tasks appear here.", "secondary", wrap=True)
         nothing.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
         nothing.setMargin(PADDING)
@@ -87,6 +90,17 @@ class JobsDock(QDockWidget):
     def sizeHint(self) -> QSize:
         return QSize(480, 180)
 
+    def _fit_rows_soon(self) -> None:
+        if self.isVisible():
+            self._fitting.start(0)
+
+    def _fit_rows(self) -> None:
+        self.table.resizeRowsToContents()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self._fit_rows_soon()
+
     def _show(self, job: Job) -> None:
         if job not in self.rows:
             if not (job.is_asked_for or is_long(job)):
@@ -98,6 +112,7 @@ class JobsDock(QDockWidget):
             item = self.table.item(place, column)
             assert item is not None
             item.setText(words)
+        self.table.resizeRowToContents(place)  # long names wrap; all rows at each change would take 1 ms each
         cancel = self.table.cellWidget(place, 3)
         if cancel is not None and job.over:
             self.table.removeCellWidget(place, 3)
