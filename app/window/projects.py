@@ -31,6 +31,7 @@ from app.project.recovery import recover
 from app.session.settings import close_session, open_session
 from engine.core.errors import FileError, InputError
 from engine.core.steps import Step, Steps
+from engine.light.light_tree import choose_lights
 
 log = logging.getLogger(__name__)
 
@@ -537,6 +538,8 @@ def _open(path: Path, recording: Recording | None = None) -> Steps[Read | FileEr
     try:
         found = read(path)
         prepare_to_draw(found.current.material)
+        if found.current.environment is not None:
+            choose_lights(found.current.environment, found.current.look.directions)  # or the window's thread would
         was_interrupted = places.was_interrupted(path)
         lost = cost_text(each for each in list_notes(path) if not each.present)
         why_not = _why_not_claimed(path)

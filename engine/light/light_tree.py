@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import heapq
 from dataclasses import dataclass
-from functools import lru_cache
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,9 @@ CELL_ROWS = 256
 
 #: Trees are grown to this many lights at least, so that trying several numbers costs one tree.
 GROWN = 512
+
+#: The tree of each map, and the leaves that it was grown to.
+_trees: WeakKeyDictionary[EnvironmentMap, tuple[int, LightTree]] = WeakKeyDictionary()
 
 #: Rows, columns (each from, to) of a region of cells.
 Region = tuple[int, int, int, int]
@@ -59,17 +62,17 @@ class LightTree:
 def choose_lights(environment: EnvironmentMap, count: int) -> DistantLights:
     """At most `count` lights that stand for the map: fewer where fewer cells are lit, a black one where none is.
 
-    Trees are remembered for the maps in use; the first choice from a map takes about 0.5 s, the next none. Raises
+    A map has its tree as long as it lives; the first choice from a map takes about 0.5 s, the next none. Raises
     ValueError for a count below 1.
     """
     if count < 1:
         raise ValueError(f"{count} directions are too few")
-    return _remember(environment, max(GROWN, 1 << (count - 1).bit_length())).choice(count)
-
-
-@lru_cache(maxsize=4)
-def _remember(environment: EnvironmentMap, most: int) -> LightTree:
-    return light_tree(cells(environment, CELL_ROWS), most)
+    grown, tree = _trees.get(environment, (0, None))
+    if tree is None or grown < count:
+        grown = max(GROWN, 1 << (count - 1).bit_length())
+        tree = light_tree(cells(environment, CELL_ROWS), grown)
+        _trees[environment] = grown, tree
+    return tree.choice(count)
 
 
 def light_tree(held: Cells, most: int) -> LightTree:
