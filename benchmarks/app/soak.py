@@ -6,7 +6,8 @@ One run does something every 20 to 400 ms, in an order that SEED alone decides, 
 actions, 100 without a number. It prints one JSON object: what it did how often, faults of the program that it met, the
 medians of descriptors, threads and memory in the second and the last quarter of its time (single moments differ by a
 hundred megabytes, as long as jobs run) and of memory in each sixteenth of it, and how long the thread of the window was
-held up: quantiles of the delays of a timer, and of the time of the CPU in them.
+held up: quantiles of the delays of a timer, of those without drawing, and of the time of the CPU in the latter, with
+the longest after each kind of action.
 `window_soak` (`python -m benchmarks --only window-soak --runs N --run-s SECONDS`) starts many, each with a limit of
 256 descriptors, and sums up: how many died, how much descriptors, threads and memory grew, and how much memory the
 largest held in the end. Four run at once, so that the machine is loaded, or one after the other (`--at-once 1`).
@@ -32,7 +33,7 @@ from typing import IO, Any
 
 import psutil
 
-from benchmarks.app.gaps import LIMIT_MS, Gaps
+from benchmarks.app.gaps import LIMIT_MS, Drawing, Gaps
 from benchmarks.measure import Accuracy
 from engine.core.errors import LightarcError, MissingCapability
 from engine.core.steps import Step, Steps
@@ -184,9 +185,16 @@ def main() -> int:
         window = MainWindow(folder)
         window.failures.install()
         window.show()
+        Drawing.watch(window.view.viewport.surface)
         hand = _Hand(window, files, random.Random(seed))
         samples: list[dict[str, float]] = []
-        gaps = Gaps()
+        after: list[str] = []
+
+        def note() -> bool:
+            after.append(hand.last)
+            return True
+
+        gaps = Gaps(note)
         sampling = QTimer(interval=round(1000 * run_s / SAMPLES))
         sampling.timeout.connect(lambda: samples.append(_resources()))
         sampling.start()
@@ -207,7 +215,9 @@ def main() -> int:
         "end": _medians(samples[-quarter:]),
         "memory_mb": [round(_medians(part)["memory_mb"]) for part in _parts(samples)],
         "blocks_ms": _quantiles(gaps.gaps_ms),
+        "own_blocks_ms": _quantiles(gaps.own_ms),
         "busy_blocks_ms": _quantiles(gaps.busy_ms),
+        "longest_ms": _longest(after, gaps),
     }
     print(json.dumps({"seed": seed, "did": dict(hand.did), "faults": hand.faults, **measured}), flush=True)
     return 1 if hand.faults else 0
@@ -229,6 +239,15 @@ def _quantiles(delays_ms: Sequence[float]) -> dict[str, float]:
     ordered = sorted(delays_ms)
     found = {f"p{100 * share:g}": round(ordered[int(share * (len(ordered) - 1))], 1) for share in QUANTILES}
     return {**found, "count": len(ordered), "over_limit": sum(delay > LIMIT_MS for delay in ordered)}
+
+
+def _longest(after: Sequence[str], gaps: Gaps) -> dict[str, tuple[float, float]]:
+    """The longest delay without drawing after each kind of action, and the longest time of the CPU in one."""
+    found: dict[str, tuple[float, float]] = {}
+    for name, own, busy in zip(after, gaps.own_ms[1:], gaps.busy_ms[1:], strict=True):
+        before = found.get(name, (0.0, 0.0))
+        found[name] = max(before[0], round(own, 1)), max(before[1], round(busy, 1))
+    return found
 
 
 def _limit_descriptors() -> None:
@@ -276,6 +295,7 @@ class _Hand:
         self.window, self.files, self.chance = window, files, chance
         self.did: Counter[str] = Counter()
         self.faults: list[str] = []
+        self.last = ""
         self.over = False
         self.acts: dict[Callable[[], None], int] = {
             self.open_model: 8,
@@ -301,7 +321,8 @@ class _Hand:
         if self.over:
             return
         (deed,) = self.chance.choices(list(self.acts), list(self.acts.values()))
-        self.did[deed.__name__] += 1
+        self.last = deed.__name__
+        self.did[self.last] += 1
         QTimer.singleShot(self.chance.choice((20, 60, 120, 400)), self.act)
         deed()
 
