@@ -40,37 +40,6 @@ from engine.core.errors import (
     OutputError,
     UsageError,
 )
-from lightarc._brdf import (
-    evaluate_brdf,
-    evaluate_pdf,
-    factor_brdf,
-    fit_brdf,
-    open_brdf,
-    sample_brdf,
-    save_brdf,
-    save_factors,
-)
-from lightarc._capture import import_capture, open_capture, open_stack, recover_normals, simulate_capture
-from lightarc._material import (
-    build_material,
-    compress_material,
-    export,
-    open_bundle,
-    open_material,
-    save_bundle,
-    verify_bundle,
-)
-from lightarc._scene import (
-    bake,
-    compare,
-    draw_figures,
-    make_scene,
-    plan,
-    relight,
-    render,
-    save_image,
-    tradeoff,
-)
 
 if TYPE_CHECKING:
     from engine.accuracy.compare import ImageError
@@ -110,7 +79,38 @@ if TYPE_CHECKING:
     from engine.storage.readers import register as register_reader
     from engine.surface.recover import Surface
     from engine.tradeoff.sweep import Tradeoff
+    from lightarc._brdf import (
+        evaluate_brdf,
+        evaluate_pdf,
+        factor_brdf,
+        fit_brdf,
+        open_brdf,
+        sample_brdf,
+        save_brdf,
+        save_factors,
+    )
+    from lightarc._capture import import_capture, open_capture, open_stack, recover_normals, simulate_capture
     from lightarc._image import Image
+    from lightarc._material import (
+        build_material,
+        compress_material,
+        export,
+        open_bundle,
+        open_material,
+        save_bundle,
+        verify_bundle,
+    )
+    from lightarc._scene import (
+        bake,
+        compare,
+        draw_figures,
+        make_scene,
+        plan,
+        relight,
+        render,
+        save_image,
+        tradeoff,
+    )
 
 __all__ = [  # noqa: RUF022 - in the order in which they are used
     "simulate_capture",
@@ -194,6 +194,15 @@ __all__ = [  # noqa: RUF022 - in the order in which they are used
 
 #: Modules of the names that are loaded when they are first asked for: numpy alone takes longer than all that is above.
 _LATER = {
+    **dict.fromkeys(("evaluate_brdf", "evaluate_pdf", "factor_brdf", "fit_brdf"), "lightarc._brdf"),
+    **dict.fromkeys(("open_brdf", "sample_brdf", "save_brdf", "save_factors"), "lightarc._brdf"),
+    **dict.fromkeys(("import_capture", "open_capture", "open_stack", "recover_normals"), "lightarc._capture"),
+    **dict.fromkeys(("simulate_capture",), "lightarc._capture"),
+    **dict.fromkeys(("build_material", "compress_material", "export", "open_bundle"), "lightarc._material"),
+    **dict.fromkeys(("open_material", "save_bundle", "verify_bundle"), "lightarc._material"),
+    **dict.fromkeys(("bake", "compare", "draw_figures", "make_scene"), "lightarc._scene"),
+    **dict.fromkeys(("plan", "relight", "render", "save_image"), "lightarc._scene"),
+    **dict.fromkeys(("tradeoff",), "lightarc._scene"),
     **dict.fromkeys(("Lambert", "OrenNayar"), "engine.brdf.models.diffuse"),
     **dict.fromkeys(("Phong", "BlinnPhong"), "engine.brdf.models.phong"),
     **dict.fromkeys(("Lafortune", "LafortuneThreeLobes"), "engine.brdf.models.lafortune"),
@@ -242,7 +251,7 @@ def __getattr__(name: str) -> Any:
         import warnings
 
         warnings.warn(f"lightarc.{name} is now lightarc.{_RENAMED[name]}", DeprecationWarning, stacklevel=2)
-        return globals()[_RENAMED[name]]
+        return __getattr__(_RENAMED[name])
     if name in _REGISTERS:
         found: Any = import_module(_REGISTERS[name]).register
     elif name in _LATER:

@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
+from engine.brdf.models.sampling import sampler_of
+from engine.brdf.readers.merl import SIZE_BYTES, write_merl
+from engine.brdf.readers.table_file import write_table
+from engine.brdf.resample import SHAPE, resample
+from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.core.errors import UsageError
 from engine.core.steps import drain
+from engine.factor.factor_file import write_factors
 from engine.factor.settings import DEFAULT, FactorSettings
+from engine.storage.atomic import require_space
 from lightarc._border import public
 from lightarc._inputs import File, Progress, as_brdf, as_samples, numeric
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
     from engine.brdf.brdf import Brdf
@@ -81,8 +90,6 @@ def evaluate_brdf(brdf: BrdfLike, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.fl
     >>> lightarc.evaluate_brdf("lambert:albedo=0.5", (0, 0, 1), [(0, 0, 1), (0.6, 0, 0.8)]).round(3).tolist()
     [[0.159, 0.159, 0.159], [0.159, 0.159, 0.159]]
     """
-    import numpy as np
-
     return np.asarray(as_brdf(brdf).f(wi, wo))
 
 
@@ -125,8 +132,6 @@ def sample_brdf(brdf: BrdfLike, wo: ArrayLike, *, u: ArrayLike | None = None, se
     >>> round(float(weight.mean()), 3)
     0.5
     """
-    import numpy as np
-
     viewer = _unit(wo, "wo")
     shape = viewer.shape
     uniform = np.random.default_rng(seed).random(shape) if u is None else np.asarray(u, np.float64)
@@ -164,8 +169,6 @@ def evaluate_pdf(brdf: BrdfLike, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.flo
     >>> round(float(lightarc.evaluate_pdf("lambert", (0, 0, 1), (0, 0, 1))), 4)
     0.3183
     """
-    import numpy as np
-
     light, viewer = np.broadcast_arrays(_unit(wi, "wi"), _unit(wo, "wo"))
     density = _sampler(brdf).pdf(light.reshape(-1, 3), viewer.reshape(-1, 3))
     return np.asarray(density).reshape(light.shape[:-1])
@@ -326,8 +329,6 @@ def save_factors(folder: File, factorisation: Factorisation) -> None:
     >>> lightarc.evaluate_brdf("factors", (0, 0, 1), (0, 0, 1)).shape
     (3,)
     """
-    from engine.factor.factor_file import write_factors
-
     write_factors(folder, factorisation)
 
 
@@ -357,13 +358,6 @@ def save_brdf(path: File, brdf: BrdfLike, *, progress: Progress | None = None) -
     >>> lightarc.open_brdf("ggx.exr").isotropic
     True
     """
-    from pathlib import Path
-
-    from engine.brdf.readers.merl import SIZE_BYTES, write_merl
-    from engine.brdf.readers.table_file import write_table
-    from engine.brdf.resample import SHAPE, resample
-    from engine.brdf.table import DirectionTable, HalfDifferenceTable
-    from engine.storage.atomic import require_space
 
     output = Path(path)
     merl = output.suffix.lower() == ".binary"
@@ -382,8 +376,6 @@ def save_brdf(path: File, brdf: BrdfLike, *, progress: Progress | None = None) -
 
 def _unit(directions: ArrayLike, name: str) -> NDArray[np.float64]:
     """Unit vectors (..., 3), or UsageError."""
-    import numpy as np
-
     array = np.asarray(directions, np.float64)
     flat = numeric(array.reshape(-1, 3) if array.size and array.shape[-1] == 3 else array, name, None, 3)
     length = np.linalg.norm(flat, axis=1, keepdims=True)
@@ -393,6 +385,4 @@ def _unit(directions: ArrayLike, name: str) -> NDArray[np.float64]:
 
 
 def _sampler(brdf: BrdfLike) -> Any:
-    from engine.brdf.models.sampling import sampler_of
-
     return sampler_of(as_brdf(brdf))

@@ -10,10 +10,13 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from engine.capture.lights.sources import find_packed
+from engine.capture.photograph.grey_patch import GreyPatch
 from engine.core.errors import UsageError
 from engine.core.steps import drain
+from engine.shading.shading_map import include
 from lightarc._border import public
-from lightarc._inputs import File, Progress, as_stack, capture_of
+from lightarc._inputs import File, Progress, as_stack, capture_of, is_array, numeric
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -104,8 +107,6 @@ def open_capture(*paths: File, angles_deg: Sequence[float] | None = None) -> Sou
     >>> capture
     Sources(name='capture', photographs=3, angles='capture.toml')
     """
-    from engine.capture.lights.sources import find_packed
-
     return drain(find_packed([Path(path) for path in paths], angles_deg))
 
 
@@ -196,15 +197,12 @@ def import_capture(
     True
     """
     from engine.capture.import_stack import ImportSettings, import_stack
-    from engine.capture.photograph.grey_patch import GreyPatch
 
     def patch(choice: Any) -> Any:
         return GreyPatch(*choice) if isinstance(choice, tuple | list) and len(choice) == 4 else choice
 
     framing: Any = None
     if corners is not None:
-        from lightarc._inputs import numeric
-
         framing = tuple((float(x), float(y)) for x, y in numeric(corners, "corners", 4, 2))
     settings = ImportSettings(
         motion=motion,
@@ -315,10 +313,8 @@ def recover_normals(
     >>> np.round(surface.maps.normal[8, 8], 3).tolist()
     [0.0, 0.0, 1.0]
     """
-    from engine.shading.shading_map import include
     from engine.surface.recover import recover
     from engine.surface.write import write_surface
-    from lightarc._inputs import is_array
 
     if is_array(stack) and lights is None:
         raise UsageError("normals need lights, one vector towards the lamp for each photograph")

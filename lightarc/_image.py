@@ -6,6 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from engine.images.encode import encode_png
+from engine.render.display import Display, display
+
 
 class Image(np.ndarray[Any, Any]):
     """An image (height, width, 4) of linear sRGB radiance times coverage, and coverage; a float32 array.
@@ -21,9 +24,6 @@ class Image(np.ndarray[Any, Any]):
 
     def _repr_png_(self) -> bytes | None:
         """Return the image as PNG for a notebook; None for what is none, as a single row of it."""
-        from engine.images.encode import encode_png
-        from engine.render.display import Display, display
-
         if self.ndim != 3 or self.shape[2] not in (3, 4) or not self.size:
             return None
         values = np.asarray(self, np.float32)

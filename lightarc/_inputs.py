@@ -13,22 +13,31 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from engine.brdf.samples import BrdfSamples
+from engine.capture.lights.sources import Sources, find_packed
+from engine.core.colour import luminance, srgb_decode
 from engine.core.errors import UsageError
 from engine.core.steps import Step, drain
+from engine.exchange.readers.read import open_material
+from engine.factor.factor_file import open_reflectance
+from engine.geometry.camera import Camera, frame, parse
+from engine.geometry.mesh import Mesh, mesh_of_arrays
+from engine.geometry.shapes import open_mesh
+from engine.images.decode import read_image
+from engine.images.encode import encode_exr, encode_png, rgb_channels
+from engine.light.environment import EnvironmentMap
+from engine.light.environment_file import open_environment
+from engine.light.lamps import Lamp
+from engine.scene.material import Material
+from engine.storage.atomic import make_folder, write_bytes
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from engine.brdf.brdf import Brdf
-    from engine.brdf.samples import BrdfSamples
-    from engine.capture.lights.sources import Sources
     from engine.capture.stack import ImageStack
-    from engine.geometry.camera import Camera
-    from engine.geometry.mesh import Mesh
-    from engine.light.environment import EnvironmentMap
-    from engine.light.lamps import Lamp
-    from engine.scene.material import Material
 
 File = str | os.PathLike[str]
 Progress = Callable[[Step], None]
@@ -72,8 +81,6 @@ def on_disk(file: Any, suffix: str = "") -> Iterator[Path]:
 
 def numeric(values: Any, name: str, *axes: int | None) -> NDArray[np.float64]:
     """Return finite float64 numbers whose axes have these lengths (None: any); `name` is that of the argument."""
-    import numpy as np
-
     try:
         array = np.asarray(values, np.float64)
     except (TypeError, ValueError):
@@ -91,9 +98,6 @@ def numeric(values: Any, name: str, *axes: int | None) -> NDArray[np.float64]:
 
 def as_mesh(model: Any) -> Mesh:
     """Return the mesh of a name, a file, a trimesh object, or arrays (vertices, faces) or (vertices, faces, uv)."""
-    from engine.geometry.mesh import Mesh, mesh_of_arrays
-    from engine.geometry.shapes import open_mesh
-
     if isinstance(model, Mesh):
         return model
     if is_path(model):
@@ -116,11 +120,6 @@ def as_mesh(model: Any) -> Mesh:
 
 def as_environment(environment: Any) -> EnvironmentMap | None:
     """Return the environment map of a name, a file or an array (H, W, 3) of linear radiance; None stays None."""
-    import numpy as np
-
-    from engine.light.environment import EnvironmentMap
-    from engine.light.environment_file import open_environment
-
     if environment is None or isinstance(environment, EnvironmentMap):
         return environment
     if is_path(environment):
@@ -142,8 +141,6 @@ def as_environment(environment: Any) -> EnvironmentMap | None:
 
 def as_brdf(brdf: Any) -> Brdf:
     """Return the BRDF of a text, a file, a model or its class, or any object with `f`."""
-    from engine.factor.factor_file import open_reflectance
-
     if is_path(brdf):
         return open_reflectance(os.fspath(brdf))
     if is_file_object(brdf):
@@ -165,10 +162,6 @@ def as_brdf(brdf: Any) -> Brdf:
 
 def as_samples(samples: Sequence[Any]) -> BrdfSamples:
     """Return measured values from arrays (wi, wo, values), whose directions broadcast against each other."""
-    import numpy as np
-
-    from engine.brdf.samples import BrdfSamples
-
     if len(samples) != 3:
         raise UsageError(f"samples of a BRDF are (wi, wo, values), not {len(samples)} arrays")
     wi, wo, value = (np.asarray(each, np.float64) for each in samples)
@@ -189,9 +182,6 @@ def as_samples(samples: Sequence[Any]) -> BrdfSamples:
 
 def as_material(material: Any) -> Material | None:
     """Return the material of a bundle, a folder of PBR textures or a glTF or MaterialX file; None stays None."""
-    from engine.exchange.readers.read import open_material
-    from engine.scene.material import Material
-
     if material is None or isinstance(material, Material):
         return material
     if not (is_path(material) or is_file_object(material)):
@@ -202,8 +192,6 @@ def as_material(material: Any) -> Material | None:
 
 def as_camera(camera: Any, positions: NDArray[np.float64], size: tuple[int, int]) -> Camera:
     """Return the camera of a text or a Camera; what a text leaves out frames the positions (V, 3)."""
-    from engine.geometry.camera import Camera, frame, parse
-
     if isinstance(camera, Camera):
         return camera
     if not isinstance(camera, str):
@@ -213,13 +201,9 @@ def as_camera(camera: Any, positions: NDArray[np.float64], size: tuple[int, int]
 
 def as_lamps(light: Any, irradiance: float) -> tuple[Lamp, ...]:
     """Return the distant lights of a vector (3,), vectors (N, 3), or Lamp objects."""
-    from engine.light.lamps import Lamp
-
     each = list(light) if isinstance(light, list | tuple) else [light]
     if each and all(isinstance(one, Lamp) for one in each):
         return tuple(each)
-    import numpy as np
-
     vectors = np.atleast_2d(np.asarray(light, np.float64)) if np.size(light) else np.zeros((0, 3))
     vectors = numeric(vectors, "light", None, 3)
     return tuple(Lamp((float(x), float(y), float(z)), (float(irradiance),) * 3) for x, y, z in vectors)
@@ -230,11 +214,6 @@ def as_image(image: Any) -> tuple[NDArray[np.float32], bool]:
 
     Arrays of whole numbers of 8 or 16 bits are sRGB-coded, as such files are; arrays of floats are linear radiance.
     """
-    import numpy as np
-
-    from engine.core.colour import srgb_decode
-    from engine.images.decode import read_image
-
     if is_path(image) or is_file_object(image):
         with on_disk(image, ".png") as path:
             found = read_image(path)
@@ -251,8 +230,6 @@ def as_image(image: Any) -> tuple[NDArray[np.float32], bool]:
 
 def images_of(values: Any) -> NDArray[Any]:
     """Return the images (N, H, W, 3) of an array or of a list of arrays, N at least 2."""
-    import numpy as np
-
     array = np.asarray(values) if isinstance(values, np.ndarray) else np.stack([np.asarray(each) for each in values])
     if array.ndim == 3:
         array = np.repeat(array[..., None], 3, axis=3)
@@ -278,8 +255,6 @@ def light_angles(
     `lights` are vectors (N, 3) towards the lights in the frame of the sample: x to the right of the photographs, y up,
     z towards the camera.
     """
-    import numpy as np
-
     if angles_deg is not None and lights is not None:
         raise UsageError("give angles_deg or lights, not both")
     if angles_deg is not None:
@@ -301,10 +276,7 @@ def as_stack(stack: Any, angles_deg: Any = None, lights: Any = None) -> ImageSta
 
     The elevations of arrays without angles are evenly spaced up to 90 degrees.
     """
-    import numpy as np
-
     from engine.capture.stack import ImageStack, open_stack
-    from engine.core.colour import luminance, srgb_decode
 
     if isinstance(stack, ImageStack):
         return stack
@@ -344,12 +316,6 @@ def capture_of_arrays(values: Any, angles_deg: Any, lights: Any) -> Iterator[Sou
 
     An import decodes files: arrays go through the same steps.
     """
-    import numpy as np
-
-    from engine.capture.lights.sources import find_packed
-    from engine.images.encode import encode_exr, encode_png, rgb_channels
-    from engine.storage.atomic import make_folder, write_bytes
-
     images = images_of(values)
     found = light_angles(len(images), angles_deg, lights)
     if found is None:
@@ -373,8 +339,6 @@ def capture_of_arrays(values: Any, angles_deg: Any, lights: Any) -> Iterator[Sou
 
 def capture_of(capture: Any, angles_deg: Any, lights: Any) -> Any:
     """Return a context that gives the capture of arrays, of paths, or the one that `open_capture` found."""
-    from engine.capture.lights.sources import Sources, find_packed
-
     if isinstance(capture, Sources):
         return nullcontext(capture)
     if is_array(capture):

@@ -7,8 +7,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from engine.brdf.models.microfacet import Ggx
+from engine.bundle.bundle import open_bundle as read_bundle
+from engine.bundle.bundle import save_bundle as saving
+from engine.bundle.bundle import verify_bundle as verify
 from engine.core.errors import UsageError
 from engine.core.steps import drain
+from engine.scene.material import Material, error_figures
+from engine.shading.mixed import keep_tiles
+from engine.shading.quantise import quantise
+from engine.shading.representation import choose
+from engine.shading.shading_map import ShadingMap, include
 from lightarc._border import public
 from lightarc._inputs import File, Progress, as_brdf, as_material, as_stack, on_disk
 
@@ -17,7 +26,6 @@ if TYPE_CHECKING:
 
     from engine.bundle.bundle import Verification
     from engine.capture.stack import ImageStack
-    from engine.scene.material import Material
 
 
 @public
@@ -82,11 +90,7 @@ def build_material(
     """
     from engine.brdf.brdf import MODELS, brdf_to_text
     from engine.brdf.fit import fit, fit_data
-    from engine.brdf.models.microfacet import Ggx
     from engine.brdf.readers.table_file import keep_table
-    from engine.scene.material import Material
-    from engine.shading.representation import choose
-    from engine.shading.shading_map import ShadingMap, include
 
     stack, reflectance = as_stack(stack, angles_deg, lights), as_brdf(brdf)
     measured = None if type(reflectance) in MODELS.values() else drain(keep_table(reflectance), progress)
@@ -146,9 +150,7 @@ def compress_material(
     >>> material.power_law.scale.shape, material.power_law.size_bytes < material.shading_map.slices.nbytes
     ((32, 32, 3), True)
     """
-    from engine.shading.mixed import keep_tiles
     from engine.shading.power_law import fit
-    from engine.shading.quantise import quantise
 
     slices = material.shading_map
     if slices is None:
@@ -189,9 +191,6 @@ def save_bundle(path: File, material: Material, *, progress: Progress | None = N
     >>> lightarc.save_bundle("plain.lightarc", material).name
     'plain.lightarc'
     """
-    from engine.bundle.bundle import save_bundle as saving
-    from engine.scene.material import error_figures
-
     return drain(saving(path, material, figures=error_figures(material)), progress)
 
 
@@ -220,8 +219,6 @@ def open_bundle(path: Any) -> Material:
     >>> again.name, bool((again.power_law.exponent == material.power_law.exponent).all())
     ('plain', True)
     """
-    from engine.bundle.bundle import open_bundle as read_bundle
-
     with on_disk(path, ".lightarc") as place:
         return read_bundle(place)
 
@@ -280,8 +277,6 @@ def verify_bundle(path: File) -> Verification:
     >>> lightarc.verify_bundle("plain.lightarc").ok
     True
     """
-    from engine.bundle.bundle import verify_bundle as verify
-
     return verify(path)
 
 

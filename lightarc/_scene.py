@@ -2,16 +2,37 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 import os
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from engine.core.errors import UsageError
+import numpy as np
+
+from engine.accuracy.compare import compare as compare_images
+from engine.brdf.brdf import brdf_from_text
+from engine.core.directions import world_direction
+from engine.core.errors import InputError, UsageError
+from engine.core.params import parameters
 from engine.core.steps import drain
+from engine.geometry.ground import Ground
+from engine.images.encode import encode_exr, encode_png, rgb_channels
+from engine.light.lamps import Lamp
+from engine.render import direct
+from engine.render.display import Display, display
+from engine.render.path import check_scene
+from engine.render.transported import image_of
+from engine.scene.mode import MODES
+from engine.scene.scene import Scene
 from engine.scene.settings import DEFAULTS
+from engine.storage.atomic import write_bytes
+from engine.transport.baking.file import open_transport
+from engine.transport.method import Subject, method_of, names
+from engine.transport.relight import Light
 from lightarc._border import accept_old_names, check_size, public
+from lightarc._image import as_shown
 from lightarc._inputs import (
     File,
     Progress,
@@ -22,6 +43,7 @@ from lightarc._inputs import (
     as_lamps,
     as_material,
     as_mesh,
+    is_path,
     on_disk,
 )
 
@@ -31,7 +53,6 @@ if TYPE_CHECKING:
     from engine.accuracy.compare import ImageError
     from engine.planning.costs.cost_model import CostModel
     from engine.planning.plan import EffectsPlan
-    from engine.scene.scene import Scene
     from engine.tradeoff.sweep import Tradeoff
     from lightarc._image import Image
 
@@ -105,11 +126,6 @@ def make_scene(
     >>> scene.light
     (0.0, 1.0, 0.0)
     """
-    from engine.brdf.brdf import brdf_from_text
-    from engine.core.directions import world_direction
-    from engine.geometry.ground import Ground
-    from engine.scene.scene import Scene
-
     check_size(size)
     if light is not None and light_deg is not None:
         raise UsageError("give light or light_deg, not both")
@@ -202,12 +218,7 @@ def render(
     >>> bool(image[6, 8, 3] == 1)
     True
     """
-    from engine.render import direct
-    from engine.render.path import check_scene
     from engine.render.reference import reference
-    from engine.scene.mode import MODES
-    from engine.scene.scene import Scene
-    from lightarc._image import as_shown
 
     check_size(size)
     if mode is not None and mode not in MODES:
@@ -275,13 +286,6 @@ def save_image(
     --------
     >>> lightarc.save_image("plain.png", image, exposure_ev=1)
     """
-    import numpy as np
-
-    from engine.images.encode import encode_exr, encode_png, rgb_channels
-    from engine.render.display import Display, display
-    from engine.storage.atomic import write_bytes
-    from lightarc._inputs import is_path
-
     is_file = not is_path(path)
     name = str(getattr(path, "name", "")) if is_file else os.fspath(path)
     kind = Path(name).suffix.lower() or (".png" if is_file else "")
@@ -338,10 +342,6 @@ def compare(image: Any, reference: Any, *, mask: ArrayLike | None = None) -> Ima
     >>> lightarc.compare(image, image).rmse_rel, round(lightarc.compare(1.1 * image, image).rmse_rel, 3)
     (0.0, 0.1)
     """
-    import numpy as np
-
-    from engine.accuracy.compare import compare as compare_images
-
     (first, is_shown), (second, other) = as_image(image), as_image(reference)
     chosen = None if mask is None else np.asarray(mask, np.bool_)
     if chosen is not None and chosen.shape != second.shape[:2]:
@@ -408,10 +408,6 @@ def bake(
     >>> lightarc.bake("plane", "lambert:albedo=0.6", "plane.transport", method="sh", order=3).name
     'plane.transport'
     """
-    from engine.core.params import parameters
-    from engine.geometry.ground import Ground
-    from engine.transport.method import Subject, method_of, names
-
     if method not in names():
         raise UsageError(f"unknown method {method!r}; choose from {', '.join(names())}")
     chosen = method_of(method)
@@ -468,15 +464,6 @@ def relight(
     >>> baked.shape, bool(baked[..., :3].max() > 0)
     ((12, 16, 4), True)
     """
-    from engine.core.directions import world_direction
-    from engine.core.errors import InputError
-    from engine.light.lamps import Lamp
-    from engine.render.transported import image_of
-    from engine.transport.baking.file import open_transport
-    from engine.transport.method import method_of, names
-    from engine.transport.relight import Light
-    from lightarc._image import as_shown
-
     check_size(size)
     if light is not None and light_deg is not None:
         raise UsageError("give light or light_deg, not both")
@@ -689,8 +676,6 @@ def draw_figures(
     >>> [sheet.name for sheet in lightarc.draw_figures("wang-2", "figures", model="plane", quick=True)]
     ['wang-2.png']
     """
-    import importlib
-
     from engine.figures.figure import Settings
     from engine.figures.papers.catalogue import FIGURES
     from engine.figures.write import draw_into
@@ -719,8 +704,6 @@ def _scene_under(
     size: tuple[int, int],
 ) -> Scene:
     """The scene of the arguments, which has an environment; UsageError where it has none."""
-    from engine.scene.scene import Scene
-
     if isinstance(model, Scene):
         scene = model
     else:

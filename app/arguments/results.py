@@ -18,7 +18,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 from engine.core.errors import InputError, OutputError
+from engine.figures.papers.catalogue import FIGURES
 from engine.storage.outputs import Kind, check_outputs, has_tag, look
+from engine.storage.unpack import is_archive
 from engine.storage.untrusted import read_head
 
 OVERWRITE_HELP = "replace an existing file that this command did not write; never one that it reads"
@@ -124,8 +126,6 @@ def _candidates(text: str) -> Iterator[str]:
 
 
 def _is_archive(path: str) -> bool:
-    from engine.storage.unpack import is_archive
-
     return is_archive(Path(path))
 
 
@@ -193,8 +193,6 @@ def material_at(path: str, options: argparse.Namespace) -> list[tuple[str, Kind]
 
 def figures_in(folder: str, options: argparse.Namespace) -> list[tuple[str, Kind]]:
     """A folder for each figure that is asked for, within one that they share."""
-    from engine.figures.papers.catalogue import FIGURES
-
     names = FIGURES if "all" in options.names else dict.fromkeys(options.names)
     return [(folder, SHARED), *((str(Path(folder) / name), FIGURE) for name in names if name in FIGURES)]
 

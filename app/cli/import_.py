@@ -12,6 +12,7 @@ import psutil
 
 from app.arguments.results import STACK, Input, Output
 from app.session.settings import close_session, open_session
+from engine.capture.import_plan import CALIBRATED
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.selection import Arc, Azimuth, Listed
@@ -346,8 +347,6 @@ def _equalise(text: str) -> str | tuple[int, ...]:
 
 
 def _calibrate(text: str) -> str | tuple[str, ...]:
-    from engine.capture.import_plan import CALIBRATED
-
     if text in ("auto", "none"):
         return text
     terms = tuple(term.strip() for term in text.split(","))

@@ -16,6 +16,8 @@ from app.jobs.jobs import Job
 from app.widgets.theme import RESOURCES
 from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text, label_of, model_name
 from engine.brdf.models.microfacet import Ggx
+from engine.brdf.readers.merl import write_merl
+from engine.brdf.readers.read import read_brdf_steps
 from engine.brdf.resample import SHAPE, resample
 from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.brdf.written import WrittenBrdf, write
@@ -100,7 +102,6 @@ def _open(bench: Workbench, path: Path, brdf: Any, instead_of: Path | None) -> N
 
 def _read(path: Path) -> Steps[Any]:
     yield Step(0.0, "reading")
-    from engine.brdf.readers.read import read_brdf_steps
 
     return (yield from read_brdf_steps(path))
 
@@ -169,7 +170,6 @@ def save_table(bench: Workbench, brdf: Any, path: Path) -> Job:
 def _write(brdf: Any, path: Path, inputs: Sequence[str]) -> Steps[str]:
     """Write the table and report its error in a sentence. A user was asked before a file is replaced."""
     yield Step(0.0, "preparing kernels")
-    from engine.brdf.readers.merl import write_merl
     from engine.brdf.readers.table_file import write_table
 
     check_outputs([(str(path), TABLE)], inputs, overwrite=True)

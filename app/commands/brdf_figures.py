@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.brdf.analysis import albedo, half_difference_slice, lobe, maximum_albedo, polar_slice, reciprocity_error
 from engine.brdf.brdf import brdf_from_text
+from engine.brdf.models.sampling import sampler_of
 from engine.brdf.resample import SHAPE, resample
 from engine.core.colour import luminance, srgb_encode
 from engine.core.directions import normalize, surface_direction
@@ -73,7 +75,6 @@ def curves(wanted: Sequence[tuple[int, Any, Curves | None]], theta_i: float) -> 
     found = {}
     for done, (number, brdf, known) in enumerate(wanted):
         yield Step(done / len(wanted), "evaluating")
-        from engine.brdf.analysis import half_difference_slice, lobe, polar_slice
 
         wo, values = lobe(brdf, theta_i, LIGHT_PHI)
         theta_o, polar = polar_slice(brdf, theta_i, LIGHT_PHI)
@@ -92,8 +93,6 @@ def albedos(wanted: Sequence[tuple[int, Any]]) -> Steps[dict[int, tuple[Any, Flo
     found = {}
     for done, (number, brdf) in enumerate(wanted):
         yield Step(done / len(wanted), "integrating")
-        from engine.brdf.analysis import albedo
-        from engine.brdf.models.sampling import sampler_of
 
         sampler, values = sampler_of(brdf), []
         for angle in np.radians(ALBEDO_DEG):
@@ -106,7 +105,6 @@ def albedos(wanted: Sequence[tuple[int, Any]]) -> Steps[dict[int, tuple[Any, Flo
 def facts(brdf: Any) -> Steps[Facts]:
     """Reciprocity and the largest albedo."""
     yield Step(0.0, "exchanging light and viewer")
-    from engine.brdf.analysis import maximum_albedo, reciprocity_error
 
     reciprocity = reciprocity_error(brdf)
     yield Step(0.3, "integrating")

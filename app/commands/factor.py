@@ -13,6 +13,7 @@ from app.arguments.results import FACTORS
 from engine.core.colour import luminance
 from engine.core.steps import Step, Steps, part
 from engine.render.display import diverging
+from engine.storage.outputs import check_outputs
 
 if TYPE_CHECKING:
     from engine.factor.errors import Factorisation
@@ -80,7 +81,6 @@ def export(factorisation: Factorisation, terms: int, folder: Path) -> Steps[str]
     yield Step(0.0, "writing factors")
 
     from engine.factor.factor_file import write_factors
-    from engine.storage.outputs import check_outputs
 
     check_outputs([(str(folder), FACTORS)], ())
     kept = write_factors(folder, _make(factorisation, terms))

@@ -17,15 +17,19 @@ from app.project.photographs import Mark, keep, take_marks
 from app.project.pixels import are_packed, are_there, open_kept, take_again, take_in, unpack_pixels
 from app.project.project_file import path_of
 from app.session import cache
+from engine.capture.evenness import even_out
 from engine.capture.lights.sources import Sources
 from engine.capture.stack import RECORD, ImageStack
 from engine.core.errors import FileError, InputError
 from engine.core.health import Health
 from engine.core.steps import Step, Steps, part
 from engine.scene.material import Material
+from engine.shading.mixed import keep_tiles
 from engine.shading.power_law import PowerLawMap, fit
+from engine.shading.quantise import quantise
 from engine.shading.representation import choose
 from engine.shading.shading_map import ShadingMap, include
+from engine.shading.tile import make_tile, tile_health, tile_planes
 from engine.storage.writer import writer
 
 log = logging.getLogger(__name__)
@@ -182,8 +186,6 @@ def material_of(project: Project) -> Steps[Material]:
     yield Step(0.0, "preparing kernels")
     if project.stack is not None:
         yield from part(pixels_made(project.stack, project.sources, project.imported_with), 0.0, 0.5)
-    from engine.capture.evenness import even_out
-    from engine.shading.tile import make_tile, tile_health, tile_planes
 
     assert project.stack is not None
     stack, excluded, evenness = project.stack, project.excluded, Health()
@@ -215,9 +217,6 @@ def material_of(project: Project) -> Steps[Material]:
 
 def _compress(project: Project, shading_map: ShadingMap) -> Steps[PowerLawMap]:
     """The power law of `shading_map`, rounded and with kept slices as the project says."""
-    from engine.shading.mixed import keep_tiles
-    from engine.shading.quantise import quantise
-
     power_law = yield from part(fit(shading_map, project.scale), 0.0, 0.6)
     if project.exponent_bits != 32:
         power_law = yield from part(quantise(power_law, shading_map, project.exponent_bits), 0.6, 0.8)

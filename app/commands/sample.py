@@ -10,6 +10,7 @@ from pathlib import Path
 from app.project.places import projects_folder
 from engine.capture.lights.sources import Sources, find
 from engine.core.steps import Steps
+from engine.simulate.built_in import make_built_in_sample
 
 NAME = "Woven sample"
 
@@ -21,7 +22,5 @@ def samples_folder() -> Path:
 
 def capture_of_sample(folder: Path) -> Steps[Sources]:
     """The photographs of the built-in capture, simulated into `folder` where they are not there."""
-    from engine.simulate.built_in import make_built_in_sample
-
     capture = yield from make_built_in_sample(folder)
     return find([capture])

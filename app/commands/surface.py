@@ -17,6 +17,7 @@ from engine.core.steps import Step, Steps, part
 from engine.scene.material import Material
 from engine.shading.shading_map import include
 from engine.storage.outputs import check_outputs
+from engine.surface.lamps import shows_slopes
 from engine.surface.pbr_maps import SurfaceMaps
 
 if TYPE_CHECKING:
@@ -62,8 +63,6 @@ def with_surface(material: Material, surface: Surface | None) -> Material:
 
 def needs_surface(project: Project) -> bool:
     """True where the photographs of `project` tell its surface, which an export takes, and its maps are not there."""
-    from engine.surface.lamps import shows_slopes
-
     stack, material = project.stack, material_with_surface(project)
     if stack is None or not material.has_map or material.pbr is not None or material.surface is not None:
         return False

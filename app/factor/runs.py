@@ -23,6 +23,7 @@ from app.document.factoring import MATERIAL, METHODS, RUN_NUMBERS, Run, names_of
 from app.jobs.jobs import Job
 from app.project.factors import Keeping, read_kept
 from engine.brdf.brdf import MODELS, brdf_from_text, label_of
+from engine.brdf.readers.read import read_brdf_steps
 from engine.core.errors import FileError, InputError, UsageError
 from engine.core.steps import Step, Steps, part
 from engine.factor.settings import FactorSettings
@@ -352,7 +353,6 @@ def _brdf(given: Any) -> Steps[Any]:
     if not isinstance(given, Path):
         return given
         yield
-    from engine.brdf.readers.read import read_brdf_steps
 
     return (yield from read_brdf_steps(given))
 

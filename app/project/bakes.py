@@ -23,6 +23,7 @@ from engine.core.steps import Step, Steps, part
 from engine.geometry.mesh import Mesh
 from engine.storage.atomic import make_folder
 from engine.storage.resumable import discard_unfinished
+from engine.transport.baking.file import open_transport
 
 log = logging.getLogger(__name__)
 
@@ -107,8 +108,6 @@ def keep(wanted: Wanted, folder: Path) -> Made | None:
 
 
 def _open(place: Path, wanted: Wanted, seconds: float | None) -> Made:
-    from engine.transport.baking.file import open_transport
-
     file = open_transport(place)
     return Made(wanted, wanted.choices.method.baking.transport_of(file), seconds, file.size_bytes)
 

@@ -26,6 +26,7 @@ from app.project.photographs import INSIDE, Mark, copy_places, files_of, marks_o
 from app.project.places import is_open_elsewhere, remove
 from app.project.project_file import WAITING, History, Writer, data_folder, is_waiting, read, settle, waiting_name
 from app.project.values import in_full, is_file
+from engine.brdf.readers.read import read_brdf
 from engine.core.errors import FileError, InputError, OutputError
 from engine.core.steps import Step, Steps
 from engine.storage.atomic import (
@@ -257,7 +258,6 @@ def _copy_marked(source: Path, target: Path, mark: Mark | None) -> None:
 
 def _check_decodes(path: Path, copied: Path, is_brdf: bool) -> None:
     """InputError about `path` where its copy is not a photograph, image or BRDF."""
-    from engine.brdf.readers.read import read_brdf
     from engine.capture.photograph.decode import read_photograph
 
     try:

@@ -17,6 +17,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.jobs.jobs import Jobs
 from app.jobs.newest import Latest
+from engine.accuracy.flip import flip_estimate
 from engine.core.figure_text import percent_within
 from engine.core.steps import Step, Steps
 
@@ -208,8 +209,6 @@ def _noise(a: Side) -> Steps[ImageError | None]:
 
 
 def _with_flip(a: Side, b: Side, error: ImageError) -> Steps[ImageError]:
-    from engine.accuracy.flip import flip_estimate
-
     a, b = _alike(a, b)
     found = yield from flip_estimate(a.image[..., :3], b.image[..., :3], _measure_coverage(a, b))
     return replace(error, flip=found)

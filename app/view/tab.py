@@ -60,6 +60,7 @@ from engine.geometry.shapes import frame_mesh
 from engine.light.environment import EnvironmentMap
 from engine.planning.costs.setting import Setting
 from engine.render.background import blur
+from engine.render.environment_error import environment_error
 from engine.scene.scene import Scene
 from engine.transport import method as transport
 
@@ -598,6 +599,5 @@ def _blur(environment: EnvironmentMap, radius: float) -> Steps[EnvironmentMap]:
 
 def _directions_error(scene: Scene) -> Steps[float]:
     yield Step(0.0, "preparing kernels")
-    from engine.render.environment_error import environment_error
 
     return (yield from environment_error(scene, MEASURED_PX)).rmse_rel

@@ -21,6 +21,7 @@ from app.viewport.gl_widget import GlWidget
 from app.viewport.refining import MOVING_S, STILL_S, Quality, Refining, same
 from app.widgets import theme
 from engine.core.colour import srgb_decode
+from engine.gl.screen import Image, Layer, Screen
 from engine.render.background import Backdrop
 from engine.render.display import Display
 from engine.scene.scene import Scene
@@ -233,8 +234,6 @@ class GlSurface(GlWidget):
         self.emit_later(self.drawn, seconds)
 
     def _show(self, framebuffer: Any) -> None:
-        from engine.gl.screen import Screen
-
         self._screen = self._screen or Screen(self.gl)
         layers = [self._layer(at) for at in range(len(self.scenes)) if self._sides[at].image is not None]
         if not layers:
@@ -251,8 +250,6 @@ class GlSurface(GlWidget):
 
     def _layer(self, at: int) -> Any:
         """The image of scene number `at`, and the image over it."""
-        from engine.gl.screen import Layer
-
         over = self._over[at]
         if over.pixels is None:
             return Layer(self._sides[at].image)
@@ -279,8 +276,6 @@ class _Over:
     image: Any = None
 
     def upload(self, context: Any) -> None:
-        from engine.gl.screen import Image
-
         assert self.pixels is not None
         if not self.is_new and self.image is not None:
             return

@@ -17,6 +17,7 @@ from app.capture.tab import CaptureTab
 from app.commands.workbench import Workbench
 from app.docks.arrangement import Docks
 from app.document.document import Look, Project
+from app.export.tab import ExportTab
 from app.help.keys import show_about, show_keys
 from app.help.manual import show_for_pointer
 from app.help.mode_chooser import ModeChooser
@@ -58,7 +59,6 @@ from engine.storage.untrusted import expect
 
 if TYPE_CHECKING:
     from app.brdf.tab import BrdfTab
-    from app.export.tab import ExportTab
     from app.factor.tab import FactorTab
     from app.material.tab import MaterialTab
 
@@ -229,8 +229,6 @@ class MainWindow(QMainWindow):
         yield from self._fill("factor", FactorTab(self.bench))
 
     def _make_export(self) -> Iterator[None]:
-        from app.export.tab import ExportTab
-
         tab = ExportTab(self.bench, self.view)
         yield from self._fill("export", tab)
         tab.elsewhere.measure_in(self.settings.now.unit)

@@ -24,6 +24,7 @@ from pydantic import ValidationError
 
 from engine.capture.report import Quality
 from engine.capture.stack_record import parse_record
+from engine.core.colour import to_display8
 from engine.core.errors import InputError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.summary import Summary
@@ -88,7 +89,6 @@ class ImageStack(Summary):
 
     def _repr_png_(self) -> bytes:
         """Return the middle photograph as PNG, at most 384 pixels a side."""
-        from engine.core.colour import to_display8
         from engine.images.encode import encode_png
 
         step = max(1, -(-max(self.radiance.shape[1:3]) // 384))

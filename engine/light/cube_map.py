@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.health import Health
-from engine.light.cube_map_kernel import to_rows
+from engine.light.cube_map_kernel import to_faces, to_rows
 from engine.light.environment import EnvironmentMap, solid_angles
 
 #: Directions of s, t and the axis of each face, as rows: direction = (2 s − 1) s_axis + (2 t − 1) t_axis + axis.
@@ -114,8 +114,6 @@ def cube_of(environment: EnvironmentMap, n: int) -> CubeMap:
 
     A constant stays as it is, and the flux of each face is that of the same part of the map: the whole is kept.
     """
-    from engine.light.cube_map_kernel import to_faces  # compiled code is slow to load, and the window must open at once
-
     if n < 1:
         raise ValueError(f"the edge of a cube map is at least 1 texel, not {n}")
     summed, area = to_faces(environment.radiance, n, *_meridians(environment.radiance.shape[1], n))

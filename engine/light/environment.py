@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core.colour import luminance
+from engine.core.colour import luminance, to_display8
 from engine.core.directions import normalize
 from engine.core.health import Health
 from engine.core.summary import Summary
@@ -48,7 +48,6 @@ class EnvironmentMap(Summary):
 
     def _repr_png_(self) -> bytes:
         """Return the map as PNG, at most 384 texels wide, exposed by its median."""
-        from engine.core.colour import to_display8
         from engine.images.encode import encode_png
 
         step = max(1, -(-self.radiance.shape[1] // 384))

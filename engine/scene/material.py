@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from engine.brdf.brdf import Brdf, brdf_from_text, brdf_to_text
+from engine.brdf.fit import fit_data, fit_error
 from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.core.colour import luminance
@@ -140,7 +141,6 @@ def compute_fit_error(material: Material) -> float | None:
     """Relative RMSE of f cos(theta_i) of the model that `brdf` names against the measured BRDF; None without one."""
     if material.measured is None:
         return None
-    from engine.brdf.fit import fit_data, fit_error  # slow to load, and few materials are measured
 
     return fit_error(brdf_from_text(material.brdf), fit_data(material.measured)).rmse_rel
 

@@ -25,6 +25,7 @@ from engine.core.side_by_side import side_by_side
 from engine.core.steps import Step, Steps, part
 from engine.shading.directional.effective_light import TILTS, TURNS, table_directions, weights_at
 from engine.shading.directional.interpolation import Kernel, best_kernel, weights
+from engine.shading.directional.minified import minify
 from engine.shading.directional.moments import Moments, moments, row_blocks, texels
 
 Array = NDArray[np.float64]
@@ -94,8 +95,6 @@ class DirectionalMap:
     @cached_property
     def smaller(self) -> list[NDArray[np.float16]]:
         """The planes (K, h, w) at half the size, at a quarter … down to one texel, of which light sees the mean."""
-        from engine.shading.directional.minified import minify
-
         return minify(self)
 
     def at_least(self, side: int) -> NDArray[np.uint8] | NDArray[np.float16]:
