@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
+from urllib.parse import unquote_to_bytes
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QUrl, Signal
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.commands.workbench import Arrival, Workbench
@@ -30,6 +32,13 @@ from app.window.leaving import Leaving
 from app.window.projects import Projects, nothing
 from engine.capture.doubts import Doubtful
 from engine.core.errors import FileError, InputError
+
+
+def local_path(url: QUrl) -> Path:
+    """The path of a file that is dropped, byte by byte; Qt replaces what is not UTF-8 in its text."""
+    if os.name != "posix":
+        return Path(url.toLocalFile())
+    return Path(os.fsdecode(unquote_to_bytes(url.path(QUrl.ComponentFormattingOption.FullyEncoded))))
 
 
 class Files(QObject):

@@ -39,7 +39,7 @@ from app.window.banner import Banners, short_path
 from app.window.dialogs import show_history
 from app.window.doings import Doings, show_reports
 from app.window.failures import Failures
-from app.window.files import Files
+from app.window.files import Files, local_path
 from app.window.focus import FieldKeys, text_field
 from app.window.interrupted import Interrupted
 from app.window.menus import Menus
@@ -575,7 +575,7 @@ class MainWindow(QMainWindow):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        paths = [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]
+        paths = [local_path(url) for url in event.mimeData().urls() if url.isLocalFile()]
         event.acceptProposedAction()
         self.open(paths)
 

@@ -147,8 +147,12 @@ def write_bytes(path: AnyPath, data: bytes) -> None:
 
 
 def write_json(path: AnyPath, value: Any) -> None:
-    """Write `value` as indented JSON in UTF-8; NaN and infinities raise ValueError before anything is written."""
-    write_bytes(path, (json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode())
+    """Write `value` as indented JSON in UTF-8; NaN and infinities raise ValueError before anything is written.
+
+    What UTF-8 cannot hold, as of names of files in other encodings, is escaped, and is read back as it was.
+    """
+    text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    write_bytes(path, text.encode(errors="backslashreplace"))
 
 
 def link(path: Path, target: Path) -> bool:

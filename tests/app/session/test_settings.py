@@ -20,6 +20,12 @@ def test_what_is_saved_comes_back(tmp_path: Path) -> None:
     assert settings.load(tmp_path / "config") == kept
 
 
+def test_recent_projects_may_have_names_in_any_encoding(tmp_path: Path) -> None:
+    name = os.fsdecode(b"m\xff.lap")
+    settings.save(Settings(recent_projects=(name,)), tmp_path)
+    assert settings.load(tmp_path).recent_projects == (name,)
+
+
 @pytest.mark.parametrize(
     "content",
     [b"", b"{", b"[]", b'{"theme": 3}', b'{"geometry": "zz"}', b"\xff\xfe", b'{"recent": [1]}', b"[" * 100_000],
