@@ -233,9 +233,10 @@ class OpenedBundle:
 def load_bundle(path: Path) -> Steps[OpenedBundle]:
     """Read a bundle, and what the view that it was exported with refers to."""
     yield Step(0.0, "opening the bundle")
-    from engine.bundle.bundle import describe_bundle, open_bundle
+    from engine.bundle.bundle import open_bundle
+    from engine.bundle.manifest import MAPS_PROCESS, describe_bundle
 
-    material, provenance = prepare_to_draw(open_bundle(path)), describe_bundle(path)["provenance"]
+    material, provenance = prepare_to_draw(open_bundle(path)), describe_bundle(path, MAPS_PROCESS)["provenance"]
     found = yield from part(find_referred(provenance, path, material.size if material.has_map else (1, 1)), 0.5, 1.0)
     return OpenedBundle(path.name.removesuffix(".lightarc"), material, provenance, found)
 

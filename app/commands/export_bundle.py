@@ -61,7 +61,8 @@ def export(
     written.
     """
     yield Step(0.0, "preparing the bundle")
-    from engine.bundle.bundle import check_replaceable, describe_bundle, save_bundle, verify_bundle
+    from engine.bundle.bundle import check_replaceable, save_bundle, verify_bundle
+    from engine.bundle.manifest import MAPS_PROCESS, describe_bundle
     from engine.images.encode import encode_png
 
     whole, name = material_with_surface(project), path.name.removesuffix(".lightarc")
@@ -86,5 +87,5 @@ def export(
     yield from part(saving, 0.2, 0.85)
     yield Step(0.85, "verifying the bundle")
     problems = verify_bundle(path).problems
-    members = describe_bundle(path)["members"] if not problems else {}
+    members = describe_bundle(path, MAPS_PROCESS)["members"] if not problems else {}
     return Exported(path, problems, {name: member["size_bytes"] for name, member in members.items()})

@@ -26,14 +26,23 @@ from numpy.typing import NDArray
 import engine
 from engine.brdf.readers.table_file import Table, decode_table, encode_table, keep_table
 from engine.bundle.directional import (
-    DIRECTIONAL,
     directional_members,
     directional_record,
     read_directional,
 )
 from engine.bundle.maker import check_made_anew
+from engine.bundle.manifest import (
+    BRDF,
+    JSON_LIMIT_BYTES,
+    MANIFEST,
+    MAPS_PROCESS,
+    MEMBERS,
+    PREVIEW,
+    SHADER,
+    VIEWER,
+    read_manifest,
+)
 from engine.bundle.maps import (
-    MAPS,
     check_fingerprint,
     map_members,
     power_law_record,
@@ -41,9 +50,9 @@ from engine.bundle.maps import (
     read_shading_map,
     shading_map_record,
 )
-from engine.bundle.members import BRDF, SHADER, SMALL_LIMIT_BYTES, VIEWER, OpenMember, folder_members, zip_members
+from engine.bundle.members import SMALL_LIMIT_BYTES, OpenMember, folder_members, zip_members
 from engine.bundle.page import viewer
-from engine.bundle.pbr import PBR, pbr_members, pbr_record, read_pbr
+from engine.bundle.pbr import pbr_members, pbr_record, read_pbr
 from engine.bundle.portable import brdf_json, shader
 from engine.bundle.swatch import swatch
 from engine.core.errors import InputError, OutputError, UsageError
@@ -57,7 +66,6 @@ from engine.storage.records import (
     HealthRecord,
     Manifest,
     Member,
-    manifest_of,
     write_manifest,
 )
 from engine.storage.scratch import release
@@ -65,15 +73,8 @@ from engine.storage.text import valid
 from engine.surface.pbr_maps import PbrMaps, SurfaceMaps
 
 SUFFIX = ".lightarc"
-MANIFEST = "manifest.json"
-PREVIEW = "preview.png"
-MEMBERS = MAPS | DIRECTIONAL | {PBR, MANIFEST, BRDF, TABLE, PREVIEW, SHADER, VIEWER}
-
-_JSON_LIMIT_BYTES = 16 << 20
 _AT_ONCE = 1 << 24
 
-#: The decoder process that reads zips and records: that of the maps, which is there next.
-_PROCESS = "engine.bundle.member_maps"
 _MAY_BE_NEGATIVE = ("the shading map", "the kept tiles")
 
 Value = TypeVar("Value")
@@ -137,7 +138,7 @@ def save_bundle(
         manifest = write_manifest(_manifest(material, provenance or {}, figures or {}, members))
         with opened(MANIFEST, len(manifest)) as member:
             member.write(manifest)
-        if sum(member.size_bytes for member in members.values()) > BUNDLE_LIMIT_BYTES - _JSON_LIMIT_BYTES:
+        if sum(member.size_bytes for member in members.values()) > BUNDLE_LIMIT_BYTES - JSON_LIMIT_BYTES:
             problem = f"the material is larger than the {BUNDLE_LIMIT_BYTES >> 30} GiB of a bundle"
             raise OutputError(target, problem, "Reduce the resolution")
     return target
@@ -158,8 +159,8 @@ def _write(name: str, produce: Callable[[], bytes | Planes], opened: OpenMember)
 
 def open_bundle(path: str | os.PathLike[str]) -> Material:
     """The material in a bundle, bit for bit as it was saved; InputError where anything is not as it was written."""
-    archive = open_archive(path, MEMBERS, _PROCESS)
-    manifest = _manifest_in(archive)
+    archive = open_archive(path, MEMBERS, MAPS_PROCESS)
+    manifest = read_manifest(archive)
     return _material(archive, manifest)
 
 
@@ -168,10 +169,10 @@ def verify_bundle(path: str | os.PathLike[str]) -> Verification:
 
     Raises InputError only where there is nothing to look at: `path` is missing or not readable.
     """
-    archive = open_archive(path, MEMBERS, _PROCESS)
+    archive = open_archive(path, MEMBERS, MAPS_PROCESS)
     names = tuple(sorted(archive.sizes))
     try:
-        manifest = _manifest_in(archive)
+        manifest = read_manifest(archive)
     except InputError as error:
         return Verification(names, (f"{error.problem}.",), archive.size_bytes, None)
 
@@ -191,20 +192,13 @@ def verify_bundle(path: str | os.PathLike[str]) -> Verification:
     return Verification(names, tuple(problems), archive.size_bytes, manifest.schema_version, tuple(unchecked))
 
 
-def describe_bundle(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """The manifest of a bundle as JSON values, with the `warnings` of its health; its pixels are not looked at."""
-    archive = open_archive(path, MEMBERS, _PROCESS)
-    manifest = _manifest_in(archive)
-    return {**manifest.model_dump(), "warnings": manifest.health.restored().warnings}
-
-
 def extract_bundle(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> list[str]:
     """Write the members of a bundle into `folder`, which is then a bundle itself, and return their names.
 
     InputError where a member is not as it was written, OutputError for a folder that holds something else.
     """
-    archive = open_archive(path, MEMBERS, _PROCESS)
-    manifest = _manifest_in(archive)
+    archive = open_archive(path, MEMBERS, MAPS_PROCESS)
+    manifest = read_manifest(archive)
     target = Path(folder)
     check_replaceable(target)
     names = sorted(manifest.members)
@@ -218,19 +212,14 @@ def extract_bundle(path: str | os.PathLike[str], folder: str | os.PathLike[str])
     return [*names, MANIFEST]
 
 
-def _manifest_in(archive: Archive) -> Manifest:
-    content = archive.read(MANIFEST, _JSON_LIMIT_BYTES)
-    return manifest_of(json_of(content, archive.path, MANIFEST, archive.process), archive.path)
-
-
 def check_replaceable(target: Path) -> None:
     """Raise OutputError where `target` exists and is not a bundle that this version wrote or could have written."""
     if not os.path.exists(target):  # noqa: PTH110 - Path.exists raises for names that are too long
         return
     try:
-        archive = open_archive(target, MEMBERS, _PROCESS)
+        archive = open_archive(target, MEMBERS, MAPS_PROCESS)
         if archive.is_zip or archive.sizes:
-            _manifest_in(archive)
+            read_manifest(archive)
     except InputError as error:
         problem = f"it exists and cannot be replaced, because {error.problem}"
         raise OutputError(target, problem, "Choose another name") from None
@@ -353,7 +342,7 @@ def _fingerprint_problems(archive: Archive, manifest: Manifest) -> list[str]:
 
 
 def _check_brdf(archive: Archive, manifest: Manifest) -> None:
-    brdf = json_of(archive.read(BRDF, _JSON_LIMIT_BYTES), archive.path, BRDF, archive.process)
+    brdf = json_of(archive.read(BRDF, JSON_LIMIT_BYTES), archive.path, BRDF, archive.process)
     if not isinstance(brdf, dict) or brdf.get("text") != manifest.brdf:
         raise InputError(archive.path, f"{BRDF} contradicts the manifest", "Export the bundle again")
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from engine.bundle.manifest import NUMBERS, PLANE_FILES, WEIGHTS
 from engine.bundle.maps import Produce, check_fingerprint, maps_member, pixels_member
 from engine.core.errors import InputError
 from engine.images.encode import encode_png
@@ -23,13 +24,6 @@ from engine.shading.directional.interpolation import Kernel
 from engine.shading.directional.planes import DirectionalMap
 from engine.storage.archive import Archive, json_of
 from engine.storage.records import DirectionalNumbers, DirectionalRecord, Manifest
-
-#: Planes that a bundle may hold.
-MAX_PLANES = 64
-
-NUMBERS, WEIGHTS = "directional.json", "directional_weights.exr"
-PLANE_FILES = tuple(f"directional_plane{k:02d}.png" for k in range(MAX_PLANES))
-DIRECTIONAL = frozenset({NUMBERS, WEIGHTS, *PLANE_FILES})
 
 #: Largest JSON of numbers, in bytes: 1,024 photographs and 64 planes take 5 MB.
 _LIMIT_BYTES = 16 << 20

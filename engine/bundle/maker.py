@@ -14,7 +14,8 @@ import numpy as np
 import engine
 from engine.brdf.brdf import MODELS
 from engine.bundle.directional import directional_problems
-from engine.bundle.members import BRDF, SHADER, SMALL_LIMIT_BYTES, VIEWER
+from engine.bundle.manifest import BRDF, SHADER, VIEWER
+from engine.bundle.members import SMALL_LIMIT_BYTES
 from engine.bundle.page import viewer
 from engine.bundle.portable import RESOURCES, brdf_json, is_same_text, shader
 from engine.core.errors import UsageError

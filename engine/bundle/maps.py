@@ -16,6 +16,7 @@ import numpy as np
 import psutil
 from numpy.typing import NDArray
 
+from engine.bundle.manifest import CODES, ERROR, EXPONENT, KEPT, SCALE, SLICES
 from engine.core.errors import InputError
 from engine.core.figure_text import size_text
 from engine.images.encode import encode_png, rgb_channels
@@ -36,11 +37,6 @@ from engine.storage.records import (
     StorageRecord,
 )
 from engine.storage.untrusted import decode_content
-
-SLICES, KEPT = "shading_map.exr", "power_law_kept_tiles.exr"
-SCALE, EXPONENT, ERROR = "power_law_scale.exr", "power_law_exponent.exr", "power_law_error.exr"
-CODES = "power_law_exponent.png"
-MAPS = frozenset({SLICES, SCALE, EXPONENT, CODES, ERROR, KEPT})
 
 COVERAGE = "A"
 

@@ -18,9 +18,6 @@ from engine.images.exr_strips import Late
 from engine.storage.atomic import atomic_file, atomic_folder, explaining, make_folder
 from engine.storage.records import Member
 
-#: Members for other programs.
-BRDF, SHADER, VIEWER = "brdf.json", "shader/lightarc.glsl", "viewer/index.html"
-
 #: Bytes that are read of a member without images: a page with its tiles is the largest.
 SMALL_LIMIT_BYTES = 256 << 20
 

@@ -9,14 +9,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.bundle.manifest import PBR
 from engine.bundle.maps import Produce, maps_member
 from engine.core.errors import InputError
 from engine.images.exr_strips import Planes
 from engine.storage.archive import Archive
 from engine.storage.records import Manifest, PbrErrorsRecord, PbrRecord
 from engine.surface.pbr_maps import MapErrors, ObservedSlopes, PbrMaps, Uncertainty
-
-PBR = "pbr_maps.exr"
 
 _ALWAYS, _WHERE_KNOWN = ("base_colour", "normal", "roughness", "metallic", "f0"), ("height", "occlusion")
 _SIGMA = "sigma."

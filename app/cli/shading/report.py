@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from engine.bundle.bundle import MANIFEST, describe_bundle
+from engine.bundle.manifest import MANIFEST, describe_bundle
 from engine.core.figure_text import number, percent, size_text, time_text
 from engine.core.health import Health
 

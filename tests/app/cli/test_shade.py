@@ -17,7 +17,8 @@ from engine.brdf.brdf import brdf_from_text
 from engine.brdf.models.microfacet import Ggx
 from engine.brdf.readers.table_file import write_table
 from engine.brdf.resample import table_from
-from engine.bundle.bundle import describe_bundle, open_bundle
+from engine.bundle.bundle import open_bundle
+from engine.bundle.manifest import describe_bundle
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.lights.sources import find
 from engine.capture.stack import open_stack

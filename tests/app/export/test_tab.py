@@ -16,7 +16,8 @@ from app.document.document import Look
 from app.document.variation import VariedParameter
 from app.project.report import identity
 from app.window.main_window import MainWindow
-from engine.bundle.bundle import describe_bundle, open_bundle
+from engine.bundle.bundle import open_bundle
+from engine.bundle.manifest import describe_bundle
 from engine.core.colour import luminance
 from engine.core.figure_text import size_text
 from engine.core.steps import drain

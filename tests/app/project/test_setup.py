@@ -17,7 +17,8 @@ from app.project.project_file import History, Writer, data_folder
 from app.project.report import identity
 from app.project.setup import set_up
 from engine.brdf.brdf import brdf_from_text
-from engine.bundle.bundle import describe_bundle, open_bundle
+from engine.bundle.bundle import open_bundle
+from engine.bundle.manifest import describe_bundle
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.geometry.camera import Camera, frame

@@ -24,10 +24,8 @@ from hypothesis.extra.numpy import arrays
 
 from engine.brdf.readers.table_file import keep_table
 from engine.brdf.table import HalfDifferenceTable
-from engine.bundle.bundle import MANIFEST, MEMBERS, open_bundle, save_bundle, verify_bundle
-from engine.bundle.directional import DIRECTIONAL
-from engine.bundle.members import BRDF, SHADER, VIEWER
-from engine.bundle.pbr import PBR
+from engine.bundle.bundle import open_bundle, save_bundle, verify_bundle
+from engine.bundle.manifest import BRDF, DIRECTIONAL, MANIFEST, MEMBERS, PBR, SHADER, VIEWER
 from engine.core.errors import InputError, OutputError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import drain

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from engine.bundle.bundle import open_bundle, save_bundle, verify_bundle
-from engine.bundle.directional import NUMBERS, PLANE_FILES, WEIGHTS
+from engine.bundle.manifest import NUMBERS, PLANE_FILES, WEIGHTS
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.storage.archive import open_archive

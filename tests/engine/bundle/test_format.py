@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine.bundle.bundle import MEMBERS, describe_bundle, extract_bundle, open_bundle, save_bundle, verify_bundle
+from engine.bundle.bundle import extract_bundle, open_bundle, save_bundle, verify_bundle
+from engine.bundle.manifest import MEMBERS, describe_bundle
 from engine.core.errors import InputError, OutputError
 from engine.core.steps import drain
 from engine.scene.material import Material

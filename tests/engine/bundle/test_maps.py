@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 import pytest
 
-from engine.bundle.bundle import MANIFEST, open_bundle, save_bundle, verify_bundle
+from engine.bundle.bundle import open_bundle, save_bundle, verify_bundle
+from engine.bundle.manifest import MANIFEST
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.images.encode import encode_exr, encode_png

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine.bundle.bundle import MANIFEST, describe_bundle, extract_bundle, open_bundle, save_bundle, verify_bundle
-from engine.bundle.pbr import PBR
+from engine.bundle.bundle import extract_bundle, open_bundle, save_bundle, verify_bundle
+from engine.bundle.manifest import MANIFEST, PBR, describe_bundle
 from engine.core.errors import InputError, UsageError
 from engine.core.steps import drain
 from engine.exchange.export import subject_of

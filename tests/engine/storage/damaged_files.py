@@ -440,7 +440,8 @@ def _open_stack(folder: Path) -> None:
 
 
 def _open_bundle(path: Path) -> None:
-    from engine.bundle.bundle import describe_bundle, open_bundle
+    from engine.bundle.bundle import open_bundle
+    from engine.bundle.manifest import describe_bundle
 
     with contextlib.suppress(LightarcError):
         describe_bundle(path)
