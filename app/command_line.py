@@ -51,7 +51,7 @@ VERBS = (
     (
         "shade",
         "app.cli.shading.shade",
-        "Make a material of a stack: a shading map of one arc, planes where lamps stood on several sides.",
+        "Make a material of a stack: a shading map, or a directional material from lights on several azimuths.",
     ),
     (
         "normals",

@@ -320,9 +320,9 @@ def recover_normals(
         raise UsageError("normals need lights, one vector towards the lamp for each photograph")
     if white is not None and not 1e-6 <= white <= 1e6:
         raise UsageError(f"white {white} is not a positive radiance")
-    read_stack = as_stack(stack, None, lights)
-    surface = drain(recover(read_stack, include(read_stack, excluded), white=white, left_out=errors), progress)
+    images = as_stack(stack, None, lights)
+    surface = drain(recover(images, include(images, excluded), white=white, left_out=errors), progress)
     if folder is not None:
-        provenance = {**read_stack.provenance, "excluded_photographs": list(excluded)}
+        provenance = {**images.provenance, "excluded_photographs": list(excluded)}
         drain(write_surface(Path(folder), surface, provenance, "Lightarc normals"), progress)
     return surface

@@ -57,6 +57,20 @@ OLD_PROSE = re.compile(
     r"(?<![\w`\"'/.\-#])(?:an? (?:picture|person|knob|rung)|pictures|knobs|rungs)(?![\w`\"'/.\-=(])", re.I
 )
 
+#: Phrases of messages, labels and manuals for which the field has a shorter term.
+OLD_PHRASES = re.compile(
+    r"known are |is called so|codes of 255|in sample:|by their mean|widths of a texel|what you lose by|"
+    r"smallest within|choose the smallest$|follows the import\.|open sky|white card:|sample anew|first hints:|"
+    r"like a bust|go on with all|plain canvas:|head-on|opening did not work|give a \.lightarc|is damaged or no |"
+    r"kept among your|as the system writes|half of what is free:|what takes long stands|to its makers|"
+    r"looking at the scene|preparing kernels|lamps stood on several sides|answered nonsense|that cannot be\.|"
+    r"\b(?:is|are) no (?:BRDF|file|folder|image|list|mesh|number|photograph|project|stack|text|whole)\b",
+    re.I,
+)
+
+#: Texts that users read beside the sources.
+PAGES = ("README.md", "resources/manual", "resources/viewer")
+
 #: Bounds are MAX_ and MIN_.
 OLD_BOUNDS = re.compile(r"_?(?:MOST|LEAST)_[A-Z0-9_]+")
 
@@ -125,6 +139,29 @@ def tokens(folder: str, *kinds: int) -> Iterator[tuple[str, str]]:
                     yield path, token.string
 
 
+def strings(source: str) -> Iterator[str]:
+    """String literals of a module, the constant parts of formatted ones included, without docstrings."""
+    tree = ast.parse(source)
+    documented = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
+    docstrings = {
+        id(node.body[0].value)  # type: ignore[attr-defined]
+        for node in ast.walk(tree)
+        if isinstance(node, documented) and _has_text(node)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docstrings:
+            yield node.value
+
+
+def _has_text(node: ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
+    return bool(node.body) and isinstance(node.body[0], ast.Expr) and isinstance(node.body[0].value, ast.Constant)
+
+
+def page_files(path: Path) -> list[Path]:
+    found = [path] if path.is_file() else path.rglob("*")
+    return [each for each in found if each.suffix in {".md", ".html", ".js"}]
+
+
 def participles(folder: str) -> list[str]:
     """Functions and methods that a participle or a preposition begins, as 'path: name'."""
     found = []
@@ -155,6 +192,20 @@ def test_sentences_are_in_terms_of_the_field(folder: str) -> None:
         for match in OLD_PROSE.finditer(text)
     ]
     assert found == []
+
+
+def test_messages_and_pages_have_the_phrases_of_the_field() -> None:
+    texts = [
+        (path, text)
+        for folder in FOLDERS
+        for path, source in sources(folder).items()
+        if OLD_PHRASES.search(source)
+        for text in strings(source)
+    ]
+    for page in PAGES:
+        for path in sorted(page_files(PROJECT / page)):
+            texts.append((path.relative_to(PROJECT).as_posix(), path.read_text(encoding="utf-8")))
+    assert [f"{path}: {match[0]}" for path, text in texts for match in OLD_PHRASES.finditer(text)] == []
 
 
 def test_functions_are_verbs() -> None:

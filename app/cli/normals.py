@@ -33,7 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--white",
         type=float,
         metavar="R",
-        help="radiance of a white card that faces a lamp, 1 = white level of the photographs (1, or more where the "
+        help="radiance of a white reference that faces a lamp, 1 = white level of the photographs (1, or more where "
+        "the "
         "material is brighter); base colour and specular are relative to it",
     )
     parser.add_argument(
@@ -70,9 +71,9 @@ def report(result: dict[str, Any]) -> str:
             lines.append(f"{name.replace('_', ' '):12} median error {number(sigma)}")
     if result["in_sample_rmse_srgb8"] is not None:
         own, mean = number(result["in_sample_rmse_srgb8"]), number(result["mean_picture_rmse_srgb8"])
-        lines.append(f"photographs are shown to {own} codes of 255, by their mean to {mean}")
+        lines.append(f"photographs: error {own} 8-bit levels, of their mean image {mean}")
     if result["leave_one_out_rmse_srgb8"] is not None:
         lines.append(f"photographs that are left out to {number(result['leave_one_out_rmse_srgb8'])}")
     if not math.isclose(result["white_radiance"], 1.0):
-        lines.append(f"a white card is taken to be at {number(result['white_radiance'])} times the white level")
+        lines.append(f"white reference: estimated at {number(result['white_radiance'])} times the white level")
     return "\n".join(lines)

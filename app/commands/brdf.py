@@ -150,7 +150,7 @@ def _use(bench: Workbench, name: str, parts: dict[str, Any]) -> None:
 
 def _as_material(brdf: Any) -> Steps[dict[str, Any]]:
     """The table of a measurement, or factors as they are, and the model nearest to it for what holds neither."""
-    yield Step(0.0, "preparing kernels")
+    yield Step(0.0, "compiling (first use only)")
     from engine.brdf.fit import fit, fit_data
     from engine.brdf.readers.table_file import keep_table
 
@@ -169,7 +169,7 @@ def save_table(bench: Workbench, brdf: Any, path: Path) -> Job:
 
 def _write(brdf: Any, path: Path, inputs: Sequence[str]) -> Steps[str]:
     """Write the table and report its error in a sentence. A user was asked before a file is replaced."""
-    yield Step(0.0, "preparing kernels")
+    yield Step(0.0, "compiling (first use only)")
     from engine.brdf.readers.table_file import write_table
 
     check_outputs([(str(path), TABLE)], inputs, overwrite=True)

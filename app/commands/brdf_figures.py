@@ -113,7 +113,7 @@ def facts(brdf: Any) -> Steps[Facts]:
 
 def drawable(brdf: Any) -> Steps[Any]:
     """`brdf` as a table that a viewport draws without delay."""
-    yield Step(0.0, "preparing kernels")
+    yield Step(0.0, "compiling (first use only)")
 
     return (yield from resample(brdf, SHAPE if brdf.isotropic else COARSE, dtype=np.float32))
 

@@ -31,7 +31,7 @@ DIRECTIONS = 16
 
 def draw(scene: Scene, look: Look) -> Steps[NDArray[np.uint8]]:
     """(480, 640, 4) uint8: `scene` with the exposure and tone mapping of `look`, sRGB-coded, and its opacity."""
-    yield Step(0.0, "preparing kernels")
+    yield Step(0.0, "compiling (first use only)")
     from engine.render.direct import radiance
 
     scene = dataclasses.replace(scene, directions=min(scene.directions, DIRECTIONS))

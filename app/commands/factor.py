@@ -34,7 +34,7 @@ class Difference:
 
 def difference(factored: Scene, unfactored: Scene, size: tuple[int, int]) -> Steps[Difference]:
     """Both scenes on the CPU, which reads every BRDF as it is, and one minus the other."""
-    yield Step(0.0, "preparing kernels")
+    yield Step(0.0, "compiling (first use only)")
     from engine.accuracy.difference import scale_of
     from engine.render.direct import radiance
 

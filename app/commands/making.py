@@ -183,7 +183,7 @@ def prepare_to_draw(material: Material) -> Material:
 
 def material_of(project: Project) -> Steps[Material]:
     """The stack of `project` as slices and their compression, or as planes, by its settings."""
-    yield Step(0.0, "preparing kernels")
+    yield Step(0.0, "compiling (first use only)")
     if project.stack is not None:
         yield from part(pixels_made(project.stack, project.sources, project.imported_with), 0.0, 0.5)
 

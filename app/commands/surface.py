@@ -35,7 +35,7 @@ def make_maps(bench: Workbench) -> Job:
 
 def surface_of(project: Project) -> Steps[Surface]:
     """The maps of the photographs of `project` that are in use. Raises InputError where its lamps tell no slope."""
-    yield Step(0.0, "preparing kernels")
+    yield Step(0.0, "compiling (first use only)")
     from engine.surface.recover import recover
 
     assert project.stack is not None

@@ -298,7 +298,7 @@ def report_text(cases: Any) -> str:
 
 
 def _on_tested() -> Steps[Any]:
-    yield Step(0.0, "preparing kernels")
+    yield Step(0.0, "compiling (first use only)")
     from engine.selftest.run import selftest
 
     return (yield from selftest())

@@ -234,7 +234,7 @@ class Made:
 
 def estimate(wanted: Wanted) -> Steps[Estimate]:
     """Estimate the time and bytes of a bake; modules and kernels are loaded on the thread that asks."""
-    yield Step(0.0, "preparing kernels")
+    yield Step(0.0, "compiling (first use only)")
     try:
         work, start = yield from part(_prepare(wanted), 0.0, 0.8)
     except (UsageError, InputError) as reason:
@@ -267,7 +267,7 @@ def bake(path: Path, estimate: Estimate) -> Steps[Made]:
     from app.session.machine_profile import learn
     from engine.core.stopwatch import read_clock
 
-    yield Step(0.0, "preparing kernels")
+    yield Step(0.0, "compiling (first use only)")
     assert estimate.start is not None
     wanted = estimate.wanted
     since = read_clock()

@@ -124,7 +124,7 @@ def measure(
 
     Slow modules are imported on the thread that asks for it.
     """
-    yield Step(0.0, "preparing kernels")
+    yield Step(0.0, "compiling (first use only)")
     from app.session.machine_profile import cost_model, learn_from
     from engine.core.stopwatch import read_clock
     from engine.tradeoff.agenda import settings_of

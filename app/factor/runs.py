@@ -359,7 +359,7 @@ def _brdf(given: Any) -> Steps[Any]:
 
 def _factor(run: Run, given: Any, choices: FactorSettings, resume: Factorisation | None, folder: Path) -> Steps[Found]:
     """Factor; each step's `partial` is the result so far. The best is kept in `folder`, however this ends."""
-    yield Step(0.0, "preparing kernels")
+    yield Step(0.0, "compiling (first use only)")
     from engine.factor.factor import factor
 
     brdf = yield from part(_brdf(given), 0.0, 0.05)

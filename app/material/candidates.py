@@ -29,7 +29,7 @@ NAMES = {"directional": "Directional map", "shading_map": "Shading map"}
 
 @dataclass(frozen=True)
 class Candidate:
-    """A row: a representation, its errors in codes of 255, and bytes of a texel; NaN for what is not known."""
+    """A row: a representation, its errors in 8-bit levels, and bytes of a texel; NaN for what is not known."""
 
     name: str
     left_out: float

@@ -20,23 +20,23 @@ if TYPE_CHECKING:
 #: Maps in the order in which they are offered: a name, its label, and what it is.
 MAPS = (
     ("normal", "Normals", "Directions of the surface: red to the right, green up, blue out of the image"),
-    ("height", "Height", "Height of the surface in widths of a texel, from its lowest to its highest"),
+    ("height", "Height", "Height of the surface in texels, from its lowest to its highest"),
     ("base_colour", "Base colour", "Colour of the surface without light: of diffuse reflection, or of metal"),
     ("roughness", "Roughness", "Roughness of the surface: 0 reflects like a mirror, 1 has the broadest highlights"),
-    ("specular", "Specular", "Reflectance of a non-metal that is seen head-on; plastic has 0.04"),
+    ("specular", "Specular", "F0 of a non-metal, its reflectance at normal incidence; plastic has 0.04"),
     ("metallic", "Metallic", "1 where highlights have the colour of metal"),
     ("occlusion", "Sky visibility", "Share of the light of an even sky that relief leaves"),
 )
 
-#: Singular and plural of what a map says, its unit, and the factor from the unit of the map to that one.
-WORDS = {
-    "normal": ("normals are", "°", math.degrees(1.0)),
-    "height": ("heights are", " widths of a texel", 1.0),
-    "base_colour": ("colours are", " of full white", 1.0),
-    "roughness": ("roughnesses are", "", 1.0),
-    "specular": ("reflectances are", "", 1.0),
-    "metallic": ("values are", "", 1.0),
-    "occlusion": ("values are", "", 1.0),
+#: Name of the values of a map, their unit, and the factor from the unit of the map to that one.
+UNITS = {
+    "normal": ("normal", "°", math.degrees(1.0)),
+    "height": ("height", " texel", 1.0),
+    "base_colour": ("colour", " of full white", 1.0),
+    "roughness": ("roughness", "", 1.0),
+    "specular": ("F0", "", 1.0),
+    "metallic": ("metallic", "", 1.0),
+    "occlusion": ("occlusion", "", 1.0),
 }
 
 #: Texels at most of which shares are taken.
@@ -66,7 +66,7 @@ def show(surface: Surface, name: str, of_error: bool) -> Steps[Shown]:
 
     known = find_known_maps(surface.maps)
     values, sigma = known[name], known[f"{name}_sigma"]
-    _, unit, factor = WORDS[name]
+    _, unit, factor = UNITS[name]
     said = (_range(name, values), error_words(name, sigma))
     if of_error:
         spread = factor * (sigma.mean(axis=2) if sigma.ndim == 3 else sigma)
@@ -86,14 +86,14 @@ def show(surface: Surface, name: str, of_error: bool) -> Steps[Shown]:
 
 
 def error_words(name: str, sigma: Values) -> str:
-    """One standard deviation of a map, of half of the texels and of all but one in twenty."""
-    what, unit, factor = WORDS[name]
+    """Median and 95th percentile of the standard deviations of a map, as a sentence."""
+    what, unit, factor = UNITS[name]
     sample = factor * _sample(sigma)
     half, most = (float(each) for each in np.quantile(np.minimum(sample, 1e9), (0.5, 0.95)))
     if half >= 1e9:
-        return f"The {what} not known."
-    further = f"95\u00a0% to {number(most)}{unit}" if most < 1e9 else "more than 5 % are not known"
-    return f"Half of the {what} known to {number(half)}{unit}, {further} (one standard deviation)."
+        return f"The {what} is unknown at most texels."
+    further = f"95\u00a0% below {number(most)}{unit}" if most < 1e9 else "unknown at more than 5\u00a0% of the texels"
+    return f"Median {what} uncertainty {number(half)}{unit} (1 sigma), {further}."
 
 
 def _range(name: str, values: Values) -> str:

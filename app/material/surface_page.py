@@ -39,10 +39,10 @@ SHOWS = (
     ("error", "Uncertainty", "One standard deviation of the map in each texel"),
 )
 
-#: Sources of the radiance of a white card.
+#: Sources of the radiance of the white reference.
 WHITES = (
-    ("found", "Found", "The white level of the photographs, or more where texels are brighter"),
-    ("known", "Known", "The radiance of a white card that faces a lamp, as you measured it in a photograph"),
+    ("found", "Estimated", "The white level of the photographs, or more where texels are brighter"),
+    ("known", "Measured", "The radiance of a white reference that faces a lamp, as you measured it in a photograph"),
 )
 
 #: Words for the slopes that lamps tell.
@@ -214,7 +214,7 @@ class SurfacePage(QWidget):
         enable(self.make, why_not, "Find the surface behind the photographs that are in use (Ctrl+Enter)")
         no_stack = "Needs the photographs of the capture" if project.stack is None else ""
         enable(self.whites, no_stack)
-        known = "" if project.white is not None else "The white card is found in the photographs"
+        known = "" if project.white is not None else "The white reference is estimated from the photographs"
         enable(self.white, no_stack or known, "1 is the white level of the photographs; colours are shares of it")
         self.make.setText("Make surface maps" if project.surface is None else "Make them again")
         enable(self.save, "" if project.surface is not None else "There are no maps yet", "As EXR and PNG, with errors")

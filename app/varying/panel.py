@@ -24,7 +24,7 @@ from engine.core.params import Parameter, parameters
 #: The BRDF that is mixed in at first, and the part of its everyday range that a parameter goes through at first.
 MIXED_IN, SHARE = "phong", (0.2, 0.8)
 
-ABOUT = "What is not the same all over the model. Spherical harmonics and Gaussians vary parameters; wavelets mix BRDFs"
+ABOUT = "Parameters that vary across the surface. Spherical harmonics and Gaussians vary parameters; wavelets mix BRDFs"
 
 
 class VaryingPanel(Rows):
@@ -36,7 +36,7 @@ class VaryingPanel(Rows):
         self.chosen = 0
         self.list = ComboBox()
         self.list.activated.connect(self._choose)
-        self.add = small_button("add", "Let something vary over the model")
+        self.add = small_button("add", "Add a spatially varying parameter")
         self.add.clicked.connect(self._offer)
         self.menu = QMenu(self)
         self.remove = small_button("remove", "Let this vary no longer")
@@ -68,7 +68,7 @@ class VaryingPanel(Rows):
         if not variations:
             self.list.addItem("Nothing")
         self.list.setCurrentIndex(self.chosen)
-        nothing = "" if variations else "Nothing varies over the model yet"
+        nothing = "" if variations else "No spatially varying parameter yet"
         enable(self.list, nothing)
         enable(self.remove, nothing)
         self._show_form(project, variations[self.chosen] if variations else None)

@@ -54,7 +54,7 @@ def relight_or_explain(made: Made, scene: Scene, asked: Any) -> Steps[RelightTra
 
 def relight_transport(made: Made, scene: Scene, asked: Any) -> Steps[RelightTransport]:
     """Relight the bake by the light of `scene`, with the `asked` settings of the light."""
-    yield Step(0.0, "preparing kernels")
+    yield Step(0.0, "compiling (first use only)")
     from engine.transport.relight import light_of
 
     return (yield from made.relighter(light_of(scene), asked, scene.brdf))

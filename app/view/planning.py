@@ -189,14 +189,14 @@ class Planning(QObject):
 
 def plan(asked: Asked, pixels: int, max_memory: float | None = None) -> Steps[EffectsPlan | str]:
     """The plan of a scene, or why there can be none; the first of a machine measures its costs."""
-    yield Step(0.0, "preparing kernels")
+    yield Step(0.0, "compiling (first use only)")
     from app.session.machine_profile import cost_model
     from engine.planning.ceilings import usual
     from engine.planning.plan import plan
 
     scene, budget = asked.scene, asked.budget
     model = yield from part(cost_model(), 0.0, 0.9)
-    yield Step(0.9, "looking at the scene")
+    yield Step(0.9, "analysing the scene")
     assert scene.environment is not None
     try:
         return plan(

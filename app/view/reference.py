@@ -129,7 +129,7 @@ class Progressive(QObject):
 
 def _reference(wanted: _Wanted) -> Steps[Any]:
     """Images that become better until they are good enough; the last one is the result."""
-    yield Step(0.0, "preparing kernels")
+    yield Step(0.0, "compiling (first use only)")
     from engine.render.reference import reference
 
     threads = max(1, (os.cpu_count() or 1) - 1)  # one CPU is left to the window

@@ -598,6 +598,6 @@ def _blur(environment: EnvironmentMap, radius: float) -> Steps[EnvironmentMap]:
 
 
 def _directions_error(scene: Scene) -> Steps[float]:
-    yield Step(0.0, "preparing kernels")
+    yield Step(0.0, "compiling (first use only)")
 
     return (yield from environment_error(scene, MEASURED_PX)).rmse_rel

@@ -113,7 +113,7 @@ def worst_sheet(seen: Sequence[Seen], worst_of: str) -> NDArray[np.uint8]:
         rows.append(Row("", (Panel(None, "minus the photograph: mid-grey is none"), *apart)))
     return draw_sheet(
         f"Where {worst_of} is worst",
-        "Each representation is made of the other photographs. Errors are root mean squares in codes of 8-bit sRGB.",
+        "Each representation is made of the other photographs. Errors are root mean squares in 8-bit levels of sRGB.",
         rows,
     )
 

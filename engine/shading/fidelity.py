@@ -51,7 +51,7 @@ class Fidelity:
     def finding(self, knows: str = "brightness alone") -> Finding:
         """The verdict in words, on a representation that `knows` this of the light."""
         ours, mean = number(self.leave_one_out), number(self.mean_picture)
-        text = f"photographs that are left out are shown to {ours} codes of 255, by their mean to {mean}"
+        text = f"held-out photographs: error {ours} 8-bit levels, of their mean image {mean}"
         if self.is_worse:
             return Finding(Verdict.WARNING, f"{text}: {knows} does not tell these photographs apart")
         return Finding(Verdict.GOOD, text)

@@ -109,10 +109,10 @@ def check_worth(stack: ImageStack, chosen: Chosen) -> None:
     if stack.azimuth is None or not chosen.shown.is_worse:
         return
     what = "the shading map" if chosen.name == "shading-map" else "a directional map"
-    problem = f"{what} shows photographs that are left out to {number(chosen.shown.leave_one_out)} codes of 255"
-    mean = f"their mean to {number(chosen.shown.mean_picture)}"
+    problem = f"{what} has a held-out error of {number(chosen.shown.leave_one_out)} 8-bit levels"
+    mean = f"their mean image {number(chosen.shown.mean_picture)}"
     if chosen.name == "shading-map":
-        mean += ", because the lamps stood on several sides"
+        mean += ", because the lights come from several azimuths"
         instead = "Let it choose the representation, import one arc of it (import --arc)"
     else:
         mean += ", because their lights do not explain them"

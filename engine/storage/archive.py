@@ -188,7 +188,7 @@ def _listing(folder: Path) -> list[tuple[str, os.stat_result]]:
 
 
 def _open_zip(path: Path, known: Collection[str], process: str) -> Archive:
-    other = "Give a .lightarc file or a bundle folder"
+    other = "Choose a .lightarc file or a bundle folder"
     entries = zip_entries(path, _REMEDY, other, BUNDLE_LIMIT_BYTES, process)
     size_bytes = path.stat().st_size
     folders = {f"{PurePosixPath(name).parent}/" for name in known}

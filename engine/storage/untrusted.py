@@ -446,7 +446,7 @@ class _Child:
             return self._last_words(request, arrived, expired.is_set()) if arrived or expired.is_set() else None
         except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError):
             self.kill()
-            return {"problem": "is damaged: its decoder answered nonsense", "remedy": AGAIN}
+            return {"problem": "is damaged: its decoder returned an invalid response", "remedy": AGAIN}
         finally:
             watchdog.cancel()
         if reply.pop("ends", False):

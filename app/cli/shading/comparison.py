@@ -71,8 +71,8 @@ def run(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step],
 
 
 def report(result: dict[str, Any]) -> str:
-    units = "errors in codes of 8-bit sRGB, products of a fragment and a light"
-    lines = [f"{'':16} {'left out':>9} {'in sample':>9} {'bytes':>6} {'products':>8} {'fit':>7}   {units}"]
+    units = "errors in 8-bit levels of sRGB, products of a fragment and a light"
+    lines = [f"{'':16} {'held out':>9} {'training':>9} {'bytes':>6} {'products':>8} {'fit':>7}   {units}"]
     for each in result["candidates"]:
         errors = f"{number(each['leave_one_out_rmse_srgb8'], 3):>9} {number(each['in_sample_rmse_srgb8'], 3):>9}"
         seconds = time_text(each["fit_s"])

@@ -83,10 +83,10 @@ def _errors(result: dict[str, Any]) -> list[str]:
     if result["leave_one_out_rmse_srgb8"] is None:
         return []
     ours, mean = (number(result[f"{name}_rmse_srgb8"]) for name in ("leave_one_out", "mean_picture"))
-    lines = [f"photographs that are left out are shown to {ours} codes of 255, by their mean to {mean}"]
+    lines = [f"held-out photographs: error {ours} 8-bit levels, of their mean image {mean}"]
     for other in result["candidates"]:
         if other["representation"] != result["representation"]:
-            lines.append(f"{other['representation']}, not chosen, to {number(other['leave_one_out_rmse_srgb8'])}")
+            lines.append(f"{other['representation']}, not chosen: error {number(other['leave_one_out_rmse_srgb8'])}")
     return lines
 
 

@@ -131,7 +131,7 @@ def plan_for(
     check_effects(arguments.force, arguments.skip)
     options["ceilings"] = ceilings_of(arguments)
     model = drain(part(cost_model(anew=anew), 0.0, 0.8), show)
-    show(Step(0.9, "looking at the scene"))
+    show(Step(0.9, "analysing the scene"))
     budget = {"error": arguments.error, "time_ms": arguments.time_ms}
     return plan(mesh, brdf, environment, cost=model, force=arguments.force, skip=arguments.skip, **budget, **options)
 

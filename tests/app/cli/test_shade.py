@@ -434,7 +434,7 @@ def test_representations_are_compared_in_a_folder(
     assert result["worst"][0]["rmse_srgb8"][result["worst_of"]] > errors[result["worst_of"]]
     again = lightarc("shade", dome, "--compare", "-o", folder)
     assert again.code == 0
-    assert "errors in codes of 8-bit sRGB" in again.out
+    assert "errors in 8-bit levels of sRGB" in again.out
 
 
 def test_what_cannot_be_compared_is_refused(

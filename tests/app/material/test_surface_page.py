@@ -198,7 +198,7 @@ def test_maps_are_read_from_a_project_as_they_were_written(tmp_path: Path) -> No
 
 def test_errors_are_said_in_words() -> None:
     sigma = np.full((10, 10), np.radians(2.0), np.float32)
-    assert error_words("normal", sigma).startswith("Half of the normals are known to 2°, 95\u00a0% to 2°")
+    assert error_words("normal", sigma).startswith("Median normal uncertainty 2° (1 sigma), 95\u00a0% below 2°")
     sigma[0] = np.inf
     assert "more than 5 % are not known" in error_words("normal", sigma)
     sigma[:6] = np.inf

@@ -48,7 +48,7 @@ def test_a_map_that_is_worse_than_the_mean_image_is_refused(wanted: str) -> None
     found = drain(choose(dome(), 4, wanted=wanted))  # type: ignore[arg-type]
     worse = dataclasses.replace(found, shown=Fidelity(9.0, 3.0, 8.0, 12))
     assert worse.health.verdict is Verdict.WARNING
-    with pytest.raises(InputError, match=r"9 codes of 255, their mean to 8.*--force"):
+    with pytest.raises(InputError, match=r"9 8-bit levels, their mean image 8.*--force"):
         check_worth(dome(), worse)
     check_worth(dataclasses.replace(dome(), azimuth=None), worse)
 
