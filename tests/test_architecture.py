@@ -20,6 +20,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from app.command_line import VERBS
+from tests.import_graph import modules, nearest_module
 
 PROJECT = Path(__file__).resolve().parents[1]
 
@@ -141,6 +142,35 @@ def test_the_command_line_starts_without_heavy_libraries() -> None:
     program = "import sys; from app.command_line import build_parser; build_parser('-h'); print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=PROJECT)
     assert not heavy & set(loaded.stdout.split())
+
+
+def runtime_imports(path: Path) -> set[str]:
+    """Dotted names that a module imports when it runs, within functions too, but not for type checkers alone."""
+    found: set[str] = set()
+    waiting: list[ast.AST] = [tree_of(path)]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.Import):
+            found |= {name.name for name in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found |= {f"{node.module}.{name.name}" for name in node.names}
+        elif not (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)):
+            waiting += ast.iter_child_nodes(node)
+    return found
+
+
+def test_all_verbs_but_gui_run_without_qt() -> None:
+    """An installation without the extra `gui` has no PySide6."""
+    waiting = [module for name, module, _ in VERBS if name not in ("gui", "bench")]
+    came_from: dict[str, str] = dict.fromkeys(waiting, "a verb")
+    while waiting:
+        module = waiting.pop()
+        names = runtime_imports(modules()[module])
+        assert not {name.split(".")[0] for name in names} & QT, f"{module}, imported by {came_from[module]}"
+        for other in filter(None, map(nearest_module, names)):
+            if other not in came_from:
+                came_from[other] = module
+                waiting.append(other)
 
 
 def test_the_package_starts_without_libraries() -> None:

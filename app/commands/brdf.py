@@ -12,8 +12,7 @@ import numpy as np
 
 from app.arguments.results import TABLE
 from app.document.comparison import MARKERS, Entry, Fitted
-from app.jobs.jobs import Job
-from app.widgets.theme import RESOURCES
+from app.widgets.resources import RESOURCES
 from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text, label_of, model_name
 from engine.brdf.models.microfacet import Ggx
 from engine.brdf.readers.merl import write_merl
@@ -29,6 +28,7 @@ from engine.storage.outputs import check_outputs
 
 if TYPE_CHECKING:
     from app.commands.workbench import Workbench
+    from app.jobs.jobs import Job
     from engine.brdf.fit import FitError, Residual
 
 #: Texts in GLSL to begin with, by the names of their files.

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 from app.arguments.results import MAPS, software
 from app.commands.making import pixels_made
 from app.document.document import Project
-from app.jobs.jobs import Job
 from engine.core.steps import Step, Steps, part
 from engine.scene.material import Material
 from engine.shading.shading_map import include
@@ -22,6 +21,7 @@ from engine.surface.pbr_maps import SurfaceMaps
 
 if TYPE_CHECKING:
     from app.commands.workbench import Workbench
+    from app.jobs.jobs import Job
     from engine.surface.recover import Surface
 
 

@@ -35,7 +35,8 @@ from app.commands.opening import load_environment, load_shape
 from app.commands.recognise import CONTENT, Opening, Recognised, recognise
 from app.commands.sample import NAME as SAMPLE
 from app.commands.sample import capture_of_sample, samples_folder
-from app.document.document import Document, ImportChoices, Look, Project
+from app.document.document import ImportChoices, Look, Project
+from app.document.open_document import Document
 from app.jobs.jobs import Job, Jobs
 from app.process.packages import load_shared
 from app.project.photographs import INSIDE, photographs

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from app.widgets.theme import LINES
+from app.widgets.resources import LINES
 from engine.core.errors import UsageError
 
 #: pyqtgraph's names of the markers; each goes with the colour at its place in the cycle of `LINES`.

@@ -13,7 +13,8 @@ import shiboken6
 from PySide6.QtCore import QEvent, QObject, QTimer
 from PySide6.QtWidgets import QWidget
 
-from app.document.document import Document, Project
+from app.document.document import Project
+from app.document.open_document import Document
 
 #: Milliseconds between two parts, in which the window draws and hears the user.
 BETWEEN_MS = 5

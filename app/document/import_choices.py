@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from app.document.document import Document, ImportChoices, Pair, Project
+from app.document.document import ImportChoices, Pair, Project
 from engine.capture.lights.azimuth_spread import about_azimuth
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.sources import Sources, printable
@@ -18,6 +18,7 @@ from engine.capture.photograph.exposures import Exposure
 from engine.core.errors import InputError
 
 if TYPE_CHECKING:
+    from app.document.open_document import Document
     from engine.capture.import_stack import ImportSettings
 
 Each = TypeVar("Each")

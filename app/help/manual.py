@@ -14,7 +14,8 @@ from PySide6.QtGui import QTextBlock, QTextCursor
 from PySide6.QtWidgets import QApplication, QDialog, QDockWidget, QHBoxLayout, QTextBrowser, QVBoxLayout, QWidget
 
 from app.widgets.panels import Rows, button
-from app.widgets.theme import RESOURCES, STEP
+from app.widgets.resources import RESOURCES
+from app.widgets.theme import STEP
 
 PAGES = RESOURCES / "manual"
 START = "start"

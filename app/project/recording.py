@@ -12,7 +12,8 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.document.document import Document, Project
+from app.document.document import Project
+from app.document.open_document import Document
 from app.project.project_file import History, Writer
 from engine.core.errors import FileError
 

@@ -12,7 +12,7 @@ from pathlib import Path, PurePosixPath
 
 from app.project.places import new_path
 from app.project.project_file import data_folder
-from app.widgets.theme import RESOURCES
+from app.widgets.resources import RESOURCES
 from engine.core.steps import Step, Steps
 from engine.storage.atomic import atomic_file, discard, make_folder
 

@@ -6,7 +6,7 @@ import itertools
 
 from PySide6.QtWidgets import QMenu, QWidget
 
-from app.document.document import Document
+from app.document.open_document import Document
 from app.viewport.viewport import VIEWS, Viewport
 
 #: Views that a project keeps, at most.

@@ -18,7 +18,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from types import SimpleNamespace
 
 import shiboken6
@@ -27,15 +26,13 @@ from PySide6.QtGui import QAction, QColor, QFont, QFontDatabase, QIcon, QIconEng
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 
-RESOURCES = Path(__file__).resolve().parents[2] / "resources"
+from app.widgets.resources import LINES as LINES
+from app.widgets.resources import RESOURCES as RESOURCES
 
 STEP, PADDING, ROW, TEXT = 4, 12, 26, 13
 
 #: Seconds of work in one step of a change of the theme.
 STEP_S = 0.008
-
-#: Okabe and Ito's colour-vision-safe lines, in the order in which plots use them.
-LINES = ("#56b4e9", "#e69f00", "#009e73", "#cc79a7", "#d55e00", "#f0e442")
 
 
 @dataclass(frozen=True)

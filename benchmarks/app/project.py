@@ -91,7 +91,7 @@ def gestures(folder: Path) -> dict[str, float]:
     from PySide6.QtCore import QCoreApplication
 
     from app.document.comparison import Comparison, Entry
-    from app.document.document import Document
+    from app.document.open_document import Document
     from app.project.recording import Recording
     from engine.brdf.table import HalfDifferenceTable
     from engine.capture.lights.sources import find
@@ -139,7 +139,8 @@ def gestures(folder: Path) -> dict[str, float]:
 
 def session(folder: Path) -> dict[str, float]:
     """A long session: each gesture is written on its own."""
-    from app.document.document import Document, Look
+    from app.document.document import Look
+    from app.document.open_document import Document
     from app.project.project_file import History, Writer
 
     path, document = folder / "long.lap", Document()
@@ -153,7 +154,7 @@ def session(folder: Path) -> dict[str, float]:
 
 def open_path(folder: Path) -> dict[str, float]:
     """Open that project: read it, and take its history."""
-    from app.document.document import Document
+    from app.document.open_document import Document
     from app.project.project_file import read
 
     document = Document()

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QFileDialog
 from app.brdf.tab import BrdfTab
 from app.brdf.text_editor import TextEditor
 from app.commands.brdf import TEMPLATES, save_text
-from app.widgets.theme import RESOURCES
+from app.widgets.resources import RESOURCES
 from app.window.main_window import MainWindow
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.resample import random_pairs

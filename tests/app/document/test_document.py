@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from app.document.document import Document, Project, Step
+from app.document.document import Project, Step
 from app.document.history import KEPT_BYTES
+from app.document.open_document import Document
 from engine.core.errors import InputError
 
 

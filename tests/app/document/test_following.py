@@ -9,8 +9,9 @@ import pytest
 import shiboken6
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
-from app.document.document import Document, Project
+from app.document.document import Project
 from app.document.following import Following
+from app.document.open_document import Document
 
 
 class Follower(QWidget):

@@ -97,7 +97,7 @@ def test_images_are_files_of_the_project_and_no_photographs() -> None:
 def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(ValueError, match="cannot go"):
         VariedParameter("alpha", float("nan"), 1.0)
-    with pytest.raises(ValueError, match="no source"):
+    with pytest.raises(ValueError, match="not a source"):
         VariedParameter("alpha", 0.0, 1.0, "w")
     with pytest.raises(UsageError, match="unknown BRDF"):
         Blend("nonsense")

@@ -15,8 +15,8 @@ from PySide6.QtGui import QImage, QPainter
 from PySide6.QtSvg import QSvgRenderer
 
 from app.commands import brdf as commands_brdf
-from app.document.document import Document
 from app.document.factoring import MATERIAL, Factoring, Run
+from app.document.open_document import Document
 from app.factor.images import ANGLES
 from app.factor.inspector import state_of, why_fewer
 from app.factor.plot import line_of, log_ticks

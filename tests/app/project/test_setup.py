@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from app.document.bake_request import choices_for, estimate, make_request
-from app.document.document import Document, Look, Project
+from app.document.document import Look, Project
+from app.document.open_document import Document
 from app.project.bakes import bake_and_keep
 from app.project.project_file import History, Writer, data_folder
 from app.project.report import identity
