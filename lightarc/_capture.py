@@ -15,8 +15,8 @@ from engine.capture.photograph.grey_patch import GreyPatch
 from engine.core.errors import UsageError
 from engine.core.steps import drain
 from engine.shading.shading_map import include
-from lightarc._border import public
-from lightarc._inputs import File, Progress, as_stack, capture_of, is_array, numeric
+from lightarc._border import check_size, public
+from lightarc._inputs import File, Progress, as_azimuth, as_stack, capture_of, is_array, numeric
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -25,33 +25,62 @@ if TYPE_CHECKING:
     from engine.capture.stack import ImageStack
     from engine.surface.recover import Surface
 
+#: Where a mirror sphere is seen: found in the photographs, or (column, row, radius) in pixels.
+Outline = Literal["auto"] | tuple[float, float, float]
+
+#: Settings of `LightArc` that `simulate_capture` passes on.
+SIMULATION_OPTIONS = frozenset(
+    {
+        "format",
+        "noise",
+        "misalignment_px",
+        "turn",
+        "exposure",
+        "lamp_distance",
+        "corner_loss",
+        "dark",
+        "calibration",
+        "sphere",
+        "raw_bits",
+        "interreflection",
+    }
+)
+
 
 @public
 def simulate_capture(
     folder: File,
     *,
-    sample: Literal["woven", "hammered", "leather", "plain"] = "woven",
+    sample: Literal["woven", "hammered", "leather", "medal", "plain"] = "woven",
     elevations_deg: Sequence[float] = (5, 10, 20, 30, 40, 50, 60, 70, 80, 90),
+    azimuths_deg: Sequence[float] = (0,),
     size: int = 512,
     seed: int = 1,
     progress: Progress | None = None,
+    **options: Any,
 ) -> Path:
-    """Photograph a procedural sample on the virtual light arc.
+    """Photograph a procedural sample on the virtual light arc or dome.
 
     Parameters
     ----------
     folder : path
         Folder of the photographs; it is made where it does not exist.
-    sample : {'woven', 'hammered', 'leather', 'plain'}
+    sample : {'woven', 'hammered', 'leather', 'medal', 'plain'}
         The sample.
     elevations_deg : sequence of float
-        Elevations of the lamp above the sample, one photograph each, 1 … 90 degrees.
+        Elevations of the lamp above the sample, 1 … 90 degrees.
+    azimuths_deg : sequence of float
+        Azimuths of the lamp, 0 … 360 degrees, 0 = right, 90 = up in the image; one photograph for each pair.
     size : int
         Width and height of a photograph in pixels, 16 … 2048.
     seed : int
         Equal seeds give equal files.
     progress : callable, optional
         Called with a step, `done` in [0, 1] and a `note`.
+    **options
+        Further settings, as options of `lightarc simulate`: `format`, `noise`, `misalignment_px`, `exposure`,
+        `lamp_distance`, `corner_loss`, `dark`, `calibration`, `sphere`, `raw_bits`, `interreflection`, and `turn` in
+        radians.
 
     Returns
     -------
@@ -75,12 +104,15 @@ def simulate_capture(
     from engine.simulate.arc import LightArc
     from engine.simulate.simulate import simulate
 
-    arc = LightArc(sample=sample, elevation=tuple(map(math.radians, elevations_deg)), size=size, seed=seed)
+    if unknown := sorted(options.keys() - SIMULATION_OPTIONS):
+        raise UsageError(f"unknown option {unknown[0]!r}; choose from {', '.join(sorted(SIMULATION_OPTIONS))}")
+    angles = {"elevation": tuple(map(math.radians, elevations_deg)), "azimuth": tuple(map(math.radians, azimuths_deg))}
+    arc = LightArc(sample=sample, size=size, seed=seed, **angles, **options)
     return drain(simulate(arc, Path(folder)), progress).folder
 
 
 @public
-def open_capture(*paths: File, angles_deg: Sequence[float] | None = None) -> Sources:
+def open_capture(*paths: File, angles_deg: Sequence[float] | None = None, sphere: Outline | None = None) -> Sources:
     """Find photographs and the position of the light in each.
 
     Parameters
@@ -90,6 +122,9 @@ def open_capture(*paths: File, angles_deg: Sequence[float] | None = None) -> Sou
     angles_deg : sequence of float, optional
         Elevations of the lamp in degrees, one for each photograph in the order of the file names. Without it
         `capture.toml`, an `.lp` file or the file names give them.
+    sphere : 'auto' or (float, float, float), optional
+        Measure the lights on a mirror sphere: found in the photographs, or with the outline (column, row, radius) in
+        pixels.
 
     Returns
     -------
@@ -99,7 +134,7 @@ def open_capture(*paths: File, angles_deg: Sequence[float] | None = None) -> Sou
     Raises
     ------
     InputError
-        Where photographs are missing or do not fit together.
+        Where photographs are missing or do not fit together, and where the sphere is not found.
 
     Examples
     --------
@@ -107,7 +142,7 @@ def open_capture(*paths: File, angles_deg: Sequence[float] | None = None) -> Sou
     >>> capture
     Sources(name='capture', photographs=3, angles='capture.toml')
     """
-    return drain(find_packed([Path(path) for path in paths], angles_deg))
+    return drain(find_packed([Path(path) for path in paths], angles_deg, sphere=_outline(sphere)))
 
 
 @public
@@ -122,10 +157,18 @@ def import_capture(
     transfer: Literal["auto", "srgb", "linear"] = "auto",
     crop: tuple[int, int, int, int] | None = None,
     corners: ArrayLike | None = None,
+    size: tuple[int, int] | None = None,
     dark: File | Literal["auto", "none"] = "auto",
     flat: File | Literal["auto", "none"] = "auto",
     lamp_distance: float | None = None,
     equalise: Literal["object"] | tuple[int, int, int, int] | None = None,
+    sphere: Outline | None = None,
+    second_sphere: Outline | None = None,
+    azimuth_deg: float | tuple[float, float] | None = None,
+    arc: bool = False,
+    keep: Sequence[int | str] | None = None,
+    calibrate: Literal["auto", "none"] | Sequence[str] = "auto",
+    lights_form: str = "listed",
     trust_angles: bool = False,
     strict: bool = False,
     use_all: bool = False,
@@ -155,12 +198,28 @@ def import_capture(
         (left, top, width, height) in pixels of the photographs.
     corners : array_like, shape (4, 2), optional
         In place of a crop, the corners (x, y) of a rectangle to rectify, clockwise from its top left.
+    size : (int, int), optional
+        (width, height) of the images in the stack, with `crop` or `corners`.
     dark, flat : path, 'auto' or 'none'
         Photographs without light, and of an even white surface; 'auto' for those found beside the photographs.
     lamp_distance : float, optional
         Distance of a near lamp from the middle of the photograph, in its widths.
     equalise : 'object' or tuple, optional
         Divide out that lamps differ in intensity, by the object or by a white patch (left, top, width, height).
+    sphere : 'auto' or (float, float, float), optional
+        Measure the lights on a mirror sphere, as in `open_capture`.
+    second_sphere : 'auto' or (float, float, float), optional
+        A second mirror sphere on the sample, which with the first determines the positions of near lamps.
+    azimuth_deg : float or (float, float), optional
+        Keep the lights of this azimuth alone, in degrees, 0 = right, 90 = up in the image, within a tolerance (2.5).
+    arc : bool
+        Keep the lights of one arc: the azimuth ±10° with most elevations.
+    keep : sequence of int or str, optional
+        Keep these photographs alone: numbers from 1 in the order of the file names, or file names.
+    calibrate : {'auto', 'none'} or sequence of str
+        Properties of the rig to estimate from the photographs: 'distance', 'gains', 'ambient', 'motion', 'lights'.
+    lights_form : str
+        Form in which a list of lights is read, as the report of an import suggests, such as 'mirrored-x'.
     trust_angles : bool
         Take unstated angles also where the photographs do not grow brighter with them.
     strict : bool
@@ -201,25 +260,68 @@ def import_capture(
     def patch(choice: Any) -> Any:
         return GreyPatch(*choice) if isinstance(choice, tuple | list) and len(choice) == 4 else choice
 
-    framing: Any = None
-    if corners is not None:
-        framing = tuple((float(x), float(y)) for x, y in numeric(corners, "corners", 4, 2))
     settings = ImportSettings(
         motion=motion,
         white_balance=patch(white_balance),
         transfer=transfer,
-        crop=crop,
-        framing=framing,
+        crop=crop if size is None else None,
+        framing=_framing(crop, corners, size),
         dark=dark if dark in ("auto", "none") else Path(dark),
         flat=flat if flat in ("auto", "none") else Path(flat),
         lamp_distance=lamp_distance,
         equalise=patch(equalise),
+        lights=_selection(azimuth_deg, arc, keep),
+        second_sphere=_outline(second_sphere),
+        calibrate=calibrate if isinstance(calibrate, str) else tuple(calibrate),
+        lights_form=lights_form,
         trust_angles=trust_angles,
         strict=strict,
         use_all=use_all,
     )
-    with capture_of(capture, angles_deg, lights) as sources:
+    with capture_of(capture, angles_deg, lights, _outline(sphere)) as sources:
         return drain(import_stack(sources, settings, folder), progress)
+
+
+def _outline(sphere: Any) -> Any:
+    """Return the outline of a mirror sphere as the engine takes it."""
+    from engine.capture.lights.mirror_sphere import Circle
+
+    if sphere is None or sphere == "auto" or isinstance(sphere, Circle):
+        return sphere
+    numbers = numeric(sphere, "sphere", 3)
+    if not numbers[2] > 2.0:
+        raise UsageError("a sphere is 'auto' or (column, row, radius) with a radius above 2 px")
+    return Circle(*map(float, numbers))
+
+
+def _framing(crop: Any, corners: Any, size: Any) -> Any:
+    """Return the part of the photographs that a stack shows, None for all or a plain crop."""
+    from engine.capture.registration.framing import Framing, Region
+    from engine.capture.registration.framing import crop as crop_to_size
+
+    if crop is not None and corners is not None:
+        raise UsageError("give crop or corners, not both")
+    if size is not None:
+        check_size(size)
+    if corners is not None:
+        points = tuple((float(x), float(y)) for x, y in numeric(corners, "corners", 4, 2))
+        return points if size is None else Framing(points, *size)
+    if size is None:
+        return None
+    if crop is None:
+        raise UsageError("size needs crop or corners, the part of the photographs that gets this size")
+    return crop_to_size(Region(*crop), *size)
+
+
+def _selection(azimuth_deg: Any, arc: bool, keep: Sequence[int | str] | None) -> Any:
+    """Return the lights that an import keeps, None for all."""
+    from engine.capture.lights.selection import Arc, Listed
+
+    if (azimuth_deg is not None) + arc + (keep is not None) > 1:
+        raise UsageError("give azimuth_deg, arc or keep, one of them alone")
+    if keep is not None:
+        return Listed(tuple(map(str, [keep] if isinstance(keep, str) else keep)))
+    return Arc() if arc else as_azimuth(azimuth_deg)
 
 
 @public

@@ -337,8 +337,26 @@ def capture_of_arrays(values: Any, angles_deg: Any, lights: Any) -> Iterator[Sou
         yield drain(find_packed([folder], angles))
 
 
-def capture_of(capture: Any, angles_deg: Any, lights: Any) -> Any:
-    """Return a context that gives the capture of arrays, of paths, or the one that `open_capture` found."""
+def as_azimuth(azimuth_deg: Any) -> Any:
+    """Return the azimuth of an angle in degrees, or of an angle and a tolerance; None stays None."""
+    from engine.capture.lights.selection import Azimuth
+
+    if azimuth_deg is None:
+        return None
+    angles = [azimuth_deg] if isinstance(azimuth_deg, int | float) else list(azimuth_deg)
+    if not 1 <= len(angles) <= 2:
+        raise UsageError("azimuth_deg is an angle in degrees, or (angle, tolerance)")
+    return Azimuth(*(float(angle) for angle in angles))
+
+
+def capture_of(capture: Any, angles_deg: Any, lights: Any, sphere: Any = None) -> Any:
+    """Return a context that gives the capture of arrays, of paths, or the one that `open_capture` found.
+
+    `sphere` is the outline of a mirror sphere on which lights of files are measured.
+    """
+
+    if sphere is not None and (isinstance(capture, Sources) or is_array(capture)):
+        raise UsageError("sphere is for photographs in files; open_capture takes it as well")
     if isinstance(capture, Sources):
         return nullcontext(capture)
     if is_array(capture):
@@ -346,4 +364,4 @@ def capture_of(capture: Any, angles_deg: Any, lights: Any) -> Any:
     if lights is not None:
         raise UsageError("lights are for arrays; photographs in files have them in an .lp file or capture.toml")
     paths = [capture] if is_path(capture) else list(capture)
-    return nullcontext(drain(find_packed([Path(path) for path in paths], angles_deg)))
+    return nullcontext(drain(find_packed([Path(path) for path in paths], angles_deg, sphere=sphere)))

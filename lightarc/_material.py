@@ -11,15 +11,19 @@ from engine.brdf.models.microfacet import Ggx
 from engine.bundle.bundle import open_bundle as read_bundle
 from engine.bundle.bundle import save_bundle as saving
 from engine.bundle.bundle import verify_bundle as verify
+from engine.capture.evenness import even_out
 from engine.core.errors import UsageError
+from engine.core.health import Health
 from engine.core.steps import drain
 from engine.scene.material import Material, error_figures
 from engine.shading.mixed import keep_tiles
 from engine.shading.quantise import quantise
 from engine.shading.representation import choose
 from engine.shading.shading_map import ShadingMap, include
+from engine.shading.stack_arcs import exclude_beside
+from engine.shading.tile import make_tile, tile_health, tile_planes
 from lightarc._border import public
-from lightarc._inputs import File, Progress, as_brdf, as_material, as_stack, on_disk
+from lightarc._inputs import File, Progress, as_azimuth, as_brdf, as_material, as_stack, on_disk
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -38,6 +42,11 @@ def build_material(
     brdf: Any = "phong:exponent=20",
     representation: Literal["auto", "shading-map", "directional"] = "auto",
     excluded: Collection[str] = (),
+    azimuth_deg: float | tuple[float, float] | None = None,
+    arc: bool = False,
+    tileable: bool = False,
+    overlap: int | None = None,
+    brightness: Literal["evened", "as-it-is"] = "evened",
     name: str = "material",
     progress: Progress | None = None,
 ) -> Material:
@@ -60,6 +69,16 @@ def build_material(
         photographs better that are left out.
     excluded : collection of str
         File names of photographs to leave out.
+    azimuth_deg : float or (float, float), optional
+        Use the lamps of this azimuth alone, in degrees, 0 = right, 90 = up in the image, within a tolerance (2.5).
+    arc : bool
+        Use the lamps of one arc: the azimuth ±10° with most elevations.
+    tileable : bool
+        Cut the material so that it repeats without seams.
+    overlap : int, optional
+        Width in texels of the band in which opposite edges are joined; an eighth of the shorter side.
+    brightness : {'evened', 'as-it-is'}
+        Whether slow changes of brightness across the photographs are divided out before a tile is cut.
     name : str
         Name of the material.
     progress : callable, optional
@@ -75,7 +94,7 @@ def build_material(
     UsageError
         For a photograph that the stack does not hold, and arrays that are not photographs.
     InputError
-        For a stack without light.
+        For a stack without light, without lamps at the azimuth, or too small for the overlap.
 
     References
     ----------
@@ -87,24 +106,43 @@ def build_material(
     >>> material = lightarc.build_material(stack, slices=4, brdf=lightarc.Ggx(alpha=0.4), name="plain")
     >>> material.name, material.brdf.split(",")[1], material.shading_map
     ('plain', 'alpha=0.4', ShadingMap(slices=4, size='32 × 32 texels', r_max=...))
+    >>> tile = lightarc.build_material(stack, slices=4, tileable=True, overlap=4)
+    >>> tile.shading_map.slices.shape[1] < 32
+    True
     """
     from engine.brdf.brdf import MODELS, brdf_to_text
     from engine.brdf.fit import fit, fit_data
     from engine.brdf.readers.table_file import keep_table
 
+    if overlap is not None and (overlap < 1 or not tileable):
+        raise UsageError("overlap is a positive number of texels, of a tileable material")
+    if azimuth_deg is not None and arc:
+        raise UsageError("give azimuth_deg or arc, not both")
     stack, reflectance = as_stack(stack, angles_deg, lights), as_brdf(brdf)
     measured = None if type(reflectance) in MODELS.values() else drain(keep_table(reflectance), progress)
     model = reflectance if measured is None else drain(fit(fit_data(measured), Ggx()), progress).brdf
+    if azimuth_deg is not None or arc:
+        excluded = exclude_beside(stack, as_azimuth(azimuth_deg), excluded)
+    evenness = Health()
+    if tileable and brightness == "evened":
+        stack, evenness = drain(even_out(stack), progress)
     chosen = drain(choose(stack, slices, excluded=excluded, wanted=representation), progress)
-    shading_map = chosen.map if isinstance(chosen.map, ShadingMap) else None
+    health = chosen.health.merge(evenness)
+    shading_map, directional = (chosen.map, None) if isinstance(chosen.map, ShadingMap) else (None, chosen.map)
+    if tileable and shading_map is not None:
+        shading_map = drain(make_tile(stack, shading_map, overlap=overlap, excluded=excluded), progress).shading_map
+    elif tileable and directional is not None:
+        sample = directional.planes.shape[1:]
+        directional, source = drain(tile_planes(directional, overlap=overlap, name=name), progress)
+        health = health.merge(tile_health(source, (sample[0], sample[1])))
     return Material(
         shading_map,
         None,
-        directional=None if isinstance(chosen.map, ShadingMap) else chosen.map,
+        directional=directional,
         brdf=brdf_to_text(model),
         elevation_deg=tuple(float(angle) for angle in stack.elevation_deg[include(stack, excluded)]),
         name=name,
-        health=chosen.health if shading_map is None else shading_map.health.merge(chosen.health),
+        health=health if shading_map is None else shading_map.health.merge(health),
         measured=measured,
     )
 
