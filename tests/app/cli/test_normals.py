@@ -11,16 +11,19 @@ import numpy as np
 import OpenEXR
 import pytest
 
+from app.command_line import main
+
 Run = Callable[..., SimpleNamespace]
 
 
-@pytest.fixture
-def dome(lightarc: Run, tmp_path: Path) -> Path:
-    """The stack of a simulated dome of 24 lamps."""
-    settings = ("--sample", "leather", "--size", 48, "--azimuths", 8, "--elevations", 3, "--misalignment-px", 0)
-    assert lightarc("simulate", "-o", tmp_path / "capture", *settings).code == 0
-    assert lightarc("import", tmp_path / "capture", "-o", tmp_path / "stack").code == 0
-    return tmp_path / "stack"
+@pytest.fixture(scope="module")
+def dome(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The stack of a simulated dome of 24 lamps; no test changes it."""
+    folder = tmp_path_factory.mktemp("dome")
+    settings = ("--sample", "leather", "--size", "48", "--azimuths", "8", "--elevations", "3", "--misalignment-px", "0")
+    assert main(["simulate", "-o", str(folder / "capture"), *settings]) == 0
+    assert main(["import", str(folder / "capture"), "-o", str(folder / "stack")]) == 0
+    return folder / "stack"
 
 
 def test_maps_of_a_dome_are_written_with_their_errors(lightarc: Run, dome: Path, tmp_path: Path) -> None:

@@ -330,7 +330,7 @@ def test_a_material_that_is_worse_than_a_mean_image_is_refused_unless_forced(
     words = ("shade", dome, "-o", target, "--slices", 3, "--representation", "shading-map")
     done = lightarc(*words)
     assert done.code == 3
-    assert "lamps stood on several sides" in done.err
+    assert "lights come from several azimuths" in done.err
     assert "--exclude, or write it all the same with --force." in done.err
     assert not target.exists()
     done = lightarc(*words, "--force", "--json")

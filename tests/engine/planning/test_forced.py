@@ -36,7 +36,7 @@ def arrays_of(transport: WaveletTransport | GaussianTransport) -> list[Any]:
 def test_T1_forced_shadows_of_a_convex_model_change_nothing(
     costs: CostModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mode: str
 ) -> None:
-    mesh, brdf = sphere(3), brdf_from_text(PAINT)
+    mesh, brdf = sphere(2), brdf_from_text(PAINT)
     options: dict[str, Any] = {"cost": costs, "error": 0.5, "modes": (mode,)}
     lean = plan(mesh, brdf, gradient_sky(), **options)
     full = plan(mesh, brdf, gradient_sky(), force=("self-shadowing",), **options)

@@ -296,11 +296,11 @@ def test_without_end_all_parts_have_as_many_samples_and_tell_the_error_of_any_im
     """Of an image that is 10 % too bright the error is found at every round, without bias; the interval covers it."""
     monkeypatch.setattr("engine.render.reference.SHOWN_EVERY", 0.0)
     what = scene("sphere", brdf="ggx:alpha=0.3", environment=smooth_room(32))
-    truth = find(what, (48, 48), samples=1024, seed=9)
+    truth = find(what, (32, 32), samples=1024, seed=9)
     inside = truth.image[..., 3] == 1.0
     errors: dict[int, list[ErrorEstimate]] = {}
     for seed in range(6):
-        steps = reference(what, (48, 48), samples=None, seed=seed)
+        steps = reference(what, (32, 32), samples=None, seed=seed)
         seen: list[int] = []
         for step in steps:
             parts = step.partial.parts if step.partial is not None else None

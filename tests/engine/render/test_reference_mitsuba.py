@@ -44,7 +44,7 @@ from engine.surface.pbr_maps import PbrMaps
 Floats = NDArray[np.float64]
 
 #: Side of the images, samples of each pixel in each, and images by Mitsuba of which the variance is taken.
-SIZE, SAMPLES, IMAGES = 40, 256, 16
+SIZE, SAMPLES, IMAGES = 28, 256, 16
 
 #: Mitsuba computes in float32: where both are free of noise, so much of the value may be between them.
 ROUNDING = 2e-4

@@ -34,7 +34,9 @@ from engine.transport.method import Subject, method_of
 from engine.transport.relight import light_of
 from tests.engine.render.test_transported_sh import smooth_sky, sphere
 
-SIZE = (48, 40)
+SIZE = (32, 28)
+#: Enough pixels to tell the texels of a chequerboard apart.
+FINE = (48, 40)
 CAMERA = Camera((3.0, 2.2, 4.0), (0.0, -0.3, 0.0))
 LIGHT = tuple(normalize(np.array([0.6, 0.7, 0.4])).tolist())
 NEAR: dict[str, Any] = {"irradiance": 0.0, "near_lamps": (NearLamp((2.0, 2.0, 1.0), (9.0, 9.0, 9.0)),)}
@@ -103,11 +105,18 @@ def test_texels_of_a_linear_look_up_are_factors_on_the_bake(glossy: tuple[str, A
     assert found[inner] == pytest.approx(bare[inner], rel=1e-5)
 
 
-def test_texels_in_shadow_are_nearer_to_the_reference(glossy: tuple[str, Any]) -> None:
-    """A bent look-up, whose error is not zero, under light from everywhere."""
+@pytest.fixture(scope="module")
+def bent() -> tuple[Scene, NDArray[np.float32]]:
+    """A bent look-up, whose error is not zero, under light from everywhere, and the reference."""
     rng = np.random.default_rng(4)
     scene = scene_with(slope(rng.uniform(0.2, 0.8, (4, 4, 3)), 1.4, 1.0))
-    truth = drain(reference(scene, SIZE, samples=64)).image
+    return scene, drain(reference(scene, SIZE, samples=64)).image
+
+
+def test_texels_in_shadow_are_nearer_to_the_reference(
+    glossy: tuple[str, Any], bent: tuple[Scene, NDArray[np.float32]]
+) -> None:
+    scene, truth = bent
     found = drain(draw(light_up(scene, *glossy), SIZE))
     inside = (found[..., 3] == 1.0) & (truth[..., 3] == 1.0)
     before = compare(drain(radiance(scene, SIZE)), truth, inside).rmse_rel
@@ -158,10 +167,10 @@ def test_pbr_maps_that_are_all_alike_are_the_bake(tmp_path: Path) -> None:
 
 def test_pbr_maps_vary_in_a_bake_of_their_mean(tmp_path: Path) -> None:
     scene = scene_with(checker((0.7, 0.1), (0.3, 0.8)))
-    truth = drain(reference(scene, SIZE, samples=64)).image
+    truth = drain(reference(scene, FINE, samples=64)).image
     scene = light_up(scene, "sh", transport_of(scene, "sh", tmp_path))
-    found, bare = drain(draw(scene, SIZE)), drain(image_of(scene.relit, CAMERA, SIZE)).image
-    model = drain(radiance(dataclasses.replace(scene, relit=None, ground=None), SIZE))[..., 3] == 1.0
+    found, bare = drain(draw(scene, FINE)), drain(image_of(scene.relit, CAMERA, FINE)).image
+    model = drain(radiance(dataclasses.replace(scene, relit=None, ground=None), FINE))[..., 3] == 1.0
     inside = model & (found[..., 3] == 1.0) & (truth[..., 3] == 1.0)
     before, after = compare(bare, truth, inside).rmse_rel, compare(found, truth, inside).rmse_rel
     assert after < 0.4 * before, (before, after)
