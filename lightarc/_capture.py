@@ -106,8 +106,8 @@ def simulate_capture(
 
     if unknown := sorted(options.keys() - SIMULATION_OPTIONS):
         raise UsageError(f"unknown option {unknown[0]!r}; choose from {', '.join(sorted(SIMULATION_OPTIONS))}")
-    angles = {"elevation": tuple(map(math.radians, elevations_deg)), "azimuth": tuple(map(math.radians, azimuths_deg))}
-    arc = LightArc(sample=sample, size=size, seed=seed, **angles, **options)
+    elevation, azimuth = (tuple(map(math.radians, angles)) for angles in (elevations_deg, azimuths_deg))
+    arc = LightArc(sample=sample, elevation=elevation, azimuth=azimuth, size=size, seed=seed, **options)
     return drain(simulate(arc, Path(folder)), progress).folder
 
 
@@ -272,7 +272,7 @@ def import_capture(
         equalise=patch(equalise),
         lights=_selection(azimuth_deg, arc, keep),
         second_sphere=_outline(second_sphere),
-        calibrate=calibrate if isinstance(calibrate, str) else tuple(calibrate),
+        calibrate=calibrate if calibrate in ("auto", "none") else tuple(calibrate),
         lights_form=lights_form,
         trust_angles=trust_angles,
         strict=strict,
@@ -296,15 +296,16 @@ def _outline(sphere: Any) -> Any:
 
 def _framing(crop: Any, corners: Any, size: Any) -> Any:
     """Return the part of the photographs that a stack shows, None for all or a plain crop."""
-    from engine.capture.registration.framing import Framing, Region
+    from engine.capture.registration.framing import Framing
     from engine.capture.registration.framing import crop as crop_to_size
+    from engine.capture.registration.warp import Region
 
     if crop is not None and corners is not None:
         raise UsageError("give crop or corners, not both")
     if size is not None:
         check_size(size)
     if corners is not None:
-        points = tuple((float(x), float(y)) for x, y in numeric(corners, "corners", 4, 2))
+        points: Any = tuple((float(x), float(y)) for x, y in numeric(corners, "corners", 4, 2))
         return points if size is None else Framing(points, *size)
     if size is None:
         return None
