@@ -21,7 +21,7 @@ from urllib.parse import quote
 
 from app.document.document import Project
 from app.document.variation import Blend
-from app.project.database import connect, explain, upgrade
+from app.project.database import connect, explain, unreadable, upgrade
 from app.project.photographs import INSIDE, Mark, copy_places, files_of, marks_of, outside_of, relocate
 from app.project.places import is_open_elsewhere, remove
 from app.project.project_file import WAITING, History, Writer, data_folder, is_waiting, read, settle, waiting_name
@@ -282,7 +282,7 @@ def copy_files(source: Path, target: Path, with_derived: bool, with_links: bool 
     Links are left behind: in a received project they lead to whatever its maker likes. Raises OutputError where there
     is no room for it.
     """
-    files = [path for path in source.rglob("*") if path.is_file() and not path.is_symlink()]
+    files = [path for path in _list_files(source) if path.is_file() and not path.is_symlink()]
     files = [
         path for path in files if _is_ours(path.relative_to(source), with_derived) and not _is_written(path, source)
     ]
@@ -294,6 +294,17 @@ def copy_files(source: Path, target: Path, with_derived: bool, with_links: bool 
         yield Step(so_far / max(1, total), f"copying {path.name}")
         yield from _copy_file(path, target / path.relative_to(source), with_links, _portion(so_far, size, total))
         so_far += size
+
+
+def _list_files(folder: Path) -> Iterator[Path]:
+    """All files in a folder, if it exists; UnreadableError for a part of it that cannot be listed."""
+
+    def refuse(error: OSError) -> None:
+        raise unreadable(Path(str(error.filename)), error)
+
+    if folder.exists():
+        for place, _, names in os.walk(folder, onerror=refuse):
+            yield from (Path(place, name) for name in names)
 
 
 def _is_ours(path: Path, with_derived: bool) -> bool:

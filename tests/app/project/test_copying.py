@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import errno
 import os
 import re
 import shutil
@@ -326,3 +327,19 @@ def test_a_path_that_sqlite_cannot_hold_is_said(new: Path, tmp_path: Path) -> No
     with pytest.raises(OutputError, match="path is too long"):
         drain(copy(new, folder / "Felt.lap"))
     assert not list(folder.iterdir())
+
+
+def test_data_that_cannot_be_listed_are_not_left_out_without_a_word(
+    new: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scandir = os.scandir
+
+    def refuse(place: str) -> object:
+        if str(place).endswith("arrays"):
+            raise PermissionError(errno.EACCES, "Permission denied", str(place))
+        return scandir(place)
+
+    monkeypatch.setattr(os, "scandir", refuse)
+    with pytest.raises(FileError, match=r"arrays: cannot be read \(Permission denied\)"):
+        drain(copy(new, tmp_path / "c.lap"))
+    assert not (tmp_path / "c.lap").exists()
