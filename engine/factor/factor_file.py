@@ -35,8 +35,8 @@ from engine.factor.projections import FixedProjection, Kind, LinearProjection, P
 from engine.factor.separable_factors import SeparableFactors
 from engine.factor.settings import MAX_TEXTURES
 from engine.images.encode import rgb_channels, write_exr
+from engine.storage.archive import json_of
 from engine.storage.atomic import atomic_folder, write_bytes
-from engine.storage.text import read_json
 from engine.storage.untrusted import AGAIN, decode_content, read_bytes
 
 MEMBER = "factors.json"
@@ -44,6 +44,9 @@ FORMAT: Literal["lightarc-factors"] = "lightarc-factors"
 
 #: Sides of a term's textures, in the order of `SeparableFactors.first` and `.second`.
 SIDES = {"in-out": ("view", "light"), "half-diff": ("half", "difference")}
+
+#: What reads the textures; the JSON beside them is read in the same process.
+_DECODER = "engine.images.exr:read_exr_channels"
 
 _JSON_LIMIT_BYTES = 1 << 20
 _EXR_LIMIT_BYTES = 64 << 20
@@ -170,10 +173,15 @@ def write_factors(folder: str | os.PathLike[str], factorisation: Factorisation) 
     return _factorisation(record, images)
 
 
+def _read_record(path: Path) -> Any:
+    """The JSON of a folder of factors, read in the process that will decode the textures."""
+    return json_of(read_bytes(path / MEMBER, _JSON_LIMIT_BYTES), path, MEMBER, _DECODER.partition(":")[0], _REMEDY)
+
+
 def fingerprints(folder: str | os.PathLike[str]) -> dict[str, str]:
     """SHA-256 of the numbers of each texture in a folder of factors, by its file; InputError where it is none."""
     path = Path(folder)
-    value = read_json(read_bytes(path / MEMBER, _JSON_LIMIT_BYTES), path, MEMBER, _REMEDY)
+    value = _read_record(path)
     found = value.get("sha256") if isinstance(value, dict) else None
     if not isinstance(found, dict):
         raise InputError(path, f"{MEMBER} does not describe factors", _REMEDY)
@@ -183,7 +191,7 @@ def fingerprints(folder: str | os.PathLike[str]) -> dict[str, str]:
 def read_factors(folder: str | os.PathLike[str]) -> Factorisation:
     """The factorisation in `folder`; InputError for anything else, and for one that is damaged."""
     path = Path(folder)
-    value = read_json(read_bytes(path / MEMBER, _JSON_LIMIT_BYTES), path, MEMBER, _REMEDY)
+    value = _read_record(path)
     if not isinstance(value, dict) or value.get("format") != FORMAT:
         raise InputError(path, f"{MEMBER} does not describe factors", _REMEDY)
     if isinstance(value.get("version"), int) and value["version"] > 2:
@@ -278,9 +286,7 @@ def _shapes(record: _Record) -> Iterator[tuple[str, tuple[int, int]]]:
 
 
 def _image(path: Path, name: str, shape: tuple[int, int], record: _Record) -> NDArray[np.float32]:
-    found = decode_content(
-        "engine.images.exr:read_exr_channels", path / name, read_bytes(path / name, _EXR_LIMIT_BYTES)
-    )
+    found = decode_content(_DECODER, path / name, read_bytes(path / name, _EXR_LIMIT_BYTES))
     planes = [found[channel] for channel in ("channel:R", "channel:G", "channel:B") if channel in found]
     if len(planes) != 3 or any(plane.dtype != np.float32 or plane.shape != shape for plane in planes):
         raise InputError(path / name, f"is not an image of {shape[1]} × {shape[0]} texels of 32-bit floats", _REMEDY)

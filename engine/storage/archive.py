@@ -138,9 +138,15 @@ def contents_request(
     }
 
 
-def json_of(content: bytes, path: str | os.PathLike[str], member: str, process: str) -> Any:
+def json_of(
+    content: bytes,
+    path: str | os.PathLike[str],
+    member: str,
+    process: str,
+    remedy: str = "Export the bundle again",
+) -> Any:
     """The JSON of a member, read in a decoder process; errors as of `engine.storage.text.read_json`."""
-    options: dict[str, Any] = {"member": member, "remedy": "Export the bundle again"}
+    options: dict[str, Any] = {"member": member, "remedy": remedy}
     return decode_content("engine.storage.text:decode_json", path, content, process=process, **options)["value"]
 
 
