@@ -3,9 +3,9 @@
 The system then ends a process that reads what is gone, with SIGBUS. Here a handler of that signal puts zeros in the
 place of what is gone, from the page that was read to the end of the mapping, and notes it: `check` raises InputError
 from then on, as long as the mapping is in use. Whoever writes a result or ends a job asks it, so that nothing that was
-computed from the zeros is kept. Where the main thread has read the zeros, it raises the error itself at once, as it
-raises KeyboardInterrupt: a program that asks nobody must not go on either. A SIGBUS elsewhere ends the process as it
-did before.
+computed from the zeros is kept. Where the main thread mapped first and has read zeros, as in verbs and scripts, it
+raises the error itself at once, as it raises KeyboardInterrupt: a program that asks nobody must not go on either. A
+SIGBUS elsewhere ends the process as it did before.
 
 The handler is machine code (numba) that calls `mmap` and `PyErr_SetInterruptEx` alone, which is made for handlers: it
 runs on whatever thread has read, with or without the interpreter. It exists on Linux; elsewhere `is_possible` is False,

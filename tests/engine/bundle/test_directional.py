@@ -73,7 +73,7 @@ def test_a_manifest_without_a_directional_map_is_that_of_before(folder: Path) ->
     [
         ({"low": [0.0]}, "other numbers"),
         ({"vectors": []}, "other numbers"),
-        ({"lights": [[0.0, 0.0, 0.5]] * 12}, "no unit vectors"),
+        ({"lights": [[0.0, 0.0, 0.5]] * 12}, "not unit vectors"),
         ({"lights": [[0.0, 0.0, -1.0]] * 12}, "cannot be interpolated"),
         ({"lights": [[0.0, 0.0, 1.0]] * 12, "kernel_noise": 0.0}, "cannot be interpolated"),
         ({"kernel_length": 0.0}, "kernel_length"),
