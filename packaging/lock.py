@@ -22,7 +22,18 @@ def main() -> int:
     if not shutil.which("uv"):
         print("uv is missing. Type: python3 -m pip install uv", file=sys.stderr)
         return 5
-    compiled = ["uv", "pip", "compile", "--quiet", *OPTIONS.split(), "pyproject.toml", "--extra", "build"]
+    compiled = [
+        "uv",
+        "pip",
+        "compile",
+        "--quiet",
+        *OPTIONS.split(),
+        "pyproject.toml",
+        "--extra",
+        "gui",
+        "--extra",
+        "build",
+    ]
     for lock, more in ((RUN, []), (TEST, ["--extra", "test", "-c", RUN])):
         code = subprocess.run([*compiled, *more, "-o", lock, *sys.argv[1:]], cwd=PROJECT).returncode
         if code:

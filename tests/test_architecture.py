@@ -268,7 +268,7 @@ def lock(name: str) -> dict[str, list[str]]:
 
 
 @pytest.mark.parametrize(
-    ("name", "extras"), [("requirements.lock", ["build"]), ("requirements-test.lock", ["build", "test"])]
+    ("name", "extras"), [("requirements.lock", ["gui", "build"]), ("requirements-test.lock", ["gui", "build", "test"])]
 )
 def test_lock_files_pin_what_the_project_asks_for(name: str, extras: list[str]) -> None:
     project = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

@@ -42,7 +42,7 @@ def run(options: argparse.Namespace, _show: Callable[[Step], None]) -> dict[str,
     except ImportError as error:
         raise MissingCapability(
             f"The window needs a library that is missing ({error})",
-            "Run python3 packaging/dev.py run, which installs or names what is missing",
+            "Install the extra gui: pip install 'lightarc[gui]', or in a checkout run python3 packaging/dev.py run",
         ) from None
     return {"exit_code": open_window(getattr(options, "files", []), sample=getattr(options, "sample", False))}
 
