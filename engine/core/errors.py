@@ -99,6 +99,8 @@ def shortage(error: BaseException) -> OutOfMemory | None:
     """`error` as OutOfMemory where that is what it means, in whatever words a library puts it; else None."""
     if isinstance(error, OutOfMemory):
         return error
+    if isinstance(error, BaseExceptionGroup):  # of work that was tried again and failed in another way
+        return next((lack for each in error.exceptions if (lack := shortage(each)) is not None), None)
     if isinstance(error, MemoryError):
         needed_bytes = getattr(error, "_total_size", 0)  # of numpy's
         more = f": {needed_bytes / 2**20:,.1f} MiB more were needed" if needed_bytes else ""

@@ -30,5 +30,7 @@ def test_what_libraries_in_c_make_of_too_little_memory_is_a_shortage() -> None:
     returned.__cause__ = MemoryError()
     assert shortage(returned) is not None
     assert shortage(SystemError("bad argument to internal function")) is None
+    assert shortage(ExceptionGroup("failed the first time", [MemoryError()])) is not None
+    assert shortage(ExceptionGroup("failed the first time", [ValueError()])) is None
     of_opencv = type("error", (Exception,), {"__module__": "cv2", "code": -4})
     assert shortage(of_opencv("(-4:Insufficient memory) Failed to allocate 4096 bytes")) is not None
