@@ -39,6 +39,8 @@ from engine.texel.kernel import (
     VAR_DIFFUSE,
     VAR_ROUGHNESS,
     VAR_SPECULAR,
+    A,
+    B,
     fit_texels,
     show_texels,
 )
@@ -72,6 +74,11 @@ BRIGHTEST_DIELECTRIC = 0.06
 #: materials, dielectrics leave 0.95 and more, and kinds of such metals 0.7 and less.
 EXPLAINED_AS_WELL = 0.9
 
+#: What a kind without highlights may leave unexplained, over what it leaves with them, to be taken for matte: of few
+#: photographs, which the additional parameters show better by chance, and of `ENOUGH`. Generated matte surfaces leave
+#: 0.98 to 1.07 and 0.98 to 1.01, and plastics of roughness 0.4 2.2 and more.
+MATTE_AS_WELL = 1.1, 1.03
+
 #: Deviation of the roughness of all texels together: light that bounces and lobes of another shape err alike under all
 #: lamps, and so does a kind's prior of F, with which roughness moves. ρ and F move with it. Found on 24 generated
 #: materials; `python -m benchmarks --only surface-sigma` counts the texels of others.
@@ -99,7 +106,8 @@ class Kinds:
     """Texels that look alike: `colour` (K, 3) roots of mean colours, `priors` (K, 4) as `WIDE`; and `white`.
 
     `growth` (K, 4) are the factors, 1 or more, of the variances of slopes, roughness, ρ and F; `deviation` is that of
-    the roughness by which all texels may err alike.
+    the roughness by which all texels may err alike. The slopes of kinds that are `matte` (K,) are those of a surface
+    without highlights, which shows the photographs as well: a lobe that is not there would bend them.
     """
 
     colour: Array
@@ -107,6 +115,7 @@ class Kinds:
     white: float
     growth: Array
     deviation: float = 0.0
+    matte: NDArray[np.bool_] | None = None
 
     def of(self, values: NDArray[np.float32]) -> NDArray[np.int64]:
         """(T,) the kind of texels of radiance (N, T, 3)."""
@@ -158,7 +167,13 @@ def fit(
     found = np.zeros((values.shape[1], COLUMNS))
     scaled = np.ascontiguousarray(values / np.float32(kinds.white))
     both, kind = lamps.observed.kind == "both", kinds.of(values)
-    fit_texels(scaled, np.ascontiguousarray(usable), towards, both, kinds.priors, kind, lambertian, found)
+    usable = np.ascontiguousarray(usable)
+    fit_texels(scaled, usable, towards, both, kinds.priors, kind, lambertian, found)
+    if kinds.matte is not None and not lambertian and kinds.matte[kind].any():
+        matte, plain = kinds.matte[kind], np.zeros_like(found)
+        fit_texels(scaled, usable, towards, both, kinds.priors, kind, True, plain)
+        for column in (A, B, VAR_A, VAR_B, COV_AB):
+            found[matte, column] = plain[matte, column]
     growth = kinds.growth[kind]
     found[:, [VAR_A, VAR_B, COV_AB]] *= growth[:, :1]
     found[:, [VAR_ROUGHNESS, VAR_DIFFUSE, VAR_SPECULAR]] *= growth[:, 1:]
@@ -191,17 +206,23 @@ def kinds(stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, white: float
         brightest = float(np.quantile(found[:, DIFFUSE : DIFFUSE + 3].max(axis=1), 1.0 - ABOVE_WHITE))
         one = Kinds(one.colour, start, max(1.0, brightest), one.growth)
         found[:, DIFFUSE : DIFFUSE + 6] /= one.white
-    if len(used) < ENOUGH:
-        return Kinds(centres, np.repeat(start, count, axis=0), one.white, np.ones((count, 4)))
     of_kind = label == np.arange(count)[:, None]
+    if len(used) < FEWEST_FOR_GLOSS:
+        return Kinds(centres, np.repeat(start, count, axis=0), one.white, np.ones((count, 4)))
+
+    def unexplained(found: Array) -> Array:
+        return np.asarray(of_kind @ _measure_unexplained(values, usable, towards, found, one.white))
+
+    bare = unexplained(fit(values, usable, towards, lamps, one, True))
+    if len(used) < ENOUGH:
+        matte = bare < MATTE_AS_WELL[0] * unexplained(found)
+        return Kinds(centres, np.repeat(start, count, axis=0), one.white, np.ones((count, 4)), matte=matte)
     priors = np.array([_prior(found[texels], start[0], one.white) for texels in of_kind])
     plain = priors[:, 2] < BRIGHTEST_DIELECTRIC
     if plain.any():
         trying = [replace(one, priors=np.array([prior])) for prior in (NARROW, GLOSSY)]
         narrow, glossy = (fit(values, usable, towards, lamps, each) for each in trying)
-        left, least = (
-            of_kind @ _measure_unexplained(values, usable, towards, each, one.white) for each in (narrow, found)
-        )
+        left, least = unexplained(narrow), unexplained(found)
         upper = [np.quantile(found[texels, SPECULAR : SPECULAR + 3], 0.75) for texels in of_kind]
         for kind in np.flatnonzero(plain):
             if upper[kind] > BRIGHTEST_DIELECTRIC and least[kind] < EXPLAINED_AS_WELL * left[kind]:
@@ -209,6 +230,8 @@ def kinds(stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, white: float
             else:
                 priors[kind] = *_prior(narrow[of_kind[kind]], start[0], 1.0)[:2], *NARROW[2:]
     alike = Kinds(centres, priors, one.white, np.ones((count, 4)))
+    matte = bare < MATTE_AS_WELL[1] * unexplained(fit(values, usable, towards, lamps, alike))
+    alike = replace(alike, matte=matte)
     growth = yield from part(_growth(values, usable, towards, lamps, alike), 0.5, 1.0)
     return replace(alike, growth=growth, deviation=ROUGHNESS_DEVIATION)
 

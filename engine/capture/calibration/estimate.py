@@ -1,9 +1,9 @@
 """Which terms of a rig the photographs tell, and how well.
 
 All sets of terms are fitted. Of those in which each term lowers the error on photographs held out by more than chance,
-and by more than a model that fits badly may pretend, the one of least error is accepted. Terms are fitted on half of the
-image (a chequerboard of blocks) and judged on the other half, where each photograph of a texel is predicted from the
-others. Chance is judged by the scatter over blocks.
+and by more than a model that fits badly may pretend, the one of least error is accepted. Terms are fitted on half of
+the image (a chequerboard of blocks) and judged on the other half, where each photograph of a texel is predicted from
+the others. Chance is judged by the scatter over blocks.
 
 Texels are matte first; where that model errs and highlights explain the photographs clearly better, they are glossy.
 
