@@ -125,8 +125,9 @@ def _from_capture_file(path: Path, photographs: list[Path], capture: CaptureFile
 
 
 def _from_light_positions(path: Path, photographs: list[Path]) -> Stated:
-    lights = read_light_positions(path)
-    chosen, findings = _find_pairs(path, photographs, lights)
+    found = read_light_positions(path)
+    chosen, findings = _find_pairs(path, photographs, found.lights)
+    findings = [*(Finding(Verdict.NOTE, note, path.name) for note in found.notes), *findings]
     lit = [
         Lit(p, math.degrees(one.elevation), math.degrees(one.azimuth))
         for p, one in zip(photographs, chosen, strict=True)
@@ -236,7 +237,7 @@ def by_light(lit: list[Lit], measured: bool) -> list[list[Lit]]:
     for one in lit:
         known = not measured or one.elevation_deg > 0.0
         groups.setdefault(one.direction if known else one.path, []).append(one)
-    lights = [_by_exposure(group) if len(group) > 1 else group for group in groups.values()]
+    lights = [light for group in groups.values() for light in _by_exposure(group)]
     lights.sort(key=lambda light: (light[0].elevation_deg, light[0].azimuth_deg or 0.0, natural(light[0].path.name)))
     if len(lights) < 2:
         problem = f"holds {len(lit)} exposures of one light only"
@@ -250,14 +251,36 @@ def direction_text(elevation_deg: float, azimuth_deg: float | None) -> str:
     return f"elevation {elevation_deg:.4g}°{azimuth}"
 
 
-def _by_exposure(group: list[Lit]) -> list[Lit]:
-    """Photographs of one light, whose exposures must be known and different."""
-    known = [one._replace(exposure_s=one.exposure_s or read_noted_exposure(one.path).exposure_s) for one in group]
-    if len({one.exposure_s for one in known} - {None}) < len(group):
-        names, light = " and ".join(one.path.name for one in group), direction_text(*group[0].direction)
-        remedy = (
-            "Take one of them out of the folder, correct the light that is stated for it, or state different "
-            "exposure_s in capture.toml, by which they are merged"
+def about_repeats(lights: list[list[Lit]]) -> list[Finding]:
+    """What to say of lights from one direction, which are as many measurements."""
+    number = Counter(light[0].direction for light in lights if light[0].azimuth_deg is not None)
+    repeated = sum(count for count in number.values() if count > 1)
+    if not repeated:
+        return []
+    text = f"{repeated} photographs share their direction of light with another one; each counts as a measurement"
+    if len(number) > 2 and set(number.values()) == {2}:
+        text = (
+            "Every direction of light occurs twice, and each photograph counts as a measurement. If these are pairs "
+            "under parallel and crossed polarisers, import each half in a folder of its own"
         )
-        raise InputError(group[0].path.parent, f"{names} are said to be lit from the same direction: {light}", remedy)
-    return sorted(known, key=lambda one: one.exposure_s or 0.0)
+    return [Finding(Verdict.WARNING, text)]
+
+
+def _by_exposure(group: list[Lit]) -> list[list[Lit]]:
+    """Photographs of one direction as lights: exposures of one, or measurements that repeat each other.
+
+    Elevations without azimuths often are of several lamps, so that equal ones are refused.
+    """
+    if len(group) == 1:
+        return [group]
+    known = [one._replace(exposure_s=one.exposure_s or read_noted_exposure(one.path).exposure_s) for one in group]
+    if len({one.exposure_s for one in known} - {None}) == len(group):
+        return [sorted(known, key=lambda one: one.exposure_s or 0.0)]
+    if group[0].azimuth_deg is not None:
+        return [[one] for one in known]
+    names, light = " and ".join(one.path.name for one in group), direction_text(*group[0].direction)
+    remedy = (
+        "Take one of them out of the folder, correct the light that is stated for it, or state different "
+        "exposure_s in capture.toml, by which they are merged"
+    )
+    raise InputError(group[0].path.parent, f"{names} are said to be lit from the same direction: {light}", remedy)

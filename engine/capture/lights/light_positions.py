@@ -2,7 +2,9 @@
 
 `.lp`: the first line holds the number of lights, every other one `name x y z`: x to the right, y up in the image, z
 towards the camera. Names may contain spaces and may be paths of the machine that took the photographs, of which the
-last part counts. What does not fit is reported with its line number and never guessed.
+last part counts. Programs write it in other forms as well: without the number of lights, with positions in any unit,
+with an intensity in a fifth column, with tabs, semicolons or commas, and with decimal commas. These are read, and what
+was made of them is said; what does not fit is reported with its line number.
 
 `.dome`: JSON of RelightLab, which describes a dome apart from photographs; its `directions` stand in the order in which
 the lamps are lit. Where its lights lie on a sphere, `domeDiameter` and `imageWidth` give their distance.
@@ -41,50 +43,109 @@ class Light:
     line: int
 
 
-def read_light_positions(path: Path) -> tuple[Light, ...]:
-    """The lights of an `.lp` file in its order; InputError names the line that is wrong."""
+@dataclass(frozen=True)
+class LightList:
+    """The lights of an `.lp` file in its order, and what was made of its form, in sentences."""
+
+    lights: tuple[Light, ...]
+    notes: tuple[str, ...]
+
+
+def read_light_positions(path: Path) -> LightList:
+    """The lights of an `.lp` file; InputError names the line that is wrong."""
     decoder, process = (
         "engine.capture.lights.light_positions:decode_light_positions",
         "engine.capture.photograph.decode",
     )
     reply = decode_in_child(decoder, path, limit_bytes=_LIMIT_BYTES, process=process)
-    return tuple(Light(*fields) for fields in reply["lights"])
+    return LightList(tuple(Light(*fields) for fields in reply["lights"]), tuple(reply["notes"]))
 
 
 def decode_light_positions(content: bytes, name: str) -> dict[str, Any]:
-    """The decoder: the fields of every `Light`."""
+    """The decoder: the fields of every `Light`, and the notes."""
     with hand({name: content}):
-        return {"lights": [astuple(light) for light in _lights(Path(name))]}
+        found = _list(Path(name))
+        return {"lights": [astuple(light) for light in found.lights], "notes": list(found.notes)}
 
 
-def _lights(path: Path) -> tuple[Light, ...]:
+@dataclass(frozen=True)
+class _Row:
+    """A line of a list: the number of its words, and the numbers at its end with where they begin."""
+
+    number: int
+    text: str
+    words: int
+    starts: tuple[int, ...]
+    values: tuple[float, ...]
+
+
+def _list(path: Path) -> LightList:
     text = utf8(read_bytes(path, _LIMIT_BYTES)).decode("utf-8-sig", "surrogateescape")
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
-    if not lines or not re.fullmatch(r"\d{1,7}", lines[0][1]):
+    if not lines:
         _refuse(path, 1, "should hold the number of lights")
-    lights = tuple(_light(path, number, line) for number, line in lines[1:])
-    if len(lights) != int(lines[0][1]):
-        _refuse(path, 1, f"announces {int(lines[0][1])} lights, but {len(lights)} follow")
+    notes = []
+    is_counted = re.fullmatch(r"\d{1,7}", lines[0][1]) is not None
+    rows = [_row(path, number, line) for number, line in lines[is_counted:]]
+    if is_counted and len(rows) != int(lines[0][1]):
+        _refuse(path, 1, f"announces {int(lines[0][1])} lights, but {len(rows)} follow")
+    if not is_counted:
+        notes.append("does not begin with the number of lights; each of its lines was taken for one")
+    first = _first_column(rows)
+    if first == -4:
+        notes.append("has a fourth number in each line, which was not used: intensities come from the photographs")
+    lights = tuple(_light(path, row, first) for row in rows)
+    if any(abs(math.hypot(*_vector(row, first)) - 1.0) > _UNIT_TOLERANCE for row in rows):
+        notes.append("holds positions instead of directions; only their directions were used")
     _refuse_repeated_names(path, lights)
-    return lights
+    return LightList(lights, tuple(notes))
 
 
-def _light(path: Path, number: int, line: str) -> Light:
-    words = line.rsplit(maxsplit=3)
-    if len(words) != 4:
+def _row(path: Path, number: int, line: str) -> _Row:
+    """A line whose fields are separated by blanks, tabs, semicolons or commas, with decimal points or commas."""
+    words = list(re.finditer(r"[^;\s]+", line))
+    if words[-1].group().count(",") >= 3:  # commas alone separate
+        words = list(re.finditer(r"[^,]+", line))
+        if len(words) > 5:
+            _refuse(path, number, "has commas between numbers and in them; write decimal points")
+    starts: list[int] = []
+    values: list[float] = []
+    for word in reversed(words[1:]):
+        text = word.group().strip().rstrip(",")
+        if not re.fullmatch(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d{1,3})?", text):
+            break
+        starts.insert(0, word.start())
+        values.insert(0, float(text.replace(",", ".")))
+    if len(values) < 3:
         _refuse(path, number, f"should hold a name and three numbers, not {line[:60]!r}")
-    if any("," in word for word in words[1:]):
-        _refuse(path, number, f"has a decimal comma in {' '.join(words[1:])[:60]!r}; write decimal points")
-    try:
-        x, y, z = (float(word) for word in words[1:])
-    except ValueError:
-        _refuse(path, number, f"has no three numbers at its end: {' '.join(words[1:])[:60]!r}")
-    length = math.sqrt(x * x + y * y + z * z)
-    if not abs(length - 1.0) <= _UNIT_TOLERANCE:
-        _refuse(path, number, f"has a direction of length {length:g}; a unit vector is needed")
+    return _Row(number, line, len(words), tuple(starts), tuple(values))
+
+
+def _first_column(rows: list[_Row]) -> int:
+    """Where x stands, from the end of a line: -3, or -4 where intensities follow z.
+
+    A number before x may also be the end of a name with blanks; the last three are then directions, or no name is one
+    word alone.
+    """
+    if not rows or any(row.words != 5 or len(row.values) != 4 for row in rows):
+        return -3
+    last = [abs(math.hypot(*_vector(row, -3)) - 1.0) <= _UNIT_TOLERANCE for row in rows]
+    return -3 if all(last) else -4
+
+
+def _vector(row: _Row, first: int) -> tuple[float, ...]:
+    return row.values[first : first + 3] if first + 3 else row.values[first:]
+
+
+def _light(path: Path, row: _Row, first: int) -> Light:
+    x, y, z = _vector(row, first)
+    length = math.hypot(x, y, z)
+    if not 1e-6 < length < 1e9:
+        _refuse(path, row.number, f"has a light at the distance {length:g}; a direction or a position is needed")
     if z < 0.0:
-        _refuse(path, number, f"has a light behind the sample (z = {z:g})")
-    return Light(words[0].strip("\"'"), math.atan2(z, math.hypot(x, y)), math.atan2(y, x), number)
+        _refuse(path, row.number, f"has a light behind the sample (z = {z:g})")
+    name = row.text[: row.starts[first]].strip("; ,\t\"'")
+    return Light(name, math.atan2(z, math.hypot(x, y)), math.atan2(y, x), row.number)
 
 
 def _refuse_repeated_names(path: Path, lights: tuple[Light, ...]) -> None:

@@ -33,7 +33,7 @@ from engine.capture.lights.folder import (
     is_sidecar,
     one_of_each_shot,
 )
-from engine.capture.lights.light_angles import LIGHT_SUFFIXES, by_light, read_stated_lights
+from engine.capture.lights.light_angles import LIGHT_SUFFIXES, about_repeats, by_light, read_stated_lights
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.photograph.exposures import Exposure
 from engine.capture.photograph.kinds import photograph_suffixes, unread_suffixes
@@ -179,7 +179,14 @@ def find(
         control_points=_control_points(photographs, capture),
         transfer=capture.transfer if capture else None,
         notes=capture.notes if capture else "",
-        findings=(*looked_into, *files.findings, *left_out, *stated.findings, *about_azimuth(azimuth)),
+        findings=(
+            *looked_into,
+            *files.findings,
+            *left_out,
+            *stated.findings,
+            *about_repeats(lights),
+            *about_azimuth(azimuth),
+        ),
     )
 
 

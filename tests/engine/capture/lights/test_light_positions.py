@@ -100,3 +100,48 @@ def test_a_dome_describes_photographs_in_the_order_of_their_names(tmp_path: Path
 def test_domes_that_cannot_be_are_refused(tmp_path: Path, lamps: Any, words: str) -> None:
     with pytest.raises(InputError, match=words):
         dome(tmp_path, directions=lamps)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a.tif 0.8 0 0.6\nb.tif 0 0.6 0.8\nc.tif 0 0 1\n", "does not begin with the number"),
+        ("3\na.tif 800 0 600\nb.tif 0 300 400\nc.tif 0 0 1000\n", "holds positions"),
+        ("3\na.tif 0.8 0 0.6 0.9\nb.tif 0 0.6 0.8 1.1\nc.tif 0 0 1 1\n", "has a fourth number"),
+        ("3\na.tif 80 0 60 0.9\nb.tif 0 60 80 1.1\nc.tif 0 0 100 1\n", "holds positions"),
+        ("3\na.tif,0.8,0,0.6\nb.tif,0,0.6,0.8\nc.tif,0,0,1\n", ""),
+        ("3\na.tif, 0.8, 0, 0.6\nb.tif, 0, 0.6, 0.8\nc.tif, 0, 0, 1\n", ""),
+        ("3\na.tif;0,8;0;0,6\nb.tif;0;0,6;0,8\nc.tif;0;0;1\n", ""),
+        ("3\na.tif\t0,8\t0\t0,6\nb.tif\t0\t0,6\t0,8\nc.tif\t0\t0\t1\n", ""),
+    ],
+)
+def test_lists_in_the_forms_of_other_programs_are_read(tmp_path: Path, text: str, said: str) -> None:
+    for name in ("a.tif", "b.tif", "c.tif"):
+        (tmp_path / name).write_bytes(b"x")
+    (tmp_path / "lights.lp").write_text(text)
+    sources = find([tmp_path])
+    assert [path.name for path in sources.photographs] == ["a.tif", "b.tif", "c.tif"]
+    assert np.degrees(sources.elevation) == pytest.approx(ELEVATIONS, abs=1e-4)
+    texts = [one.text for one in sources.findings if one.source == "lights.lp"]
+    assert any(said in each for each in texts) if said else texts == []
+
+
+def test_numbers_at_the_end_of_names_are_no_intensities(tmp_path: Path) -> None:
+    names = ("photo 1", "photo 2", "photo 3")
+    sources = capture(tmp_path, [f"{name}.tif" for name in names], names)
+    assert np.degrees(sources.elevation) == pytest.approx(ELEVATIONS, abs=1e-4)
+    assert not any("fourth" in one.text for one in sources.findings)
+
+
+def test_photographs_from_one_direction_are_two_measurements(tmp_path: Path) -> None:
+    names = [f"{name}.tif" for name in "abcdef"]
+    for name in names:
+        (tmp_path / name).write_bytes(b"x")
+    lines = [f"{name} {DIRECTIONS[index // 2]}" for index, name in enumerate(names)]
+    (tmp_path / "lights.lp").write_text("\n".join(["6", *lines]))
+    sources = find([tmp_path])
+    assert len(sources.photographs) == 6
+    assert any("crossed polarisers" in one.text for one in sources.findings)
+    (tmp_path / "f.tif").unlink()
+    (tmp_path / "lights.lp").write_text("\n".join(["5", *lines[:5]]))
+    assert any("4 photographs share" in one.text for one in find([tmp_path]).findings)
