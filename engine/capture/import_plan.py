@@ -181,6 +181,11 @@ class Plan:
         return self.names.index(self.settings.reference) if self.settings.reference else None
 
     @property
+    def still_camera(self) -> bool:
+        """Whether the camera may be taken to have stood still, but for small motion that is taken off."""
+        return not self.settings.control_points and self.settings.motion in ("none", "translation")
+
+    @property
     def still(self) -> bool:
         return self.settings.motion == "none" and not self.settings.control_points
 

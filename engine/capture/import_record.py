@@ -24,6 +24,9 @@ from engine.core.health import Finding, Verdict
 
 Light = Sequence[Photograph]
 
+#: Photographs from which the same remark about each is one.
+MANY = 4
+
 
 def refuse_different_sizes(photographs: Sequence[Path], sizes: Sequence[tuple[int, int]]) -> None:
     """InputError that names the photographs whose (width, height) is not the usual one."""
@@ -53,11 +56,7 @@ def refuse_equal_images(photographs: Sequence[Path], images: Sequence[NDArray[np
 def contradictions(lights: Sequence[Light]) -> list[Finding]:
     """Differences between photographs that should be alike, and the decoder's warnings."""
     photographs = [photograph for light in lights for photograph in light]
-    findings = [
-        Finding(Verdict.WARNING, warning, printable(photograph.path))
-        for photograph in photographs
-        for warning in photograph.warnings
-    ]
+    findings = [finding for warning, names in _by_warning(photographs).items() for finding in _about(warning, names)]
     for text, key in (
         ("Bit depths differ: {}. Each is scaled by its own white level", lambda p: f"{p.bit_depth} bit"),
         ("Cameras differ: {}. Leave out those that do not belong", lambda p: p.camera or "unknown"),
@@ -68,6 +67,22 @@ def contradictions(lights: Sequence[Light]) -> list[Finding]:
         if ";" in table:
             findings.append(Finding(Verdict.WARNING, text.format(table)))
     return findings
+
+
+def _by_warning(photographs: Sequence[Photograph]) -> dict[str, list[str]]:
+    """The names of the photographs of which each warning is said."""
+    found: dict[str, list[str]] = {}
+    for photograph in photographs:
+        for warning in photograph.warnings:
+            found.setdefault(warning, []).append(printable(photograph.path))
+    return found
+
+
+def _about(warning: str, names: list[str]) -> list[Finding]:
+    """One finding for each photograph of a few, and one of many."""
+    if len(names) < MANY:
+        return [Finding(Verdict.WARNING, warning, name) for name in names]
+    return [Finding(Verdict.WARNING, f"{warning} ({len(names)} photographs, {names[0]} first)")]
 
 
 def _balance(photograph: Photograph) -> str:

@@ -36,6 +36,7 @@ from engine.capture.calibration.motion import camera_motion
 from engine.capture.calibration.rig import TERMS, Rig, lamp_vectors
 from engine.capture.doubts import check_angles, without_empty, without_unreadable
 from engine.capture.empty import empty
+from engine.capture.file_facts import decide_files
 from engine.capture.import_plan import ImportSettings, Plan
 from engine.capture.import_plan import plan as plan_import
 from engine.capture.import_record import (
@@ -185,7 +186,10 @@ def _import(sources: Sources, settings: ImportSettings, place: Path) -> Steps[St
         last = 1.0 if _direct(plan) else 0.55
         with ExitStack() as files:
             read = yield from part(_read_all(plan, place, files), 0.1, last)
-            left = _without_empty(plan, read, first)
+            left = decide_files(plan, read.photographs, read.thumbnails)
+            if left is plan:
+                _refuse_contradictions(plan, read)
+                left = _without_empty(plan, read, first)
             if left is plan:
                 record = yield from _align_record(plan, read, place, files, last)
         plan = left
@@ -287,9 +291,12 @@ def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
                 )
                 del photograph
                 yield Step(stop, f"Read {index + 1} of {len(lights)}", ready)
-    refuse_different_sizes(flat, read.sizes)
-    refuse_equal_images(plan.sources.photographs, read.thumbnails)
     return read
+
+
+def _refuse_contradictions(plan: Plan, read: _Read) -> None:
+    refuse_different_sizes([one.path for light in plan.sources.exposures for one in light], read.sizes)
+    refuse_equal_images(plan.sources.photographs, read.thumbnails)
 
 
 def _light(
@@ -307,6 +314,7 @@ def _light(
         read.sizes.append((photograph.saturated.shape[1], photograph.saturated.shape[0]))
         originals.append(_without_pixels(photograph, one.exposure_s))
         if read.sizes[-1] != read.sizes[0]:
+            read.photographs.append(tuple(originals))
             return None
         factor = plan.scale.factor.get(one.path, 1.0) / float(plan.gains[index]) if len(light) == 1 else 1.0
         photograph = plan.calibration.applied(photograph, *angles, factor)

@@ -53,6 +53,7 @@ class Image:
     bit_depth : bits per sample of the file; container : 'JPEG', 'PNG', 'TIFF', 'EXR', 'HDR', 'TGA'.
     warnings : what was ignored or assumed, in words.
     environment : 'latlong' or 'cube' where the file says that it is an environment map in that layout, else ''.
+    largest_code : largest sample of an integer file.
     """
 
     pixels: NDArray[np.float32]
@@ -63,6 +64,7 @@ class Image:
     exif: Exif
     warnings: tuple[str, ...]
     environment: str = ""
+    largest_code: int = 0
 
 
 def read_image(path: str | os.PathLike[str], *, transfer: TransferChoice = "auto", half_size: bool = False) -> Image:
@@ -111,8 +113,18 @@ def unknown(content: bytes, name: str) -> InputError:
     return InputError(name, "is not an image of a known kind", f"Give an image as {titles} or camera RAW")
 
 
-def decode(content: bytes, name: str, transfer: TransferChoice = "auto", half_size: bool = False) -> dict[str, Any]:
-    """The decoder that runs in the child: fields of `Image` as arrays and JSON values."""
+def decode(
+    content: bytes,
+    name: str,
+    transfer: TransferChoice = "auto",
+    half_size: bool = False,
+    orientation: int = 0,
+    white_code: int = 0,
+) -> dict[str, Any]:
+    """The decoder that runs in the child: fields of `Image` as arrays and JSON values.
+
+    `orientation` is taken instead of the file's, and `white_code` for full scale of 16 bits, where they are not 0.
+    """
     reader = find_reader("image", content, len(content), name)
     if reader is None:
         raise unknown(content, name)
@@ -120,7 +132,9 @@ def decode(content: bytes, name: str, transfer: TransferChoice = "auto", half_si
     if transfer != "auto" and raster.white is not None:
         raster = replace(raster, transfer=transfer)
     photographed = exif.read_exif(content) if raster.container in ("JPEG", "PNG", "TIFF") else Exif()
-    turn = photographed.orientation
+    turn = orientation or photographed.orientation
+    if white_code and raster.white is not None and raster.bit_depth == 16:
+        raster = replace(raster, white=white_code)
     pixels, saturated, broken = _linear(raster, turn)
     rows = [] if raster.container in _COUNTED else _about_rows(raster.samples)
     warnings = [*raster.warnings, *rows]
@@ -139,6 +153,7 @@ def decode(content: bytes, name: str, transfer: TransferChoice = "auto", half_si
         "exif": photographed.as_json(),
         "warnings": warnings,
         "environment": raster.environment,
+        "largest_code": int(raster.samples.max(initial=0)) if raster.white is not None else 0,
     }
 
 

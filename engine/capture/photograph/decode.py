@@ -58,6 +58,7 @@ class Photograph:
     black_level, white_level : in sample codes per site of the colour filter array (RAW), else empty.
     white_balance : multipliers of red, green, blue that were applied.
     camera_matrix : (9,) row by row, from balanced camera colours to linear sRGB (RAW), else empty.
+    orientation : EXIF orientation of the file, 1 for RAW. largest_code : largest sample of an integer image, else 0.
     """
 
     radiance: NDArray[np.float32]
@@ -75,6 +76,8 @@ class Photograph:
     white_balance: tuple[float, float, float]
     camera_matrix: tuple[float, ...]
     warnings: tuple[str, ...]
+    orientation: int = 1
+    largest_code: int = 0
 
 
 def read_photograph(
@@ -83,6 +86,8 @@ def read_photograph(
     white_balance: WhiteBalance = "camera",
     transfer: images.TransferChoice = "auto",
     half_size: bool = False,
+    orientation: int = 0,
+    white_code: int = 0,
 ) -> Photograph:
     """Decode one photograph; Unreadable for what cannot be decoded whole.
 
@@ -91,8 +96,10 @@ def read_photograph(
     white_balance : of RAW files: the camera's, none, or three multipliers. Green is scaled to 1.
     transfer : of integer JPEG, PNG and TIFF: 'auto' is sRGB unless the file says linear.
     half_size : average 2×2 pixels, for previews.
+    orientation, white_code : EXIF orientation, and full scale of 16 bits, instead of those of an image, where not 0.
     """
-    with closing(Reading(path, white_balance=white_balance, transfer=transfer, half_size=half_size)) as reading:
+    options: dict[str, Any] = {"white_balance": white_balance, "transfer": transfer, "half_size": half_size}
+    with closing(Reading(path, **options, orientation=orientation, white_code=white_code)) as reading:
         return reading.photograph()
 
 
@@ -106,6 +113,8 @@ class Reading:
         white_balance: WhiteBalance = "camera",
         transfer: images.TransferChoice = "auto",
         half_size: bool = False,
+        orientation: int = 0,
+        white_code: int = 0,
     ) -> None:
         if isinstance(white_balance, str) and white_balance not in ("camera", "none"):
             raise ValueError(f"unknown white balance {white_balance!r}")
@@ -116,6 +125,8 @@ class Reading:
             white_balance=white_balance if isinstance(white_balance, str) else [float(v) for v in white_balance],
             transfer=transfer,
             half_size=half_size,
+            orientation=orientation,
+            white_code=white_code,
             memory_bytes=_MEMORY_BYTES,
         )
 
@@ -142,20 +153,26 @@ class Reading:
 
 
 def decode_photograph(
-    content: bytes, name: str, white_balance: str | Sequence[float], transfer: images.TransferChoice, half_size: bool
+    content: bytes,
+    name: str,
+    white_balance: str | Sequence[float],
+    transfer: images.TransferChoice,
+    half_size: bool,
+    orientation: int = 0,
+    white_code: int = 0,
 ) -> dict[str, Any]:
     """The decoder that runs in the child."""
     if _is_raw(content, name):
         from engine.capture.photograph.raw import decode_raw
 
         return decode_raw(content, name, white_balance, half_size)
-    image = images.decode(content, name, transfer, half_size)
+    image = images.decode(content, name, transfer, half_size, orientation, white_code)
     images.refuse_larger(name, image["pixels"])
     if Path(name).suffix.lower() in RAW_SUFFIXES:
         image["warnings"].append(f"is a {image['container']} inside, not camera RAW")
     del image["environment"]  # what a photograph is not
     photographed = image.pop("exif")
-    photographed = {name: photographed[name] for name in ("camera", "exposure_s", "iso", "aperture")}
+    photographed = {name: photographed[name] for name in ("camera", "exposure_s", "iso", "aperture", "orientation")}
     levels = {"black_level": [], "white_level": [], "white_balance": [1.0, 1.0, 1.0], "camera_matrix": []}
     return {"radiance": image.pop("pixels"), **image, **photographed, **levels}
 

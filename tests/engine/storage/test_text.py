@@ -53,7 +53,7 @@ def test_text_in_utf_16_is_what_it_is_in_utf_8(coding: str, mark: bytes, tmp_pat
         assert not [key for key in ("positions", "normals", "uv", "faces") if different(found[key], wanted[key])], name
         assert estimate_faces(content, len(content), name[2:]) >= len(wanted["faces"])
     (tmp_path / "a.lp").write_bytes(mark + "1\nlamp_ä.png 0 0.6 0.8\n".encode(coding))
-    assert read_light_positions(tmp_path / "a.lp")[0].name == "lamp_ä.png"
+    assert read_light_positions(tmp_path / "a.lp").lights[0].name == "lamp_ä.png"
     (tmp_path / "capture.toml").write_bytes(mark + "lamp_distance = 2.5\n".encode(coding))
     assert read_capture_file(tmp_path / "capture.toml").lamp_distance == 2.5
     for name, text in (("a.csv", CSV), ("a.txt", ALTA)):

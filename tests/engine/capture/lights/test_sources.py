@@ -147,7 +147,7 @@ def test_fault_10_and_11_what_does_not_fit_is_named(
         ("1\na.png 0 0 1\n", "does not mention b.png"),
         ("a.png 0 0 1\n", "does not mention b.png"),
         ("\0\0\0", "line 1 should hold a name and three numbers"),
-        ("", "line 1 should hold the number"),
+        ("\n \n", "line 1 should hold the number"),
     ],
 )
 def test_fault_11_light_positions_are_reported_by_line(folder: Callable[..., Any], text: str, words: str) -> None:
@@ -159,7 +159,7 @@ def test_fault_11_light_positions_are_reported_by_line(folder: Callable[..., Any
 
 def test_light_positions_with_spaces_paths_and_bom(folder: Callable[..., Any]) -> None:
     place = folder(lights__lp="\ufeff2\nC:\\shots\\my sample 1.jpg 0 0.6 0.8\r\n/home/x/b.jpg -0.8 0 0.6\r\n")
-    one, other = read_light_positions(place / "lights.lp")
+    one, other = read_light_positions(place / "lights.lp").lights
     assert (one.name, other.line) == ("C:\\shots\\my sample 1.jpg", 3)
     assert np.degrees([one.elevation, one.azimuth]) == pytest.approx([53.1301, 90.0], abs=1e-4)
     assert np.degrees([other.elevation, other.azimuth]) == pytest.approx([36.8699, 180.0], abs=1e-4)
@@ -176,7 +176,7 @@ def test_descriptions_are_read_in_the_decoder_process(
     (place / "pointer.lp").write_text("version https://git-lfs.github.com/spec/v1\n")
     for module in (capture_file, light_positions):
         monkeypatch.setattr(module, "read_bytes", lambda path, _: pytest.fail(f"{path} was read in this process"))
-    assert light_positions.read_light_positions(place / "lights.lp")[0].name == "a.jpg"
+    assert light_positions.read_light_positions(place / "lights.lp").lights[0].name == "a.jpg"
     found = capture_file.read_capture_file(place / "capture.toml")
     assert (found.lamp_distance, found.simulation) == (1.1, {"x": "2020-01-02"})
     assert found.photographs[0].highlight_px == (0.1, 2.0)

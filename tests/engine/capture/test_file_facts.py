@@ -1,0 +1,78 @@
+"""What all files of a capture tell together: narrow samples, and tags of orientation that are chance."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from engine.capture.import_plan import ImportSettings
+from engine.capture.import_stack import import_stack
+from engine.capture.lights.sources import find
+from engine.capture.stack import ImageStack
+from engine.core.errors import InputError
+from engine.core.steps import drain
+
+LIGHTS = [(0.6, 0.0), (-0.6, 0.0), (0.0, 0.6), (0.0, -0.6), (0.4, 0.4)]
+STILL = ImportSettings(motion="none", calibrate="none")
+
+
+def _images() -> list[np.ndarray]:
+    random = np.random.default_rng(3)
+    albedo = cv2.GaussianBlur(random.uniform(0.1, 1.0, (40, 60, 3)), (0, 0), 2.0)
+    return [albedo * (0.9 - 0.1 * index) + 0.01 * random.random((40, 60, 3)) for index in range(len(LIGHTS))]
+
+
+def _write(folder: Path, images: list[np.ndarray], suffix: str) -> None:
+    lines = [str(len(images))]
+    for index, (image, (x, y)) in enumerate(zip(images, LIGHTS, strict=True)):
+        cv2.imwrite(str(folder / f"p{index}.{suffix}"), image)
+        lines.append(f"p{index}.{suffix} {x} {y} {np.sqrt(1.0 - x * x - y * y):.6f}")
+    (folder / "lights.lp").write_text("\n".join(lines))
+
+
+def _import(folder: Path, tmp_path: Path) -> ImageStack:
+    return drain(import_stack(find([folder]), STILL, tmp_path / "stack"))
+
+
+@pytest.mark.parametrize(("bits", "said"), [(12, "12 bits"), (14, "14 bits"), (16, "")])
+def test_narrow_samples_in_files_of_16_bits_have_their_own_white(tmp_path: Path, bits: int, said: str) -> None:
+    (tmp_path / "in").mkdir()
+    top = (1 << bits) - 1
+    _write(tmp_path / "in", [np.rint(top * image / 1.0).clip(0, top).astype(np.uint16) for image in _images()], "tif")
+    stack = _import(tmp_path / "in", tmp_path)
+    assert 0.1 < stack.radiance[:].mean() < 0.5
+    assert said in " ".join(stack.health.warnings)
+    assert ("bits" in " ".join(stack.health.warnings)) == bool(said)
+
+
+def _tag(path: Path, orientation: int) -> None:
+    """Put an EXIF segment with this orientation behind the first marker of a JPEG."""
+    content = path.read_bytes()
+    entry = (0x0112).to_bytes(2, "big") + b"\0\3\0\0\0\1" + orientation.to_bytes(2, "big") + b"\0\0"
+    tiff = b"MM\0*\0\0\0\x08\0\1" + entry + b"\0\0\0\0"
+    segment = b"Exif\0\0" + tiff
+    path.write_bytes(content[:2] + b"\xff\xe1" + (len(segment) + 2).to_bytes(2, "big") + segment + content[2:])
+
+
+@pytest.mark.parametrize("tag", [3, 6])
+def test_orientations_that_differ_by_chance_are_one(tmp_path: Path, tag: int) -> None:
+    (tmp_path / "in").mkdir()
+    _write(tmp_path / "in", [np.rint(255.0 * image).clip(0, 255).astype(np.uint8) for image in _images()], "jpg")
+    for index in (1, 3):
+        _tag(tmp_path / "in" / f"p{index}.jpg", tag)
+    stack = _import(tmp_path / "in", tmp_path)
+    assert stack.radiance.shape[1:3] == (40, 60)
+    assert any("EXIF orientations differ" in warning for warning in stack.health.warnings)
+
+
+def test_a_photograph_that_was_turned_is_refused_by_its_tag(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    images = [np.rint(255.0 * image).clip(0, 255).astype(np.uint8) for image in _images()]
+    images[1] = images[1][::-1, ::-1]
+    _write(tmp_path / "in", images, "jpg")
+    _tag(tmp_path / "in" / "p1.jpg", 3)
+    with pytest.raises(InputError, match=r"p1.jpg: was turned during the capture: EXIF orientation 3"):
+        _import(tmp_path / "in", tmp_path)
