@@ -186,9 +186,9 @@ def _colours(page: Any, samples: NDArray[Any], name: str) -> tuple[NDArray[Any],
     warnings: tuple[str, ...] = ()
     if samples.shape[2] > colours:
         bands = samples.shape[2]
-        are_used = "1 is used" if colours == 1 else f"{colours} are used"
+        used = "is used" if colours == 1 else f"{colours} are used"
         extra = "has an alpha or extra channel, which is ignored"
-        warnings += (extra if bands == colours + 1 else f"has {bands} bands, of which the first {are_used}",)
+        warnings += (extra if bands == colours + 1 else f"has {bands} bands, of which the first {used}",)
     samples = samples[..., :colours] if colours == 3 else samples[..., 0]
     if page.photometric == _PALETTE:
         palette = np.asarray(page.colormap)
