@@ -50,7 +50,11 @@ def refuse_equal_images(photographs: Sequence[Path], images: Sequence[NDArray[np
             first = seen.setdefault(image.tobytes(), printable(path))
             if first != printable(path):
                 problem = f"{first} and {printable(path)} are the same image"
-                raise InputError(path.parent, problem, "Leave one of them out")
+                remedy = (
+                    "Leave one of them out; of pairs under parallel and crossed polarisers, import each half in a "
+                    "folder of its own"
+                )
+                raise InputError(path.parent, problem, remedy)
 
 
 def contradictions(lights: Sequence[Light]) -> list[Finding]:
