@@ -233,7 +233,7 @@ class Projects(QObject):
             self.opened.emit(path)
         if self.lost:
             self.bench.said.emit(f"{path.name} is open. {self.lost}")
-        then()
+        QTimer.singleShot(0, self, then)  # the window answers between the new document and another workspace
 
     def read_again(self, then: Callable[[], object] = nothing) -> None:
         """Take the document and its history from the file, in which paths were changed, then call `then`."""

@@ -85,7 +85,7 @@ def test_examples_open_beside_the_open_project_and_go_when_nothing_was_done(wind
     assert window._expects_work  # what an example needs loads before the click
     cards["woven"].click()
     qtbot.waitUntil(lambda: document.project.name == "Woven cloth", timeout=60_000)
-    assert window.stack.currentWidget() is window.view
+    qtbot.waitUntil(lambda: window.stack.currentWidget() is window.view)
     first = window.projects.path
     assert first.parent == own
     stack = document.project.stack
