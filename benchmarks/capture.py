@@ -25,7 +25,7 @@ from engine.capture.registration.align import align
 from engine.capture.registration.texture import reduce, reduction
 from engine.core.steps import Step, Steps, drain
 from engine.images.encode import write_tiff16
-from engine.simulate.dng import Levels, dng_bytes
+from engine.simulate.camera import Levels, dng_bytes
 from engine.storage.atomic import make_folder, write_bytes
 from engine.storage.untrusted import CHILDREN
 

@@ -1,6 +1,10 @@
 """Commands of the window, without its widgets: each verb starts a job and changes the document when it succeeds.
 
 The modules that compile kernels are imported inside the jobs, on their threads, so that the window opens at once.
+
+The built-in capture: simulated when File > Rebuild sample first asks for it, and kept beside the user's projects.
+
+File > Sample capture opens the woven cloth of `app.start.examples` instead, which is shipped ready-made.
 """
 
 from __future__ import annotations
@@ -33,19 +37,17 @@ from app.commands.export_bundle import export as export_bundle
 from app.commands.making import keep_material, mark_stack
 from app.commands.opening import load_environment, load_shape
 from app.commands.recognise import CONTENT, Opening, Recognised, recognise
-from app.commands.sample import NAME as SAMPLE
-from app.commands.sample import capture_of_sample, samples_folder
 from app.document.document import ImportChoices, Look, Project
 from app.document.open_document import Document
 from app.jobs.jobs import Job, Jobs
 from app.process.packages import load_shared
 from app.project.photographs import INSIDE, photographs
-from app.project.places import file_name
+from app.project.places import file_name, projects_folder
 from app.project.project_file import path_of, state_name
 from app.project.report import chain_of
 from engine.capture.doubts import Doubtful
 from engine.capture.lights.joined import join
-from engine.capture.lights.sources import Sources, find_packed
+from engine.capture.lights.sources import Sources, find, find_packed
 from engine.capture.stack import ImageStack, open_stack
 from engine.core.steps import Step, Steps
 from engine.geometry.mesh import Mesh
@@ -53,9 +55,24 @@ from engine.geometry.shapes import SHAPES
 from engine.light.environment import EnvironmentMap
 from engine.light.sky import SKIES
 from engine.scene.material import Material
+from engine.simulate.built_in import make_built_in_sample
 
 if TYPE_CHECKING:
     from engine.scene.scene import Scene
+
+NAME = "Woven sample"
+
+
+def samples_folder() -> Path:
+    """The folder of the built-in capture; it may not exist."""
+    return projects_folder().parent / "sample capture"
+
+
+def capture_of_sample(folder: Path) -> Steps[Sources]:
+    """The photographs of the built-in capture, simulated into `folder` where they are not there."""
+    capture = yield from make_built_in_sample(folder)
+    return find([capture])
+
 
 log = logging.getLogger(__name__)
 
@@ -140,7 +157,7 @@ class Workbench(QObject):
 
     def rebuild_sample(self) -> None:
         """Simulate the built-in capture at full size, and import and build it as any other."""
-        self._place(SAMPLE, self._rebuild_sample)
+        self._place(NAME, self._rebuild_sample)
 
     def _rebuild_sample(self) -> None:
         self.wanted.emit("capture")
@@ -150,7 +167,7 @@ class Workbench(QObject):
             lane="compute",
             resource="samples",
         )
-        job.succeeded.connect(lambda sources: self._import_others(sources, SAMPLE))
+        job.succeeded.connect(lambda sources: self._import_others(sources, NAME))
 
     def _place(
         self, name: str, replace: Callable[[], object], add: Callable[[], object] | None = None, added: str = ""

@@ -32,8 +32,7 @@ from engine.render.reference import reference
 from engine.scene.scene import Scene
 from engine.tradeoff.bake_group import bake_alone, bake_group, groups, relight_transport
 from engine.tradeoff.draw import SAMPLES, Drawer, Image, drawing, find_shown_vertices
-from engine.tradeoff.reference_error import COVERED, FEW_PASSES, Refining
-from engine.tradeoff.sweep import OTHER_SEED, scene_of
+from engine.tradeoff.sweep import COVERED, FEW_PASSES, OTHER_SEED, Refining, scene_of
 from engine.transport import method as transport
 
 #: Noise of an image's reference, relative to the image.

@@ -7,6 +7,12 @@ nothing: see `engine.storage.archive` for names and sizes, `engine.storage.recor
 pixels are decoded in a process of its own, pixels after the manifest has said how many there must be.
 Cost: compressing the maps (some 60 MB/s a core, a strip at a time) bounds saving, decompressing and hashing bound
 opening.
+
+A small image of a material, flat and from above, for lists of files: the preview of a bundle that has no better.
+
+Of a shading map it is the slice half way up, of a directional map the image under a lamp `TILT_DEG` from the normal
+towards the upper left, of PBR maps the base colour. Only every so many texels are looked at, so that it costs a few
+milliseconds at any size.
 """
 
 from __future__ import annotations
@@ -54,11 +60,15 @@ from engine.bundle.members import SMALL_LIMIT_BYTES, OpenMember, folder_members,
 from engine.bundle.page import viewer
 from engine.bundle.pbr import pbr_members, pbr_record, read_pbr
 from engine.bundle.portable import brdf_json, shader
-from engine.bundle.swatch import swatch
+from engine.core.colour import to_display8
+from engine.core.directions import surface_direction
 from engine.core.errors import InputError, OutputError, UsageError
 from engine.core.steps import Step, Steps, part
+from engine.images.encode import encode_png
 from engine.images.exr_strips import Planes, write_exr_strips
 from engine.scene.material import Material
+from engine.shading.directional.planes import DirectionalMap
+from engine.shading.power_law import PowerLawMap
 from engine.storage.archive import BUNDLE_LIMIT_BYTES, Archive, json_of, open_archive
 from engine.storage.records import (
     TABLE,
@@ -71,6 +81,50 @@ from engine.storage.records import (
 from engine.storage.scratch import release
 from engine.storage.text import valid
 from engine.surface.pbr_maps import PbrMaps, SurfaceMaps
+
+#: Longest side in pixels, share of texels that are at most white, and the lamp of directional maps.
+SIDE, BELOW_WHITE, TILT_DEG, AZIMUTH_DEG = 384, 0.98, 40.0, 135.0
+
+#: Radiance above it is as good as this.
+_BRIGHTEST = 1e30
+
+
+def swatch(material: Material) -> bytes:
+    """A PNG of at most `SIDE` pixels a side; ValueError for a material without maps."""
+    shading_map, law, directional, pbr = material.maps
+    if shading_map is not None:
+        step = _step(shading_map.slices.shape[1:3])
+        image = np.asarray(shading_map.slices[len(shading_map.slices) // 2, ::step, ::step])
+    elif law is not None:
+        image = _few(law).slice_image(0.5 * law.r_max)
+    elif directional is not None:
+        lamp = surface_direction(np.radians(TILT_DEG), np.radians(AZIMUTH_DEG))
+        image = _thin(directional).image(lamp)
+    elif pbr is not None:
+        step = _step(pbr.size)
+        image = pbr.base_colour[::step, ::step]
+    else:
+        raise ValueError("a material without maps has no image of its surface")
+    image = np.clip(np.nan_to_num(image.astype(np.float64)), 0.0, _BRIGHTEST)
+    bright = float(np.quantile(image, BELOW_WHITE))
+    return encode_png(to_display8(image / bright if bright > 0.0 else image), software="Lightarc")
+
+
+def _step(size: tuple[int, ...]) -> int:
+    return max(1, -(-max(size) // SIDE))
+
+
+def _few(law: PowerLawMap) -> PowerLawMap:
+    """Every so many texels of a power law, without the tiles that it keeps."""
+    step = _step(law.error_map.shape)
+    scale, exponent, errors = (map_[::step, ::step] for map_ in (law.scale, law.exponent, law.error_map))
+    return replace(law, kept=None, scale=scale, exponent=exponent, error_map=errors)
+
+
+def _thin(directional: DirectionalMap) -> DirectionalMap:
+    step = _step(directional.planes.shape[1:])
+    return replace(directional, planes=np.ascontiguousarray(directional.planes[:, ::step, ::step]))
+
 
 SUFFIX = ".lightarc"
 _AT_ONCE = 1 << 24
@@ -117,7 +171,7 @@ def save_bundle(
     path : folder, or a file that ends in .lightarc.
     provenance : JSON values: cameras, levels, white balance, angles, what was assumed.
     figures : JSON values: error figures, with the unit in each key.
-    preview : a PNG; by default a small image of the material flat under a lamp (`engine.bundle.swatch`).
+    preview : a PNG; by default a small image of the material flat under a lamp (`engine.bundle.bundle`).
 
     Returns `path`. Raises OutputError where it cannot be written, and UsageError for a material without maps or with
     values that are not finite, or negative outside the slices.

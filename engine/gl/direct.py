@@ -2,6 +2,8 @@
 
 The counterpart of `engine.render.direct`. Sub-pixels, tiles and bands are those of `engine.gl.tiles`. Meshes, materials
 and lights are uploaded when they are other objects than the last time.
+
+Textures of what light is looked up by: the directional lights of a scene, and the cosines of a directional map.
 """
 
 from __future__ import annotations
@@ -21,13 +23,58 @@ from engine.geometry.mesh import Mesh
 from engine.gl.brdf_textures import SOURCE, FactorTextures, PbrTextures, TableTexture, factor_source
 from engine.gl.buffers import MeshBuffers
 from engine.gl.context import Limits, limits
-from engine.gl.light_texture import CosineTexture, LightTexture
 from engine.gl.material_textures import MaterialTextures
 from engine.gl.program import ShaderError, load_program, set_uniforms
 from engine.gl.tiles import Paint, Tiles
+from engine.light.environment import DistantLights
 from engine.render.display import Display
 from engine.scene.scene import Scene
+from engine.shading.directional.effective_light import EffectiveCosine
 from engine.surface.pbr_maps import PbrMaps
+
+#: Texture units of both, above those of a material.
+COSINE_UNIT, LIGHT_UNIT = 3, 4
+
+
+class LightTexture:
+    """Owns the texture of one set of lights: a row for each, its direction and its irradiance in float32."""
+
+    def __init__(self, context: Any, lights: DistantLights) -> None:
+        count = len(lights.direction)
+        texels = np.ones((count, 2, 4), np.float32)
+        texels[:, 0, :3] = lights.direction
+        texels[:, 1, :3] = np.minimum(lights.irradiance, np.finfo(np.float32).max)
+        self.texture = context.texture((2, count), 4, texels, dtype="f4")
+        self.texture.filter = (context.NEAREST, context.NEAREST)
+
+    def bind(self, program: Any) -> None:
+        self.texture.use(LIGHT_UNIT)
+        program["lights"].value = LIGHT_UNIT
+
+    def release(self) -> None:
+        self.texture.release()
+
+
+class CosineTexture:
+    """Owns the texture of the table by which a directional map is looked up for one BRDF (`EffectiveCosine`).
+
+    It holds powers of cosines over the power of the share, and azimuths, which repeat.
+    """
+
+    def __init__(self, context: Any, table: EffectiveCosine) -> None:
+        self.table = table
+        rows, entries = table.power.shape
+        self._texture = context.texture((entries, rows), 1, table.power.tobytes(), dtype="f4")
+        self._texture.filter = (context.LINEAR, context.LINEAR)
+        self._texture.repeat_x = False
+
+    def bind(self, program: Any) -> None:
+        self._texture.use(COSINE_UNIT)
+        set_uniforms(program, {"cosine_powers": COSINE_UNIT, "lowest_power": self.table.lowest})
+
+    def release(self) -> None:
+        self._texture.release()
+
 
 log = logging.getLogger(__name__)
 

@@ -5,6 +5,11 @@ from other parts of the model comes on top (`engine.transport.sh.interreflection
 
 Bound by the rays: some 3,000 for each vertex at an edge of 32, more where shadows end, and `BakeSettings.gather` for
 each bounce. A matrix of order 5 takes 2.5 kB, so 50,000 vertices take 125 MB.
+
+Rows of transport in spherical harmonics for some vertices, from what all vertices of a bake share.
+
+That is a recipe of arrays and plain values, so that the workers of a cluster can make chunks as well as this process
+(`engine.transport.baking.chunks`).
 """
 
 from __future__ import annotations
@@ -22,12 +27,13 @@ from numpy.typing import NDArray
 from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
 from engine.core.errors import UsageError
 from engine.core.figure_text import size_text
+from engine.core.one_thread import one_thread
 from engine.core.params import check_values
 from engine.core.steps import Step, Steps, part
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import RayCaster, caster_of
-from engine.transport.baking.chunks import Recipe, Remote, fill
+from engine.transport.baking.chunks import Chunk, Make, Recipe, Remote, fill
 from engine.transport.baking.chunks import estimate_s as estimate_chunks_s
 from engine.transport.baking.file import (
     TransportFile,
@@ -39,12 +45,84 @@ from engine.transport.baking.file import (
 )
 from engine.transport.baking.settings import ShSettings
 from engine.transport.baking.spatially_varying import Variation, variation_to_text
-from engine.transport.baking.visibility import Receivers, find_unshaded, portion, receivers
-from engine.transport.sh.bake_chunk import Baker, maker
+from engine.transport.baking.visibility import Receivers, find_unshaded, portion, receivers, visibility_shares
 from engine.transport.sh.brdf_table import BrdfTable
 from engine.transport.sh.brdf_table_varying import Table, VariedTable, table_of, tables_of
 from engine.transport.sh.interreflection import Surroundings, gather, reflections, transfer_open
-from engine.transport.sh.transfer import ShTransport, is_diffuse, tangent_frames
+from engine.transport.sh.transfer import (
+    ShTransport,
+    diffuse_vectors,
+    free_vectors,
+    is_diffuse,
+    matrices,
+    tangent_frames,
+    visibility_harmonics,
+)
+
+
+def maker(recipe: Recipe) -> Make:
+    """Chunks of a bake by their numbers, from its recipe (`sh.bake.recipe_of`)."""
+    caster = RayCaster(recipe["shading_positions"], recipe["shading_faces"])
+    return Baker(recipe, Receivers(caster, recipe["origin"], recipe["normal"], recipe["free"]))
+
+
+class Baker:
+    """Turns vertices into rows of transport, with everything that they share; `of` are all vertices as receivers."""
+
+    def __init__(self, recipe: Recipe, of: Receivers) -> None:
+        self._recipe, self._of = recipe, of
+        self._sent: NDArray[np.float32] | None = recipe.get("sent")
+        self._around = Surroundings(recipe["positions"], recipe["faces"], of, recipe["order"], recipe["gather"])
+
+    def __call__(self, number: int) -> Chunk:
+        """The chunk of that number."""
+        bounds = self._recipe["bounds"]
+        rows, visibility_s = self.made(np.arange(bounds[number], bounds[number + 1]))
+        return Chunk(number, rows, visibility_s)
+
+    def made(self, vertices: NDArray[np.int64]) -> tuple[dict[str, NDArray[Any]], float]:
+        """The rows of `vertices`, all of the model or all of the ground, and the seconds for their visibility."""
+        started = time.perf_counter()
+        counts = None if self._of.free[vertices].all() else self.visible(vertices)
+        visibility_s = time.perf_counter() - started
+        return {"rows": self.rows(vertices, counts)}, visibility_s
+
+    def visible(self, vertices: NDArray[np.int64]) -> NDArray[np.uint8]:
+        """(B, 6 N²) how many parts of each texel are seen."""
+        shares = visibility_shares(self._of, self._recipe["edge"], self._recipe["fine"], vertices)
+        return np.concatenate([counts for _, counts in shares])
+
+    def rows(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8] | None) -> NDArray[np.float32]:
+        """(rows, C, order²) of `vertices`, all of the model or all of the ground; `counts` None where all are free."""
+        recipe, channels = self._recipe, self._recipe["channels"]
+        if recipe["diffuse"] or vertices[0] >= recipe["ground_vertex"]:
+            rows = np.repeat(self._vectors(vertices, counts)[:, None], channels, axis=1)
+            if self._sent is not None:
+                rows += gather(self._around, vertices, self._sent)
+            return rows
+        frames = recipe["frames"][vertices]
+        own = matrices(self._seen(vertices, counts), frames, self._of.free[vertices])
+        whole = np.repeat(own[:, :, None], channels, axis=2)
+        if self._sent is not None:
+            whole += gather(self._around, vertices, self._sent, frames)
+        return whole.reshape(-1, channels, recipe["order"] ** 2)
+
+    def _vectors(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8] | None) -> NDArray[np.float32]:
+        recipe, normal = self._recipe, self._of.normal[vertices]
+        if counts is None:
+            return free_vectors(recipe["order"], normal)
+        free, full = self._of.free[vertices], recipe["fine"] ** 2
+        with one_thread():
+            return diffuse_vectors(counts, full, recipe["edge"], recipe["order"], normal, free)
+
+    def _seen(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8] | None) -> NDArray[np.float32]:
+        """Spherical harmonics of visibility; any where all vertices are free, because theirs are known."""
+        recipe, order = self._recipe, 2 * self._recipe["order"] - 1
+        if counts is None:
+            return np.zeros((len(vertices), order**2), np.float32)
+        with one_thread():
+            return visibility_harmonics(counts, recipe["fine"] ** 2, recipe["edge"], order)
+
 
 KIND = "sh"
 

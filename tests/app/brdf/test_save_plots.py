@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from app.brdf.ranking import Ranking
+from app.brdf.fit_section import Ranking
 from app.commands import brdf as commands_brdf
 from app.widgets.plot_files import distinct, grid, table
 from app.window.main_window import MainWindow

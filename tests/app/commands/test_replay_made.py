@@ -12,8 +12,7 @@ import pytest
 import trimesh
 
 from app.commands.brdf import fit
-from app.commands.replay import replay
-from app.commands.replay_made import EDITED, LOST, NOT_AT_END, NOT_FOUND_YET, OTHER_STATE, SAME, TARGET_GONE
+from app.commands.replay import EDITED, LOST, NOT_AT_END, NOT_FOUND_YET, OTHER_STATE, SAME, TARGET_GONE, replay
 from app.document.bake_request import Wanted, choices_for, estimate
 from app.document.comparison import Comparison, Fitted
 from app.document.document import Project

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QFileDialog
 
 from app.commands.surface import surface_of
 from app.document.document import Project
-from app.material.surface_maps import error_words
+from app.material.surface_page import error_words
 from app.project.project_file import History, Writer, read
 from app.window.main_window import MainWindow
 from engine.capture.stack import ImageStack

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from app.process import crash
-from app.process.native_stack import make_handler
+from app.process.crash import make_handler
 from engine.storage.writer import writer
 from tests.processes import is_gone
 

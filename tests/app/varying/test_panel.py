@@ -82,9 +82,9 @@ def test_another_brdf_and_colours_are_chosen(view: MainWindow, tmp_path: Path, m
     menu.activated.emit(0)
     assert variations(view)[0].brdf.startswith("ward:")
     monkeypatch.setattr("app.varying.panel.ask_image", lambda _parent: image)
-    monkeypatch.setattr("app.varying.forms.ask_image", lambda _parent: None)
     choose(view, "Colours of an image…")
     assert variations(view)[1] == Colours(image)
+    monkeypatch.setattr("app.varying.panel.ask_image", lambda _parent: None)
     menu = present(panel.form).menus["picture"]
     menu.setCurrentIndex(1)
     menu.activated.emit(1)

@@ -15,8 +15,7 @@ from app.document.measured import MAX_PIXELS, size_of
 from app.jobs.jobs import Jobs
 from app.session import settings
 from app.view.image_error import Comparing, ImageError, Side
-from app.view.images import reference_size
-from app.view.reference import Progressive
+from app.view.images import Progressive, reference_size
 from app.window.main_window import MainWindow
 from engine.geometry.shapes import shape
 from engine.light.environment_file import open_environment

@@ -278,7 +278,7 @@ def test_the_error_of_two_modes_is_that_of_their_images(view: MainWindow, qtbot:
 def test_the_error_against_the_reference_states_its_uncertainty_and_it_falls(
     view: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.view.reference.FINE_ENOUGH", 0.0)
+    monkeypatch.setattr("app.view.images.FINE_ENOUGH", 0.0)
     change(view, mode="direct", against="reference", comparing="wipe")
     lamp = LampSettings(theta_deg=80.0, phi_deg=30.0, radius_deg=3.0)
     change(view, lamps=(lamp,), mode="shading-map")

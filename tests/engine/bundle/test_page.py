@@ -16,8 +16,7 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import MODELS
-from engine.bundle.page import VIEWER_SIDE, Extras, viewer, viewer_and_parts
-from engine.bundle.pyramid import bytes_of
+from engine.bundle.page import VIEWER_SIDE, Extras, bytes_of, viewer, viewer_and_parts
 from engine.core.colour import srgb_encode
 from engine.core.directions import surface_direction
 from engine.core.health import Health

@@ -9,12 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.bundle.page import PIXELS_WITHIN, VIEWER_SIDE, _finest
-from engine.bundle.pyramid import (
+from engine.bundle.page import (
     EXPONENTS,
     MARGIN,
+    PIXELS_WITHIN,
     TILE,
+    VIEWER_SIDE,
     Codes,
+    _finest,
     bytes_of,
     codes_of,
     coding_error,

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from engine.bundle.swatch import BELOW_WHITE, SIDE, swatch
+from engine.bundle.bundle import BELOW_WHITE, SIDE, swatch
 from engine.core.colour import srgb_decode
 from engine.images.png import read_png
 from engine.scene.material import Material

@@ -20,9 +20,8 @@ from engine.bundle.portable import brdf_source
 from engine.core.directions import normalize
 from engine.core.errors import UsageError
 from engine.core.steps import drain
-from engine.exchange.dialects import hlsl_of, osl_of
 from engine.exchange.loss import View, material_shown
-from engine.exchange.shaders import contents
+from engine.exchange.shaders import contents, hlsl_of, osl_of
 from engine.exchange.subject import Settings, Subject
 from engine.images.decode import read_image
 from engine.light.environment import DistantLights

@@ -20,10 +20,10 @@ from engine.exchange.subject import Contents, Settings, Subject
 from engine.images.png import read_png
 from engine.light.environment import DistantLights
 from engine.proof import blender, programs, proof
-from engine.proof.formats import linear, relight_hsh, relight_ptm
 from engine.proof.libraries import absent
 from engine.proof.libraries import materialx as by_materialx
 from engine.proof.programs import BROWSERS, three
+from engine.proof.proof import linear, relight_hsh, relight_ptm
 from engine.proof.square import SIDE, Drawn, draw_ourselves, lamp, middle, relative_rmse, windows
 from engine.surface.pbr_maps import ObservedSlopes, PbrMaps
 from tests.engine.exchange.materials import dome_material, dome_stack, woven_material, woven_subject

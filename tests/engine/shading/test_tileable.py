@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from engine.core.steps import drain
-from engine.shading import tileable
+from engine.shading import tile
 
 
 def tile_source(slices: Any, **options: Any) -> Any:
-    return drain(tileable.tile_source(slices, **options))
+    return drain(tile.tile_source(slices, **options))
 
 
 def stack(image: Any, count: int = 4) -> NDArray[np.float32]:
@@ -78,9 +78,9 @@ def test_what_cannot_be_tiled_is_refused() -> None:
 
 
 def test_the_search_can_be_watched_and_stopped(leather: Any) -> None:
-    steps = list(tileable.tile_source(leather))
+    steps = list(tile.tile_source(leather))
     assert len(steps) > 50
     assert [step.done for step in steps] == sorted(step.done for step in steps)
-    search = tileable.tile_source(leather)
+    search = tile.tile_source(leather)
     next(search)
     search.close()

@@ -42,7 +42,7 @@ import numpy as np
 from engine.core.errors import InputError, LightarcError
 from engine.core.steps import drain
 from engine.images.encode import encode_png
-from engine.simulate.dng import Levels, dng_bytes
+from engine.simulate.camera import Levels, dng_bytes
 from engine.storage import decoder_child, untrusted
 from engine.storage.records import seal
 from tests.engine.brdf.readers.tensor_files import fields_of, tensor_bytes

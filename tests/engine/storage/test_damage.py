@@ -38,7 +38,7 @@ from engine.capture.stack import RADIANCE, RECORD, SATURATED, open_stack
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.images import encode
-from engine.simulate.dng import Levels, dng_bytes
+from engine.simulate.camera import Levels, dng_bytes
 from engine.storage import untrusted
 from engine.storage.untrusted import decode_content
 from tests.engine.damage import (

@@ -31,7 +31,7 @@ OWN_TEXT = {
     "engine/bundle/page.py",
     "engine/bundle/portable.py",
     "engine/core/figure_text.py",
-    "engine/exchange/dialects.py",
+    "engine/exchange/shaders.py",
     "engine/figures/figure.py",
     "engine/storage/partial_names.py",
     "engine/storage/writer.py",

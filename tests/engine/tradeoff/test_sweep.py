@@ -34,8 +34,7 @@ from engine.tradeoff.agenda import modes_of, quick_first, reduce, settings_of
 from engine.tradeoff.bake_group import bake_alone, bake_group, groups, relight_transport
 from engine.tradeoff.draw import SAMPLES, find_shown_vertices
 from engine.tradeoff.front import front
-from engine.tradeoff.reference_error import NoisyReference
-from engine.tradeoff.sweep import Tradeoff, sweep, sweeps_of
+from engine.tradeoff.sweep import NoisyReference, Tradeoff, sweep, sweeps_of
 from engine.tradeoff.write import label_of, write
 from engine.transport.sh import bake as sh_bake
 from engine.transport.wavelet import bake as wavelet_bake

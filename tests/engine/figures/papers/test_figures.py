@@ -19,8 +19,7 @@ from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable import separate
 from engine.figures import figure as figures
 from engine.figures.figure import Figure, Settings, Shown, ShownRow, coarse_bust, error_text, records, sheet_of
-from engine.figures.papers.kautz_6 import kautz_6
-from engine.figures.papers.sh_rows import light_at_vertices
+from engine.figures.papers.kautz_6 import kautz_6, light_at_vertices
 from engine.figures.papers.vertex_images import view_of
 from engine.figures.papers.wang_2 import wang_2
 from engine.figures.papers.wang_3 import wang_3

@@ -19,8 +19,7 @@ from engine.light.environment import EnvironmentMap
 from engine.light.sun_split import split_sun
 from engine.planning.costs.setting import Setting
 from engine.planning.effects.estimates import Scenery, scenery
-from engine.planning.effects.fine_light import EDGES, fine_light
-from engine.planning.effects.lobe_error import lobe_error
+from engine.planning.effects.lobe_error import EDGES, fine_light, lobe_error
 from engine.planning.effects.mode_error import compute_bake_frames, mode_errors
 from engine.planning.effects.sample import light_of
 from engine.transport.gaussian.diffuse import DiffuseTransfer

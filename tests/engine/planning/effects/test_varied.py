@@ -17,8 +17,7 @@ from engine.light.environment import EnvironmentMap
 from engine.planning import bake as bake_plan
 from engine.planning.choices import SHARE
 from engine.planning.costs.cost_model import CostModel
-from engine.planning.effects.estimates import Scenery, estimates, scenery
-from engine.planning.effects.varied import measure_received, vary
+from engine.planning.effects.estimates import Scenery, estimates, measure_received, scenery, vary
 from engine.planning.plan import brdf_of, plan, plan_of
 from engine.transport.baking.spatially_varying import variation_from_text, with_parameters
 from engine.transport.sh.brdf_table import BrdfTable
