@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from engine.accuracy.compare import compare as compare_images
-from engine.brdf.brdf import brdf_from_text
 from engine.core.directions import world_direction
 from engine.core.errors import InputError, UsageError
 from engine.core.params import parameters
@@ -26,6 +25,7 @@ from engine.render.path import check_scene
 from engine.render.transported import image_of
 from engine.scene.mode import MODES
 from engine.scene.scene import Scene
+from engine.scene.scene import make_scene as build_scene
 from engine.scene.settings import DEFAULTS
 from engine.storage.atomic import write_bytes
 from engine.transport.baking.file import open_transport
@@ -131,21 +131,21 @@ def make_scene(
         raise UsageError("give light or light_deg, not both")
     mesh, found = as_mesh(model), as_material(material)
     seen = None if brdf is None else as_brdf(brdf)
-    x, y, z = world_direction(*map(math.radians, light_deg or DEFAULTS.light_deg))
     lamps = () if light is None else as_lamps(light, irradiance)
-    surroundings = as_environment(environment)
-    return Scene(
-        mesh=mesh,
-        camera=as_camera(camera, mesh.positions, size),
-        brdf=seen or (found.reflectance if found else brdf_from_text("phong")),
+    if lamps:
+        options["light"] = lamps[0].direction
+    return build_scene(
+        mesh,
+        as_camera(camera, mesh.positions, size),
+        brdf=seen,
         material=found,
-        light=lamps[0].direction if lamps else (float(x), float(y), float(z)),
-        irradiance=0.0 if lamps and surroundings is None else float(irradiance),
-        environment=surroundings,
-        environment_rotation=math.radians(environment_rotation_deg),
-        ground=None if ground_albedo is None else Ground(albedo=ground_albedo),
-        repeats=repeats,
+        light_deg=light_deg,
+        irradiance=float(irradiance),
+        environment=as_environment(environment),
+        environment_rotation_deg=environment_rotation_deg,
         lamps=lamps,
+        ground_albedo=ground_albedo,
+        repeats=repeats,
         **options,
     )
 

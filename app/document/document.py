@@ -21,7 +21,7 @@ from engine.capture.lights.sources import Sources
 from engine.capture.stack import ImageStack
 from engine.core.colour import Operator
 from engine.core.directions import Vectors, world_direction
-from engine.core.params import check, param
+from engine.core.params import check, param, same_as
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
@@ -32,6 +32,7 @@ from engine.light.near_lamps import NearLampSettings
 from engine.scene.material import Material
 from engine.scene.mode import REFERENCE, SHADING_MAP
 from engine.scene.scene import Lookup, Source
+from engine.scene.settings import SceneSettings
 from engine.shading.lookup import Above
 from engine.shading.power_law import Scale
 from engine.shading.representation import Representation
@@ -107,6 +108,9 @@ class ImportChoices:
         return ImportChoices(self.motion, self.white_balance, self.transfer)
 
 
+_SLIDER_OF_STRENGTH: dict[str, Any] = {"high": 100.0, "slider": (0.1, 10.0), "log": True}
+
+
 @dataclass(frozen=True)
 class Look:
     """Display settings of the View workspace. None of them changes the material itself.
@@ -122,13 +126,18 @@ class Look:
     behind : the environment behind the model, and how blurred it is; '' for the plain canvas.
     """
 
-    light_theta_deg: float = param(55.0, 0.0, 180.0, unit="°", doc="Angle of the light from straight up.")
-    light_phi_deg: float = param(-30.0, -180.0, 180.0, unit="°", doc="Angle of the light around the vertical.")
-    irradiance: float = param(2.2, 0.0, 100.0, slider=(0.1, 10.0), log=True, doc="Strength of the light.")
-    rotation_deg: float = param(0.0, -180.0, 180.0, unit="°", doc="Rotation of the environment about the vertical.")
-    gain: float = param(1.0, 0.0, 100.0, slider=(0.1, 10.0), log=True, doc="Strength of the environment.")
+    # The window begins with a brighter light from the left and larger repeats, because it shows and does not compute.
+    light_theta_deg: float = same_as(SceneSettings, "light_theta_deg", default=55.0)
+    light_phi_deg: float = same_as(SceneSettings, "light_phi_deg", default=-30.0)
+    irradiance: float = same_as(
+        SceneSettings, "irradiance", default=2.2, doc="Strength of the light.", **_SLIDER_OF_STRENGTH
+    )
+    rotation_deg: float = same_as(
+        SceneSettings, "environment_rotation_deg", low=-180.0, high=180.0, slider=(-180.0, 180.0)
+    )
+    gain: float = same_as(SceneSettings, "irradiance", doc="Strength of the environment.", **_SLIDER_OF_STRENGTH)
     directions: int = 64
-    repeats: float = param(3.0, 0.1, 100.0, slider=(0.5, 16.0), log=True, doc="Repeats of the material on the model.")
+    repeats: float = same_as(SceneSettings, "repeats", default=3.0, low=0.1, high=100.0, slider=(0.5, 16.0), log=True)
     exposure_ev: float = param(0.0, -20.0, 20.0, slider=(-6.0, 6.0), unit="EV", doc="Brightness of the image.")
     tone_map: Operator = "neutral"
     source: Source = "slices"

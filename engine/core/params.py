@@ -118,6 +118,16 @@ def param(
     return dataclasses.field(default=default, metadata={"parameter": declaration})
 
 
+def same_as(declared: type[Any], name: str, **narrower: Any) -> Any:
+    """Declare a field as the parameter `name` of another dataclass: its default, range, unit and sentence.
+
+    `narrower` replaces some of these (`default`, `low`, `high`, `slider`, `log`, `doc`).
+    """
+    (found,) = (each for each in dataclasses.fields(declared) if each.name == name)
+    default = narrower.pop("default", found.default)
+    return dataclasses.field(default=default, metadata={"parameter": {**found.metadata["parameter"], **narrower}})
+
+
 def whole(
     default: int | None,
     low: int,

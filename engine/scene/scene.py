@@ -23,6 +23,7 @@ of the model would shadow or reflect is not part of these images.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite, radians
@@ -30,7 +31,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from engine.brdf.brdf import Brdf
+from engine.brdf.brdf import Brdf, brdf_from_text
 from engine.core.directions import normalize, world_direction
 from engine.core.errors import UsageError
 from engine.geometry.camera import Camera
@@ -66,10 +67,14 @@ MAX_IRRADIANCE = 1e100
 MAX_LAMPS = 64
 
 
+def direction_of(light_deg: tuple[float, float] | None) -> tuple[float, float, float]:
+    """The world direction of a light by its angles from +Y, and from +Z towards +X; None for the default."""
+    x, y, z = world_direction(*map(radians, light_deg or DEFAULTS.light_deg))
+    return float(x), float(y), float(z)
+
+
 #: World direction towards the light where no other is given.
-DEFAULT_LIGHT: tuple[float, float, float] = tuple(  # type: ignore[assignment] # three numbers
-    float(each) for each in world_direction(*map(radians, DEFAULTS.light_deg))
-)
+DEFAULT_LIGHT = direction_of(None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,3 +194,43 @@ class Scene:
     def effective_cosine(self) -> EffectiveCosine:
         """The table of the scene's BRDF by which a directional map is looked up."""
         return effective_cosine(self.brdf)
+
+
+def make_scene(
+    mesh: Mesh,
+    camera: Camera,
+    *,
+    brdf: Brdf | None = None,
+    material: Material | None = None,
+    light_deg: tuple[float, float] | None = None,
+    irradiance: float = DEFAULTS.irradiance,
+    environment: EnvironmentMap | None = None,
+    environment_rotation_deg: float = DEFAULTS.environment_rotation_deg,
+    lamps: Sequence[Lamp] = (),
+    ground_albedo: float | None = None,
+    **options: Any,
+) -> Scene:
+    """Make the scene of what a user names; the command line and the library share it.
+
+    Parameters
+    ----------
+    brdf : in place of the material's own; a Phong BRDF where neither is given.
+    light_deg : angles of the one light from +Y, and from +Z towards +X. Where lamps alone are given, it is out.
+    irradiance : of the light, or the factor on the environment.
+    ground_albedo : of a ground below the model; None for no ground.
+    **options : further fields of `Scene`.
+    """
+    only_lamps = bool(lamps) and environment is None and light_deg is None
+    options.setdefault("light", direction_of(light_deg))
+    return Scene(
+        mesh=mesh,
+        camera=camera,
+        brdf=brdf or (material.reflectance if material is not None else brdf_from_text("phong")),
+        material=material,
+        irradiance=0.0 if only_lamps else irradiance,
+        environment=environment,
+        environment_rotation=radians(environment_rotation_deg),
+        lamps=tuple(lamps),
+        ground=None if ground_albedo is None else Ground(albedo=ground_albedo),
+        **options,
+    )

@@ -1,4 +1,4 @@
-"""Defaults of a scene, declared once: the engine, the command line and the Python API take them from here."""
+"""Defaults of a scene, declared once: engine, window, command line and Python API take them from here."""
 
 from __future__ import annotations
 

@@ -13,15 +13,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.document.variation import as_baked, select_shown, settings_with, words_on_left_out
-from engine.core.directions import world_direction
 from engine.core.errors import UsageError
 from engine.geometry.camera import parse
 from engine.light.environment_file import open_environment
+from engine.scene.scene import direction_of
 from engine.scene.settings import DEFAULTS as scene_defaults
 
 if TYPE_CHECKING:
     from app.project.setup import Setup
-    from engine.scene.scene import Scene
+    from engine.scene.scene import Scene, direction_of
     from engine.transport.method import Method, Subject
 
 #: Options that a project decides.
@@ -90,7 +90,7 @@ def _light(arguments: argparse.Namespace) -> dict[str, Any]:
         return {}
     only_lamps = light_deg is None and path is None
     return {
-        "light": tuple(world_direction(*map(math.radians, light_deg or scene_defaults.light_deg))),
+        "light": direction_of(light_deg),
         "irradiance": 0.0 if only_lamps else scene_defaults.irradiance,
         "environment": open_environment(path) if path is not None else None,
         "environment_rotation": 0.0,

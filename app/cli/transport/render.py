@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -27,15 +26,12 @@ from app.cli.transport.render_output import (
     teach,
 )
 from app.commands.images import write_image
-from engine.brdf.brdf import brdf_from_text
-from engine.core.directions import world_direction
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, time_text
 from engine.core.steps import Step, drain
 from engine.core.stopwatch import read_clock
 from engine.factor.factor_file import open_reflectance
 from engine.geometry.camera import parse
-from engine.geometry.ground import Ground
 from engine.geometry.shapes import open_mesh
 from engine.gl.brdf_textures import factor_source
 from engine.gl.draw import draw_off_screen
@@ -45,7 +41,7 @@ from engine.render.environment_error import environment_error
 from engine.render.layers import layers as all_layers
 from engine.render.path import check_scene
 from engine.scene.mode import DIRECT, MODES, REFERENCE, is_traced
-from engine.scene.scene import Scene
+from engine.scene.scene import Scene, make_scene
 from engine.scene.settings import DEFAULTS as scene_defaults
 from engine.transport import method as transport
 
@@ -313,24 +309,22 @@ def _scene(arguments: argparse.Namespace, material: Material | None) -> Scene:
     mesh = open_mesh(arguments.mesh)
     environment = open_environment(arguments.env) if arguments.env else None
     camera = parse(arguments.camera or "", render_turntable.frame_turntable(mesh.positions, arguments))
-    ground = None if arguments.ground is None else Ground(albedo=arguments.ground)
-    only_lamps = bool(arguments.lamp) and not arguments.env and arguments.light_deg is None
-    scene = Scene(
-        mesh=mesh,
-        camera=camera,
-        brdf=brdf or (material.reflectance if material else brdf_from_text("phong")),
+    scene = make_scene(
+        mesh,
+        camera,
+        brdf=brdf,
         material=material,
-        light=tuple(world_direction(*map(math.radians, arguments.light_deg or scene_defaults.light_deg))),
-        irradiance=0.0 if only_lamps else arguments.intensity,
+        light_deg=arguments.light_deg,
+        irradiance=arguments.intensity,
+        environment=environment,
+        environment_rotation_deg=arguments.env_rotation_deg,
+        lamps=arguments.lamp,
+        ground_albedo=arguments.ground,
         source=arguments.source,
         lookup=arguments.lookup,
         above=arguments.above,
         repeats=arguments.tile,
-        environment=environment,
-        environment_rotation=math.radians(arguments.env_rotation_deg),
         directions=arguments.directions,
-        lamps=tuple(arguments.lamp),
-        ground=ground,
     )
     return _adapt(scene, arguments)
 

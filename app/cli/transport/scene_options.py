@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,10 +12,9 @@ from engine.exchange.readers.documents_child import has_textured_material
 from engine.exchange.readers.read import holds_pbr_maps, open_material
 from engine.factor.factor_file import open_reflectance
 from engine.geometry.camera import frame, parse
-from engine.geometry.ground import Ground
 from engine.geometry.shapes import open_mesh
 from engine.light.environment_file import open_environment
-from engine.scene.scene import Scene
+from engine.scene.scene import Scene, make_scene
 from engine.scene.settings import DEFAULTS as scene_defaults
 
 if TYPE_CHECKING:
@@ -100,16 +98,16 @@ def scene_of(arguments: argparse.Namespace, verb: str) -> Scene:
         return scene
     material = open_material(arguments.material) if arguments.material else None
     mesh = open_mesh(arguments.mesh)
-    return Scene(
-        mesh=mesh,
-        camera=parse(arguments.camera or "", frame(mesh.positions, arguments.width / arguments.height)),
+    return make_scene(
+        mesh,
+        parse(arguments.camera or "", frame(mesh.positions, arguments.width / arguments.height)),
         brdf=open_reflectance(arguments.brdf) if material is None else material.reflectance,
         material=material,
         irradiance=getattr(arguments, "intensity", scene_defaults.irradiance),
         repeats=getattr(arguments, "tile", scene_defaults.repeats),
         environment=open_environment(arguments.env),
-        environment_rotation=math.radians(arguments.env_rotation_deg),
-        ground=None if arguments.ground is None else Ground(albedo=arguments.ground),
+        environment_rotation_deg=arguments.env_rotation_deg,
+        ground_albedo=arguments.ground,
     )
 
 
