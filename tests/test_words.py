@@ -208,6 +208,19 @@ def test_messages_and_pages_have_the_phrases_of_the_field() -> None:
     assert [f"{path}: {match[0]}" for path, text in texts for match in OLD_PHRASES.finditer(text)] == []
 
 
+def test_public_docstrings_begin_with_a_verb_or_a_noun() -> None:
+    """Not with "Of …", "What …" or "Whether …", after which the noun comes late or never."""
+    found = []
+    for folder in FOLDERS:
+        for path, text in sources(folder).items():
+            for node in ast.walk(ast.parse(text)) if not path.startswith("engine/capture/calibration/") else ():
+                if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+                    begin = (ast.get_docstring(node) or "-").split()[0]
+                    if begin in {"Of", "What", "Where", "Whether", "Whoever", "How", "Which"}:
+                        found.append(f"{path}: {node.name}")
+    assert found == []
+
+
 def test_functions_are_verbs() -> None:
     found = [name for folder in FOLDERS for name in participles(folder)]
     assert len(found) <= MAX_PARTICIPLES, "\n".join(found)

@@ -40,12 +40,12 @@ class Mode:
 
     @property
     def shows_texels(self) -> bool:
-        """Whether the material is shown as it varies from place to place."""
+        """True if the material is shown with its spatial variation."""
         return self.declared is None or self.declared.shows_texels
 
     @property
     def casts_shadows(self) -> bool:
-        """Whether images have shadows."""
+        """True if images have shadows."""
         return self.baked or (self.declared is not None and self.declared.casts_shadows)
 
 

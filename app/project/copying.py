@@ -277,7 +277,7 @@ _MADE = ("stack-", "bake-", "factors-")
 
 
 def copy_files(source: Path, target: Path, with_derived: bool, with_links: bool = False) -> Steps[None]:
-    """What this program puts into a data folder, without the marks of windows and without what is being written.
+    """Files that this program puts into a data folder, without the marks of windows and without what is being written.
 
     Links are left behind: in a received project they lead to whatever its maker likes. Raises OutputError where there
     is no room for it.

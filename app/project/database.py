@@ -127,7 +127,7 @@ class Damaged(InputError):
 
 
 def unreadable(path: Path, error: OSError) -> UnreadableError:
-    """What the system refused to read, and why."""
+    """The error for data that the system refused to read, with the reason."""
     cause = os.strerror(error.errno or 0)
     return UnreadableError(
         as_named(path), f"cannot be read ({cause})", "Check its permissions and the disk that it lies on"

@@ -301,7 +301,7 @@ def _declare_with(kind: type, models: tuple[type, ...]) -> Mapping[str, Any]:
 
 
 def problem_of(kind: type, values: Mapping[str, Any], *, thorough: bool = False) -> str:
-    """What is wrong with the values of the fields of a class, '' where nothing is: 'mesh is not a mesh'.
+    """The problem with the values of the fields of a class, '' where nothing is: 'mesh is not a mesh'.
 
     `thorough` also searches large arrays.
     """
@@ -333,7 +333,7 @@ def _list_required(kind: type) -> frozenset[str]:
 
 
 def words_of(kind: type) -> str:
-    """What an object of the class is called: 'shading map'."""
+    """Name of an object of the class for users: 'shading map'."""
     letters = "".join(f" {letter.lower()}" if letter.isupper() else letter for letter in kind.__name__)
     return {"image stack": "stack of photographs"}.get(letters.strip(), letters.strip())
 

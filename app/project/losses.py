@@ -73,7 +73,7 @@ def keys_of(project: Project, names: Sequence[str]) -> Steps[dict[str, str]]:
 
 
 def find_kept(keys: Mapping[str, str], folders: Sequence[Path]) -> dict[str, Offer]:
-    """What was measured before, by target; a file that is damaged is left out, and the log names it."""
+    """Errors that were measured before, by target; a file that is damaged is left out, and the log names it."""
     found = {}
     for name, key in keys.items():
         for place in (folder / key for folder in folders):

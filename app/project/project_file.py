@@ -405,7 +405,7 @@ def parts_in(text: str, path: Path) -> dict[str, str]:
 
 
 def describe_problem(part: str, error: Exception) -> str:
-    """What is wrong with a part, in a few words."""
+    """Describe the problem with a part in a few words."""
     said = " ".join(str(error).split())[:160] if isinstance(error, ValueError) else ""
     return said if said.startswith(f"{part} ") else f"{part}: {said or 'no value of a project'}"
 

@@ -423,7 +423,7 @@ def begin_clean_up(bench: Workbench, path: Path, name: str) -> Job:
 
 
 def describe_cleaning(name: str, found: CleanedUp) -> str:
-    """What a clean-up freed, and the first reason why something stays."""
+    """Describe the space that a clean-up freed, and the first reason why something stays."""
     freed = f"{name}: {size_text(found.freed_bytes)} freed"
     return f"{freed}. {found.kept[0]}" if found.kept else freed
 

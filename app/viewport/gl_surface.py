@@ -113,7 +113,7 @@ class GlSurface(GlWidget):
 
     @property
     def quality(self) -> Quality | None:
-        """Of the first image, None while it is of another scene."""
+        """Quality of the first image, None while it is of another scene."""
         return self._sides[0].quality if self._sides and self._is_shown() else None
 
     @property

@@ -49,7 +49,7 @@ class Quality:
         return self.reduction > 1 or self.fewer > 1
 
     def evaluations(self, pixels: int, lights: int) -> int:
-        """Of an image with so many pixels on screen."""
+        """Evaluations for an image with so many pixels on screen."""
         return round(max(1, pixels * self.samples**2 // self.reduction**2) * max(1.0, lights / self.fewer))
 
     def of(self, scene: Scene) -> Scene:

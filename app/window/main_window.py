@@ -115,7 +115,7 @@ def load_for_work() -> None:
 
 
 def failed_title(job: Job, error: BaseException) -> str:
-    """What did not succeed, as the title of a dialog: the file where a job opens or saves one."""
+    """Title of the dialog about a job that did not succeed: the file where a job opens or saves one."""
     verbs = {"open": "open", "save": "save"}
     if isinstance(error, FileError) and job.lane in verbs:
         return f'Couldn\'t {verbs[job.lane]} "{Path(error.path).name}"'

@@ -191,7 +191,7 @@ class Plan:
 
     @property
     def calibrated(self) -> tuple[str, ...]:
-        """What is to be estimated: chosen, not stated otherwise, and told by lamps on several sides."""
+        """Terms to estimate: chosen, not stated otherwise, and told by lamps on several sides."""
         if self.settings.calibrate == "none" or azimuth_spread(self.sources.azimuth) <= ONE_ARC:
             return ()
         chosen = CALIBRATED if self.settings.calibrate == "auto" else self.settings.calibrate

@@ -138,7 +138,7 @@ class HomomorphicFactors(Reflectance, Summary):
 
     @property
     def size_bytes(self) -> int:
-        """Of the textures as float32."""
+        """Bytes of the textures as float32."""
         return sum(4 * texture.size for texture in self.textures)
 
     @property

@@ -84,7 +84,7 @@ class SeparableFactors(Reflectance, Summary):
 
     @property
     def size_bytes(self) -> int:
-        """Of the textures, as float32."""
+        """Bytes of the textures as float32."""
         return self.first.nbytes + self.second.nbytes
 
     def truncate(self, terms: int) -> SeparableFactors:

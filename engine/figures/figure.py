@@ -59,7 +59,7 @@ class Settings:
 
     @property
     def samples(self) -> int:
-        """Of each pixel of the reference."""
+        """Samples of each pixel of the reference."""
         return 16 if self.quick else 64
 
     @property
@@ -69,7 +69,7 @@ class Settings:
 
     @property
     def edge(self) -> int:
-        """Of the cube maps that visibility is found for."""
+        """Edge of the cube maps that visibility is found for."""
         return 16 if self.quick else 64
 
     @property
@@ -153,7 +153,7 @@ def reference_of(scene: Scene, settings: Settings) -> Steps[ReferenceImage]:
 
 
 def error_of(image: Image, expected: ReferenceImage) -> ErrorEstimate:
-    """Of an image against the reference, over what both cover completely; 0 where that is nothing."""
+    """Error of an image against the reference, over what both cover completely; 0 where that is nothing."""
     mask = (image[..., 3] >= COVERED) & (expected.image[..., 3] >= COVERED)
     if not mask.any():
         return ErrorEstimate(0.0, 0.0)
@@ -210,7 +210,7 @@ def error_text(error: ErrorEstimate) -> str:
 
 
 def file_name(row: int, column: int, shown: Shown) -> str:
-    """Of an image's radiance, from its place and its words."""
+    """Name of the file of an image's radiance, from its position and its label."""
     words = re.sub(r"[^a-z0-9]+", "-", shown.panel.lower()).strip("-")
     return f"{row + 1}-{column + 1}-{words[:40]}.exr"
 

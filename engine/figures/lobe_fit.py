@@ -53,7 +53,7 @@ class Tabulated:
         return round(np.sqrt(len(self.value) / 6))
 
     def distance(self, approximation: Floats) -> float:
-        """Of (6 N²,) values from the function, relative to it; 0 where that is 0."""
+        """Distance of (6 N²,) values from the function, relative to it; 0 where that is 0."""
         norm = float(self.area @ self.value**2)
         return float(np.sqrt(self.area @ (approximation - self.value) ** 2 / norm)) if norm > 0.0 else 0.0
 

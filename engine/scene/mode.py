@@ -100,12 +100,12 @@ class Mode:
 
     @property
     def shows_texels(self) -> bool:
-        """Whether images show the material as it varies from place to place."""
+        """True if images show the material with its spatial variation."""
         return "mesostructure" in self.shows
 
     @property
     def casts_shadows(self) -> bool:
-        """Whether images have shadows."""
+        """True if images have shadows."""
         return "self-shadowing" in self.shows
 
 

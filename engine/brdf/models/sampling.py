@@ -49,7 +49,7 @@ Lobes = tuple[list[tuple[Sampler, float]], float]
 
 
 class Evaluable(Protocol):
-    """What sampling needs of a BRDF."""
+    """Methods of a BRDF that sampling needs."""
 
     @property
     def isotropic(self) -> bool: ...

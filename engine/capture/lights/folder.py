@@ -53,7 +53,7 @@ def is_sidecar(path: Path) -> bool:
 
 
 def inside(folders: Sequence[tuple[str, int]]) -> tuple[str | None, str | None]:
-    """Of sub-folders, as (name, number of photographs), the one that holds the capture, and one of light positions.
+    """The sub-folder that holds the capture and the one of light positions, of (name, number of photographs).
 
     None for the first where there is none, or more than one that could be meant.
     """

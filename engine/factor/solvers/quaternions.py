@@ -104,7 +104,7 @@ def raise_error(pair: Pair, exponent: float) -> Pair:
 
 
 def canonical(pair: Pair) -> Pair:
-    """Of (S, T) and (−S, −T) the one whose two turns are smaller together; at a tie, that with S's first part > 0."""
+    """The one of (S, T) and (−S, −T) whose two turns are smaller together; at a tie, that with S's first part > 0."""
     for decisive in (pair.s[0] + pair.t[0], *pair.s):
         if decisive != 0.0:
             return pair if decisive > 0.0 else Pair(-pair.s, -pair.t)

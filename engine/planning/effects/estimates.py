@@ -225,7 +225,7 @@ def estimates(scene: Scenery) -> Mapping[str, Estimate]:
 
 
 def self_shadowing(scene: Scenery) -> Estimate:
-    """Of direct light with V = 1 everywhere."""
+    """Error of direct light with V = 1 everywhere."""
     looked = scene.sample
     if looked.unoccluded_fraction == 1.0:
         return Estimate("self-shadowing", 0.0, "Every vertex sees its whole hemisphere: nothing shades anything.")
@@ -238,7 +238,7 @@ def self_shadowing(scene: Scenery) -> Estimate:
 
 
 def interreflection(scene: Scenery) -> Estimate:
-    """Of all light without what has met the surface before."""
+    """Error of all light without what has met the surface before."""
     name = "interreflection"
     if scene.sample.unoccluded_fraction == 1.0:
         return Estimate(name, 0.0, "Every vertex sees its whole hemisphere: no part lights another.")
@@ -256,7 +256,7 @@ def interreflection(scene: Scenery) -> Estimate:
 
 
 def glossy(scene: Scenery) -> Estimate:
-    """Of the Lambertian BRDF of equal albedo."""
+    """Error of the Lambertian BRDF of equal albedo."""
     if is_diffuse(scene.brdf):
         return Estimate("glossy", 0.0, "The BRDF is Lambertian: it looks the same from every side.")
     error = relative_error(scene.radiances.diffuse, scene.radiances.full, scene.sample.shares)
@@ -264,7 +264,7 @@ def glossy(scene: Scenery) -> Estimate:
 
 
 def anisotropy(scene: Scenery) -> Estimate:
-    """Of the mean over turns of both directions."""
+    """Error of the mean over turns of both directions."""
     found = scene.radiances.unbrushed
     if found is None:
         text = "The BRDF is isotropic."
@@ -275,14 +275,14 @@ def anisotropy(scene: Scenery) -> Estimate:
 
 
 def all_frequency_light(scene: Scenery) -> Estimate:
-    """Of spherical harmonics of `LOW_ORDER`."""
+    """Error of spherical harmonics of `LOW_ORDER`."""
     error = relative_error(scene.methods.spherical_harmonics[LOW_ORDER], scene.methods.full, scene.fine.shares)
     text = f"{LOW_ORDER**2} spherical harmonics of this light have an error of {percent(error)} with this BRDF."
     return Estimate("all-frequency-light", error, text)
 
 
 def sun_split(scene: Scenery) -> Estimate:
-    """Of quantised wavelets of the whole map."""
+    """Error of quantised wavelets of the whole map."""
     suns = scene.sample.light.suns
     if scene.methods.unsplit is None:
         return Estimate("sun-split", 0.0, "The light has no tiny source that is many times as bright as all around it.")
@@ -300,7 +300,7 @@ def _share_of_suns(looked: Sample) -> float:
 
 
 def mesostructure(scene: Scenery) -> Estimate:
-    """Of the material's mean over its texels."""
+    """Error of the material's mean over its texels."""
     material = scene.material
     if material is None or not material.has_map:
         return Estimate("mesostructure", 0.0, "No maps of a material: every point of the surface is alike.")
@@ -368,7 +368,7 @@ def _evaluate_texels(
 
 
 def spatially_varying_gloss(scene: Scenery) -> Estimate:
-    """Of parameters that stand at their mean everywhere."""
+    """Error of parameters at their mean everywhere."""
     found = scene.radiances.even
     if found is None or scene.varied is None:
         has_maps = scene.material is not None and scene.material.pbr is not None
@@ -381,7 +381,7 @@ def spatially_varying_gloss(scene: Scenery) -> Estimate:
 
 
 def fresnel(scene: Scenery) -> Estimate:
-    """Of an albedo that stays what it is at the normal."""
+    """Error of an albedo that stays what it is at the normal."""
     error = relative_error(scene.radiances.risen, scene.radiances.full, scene.sample.shares)
     if error < NOISE:
         return Estimate("fresnel", 0.0, "The BRDF does not rise towards grazing views.")
@@ -390,7 +390,7 @@ def fresnel(scene: Scenery) -> Estimate:
 
 
 def retro_reflection(scene: Scenery) -> Estimate:
-    """Of what is sent back to the light's side cut to what is sent across it."""
+    """Error of reflection towards the light's side cut to that across it."""
     found = scene.radiances.unretro
     if found is None:
         return Estimate("retro-reflection", 0.0, "Nothing is sent back towards the light more than across it.")

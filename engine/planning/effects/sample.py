@@ -130,7 +130,7 @@ class Sample:
 
     @property
     def open_share(self) -> float:
-        """Of the cosine-weighted hemisphere, on average over the points."""
+        """Open share of the cosine-weighted hemisphere, on average over the points."""
         cosine = np.maximum(self.frames[:, :, 2] @ self.texels.direction.T, 0.0) * self.texels.area
         return float((cosine * self.visible).sum() / cosine.sum())
 

@@ -71,7 +71,7 @@ class GaussianTransport:
 
     @property
     def lobes(self) -> int:
-        """Of one vertex and view, all components together."""
+        """Lobes of one vertex and view, all components together."""
         return sum(lobes.sigma.shape[2] for lobes in self.components)
 
     @cached_property

@@ -113,7 +113,7 @@ class VariedTable:
 
     @property
     def error_rel(self) -> float:
-        """Of the sums in the tables, the worst."""
+        """The largest relative error of the sums in the tables."""
         return max(table.error_rel for table in self.tables)
 
     @property
