@@ -75,6 +75,7 @@ AT_ONCE = {
 
 #: Workspaces behind Capture and View that the tests of a room have from the beginning; other rooms have all of them.
 IN_FRONT: dict[str, tuple[str, ...]] = {
+    "brdf": ("brdf",),
     "capture": (),
     "docks": (),
     "material": ("material",),
