@@ -182,7 +182,7 @@ class Plan:
 
     @property
     def still_camera(self) -> bool:
-        """Whether the camera may be taken to have stood still, but for small motion that is taken off."""
+        """True if the camera may be taken to have stood still, but for small motion that is taken off."""
         return not self.settings.control_points and self.settings.motion in ("none", "translation")
 
     @property

@@ -252,7 +252,7 @@ def direction_text(elevation_deg: float, azimuth_deg: float | None) -> str:
 
 
 def about_repeats(lights: list[list[Lit]]) -> list[Finding]:
-    """What to say of lights from one direction, which are as many measurements."""
+    """Findings about lights from one direction, which are as many measurements."""
     number = Counter(light[0].direction for light in lights if light[0].azimuth_deg is not None)
     repeated = sum(count for count in number.values() if count > 1)
     if not repeated:
