@@ -96,7 +96,8 @@ class Estimate:
     """A rig, what is said about each of its terms, and the held-out error over the brightness of a texel.
 
     `kind` is the model of a texel that the photographs fit, `undecided_deg` the angle by which two thirds of normals
-    change at most under other sets of terms that show the photographs about as well.
+    change at most under other sets of terms that show the photographs about as well; 0 where the model of a texel is
+    hopeless, and says nothing of normals.
     """
 
     rig: Rig
@@ -163,7 +164,7 @@ def _estimate(sample: Sample, directions: Array, allowed: Collection[str], start
     }
     left = float(errors(kept).mean())
     undecided = 0.0
-    for rival in _subsets(tried):
+    for rival in _subsets(tried) if left < HOPELESS else []:
         share = float(errors(rival).mean()) / max(left, 1e-9) - 1.0
         if rival != kept and (share < UNDECIDED or rival == tried):
             angle = _angle_between(_fit_from_several(sample, directions, rival, start, kind), final, 0.68)
