@@ -260,8 +260,12 @@ def _partial_beside(target: Path, size_bytes: int | None) -> Iterator[Path]:
     with standing_for(partial, target):
         try:
             yield partial
-        except BaseException:
+        except BaseException as error:
             discard(partial)
+            if isinstance(error, OSError) and isinstance(error.filename, (str, bytes)):
+                place = Path(os.fsdecode(error.filename))  # of a library that writes by name
+                if place.is_relative_to(partial):
+                    raise _explain(place, error) from error
             raise
 
 

@@ -413,3 +413,10 @@ def test_an_exception_of_the_block_passes_unchanged(tmp_path: Path) -> None:
         output.write(b"1")
         raise KeyError
     assert names(tmp_path) == []
+
+
+def test_a_library_that_cannot_write_names_the_final_path(tmp_path: Path) -> None:
+    with pytest.raises(OutputError) as caught, atomic.atomic_folder(tmp_path / "a", "marker") as partial:
+        raise OSError(errno.ENOSPC, "No space left on device", str(partial / "b.tif"))
+    assert caught.value.path == str(tmp_path / "a" / "b.tif")
+    assert list(tmp_path.iterdir()) == []
