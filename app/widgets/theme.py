@@ -422,7 +422,7 @@ def _draw_icons_anew() -> Iterator[None]:
 
 
 def _is_hidden(owner: QAbstractButton | QAction) -> bool:
-    return not owner.isVisible()
+    return not (shiboken6.isValid(owner) and owner.isVisible())
 
 
 def pixmap(name: str, size: int, colour: str | None = None, scale: float = 1.0) -> QPixmap:

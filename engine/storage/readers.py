@@ -24,7 +24,7 @@ ENTRY_POINTS = "lightarc.readers"
 Kind = Literal["image", "mesh", "brdf"]
 
 _SUFFIX = re.compile(r"\.[a-z0-9_]{1,16}")
-_FUNCTION = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
+_FUNCTION = re.compile(r"[A-Za-z_][\w.]{0,200}+:[A-Za-z_]\w{0,100}+")
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,3 +16,13 @@ def result(command: SimpleNamespace) -> dict[str, Any]:
     assert command.code == 0, command.err
     found: dict[str, Any] = json.loads(command.out)
     return found
+
+
+def replace_options(common: Sequence[Any], words: Sequence[Any]) -> tuple[Any, ...]:
+    """The `common` options with one value each, or none, less those that `words` give: each may be given once."""
+    given, kept = {str(word) for word in words if str(word).startswith("-")}, []
+    for at, word in enumerate(common):
+        option = word if str(word).startswith("-") else common[at - 1]
+        if option not in given:
+            kept.append(word)
+    return tuple(kept)

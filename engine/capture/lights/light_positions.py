@@ -103,16 +103,16 @@ def _list(path: Path) -> LightList:
 
 def _row(path: Path, number: int, line: str) -> _Row:
     """A line whose fields are separated by blanks, tabs, semicolons or commas, with decimal points or commas."""
-    words = list(re.finditer(r"[^;\s]+", line))
+    words = list(re.finditer(r"[^;\s]{1,4096}+", line))
     if words[-1].group().count(",") >= 3:  # commas alone separate
-        words = list(re.finditer(r"[^,]+", line))
+        words = list(re.finditer(r"[^,]{1,4096}+", line))
         if len(words) > 5:
             _refuse(path, number, "has commas between numbers and in them; write decimal points")
     starts: list[int] = []
     values: list[float] = []
     for word in reversed(words[1:]):
         text = word.group().strip().rstrip(",")
-        if not re.fullmatch(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d{1,3})?", text):
+        if not re.fullmatch(r"[-+]?(\d{1,400}+([.,]\d{0,400}+)?|[.,]\d{1,400}+)([eE][-+]?\d{1,3}+)?", text):
             break
         starts.insert(0, word.start())
         values.insert(0, float(text.replace(",", ".")))

@@ -14,6 +14,7 @@ import pytest
 
 from app.cli import import_
 from engine.images.encode import encode_png
+from tests.app.command import replace_options
 
 KEYS = [
     "images", "height_px", "width_px", "elevations_deg", "angle_source", "alignment_residual_px", "clipped_fraction",
@@ -119,7 +120,7 @@ def test_bad_input_names_file_and_remedy(
     lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path
 ) -> None:
     for words in ((tmp_path / "nowhere",), (photographs, "--angles-deg", "1,2"), (photographs, "-o", photographs)):
-        done = lightarc("import", "-o", tmp_path / "s", *words)
+        done = lightarc("import", *replace_options(("-o", tmp_path / "s"), words), *words)
         assert (done.code, done.out) == (3, "")
         assert done.err.count("\n") == 1
     assert not (tmp_path / "s").exists()

@@ -200,6 +200,6 @@ def test_errors_are_said_in_words() -> None:
     sigma = np.full((10, 10), np.radians(2.0), np.float32)
     assert error_words("normal", sigma).startswith("Median normal uncertainty 2° (1 sigma), 95\u00a0% below 2°")
     sigma[0] = np.inf
-    assert "more than 5 % are not known" in error_words("normal", sigma)
+    assert "unknown at more than 5\u00a0% of the texels" in error_words("normal", sigma)
     sigma[:6] = np.inf
-    assert error_words("normal", sigma) == "The normals are not known."
+    assert error_words("normal", sigma) == "The normal is unknown at most texels."

@@ -184,7 +184,10 @@ for left in (1000, 200_000):
     opened = read(path)
     array = opened.current.mesh.positions
     os.truncate(cache.entry(f"array-{arrays.array_name(array)}") / arrays.CONTENT, left)
-    print(float(array[-1].sum()))
+    try:
+        print(float(array[-1].sum()))
+    except InputError as error:
+        print(error.problem)
     writer = Writer(other)
     try:
         writer.write(History(opened.current))
@@ -204,4 +207,4 @@ def test_a_working_copy_that_is_cut_short_under_an_open_project_costs_nothing(tm
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache"), "XDG_DATA_HOME": str(tmp_path / "data")}
     code = f"import sys; sys.path.insert(0, {os.fspath(Path(__file__).parents[3])!r})\n{CUT}"
     found = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert found.stdout.splitlines() == ["0.0", "was cut short while it was open", "3.0"] * 2, found
+    assert found.stdout.splitlines() == [*["was cut short while it was open"] * 2, "3.0"] * 2, found

@@ -77,12 +77,13 @@ class Work:
 
 def killed(work: Work, kills: int, chance: random.Random) -> list[str]:
     """Faults found in `kills` deaths of `work`, each while the result that is not there replaces the one that is."""
-    faults = []
+    faults, names = [], []
     for at in (0, 1):
         assert work.run(at)
         work.whole.append(work.content())
+        names.append(_names(work.target.parent))
     assert len(set(work.whole)) == 2, "the results differ"
-    names, done, now = _names(work.target.parent), 0, 1
+    done, now = 0, 1
     while done < kills:
         by_operation = chance.random() < 0.5
         dies_at = chance.randint(1, work.operations) if by_operation else 0
@@ -97,7 +98,7 @@ def killed(work: Work, kills: int, chance: random.Random) -> list[str]:
         assert work.run(at)
         if work.content() != work.whole[at]:
             faults.append("the work does not go on to the same result")
-    left = _names(work.target.parent) - names
+    left = _names(work.target.parent) - names[now]
     return [*faults, *(f"{name} is left" for name in sorted(left))]
 
 

@@ -443,7 +443,7 @@ def test_rti_photographs_stay_where_they_are(shared_data: Callable[[str], Path],
     assert stack.radiance.shape == (8, 800, 800, 3)
     assert stack.azimuth is not None
     assert stack.provenance["motion"] == "none"
-    assert any("of azimuth" in warning for warning in stack.health.warnings)
+    assert any("of azimuth" in finding.sentence for finding in stack.health.findings)
 
 
 def test_plain_paper_without_angles_is_refused_until_a_user_says_so(

@@ -165,7 +165,7 @@ def test_fault_8_a_million_members_cost_nothing(tmp_path: Path) -> None:
     ("change", "match"),
     [
         (lambda content: b"", "empty"),
-        (lambda content: b"GIF89a" + bytes(100), "no zip archive"),
+        (lambda content: b"GIF89a" + bytes(100), "not a zip archive"),
         (lambda content: content + b"more", "cut short or has data"),
         (lambda content: b"#!/bin/sh\n" + content, "does not fit"),
         (lambda content: content[:-22] + content[-22:-2] + b"\5\0hello", "cut short or has data"),

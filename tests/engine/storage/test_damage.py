@@ -399,10 +399,10 @@ def test_fault5_damaged_light_positions(tmp_path: Path, seed: int) -> None:
     path.write_text("5\n" + "".join(f"photo {n}.jpg 0.6 0.{n} {math.sqrt(0.64 - n * n / 100):.6f}\n" for n in range(5)))
     results = each_written(path, (0, path.stat().st_size), lambda: read_light_positions(path), seed=seed)
     for damage, lights in results:
-        for light in lights or ():
+        for light in lights.lights if lights else ():
             assert 0 <= light.elevation <= math.pi / 2, damage
             assert abs(light.azimuth) <= math.pi, damage
-        assert lights is None or damage.what != "cut" or len(lights) == 5, damage
+        assert lights is None or damage.what != "cut" or len(lights.lights) == 5, damage
     assert sum(lights is None for _, lights in results) > len(results) // 2
 
 

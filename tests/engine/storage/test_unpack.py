@@ -167,9 +167,9 @@ def encrypt() -> bytes:
         (tar([("im.png", b"a"), ("im.png", b"b")]), "holds both"),
         (b"7z\xbc\xaf\x27\x1c" + bytes(600), "7z archive, which is not read"),
         (b"Rar!\x1a\x07\x01" + bytes(600), "RAR archive, which is not read"),
-        (gzip.compress(b"a letter" * 200), "no tar archive"),
+        (gzip.compress(b"a letter" * 200), "not a tar archive"),
         (b"PK\3\4" + bytes(600), "cut short"),
-        (bytes(100), "no tar archive"),
+        (bytes(100), "not a tar archive"),
     ],
     ids=lambda value: value if isinstance(value, str) else "archive",
 )  # fmt: skip

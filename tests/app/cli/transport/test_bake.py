@@ -12,7 +12,7 @@ import pytest
 from app.cli.transport import bake
 from engine.core.figure_text import size_text
 from engine.core.steps import Step
-from tests.app.command import Command, result
+from tests.app.command import Command, replace_options, result
 from tests.present import present
 
 pytestmark = pytest.mark.usefixtures("coarse")
@@ -103,7 +103,8 @@ def test_what_cannot_be_baked_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("engine.transport.baking.chunks.PATIENCE_S", 0.3)
-    refused = lightarc("bake", mesh, "--brdf", "lambert", "-o", tmp_path / "a.transport", *QUICK, *words)
+    common = replace_options(("--brdf", "lambert", "-o", tmp_path / "a.transport", *QUICK), words)
+    refused = lightarc("bake", mesh, *common, *words)
     assert (refused.code, message in refused.err) == (code, True), refused.err
     assert not list(tmp_path.glob("*.transport"))
 

@@ -9,7 +9,7 @@ import pytest
 
 from app.cli.transport import bake
 from engine.core.figure_text import size_text
-from tests.app.command import Command, result
+from tests.app.command import Command, replace_options, result
 
 pytestmark = pytest.mark.usefixtures("coarse")
 
@@ -65,7 +65,8 @@ def test_indirect_light_compression_and_variation(lightarc: Command, mesh: Path,
 def test_what_cannot_be_is_wrong_usage(
     lightarc: Command, mesh: Path, tmp_path: Path, words: tuple[str, ...], said: str
 ) -> None:
-    made = lightarc("bake", mesh, "--brdf", "ggx:alpha=0.3", "-o", tmp_path / "a.transport", *QUICK, *words)
+    common = replace_options(("--brdf", "ggx:alpha=0.3", "-o", tmp_path / "a.transport", *QUICK), words)
+    made = lightarc("bake", mesh, *common, *words)
     assert made.code == 2
     assert said in made.err
     assert not (tmp_path / "a.transport").exists()

@@ -16,6 +16,7 @@ from app import command_line
 from app.cli.transport.render import add_arguments
 from engine.geometry.shapes import SHAPES
 from engine.light.sky import SKIES
+from tests.app.command import replace_options
 
 SMALL = ("--width", "64", "--height", "48", "--renderer", "cpu", "--samples", "1")
 HEAD_ON = ("--camera", "eye=0,0,2 fov_deg=20", "--brdf", "lambert:albedo=0.5")
@@ -80,14 +81,16 @@ def test_a_ground_is_reported(capsys: Any, tmp_path: Path, words: tuple[str, ...
 def test_light_beyond_what_a_image_holds_is_cut_and_stays_finite(
     capsys: Any, tmp_path: Path, words: tuple[str, ...], ending: str
 ) -> None:
-    result = render(capsys, "sphere", "-o", tmp_path / f"a.{ending}", *SMALL, "--intensity", "1e40", *words)
+    result = render(
+        capsys, "sphere", "-o", tmp_path / f"a.{ending}", *replace_options(SMALL, words), "--intensity", "1e40", *words
+    )
     assert 1e37 < result["mean_radiance"] <= np.finfo(np.float32).max
 
 
 def test_the_error_of_a_reference_is_cut_like_its_light(capsys: Any, tmp_path: Path) -> None:
     path = tmp_path / "a.exr"
     words = ("--mode", "reference", "--samples", "2", "--env", "studio", "--intensity", "1e40")
-    render(capsys, "sphere", "-o", path, *SMALL, *words)
+    render(capsys, "sphere", "-o", path, *replace_options(SMALL, words), *words)
     file = OpenEXR.File(str(path))
     error = [channel.pixels for name, channel in file.channels().items() if name.startswith("standard_error")]
     assert len(error) > 0
@@ -97,7 +100,8 @@ def test_the_error_of_a_reference_is_cut_like_its_light(capsys: Any, tmp_path: P
 
 @pytest.mark.parametrize("renderer", ["cpu", "gl"])
 def test_a_model_is_lost_from_sight_a_world_away(capsys: Any, tmp_path: Path, renderer: str) -> None:
-    words = ("sphere", "-o", tmp_path / "a.png", *SMALL, "--renderer", renderer)
+    drawn_by = ("--renderer", renderer)
+    words = ("sphere", "-o", tmp_path / "a.png", *replace_options(SMALL, drawn_by), *drawn_by)
     assert render(capsys, *words, "--camera", "eye=1e90,0,0")["covered_fraction"] < 0.01
     assert "beyond" in render(capsys, *words, "--camera", "eye=1e300,0,0", code=2)
 
