@@ -12,12 +12,14 @@ from typing import Any, cast
 
 import pytest
 
+from app import command_line
 from app.cli import bench as verb
 from benchmarks import brdf, capture_truth, shading
 from benchmarks import command as bench
 from benchmarks.measure import Accuracy, Measure, best_of
 from engine.brdf.brdf import MODELS
 from engine.core.steps import Step, Steps
+from tests.app.conftest import BUILD_PARSER
 
 KEYS = ["name", "time_s", "limit_s", "limit", "ratio"]
 
@@ -115,6 +117,7 @@ def test_an_installation_says_where_the_benchmarks_are(
     lightarc: Callable[..., SimpleNamespace], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(verb, "COMMAND", tmp_path / "command.py")
+    monkeypatch.setattr(command_line, "build_parser", BUILD_PARSER)  # the options depend on it: no other test has them
     done = lightarc("bench", "--only", "linearise")
     assert done.code == 5
     assert "packaging/dev.py bench" in done.err
