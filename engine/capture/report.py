@@ -205,7 +205,7 @@ def _about_prediction(
     ends = {int(means.argmin()): "the darkest", int(means.argmax()): "the brightest"}
     inner = np.array([0.0 if at in ends else error for at, error in enumerate(errors)])
     findings = []
-    for at in dict.fromkeys((int(errors.argmax()), int(inner.argmax()))):
+    for at in dict.fromkeys((int(errors.argmax()), int((inner if inner.any() else errors).argmax()))):
         verdict = Verdict.WARNING if errors[at] > 0.5 else Verdict.NOTE if errors[at] > 0.2 else Verdict.GOOD
         text = f"is predicted from the others with an error of {percent(errors[at])} of its mean radiance"
         if at in ends:  # which says little against it

@@ -57,7 +57,7 @@ def draw_by_ptm(folder: Path) -> Drawn:
 
 
 def relight_hsh(content: bytes) -> Floats:
-    """(H, W, 3) codes of 255 under the lamp."""
+    """Draw (H, W, 3) 8-bit levels under the lamp."""
     lines: list[bytes] = []
     while len(lines) < 3:
         line, _, content = content.partition(b"\r\n")
@@ -86,7 +86,7 @@ def relight_hsh(content: bytes) -> Floats:
 
 
 def relight_ptm(content: bytes) -> Floats:
-    """(H, W, 3) codes of 255 under the lamp, of PTM_FORMAT_RGB."""
+    """Draw (H, W, 3) 8-bit levels under the lamp, of PTM_FORMAT_RGB."""
     lines = content.split(b"\n", 6)
     width, height = int(lines[2]), int(lines[3])
     scale, bias = (np.array(line.split(), np.float64) for line in lines[4:6])

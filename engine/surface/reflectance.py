@@ -163,7 +163,6 @@ def fit(
     lambertian: bool = False,
 ) -> Array:
     """(T, COLUMNS) of `engine.texel.kernel` for radiance (N, T, 3) under the light (N, T or 1, 3)."""
-    # compiled code: loaded when first needed
     found = np.zeros((values.shape[1], COLUMNS))
     scaled = np.ascontiguousarray(values / np.float32(kinds.white))
     both, kind = lamps.observed.kind == "both", kinds.of(values)

@@ -77,10 +77,10 @@ class Baker:
     def __call__(self, number: int) -> Chunk:
         """The chunk of that number."""
         bounds = self._recipe["bounds"]
-        rows, visibility_s = self.made(np.arange(bounds[number], bounds[number + 1]))
+        rows, visibility_s = self.compute_rows(np.arange(bounds[number], bounds[number + 1]))
         return Chunk(number, rows, visibility_s)
 
-    def made(self, vertices: NDArray[np.int64]) -> tuple[dict[str, NDArray[Any]], float]:
+    def compute_rows(self, vertices: NDArray[np.int64]) -> tuple[dict[str, NDArray[Any]], float]:
         """The rows of `vertices`, all of the model or all of the ground, and the seconds for their visibility."""
         started = time.perf_counter()
         counts = None if self._of.free[vertices].all() else self.visible(vertices)
@@ -376,7 +376,7 @@ def estimate_s(work: Work) -> float:
     def all_of(make: Callable[[NDArray[np.int64]], object]) -> float:
         return estimate_chunks_s(make, work.vertices, work.ground_vertex, portion(settings.edge))
 
-    total = shared_s + all_of(baker.made)
+    total = shared_s + all_of(baker.compute_rows)
     if sent is not None:
         total += all_of(lambda vertices: transfer_open(around, vertices))
         total += (settings.bounces - 1) * all_of(lambda vertices: gather(around, vertices, sent))

@@ -298,10 +298,10 @@ class _Baker:
     def __call__(self, number: int) -> Chunk:
         """The chunk of that number."""
         bounds = self._recipe["bounds"]
-        rows, visibility_s = self.made(np.arange(bounds[number], bounds[number + 1]))
+        rows, visibility_s = self.compute_rows(np.arange(bounds[number], bounds[number + 1]))
         return Chunk(number, rows, visibility_s)
 
-    def made(self, vertices: NDArray[np.int64]) -> tuple[dict[str, NDArray[Any]], float]:
+    def compute_rows(self, vertices: NDArray[np.int64]) -> tuple[dict[str, NDArray[Any]], float]:
         """The rows of `vertices`, all of the model or all of the ground, and the seconds for their visibility."""
         started = time.perf_counter()
         shares = visibility_shares(self._of, self._recipe["edge"], self._recipe["fine"], vertices)
@@ -339,7 +339,7 @@ def estimate_s(work: Work) -> float:
     baker = _Baker(recipe_of(work, of), of)
     shared_s = time.perf_counter() - started
     size = portion(work.settings.edge)
-    return shared_s + estimate_chunks_s(baker.made, work.vertices, work.ground_vertex, size)
+    return shared_s + estimate_chunks_s(baker.compute_rows, work.vertices, work.ground_vertex, size)
 
 
 def transport_of(file: TransportFile) -> WaveletTransport:
