@@ -1,7 +1,8 @@
 """Results that a project had and that are gone from its data, made again of its photographs, bit for bit.
 
-A document says what it had: a material whose recipe is the one of the settings but which lacks its maps, and surface
-maps of which only the origin is there. What is made again takes their place without a step in the history.
+A document says what it had: a material that was built of its stack and lacks its maps, and surface maps of which only
+the origin is there. What is made again, with the settings that it was made with, takes their place without a step in
+the history.
 """
 
 from __future__ import annotations
@@ -17,29 +18,41 @@ from app.commands.surface import surface_of
 from app.document.document import Project
 from app.project.arrays import keep_working_copy
 from app.project.project_file import Opened, data_folder, read
+from app.project.recipes import as_built, as_surface_made, with_origin
 from app.project.setup import Setup, set_up
 from engine.core.errors import InputError
 from engine.core.steps import Steps, drain, part
 from engine.scene.material import Material
+from engine.surface.recover import Surface
 
 
 def lacks_material(project: Project) -> bool:
-    """True if the material was built by these settings, and maps that were built are gone."""
+    """True if the material was built of photographs, and maps that were built are gone."""
     maps = (project.material.shading_map, project.material.power_law)
     if project.stack is None or project.material.directional is not None or None not in maps:
         return False
-    return bool(project.built_from) and project.built_from == project.recipe
+    return as_built(project) is not None
 
 
 def lacks_surface(project: Project) -> bool:
-    """True if surface maps were made by these settings and are gone."""
-    has_origin = project.surface_from is not None and project.surface_from == project.surface_recipe
-    return project.stack is not None and project.surface is None and has_origin
+    """True if surface maps were made of its stack and are gone."""
+    return project.stack is not None and project.surface is None and as_surface_made(project) is not None
 
 
 def material_again(project: Project) -> Steps[Material]:
-    """The material of `project` with its maps, its appearance as it is."""
-    return prepare_to_draw((yield from material_of(project)).looking_like(project.material))
+    """The material of `project` with its maps as they were built, its appearance as it is."""
+    before = as_built(project)
+    assert before is not None
+    if before.stack is not project.stack:
+        before = with_origin(before)
+    return prepare_to_draw((yield from material_of(before)).looking_like(project.material))
+
+
+def surface_again(project: Project) -> Steps[Surface]:
+    """The surface of `project` as it was made."""
+    before = as_surface_made(project)
+    assert before is not None
+    return (yield from surface_of(before))
 
 
 def rebuild(path: Path) -> Steps[Opened]:
@@ -56,7 +69,7 @@ def rebuild(path: Path) -> Steps[Opened]:
         for value in (material.shading_map, material.power_law, material.directional):
             _keep_arrays(folder, value)
     if lacks_surface(project):
-        _keep_arrays(folder, (yield from part(surface_of(project), 0.5, 1.0)).maps)
+        _keep_arrays(folder, (yield from part(surface_again(project), 0.5, 1.0)).maps)
     opened = read(path)
     if lacks_material(opened.current) or lacks_surface(opened.current):
         raise InputError(path, "its photographs give other results than they did", "Open it and build it again")

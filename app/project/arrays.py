@@ -1,15 +1,16 @@
 """Arrays beside a project file, compressed (`engine.storage.packed`) and named by the hash of their content.
 
-A small one is unpacked and checked. A large one has a working copy in the cache of the user (`app.session.cache`) that
-is mapped, so that a project opens at once whatever it holds, where the drive is that of the system or of the user's
-data. The mapping is guarded against a file that is cut short (`engine.storage.guarded`). What is mapped was written
-whole and is never changed under its name; `lightarc project verify` checks what the project holds. An array that is
-still the one of its file keeps the name, and is not hashed again. Projects of before arrays were compressed hold them
-as .npy files.
+A small one is unpacked and checked. A large one, and one that has no room in the project (`app.project.budget`), has a
+working copy in the cache of the user (`app.session.cache`) that is mapped, so that a project opens at once whatever it
+holds, where the drive is that of the system or of the user's data. The mapping is guarded against a file that is cut
+short (`engine.storage.guarded`). What is mapped was written whole and is never changed under its name;
+`lightarc project verify` checks it. An array that is still the one of its file keeps the name, and is not hashed again.
+Projects of before arrays were compressed hold them as .npy files.
 """
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import math
 import os
@@ -44,8 +45,8 @@ PIECE_BYTES = 1 << 24
 #: The file of a working copy, within its entry of the cache.
 CONTENT = "content.npy"
 
-#: Largest array that is read, in bytes, and the smallest that is mapped.
-MAX_BYTES, MAPPED_BYTES = 4 * 2**30, 1 << 24
+#: Largest array that is read, in bytes, the smallest of a project that is mapped, and the smallest mapped copy of one.
+MAX_BYTES, MAPPED_BYTES, MAPPED_COPY_BYTES = 4 * 2**30, 1 << 24, 1 << 20
 
 
 def folder_of(data: Path) -> Path:
@@ -98,18 +99,46 @@ def _pieces(header: bytes, numbers: memoryview) -> Iterator[bytes | memoryview]:
 
 def cache_array(name: str, header: bytes, numbers: memoryview) -> bool:
     """Put the working copy of an array into the cache; False where it cannot be written, with a line in the log."""
-    place = cache.entry(f"array-{name}")
-    if place is None or place.exists():
-        return place is not None
+    place, size = cache.entry(f"array-{name}"), len(header) + len(numbers)
+    if place is None:
+        return False
+    if _size_of(place / CONTENT) == size:
+        cache.mark_used(place)
+        return True
     try:
-        with atomic_folder(place, CONTENT, len(header) + len(numbers)) as folder, atomic_file(folder / CONTENT) as file:
+        if place.exists():  # a working copy that was cut short
+            discard(place)
+        with atomic_folder(place, CONTENT, size) as folder, atomic_file(folder / CONTENT) as file:
             for piece in _pieces(header, numbers):
                 file.write(piece)
         cache.keep_within()
     except FileError as error:
         log.info("an array is not cached: %s", error)
         return False
-    return True
+    return place.exists()  # one that is larger than the limit of the cache is gone again
+
+
+def is_cached(name: str) -> bool:
+    """True if the cache of the user holds the array of this name."""
+    place = cache.entry(f"array-{name}")
+    return place is not None and (place / CONTENT).is_file()
+
+
+def check_cached(name: str) -> None:
+    """Read the working copy of an array; one that is damaged is then gone, so that the array is made again."""
+    place = cache.entry(f"array-{name}")
+    if place is not None and (place / CONTENT).is_file():
+        with contextlib.suppress(InputError, UnreadableError, FileNotFoundError):
+            _read_cached(place, name)
+
+
+def _read_cached(place: Path, name: str) -> memoryview:
+    """The content of a working copy; InputError where it is damaged, and it is then gone."""
+    content = _read(place / CONTENT)
+    if name_of(content) != name:
+        discard(place)
+        raise InputError(place / CONTENT, "is damaged: its content is not the one of its name", "Make it again")
+    return content
 
 
 def array_name(array: Array) -> str:
@@ -135,7 +164,7 @@ def find_beside(data: Path, name: str) -> Array:
     """
     old, place = folder_of(data) / f"{name}.npy", cache.entry(f"array-{name}")
     try:
-        mapped = _map(old, name) if place is None else _map(place / CONTENT, name) or _map(old, name)
+        mapped = _map(old, name) if place is None else _map_copy(place, name) or _map(old, name)
         if mapped is not None:
             if place is not None and place.exists():
                 cache.mark_used(place)
@@ -155,10 +184,8 @@ def find_beside(data: Path, name: str) -> Array:
     if name_of(content) != name:  # other projects will find it by this name
         log.warning("%s is damaged: its content is not the one of its name", file_of(data, name))
         raise Absent("data that can be made again")
-    if _size_of(place / CONTENT) != len(content):  # a working copy that was cut short
-        discard(place)
     cache_array(name, *array_parts(array))
-    mapped = _map(place / CONTENT, name)
+    mapped = _map_copy(place, name)
     return array_from(mapped) if mapped is not None else array
 
 
@@ -170,7 +197,8 @@ def _content(data: Path, name: str, place: Path | None) -> memoryview:
     path = file_of(data, name)
     if path.suffix == PACKED and path.exists():
         return _unpack(path)
-    path = path if path.exists() or place is None else place / CONTENT
+    if not path.exists() and place is not None and (place / CONTENT).exists():
+        return _read_cached(place, name)
     if not path.exists():
         raise FileNotFoundError(path)
     content = _read(path)
@@ -208,13 +236,19 @@ def _declare(path: Path, beginning: NDArray[np.uint8], size: int) -> int:
     return size
 
 
-def _map(path: Path, name: str) -> GuardedMapping | None:
+def _map_copy(place: Path, name: str) -> GuardedMapping | None:
+    """The working copy at `place`; None where it is small, or does not lie on a drive that stays."""
+    return _map(place / CONTENT, name, min(MAPPED_BYTES, MAPPED_COPY_BYTES))
+
+
+def _map(path: Path, name: str, least_bytes: int | None = None) -> GuardedMapping | None:
     """A large file on a drive that stays; None for any other."""
+    least = MAPPED_BYTES if least_bytes is None else least_bytes
     try:
         about = path.stat()
     except FileNotFoundError:
         return None
-    if os.name != "posix" or not MAPPED_BYTES <= about.st_size <= MAX_BYTES or about.st_dev not in _lasting_drives():
+    if os.name != "posix" or not least <= about.st_size <= MAX_BYTES or about.st_dev not in _lasting_drives():
         return None
     mapped = map_file(path)
     if mapped is None:

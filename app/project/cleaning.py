@@ -1,7 +1,7 @@
 """Clean up a project: what can be made again of its photographs goes, bit for bit; what cannot stays, compressed.
 
 The results of a state of the history can be made again if its photographs lie where they lay with the content that they
-had (all are hashed), if this version imported them, and if its material or maps are those of its settings. Each removal
+had (all are hashed), if this version imported them, and if the settings of its material or maps are known. Each removal
 and each compression stands alone, so that a clean-up that is interrupted leaves a sound project of a size in between.
 """
 
@@ -16,13 +16,15 @@ from typing import Any
 
 import engine
 from app.document.document import Project
-from app.project.arrays import PACKED, compress, folder_of
+from app.project.arrays import PACKED, compress, file_of, folder_of, is_cached
+from app.project.budget import take_in
 from app.project.database import connect, explain
 from app.project.made import forget, size_of
 from app.project.photographs import check, marks_of, name_files, photographs
 from app.project.pixels import FILES, are_packed, are_there, keep_pixels, open_kept, place_of
 from app.project.places import hold
 from app.project.project_file import Opened, data_folder, read
+from app.project.recipes import as_built, list_remakable
 from app.project.tidying import forget_unused, is_own, names_in, remove_whole
 from app.project.values import DAMAGE, Absent, in_full, parse
 from app.session import cache
@@ -75,7 +77,7 @@ def clean_up(path: Path) -> Steps[CleanedUp]:
         states = list(_states(path, read(path)))
         files = {file for state in states for file in photographs(state.project)}
         gone, kept = yield from part(_doubtful(path, files), 0.0, 0.5)
-        again = [_make_again(state.project, folder, gone) for state in states]
+        again = _list_remakable(states, folder, gone)
         kept += _other_versions(states, again, gone)
         named, needed = _collect_names(path, states, again)
         freed = yield from part(_without_pixels(folder, states, again), 0.5, 0.7)
@@ -126,21 +128,12 @@ def _doubtful(path: Path, files: Iterable[Path]) -> Steps[tuple[set[Path], list[
     return {*about.missing, *about.changed, *unmarked}, kept
 
 
-def _make_again(project: Project, folder: Path, gone: set[Path]) -> frozenset[str]:
-    """The parts of a state that can be made again: 'stack', 'material' and 'surface'."""
-    stack = project.stack
-    if stack is None or stack.folder is None or stack.folder.parent != folder:
-        return frozenset()
-    if project.sources is None or project.imported_with is None or gone.intersection(photographs(project)):
-        return frozenset()
-    if stack.provenance.get("software") != f"lightarc {engine.__version__}":
-        return frozenset()
-    found = {"stack"}
-    if project.built_from and project.built_from == project.recipe:
-        found.add("material")
-    if project.surface_from and project.surface_from == project.surface_recipe:
-        found.add("surface")
-    return frozenset(found)
+def _list_remakable(states: Iterable[_State], folder: Path, gone: set[Path]) -> list[frozenset[str]]:
+    """The parts of each state that can be made again; a material also where other states know its stack."""
+    found = [(state.project, list_remakable(state.project, (folder,), gone)) for state in states]
+    stacks = {id(project.stack) for project, parts in found if "stack" in parts}
+    of_others = {id(project) for project, _ in found if (made := as_built(project)) and id(made.stack) in stacks}
+    return [parts | {"material"} if id(project) in of_others else parts for project, parts in found]
 
 
 def _other_versions(states: Iterable[_State], again: Iterable[frozenset[str]], gone: set[Path]) -> list[str]:
@@ -195,6 +188,9 @@ def _without_arrays(folder: Path, named: set[str], kept: set[str]) -> Steps[int]
                 compress(folder, file.stem)
             except (Absent, FileError) as error:
                 log.info("%s stays as it is: %s", file.name, error)
+    for name in sorted(kept):
+        if is_cached(name) and not file_of(folder, name).exists():
+            take_in(folder, name)
     copies = [cache.entry(f"array-{name}") for name in sorted(named - kept)]
     sizes = [(place, size_of(place)) for place in copies if place is not None and place.is_dir()]
     return sum(size for place, size in sizes if cache.remove(place))

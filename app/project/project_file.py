@@ -5,8 +5,9 @@ changes a file in place so that a process or a machine may end at any moment, wr
 one file that can be copied and mailed. It runs with a rollback journal, because the write-ahead log needs shared
 memory, which network drives lack.
 
-Names are hashes of contents. Arrays that can be made again lie in `NAME.lap-data/arrays`, stacks of
-photographs in `NAME.lap-data/stack-HASH`, named by what they were made from; both may be deleted.
+Names are hashes of contents. Arrays that can be made again lie in `NAME.lap-data/arrays`, as far as they have room
+there (`app.project.budget`), stacks of photographs in `NAME.lap-data/stack-HASH`, named by what they were made from;
+both may be deleted.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import os
 import sqlite3
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 from urllib.parse import unquote_to_bytes
@@ -185,12 +187,11 @@ class Writer:
         known = self._known.get(id(state))
         if known is not None:
             return known[1]
-        keeper = _keeper(connection, data_folder(self.path), *self._seen)
         parts = {}
         for part, value in _list_said_parts(state):
             kept = self._known.get(id(value))
             if kept is None:
-                kept = (value, _keep_value(value, keeper))
+                kept = (value, _keep_value(value, self._keeper(connection, state, part)))
                 self._known[id(value)] = kept
             parts[part] = kept[1]
         text = _text_of(parts)
@@ -198,6 +199,20 @@ class Writer:
         connection.execute("INSERT OR IGNORE INTO state VALUES (?, ?)", (name, text))
         self._known[id(state)] = (state, name)
         return name
+
+    def _keeper(self, connection: Guarded, state: Project, part: str) -> Keeper:
+        """Storage for a part of a state: what has no room beside the file goes into the cache."""
+        from app.project.budget import find_beyond, keep_in_cache  # it reads projects
+
+        folder, (seen_from, own) = data_folder(self.path), self._seen
+        beyond = find_beyond(state, part, folder, self._seen)
+
+        def keep_array(array: Array, derived: bool) -> str:
+            if array in beyond:
+                return keep_in_cache(path_of(seen_from), folder, array, beyond.photographs)
+            return keep_beside(folder, array) if derived else _keep_inside(connection, array)
+
+        return Keeper(partial(_keep_text, connection), keep_array, seen_from, own)
 
 
 def _inode(path: Path) -> int:
@@ -242,22 +257,18 @@ def _keep_value(value: Any, keeper: Keeper) -> str:
     return keeper.text(json.dumps(encode(value, keeper), sort_keys=True, allow_nan=False))
 
 
-def _keeper(connection: Guarded, folder: Path, seen_from: Path, own: Path | None) -> Keeper:
-    def keep_text(text: str) -> str:
-        name = name_of(text.encode())
-        connection.execute("INSERT OR IGNORE INTO value VALUES (?, ?)", (name, text))
-        return name
+def _keep_text(connection: Guarded, text: str) -> str:
+    name = name_of(text.encode())
+    connection.execute("INSERT OR IGNORE INTO value VALUES (?, ?)", (name, text))
+    return name
 
-    def keep_array(array: Array, derived: bool) -> str:
-        if derived:
-            return keep_beside(folder, array)
-        header, numbers = array_parts(array)
-        name = name_of(header, numbers)
-        if connection.execute("SELECT 1 FROM array WHERE name = ?", (name,)).fetchone() is None:
-            _insert(connection, name, header, numbers)
-        return name
 
-    return Keeper(keep_text, keep_array, seen_from, own)
+def _keep_inside(connection: Guarded, array: Array) -> str:
+    header, numbers = array_parts(array)
+    name = name_of(header, numbers)
+    if connection.execute("SELECT 1 FROM array WHERE name = ?", (name,)).fetchone() is None:
+        _insert(connection, name, header, numbers)
+    return name
 
 
 def _insert(connection: Guarded, name: str, header: bytes, numbers: memoryview) -> None:

@@ -12,7 +12,8 @@ from typing import Any
 
 from app.document.document import Project
 from app.document.document import Step as HistoryStep
-from app.project.arrays import file_of, find_problems
+from app.project.arrays import file_of, find_problems, is_cached
+from app.project.budget import check_arrays
 from app.project.database import Damaged, connect, explain, page_problems, reading, schema_of
 from app.project.declared import can_be_opened
 from app.project.made import list_notes, size_of
@@ -152,6 +153,7 @@ def problems_of(path: Path) -> Steps[list[str]]:
         except InputError as error:
             found.append(f"{stack.name} can be made again: {error}")
     found += yield from find_problems(data_folder(path))
+    yield from check_arrays(path, data_folder(path))
     about = yield from check(path, files_of(opened.current), thorough=True)
     found += _describe_missing(about.missing, path)
     return found + ([describe_changed(about.changed)] if about.changed else [])
@@ -174,7 +176,8 @@ def _derive(path: Path) -> Iterator[dict[str, Any]]:
         if not place.is_relative_to(folder) or ".." in place.parts:  # a stack elsewhere is no part of the project
             continue
         seconds = took.pop(name).seconds if name in took else None
-        yield {"kind": kind, "name": name, "bytes": size_of(place), "present": is_there(place), "seconds": seconds}
+        present = is_there(place) or (kind == "array" and is_cached(name))
+        yield {"kind": kind, "name": name, "bytes": size_of(place), "present": present, "seconds": seconds}
     unnoted = {place.name for kind in ("bake", "factors") for place in folder.glob(f"{kind}-*")} - set(took)
     for name in sorted(unnoted):  # the process ended between making and noting
         place = folder / name

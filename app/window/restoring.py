@@ -14,8 +14,7 @@ from typing import Any
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.commands.making import can_be_read, pixels_made
-from app.commands.rebuilding import lacks_material, lacks_surface, material_again
-from app.commands.surface import surface_of
+from app.commands.rebuilding import lacks_material, lacks_surface, material_again, surface_again
 from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.jobs.jobs import Job
@@ -74,11 +73,12 @@ class Restoring(QObject):
         if self._job is not None and not self._job.over:
             return
         if lacks_material(project):
-            self._begin("Rebuilding the material", project, project.recipe, material_again, self._take_material)
+            self._begin("Rebuilding the material", project, project.built_from, material_again, self._take_material)
         elif self.shows_photographs() and not self._has_pixels(project):
             self._begin("Reading the photographs again", project, (project.stack,), _pixels_again, _take_nothing)
         elif lacks_surface(project):
-            self._begin("Rebuilding surface maps", project, project.surface_recipe, surface_of, self._take_surface)
+            origin = project.surface_from or ()
+            self._begin("Rebuilding surface maps", project, origin, surface_again, self._take_surface)
 
     def _has_pixels(self, project: Project) -> bool:
         """True if the pixels of a stack that was imported here can be read; the disk is asked once for each stack."""
@@ -130,12 +130,12 @@ class Restoring(QObject):
 
     def _take_material(self, project: Project, material: Any) -> None:
         now = self.bench.document.project
-        if lacks_material(now) and now.recipe == project.recipe:
+        if lacks_material(now) and now.built_from == project.built_from:
             self.bench.document.complete(material=material.looking_like(now.material))
 
     def _take_surface(self, project: Project, surface: Any) -> None:
         now = self.bench.document.project
-        if lacks_surface(now) and now.surface_recipe == project.surface_recipe:
+        if lacks_surface(now) and now.surface_from == project.surface_from:
             self.bench.document.complete(surface=surface)
 
 

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.document.variation import images_of
+from app.project.budget import secure_arrays
 from app.project.photographs import (
     Checked,
     check,
@@ -169,6 +170,7 @@ def look_for(path: Path, project: Project, read_only: bool) -> Steps[Checked]:
         are_gone = not {*about.missing, *about.changed}.isdisjoint(own)
         if project.stack.folder.parent == data_folder(path):
             yield from secure_pixels(project.stack, path, own, are_gone=are_gone)
+            yield from secure_arrays(path, data_folder(path), own, are_gone=are_gone)
     return about
 
 
