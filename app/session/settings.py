@@ -15,6 +15,7 @@ import logging
 import os
 import shutil
 import tempfile
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -139,31 +140,41 @@ def with_latest(paths: tuple[str, ...], path: str, count: int) -> tuple[str, ...
 
 
 class Remembered:
-    """The settings of one window, `now`; without a folder they are forgotten."""
+    """The settings of one window, `now`; without a folder they are forgotten.
+
+    They are written on a thread of their own, because a disk may take a second for it.
+    """
 
     def __init__(self, folder: Path | None) -> None:
         self.folder = folder
         self.now = load(folder)
+        self._disk = ThreadPoolExecutor(1, "settings")
+        self._writing: Future[None] | None = None
 
     def change(self, **values: Any) -> None:
         """Take other values, by their names in `Settings`; they are on disk when the window closes."""
         self.now = replace(self.now, **values)
 
     def in_front(self, workspace: str) -> None:
-        """Remember the workspace in front, on disk at once: a crash asks for it."""
+        """Remember the workspace in front, on disk soon: a crash asks for it."""
         if workspace != self.now.workspace:
             self.keep(workspace=workspace)
 
     def opened(self, path: Path, folder: Path) -> None:
-        """Remember `path` as what was opened last, from `folder`: on disk at once, with what other windows opened."""
+        """Remember `path` as what was opened last, from `folder`: a project on disk at once, another file soon.
+
+        With it goes what other windows opened.
+        """
         paths = self._paths()
         name, count = ("recent_projects", MAX_PROJECTS) if is_project(path) else ("recent_files", RECENT)
         if len(str(path)) <= MAX_PATH:
             paths[name] = with_latest(paths[name], str(path), count)
         self.keep(**paths, last_folder=str(folder))
+        if is_project(path):
+            self.wait()
 
     def forget(self, path: Path, instead: Path | None = None) -> None:
-        """Remember `path` no longer, or `instead` of it; on disk at once."""
+        """Remember `path` no longer, or `instead` of it; on disk soon."""
         paths = self._paths()
         if any(str(path) in each for each in paths.values()):
             new = [] if instead is None else [str(instead)]
@@ -175,13 +186,19 @@ class Remembered:
             )
 
     def keep(self, **values: Any) -> None:
-        """Take other values and write them, with the paths that other windows opened meanwhile."""
+        """Take other values and write them soon, with the paths that other windows opened meanwhile."""
         self.change(**{**self._paths(), **values})
-        save(self.now, self.folder)
+        self._writing = self._disk.submit(save, self.now, self.folder)
+
+    def wait(self) -> None:
+        """Wait until everything that is to be kept is on disk."""
+        if self._writing is not None:
+            self._writing.result()
 
     def _paths(self) -> dict[str, tuple[str, ...]]:
-        """What is remembered on disk, where other windows write as well."""
-        there = load(self.folder) if self.folder is not None else self.now
+        """What is remembered on disk, where other windows write as well; `now` is newer until it is there."""
+        is_written = self._writing is None or self._writing.done()
+        there = load(self.folder) if self.folder is not None and is_written else self.now
         return {"recent_projects": there.recent_projects, "recent_files": there.recent_files}
 
 

@@ -599,6 +599,7 @@ class MainWindow(QMainWindow):
         self.doings.close()
         if self._session is not None:
             close_session(self._session)
+        self.settings.wait()
         event.accept()
 
     def _on_changed(self, _old: Project, new: Project) -> None:

@@ -3,6 +3,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -87,9 +88,33 @@ def test_files_do_not_push_projects_out_and_500_projects_load_again(tmp_path: Pa
     assert len(remembered.now.recent_files) == settings.RECENT
     longest = "/" + "ü" * (settings.MAX_PATH - 10)
     remembered.keep(recent_projects=tuple(f"{longest}{at}.lap" for at in range(settings.MAX_PROJECTS)))
+    remembered.wait()
     assert settings.load(tmp_path) == remembered.now
     remembered.forget(Path(f"{longest}1.lap"), Path("/renamed.lap"))
+    remembered.wait()
     assert settings.load(tmp_path).recent_projects[1] == "/renamed.lap"
+
+
+def test_the_disk_does_not_keep_the_window_waiting_and_what_is_kept_meanwhile_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    disk, save = threading.Event(), settings.save
+
+    def save_slowly(kept: Settings, folder: Path | None) -> None:
+        disk.wait()
+        save(kept, folder)
+
+    monkeypatch.setattr(settings, "save", save_slowly)
+    remembered = settings.Remembered(tmp_path)
+    remembered.opened(tmp_path / "one.obj", tmp_path)
+    remembered.in_front("view")
+    remembered.opened(tmp_path / "other.obj", tmp_path)
+    assert settings.load(tmp_path) == Settings(), "nothing is on disk yet"
+    disk.set()
+    remembered.wait()
+    found = settings.load(tmp_path)
+    assert found.workspace == "view"
+    assert [Path(text).stem for text in found.recent_files] == ["other", "one"]
 
 
 def test_folders_of_dead_runs_are_removed_and_those_of_the_living_stay(tmp_path: Path) -> None:

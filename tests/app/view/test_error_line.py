@@ -101,6 +101,7 @@ def test_it_can_be_left_out_and_that_is_remembered(view: MainWindow, qtbot: Any,
     qtbot.wait(100)
     assert not images.reference.running
     view._keep_settings()
+    view.settings.wait()
     assert not settings.load(tmp_path).measure_error
     view.menus.measure.trigger()
     wait(qtbot, lambda: images.error is not None)

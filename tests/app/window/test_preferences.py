@@ -43,6 +43,7 @@ def test_choices_hold_at_once(window: MainWindow, qtbot: Any, tmp_path: Path) ->
         choose(preferences, "unit", "in")
         assert window.export.elsewhere.width_field.text() == "2 in"
         assert window.export.elsewhere.choices.width_mm == 50.8
+        window.settings.wait()
         kept = settings.load(tmp_path / "config")
         assert (kept.theme, kept.numbers, kept.tone_map, kept.unit) == ("light", ",", "aces", "in")
     finally:
