@@ -6,8 +6,9 @@ or in a wait for ever while the interpreter is locked. PySide hands plain widget
 from them it does not (seen with 6.11.3). pyqtgraph's GarbageCollector does the same; it was not taken because it
 searches the modules loaded at the start again and again, and loads the whole of pyqtgraph.
 
-A search of everything takes 0.1 s once numba and SciPy are loaded, nearly all of it for their own objects. Where many
-modules have come since the last one, what there is is set aside instead and never searched again: a few times in the
+What is new is searched often, and searched again only with everything else, at long intervals. A search of everything
+takes 0.1 s once numba and SciPy are loaded, nearly all of it for their own objects. Where many modules have come since
+the last one, or where it took long, what there is is set aside instead and never searched again: a few times in the
 life of a process, at the price of cycles among what was alive just then.
 """
 
@@ -15,13 +16,20 @@ from __future__ import annotations
 
 import gc
 import sys
+import time
 
 from PySide6.QtCore import QObject, QTimer
 
 INTERVAL_MS = 100
 
+#: New objects that have to come before they are searched, and searches of those before one of everything.
+MANY_OBJECTS, MANY_SEARCHES = 700, 100
+
 #: Modules that have to come before what there is is set aside once more.
 MANY_MODULES = 100
+
+#: Seconds of the CPU from which on a search of everything is not to be repeated with as many objects.
+LONG_S = 0.02
 
 _modules_then = 0
 
@@ -36,16 +44,20 @@ def collect_on_this_thread(owner: QObject) -> None:
 
 
 def collect_what_is_due() -> None:
-    """Collect the oldest generation that Python itself would collect now."""
-    due = [count > threshold > 0 for count, threshold in zip(gc.get_count(), gc.get_threshold(), strict=True)]
-    if not any(due):
+    """Collect what is new where that is much, and everything once in a while."""
+    objects, _, searches = gc.get_count()
+    if objects <= MANY_OBJECTS:
         return
-    generation = 2 - due[::-1].index(True)
-    if generation == 2 and len(sys.modules) >= _modules_then + MANY_MODULES:
+    if searches <= MANY_SEARCHES:
+        gc.collect(1)
+    elif len(sys.modules) >= _modules_then + MANY_MODULES:
         gc.collect(1)
         _set_aside()
     else:
-        gc.collect(generation)
+        begun_s = time.thread_time()
+        gc.collect()
+        if time.thread_time() - begun_s > LONG_S:
+            _set_aside()
 
 
 def _set_aside() -> None:

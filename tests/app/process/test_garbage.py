@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
+
+from app.process import garbage
 
 ALLOCATE_ON_ANOTHER_THREAD = """
 import threading
@@ -41,3 +44,33 @@ def test_what_a_cycle_kept_ends_on_the_thread_of_the_window(start: str, on_the_w
         program = program.replace("application.exec()", "")
     found = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True, timeout=60)
     assert found.stdout.split()[0] == on_the_window_s
+
+
+@pytest.mark.parametrize(
+    ("objects", "searches", "modules", "seconds", "done"),
+    [
+        (garbage.MANY_OBJECTS, 0, 0, 0.0, []),
+        (10_000, garbage.MANY_SEARCHES, 1000, 0.0, ["new"]),
+        (10_000, garbage.MANY_SEARCHES + 1, 0, 0.0, ["everything"]),
+        (10_000, garbage.MANY_SEARCHES + 1, 0, 0.1, ["everything", "set aside"]),
+        (10_000, garbage.MANY_SEARCHES + 1, 1000, 0.0, ["new", "set aside"]),
+    ],
+)
+def test_what_is_new_is_searched_and_what_takes_long_is_not_searched_again(
+    monkeypatch: pytest.MonkeyPatch, objects: int, searches: int, modules: int, seconds: float, done: list[str]
+) -> None:
+    did: list[str] = []
+    clock = [0.0]
+
+    def collect(generation: int = 2) -> None:
+        did.append({1: "new", 2: "everything"}[generation])
+        clock[0] += seconds
+
+    fake = SimpleNamespace(
+        get_count=lambda: (objects, 0, searches), collect=collect, freeze=lambda: did.append("set aside")
+    )
+    monkeypatch.setattr(garbage, "gc", fake)
+    monkeypatch.setattr(garbage, "time", SimpleNamespace(thread_time=lambda: clock[0]))
+    monkeypatch.setattr(garbage, "_modules_then", len(sys.modules) - modules)
+    garbage.collect_what_is_due()
+    assert did == done
