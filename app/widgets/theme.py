@@ -5,7 +5,7 @@ steps of 4 px, panels keep 12 px inside, rows are 26 px high, text is 13 px. Wid
 they name a role (`widget.setProperty("role", "primary")`) and the sheet below says what it looks like. The sheet takes
 its colours from the palette and is the same for all themes, so that another theme is a palette: Qt would restyle all
 2,500 widgets of a window for another sheet, in 0.2 s at once. Qt looks the palette up when it polishes a widget, so
-`changing` polishes the visible ones anew first and the others in short steps.
+`Dressing` polishes all anew in short steps, the visible ones first.
 
 Line icons drawn for the program: `resources/icons/NAME.svg` in the colour that the theme asks for.
 """
@@ -14,11 +14,12 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from types import SimpleNamespace
+from typing import TypeVar
 
 import shiboken6
 from PySide6.QtCore import QByteArray, QRect, QRectF, QSize, Qt
@@ -28,6 +29,8 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 
 from app.widgets.resources import LINES as LINES
 from app.widgets.resources import RESOURCES as RESOURCES
+
+Item = TypeVar("Item")
 
 STEP, PADDING, ROW, TEXT = 4, 12, 26, 13
 
@@ -114,13 +117,15 @@ def line(number: int) -> str:
 
 def apply(application: QApplication, name: str) -> Theme:
     """Dress the whole application in the theme `name` ('dark' or 'light'; anything else means dark)."""
-    for _ in changing(application, name):
-        pass
+    dressing = change(application, name)
+    if dressing is not None:
+        for _ in (*dressing.dress_visible(), *dressing.dress_rest()):
+            pass
     return _current
 
 
-def changing(application: QApplication, name: str) -> Iterator[None]:
-    """Dress the application in the theme `name` in short steps, after the first of which all that is visible has it."""
+def change(application: QApplication, name: str) -> Dressing | None:
+    """Make `name` the theme of now; what is to be dressed in it then, None where everything looks like that already."""
     global _current
     before, _current = _current, THEMES.get(name, DARK)
     if application.style().name() != "fusion" and not application.styleSheet():
@@ -130,27 +135,61 @@ def changing(application: QApplication, name: str) -> Iterator[None]:
     application.setPalette(_palette(_current))
     if not application.styleSheet():
         application.setStyleSheet(_sheet())
-        return
-    if before is _current:
-        return
-    yield from dressing(application)
+        return None
+    return None if before is _current else Dressing(application)
 
 
-def dressing(application: QApplication) -> Iterator[None]:
-    """Give widgets and icons the theme of now in short steps: all that is visible first, then icons, then the rest."""
-    widgets = application.allWidgets()
-    visible = [widget for widget in widgets if widget.isVisible()]
-    for widget in visible:
+class Dressing:
+    """Gives widgets and icons the theme of now in short steps, each widget once."""
+
+    def __init__(self, application: QApplication) -> None:
+        self._waiting = dict.fromkeys(application.allWidgets())
+
+    def dress_visible(self) -> Iterator[None]:
+        """Dress the visible widgets that are not dressed yet."""
+        yield from _in_short_steps(tuple(self._waiting), self._dress_if_visible)
+
+    def dress_rest(self) -> Iterator[None]:
+        """Dress all other widgets, and the icons of actions."""
+        yield from _in_short_steps(tuple(self._waiting), self._dress)
+        for window in QApplication.topLevelWidgets():
+            yield from _in_short_steps(window.findChildren(QAction), _draw_icon_anew)
+
+    def _dress_if_visible(self, widget: QWidget) -> None:
+        if shiboken6.isValid(widget) and widget.isVisible():
+            self._dress(widget)
+
+    def _dress(self, widget: QWidget) -> None:
+        self._waiting.pop(widget, None)
+        if not shiboken6.isValid(widget):
+            return  # a closed window may be destroyed meanwhile
         _polish_anew(widget)
-    yield
-    yield from _draw_icons_anew()
-    begun, done = time.perf_counter(), set(visible)
-    for widget in widgets:
+        if isinstance(widget, QAbstractButton):
+            _draw_icon_anew(widget)
+
+
+def _in_short_steps(items: Iterable[Item], work: Callable[[Item], object]) -> Iterator[None]:
+    """Call `work` of each item; a step takes `STEP_S`."""
+    begun = time.perf_counter()
+    for item in items:
         if time.perf_counter() - begun > STEP_S:
             yield
             begun = time.perf_counter()
-        if widget not in done and shiboken6.isValid(widget):  # a closed window may be destroyed meanwhile
-            _polish_anew(widget)
+        work(item)
+
+
+@contextmanager
+def drawn_at_once(application: QApplication) -> Iterator[None]:
+    """Leave the windows on the screen as they are until the end of the block, and draw them anew then."""
+    windows = [widget for widget in application.topLevelWidgets() if widget.isVisible() and widget.updatesEnabled()]
+    for window in windows:
+        window.setUpdatesEnabled(False)
+    try:
+        yield
+    finally:
+        for window in windows:
+            if shiboken6.isValid(window):
+                window.setUpdatesEnabled(True)
 
 
 def _polish_anew(widget: QWidget) -> None:
@@ -402,27 +441,20 @@ def icon(name: str, colour: str | None = None) -> QIcon:
     return found
 
 
-def _draw_icons_anew() -> Iterator[None]:
-    """Give every button and action its icon in the colour that has the same use in the theme of now, in short steps."""
-    uses = {colour: use for theme in THEMES.values() for use, colour in reversed(vars(theme).items())}
-    uses = {colour: use for colour, use in uses.items() if colour not in vars(_current).values()}
-    owners: list[QAbstractButton | QAction] = []
-    for widget in QApplication.topLevelWidgets():
-        owners += [*widget.findChildren(QAbstractButton), *widget.findChildren(QAction)]
-    begun = time.perf_counter()
-    for owner in sorted(owners, key=_is_hidden):
-        if time.perf_counter() - begun > STEP_S:
-            yield
-            begun = time.perf_counter()
-        if not shiboken6.isValid(owner):  # a closed window may be destroyed while the others are looked at
-            continue
-        name, colour = _drawn.get(owner.icon().cacheKey(), ("", ""))
-        if colour in uses:
-            owner.setIcon(icon(name, getattr(_current, uses[colour])))
+def _draw_icon_anew(owner: QAbstractButton | QAction) -> None:
+    """Give a button or an action its icon in the colour that has the same use in the theme of now."""
+    if not shiboken6.isValid(owner):
+        return  # a closed window may be destroyed meanwhile
+    name, colour = _drawn.get(owner.icon().cacheKey(), ("", ""))
+    use = _uses().get(colour, "")
+    if use and colour not in vars(_current).values():
+        owner.setIcon(icon(name, getattr(_current, use)))
 
 
-def _is_hidden(owner: QAbstractButton | QAction) -> bool:
-    return not (shiboken6.isValid(owner) and owner.isVisible())
+@cache
+def _uses() -> dict[str, str]:
+    """The use of each colour of the themes; where one has several, the first in a theme."""
+    return {colour: use for theme in THEMES.values() for use, colour in reversed(vars(theme).items())}
 
 
 def pixmap(name: str, size: int, colour: str | None = None, scale: float = 1.0) -> QPixmap:

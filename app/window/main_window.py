@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -144,7 +143,9 @@ class MainWindow(QMainWindow):
         self.setAnimated(False)
         self._has_title = self._is_closed = self._expects_work = False
         self._making: dict[str, Iterator[None]] = {}
-        self._dressing: Iterator[None] | None = None
+        self._dressing: theme.Dressing | None = None
+        self._dressing_steps: Generator[None] | None = None
+        self._untinted: list[Any] = []
         self._behind = self._make_behind()
         self.failures = Failures(self)
         self._session = open_session() if config is None else None
@@ -381,8 +382,7 @@ class MainWindow(QMainWindow):
         self.bar.show_workspace(name)
         if name == "capture":
             self.restoring.look_again()
-        if self.is_dressing:
-            self._dress(theme.dressing(cast(QApplication, QApplication.instance())))
+        self._dress()
         if self.isVisible():
             QTimer.singleShot(0, self, lambda: self.settings.in_front(name))
         self.status.show_frame_time(None)
@@ -468,26 +468,44 @@ class MainWindow(QMainWindow):
         assert isinstance(application, QApplication)
         self.settings.change(theme=name)
         self.menus.show_theme(name)
-        self._dress(theme.changing(application, name))
-
-    def _dress(self, steps: Iterator[None]) -> None:
-        """Do the first of `steps` now and the others one by one; what is drawn in front takes its colours after it."""
-        tinting = self._tinting()
-        self._dressing = itertools.chain(itertools.islice(steps, 1), itertools.islice(tinting, 1), steps, tinting)
-        self._dress_on(self._dressing)
+        dressing = theme.change(application, name)
+        if dressing is not None:
+            self._dressing, self._untinted = dressing, self._parts()
+            self._dress()
 
     @property
     def is_dressing(self) -> bool:
         """True while parts of the window still have the theme before."""
         return self._dressing is not None
 
-    def _dress_on(self, steps: Iterator[None]) -> None:
-        """Do the next of `steps`, unless another theme was chosen meanwhile."""
-        if steps is not self._dressing or self._is_closed:
-            return
-        if next(steps, self) is self:
-            self._dressing = None
-        else:
+    def _dress(self) -> None:
+        """Dress what does not have the theme of now yet: what is visible first, which changes on the screen at once."""
+        if self._dressing is not None:
+            if self._dressing_steps is not None:
+                self._dressing_steps.close()
+            self._dressing_steps = self._dress_in_steps(self._dressing)
+            self._dress_on(self._dressing_steps)
+
+    def _dress_in_steps(self, dressing: theme.Dressing) -> Generator[None]:
+        front = (self.bar, self.status, self.docks, self.stack.currentWidget())
+        self._untinted.sort(key=lambda part: part not in front)
+        with theme.drawn_at_once(cast(QApplication, QApplication.instance())):
+            yield from dressing.dress_visible()
+            while self._untinted and self._untinted[0] in front:
+                yield
+                self._untinted.pop(0).apply_theme()
+            self._show_anew()
+        while self._untinted:
+            yield
+            self._untinted.pop(0).apply_theme()
+        yield from dressing.dress_rest()
+        self._dressing = None
+
+    def _dress_on(self, steps: Generator[None]) -> None:
+        """Do the next of `steps`, unless others have taken their place meanwhile."""
+        if self._is_closed:
+            steps.close()
+        elif steps is self._dressing_steps and next(steps, self) is not self:
             QTimer.singleShot(0, self, lambda: self._dress_on(steps))
 
     def _show_preferences(self) -> None:
@@ -636,19 +654,17 @@ class MainWindow(QMainWindow):
             return
         self.failures.report(failed_title(job, error), error)
 
-    def _tint(self) -> None:
-        for _ in self._tinting():
-            pass
+    def _parts(self) -> list[Any]:
+        """Everything that draws itself by the colours of the theme and the form of numbers."""
+        return [self.bar, self.status, self.docks, *self.tabs.values(), self.starting.page]
 
-    def _tinting(self) -> Iterator[None]:
-        """Let all that draws itself take the colours of the theme and the form of numbers, in short steps."""
-        self.bar.apply_theme()
-        self.status.apply_theme()
-        front = self.stack.currentWidget()
-        for tab in sorted([*self.tabs.values(), self.starting.page], key=lambda tab: tab is not front):
-            tab.apply_theme()
-            yield
-        self.docks.apply_theme()
+    def _tint(self) -> None:
+        """Let all that draws itself take the colours of the theme and the form of numbers."""
+        for part in self._parts():
+            part.apply_theme()
+        self._show_anew()
+
+    def _show_anew(self) -> None:
         self._on_changed(Project(), self.bench.document.project)
         for image in self.findChildren(ImageView):
             image.update()

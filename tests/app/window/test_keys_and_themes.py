@@ -101,29 +101,50 @@ def test_a_widget_that_is_there_takes_the_theme_that_a_new_one_has(qapp: QApplic
         qtbot.waitExposed(holder)
     hidden.hide()
     dark = shown.grab().toImage()
-    steps = theme.changing(qapp, "light")
-    next(steps)
+    dressing = theme.change(qapp, "light")
+    assert dressing is not None
+    with theme.drawn_at_once(qapp):
+        assert not shown.updatesEnabled(), "until all that is visible has it"
+        for _ in dressing.dress_visible():
+            pass
+    assert shown.updatesEnabled()
     light = make().grab().toImage()
     assert light != dark
-    assert shown.grab().toImage() == light, "after the first step"
-    for _ in steps:
+    assert shown.grab().toImage() == light
+    for _ in dressing.dress_rest():
         pass
     assert hidden.grab().toImage() == light
     theme.apply(qapp, "dark")
     assert shown.grab().toImage() == dark
 
 
-def test_a_workspace_that_comes_to_the_front_while_the_theme_changes_has_it(window: MainWindow, qtbot: Any) -> None:
+def test_a_workspace_that_comes_to_the_front_while_the_theme_changes_has_it(
+    window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    polished: list[Any] = []
+    polish_anew = theme._polish_anew
+
+    def polish(widget: QWidget) -> None:
+        polished.append(widget)
+        polish_anew(widget)
+
+    monkeypatch.setattr(theme, "_polish_anew", polish)
     window.show_workspace("view")
     window.set_theme("dark")
     qtbot.waitUntil(lambda: not window.is_dressing, timeout=30_000)
     window.show_workspace("brdf")
+    polished.clear()
     window.set_theme("light")
     window.show_workspace("view")
+    assert window.is_dressing
+    assert not window.updatesEnabled(), "the screen shows the theme before"
+    qtbot.waitUntil(window.updatesEnabled, timeout=30_000)
     assert window.is_dressing
     shown = window.view.model.grab().toImage()
     qtbot.waitUntil(lambda: not window.is_dressing, timeout=30_000)
     assert window.view.model.grab().toImage() == shown
+    dressed = [widget for widget in polished if widget is window.view.model]
+    assert len(dressed) == 1, "no widget is dressed twice"
 
 
 @pytest.mark.parametrize("name", ["light", "dark"])
