@@ -41,9 +41,12 @@ def with_ball(image: NDArray[np.float32], ball: Circle, lamp: NDArray[np.float64
 
     `ball` is in texels of the image, `lamp` the unit vector from the sphere to the lamp.
     """
-    top, left = math.floor(ball.row - ball.radius) - 1, math.floor(ball.column - ball.radius) - 1
-    side = math.ceil(2 * ball.radius) + 3
-    row, column = np.mgrid[top : top + side, left : left + side] + 0.5
+    top, left = (max(0, math.floor(middle - ball.radius) - 1) for middle in (ball.row, ball.column))
+    bottom, right = (
+        min(size, math.ceil(middle + ball.radius) + 1)
+        for size, middle in zip(image.shape, (ball.row, ball.column), strict=False)
+    )
+    row, column = np.mgrid[top:bottom, left:right] + 0.5
     x, y = (column - ball.column) / ball.radius, (ball.row - row) / ball.radius
     outside = np.hypot(x, y)
     z = np.sqrt(np.clip(1 - outside * outside, 0, 1))
@@ -54,7 +57,7 @@ def with_ball(image: NDArray[np.float32], ball: Circle, lamp: NDArray[np.float64
     seen = _REFLECTANCE * surroundings + (_LAMP * np.exp(-off_squared / (2 * GLOW * GLOW)))[..., None]
     cover = np.clip((1 - outside) * ball.radius + 0.5, 0, 1)[..., None]
     result = image.copy()
-    square = result[top : top + side, left : left + side]
+    square = result[top:bottom, left:right]
     square += (cover * (seen - square)).astype(np.float32)
     return result
 

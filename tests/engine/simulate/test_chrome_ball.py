@@ -30,3 +30,14 @@ def test_only_the_disk_of_the_sphere_changes() -> None:
     outside = np.hypot(column - BALL.column, row - BALL.row) > BALL.radius + 1
     assert np.array_equal(after[outside], before[outside])
     assert (after[~outside] != before[~outside]).any(axis=-1).mean() > 0.95
+
+
+@pytest.mark.parametrize("size", [16, 18, 28])
+def test_a_sphere_in_the_corner_of_a_small_image(size: int) -> None:
+    """The square around it leaves the image."""
+    ball = Circle(0.13 * size, 0.87 * size, 0.1 * size)
+    after = with_ball(np.full((size, size, 3), 0.3, np.float32), ball, np.array([0.0, 0.0, 1.0]))
+    row, column = np.mgrid[0:size, 0:size] + 0.5
+    changed = (after != np.float32(0.3)).any(axis=-1)
+    assert changed.any()
+    assert not changed[np.hypot(column - ball.column, row - ball.row) > ball.radius + 1].any()
