@@ -27,6 +27,7 @@ from app.arguments.results import add_overwrite, check_results
 from app.arguments.usage import BAD_FILE, CANCELLED, DONE, MISSING, OUT_OF_MEMORY, WRONG_USAGE
 from app.process import ending, last_words
 from engine.core.errors import FileError, MissingCapability, OutOfMemory, UsageError, file_failure, shortage
+from engine.core.escape import escape_controls
 from engine.core.steps import Step
 from engine.storage import guarded
 
@@ -123,7 +124,7 @@ class Progress:
         if now - self.shown < (0.1 if self.interactive else 5.0):
             return
         self.shown = now
-        line = f"{100 * step.done:3.0f} %  {step.note}"
+        line = f"{100 * step.done:3.0f} %  {escape_controls(step.note)}"
         self.stream.write(f"\r\x1b[K{line[:100]}" if self.interactive else f"{line}\n")
         self.stream.flush()
 
@@ -219,18 +220,23 @@ def _print(options: argparse.Namespace, result: Any) -> None:
         print(json.dumps(public, allow_nan=False))
         return
     if hasattr(options.module, "report"):
-        print(options.module.report(public))
+        print(_lines(options.module.report(public)))
     else:
         for key, value in public.items():
-            print(f"{key}: {value}")
+            print(escape_controls(f"{key}: {value}"))
     print(health)
+
+
+def _lines(text: str) -> str:
+    """Lines of `text`, each of which can be shown: names in it do not drive the terminal."""
+    return "\n".join(map(escape_controls, text.split("\n")))
 
 
 def health_text(warnings: Sequence[str]) -> str:
     """The health of a result: 'Health: no warnings.', or how many with the first `MAX_WARNINGS` of them."""
     if not warnings:
         return "Health: no warnings."
-    lines = [f"- {warning}" for warning in warnings[:MAX_WARNINGS]]
+    lines = [f"- {escape_controls(warning)}" for warning in warnings[:MAX_WARNINGS]]
     if len(warnings) > MAX_WARNINGS:
         lines.append(f"- and {len(warnings) - MAX_WARNINGS} more, which --json lists")
     return "\n".join([f"Health: {len(warnings)} warning{'s' * (len(warnings) > 1)}:", *lines])
@@ -238,5 +244,5 @@ def health_text(warnings: Sequence[str]) -> str:
 
 def _fail(progress: Progress, code: int, message: str) -> int:
     progress.clear()
-    print(message, file=sys.stderr)
+    print(_lines(message), file=sys.stderr)
     return code

@@ -26,6 +26,7 @@ from app.widgets import theme
 from app.widgets.panels import text
 from app.widgets.status_bar import describe, is_long
 from app.widgets.theme import PADDING, ROW, STEP
+from engine.core.escape import escape_controls
 from engine.core.figure_text import time_text
 
 JOBS_KEPT = 200
@@ -111,7 +112,7 @@ class JobsDock(QDockWidget):
         for column, words in ((1, now), (2, time_text(job.time_s, 3) if job.over else "")):
             item = self.table.item(place, column)
             assert item is not None
-            item.setText(words)
+            item.setText(escape_controls(words))
         self.table.resizeRowToContents(place)  # long names wrap; all rows at each change would take 1 ms each
         cancel = self.table.cellWidget(place, 3)
         if cancel is not None and job.over:
@@ -124,7 +125,7 @@ class JobsDock(QDockWidget):
         self.pages.setCurrentWidget(self.table)
         self.table.insertRow(0)
         for column, words in enumerate((job.title, "", "")):
-            item = QTableWidgetItem(words)
+            item = QTableWidgetItem(escape_controls(words))
             if column == 2:
                 item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             self.table.setItem(0, column, item)

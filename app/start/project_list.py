@@ -14,6 +14,7 @@ from app.project.listing import Listed
 from app.project.thumbnail import SIZE
 from app.widgets import theme
 from app.widgets.theme import PADDING, STEP
+from engine.core.escape import escape_controls
 from engine.core.figure_text import size_text
 
 #: Height of a row, and of the thumbnail in it, in pixels.
@@ -44,11 +45,11 @@ class ProjectModel(QAbstractListModel):
             return None
         project = self.shown[index.row()]
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
-            return project.name
+            return escape_controls(project.name)
         if role == Qt.ItemDataRole.AccessibleDescriptionRole:
             return f"{where(project)}, {date_text(project.modified_s)}"
         if role == Qt.ItemDataRole.ToolTipRole:
-            return str(project.path)
+            return escape_controls(str(project.path))
         return project if role == Qt.ItemDataRole.UserRole else None
 
     def show_projects(self, projects: tuple[Listed, ...]) -> None:
@@ -140,8 +141,9 @@ class _Row(QStyledItemDelegate):
             painter.drawText(column, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, said)
             right -= width + PADDING
         left, middle = image.right() + PADDING, inner.center().y()
-        self._draw_line(painter, QRect(left, middle - 21, right - left, 20), project.name, colours.text, strong=True)
-        self._draw_line(painter, QRect(left, middle + 2, right - left, 20), where(project), colours.secondary)
+        name, folder = escape_controls(project.name), where(project)
+        self._draw_line(painter, QRect(left, middle - 21, right - left, 20), name, colours.text, strong=True)
+        self._draw_line(painter, QRect(left, middle + 2, right - left, 20), folder, colours.secondary)
         painter.restore()
 
     def _draw_image(self, painter: QPainter, project: Listed, place: QRect) -> None:
@@ -164,7 +166,7 @@ class _Row(QStyledItemDelegate):
 
 def where(project: Listed) -> str:
     """The folder of a project, in one line."""
-    folder = str(project.path.parent)
+    folder = escape_controls(str(project.path.parent))
     home = str(Path.home()) if Path.home().is_absolute() else ""
     if home and folder.startswith(f"{home}/"):
         folder = f"~{folder.removeprefix(home)}"

@@ -15,6 +15,7 @@ from app.widgets import theme as icons
 from app.widgets.fitting import Elided
 from app.widgets.panels import text
 from app.widgets.theme import PADDING, STEP, role
+from engine.core.escape import escape_controls
 from engine.core.figure_text import local, percent, size_text, time_text
 from engine.core.health import Health, Verdict
 from engine.core.steps import time_left
@@ -224,7 +225,7 @@ def describe(job: Job) -> str:
         return f"{job.title}: {waiting_text(job) if job.state == 'queued' else 'paused'}"
     if job.lane == "save":
         return describe_whole(job)
-    note = job.step.note or job.title
+    note = escape_controls(job.step.note or job.title)
     return _with_time_left(job, f"{note[:1].upper()}{note[1:]}")
 
 

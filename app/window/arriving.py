@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 from app.commands.workbench import Arrival, Workbench
 from app.window.failures import sentence
 from engine.capture.doubts import Doubtful
+from engine.core.escape import escape_controls
 
 #: What the buttons of the question do, in their order.
 NEW, REPLACE = (
@@ -33,16 +34,18 @@ def ask_where(
     has_photographs = project.sources is not None or project.stack is not None or not project.has_map
     box.setText(f"This project has {'photographs' if has_photographs else 'a material'} already.")
 
+    name = escape_controls(arrival.name)
+
     def anew() -> None:
         begin_anew(arrival.replace)
 
-    choices: dict[str, tuple[str, Callable[[], object]]] = {"New project": (NEW.format(arrival.name), anew)}
+    choices: dict[str, tuple[str, Callable[[], object]]] = {"New project": (NEW.format(name), anew)}
     if arrival.add is not None:
         choices["Add"] = (arrival.added, arrival.add)
-    choices["Replace"] = (REPLACE.format(arrival.name), arrival.replace)
+    choices["Replace"] = (REPLACE.format(name), arrival.replace)
     lines = "\n\n".join(f"{label}: {does}." for label, (does, _) in choices.items())
     box.setTextFormat(Qt.TextFormat.PlainText)
-    box.setInformativeText(f"Where does {arrival.name} belong?\n\n{lines}")
+    box.setInformativeText(f"Where does {name} belong?\n\n{lines}")
     for label, (_, run) in choices.items():
         made = box.addButton(label, QMessageBox.ButtonRole.ActionRole)
         made.clicked.connect(lambda _checked=False, run=run: run())

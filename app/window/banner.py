@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QSizePolicy, QVB
 
 from app.widgets.panels import button, text
 from app.widgets.theme import PADDING, STEP, role
+from engine.core.escape import escape_controls
 
 #: Letters of a path in a sentence, and of one name in it.
 MAX_LETTERS, MAX_OF_NAME = 60, 40
@@ -104,6 +105,6 @@ def short_path(path: Path) -> str:
 
 def _short_name(name: str) -> str:
     """A name without line breaks, and without its middle where it is longer than `MAX_OF_NAME`."""
-    shown = "".join(letter if letter.isprintable() else "?" for letter in name)
+    shown = escape_controls(name)
     half = MAX_OF_NAME // 2
     return shown if len(shown) <= MAX_OF_NAME else f"{shown[:half]}…{shown[-half:]}"

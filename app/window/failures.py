@@ -17,10 +17,11 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QIcon
-from PySide6.QtWidgets import QMessageBox, QWidget
+from PySide6.QtWidgets import QLabel, QMessageBox, QWidget
 
 from app.process import crash
 from engine.core.errors import VERBS, FileError, LightarcError, MissingCapability, UsageError, file_failure, shortage
+from engine.core.escape import escape_controls
 
 log = logging.getLogger(__name__)
 
@@ -47,6 +48,7 @@ class Failures(QObject):
 
     def report(self, title: str, error: BaseException) -> None:
         """Log `error` now and show it as soon as the window's thread is free."""
+        title = escape_controls(title)
         if isinstance(error, LightarcError):
             log.warning("%s: %s", title, error)
         else:
@@ -80,6 +82,8 @@ class Failures(QObject):
         box = QMessageBox(QMessageBox.Icon.Warning, "Lightarc", title, QMessageBox.StandardButton.Close, self.window)
         box.button(QMessageBox.StandardButton.Close).setIcon(QIcon())  # the style's own is black, also on dark
         box.setInformativeText(message)
+        for label in box.findChildren(QLabel):
+            label.setTextFormat(Qt.TextFormat.PlainText)  # a file may be called <img src=…>
         if detail:
             box.setDetailedText(detail)
             box.setDefaultButton(QMessageBox.StandardButton.Close)
@@ -94,9 +98,9 @@ def explain(error: BaseException) -> tuple[str, str]:
     if shortage(error) is None:
         error = file_failure(error) or error
     if isinstance(error, FileError):
-        return f"{sentence(error)}\n{error.remedy}.\n\n{error.path}", ""
+        return f"{sentence(error)}\n{escape_controls(error.remedy)}.\n\n{escape_controls(error.path)}", ""
     if isinstance(error, FilesExcluded):
-        return "\n\n".join(f"{sentence(each)}\n{each.remedy}." for each in error.errors), ""
+        return "\n\n".join(f"{sentence(each)}\n{escape_controls(each.remedy)}." for each in error.errors), ""
     if isinstance(error, MissingCapability):
         return f"{error.capability}.\n{error.remedy}.", ""
     if isinstance(error, UsageError):
@@ -113,8 +117,8 @@ def sentence(error: FileError) -> str:
     """The problem as a sentence: of the file by its name, where the problem says what the file is or does."""
     words = error.problem
     if words.split(" ", 1)[0] in VERBS:
-        return f"{Path(error.path).name or error.path} {words}."
-    return f"{words[:1].upper()}{words[1:]}."
+        return escape_controls(f"{Path(error.path).name or error.path} {words}.")
+    return escape_controls(f"{words[:1].upper()}{words[1:]}.")
 
 
 def _place(error: BaseException) -> str:

@@ -53,6 +53,7 @@ from app.window.whereabouts import Whereabouts
 from engine.capture.doubts import Doubtful
 from engine.core.colour import Operator
 from engine.core.errors import FileError
+from engine.core.escape import escape_controls
 from engine.core.figure_text import write_with
 from engine.storage.untrusted import expect
 
@@ -630,11 +631,11 @@ class MainWindow(QMainWindow):
 
     def _show_title(self) -> None:
         """Name of the project, and whether it is on disk; what keeps it from there is said until it is mended."""
-        projects, name = self.projects, self.projects.shown_name
+        projects, name = self.projects, escape_controls(self.projects.shown_name)
         state = "read-only" if projects.is_read_only else "not saved" if projects.problem else ""
         state = "saving…" if projects.saved_as and not projects.waits_for else state
         self.bar.show_title(name if self._has_title else "", state)
-        self.bar.title.setToolTip(projects.details if projects.problem else str(projects.path))
+        self.bar.title.setToolTip(projects.details if projects.problem else escape_controls(str(projects.path)))
         self.setWindowTitle(f"{name} – Lightarc" if self._has_title else "Lightarc")
         self.view.name = name
         place, elsewhere = short_path(projects.path), ("Save elsewhere…", self.files.save_as)

@@ -18,6 +18,7 @@ from app.project.thumbnail import SIZE, keep_thumbnail, list_image_parts, thumbn
 from app.widgets import theme
 from app.window.projects import Projects
 from engine.core.errors import FileError
+from engine.core.escape import escape_controls
 from engine.core.steps import Steps
 
 log = logging.getLogger(__name__)
@@ -40,11 +41,12 @@ def fill(menu: QMenu, projects: Sequence[str], files: Sequence[str], open_path: 
         for text in paths:
             path = Path(text)
             is_there = path.exists()
-            name = (name_of_file(path) if is_there else f"{path.name} (missing)").replace("&", "&&")
-            entry = menu.addAction(f"{name}\t{path.parent if not is_untitled(path) else path.stem}")
+            name = escape_controls(name_of_file(path) if is_there else f"{path.name} (missing)").replace("&", "&&")
+            folder = escape_controls(str(path.parent if not is_untitled(path) else path.stem))
+            entry = menu.addAction(f"{name}\t{folder}")
             entry.setIcon(QIcon(image_of_file(path)))
             entry.setEnabled(is_there)
-            entry.setToolTip(text)
+            entry.setToolTip(escape_controls(text))
             entry.triggered.connect(lambda _checked=False, path=path: open_path(path))
         if paths is not files and projects and files:
             menu.addSeparator()

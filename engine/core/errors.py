@@ -9,6 +9,8 @@ from __future__ import annotations
 import errno
 import os
 
+from engine.core.escape import escape_controls
+
 #: First words of what is said of a file that is its subject.
 VERBS = (
     *("is", "was", "has", "holds", "lacks", "cannot", "does", "needs", "would", "names", "lists", "states", "says"),
@@ -37,8 +39,7 @@ class FileError(LightarcError):
         super().__init__(self.path, self.problem, self.remedy)
 
     def __str__(self) -> str:
-        readable = self.path.encode("utf-8", "replace").decode("utf-8").replace("\n", "\\n")
-        return f"{readable}: {self.problem}. {self.remedy}."
+        return escape_controls(f"{self.path}: {self.problem}. {self.remedy}.")
 
 
 class InputError(FileError):
