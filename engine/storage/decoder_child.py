@@ -12,6 +12,7 @@ their only way to say that a result is incomplete; `complaints` collects it.
 from __future__ import annotations
 
 import contextlib
+import errno
 import gc
 import importlib
 import io
@@ -35,7 +36,7 @@ from engine.core.errors import InputError
 from engine.storage import readers
 from engine.storage.sandbox import Protection, confine
 from engine.storage.shared_memory import results_in
-from engine.storage.untrusted import AGAIN
+from engine.storage.untrusted import AGAIN, UNREADABLE
 
 _DAMAGE: tuple[type[Exception], ...] = (
     ArithmeticError,
@@ -49,6 +50,10 @@ _DAMAGE: tuple[type[Exception], ...] = (
     struct.error,
     zlib.error,
 )
+
+#: Errors of disks, networks and limits: no decoder raises them of what a file holds.
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_OF_THE_SYSTEM = (*_NO_ROOM, errno.EIO, errno.ENXIO, errno.EBADF, errno.ESTALE, errno.ETIMEDOUT, errno.EMFILE)
 
 
 def main(handed: int | None, module: str, outside: str) -> None:
@@ -84,16 +89,22 @@ def _serve(
     results_file = handed.pop() if request["shared"] else None
     with contextlib.ExitStack() as files:
         scratch = files.enter_context(_scratch(handed)) if request["scratch"] else None
-        if request["as_file"]:
-            contents: list[Any] = [files.enter_context(_file(size, handed, requests)) for size in request["contents"]]
-        else:
-            contents = [_content(size_bytes, handed, requests) for size_bytes in request["contents"]]
+        contents: list[Any] = []
+        unreadable: OSError | None = None
+        try:
+            for size_bytes in request["contents"]:
+                if request["as_file"]:
+                    contents.append(files.enter_context(_file(size_bytes, handed, requests)))
+                else:
+                    contents.append(_content(size_bytes, handed, requests))
+        except OSError as error:
+            unreadable = error
         replies.write(b"\n")
         replies.flush()
         _limit_memory(request["memory_bytes"])
         _limit_time(request["patience_s"])
         with results_in(results_file) as results:
-            answer = _answer(request, contents, results, scratch)
+            answer = _refusal(unreadable) if unreadable else _answer(request, contents, results, scratch)
     del contents, scratch
     gc.collect()  # decoders leave reference cycles that hold the whole file, and arrays that the parent waits for
     _send(replies, {**answer, "protection": asdict(protection)})
@@ -170,7 +181,18 @@ def _answer(
         limit = request["memory_bytes"] / 2**30
         return {"problem": f"needs more than {limit:.1f} GiB to decode", "remedy": "Make it smaller"}
     except _DAMAGE as error:
+        if isinstance(error, OSError) and error.errno in _OF_THE_SYSTEM:
+            return _refusal(error)
         return {"problem": f"is damaged or of an unknown kind{_quote_reader(error)}", "remedy": AGAIN}
+
+
+def _refusal(error: OSError) -> dict[str, Any]:
+    """The answer where the system refuses to read a file, or to keep what comes of it."""
+    if error.errno in _NO_ROOM:
+        problem = f"cannot be unpacked: {os.strerror(error.errno)}"
+        return {"problem": problem, "remedy": "Free some space on the disk of temporary files", "unreadable": True}
+    cause = os.strerror(error.errno) if error.errno else str(error)
+    return {"problem": f"cannot be read: {cause}", "remedy": UNREADABLE, "unreadable": True}
 
 
 def _quote_reader(error: Exception) -> str:

@@ -20,6 +20,7 @@ import contextlib
 import json
 import math
 import os
+import signal
 import socket
 import stat
 import subprocess
@@ -84,7 +85,12 @@ _handed: dict[str, bytes] = {}
 #: The folder in which Python finds this module by its name.
 _PROJECT = Path(__file__).resolve().parents[__name__.count(".")]
 
+#: Remedies for a file that is damaged, and for one that the system does not let be read.
+UNREADABLE = "Check that the file exists and may be read"
 AGAIN = "Copy or download it again, or export it again from the program that wrote it"
+
+#: What is said of a reply that is none.
+_INVALID = {"problem": "is damaged: its decoder returned an invalid response", "remedy": AGAIN}
 
 
 def read_bytes(path: str | os.PathLike[str], limit_bytes: int = FILE_LIMIT_BYTES) -> bytes:
@@ -173,7 +179,7 @@ def _change(path: str | os.PathLike[str]) -> InputError:
 
 
 def _unreadable(path: str | os.PathLike[str], error: OSError) -> UnreadableError:
-    return UnreadableError(path, _reason(error), "Check that the file exists and may be read")
+    return UnreadableError(path, _reason(error), UNREADABLE)
 
 
 def _reason(error: OSError) -> str:
@@ -328,12 +334,24 @@ def _decode(
     global _protection
     reply = _answer(request, contents, files, cancellation or Cancellation())
     if "protection" in reply:
-        found = Protection(**reply.pop("protection"))
+        found = reply.pop("protection")
         _protection = _protection if found == _protection else found
     if "problem" in reply:
         path = reply["path"] if reply.get("path") in request["beside"] else request["name"]
-        raise InputError(path, reply["problem"], reply["remedy"])
-    return reply
+        kind = UnreadableError if reply.get("unreadable") else InputError
+        raise kind(path, reply["problem"], reply["remedy"])
+    return _Reply(request["name"], reply)
+
+
+class _Reply(dict[str, Any]):
+    """The results of a decoder by name; InputError for one that is asked for and missing."""
+
+    def __init__(self, path: str, results: dict[str, Any]) -> None:
+        super().__init__(results)
+        self._path = path
+
+    def __missing__(self, _name: str) -> Any:
+        raise InputError(self._path, *_INVALID.values())
 
 
 def protection() -> Protection | None:
@@ -446,7 +464,7 @@ class _Child:
             return self._last_words(request, arrived, expired.is_set()) if arrived or expired.is_set() else None
         except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError):
             self.kill()
-            return {"problem": "is damaged: its decoder returned an invalid response", "remedy": AGAIN}
+            return dict(_INVALID)
         finally:
             watchdog.cancel()
         if reply.pop("ends", False):
@@ -471,6 +489,9 @@ class _Child:
         if is_expired:
             return {"problem": f"could not be decoded within {request['timeout_s']:g} s", "remedy": AGAIN}
         code = self.process.returncode
+        if code == -getattr(signal, "SIGKILL", 0):
+            problem = "could not be decoded, because the system ended the decoder process, as it does without memory"
+            return {"problem": problem, "remedy": "Close other programs and try again"}
         return {"problem": f"is damaged: its decoder crashed (exit code {code})", "remedy": AGAIN}
 
     def kill(self) -> None:
@@ -525,6 +546,10 @@ def _receive(replies: IO[bytes], results: SharedFile | None, limit_bytes: int) -
     if not line.endswith(b"\n"):
         raise EOFError
     reply: dict[str, Any] = json.loads(line)
+    if "protection" in reply:
+        reply["protection"] = Protection(**reply["protection"])
+    if "problem" in reply and not isinstance(reply["problem"] + reply["remedy"], str):
+        raise TypeError("decoder announced a problem without words")
     offsets = reply.pop("offsets", None)
     for name, kind, shape in reply.pop("arrays"):
         dtype = np.dtype(kind)
