@@ -14,7 +14,7 @@ from engine.bundle.manifest import MAPS_PROCESS, describe_bundle
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import size_text
 from engine.core.steps import Step, drain
-from engine.storage.atomic import write_bytes
+from engine.storage.atomic import discard, write_bytes
 
 NAME = "bundle"
 EXAMPLE = "lightarc bundle verify woven.lightarc --json"
@@ -105,7 +105,11 @@ def _view(bundle: Path, show: Callable[[Step], None]) -> dict[str, Any]:
         raise UsageError("PBR maps have no page; lightarc export --to gltf writes what any viewer of glTF shows")
     text = viewer(material)
     page = Path(tempfile.mkdtemp(prefix="lightarc-view-")) / "index.html"
-    write_bytes(page, text.encode())
+    try:
+        write_bytes(page, text.encode())
+    except BaseException:
+        discard(page.parent)
+        raise
     opened = webbrowser.open(page.as_uri())
     return {"page": str(page), "opened": opened, "warnings": material.health.warnings}
 
