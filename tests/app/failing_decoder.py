@@ -7,6 +7,7 @@ knows of the test.
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 import random
@@ -14,6 +15,7 @@ import signal
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Literal, get_args
+from unittest import mock
 
 from engine.storage import untrusted
 
@@ -49,41 +51,39 @@ class FailingDecoder:
         self.at, self.way, self.rng = at, way, random.Random(seed)
         self.operations = list[str]()
         self._request: dict[str, Any] | None = None
+        self._patches = contextlib.ExitStack()
 
     def __enter__(self) -> FailingDecoder:
-        self._kept = untrusted._answer, untrusted._Child.ask, untrusted.subprocess
-        answer, ask, _ = self._kept
+        answer, ask = untrusted._answer, untrusted._Child.ask
 
         def counted(request: dict[str, Any], *rest: Any) -> dict[str, Any]:
             self.operations.append(self.way)
-            if len(self.operations) == self.at + 1:
-                self._request = request
-                if self.way == "not started":
-                    self._refuse_start()
-            try:
+            if len(self.operations) != self.at + 1:
                 return answer(request, *rest)
-            finally:
-                untrusted.subprocess = self._kept[2]
+            self._request = request
+            with self._refused_start() if self.way == "not started" else contextlib.nullcontext():
+                return answer(request, *rest)
 
         def asked(child: Any, request: dict[str, Any], contents: list[bytes], files: list[int], results: Any) -> Any:
             if request is not self._request:
                 return ask(child, request, contents, files, results)
             return self._ask(child, ask, dict(request), contents, files, results)
 
-        untrusted._answer, untrusted._Child.ask = counted, asked  # type: ignore[method-assign]
+        self._patches.enter_context(mock.patch.object(untrusted, "_answer", counted))
+        self._patches.enter_context(mock.patch.object(untrusted._Child, "ask", asked))
         return self
 
     def __exit__(self, *_: object) -> None:
-        untrusted._answer, untrusted._Child.ask, untrusted.subprocess = self._kept  # type: ignore[method-assign]
+        self._patches.close()
 
-    def _refuse_start(self) -> None:
+    def _refused_start(self) -> contextlib.AbstractContextManager[Any]:
         code = self.rng.choice(CODES)
 
         def refuse(*_arguments: Any, **_options: Any) -> None:
             raise OSError(code, os.strerror(code))
 
         untrusted.stop_children()
-        untrusted.subprocess = SimpleNamespace(Popen=refuse, PIPE=-1, DEVNULL=-3)  # type: ignore[assignment]
+        return mock.patch.object(untrusted, "subprocess", SimpleNamespace(Popen=refuse, PIPE=-1, DEVNULL=-3))
 
     def _ask(self, child: Any, ask: Any, request: dict[str, Any], contents: Any, files: list[int], results: Any) -> Any:
         if self.way == "dead before":
@@ -120,6 +120,9 @@ class _Replies:
             if self._way == "halted":
                 os.kill(self._process.pid, signal.SIGSTOP)
             return line
+        if self._way == "halted":
+            self._process.wait()  # for the limit of its time
+            return b""
         if self._way in ("killed", "crashed", "unreadable"):
             crashes = (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE)
             os.kill(self._process.pid, self._rng.choice(crashes) if self._way == "crashed" else signal.SIGKILL)

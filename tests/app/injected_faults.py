@@ -2,10 +2,11 @@
 
     python -m tests.app.injected_faults SEED COUNT
 
-Failure N is drawn by a generator with the seed N: one of the scenarios, and in it one operation of three kinds. The
+Failure N is drawn by a generator with the seed N: one of the works, and in it one operation of four kinds. The
 operations of `engine.storage.atomic` (write, flush, rename, close and so on) and everything that Python tells of files
 to `sys.addaudithook` (opening, listing, mapping, making and removing) fail with an error of the system; arrays of numpy
-find no memory. All run in one process, so that a failure costs tens of milliseconds.
+find no memory; decoder processes are not started, are ended, find no memory or answer nonsense
+(`tests.app.failing_decoder`). All works run in one process, so that a failure costs tens of milliseconds.
 
 The rule: a verb ends with a known exit code and one sentence, a function with a LightarcError; inputs stay as they
 were; an output is complete or absent, and nothing half-written stays.
@@ -15,6 +16,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import functools
 import io
 import json
 import logging
@@ -24,11 +26,14 @@ import shutil
 import sys
 import tempfile
 import traceback
+import webbrowser
+import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
+from unittest import mock
 
 import numpy as np
 
@@ -38,14 +43,21 @@ from app.arguments.usage import BAD_FILE, DONE, MISSING, OUT_OF_MEMORY
 from app.project.project_file import is_waiting
 from app.project.report import describe
 from engine.core.errors import LightarcError
+from engine.factor.factor_file import read_factors
+from engine.images.decode import read_image
 from engine.storage import atomic
+from engine.transport.baking.file import open_transport
 from tests.app import scenarios
 from tests.app.allocations import FailingAllocator
-from tests.app.project.hostile import base
+from tests.app.failing_decoder import BLAMES, WAYS, FailingDecoder
+from tests.app.project.hostile import base, change
 from tests.app.scenarios import SCENARIOS, FailAt
 
-Kind = Literal["atomic", "system", "allocation"]
-KINDS: tuple[Kind, ...] = ("atomic", "system", "allocation")
+Kind = Literal["atomic", "system", "allocation", "decoder"]
+KINDS: tuple[Kind, ...] = ("atomic", "system", "allocation", "decoder")
+
+#: How often failures of each kind are drawn; after one of a decoder its process has to be started again.
+WEIGHTS = {"atomic": 3, "system": 3, "allocation": 3, "decoder": 1}
 
 CODES = (errno.ENOSPC, errno.EIO, errno.EACCES, errno.EMFILE, errno.EDQUOT, errno.EROFS)
 ALLOWED = (DONE, BAD_FILE, MISSING, OUT_OF_MEMORY)
@@ -76,6 +88,8 @@ class Work:
     read : raises for an output that is not whole.
     begin : makes in the folder of outputs what the work changes there.
     rare : True for a work of which a whole run takes seconds; its failures are drawn a tenth as often.
+    ends : the exit code where nothing fails.
+    keeps_temporary : True where the result lies in a temporary folder.
     """
 
     name: str
@@ -85,6 +99,8 @@ class Work:
     read: Callable[[Path], Any] | None = None
     begin: Callable[[Path, Path], None] | None = None
     rare: bool = False
+    ends: int = DONE
+    keeps_temporary: bool = False
 
 
 def _verbs() -> Iterator[Work]:
@@ -96,6 +112,25 @@ def _verbs() -> Iterator[Work]:
     yield Work("normals", "normals {inputs}/dome --no-errors -o {output}", None, "normals")
     yield Work("render bake", "render {inputs}/a.transport --width 24 --height 16 -o {output}", None, "a.exr")
     yield Work("render bundle", "render plane --material {inputs}/a.lightarc " + SMALL, None, "a.exr")
+    for mode in ("wavelet", "gaussian"):
+        words = f"bake {{inputs}}/mesh.obj {BAKES[mode]} -o {{output}}"
+        yield Work(f"bake {mode}", words, None, "b.transport", open_transport)
+        words = f"render {{inputs}}/{mode}.transport --env {{inputs}}/sky.png " + SMALL
+        yield Work(f"render {mode}", words, None, "a.png", read_image)
+    words = "bake {inputs}/mesh.obj --brdf phong --mode sh --order 3 --cube 16 --fine 1 --interreflection "
+    words += "--vary exponent=1:20:{inputs}/a.png -o {output}"
+    yield Work("bake varied", words, None, "b.transport", open_transport, rare=True)
+    words = "bake {inputs}/mesh.obj --material {inputs}/maps --mode sh --order 3 --cube 16 --fine 1 -o {output}"
+    yield Work("bake maps", words, None, "b.transport", open_transport, rare=True)
+    words = "bake {inputs}/mesh.obj --brdf lambert --mode auto --env {inputs}/sky.png -o {output}"
+    yield Work("bake auto", words, None, "b.transport", open_transport, rare=True)
+    for name, words in (("layers", "--layers"), ("lamps", "--lamp theta_deg=40,phi_deg=20,radius_deg=5 --ground")):
+        yield Work(
+            f"render {name}", f"render {{inputs}}/mesh.obj --brdf ggx {words} " + SMALL, None, "a.exr", read_image
+        )
+    for ending in ("mp4", "webp"):
+        words = "render plane --turntable 2 " + "--background transparent " * (ending == "webp") + SMALL
+        yield Work(f"turntable {ending}", words, None, f"a.{ending}")
     yield Work("plan", "plan {inputs}/mesh.obj --brdf lambert --env {inputs}/sky.png --width 24 --height 16", rare=True)
     yield Work("tradeoff", TRADEOFF, None, "tradeoff", rare=True)
     yield Work("figures", "figures wang-2 --quick -o {output}", None, "figures", rare=True)
@@ -104,7 +139,22 @@ def _verbs() -> Iterator[Work]:
     yield Work("brdf eval", "brdf eval {inputs}/paint.csv --wi-deg 30,0 --wo-deg 30,180")
     yield Work("brdf fit", "brdf fit {inputs}/paint.csv --model phong --samples 64 -o {output}", None, "fit.json")
     yield Work("brdf convert", "brdf convert lambert -o {output}", None, "l.binary", rare=True)
+    yield Work("brdf convert exr", "brdf convert lambert -o {output}", None, "l.exr", rare=True)
     yield Work("compare", "compare {inputs}/a.png {inputs}/b.png --difference {output}", None, "d.png")
+    words = "compare {inputs}/a.png {inputs}/b.png --mask {inputs}/mask.png"
+    yield Work("compare masked", words)
+    for method in ("homomorphic", "search"):
+        words = f"factor {{inputs}}/paint.csv --method {method} --size 8 --terms 1 --samples 300 -o {{output}}"
+        words += " --restarts 1 --together 1" * (method == "search")
+        yield Work(f"factor {method}", words, None, "factors", read_factors, rare=True)
+    words = "factor {inputs}/paint.csv --method search --resume {inputs}/searched --size 8 --terms 2 --samples 300 "
+    yield Work(
+        "factor resumed", words + "--restarts 1 --together 1 -o {output}", None, "factors", read_factors, rare=True
+    )
+    words = "factor {inputs}/paint.csv --table --samples 300 --size 8 --terms 1 --restarts 1 --together 1"
+    yield Work("factor table", words, rare=True)
+    yield Work("bundle view", "bundle view {inputs}/a.lightarc", keeps_temporary=True)
+    yield Work("bundle make maps", "bundle make {inputs}/maps -o {output}", None, "m.lightarc", lightarc.open_bundle)
     yield Work("bundle verify", "bundle verify {inputs}/a.lightarc")
     yield Work("bundle show", "bundle show {inputs}/a.lightarc")
     yield Work(
@@ -114,19 +164,44 @@ def _verbs() -> Iterator[Work]:
         source = "dome.lightarc --stack {inputs}/dome" if target == "rti" else "a.lightarc"
         words = "export {inputs}/" + source + " --to " + target + " -o {output}"
         yield Work(f"export {target}", words, None, "export", rare=target not in ("gltf", "web"))
+    words = "export {inputs}/Felt.lap --to auto -o {output}"
+    yield Work("export auto", words, None, "export", rare=True)
+    words = "export {inputs}/maps --to textures --preset unreal --coding exr -o {output}"
+    yield Work("export maps", words, None, "export", rare=True)
     yield Work("project info", "project info {inputs}/Felt.lap")
     yield Work("project verify", "project verify {inputs}/Felt.lap")
     yield Work("project collect", "project collect {inputs}/Felt.lap -o {output}", None, "c.lap", _sound)
     yield Work("project recover", "project recover {inputs}/Felt.lap -o {output}", None, "r.lap", _sound)
+    words = "project recover {inputs}/damaged/Felt.lap -o {output}"
+    yield Work("project recover damaged", words, None, "r.lap", _sound)
+    words = "project collect {inputs}/elsewhere.lap --include-outside --without-derived -o {output}"
+    yield Work("project collect outside", words, None, "c.lap", _sound)
     yield Work("project clean-up", "project clean-up {output}", None, "Felt.lap", _sound, _copy_project)
     find = "project find {output} --photographs {inputs}/moved"
     yield Work("project find", find, None, "Felt.lap", describe, _copy_moved_project)
     yield Work("project replay", "project replay {inputs}/Felt.lap -o {output}", None, "replayed", rare=True)
     yield Work("bundle make", "bundle make {inputs}/Felt.lap -o {output}", None, "f.lightarc", lightarc.open_bundle)
     yield Work("selftest", "selftest --long --cases 3 -o {output}", None, "cases.json", rare=True)
+    yield Work("selftest repeat", "selftest --repeat {inputs}/cases.json", rare=True)
+    yield Work("demo", "demo -o {output}", None, "demo", rare=True)
+    yield Work("bench", "bench --only linearise", rare=True)
+    yield Work("gui", "gui {inputs}/a.png", ends=MISSING)
+    words = "simulate --sample woven --size 16 --elevations-deg 30,60 --format dng --calibration --sphere -o {output}"
+    yield Work("simulate dng", words, None, "capture", rare=True)
+    yield Work(
+        "import zip", "import {inputs}/photographs.zip -o {output} --no-align", None, "stack", lightarc.open_stack
+    )
+    words = "import {inputs}/lamps -o {output} --calibrate auto"
+    yield Work("import calibrated", words, None, "stack", lightarc.open_stack, rare=True)
+    words = "shade {inputs}/stack -o {output} --slices 3 --tileable --tile-preview {output}.tiles.png "
+    yield Work("shade tiles", words + "--error-map {output}.png", None, "a.lightarc", lightarc.open_bundle, rare=True)
     yield Work("simulate", "simulate --sample plain --size 16 --elevations-deg 30,60 -o {output}", None, "capture")
 
 
+BAKES = {
+    "wavelet": "--brdf lambert --mode wavelet --cube 16 --fine 1 --coefficients 40 --terms 1 --ground --ground-cells 4",
+    "gaussian": "--brdf ggx:alpha=0.3 --mode gaussian --order 3 --cube 16 --fine 1 --samples 32 --compress",
+}
 SMALL = "--width 24 --height 16 -o {output}"
 TRADEOFF = "tradeoff {inputs}/mesh.obj --brdf lambert --env {inputs}/sky.png --modes sh --budget-s 1 " + SMALL
 
@@ -194,6 +269,9 @@ def _functions() -> Iterator[Work]:
     yield reading("evaluate_brdf", lambda inputs: la.evaluate_brdf(inputs / "factors", UP, UP))
     yield reading("sample_brdf", lambda inputs: la.sample_brdf(inputs / "factors", UP))
     yield reading("evaluate_pdf", lambda inputs: la.evaluate_pdf(inputs / "factors", UP, UP))
+    yield reading(
+        "factor_brdf", lambda inputs: la.factor_brdf(inputs / "paint.csv", method="svd", size=8, samples=300, terms=1)
+    )
     yield reading("fit_brdf", lambda inputs: la.fit_brdf(inputs / "paint.csv", "phong", samples=64))
     yield writing(
         "save_factors",
@@ -211,6 +289,12 @@ def _functions() -> Iterator[Work]:
         "b.transport",
         lambda inputs, target: la.bake(inputs / "mesh.obj", "lambert", target, method="sh", order=3),
     )
+    for method, settings in (("wavelet", {"terms": 1}), ("gaussian", {"samples": 32})):
+
+        def baking(inputs: Path, target: Path, method: str = method, settings: dict[str, Any] = settings) -> Any:
+            return la.bake(inputs / "mesh.obj", "ggx:alpha=0.3", target, method=method, cube=16, fine=1, **settings)
+
+        yield writing(f"bake {method} function", "b.transport", baking, open_transport)
     yield reading("relight", lambda inputs: la.relight(inputs / "a.transport", size=(24, 16), samples=1))
     yield reading("plan ", lambda inputs: la.plan(inputs / "mesh.obj", "lambert", size=(24, 16)), rare=True)
     yield reading("tradeoff ", lambda inputs: _tradeoff(inputs), rare=True)
@@ -263,6 +347,21 @@ def prepare(inputs: Path, *, all_works: bool = True) -> None:
     for name in ("shade", "bake", "factor"):
         assert _end(SCENARIOS[name].line(inputs, inputs))[0] == DONE
     (inputs / "paint.csv").write_text(FILES["paint.csv"][0])
+    mask = np.zeros((16, 16, 3), np.uint8)
+    mask[4:12] = 255
+    (inputs / "mask.png").write_bytes(encode_png(mask))
+    with zipfile.ZipFile(inputs / "photographs.zip", "w") as archive:
+        for path in sorted((inputs / "photographs").iterdir()):
+            archive.write(path, path.name)
+    for mode, words in BAKES.items():
+        line = f"bake {inputs / 'mesh.obj'} {words} -o {inputs / mode}.transport"
+        ended = _end(line.split())
+        assert ended[0] == DONE, ended[1]
+    searched = f"factor {inputs / 'paint.csv'} --method search --size 8 --terms 1 --samples 300 --restarts 1 "
+    assert _end(f"{searched} --together 1 -o {inputs / 'searched'}".split())[0] == DONE
+    _damage(base(inputs / "damaged"))
+    _keep_cases(inputs / "cases.json")
+    shutil.copy2(inputs / "Felt.lap", inputs / "elsewhere.lap")
     base(inputs / "moving")
     (inputs / "moving" / "pictures").rename(inputs / "moved")
     dome = "simulate --sample plain --size 16 --elevations-deg 20,40,60 --azimuths-deg 0,90,180,270 -o {}"
@@ -278,20 +377,46 @@ def prepare(inputs: Path, *, all_works: bool = True) -> None:
     (inputs / "textures").rename(inputs / "maps")
 
 
+def _damage(path: Path) -> None:
+    """The mesh of a project is gone, and a page of its file is another."""
+    with change(path) as connection:
+        connection.execute("DELETE FROM value WHERE text LIKE '%Mesh%'")
+
+
+def _keep_cases(path: Path) -> None:
+    """A file of self-test cases: the smallest of a law of images, and of one of files, which decoders read."""
+    from hypothesis import find
+
+    from engine.selftest.generated import files, images
+    from engine.selftest.generated.search import Broken, ask, write_broken
+
+    found = [(law, find(law.cases, lambda _: True)) for law in (images.LAWS[0], files.LAWS[0])]
+    write_broken([Broken(law.id, values, 0, ask(law, values)) for law, values in found], path)
+
+
 @contextlib.contextmanager
 def reduced() -> Iterator[None]:
     """Images, beams and lights of previews and errors are few within the block: they only repeat what may fail."""
     from app.commands import export_bundle
     from engine.brdf import analysis
     from engine.exchange import loss
+    from engine.figures import demo
+    from engine.simulate.arc import LightArc
 
-    kept = loss.LIGHTS, loss.DIAMETER, export_bundle.SIZE, analysis.maximum_albedo.__kwdefaults__
-    loss.LIGHTS, loss.DIAMETER, export_bundle.SIZE = 4, 24, (32, 24)
-    analysis.maximum_albedo.__kwdefaults__ = {"angles": 2, "count": 64}
-    try:
+    small = functools.partial(LightArc, elevation=(0.3, 0.8, 1.3), size=16, interreflection=False)
+    with contextlib.ExitStack() as stack:
+        for where, name, value in (
+            (loss, "LIGHTS", 4),
+            (loss, "DIAMETER", 24),
+            (export_bundle, "SIZE", (32, 24)),
+            (analysis.maximum_albedo, "__kwdefaults__", {"angles": 2, "count": 64}),
+            (demo, "LightArc", small),
+            (demo, "IMAGE_SIZE", (32, 20)),
+            (webbrowser, "open", lambda _: True),
+        ):
+            stack.enter_context(mock.patch.object(where, name, value))
+        stack.enter_context(mock.patch.dict(os.environ, dict.fromkeys(("DISPLAY", "WAYLAND_DISPLAY"), "")))
         yield
-    finally:
-        loss.LIGHTS, loss.DIAMETER, export_bundle.SIZE, analysis.maximum_albedo.__kwdefaults__ = kept
 
 
 _hook: Callable[[str, tuple[Any, ...]], None] | None = None
@@ -370,7 +495,7 @@ class Faults:
     def __init__(self, folder: Path, *, all_works: bool = True) -> None:
         self.folder, self.inputs = folder, folder / "inputs"
         prepare(self.inputs, all_works=all_works)
-        self.outputs = folder / "outputs"
+        self.outputs, self.temporary = folder / "outputs", folder / "temporary"
         self._counts: dict[tuple[str, Kind], int] = {}
         self.marks = _marks(self.inputs)
         self.outcomes = Counter[str]()
@@ -380,31 +505,36 @@ class Faults:
         if (work.name, kind) not in self._counts:
             for _ in range(2):  # the first fills caches
                 self._begin(work)
-                with FailAt() as operations, FailingSystem(self.folder) as system:
+                with FailAt() as operations, FailingSystem(self.folder) as system, FailingDecoder() as decoder:
                     allocator = FailingAllocator()
                     ended = allocator.run(lambda: _run(work, self.inputs, self.outputs))
-                assert ended[0] == DONE, f"{work.name}: {ended[1]}"
+                assert ended[0] == work.ends, f"{work.name}: {ended[1]}"
             self._counts[work.name, "atomic"] = len(operations.operations)
             self._counts[work.name, "system"] = len(system.operations)
             self._counts[work.name, "allocation"] = allocator.count
+            self._counts[work.name, "decoder"] = len(decoder.operations)
             self.marks = _marks(self.inputs)
         return self._counts[work.name, kind]
 
     def _begin(self, work: Work) -> None:
-        if self.outputs.exists():
-            shutil.rmtree(self.outputs)
-        self.outputs.mkdir()
+        for place in (self.outputs, self.temporary):
+            if place.exists():
+                shutil.rmtree(place)
+            place.mkdir()
         if work.begin is not None:
             work.begin(self.inputs, self.outputs)
 
     def inject(self, number: int) -> str:
         """Inject the failure of a number; a sentence on the rule that it breaks, '' where none."""
+        with mock.patch.object(tempfile, "tempdir", os.fspath(self.temporary)):
+            return self._inject(choose(number), number)
+
+    def _inject(self, work: Work, number: int) -> str:
         rng = random.Random(number)
-        work = choose(number)
         kinds = [kind for kind in KINDS if self.count(work, kind)]
         if not kinds:
             return ""
-        kind = rng.choice(kinds)
+        kind = rng.choices(kinds, [WEIGHTS[kind] for kind in kinds])[0]
         at, code = rng.randrange(self.count(work, kind)), rng.choice(CODES)
         self._begin(work)
         begun = _marks(self.outputs)
@@ -415,6 +545,13 @@ class Faults:
                 failing = FailingAllocator(at)
                 ended = failing.run(lambda: _run(work, self.inputs, self.outputs))
                 reached = failing.count > at
+            elif kind == "decoder":
+                way = rng.choice(WAYS)
+                what += f" {way}"
+                with FailingDecoder(at, way, number) as decoder:
+                    ended = _run(work, self.inputs, self.outputs)
+                reached = len(decoder.operations) > at
+                operation = way
             else:
                 what += f" with {errno.errorcode[code]}"
                 with FailAt(at, code) if kind == "atomic" else FailingSystem(self.folder, at, code) as operations:
@@ -447,7 +584,7 @@ class Faults:
             return f"no sentence: {said[-200:]!r}"
         if kind == "allocation" and code == BAD_FILE and "memory" not in said:
             return f"blames the file: {said[-200:]!r}"
-        if kind != "allocation" and "damaged" in said:
+        if kind != "allocation" and operation not in BLAMES and "damaged" in said:
             return f"calls a file damaged: {said[-300:]!r}"
         left = {entry.name for entry in self.outputs.iterdir()}
         if code != DONE and work.output.endswith(".transport"):
@@ -455,6 +592,10 @@ class Faults:
         left -= {Path(name).relative_to(self.outputs).parts[0] for name in begun}
         if (self.outputs / work.output).exists():  # data that wait are put in their place when the project is opened
             left -= {work.output, f"{work.output}-data", *filter(is_waiting, left)}
+        left = {name for name in left if not name.startswith(f"{work.output}.")}  # a second output of the work
+        left |= (
+            {entry.name for entry in self.temporary.iterdir()} if not work.keeps_temporary or code != DONE else set()
+        )
         if left and operation not in CLEANING:
             return f"left {sorted(left)[:3]}"
         if _marks(self.inputs) != self.marks:

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import argparse
+import inspect
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+import lightarc
+from app.arguments.results import Output
+from app.command_line import VERBS, build_parser
 from engine.core.errors import OutOfMemory
+from engine.transport import method as transport
 from tests.app import injected_faults
 from tests.app.injected_faults import QUICK, WORKS, Faults, Work, choose, reduced
 
@@ -49,3 +56,45 @@ def test_a_rule_that_is_broken_is_told(faults: Faults, monkeypatch: pytest.Monke
     said = [faults.inject(number) for number in range(40)]
     assert any("left ['half']" in each for each in said)
     assert any("OSError" in each or "PermissionError" in each for each in said)
+
+
+#: Outputs of options that no work writes, and why.
+NO_WORK = {
+    "bench --log": "runs windows for minutes; not installed",
+}
+
+
+def _outputs(parser: argparse.ArgumentParser, verb: str = "") -> Iterator[tuple[str, str]]:
+    """The arguments of every verb and of its actions that name an output, as 'verb' and option."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for name, below in action.choices.items():
+                yield from _outputs(below, f"{verb} {name}".strip())
+        elif isinstance(action.type, Output):
+            yield verb, action.option_strings[0]
+
+
+def test_every_verb_and_every_function_has_a_work() -> None:
+    lines = [work.words.split() for work in WORKS if work.words]
+    assert {name for name, *_ in VERBS} == {line[0] for line in lines}
+    for verb in ("project", "bundle", "export"):
+        positional = next(each for each in _parser(verb)._actions if each.choices and each.dest in ("action", "to"))
+        assert positional.choices is not None
+        given = {word for line in lines if line[0] == verb for word in line}
+        assert set(positional.choices) <= given, verb
+    for verb, option in _outputs(build_parser()):
+        words = verb.split()
+        writes = any(line[: len(words)] == words and option in line for line in lines)
+        assert writes or f"{verb} {option}" in NO_WORK, f"no work has the output {option} of {verb}"
+    for mode in transport.names():
+        assert any(line[0] == "bake" and mode in line for line in lines), f"no work bakes {mode}"
+    functions = {name for name in lightarc.__all__ if inspect.isfunction(getattr(lightarc, name))}
+    works = {work.name.split()[0] for work in WORKS if work.function is not None}
+    untouched = {name for name in functions if name.startswith("register_")} | {"param"}
+    assert functions - untouched <= works, "a function of the library has no work"
+
+
+def _parser(verb: str) -> argparse.ArgumentParser:
+    parsers = next(each for each in build_parser(verb)._actions if isinstance(each, argparse._SubParsersAction))
+    found: argparse.ArgumentParser = parsers.choices[verb]
+    return found
