@@ -114,7 +114,7 @@ CHECKED_BYTES = 64 * 2**20
 #: Bytes at the end of a rollback journal that names a super-journal, which SQLite would delete after the rollback.
 _JOURNAL_MAGIC = bytes.fromhex("d9d505f920a163d7")
 
-_NO_PROJECT = "Choose a file that ends in .lap"
+_NO_PROJECT = "Choose a project that Lightarc has written (.lap)"
 
 
 class Damaged(InputError):
