@@ -21,6 +21,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sqlite3
+import stat
 import threading
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -110,6 +111,9 @@ _STEPS_PER_LOOK = 10_000
 
 #: Pages of larger files are checked by `lightarc project verify` alone.
 CHECKED_BYTES = 64 * 2**20
+
+#: Bytes of a rollback journal beyond twice those of its project, which may have been larger before the transaction.
+MAX_MORE_JOURNAL = 1 << 28
 
 #: Bytes at the end of a rollback journal that names a super-journal, which SQLite would delete after the rollback.
 _JOURNAL_MAGIC = bytes.fromhex("d9d505f920a163d7")
@@ -270,8 +274,8 @@ def _check_file(path: Path) -> int:
     """The bytes of a database file, 0 for one that is not there or empty.
 
     Raises InputError where it is not a database with a rollback journal of its own: one with a write-ahead log would
-    map a file beside it into memory, and a journal that names a super-journal makes SQLite delete the file of that
-    name.
+    map a file beside it into memory, a journal that names a super-journal makes SQLite delete the file of that name,
+    and one that is a device is read without an end.
     """
     try:
         with path.open("rb") as file:
@@ -284,12 +288,30 @@ def _check_file(path: Path) -> int:
         raise InputError(path, "is not a Lightarc project", _NO_PROJECT)
     if head and head[18:20] != b"\1\1":
         raise Damaged(path, "it needs a write-ahead log, which no project has")
-    journal = path.with_name(path.name + "-journal")
-    with contextlib.suppress(OSError), journal.open("rb") as file:
-        file.seek(-len(_JOURNAL_MAGIC), os.SEEK_END)
-        if file.read() == _JOURNAL_MAGIC:
-            raise InputError(journal, "is not a Lightarc journal", "Remove it; it did not come from this program")
+    for ending in ("-wal", "-shm"):  # which SQLite reads where they are there, whatever the file says of itself
+        _refuse_foreign(path.with_name(path.name + ending), None)
+    _refuse_foreign(path.with_name(path.name + "-journal"), 2 * size_bytes + MAX_MORE_JOURNAL)
     return size_bytes
+
+
+def _refuse_foreign(beside: Path, max_bytes: int | None) -> None:
+    """Raise InputError for a file beside a database that this program does not write; None: it writes no such file.
+
+    SQLite would read it, whatever it is: without an end, a device, or a pipe for which it waits.
+    """
+    try:
+        about = beside.lstat()
+        own = max_bytes is not None and stat.S_ISREG(about.st_mode) and about.st_size <= max_bytes
+        if own and about.st_size > len(_JOURNAL_MAGIC):
+            with beside.open("rb") as file:
+                file.seek(-len(_JOURNAL_MAGIC), os.SEEK_END)
+                own = file.read() != _JOURNAL_MAGIC
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise unreadable(beside, error) from None
+    if not own:
+        raise InputError(beside, "is not a Lightarc journal", "Remove it; it did not come from this program")
 
 
 def _is_new(connection: sqlite3.Connection) -> bool:

@@ -7,6 +7,7 @@ import json
 import os
 import random
 import sqlite3
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -107,6 +108,27 @@ def test_a_statement_has_a_budget_and_can_do_nothing_else(felt: Path, monkeypatc
         ):
             with pytest.raises(sqlite3.DatabaseError, match=r"prohibited|authorized"):
                 connection.execute(statement).fetchall()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links and pipes of other systems")
+@pytest.mark.parametrize("ending", ["-journal", "-wal", "-shm"])
+@pytest.mark.parametrize("kind", ["device", "pipe", "folder", "hole", "link"])
+def test_what_lies_beside_a_project_is_not_read_where_it_is_no_journal(felt: Path, ending: str, kind: str) -> None:
+    """SQLite reads it, whatever it is: a device without an end, and for a pipe it waits."""
+    beside = felt.with_name(felt.name + ending)
+    if kind == "folder":
+        beside.mkdir()
+    elif kind == "pipe":
+        os.mkfifo(beside)
+    elif kind == "hole":
+        beside.write_bytes(b"")
+        os.truncate(beside, 1 << 40)
+    else:
+        beside.symlink_to("/dev/zero" if kind == "device" else felt)
+    with pytest.raises(InputError, match="not a Lightarc journal"):
+        read(felt)
+    with pytest.raises(InputError, match="not a Lightarc journal"):
+        drain(recover(felt, felt.with_name("New.lap")))
 
 
 def test_a_journal_that_names_a_file_does_not_make_sqlite_delete_it(felt: Path) -> None:
