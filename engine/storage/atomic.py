@@ -26,7 +26,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar, cast
 
-from engine.core.errors import OutputError
+from engine.core.errors import FileError, OutputError
 from engine.core.figure_text import size_text
 from engine.storage import guarded
 from engine.storage.partial_names import aside_name, is_abandoned, is_aside, is_partial, partial_name
@@ -262,6 +262,8 @@ def _partial_beside(target: Path, size_bytes: int | None) -> Iterator[Path]:
             yield partial
         except BaseException as error:
             discard(partial)
+            if isinstance(error, FileError) and Path(error.path).is_relative_to(partial):  # what was written is read
+                error.path = os.fspath(target / Path(error.path).relative_to(partial))
             if isinstance(error, OSError) and isinstance(error.filename, (str, bytes)):
                 place = Path(os.fsdecode(error.filename))  # of a library that writes by name
                 if place.is_relative_to(partial):

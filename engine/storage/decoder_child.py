@@ -32,7 +32,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core.errors import InputError
+from engine.core.errors import InputError, shortage
 from engine.storage import readers
 from engine.storage.sandbox import Protection, confine
 from engine.storage.shared_memory import results_in
@@ -43,6 +43,7 @@ _DAMAGE: tuple[type[Exception], ...] = (
     AttributeError,
     EOFError,
     LookupError,
+    MemoryError,
     OSError,
     RuntimeError,
     TypeError,
@@ -53,7 +54,7 @@ _DAMAGE: tuple[type[Exception], ...] = (
 
 #: Errors of disks, networks and limits: no decoder raises them of what a file holds.
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-_OF_THE_SYSTEM = (*_NO_ROOM, errno.EIO, errno.ENXIO, errno.EBADF, errno.ESTALE, errno.ETIMEDOUT, errno.EMFILE)
+_OF_THE_SYSTEM = (*_NO_ROOM, errno.EIO, errno.ENXIO, errno.EBADF, errno.ESTALE, errno.ETIMEDOUT)
 
 
 def main(handed: int | None, module: str, outside: str) -> None:
@@ -177,10 +178,10 @@ def _answer(
         return {**values, "arrays": _announce(arrays), "offsets": offsets}
     except InputError as error:
         return {"problem": error.problem, "remedy": error.remedy, "path": os.fspath(error.path)}
-    except MemoryError:
-        limit = request["memory_bytes"] / 2**30
-        return {"problem": f"needs more than {limit:.1f} GiB to decode", "remedy": "Make it smaller"}
     except _DAMAGE as error:
+        if shortage(error) is not None:
+            limit = request["memory_bytes"] / 2**30
+            return {"problem": f"needs more than {limit:.1f} GiB to decode", "remedy": "Make it smaller"}
         if isinstance(error, OSError) and error.errno in _OF_THE_SYSTEM:
             return _refusal(error)
         return {"problem": f"is damaged or of an unknown kind{_quote_reader(error)}", "remedy": AGAIN}

@@ -94,11 +94,12 @@ class FailingDecoder:
             pages = int(Path(f"/proc/{child.process.pid}/statm").read_text().split()[0])
             request["memory_bytes"] = pages * os.sysconf("SC_PAGE_SIZE") + self.rng.randrange(1 << 22)
         elif self.way == "unreadable" and files:
-            broken = os.open("/proc/self/mem", os.O_RDONLY)  # at its beginning, where nothing is mapped
+            broken = [os.open(f"/proc/self/fd/{each}", os.O_WRONLY) for each in files]  # which no read takes
             try:
-                return ask(child, request, contents, [broken] * len(files), results)
+                return ask(child, request, contents, broken, results)
             finally:
-                os.close(broken)
+                for each in broken:
+                    os.close(each)
         elif self.way != "not started":
             if self.way == "halted":
                 request["timeout_s"] = 0.02

@@ -15,7 +15,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from engine.core.errors import OutputError
+from engine.core.errors import InputError, OutputError
 from engine.storage import atomic, writer
 from engine.storage.partial_names import aside_name, partial_name
 
@@ -420,3 +420,9 @@ def test_a_library_that_cannot_write_names_the_final_path(tmp_path: Path) -> Non
         raise OSError(errno.ENOSPC, "No space left on device", str(partial / "b.tif"))
     assert caught.value.path == str(tmp_path / "a" / "b.tif")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_written_and_read_again_is_named_as_it_will_be_called(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as raised, atomic.atomic_folder(tmp_path / "out", "marker") as folder:
+        raise InputError(folder / "a.lightarc", "is damaged", "Copy it again")
+    assert raised.value.path == str(tmp_path / "out" / "a.lightarc")

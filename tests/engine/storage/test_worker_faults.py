@@ -75,7 +75,7 @@ def test_a_result_that_a_decoder_owes_is_an_error_of_its_file(file: Path) -> Non
 @pytest.mark.parametrize(
     ("way", "said"),
     [
-        ("unreadable", "cannot be read: Input/output error"),
+        ("unreadable", "cannot be read: Bad file descriptor"),
         ("killed", "the system ended the decoder process"),
         ("crashed", "is damaged: its decoder crashed"),
         ("halted", "could not be decoded within"),
