@@ -362,6 +362,195 @@ def marks(path: Path, rng: random.Random) -> None:
         connection.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (name, json.dumps(said)))
 
 
+def folders(path: Path, rng: random.Random) -> None:
+    """The data folder is not there, or is a file, a link, or holds other things under the names of arrays."""
+    data = data_folder(path)
+    there = sorted(data.glob("arrays/*"))
+    one, other = rng.choice(there), rng.choice(there)
+    kind = rng.randrange(12)
+    if kind == 0:
+        shutil.rmtree(data)
+    elif kind == 1:
+        shutil.rmtree(data)
+        data.write_bytes(b"a file")
+    elif kind == 2:
+        moved = data.with_name("moved")
+        data.rename(moved)
+        data.symlink_to(rng.choice([moved, Path("/proc/self"), data, path.parent]))
+    elif kind == 3:
+        shutil.rmtree(data / "arrays")
+        (data / "arrays").symlink_to(rng.choice(["/dev", "arrays", "/"]))
+    elif kind == 4:
+        one.unlink()
+        one.mkdir()
+    elif kind == 5:  # arrays under one another's names: each is sound, and none is its own
+        content = one.read_bytes()
+        one.write_bytes(other.read_bytes())
+        other.write_bytes(content)
+    elif kind == 6:
+        one.write_bytes(b"")
+    elif kind == 7:
+        with one.open("r+b") as file:
+            file.truncate(1 << 40)  # a hole: a terabyte that takes no room
+    elif kind == 8:
+        other = one.with_name(one.name.upper())
+        other.write_bytes(one.read_bytes()[::-1])
+        if rng.random() < 0.5:
+            one.unlink()
+    elif kind == 9:
+        one.with_suffix(".npy" if one.suffix != ".npy" else PACKED).write_bytes(rng.randbytes(200))
+    elif kind == 10:
+        one.unlink()
+        one.symlink_to(rng.choice([other, one, Path("/dev/zero"), Path("/etc/passwd"), Path("missing")]))
+    else:
+        for name in ("stack-1", "bake-1", "..", "made", "job-1.json", "\udcff", "a" * 255):
+            with contextlib.suppress(OSError):
+                (data / name).mkdir()
+
+
+def another_project(path: Path, rng: random.Random) -> None:
+    """Arrays or rows of another project under the names of this one: right in their kind, wrong in their content."""
+    data = data_folder(path)
+    shape_of = rng.choice([(3, 4, 5, 3), (4, 8, 3), (3,), (1,), (0,), (2, 2)])
+    array = np.asarray(np.random.default_rng(rng.randrange(9)).random(shape_of), rng.choice(["f4", "f8", "i8", "u1"]))
+    stream = io.BytesIO()
+    np.lib.format.write_array(stream, array, version=(1, 0))
+    for each in sorted(data.glob("arrays/*")):
+        if rng.random() < 0.4:
+            with each.open("wb") as file:
+                deque(pack(file, [stream.getvalue()], len(stream.getvalue()), array.itemsize), maxlen=0)
+    if rng.random() < 0.3:
+        with change(path) as connection:
+            name, _ = _row(connection, "array", rng)
+            connection.execute("UPDATE array SET content = ? WHERE name = ?", (stream.getvalue(), name))
+
+
+def leftovers(path: Path, rng: random.Random) -> None:
+    """Journals of a write that was interrupted, logs of another mode, or files of this name that are none."""
+    kind = rng.randrange(7)
+    journal, log, shared = (path.with_name(path.name + ending) for ending in ("-journal", "-wal", "-shm"))
+    if kind in (0, 1):  # a hot journal: what it holds is rolled back
+        with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as connection:
+            connection.executescript("PRAGMA synchronous=OFF; PRAGMA cache_size=1; PRAGMA cache_spill=1; BEGIN")
+            connection.execute("UPDATE value SET text = text || ' '")
+            connection.execute("INSERT INTO value VALUES ('x', zeroblob(200000))")
+            copies = path.read_bytes(), journal.read_bytes()
+            connection.execute("ROLLBACK")
+        path.write_bytes(copies[0])
+        journal.write_bytes(copies[1] if kind == 0 else copies[1][: rng.randrange(len(copies[1]))])
+    elif kind == 2:
+        with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as connection:
+            connection.executescript("PRAGMA journal_mode=WAL; PRAGMA wal_autocheckpoint=0")
+            connection.execute("UPDATE value SET text = text || ' '")
+            copies = path.read_bytes(), log.read_bytes()
+        path.write_bytes(copies[0])
+        log.write_bytes(copies[1])
+        shared.write_bytes(rng.randbytes(32768))
+    elif kind == 3:
+        rng.choice([journal, log, shared]).mkdir()
+    elif kind == 4:
+        rng.choice([journal, log, shared]).symlink_to(rng.choice([path, Path("/dev/zero"), Path("/etc/passwd")]))
+    elif kind == 5:
+        rng.choice([journal, log, shared]).write_bytes(rng.choice([b"", b"x", rng.randbytes(5000)]))
+    else:
+        (path.parent / f".{path.name}.waiting-{'0' * 32}").mkdir()
+
+
+def no_file(path: Path, rng: random.Random) -> None:
+    """Something else than a regular file of its size stands under the name of the project."""
+    kind = rng.randrange(6)
+    if kind == 0:
+        with path.open("r+b") as file:
+            file.truncate(rng.choice([1 << 33, 1 << 40, 100, 0]))
+        return
+    content = path.read_bytes()
+    path.unlink()
+    if kind == 1:
+        path.mkdir()
+    elif kind == 2:
+        os.mkfifo(path)
+    elif kind == 3:
+        path.symlink_to(rng.choice([path, Path("/dev/zero"), Path("/etc/passwd"), Path("missing"), path.parent]))
+    elif kind == 4:
+        path.with_name("target").write_bytes(content)
+        path.symlink_to("target")
+    else:
+        path.write_bytes(content * 2)
+
+
+def names(path: Path, rng: random.Random) -> None:
+    """Names of photographs, models, entries and the project in other scripts, forms, cases and directions."""
+    odd = [
+        *("cafe\u0301.png", "caf\u00e9.png", "\u202egnp.exe", "\udce9.png", "A.PNG", "a.png", "\U0001f383.png"),
+        *("con.png", "x" * 255, "x" * 256, "\u200b", "line\nbreak.png", "\x1b[31m.png", "a/../b.png", "~/a", "$HOME"),
+    ]
+    with change(path) as connection:
+        for _ in range(rng.choice([1, 3])):
+            name, text = _row(connection, "value", rng)
+            said = json.loads(text)
+            with contextlib.suppress(sqlite3.Error):
+                _replace(connection, name, json.dumps(_rename(said, rng, odd), sort_keys=True))
+        if rng.random() < 0.5:
+            place = json.dumps({"path": "/photographs/" + rng.choice(odd), "near": rng.choice(odd)})
+            row = (place, 5, 5, "0" * 40, None)
+            with contextlib.suppress(sqlite3.Error, UnicodeEncodeError):
+                connection.execute("INSERT OR REPLACE INTO photograph VALUES (?, ?, ?, ?, ?)", row)
+
+
+def _rename(said: Any, rng: random.Random, odd: list[str]) -> Any:
+    """A JSON value in which some texts are others, but for the names of kinds."""
+    if isinstance(said, dict):
+        return {name: each if name == "is" else _rename(each, rng, odd) for name, each in said.items()}
+    if isinstance(said, list):
+        return [_rename(each, rng, odd) for each in said]
+    return rng.choice(odd) if isinstance(said, str) and len(said) != 40 and rng.random() < 0.4 else said
+
+
+@contextlib.contextmanager
+def read_only(here: Path) -> Iterator[None]:
+    """Within the block nothing in the folder can be written, also by whoever is root."""
+    entries = [here, *here.rglob("*")]
+    modes = [(each, each.lstat().st_mode & 0o7777) for each in entries if not each.is_symlink()]
+    user = os.geteuid()
+    here.parent.chmod(0o755)
+    try:
+        for each, mode in reversed(modes):
+            each.chmod(mode & 0o555 | 0o444)
+        if user == 0:
+            os.seteuid(NOBODY)
+        yield
+    finally:
+        os.seteuid(user)
+        for each, mode in modes:
+            each.chmod(mode)
+
+
+@contextlib.contextmanager
+def full_disk(_here: Path) -> Iterator[None]:
+    """Within the block no file can grow, as on a disk without room."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, limits[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
+NOBODY = 65534
+
+#: Kinds of changes around the file and beside it; `SURROUNDINGS` are what it may be read in.
+AROUND: tuple[Callable[[Path, random.Random], None], ...] = (
+    folders,
+    folders,
+    another_project,
+    leftovers,
+    leftovers,
+    no_file,
+    names,
+    names,
+)
+SURROUNDINGS = (read_only, full_disk)
+
 KINDS: tuple[Callable[[Path, random.Random], None], ...] = (
     values,
     values,
@@ -382,6 +571,7 @@ KINDS: tuple[Callable[[Path, random.Random], None], ...] = (
 #: What a second change raises where the first has left nothing to change.
 UNCHANGED = (
     sqlite3.Error,
+    OSError,
     Absent,
     RecursionError,
     TypeError,
@@ -393,16 +583,42 @@ UNCHANGED = (
 )
 
 
+#: From this seed on, changes around the file are made as well.
+FIRST_AROUND = 10_000_000
+
+
 def hostile(sound: Path, path: Path, seed: int) -> str:
     """Make the hostile project of `seed` at `path` from a sound one; what was done to it."""
     rng = random.Random(seed)
     shutil.copy(sound, path)
     shutil.copytree(data_folder(sound), data_folder(path))
     kinds = [rng.choice(KINDS) for _ in range(rng.choice([1, 1, 1, 2, 3]))]
+    if seed >= FIRST_AROUND:
+        kinds = [
+            *(kinds[:1] if rng.random() < 0.15 else ()),
+            *(rng.choice(AROUND) for _ in range(rng.choice([1, 1, 2]))),
+        ]
     for kind in kinds:
         with contextlib.suppress(*UNCHANGED):
             kind(path, rng)
     return " ".join(kind.__name__ for kind in kinds)
+
+
+def surroundings(seed: int, here: Path) -> contextlib.AbstractContextManager[None]:
+    """What the project of `seed` in the folder `here` is read in: mostly a folder like any other."""
+    rng = random.Random(f"around {seed}")
+    return rng.choice(SURROUNDINGS)(here) if rng.random() < 0.3 else contextlib.nullcontext()
+
+
+def outcome_within(path: Path, seed: int) -> str:
+    """The outcome of a project that can be read only: verify finds what it finds where it can be written."""
+    with surroundings(seed, path.parent):
+        try:
+            describe(path)
+            found: list[str] | str = drain(problems_of(path))
+        except LightarcError as error:
+            found = str(error)
+    return "refused" if isinstance(found, str) else "problems" if found else "sound"
 
 
 def outcome(path: Path, away: Path) -> str:
@@ -458,7 +674,12 @@ def main(seed: int, count: int) -> None:
         done = hostile(sound, path, number)
         start = time.process_time()
         try:
-            outcomes[outcome(path, here)] += 1
+            within = outcome_within(path, number) if number >= FIRST_AROUND else ""
+            found = outcome(path, here)
+            outcomes[found] += 1
+            assert within in ("", "refused", found) or (found, within) == ("incomplete", "sound"), (
+                f"{within}, then {found}"
+            )
         except Exception as error:  # counted, and told with its seed
             outcomes["FAULT"] += 1
             print(f"seed {number} ({done}): {type(error).__name__}: {str(error)[:200]}", flush=True)
