@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 
-from engine.core.errors import FileError, MissingCapability, UsageError
+from engine.core.errors import FileError, MissingCapability, UsageError, shortage
 from engine.core.steps import Step, Steps
 from engine.selftest import brdf as selftest_brdf
 from engine.selftest import confinement, files, images, light
@@ -54,7 +54,10 @@ def selftest(only: tuple[str, ...] = ()) -> Steps[tuple[Case, ...]]:
 
 
 def ask(question: Question) -> Case:
-    """One case. What raises, and what warns of numbers, does not pass; what the machine lacks is said to be missing."""
+    """One case. What raises, and what warns of numbers, does not pass; what the machine lacks is said to be missing.
+
+    Raises OutOfMemory where memory, threads or processes run out, which tells nothing of the case.
+    """
     nothing = (question.id, question.text, 0.0, 0.0)
     try:
         with warnings.catch_warnings():
@@ -63,6 +66,8 @@ def ask(question: Question) -> Case:
     except MissingCapability as error:
         return Case(*nothing, skipped=str(error))
     except FAILURES as error:
+        if (lack := shortage(error)) is not None:
+            raise lack from error
         return Case(*nothing, problem=f"{type(error).__name__}: {error}"[:300])
     if not math.isfinite(measured):
         return Case(question.id, question.text, -1.0, float(bound), problem=f"the figure is {measured}")

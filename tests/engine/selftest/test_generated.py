@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import strategies as st
 
-from engine.core.errors import InputError, UsageError
+from engine.core.errors import InputError, OutOfMemory, UsageError
 from engine.core.steps import drain
 from engine.selftest.generated import search as searching
 from engine.selftest.generated.brdf import LAWS
@@ -85,6 +85,22 @@ def test_what_raises_breaks_its_law(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(searching, "LAWS", (replace(BAD, cases=draw(values=st.just([])), ask=lambda case: (1 / 0, 0)),))
     (broken,) = drain(search(10)).broken
     assert "ZeroDivisionError" in broken.case.problem
+
+
+def test_a_case_that_breaks_a_law_at_times_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = iter(range(1000))
+    at_times = replace(BAD, cases=draw(values=st.just([])), ask=lambda case: (float(next(asked) == 0), 0.0))
+    monkeypatch.setattr(searching, "LAWS", (at_times,))
+    assert [each.id for each in drain(search(10)).broken] == [BAD.id]
+
+
+def test_too_little_memory_breaks_no_law(monkeypatch: pytest.MonkeyPatch) -> None:
+    def run_out(_case: Any) -> Any:
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr(searching, "LAWS", (replace(BAD, cases=draw(values=st.just([])), ask=run_out),))
+    with pytest.raises(OutOfMemory, match="process"):
+        drain(search(10))
 
 
 @pytest.mark.parametrize(("cases", "only"), [(0, ()), (10, ("Y9",)), (10, ("BR1", "Y9"))])
