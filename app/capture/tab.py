@@ -52,6 +52,10 @@ def _photographs_of(project: Project) -> tuple[Any, ...]:
     return tuple(project.stack.sources) if project.stack is not None else ()
 
 
+#: What stands in place of the photographs of a project that keeps none of their pixels.
+NOT_IMPORTED = "These photographs are not imported. Import again reads them."
+
+
 class CaptureTab(QWidget):
     """Shows the capture of the project and asks the workbench to change it.
 
@@ -499,6 +503,8 @@ class CaptureTab(QWidget):
     def _update_buttons(self) -> None:
         project = self.bench.document.project
         self.panel.update_buttons(project)
+        is_waiting = project.stack is None and self.panel.again.isEnabled()
+        self.image.say(NOT_IMPORTED if is_waiting else "")
         self.exclude.setEnabled(self.current is not None and project.stack is not None)
         self.exclude.setChecked(self.current in project.excluded)
 

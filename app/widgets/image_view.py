@@ -131,6 +131,7 @@ class ImageView(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.image: Image | None = None
+        self.words = ""
         self.marks_visible = True
         self.probe: tuple[int, int] | None = None
         self.zoom = 1.0
@@ -154,6 +155,12 @@ class ImageView(QWidget):
             if self.fitted or not same:
                 self.fit()
         self.update()
+
+    def say(self, words: str) -> None:
+        """Show `words` where there is no image."""
+        if words != self.words:
+            self.words = words
+            self.update()
 
     def show_marks(self, visible: bool) -> None:
         """Mark clipped texels or not."""
@@ -211,6 +218,10 @@ class ImageView(QWidget):
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor(theme.current().canvas))
         if self.image is None:
+            painter.setPen(QColor(theme.current().secondary))
+            painter.setFont(theme.font())
+            within = self.rect().adjusted(theme.PADDING, theme.PADDING, -theme.PADDING, -theme.PADDING)
+            painter.drawText(within, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, self.words)
             return
         size = QPointF(*self.image.size)
         target = QRectF(self.to_screen(QPointF(0, 0)), self.to_screen(size))
