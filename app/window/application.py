@@ -26,7 +26,7 @@ from app.window.top_bar import WORKSPACES
 log = logging.getLogger(__name__)
 
 #: A job's thread gives the interpreter to the window's after this long; Python's own 5 ms add up to stutter.
-SWITCH_S = 0.0005
+SWITCH_S = 0.0001
 
 #: Variables of the environment by which Mesa chooses what draws, and NVIDIA's driver where it is there.
 VARIABLES = {"second": {"DRI_PRIME": "1"}, "processor": {"LIBGL_ALWAYS_SOFTWARE": "1"}}
