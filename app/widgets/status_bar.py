@@ -71,7 +71,7 @@ class StatusBar(QWidget):
         self._of_image: tuple[str, str] | None = None
         self.frame = figure("Time of the last frame in the viewport", "1000.0 ms")
         self.memory = figure("Memory that this program holds", "99.9 GB")
-        row = QHBoxLayout(self)
+        self.row = row = QHBoxLayout(self)
         row.setContentsMargins(PADDING, 0, PADDING, 0)
         row.setSpacing(2 * STEP)
         row.addWidget(self.cancel)  # before the text, whose width changes: a click finds the button
@@ -149,6 +149,7 @@ class StatusBar(QWidget):
             self.error.setText(words)
             self.error.setToolTip(hint)
             self.error.setVisible(bool(words))
+            self.row.activate()  # or else the words are cut until the event loop lays out anew
 
     def show_frame_time(self, seconds: float | None) -> None:
         """Time of the last frame; None where no viewport is on screen."""

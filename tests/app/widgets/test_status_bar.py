@@ -49,3 +49,16 @@ def test_the_button_that_cancels_stays_where_it_is_while_texts_change(qapp: Any,
     assert (len(positions), len(lengths)) == (1, 3)
     assert status.cancel.isVisible()
     jobs.close()
+
+
+def test_the_error_of_a_comparison_is_not_cut_even_before_the_event_loop_goes_on(qapp: Any, qtbot: Any) -> None:
+    jobs = Jobs()
+    status = StatusBar(jobs)
+    qtbot.addWidget(status)
+    status.resize(1280, 30)
+    status.show()
+    status.show_image_error("being measured")
+    QApplication.processEvents()
+    status.show_image_error("11.4 % ± 0.2 (Material against Reference)")
+    assert status.error.width() >= status.error.sizeHint().width()
+    jobs.close()
