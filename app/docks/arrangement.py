@@ -111,7 +111,8 @@ class Docks(QObject):
         window.splitDockWidget(self.effects, self.accuracy, direction)
         others = [dock for dock in self.others if window.dockWidgetArea(dock) == BOTTOM and not dock.isFloating()]
         for before, behind in pairwise([self.accuracy, *others] if is_lying else others):
-            window.tabifyDockWidget(before, behind)
+            if behind not in window.tabifiedDockWidgets(before):  # each time lays the window out anew
+                window.tabifyDockWidget(before, behind)
         self._is_sized = False
         self._show_of_view()
 

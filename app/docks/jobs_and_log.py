@@ -113,7 +113,8 @@ class JobsDock(QDockWidget):
             item = self.table.item(place, column)
             assert item is not None
             item.setText(escape_controls(words))
-        self.table.resizeRowToContents(place)  # long names wrap; all rows at each change would take 1 ms each
+        if self.isVisible():  # or else when it is shown
+            self.table.resizeRowToContents(place)  # long names wrap; all rows at each change would take 1 ms each
         cancel = self.table.cellWidget(place, 3)
         if cancel is not None and job.over:
             self.table.removeCellWidget(place, 3)

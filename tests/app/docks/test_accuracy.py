@@ -270,13 +270,18 @@ def test_before_anything_is_measured_the_axes_have_no_numbers(view: MainWindow) 
     assert all(axis._tickLevels != [] for axis in axes)
 
 
-def test_what_lies_below_shares_the_place_of_accuracy_in_a_narrow_window(view: MainWindow) -> None:
+def test_what_lies_below_shares_the_place_of_accuracy_in_a_narrow_window(
+    view: MainWindow, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for dock in view.docks.others:
         dock.show()
     view.resize(1280, 800)
     assert set(view.docks.others) <= set(view.tabifiedDockWidgets(view.docks.accuracy))
+    moved: list[Any] = []
+    monkeypatch.setattr(view, "tabifyDockWidget", lambda _before, behind: moved.append(behind))
     view.resize(1920, 1000)
     assert not set(view.docks.others) & set(view.tabifiedDockWidgets(view.docks.accuracy))
+    assert not moved, "they are beside each other already"
 
 
 def test_points_come_back_with_the_scene_that_they_are_of(view: MainWindow) -> None:

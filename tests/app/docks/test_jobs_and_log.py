@@ -98,10 +98,13 @@ def test_every_choice_of_a_bake_is_a_setting() -> None:
                 setting_for(choices_for(method.name, **{parameter.name: value}))
 
 
-def test_long_names_of_jobs_wrap(view: MainWindow, qtbot: Any) -> None:
+def test_long_names_of_jobs_wrap(view: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     dock = view.docks.jobs
-    dock.show()
+    fitted: list[int] = []
+    monkeypatch.setattr(dock.table, "resizeRowToContents", fitted.append)
     view.bench.jobs.submit("Factoring the blue paint of the material: singular values", _waiting, lane="compute")
+    assert not fitted, "nothing is laid out in a dock that nobody sees"
+    dock.show()
     qtbot.waitUntil(lambda: dock.table.rowHeight(0) > dock.table.rowHeight(1), timeout=LONG)
 
 
