@@ -24,12 +24,14 @@ from app.project.photographs import keep, photographs, take_marks
 from app.project.project_file import History, Opened, Writer, data_folder, read
 from app.project.report import describe, problems_of
 from app.session import cache
+from app.window.main_window import MainWindow
 from engine.capture.lights.sources import find
 from engine.core.steps import drain
 from engine.scene.material import Material
 from engine.simulate.arc import LightArc
 from engine.simulate.simulate import simulate
 from engine.storage.atomic import discard, make_folder
+from tests.app.opening import open_project
 
 #: Promises, in multiples of the photographs.
 MAX_TIMES, MAX_TIMES_CLEAN = 20.0, 2.0
@@ -253,3 +255,30 @@ def test_settings_from_a_file_that_no_project_has_are_not_taken(project: Path, b
     assert not lacks_material(forged)
     with_stack = dataclasses.replace(forged, built_from=(current.stack, *built_from[1:]))
     assert not lacks_material(with_stack)
+
+
+def test_undo_in_the_window_brings_back_the_material_of_each_step(
+    window: MainWindow, qtbot: Any, project: Path, built: Project
+) -> None:
+    """Among them one that is out of date; it is made again with the settings that it was built with."""
+    changed = dataclasses.replace(built, slices=6)
+    states = [built, changed, build(changed)]
+    write(project, states)
+    empty_cache()
+    open_project(window, qtbot, project)
+    document = window.bench.document
+    for step, state in (
+        (None, states[2]),
+        (window.undo, states[1]),
+        (window.undo, states[0]),
+        (window.redo, states[1]),
+    ):
+        if step is not None:
+            step.trigger()
+        expected = content(state)
+        qtbot.waitUntil(lambda expected=expected: content(document.project) == expected, timeout=120_000)
+        assert document.project.slices == state.slices
+        assert document.undo_stack.count() == 2, "no step of the history"
+    qtbot.waitUntil(lambda: window.projects.is_saved, timeout=60_000)
+    assert times(project) < MAX_TIMES
+    assert content(read(project).current) == content(built)
