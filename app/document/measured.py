@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -79,10 +79,10 @@ def accuracy_of(found: Tradeoff, of: tuple[Any, ...]) -> Accuracy:
     return Accuracy(found.points, of, found.size, found.samples, found.device, words)
 
 
-def setting_of(mode: str, look: Look, choices: Mapping[str, BakeChoices]) -> Setting:
-    """The setting that the window shows: `choices` of the bake of each mode (`app.view.baking.Baking.chosen`)."""
-    if mode in choices:
-        return setting_for(choices[mode])
+def setting_of(mode: str, look: Look, choices: BakeChoices | None) -> Setting:
+    """The setting that the window shows: `choices` of its bake (`app.view.baking.Baking.chosen`), None without one."""
+    if choices is not None:
+        return setting_for(choices)
     own = {"directions": look.directions, "power_law": int(look.source == "power-law")}
     return Setting(mode, {name: value for name, value in own.items() if name in parameters_of(mode)})
 

@@ -442,8 +442,8 @@ class ViewTab(QWidget):
 
     def setting_of(self, mode: str) -> Setting:
         """The setting of a mode."""
-        choices = {method: baking.chosen for method, baking in self.bakings.items()}
-        return setting_of(mode, self.bench.document.project.look, choices)
+        baking = self.bakings.get(mode)
+        return setting_of(mode, self.bench.document.project.look, baking.chosen if baking is not None else None)
 
     def apply_setting(self, setting: Setting) -> None:
         """Show a mode with these parameters; a bake that it calls for begins as soon as what it takes is known."""
@@ -485,8 +485,9 @@ class ViewTab(QWidget):
             self._to_bake = ""
             if baking.ready.bake_s <= AT_ONCE_S:
                 baking.bake()
-        if self.setting != self._setting:
-            self._setting = self.setting
+        setting = self.setting
+        if setting != self._setting:
+            self._setting = setting
             for panel in self.bake_panels.values():
                 panel.refresh()
             self.setting_changed.emit()
