@@ -11,7 +11,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import logging
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +31,7 @@ from app.project.arrays import (
 from app.project.database import connect, explain
 from app.project.made import size_of
 from app.project.photographs import photographs
-from app.project.recipes import list_remakable
+from app.project.recipes import as_built, list_remakable
 from app.project.tidying import names_in
 from app.project.values import DAMAGE, Absent, Array, array_parts, is_name, parse
 from app.session import cache
@@ -61,16 +61,20 @@ def find_beyond(project: Project, part: str, folder: Path, own: Iterable[Path | 
     """The arrays of the material or of the surface of `project` that have no room in its data `folder`.
 
     A map has room with all of its arrays or with none. All have room where the photographs do not give them again. A
-    stack of the project may also lie in one of the folders `own`.
+    material of an earlier import is where that left it. A stack of the project may also lie in one of the folders
+    `own`.
     """
     value = getattr(project, part)
     if part not in ("material", "surface") or value is None:
         return Beyond()
     files, maps = photographs(project), [list(_list_large(each)) for each in _list_maps(value)]
-    taken = [file.stat().st_size for file in files if file.is_file()]
-    if not any(maps) or len(taken) < len(files) or part not in list_remakable(project, (folder, *own)):
+    before = as_built(project) if part == "material" else None
+    if before is not None and before.stack is not project.stack:
+        return Beyond(tuple(each for arrays in maps for each in arrays if is_cached(array_name(each))))
+    taken = _add_sizes(files)
+    if not any(maps) or taken is None or part not in list_remakable(project, (folder, *own)):
         return Beyond()
-    left, beyond = MAX_TIMES * sum(taken) - size_of(folder_of(folder)), list[Array]()
+    left, beyond = MAX_TIMES * taken - size_of(folder_of(folder)), list[Array]()
     for arrays in maps:
         size = sum(each.nbytes for each in arrays)
         if size > left:
@@ -78,6 +82,14 @@ def find_beyond(project: Project, part: str, folder: Path, own: Iterable[Path | 
         else:
             left -= size
     return Beyond(tuple(beyond), files)
+
+
+def _add_sizes(files: Iterable[Path]) -> int | None:
+    """Bytes of all `files`; None where one is gone."""
+    try:
+        return sum(file.stat().st_size for file in files)
+    except OSError:
+        return None
 
 
 def _list_maps(value: Any) -> Iterator[Any]:
@@ -98,15 +110,16 @@ def _list_large(value: Any) -> Iterator[Array]:
             yield from _list_large(getattr(value, part.name))
 
 
-def keep_in_cache(project: Path, folder: Path, array: Array, files: Iterable[Path]) -> str:
+def keep_in_cache(project: Path, folder: Path, array: Array, files: Sequence[Path]) -> str:
     """Keep an array that the photographs `files` give again in the cache for the `project`, or where that cannot be,
-    in its data `folder`; its name."""
+    in its data `folder`; its name. Without `files` the cache knows them already."""
     name = array_name(array)
     if file_of(folder, name).exists():
         return name
     if not cache_array(name, *array_parts(array)):
         return keep_beside(folder, array)
-    note_origin(project, name, files)
+    if files:
+        note_origin(project, name, files)
     return name
 
 

@@ -171,13 +171,14 @@ def remake(project: Project) -> dict[str, Any]:
 
 
 def test_a_material_of_an_earlier_import_comes_back(tmp_path: Path, capture: Path) -> None:
-    """Undo leads to the state in between, which has the stack of the second import and the material of the first."""
+    """Undo leads to states in between, which have the stack of the second import and the material of the first."""
     path = tmp_path / "a.lap"
     first = build(import_into(path, Project(sources=find([capture])), ImportChoices(motion="none")))
     write(path, [first])
     others = find(sorted(capture.glob("*.jpg"))[:8])
     between = import_into(path, dataclasses.replace(first, sources=others), ImportChoices())
-    states = [first, between, build(between)]
+    glossy = dataclasses.replace(between, material=dataclasses.replace(between.material, brdf="ggx:alpha=0.1"))
+    states = [first, between, glossy, build(glossy)]
     write(path, states)
     assert times(path) < MAX_TIMES
     drain(clean_up(path))
