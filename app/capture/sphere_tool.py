@@ -299,13 +299,9 @@ def _look(sources: Sources, transfer: Any) -> Steps[Looked]:
 
 def _find_in(looked: Looked, outline: Outline) -> Steps[Looked]:
     """The reflections inside `outline`."""
-    from engine.capture.lights.sphere_lights import highlight_in
+    from engine.capture.lights.mirror_sphere import find_highlights
 
-    found: dict[str, Spot] = {}
-    for index, name in enumerate(looked.names):
-        yield Step(index / len(looked.names), "looking for the lamp's reflection")
-        try:
-            found[name] = highlight_in(looked.luminance[index], Circle(*outline))
-        except UsageError:
-            continue
+    yield Step(0.0, "looking for the lamp's reflection")
+    spots = find_highlights(looked.luminance, Circle(*outline))
+    found = {name: spot for name, spot in zip(looked.names, spots, strict=True) if not isinstance(spot, UsageError)}
     return Looked(looked.names, looked.luminance, looked.outline, found)

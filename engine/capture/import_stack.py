@@ -47,7 +47,7 @@ from engine.capture.import_record import (
     refuse_equal_images,
 )
 from engine.capture.lights.list_forms import LISTED, name_order
-from engine.capture.lights.sources import Sources, printable
+from engine.capture.lights.sources import Sources, naming_members, printable
 from engine.capture.output_region import View, view_of
 from engine.capture.photograph.decode import Photograph, ReadAhead, Unreadable
 from engine.capture.photograph.exposures import Exposure
@@ -167,7 +167,7 @@ def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.Pa
     they are to be used all the same, OutputError where the folder cannot be written.
     """
     count = len(sources.photographs)
-    with atomic_folder(folder, RECORD) as place:
+    with atomic_folder(folder, RECORD) as place, naming_members(sources.unpacked):
         record: StackRecord | None = None
         while record is None:
             try:

@@ -13,7 +13,8 @@ import stat
 import string
 import tempfile
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
@@ -384,7 +385,8 @@ def find_packed(
     try:
         place, left_out = make_folder(top / archive.name), list[str]()
         members = yield from unpack(archive, place, lambda names: _choose(archive, names, left_out), _PROCESS)
-        sources = find([place], angles_deg, sphere=sphere, aside=aside)
+        with naming_members(Unpacked(archive, members)):
+            sources = find([place], angles_deg, sphere=sphere, aside=aside)
         is_whole = True
     finally:
         if keep is not None and not is_whole:
@@ -393,6 +395,20 @@ def find_packed(
     findings = (Finding(Verdict.NOTE, text),) if left_out else ()
     unpacked = Unpacked(archive, members, folder)
     return replace(sources, unpacked=unpacked, findings=(*sources.findings, *findings))
+
+
+@contextmanager
+def naming_members(unpacked: Unpacked | None) -> Iterator[None]:
+    """Errors about unpacked photographs name the archive and the member in place of a temporary file."""
+    try:
+        yield
+    except InputError as error:
+        path = Path(error.path)
+        if unpacked is not None and path.parent.name == unpacked.archive.name and path.name in unpacked.members:
+            error.path = os.path.join(unpacked.archive, *unpacked.members[path.name].split("/"))  # noqa: PTH118 - a name
+        elif unpacked is not None and path.name == unpacked.archive.name:
+            error.path = os.fspath(unpacked.archive)
+        raise
 
 
 def unpack_again(unpacked: Unpacked, place: Path) -> Steps[None]:

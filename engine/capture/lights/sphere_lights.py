@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from engine.capture.lights.azimuth_spread import about_azimuth
 from engine.capture.lights.light_angles import ASSUMED, FROM_NAMES, SPHERE
-from engine.capture.lights.mirror_sphere import Circle, find_highlight, find_sphere, light_direction
+from engine.capture.lights.mirror_sphere import Circle, find_highlights, find_sphere, light_direction
 from engine.capture.lights.sources import Sources, printable
-from engine.capture.lights.two_spheres import lamp_positions, second_sphere
+from engine.capture.lights.two_spheres import lamp_positions
 from engine.capture.photograph.decode import ReadAhead
 from engine.core.colour import luminance
 from engine.core.errors import InputError, UsageError
@@ -68,7 +68,8 @@ def measure_lights(sources: Sources, transfer: Any, second: Circle | Literal["au
     if not isinstance(outline, Circle):
         outline = find_outline(sources, images)
     _check_inside(sources, outline, images[0])
-    directions = np.array([_direction(sources, index, image, outline) for index, image in enumerate(images)])
+    spots = _spots(sources, images, outline)
+    directions = np.array([_direction(sources, index, spot, outline) for index, spot in enumerate(spots)])
     findings, distance = list[Finding](), sources.lamp_distance
     if second is not None:
         positions = _positions(sources, images, outline, second)
@@ -98,17 +99,13 @@ def _positions(
 ) -> NDArray[np.float64]:
     """(N, 3) lamps in pixels from the middle of the image, infinite where they are far."""
     try:
-        other = second if isinstance(second, Circle) else second_sphere(mean_of(images), first)
+        other = second if isinstance(second, Circle) else find_sphere(images, first)
     except UsageError as error:
         remedy = "Give its outline: --second-sphere COLUMN,ROW,RADIUS"
         raise InputError(sources.photographs[0].parent, f"shows no second sphere: {error}", remedy) from None
     _check_inside(sources, other, images[0])
-    spots = np.empty((len(images), 2, 2))
-    for index, image in enumerate(images):
-        try:
-            spots[index] = sources.highlights_px[index] or highlight_in(image, first), highlight_in(image, other)
-        except UsageError as error:
-            raise InputError(sources.photographs[index], str(error), _REMEDY) from None
+    seconds = _spots(replace(sources, highlights_px=(None,) * len(images)), images, other)
+    spots = np.stack([_spots(sources, images, first), seconds], axis=1)
     return lamp_positions((first, other), spots, *images.shape[1:])
 
 
@@ -150,18 +147,10 @@ def luminances(sources: Sources, transfer: Any) -> Steps[NDArray[np.float32]]:
     return images
 
 
-def mean_of(images: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The mean of images (N, H, W)."""
-    mean = np.zeros(images.shape[1:], np.float32)
-    for image in images:
-        mean += image / np.float32(len(images))
-    return mean
-
-
 def find_outline(sources: Sources, images: NDArray[np.float32]) -> Circle:
-    """The outline of the sphere in the mean of `images`; InputError where none is found."""
+    """The outline of the sphere in `images` (N, H, W); InputError where none is found."""
     try:
-        return find_sphere(mean_of(images))
+        return find_sphere(images)
     except UsageError as error:
         remedy = (
             "Mark it by hand in the Capture workspace, or give --sphere COLUMN,ROW,RADIUS or [sphere] in capture.toml"
@@ -176,20 +165,30 @@ def _check_inside(sources: Sources, outline: Circle, image: NDArray[np.float32])
         raise InputError(sources.photographs[0].parent, problem, "Correct the outline of the sphere")
 
 
-def _direction(sources: Sources, index: int, image: NDArray[np.float32], outline: Circle) -> NDArray[np.float64]:
+def _spots(sources: Sources, images: NDArray[np.float32], outline: Circle) -> list[tuple[float, float]]:
+    """Where each photograph shows the lamp: marked or found; InputError that names one that shows none."""
+    spots = list[tuple[float, float]]()
+    found = find_highlights(images, outline)
+    for path, marked, spot in zip(sources.photographs, sources.highlights_px, found, strict=True):
+        if marked is not None:
+            spots.append(marked)
+        elif isinstance(spot, UsageError):
+            raise InputError(path, f"{spot} (the sphere is at {_text(outline)})", _REMEDY)
+        else:
+            spots.append(spot)
+    return spots
+
+
+def _direction(sources: Sources, index: int, spot: tuple[float, float], outline: Circle) -> NDArray[np.float64]:
     try:
-        return light_direction(outline, *(sources.highlights_px[index] or highlight_in(image, outline)))
+        return light_direction(outline, *spot)
     except UsageError as error:
-        raise InputError(sources.photographs[index], str(error), _REMEDY) from None
+        problem = f"{error} (the sphere is at {_text(outline)})"
+        raise InputError(sources.photographs[index], problem, _REMEDY) from None
 
 
-def highlight_in(image: NDArray[np.float32], outline: Circle) -> tuple[float, float]:
-    """(column, row) of the lamp's reflection in luminance (H, W); UsageError where none stands out."""
-    left, top = (max(0, math.floor(at - outline.radius)) for at in (outline.column, outline.row))
-    right, bottom = (max(1, math.ceil(at + outline.radius)) for at in (outline.column, outline.row))
-    square = np.ascontiguousarray(image[top:bottom, left:right])
-    column, row = find_highlight(square, Circle(outline.column - left, outline.row - top, outline.radius))
-    return column + left, row + top
+def _text(outline: Circle) -> str:
+    return f"column {outline.column:.0f}, row {outline.row:.0f}, radius {outline.radius:.0f} px"
 
 
 def _disagreements(sources: Sources, measured: NDArray[np.float64]) -> list[Finding]:

@@ -15,22 +15,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.lights.mirror_sphere import Circle, find_sphere, light_direction
-from engine.core.errors import UsageError
+from engine.capture.lights.mirror_sphere import Circle, light_direction
 
 #: Rays that enclose less than the angle that so many pixels of both highlights make are taken as parallel.
 UNCERTAIN_PX = 1.0
-
-
-def second_sphere(mean_image: NDArray[np.float32], first: Circle) -> Circle:
-    """The outline of another sphere than `first` in `mean_image` (H, W); UsageError where there is none."""
-    rows, columns = np.mgrid[: mean_image.shape[0], : mean_image.shape[1]]
-    distance = np.hypot(columns + 0.5 - first.column, rows + 0.5 - first.row) / first.radius
-    around = (distance > 1.15) & (distance < 1.4)
-    if not around.any():
-        raise UsageError("the first sphere fills the image; mark the second by hand")
-    covered = np.where(distance < 1.15, np.float32(np.median(mean_image[around])), mean_image)
-    return find_sphere(covered.astype(np.float32))
 
 
 def lamp_positions(

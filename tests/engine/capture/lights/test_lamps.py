@@ -9,9 +9,9 @@ import pytest
 
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.lights.lamp_gains import object_gains, patch_gains
-from engine.capture.lights.mirror_sphere import Circle
+from engine.capture.lights.mirror_sphere import Circle, find_sphere
 from engine.capture.lights.sources import find
-from engine.capture.lights.two_spheres import lamp_positions, second_sphere
+from engine.capture.lights.two_spheres import lamp_positions
 from engine.capture.photograph.grey_patch import GreyPatch
 from engine.core.errors import InputError, UsageError
 from engine.core.steps import drain
@@ -75,9 +75,9 @@ def test_near_lamps_of_photographs_with_two_spheres(tmp_path: Path) -> None:
 
 
 def test_a_second_sphere_is_found_beside_the_first() -> None:
-    mean: Any = np.float32(np.mean([scene(lamp) for lamp in LAMPS], axis=0))
+    images = np.stack([scene(lamp) for lamp in LAMPS]).astype(np.float32)
     for first, other in (SPHERES, SPHERES[::-1]):
-        found = second_sphere(mean, first)
+        found = find_sphere(images, first)
         assert (found.column, found.row, found.radius) == pytest.approx(
             (other.column, other.row, other.radius), abs=1.5
         )

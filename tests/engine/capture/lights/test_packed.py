@@ -125,3 +125,16 @@ def test_folders_and_files_are_found_as_ever(tmp_path: Path) -> None:
     assert look_for_packed(tmp_path).photographs == find([tmp_path]).photographs
     assert look_for_packed(tmp_path).unpacked is None
     assert look_for_packed(tmp_path).name == tmp_path.name
+
+
+def test_a_refusal_names_the_archive_and_the_member(tmp_path: Path) -> None:
+    """A damaged photograph and a sphere that is nowhere: no temporary path is said."""
+    broken = zip_of(tmp_path / "broken.zip", {**CAPTURE, "suede/b.png": png(2)[:300]})
+    settings = ImportSettings(motion="none", strict=True)
+    with pytest.raises(InputError) as refused:
+        drain(import_stack(drain(find_packed([broken])), settings, tmp_path / "s"))
+    assert refused.value.path == str(broken / "suede" / "b.png")
+    archive = zip_of(tmp_path / "a.zip", CAPTURE)
+    with pytest.raises(InputError, match="no sphere was found") as refused:
+        drain(import_stack(drain(find_packed([archive], sphere="auto")), SETTINGS, tmp_path / "s"))
+    assert refused.value.path == str(archive)
