@@ -335,7 +335,8 @@ def _list_required(kind: type) -> frozenset[str]:
 def words_of(kind: type) -> str:
     """Name of an object of the class for users: 'shading map'."""
     letters = "".join(f" {letter.lower()}" if letter.isupper() else letter for letter in kind.__name__)
-    return {"image stack": "stack of photographs"}.get(letters.strip(), letters.strip())
+    plain = letters.strip()
+    return {"image stack": "stack of photographs", "sources": "list of photographs"}.get(plain, plain)
 
 
 def _problem(value: Any, hint: Any, finite: bool) -> str:

@@ -151,7 +151,7 @@ def test_a_journal_that_names_a_file_does_not_make_sqlite_delete_it(felt: Path) 
     [
         ("mesh", "str", "mesh is not a valid mesh"),
         ("look", 5, "look is not a valid look"),
-        ("sources", 5, "sources is not a valid sources"),
+        ("sources", 5, "sources is not a valid list of photographs"),
         ("material", 5, "material is not a valid material"),
         ("stack", 5, "stack is not a valid stack of photographs"),
         ("variations", 5, "variations is not a list of values"),
