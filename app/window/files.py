@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -39,6 +40,38 @@ def local_path(url: QUrl) -> Path:
     if os.name != "posix":
         return Path(url.toLocalFile())
     return Path(os.fsdecode(unquote_to_bytes(url.path(QUrl.ComponentFormattingOption.FullyEncoded))))
+
+
+def path_of(chosen: str) -> Path:
+    """The file or folder that a dialog named.
+
+    Qt replaces bytes that are not UTF-8 by U+FFFD, so that the one entry that reads like the name is meant. Raises
+    InputError where several do, or none.
+    """
+    path = Path(chosen)
+    if REPLACED not in chosen or path.exists():
+        return path
+    found = Path(path.anchor)
+    for part in path.relative_to(path.anchor).parts:
+        alike = [part]
+        if REPLACED in part:
+            try:
+                alike = [name for name in os.listdir(found) if _as_qt_shows(name) == _as_qt_shows(part)]  # noqa: PTH208
+            except OSError:
+                alike = []
+        if len(alike) != 1:
+            raise InputError(path, "has a name that is not UTF-8", "Rename it, or drop it on the window")
+        found /= alike[0]
+    return found
+
+
+#: What Qt shows in place of bytes that are not UTF-8.
+REPLACED = "\ufffd"
+
+
+def _as_qt_shows(name: str) -> str:
+    """A name with one mark for bytes that are not UTF-8, however many there are."""
+    return re.sub(f"{REPLACED}+", REPLACED, os.fsencode(name).decode("utf-8", "replace"))
 
 
 class Files(QObject):
@@ -97,7 +130,11 @@ class Files(QObject):
 
     def open(self, paths: Sequence[Path]) -> None:
         """Open `paths` by their content, and remember them."""
-        paths = [path.absolute() for path in paths]
+        try:
+            paths = [path_of(str(path.absolute())) for path in paths]
+        except InputError as error:
+            self._report_refused(error)
+            return
         if any(path.suffix.lower() == ENDING for path in paths):
             self.leaving.then("Leave", lambda: self._open(paths))
         else:
@@ -153,7 +190,8 @@ class Files(QObject):
     def choose_project(self) -> None:
         """Ask for a project and open it."""
         self.choosing.emit()
-        ask_to_open(self.window, self.open_project, self.settings.now.last_folder or str(self.projects.folder))
+        folder = self.settings.now.last_folder or str(self.projects.folder)
+        ask_to_open(self.window, lambda path: self.open_project(path_of(str(path))), folder)
 
     def choose_files(self) -> None:
         """Ask for photographs, a mesh, measured BRDFs or a bundle, and open them."""

@@ -15,7 +15,7 @@ from app.project.listing import Listed
 from app.start.project_list import ProjectModel, where
 from app.window.banner import short_path
 from app.window.failures import Failures, explain, sentence
-from app.window.files import local_path
+from app.window.files import local_path, path_of
 from app.window.recent import fill
 from engine.core.errors import InputError
 
@@ -73,3 +73,16 @@ def test_a_message_shows_a_name_as_it_is_and_not_as_mark_up(qtbot: Any) -> None:
     assert {label.textFormat() for label in labels} == {Qt.TextFormat.PlainText}
     assert "\\n" in box.text()
     box.close()
+
+
+@pytest.mark.skipif(sys.platform in ("darwin", "win32"), reason="names are UTF-8 on this system")
+def test_a_dialog_names_files_whose_bytes_qt_replaces(tmp_path: Path) -> None:
+    file = tmp_path / os.fsdecode(b"d\xe9r") / os.fsdecode(b"caf\xe9\xe8.png")
+    file.parent.mkdir()
+    file.write_bytes(b"1")
+    shown = str(tmp_path / "d\ufffdr" / "caf\ufffd\ufffd.png")
+    assert path_of(shown) == file
+    file.with_name(os.fsdecode(b"caf\xff.png")).write_bytes(b"2")
+    with pytest.raises(InputError, match="not UTF-8"):
+        path_of(shown)
+    assert path_of(str(tmp_path / "missing.png")) == tmp_path / "missing.png"
