@@ -599,8 +599,9 @@ def hostile(sound: Path, path: Path, seed: int) -> str:
             *(rng.choice(AROUND) for _ in range(rng.choice([1, 1, 2]))),
         ]
     for kind in kinds:
-        with contextlib.suppress(*UNCHANGED):
-            kind(path, rng)
+        if path.is_file():  # a pipe would be waited for
+            with contextlib.suppress(*UNCHANGED):
+                kind(path, rng)
     return " ".join(kind.__name__ for kind in kinds)
 
 
