@@ -249,6 +249,9 @@ FACTORS = _folder("a folder of factors", "factors.json", "term-*.exr", "terms-*.
 FIGURE = _folder("a figure", "figure.json", "*.png", "*.svg", "pictures.csv", "curves.csv", "radiance/*.exr")
 FILM = Kind("a film", (".mp4", ".webp"))
 FRAMES = _folder("frames of a film", "turntable.json", "frame-*.png")
+LIGHTS = Kind(
+    "a file of lights", (".lights", ".lp"), is_earlier=lambda path: _holds(path, b'"lightarc_lights"', 1 << 8)
+)
 PROJECT = Kind("a project", (".lap",))
 REPLAY = _folder("a replay", "replay.json", "stack/*", "material.lightarc")
 SELFTEST_CASES = Kind(

@@ -22,6 +22,7 @@ ANGLES = {
     "capture.toml": "capture.toml",
     "lp": "light positions",
     "dome": "dome",
+    "lights": "calibrated lights",
     "file names": "file names",
     "assumed": "assumed",
     "user": "entered",

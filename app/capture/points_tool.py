@@ -23,7 +23,7 @@ from app.widgets.figure_table import FigureTable
 from app.widgets.panels import button, enable, fill_stacked, text
 from app.widgets.theme import PADDING, ROW, STEP, role
 from app.widgets.workspace import side_by_side
-from engine.capture.lights.sources import printable
+from engine.capture.lights.file_names import printable
 from engine.capture.registration.control_points import (
     MIN_POINTS,
     MarkedMotion,

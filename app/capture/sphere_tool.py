@@ -26,8 +26,9 @@ from app.widgets.figure_table import FigureTable
 from app.widgets.number_field import NumberField
 from app.widgets.panels import button, enable, fill_stacked, text
 from app.widgets.theme import PADDING, STEP, role
+from engine.capture.lights.file_names import printable
 from engine.capture.lights.mirror_sphere import Circle, light_direction
-from engine.capture.lights.sources import Sources, printable
+from engine.capture.lights.sources import Sources
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import format_fixed
 from engine.core.steps import Step, Steps, part

@@ -10,10 +10,11 @@ from typing import Any
 
 import psutil
 
-from app.arguments.results import STACK, Input, Output
+from app.arguments.results import LIGHTS, STACK, Input, Output
 from app.session.settings import close_session, open_session
 from engine.capture.import_plan import CALIBRATED
 from engine.capture.import_stack import ImportSettings, import_stack
+from engine.capture.lights.light_file import save_lights
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.selection import Arc, Azimuth, Listed
 from engine.capture.lights.sources import find_packed
@@ -21,6 +22,7 @@ from engine.capture.photograph.grey_patch import GreyPatch
 from engine.capture.registration.framing import Framing
 from engine.capture.registration.framing import crop as crop_to_size
 from engine.capture.registration.warp import Region
+from engine.capture.stack import lights_of
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, time_text
 from engine.core.steps import Step, drain
@@ -151,6 +153,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="keep these photographs alone: numbers from 1 in the order of the file names, or file names: 1,4-9",
     )
     parser.add_argument(
+        "--write-lights",
+        type=Output(LIGHTS, Path),
+        metavar="FILE",
+        help="also write the lights as they were found: .lights with directions, distance and intensity of each lamp, "
+        "which later captures under the same lamps name beside their photographs, or .lp with directions alone",
+    )
+    parser.add_argument(
         "--trust-angles",
         action="store_true",
         help="take angles from bare numbers in file names, or even steps, also where the photographs do not grow "
@@ -215,6 +224,8 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         lights_form=arguments.lights_form,
     )
     stack = drain(import_stack(sources, settings, arguments.output), memory)
+    if arguments.write_lights is not None:
+        save_lights(arguments.write_lights, lights_of(stack))
     return {
         "images": len(stack.sources),
         "height_px": stack.radiance.shape[1],

@@ -12,8 +12,9 @@ import numpy as np
 
 from app.document.document import ImportChoices, Pair, Project
 from engine.capture.lights.azimuth_spread import about_azimuth
+from engine.capture.lights.file_names import printable
 from engine.capture.lights.mirror_sphere import Circle
-from engine.capture.lights.sources import Sources, printable
+from engine.capture.lights.sources import Sources
 from engine.capture.photograph.exposures import Exposure
 from engine.core.errors import InputError
 

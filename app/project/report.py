@@ -22,7 +22,7 @@ from app.project.pixels import check_pixels, open_kept
 from app.project.project_file import data_folder, read
 from app.project.tidying import names_in
 from app.project.values import DAMAGE, in_full, is_file, is_name, is_there, parse
-from engine.capture.lights.sources import printable
+from engine.capture.lights.file_names import printable
 from engine.core.errors import FileError, InputError
 from engine.core.steps import Step, Steps
 

@@ -25,7 +25,7 @@ from app.project.made import size_of
 from app.project.photographs import INSIDE
 from app.project.project_file import ENDING, data_folder
 from app.widgets.theme import STEP
-from engine.capture.lights.sources import printable
+from engine.capture.lights.file_names import printable
 from engine.core.errors import InputError
 from engine.core.figure_text import size_text
 

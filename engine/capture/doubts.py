@@ -19,9 +19,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.lights.file_names import printable
 from engine.capture.lights.light_angles import FROM_NAMES
 from engine.capture.lights.selection import without
-from engine.capture.lights.sources import Sources, printable
+from engine.capture.lights.sources import Sources
 from engine.core.colour import LUMINANCE
 from engine.core.errors import InputError
 from engine.core.health import Finding, Verdict

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.import_plan import Plan
-from engine.capture.lights.sources import printable
+from engine.capture.lights.file_names import printable
 from engine.capture.photograph.decode import Photograph
 from engine.core.errors import InputError
 from engine.core.health import Finding, Verdict

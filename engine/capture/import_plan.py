@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 from engine.capture.calibration.estimate import Term
 from engine.capture.calibration.rig import TERMS
 from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread, usual_motion
+from engine.capture.lights.file_names import printable
 from engine.capture.lights.lamp_gains import lamp_gains
 from engine.capture.lights.list_forms import LISTED, check_form, in_form
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.selection import Selection, select
-from engine.capture.lights.sources import Pairs, Sources, printable
+from engine.capture.lights.sources import Pairs, Sources
 from engine.capture.lights.sphere_lights import measure_lights
 from engine.capture.photograph.calibration import Calibration, read_calibration
 from engine.capture.photograph.decode import Unreadable, WhiteBalance, read_photograph
@@ -197,7 +198,7 @@ class Plan:
         chosen = CALIBRATED if self.settings.calibrate == "auto" else self.settings.calibrate
         stated = {
             "distance": self.settings.lamp_distance is not None or self.sources.lamp_distance is not None,
-            "gains": self.settings.equalise is not None,
+            "gains": self.settings.equalise is not None or bool(self.sources.lamp_gains),
             "ambient": self.dark is not None,
             "motion": bool(self.settings.control_points),
             "lights": self.sources.sphere is not None or self.settings.lights_form != LISTED,
@@ -223,7 +224,7 @@ def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     scale = exposure_scale(sources.exposures, noted)
     _refuse_unknown_exposures(sources, scale)
     _refuse_unknown_names(settings, sources)
-    gains = np.ones(len(sources.photographs))
+    gains = np.array([sources.lamp_gains.get(printable(path), 1.0) for path in sources.photographs])
     if settings.equalise is not None:
         gains = yield from part(lamp_gains(sources, settings.equalise, scale, transfer), 0.6, 0.7)
         sources = replace(sources, findings=(*sources.findings, _about_gains(settings, gains)))
@@ -245,7 +246,17 @@ def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     sources = replace(sources, findings=(*sources.findings, *_about_near_lamp(distance, sources.azimuth)))
     options = {"white_balance": balance, "transfer": transfer}
     calibration = yield from part(read_calibration(dark, flat, distance, for_images, options), 0.9, 1.0)
-    return Plan(sources, settings, dark, flat, calibration, scale, options, gains)
+    return Plan(sources, settings, dark, flat, calibration, scale, options, gains, _stated_terms(sources))
+
+
+def _stated_terms(sources: Sources) -> tuple[Term, ...]:
+    """What a file of lights states, with its deviations, as an estimation would have found it."""
+    near = sources.lamp_distance or math.inf
+    texts = {
+        "distance": f"The file of lights states that the lamps are {near:.3g} image widths away",
+        "gains": "The file of lights states the intensity of each lamp",
+    }
+    return tuple(Term(name, True, texts[name], 0.0, 0.0, 0.0, sigma) for name, sigma in sources.lamp_sigma.items())
 
 
 def _about_gains(settings: ImportSettings, gains: NDArray[np.float64]) -> Finding:

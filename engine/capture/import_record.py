@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.lights.sources import as_text, printable
+from engine.capture.lights.file_names import as_text, printable
 from engine.capture.photograph.decode import Photograph
 from engine.capture.photograph.exposures import group
 from engine.capture.registration.pair_motion import Alignment

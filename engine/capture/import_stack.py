@@ -46,8 +46,9 @@ from engine.capture.import_record import (
     refuse_different_sizes,
     refuse_equal_images,
 )
+from engine.capture.lights.file_names import printable
 from engine.capture.lights.list_forms import LISTED, name_order
-from engine.capture.lights.sources import Sources, naming_members, printable
+from engine.capture.lights.sources import Sources, naming_members
 from engine.capture.output_region import View, view_of
 from engine.capture.photograph.decode import Photograph, ReadAhead, Unreadable
 from engine.capture.photograph.exposures import Exposure

@@ -22,10 +22,12 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 from pydantic import ValidationError
 
+from engine.capture.lights.light_file import CalibratedLights
+from engine.capture.lights.light_positions import Light
 from engine.capture.report import Quality
 from engine.capture.stack_record import parse_record
 from engine.core.colour import to_display8
-from engine.core.errors import InputError
+from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.summary import Summary
 from engine.storage.file_array import FileArray
@@ -55,7 +57,7 @@ class ImageStack(Summary):
     azimuth : (N,) float64 radians, or None where the light moves along one arc of unknown azimuth.
     mean_radiance : (N,) float64, mean luminance of each photograph over the crop, summed in float64.
     sources : (N,) file names of the photographs.
-    angle_source : 'capture.toml', 'lp', 'dome', 'file names', 'user', 'assumed' or 'mirror sphere'.
+    angle_source : 'capture.toml', 'lp', 'dome', 'lights', 'file names', 'user', 'assumed' or 'mirror sphere'.
     provenance : what was assumed and done: camera, levels, white balance, alignment, software.
     health : counts and findings; the report of the import.
     quality : (N,) figures of each photograph, empty for a stack made in memory.
@@ -94,6 +96,20 @@ class ImageStack(Summary):
         step = max(1, -(-max(self.radiance.shape[1:3]) // 384))
         image = np.asarray(self.radiance[len(self.sources) // 2])[::step, ::step]
         return encode_png(to_display8(image / max(float(np.quantile(image, 0.98)), 1e-9)))
+
+
+def lights_of(stack: ImageStack) -> CalibratedLights:
+    """The lights of a stack as a file of lights keeps them; UsageError where their azimuths are not known."""
+    if stack.azimuth is None:
+        raise UsageError("the azimuths of the lights are not known, and a file of lights needs them")
+    angles = zip(stack.sources, stack.elevation.tolist(), stack.azimuth.tolist(), strict=True)
+    terms = [term for term in stack.provenance.get("calibration") or [] if term.get("accepted")]
+    return CalibratedLights(
+        tuple(Light(*one, number) for number, one in enumerate(angles, start=1)),
+        tuple(stack.provenance.get("lamp_gains") or [1.0] * len(stack.sources)),
+        stack.provenance.get("lamp_distance_widths"),
+        {term["name"]: float(term["sigma"]) for term in terms if term["name"] in ("distance", "gains")},
+    )
 
 
 def npy_header(shape: Sequence[int], dtype: DTypeLike) -> bytes:

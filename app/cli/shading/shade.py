@@ -22,7 +22,7 @@ from engine.brdf.readers.read import open_brdf
 from engine.bundle.bundle import save_bundle
 from engine.bundle.manifest import MANIFEST, describe_bundle
 from engine.capture.evenness import even_out
-from engine.capture.lights.sources import as_text
+from engine.capture.lights.file_names import as_text
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, size_text, time_text
 from engine.core.health import Health

@@ -8,9 +8,11 @@ one only where all names agree but for that number, and the numbers are not a pl
 
 from __future__ import annotations
 
+import os
 import re
 import unicodedata
 from collections.abc import Sequence
+from pathlib import Path
 
 
 def comparable(name: str) -> str:
@@ -65,3 +67,13 @@ def _may_be_angles(numbers: list[float]) -> bool:
 
 def _number(text: str) -> float:
     return float(text.replace(",", "."))
+
+
+def printable(path: Path) -> str:
+    """The file name as text that can be stored: bytes that are not UTF-8 become replacement characters."""
+    return as_text(path.name)
+
+
+def as_text(name: str) -> str:
+    """A name with replacement characters for bytes that are not UTF-8."""
+    return os.fsencode(name).decode("utf-8", "replace")

@@ -53,6 +53,8 @@ def join(one: Sources, other: Sources) -> Sources:
         dark=one.dark or other.dark,
         flat=one.flat or other.flat,
         lamp_distance=one.lamp_distance if one.lamp_distance is not None else other.lamp_distance,
+        lamp_gains={**one.lamp_gains, **other.lamp_gains},
+        lamp_sigma={**other.lamp_sigma, **one.lamp_sigma},
         reference=one.reference or other.reference,
         control_points={**one.control_points, **other.control_points},
         transfer=one.transfer or other.transfer,

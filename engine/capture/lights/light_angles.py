@@ -1,6 +1,6 @@
 """Position of the light in each photograph: from the first source that knows.
 
-These are, in this order, what the user says, `capture.toml`, an `.lp` or `.dome` file, and numbers in the file names;
+These are, in this order, what the user says, `capture.toml`, a file of lights (`LIGHT_SUFFIXES`), and file names;
 where none of them exists, evenly spaced elevations are assumed and marked as such.
 
 Names in an `.lp` file need not be those of the photographs: they are matched without regard to the extension, else by
@@ -12,12 +12,14 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from engine.capture.lights.file_names import angles_with_words, bare_angles, comparable, join_names, natural
+from engine.capture.lights.file_names import angles_with_words, bare_angles, comparable, join_names, natural, printable
 from engine.capture.lights.folder import capture_files
+from engine.capture.lights.light_file import read_lights
 from engine.capture.lights.light_positions import Light, read_dome, read_light_positions
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.photograph.exposures import read_noted_exposure
@@ -34,7 +36,7 @@ SPHERE = "mirror sphere"
 
 
 #: Files of light positions.
-LIGHT_SUFFIXES = frozenset({".lp", ".dome"})
+LIGHT_SUFFIXES = frozenset({".lp", ".dome", ".lights"})
 
 
 class Lit(NamedTuple):
@@ -54,13 +56,15 @@ class Lit(NamedTuple):
 
 
 class Stated(NamedTuple):
-    """Photographs with their lights, the name of the source that knew, what to say about it, and the lamp's distance in
-    widths of the image where the source gives it."""
+    """Photographs with their lights, the name of the source that knew, what to say about it, and where the source gives
+    them the lamps' distance in widths of the image, intensities by name, and deviations as a `CalibratedLights` has."""
 
     lit: list[Lit]
     source: str
     findings: list[Finding]
     lamp_distance: float | None = None
+    lamp_gains: Mapping[str, float] = MappingProxyType({})
+    lamp_sigma: Mapping[str, float] = MappingProxyType({})
 
 
 def read_stated_lights(
@@ -83,10 +87,9 @@ def read_stated_lights(
     if len(light_files) > 1:
         names = ", ".join(path.name for path in light_files)
         raise InputError(place, f"holds several light-position files: {names}", "Keep the one that belongs")
-    if light_files and light_files[0].suffix.lower() == ".dome":
-        return _from_dome(light_files[0], photographs)
     if light_files:
-        return _from_light_positions(light_files[0], photographs)
+        readers = {".dome": _from_dome, ".lights": _from_calibrated_lights, ".lp": _from_light_positions}
+        return readers[light_files[0].suffix.lower()](light_files[0], photographs)
     return _from_names(place, photographs) or _assume(photographs)
 
 
@@ -133,6 +136,24 @@ def _from_light_positions(path: Path, photographs: list[Path]) -> Stated:
         for p, one in zip(photographs, chosen, strict=True)
     ]
     return Stated(lit, "lp", findings)
+
+
+def _from_calibrated_lights(path: Path, photographs: list[Path]) -> Stated:
+    found = read_lights(path)
+    chosen, findings = _find_pairs(path, photographs, found.lights)
+    gains = {
+        printable(photograph): found.gains[light.line - 1]
+        for photograph, light in zip(photographs, chosen, strict=True)
+    }
+    near = f"{found.lamp_distance:.3g} image widths away" if found.lamp_distance else "distant"
+    spread = f", with intensities of {min(gains.values()):.2f} to {max(gains.values()):.2f} of the median"
+    text = f"states the {len(chosen)} lamps: {near}{spread if len(set(gains.values())) > 1 else ''}"
+    lit = [
+        Lit(p, math.degrees(one.elevation), math.degrees(one.azimuth))
+        for p, one in zip(photographs, chosen, strict=True)
+    ]
+    findings = [Finding(Verdict.NOTE, text, path.name), *findings]
+    return Stated(lit, "lights", findings, found.lamp_distance, gains, found.sigma)
 
 
 def _find_pairs(path: Path, photographs: list[Path], lights: Sequence[Light]) -> tuple[list[Light], list[Finding]]:

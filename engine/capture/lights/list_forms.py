@@ -13,7 +13,7 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.lights.file_names import natural
+from engine.capture.lights.file_names import natural, printable
 from engine.capture.lights.selection import reordered
 from engine.capture.lights.sources import Sources
 from engine.core.errors import InputError, UsageError
@@ -65,8 +65,17 @@ def in_form(sources: Sources, form: str) -> Sources:
     found = change(listed, form)
     elevation[order] = np.arctan2(found[:, 2], np.hypot(found[:, 0], found[:, 1]))
     azimuth[order] = np.arctan2(found[:, 1], found[:, 0])
-    lit = dataclasses.replace(sources, elevation=elevation, azimuth=azimuth)
+    lit = dataclasses.replace(sources, elevation=elevation, azimuth=azimuth, lamp_gains=_gains(sources, order, form))
     return reordered(lit, np.argsort(elevation, kind="stable"))
+
+
+def _gains(sources: Sources, order: NDArray[np.intp], form: str) -> dict[str, float]:
+    """Intensities by name: they go with the lamps where the form moves those to other photographs."""
+    if not sources.lamp_gains or form in AXES:
+        return dict(sources.lamp_gains)
+    names = [printable(sources.photographs[index]) for index in order]
+    gains = change(np.array([[sources.lamp_gains[name]] for name in names]), form)
+    return {name: float(gain) for name, (gain,) in zip(names, gains, strict=True)}
 
 
 def name_order(sources: Sources) -> NDArray[np.intp]:

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.lights.azimuth_spread import about_azimuth
-from engine.capture.lights.file_names import comparable, join_names, natural
-from engine.capture.lights.sources import Sources, printable
+from engine.capture.lights.file_names import comparable, join_names, natural, printable
+from engine.capture.lights.sources import Sources
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Verdict
 

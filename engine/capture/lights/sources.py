@@ -78,11 +78,13 @@ class Sources(Summary):
     photographs : (N,) paths, N ≥ 2, one per light: the shortest of its exposures.
     elevation : (N,) float64, radians above the sample plane, in [0, π/2]; 0 while a mirror sphere is to be asked.
     azimuth : (N,) float64 radians, 0 = right, π/2 = up in the image; None where unknown.
-    angle_source : 'user', 'capture.toml', 'lp', 'dome', 'file names', 'assumed' or 'mirror sphere'.
+    angle_source : 'user', 'capture.toml', 'lp', 'dome', 'lights', 'file names', 'assumed' or 'mirror sphere'.
     exposure_s : (N,) what `capture.toml` says of `photographs`, None where it is silent.
     exposures : (N,) all photographs of each light, by rising exposure.
     dark, flat : photographs without light and of an even white surface.
     lamp_distance : of a near lamp, in widths of the image; None for a distant one.
+    lamp_gains : intensities over the median by file name, where a file of lights states them.
+    lamp_sigma : standard deviations of those ('gains') and of the inverse distance ('distance') that it states.
     sphere : outline of a mirror sphere from which the lights are to be measured, 'auto' to find it, or None.
     highlights_px : (N,) column and row of the lamp's reflection where `capture.toml` corrects it.
     reference : the photograph that the others are to be aligned to, where `capture.toml` says so.
@@ -102,6 +104,8 @@ class Sources(Summary):
     dark: Path | None = None
     flat: Path | None = None
     lamp_distance: float | None = None
+    lamp_gains: Mapping[str, float] = field(default_factory=dict)
+    lamp_sigma: Mapping[str, float] = field(default_factory=dict)
     sphere: Circle | Literal["auto"] | None = None
     highlights_px: tuple[tuple[float, float] | None, ...] = ()
     reference: Path | None = None
@@ -174,6 +178,8 @@ def find(
         dark=files.dark,
         flat=files.flat,
         lamp_distance=capture.lamp_distance if capture and capture.lamp_distance else stated.lamp_distance,
+        lamp_gains=stated.lamp_gains,
+        lamp_sigma=stated.lamp_sigma,
         sphere=sphere,
         highlights_px=tuple(light[0].highlight_px for light in lights),
         reference=_find_stated(place, files.kept, capture.reference) if capture and capture.reference else None,
@@ -338,16 +344,6 @@ def _capture_file(place: Path, files: list[Path]) -> CaptureFile | None:
     from engine.capture.lights.capture_file import read_capture_file
 
     return read_capture_file(found[0])
-
-
-def printable(path: Path) -> str:
-    """The file name as text that can be stored: bytes that are not UTF-8 become replacement characters."""
-    return as_text(path.name)
-
-
-def as_text(name: str) -> str:
-    """A name with replacement characters for bytes that are not UTF-8."""
-    return os.fsencode(name).decode("utf-8", "replace")
 
 
 _NESTED = (".zip", ".7z", ".rar", ".tar", ".tgz", ".tbz2", ".txz", ".tar.gz", ".tar.bz2", ".tar.xz", ".gz", ".xz")

@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.lights.azimuth_spread import about_azimuth
+from engine.capture.lights.file_names import printable
 from engine.capture.lights.light_angles import ASSUMED, FROM_NAMES, SPHERE
 from engine.capture.lights.mirror_sphere import Circle, find_highlights, find_sphere, light_direction
-from engine.capture.lights.sources import Sources, printable
+from engine.capture.lights.sources import Sources
 from engine.capture.lights.two_spheres import lamp_positions
 from engine.capture.photograph.decode import ReadAhead
 from engine.core.colour import luminance
