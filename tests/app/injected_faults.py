@@ -181,7 +181,7 @@ def _verbs() -> Iterator[Work]:
     yield Work("project find", find, None, "Felt.lap", describe, _copy_moved_project)
     yield Work("project replay", "project replay {inputs}/Felt.lap -o {output}", None, "replayed", rare=True)
     yield Work("bundle make", "bundle make {inputs}/Felt.lap -o {output}", None, "f.lightarc", lightarc.open_bundle)
-    yield Work("selftest", "selftest --long --cases 3 -o {output}", rare=True)
+    yield Work("selftest", "selftest --long --cases 3 -o {output}.json", rare=True)
     yield Work("selftest repeat", "selftest --repeat {inputs}/cases.json", rare=True)
     yield Work("demo", "demo -o {output}", None, "demo", rare=True)
     yield Work("bench", "bench --only linearise", rare=True)
