@@ -6,30 +6,27 @@ or in a wait for ever while the interpreter is locked. PySide hands plain widget
 from them it does not (seen with 6.11.3). pyqtgraph's GarbageCollector does the same; it was not taken because it
 searches the modules loaded at the start again and again, and loads the whole of pyqtgraph.
 
-What is new is searched often, and searched again only with everything else, at long intervals. A search of everything
-takes 0.1 s once numba and SciPy are loaded, nearly all of it for their own objects. Where many modules have come since
-the last one, or where it took long, what there is is set aside instead and never searched again: a few times in the
-life of a process, at the price of cycles among what was alive just then.
+What is new is searched often, and searched again only with everything else, at intervals. A search of 240,000 objects
+takes 0.2 s, and once numba has compiled or SciPy is loaded nearly all of them are theirs. Where many modules have come
+since the last search, or very many objects, what there is is set aside instead and never searched again: a few times in
+the life of a process, at the price of cycles among what was alive just then.
 """
 
 from __future__ import annotations
 
 import gc
 import sys
-import time
 
 from PySide6.QtCore import QObject, QTimer
 
 INTERVAL_MS = 100
 
 #: New objects that have to come before they are searched, and searches of those before one of everything.
-MANY_OBJECTS, MANY_SEARCHES = 700, 100
+MANY_OBJECTS, MANY_SEARCHES = 700, 25
 
-#: Modules that have to come before what there is is set aside once more.
-MANY_MODULES = 100
-
-#: Seconds of the CPU from which on a search of everything is not to be repeated with as many objects.
-LONG_S = 0.02
+#: Modules that have to come, and objects that have to be there (a search of them takes 15 ms), before what there is is
+#: set aside once more.
+MANY_MODULES, MANY_OLD = 100, 30_000
 
 _modules_then = 0
 
@@ -50,14 +47,11 @@ def collect_what_is_due() -> None:
         return
     if searches <= MANY_SEARCHES:
         gc.collect(1)
-    elif len(sys.modules) >= _modules_then + MANY_MODULES:
+    elif len(sys.modules) >= _modules_then + MANY_MODULES or len(gc.get_objects(2)) > MANY_OLD:
         gc.collect(1)
         _set_aside()
     else:
-        begun_s = time.thread_time()
         gc.collect()
-        if time.thread_time() - begun_s > LONG_S:
-            _set_aside()
 
 
 def _set_aside() -> None:

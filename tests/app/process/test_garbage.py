@@ -47,30 +47,26 @@ def test_what_a_cycle_kept_ends_on_the_thread_of_the_window(start: str, on_the_w
 
 
 @pytest.mark.parametrize(
-    ("objects", "searches", "modules", "seconds", "done"),
+    ("objects", "searches", "modules", "old", "done"),
     [
-        (garbage.MANY_OBJECTS, 0, 0, 0.0, []),
-        (10_000, garbage.MANY_SEARCHES, 1000, 0.0, ["new"]),
-        (10_000, garbage.MANY_SEARCHES + 1, 0, 0.0, ["everything"]),
-        (10_000, garbage.MANY_SEARCHES + 1, 0, 0.1, ["everything", "set aside"]),
-        (10_000, garbage.MANY_SEARCHES + 1, 1000, 0.0, ["new", "set aside"]),
+        (garbage.MANY_OBJECTS, 0, 0, 0, []),
+        (10_000, garbage.MANY_SEARCHES, 1000, 0, ["new"]),
+        (10_000, garbage.MANY_SEARCHES + 1, 0, 0, ["everything"]),
+        (10_000, garbage.MANY_SEARCHES + 1, 0, garbage.MANY_OLD + 1, ["new", "set aside"]),
+        (10_000, garbage.MANY_SEARCHES + 1, 1000, 0, ["new", "set aside"]),
     ],
 )
-def test_what_is_new_is_searched_and_what_takes_long_is_not_searched_again(
-    monkeypatch: pytest.MonkeyPatch, objects: int, searches: int, modules: int, seconds: float, done: list[str]
+def test_what_is_new_is_searched_and_what_is_much_is_not_searched_again(
+    monkeypatch: pytest.MonkeyPatch, objects: int, searches: int, modules: int, old: int, done: list[str]
 ) -> None:
     did: list[str] = []
-    clock = [0.0]
-
-    def collect(generation: int = 2) -> None:
-        did.append({1: "new", 2: "everything"}[generation])
-        clock[0] += seconds
-
     fake = SimpleNamespace(
-        get_count=lambda: (objects, 0, searches), collect=collect, freeze=lambda: did.append("set aside")
+        get_count=lambda: (objects, 0, searches),
+        get_objects=lambda generation: [None] * old,
+        collect=lambda generation=2: did.append({1: "new", 2: "everything"}[generation]),
+        freeze=lambda: did.append("set aside"),
     )
     monkeypatch.setattr(garbage, "gc", fake)
-    monkeypatch.setattr(garbage, "time", SimpleNamespace(thread_time=lambda: clock[0]))
     monkeypatch.setattr(garbage, "_modules_then", len(sys.modules) - modules)
     garbage.collect_what_is_due()
     assert did == done
