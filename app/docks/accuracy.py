@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QSize, Qt, QTimer, Signal
@@ -39,6 +38,7 @@ from app.widgets.controls import ComboBox
 from app.widgets.number_field import NUMERIC, mark
 from app.widgets.panels import SCROLL_BAR, Rows, Scrolled, button, enable, text, with_buttons
 from app.widgets.theme import PADDING, STEP, role
+from engine.core.cached import cached_property
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, time_text
 from engine.core.steps import Step

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.document.variation import Variation, as_baked, select_baked, settings_with
 from engine.brdf.brdf import Brdf
+from engine.core.cached import cached_property
 from engine.core.errors import InputError, UsageError
 from engine.core.steps import Step, Steps, part
 from engine.geometry.ground import Ground

@@ -6,12 +6,13 @@ Its library takes longer to load than the rest of an empty window.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 from PySide6.QtCore import QSize, QTimer, Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from engine.core.cached import cached_property
 
 if TYPE_CHECKING:
     from app.widgets.plots import Elevations

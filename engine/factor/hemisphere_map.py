@@ -17,12 +17,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from engine.core.cached import cached_property
 from engine.core.directions import Vectors
 from engine.core.kernels import parallel, prange, scalar
 

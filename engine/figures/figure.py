@@ -11,7 +11,6 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -19,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.accuracy.compare import ErrorEstimate, error_against
+from engine.core.cached import cached_property
 from engine.core.figure_text import percent_within
 from engine.core.steps import Steps
 from engine.figures.contact_sheet import Panel, Row, draw_sheet, panel_width

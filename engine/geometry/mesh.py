@@ -12,7 +12,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -20,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from engine.core.cached import cached_property
 from engine.core.directions import normalize, uv_tangents, world_from_tangent
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict

@@ -7,12 +7,12 @@ of the bake: three images, and what becomes of each of their pixels.
 from __future__ import annotations
 
 from collections.abc import Generator
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.cached import cached_property
 from engine.gl.direct import DirectRenderer
 from engine.gl.program import load_program, set_uniforms
 from engine.gl.screen import Image

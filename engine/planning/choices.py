@@ -14,10 +14,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import lru_cache, partial
 from itertools import product
 from typing import Any
 
+from engine.core.cached import cached_property
 from engine.core.errors import UsageError
 from engine.core.steps import drain
 from engine.geometry.camera import Camera, frame

@@ -25,13 +25,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import isfinite, radians
 from typing import Any, Literal
 
 import numpy as np
 
 from engine.brdf.brdf import Brdf, brdf_from_text
+from engine.core.cached import cached_property
 from engine.core.directions import normalize, world_direction
 from engine.core.errors import UsageError
 from engine.geometry.camera import Camera

@@ -29,9 +29,9 @@ import sys
 import sysconfig
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
+from engine.core.cached import cached_property
 from engine.core.health import Finding, Health, Verdict
 
 _PROJECT = Path(__file__).resolve().parents[2]

@@ -19,13 +19,13 @@ import time
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.accuracy.compare import ErrorEstimate, comparison, error_against, error_against_parts, noise_of
+from engine.core.cached import cached_property
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part

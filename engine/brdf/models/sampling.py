@@ -18,7 +18,6 @@ direction itself, which finds the others.
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -32,6 +31,7 @@ from engine.brdf.models.sampling_lobes import (
     TabulatedHalfVectors,
     TabulatedLobe,
 )
+from engine.core.cached import cached_property
 from engine.core.colour import luminance
 from engine.core.directions import Vectors
 

@@ -28,12 +28,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.cached import cached_property
 from engine.core.colour import luminance
 from engine.core.directions import Vectors
 from engine.core.one_thread import one_thread

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.report import bracket
+from engine.core.cached import cached_property
 from engine.core.colour import srgb_encode
 from engine.core.directions import Vectors
 from engine.shading.directional.interpolation import Kernel, weights

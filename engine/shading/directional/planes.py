@@ -12,13 +12,13 @@ from __future__ import annotations
 from collections.abc import Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.stack import ImageStack
+from engine.core.cached import cached_property
 from engine.core.colour import srgb_decode
 from engine.core.directions import Vectors, surface_direction
 from engine.core.side_by_side import side_by_side

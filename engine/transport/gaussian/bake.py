@@ -18,7 +18,6 @@ import os
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -26,6 +25,7 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
 from engine.brdf.models.diffuse import Lambert
+from engine.core.cached import cached_property
 from engine.core.errors import UsageError
 from engine.core.figure_text import size_text
 from engine.core.params import check_values

@@ -13,11 +13,11 @@ Bound by rays: some 3,000 for each vertex at an edge of 32, and for each bounce 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.cached import cached_property
 from engine.core.directions import surface_direction
 from engine.core.one_thread import one_thread
 from engine.core.steps import Step, Steps

@@ -17,11 +17,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from engine.core.cached import cached_property
 from engine.core.errors import UsageError
 from engine.light.cube_map import cube_of
 from engine.light.environment import EnvironmentMap

@@ -22,7 +22,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any, TypeVar
 
 import numpy as np
@@ -31,6 +31,7 @@ from numpy.typing import ArrayLike, NDArray
 from engine.brdf.brdf import MODELS, Brdf
 from engine.brdf.models.sampling import sampler_of
 from engine.brdf.models.sampling_lobes import CosineLobe, Mixture, Sampler
+from engine.core.cached import cached_property
 from engine.core.directions import Vectors
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh

@@ -16,11 +16,11 @@ The light is `engine.transport.gaussian.lighting`'s; the counterpart that draws 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from engine.core.cached import cached_property
 from engine.core.directions import Vectors, dot, normalize
 from engine.geometry.mesh import Mesh
 from engine.transport.baking.diffuse_specular import DiffusePart

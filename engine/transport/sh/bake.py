@@ -18,13 +18,13 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
+from engine.core.cached import cached_property
 from engine.core.errors import UsageError
 from engine.core.figure_text import size_text
 from engine.core.one_thread import one_thread

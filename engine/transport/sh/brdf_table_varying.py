@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise, product
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -24,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf
+from engine.core.cached import cached_property
 from engine.core.directions import Vectors
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent

@@ -19,13 +19,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.models.diffuse import Lambert
+from engine.core.cached import cached_property
 from engine.core.directions import Vectors, frames_along, normalize
 from engine.core.errors import UsageError
 from engine.geometry.mesh import Mesh

@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.cached import cached_property
 from engine.light.cube_map import cube_of
 from engine.light.environment import DistantLights, EnvironmentMap
 from engine.light.lamps import Lamp, lights_of_all

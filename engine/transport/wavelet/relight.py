@@ -9,11 +9,10 @@ anew costs a ray for every vertex.
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.cached import cached_property
 from engine.light.lamps import Lamp
 from engine.transport.wavelet.kernel import add_changes, by_coefficient, finish_sums
 from engine.transport.wavelet.lighting import Lighting, lamp_tuples, mix

@@ -16,12 +16,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.cached import cached_property
 from engine.core.directions import Vectors, dot, frames_along, normalize, world_from_tangent
 from engine.core.errors import UsageError
 from engine.factor.hemisphere_map import HemisphereMap
