@@ -87,7 +87,7 @@ class Work:
     output : the name of what it writes, '' for nothing.
     read : raises for an output that is not whole.
     begin : makes in the folder of outputs what the work changes there.
-    rare : True for a work of which a whole run takes seconds; its failures are drawn a tenth as often.
+    rare : True for a work of which a whole run takes seconds; its failures are drawn less often (`RARITY`).
     ends : the exit code where nothing fails.
     keeps_temporary : True where the result lies in a temporary folder.
     """
@@ -316,7 +316,7 @@ def _tradeoff(inputs: Path) -> Any:
 WORKS = (*_verbs(), *_functions())
 
 #: How many frequent works there are to one rare one.
-RARITY = 10
+RARITY = 50
 
 
 def choose(number: int) -> Work:
