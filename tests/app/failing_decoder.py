@@ -104,7 +104,11 @@ class FailingDecoder:
             if self.way == "halted":
                 request["timeout_s"] = 0.02
             child.process.stdout = _Replies(child.process, self.way, self.rng)
-        return ask(child, request, contents, files, results)
+        try:
+            return ask(child, request, contents, files, results)
+        finally:
+            if self.way == "nonsense":  # its own answer still waits, and would be that to the next request
+                child.kill()
 
 
 class _Replies:
