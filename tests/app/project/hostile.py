@@ -267,7 +267,7 @@ def numbers(path: Path, rng: random.Random) -> None:
             connection.execute("INSERT OR REPLACE INTO array VALUES (?, ?)", (renamed, bytes(changed_to)))
         elif rng.random() < 0.05:
             os.mkfifo(beside)
-        elif rng.random() < 0.05:
+        elif rng.random() < 0.05 and not beside.is_symlink():
             beside.symlink_to("/dev/zero")
         elif rng.random() < 0.3:
             with beside.with_suffix(PACKED).open("wb") as file:
