@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,7 +23,9 @@ from app.project.setup import Setup, set_up
 from engine.core.errors import InputError
 from engine.core.steps import Steps, drain, part
 from engine.scene.material import Material
-from engine.surface.recover import Surface
+
+if TYPE_CHECKING:
+    from engine.surface.recover import Surface
 
 
 def lacks_material(project: Project) -> bool:

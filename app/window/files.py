@@ -71,7 +71,7 @@ REPLACED = "\ufffd"
 
 def _as_qt_shows(name: str) -> str:
     """A name with one mark for bytes that are not UTF-8, however many there are."""
-    return re.sub(f"{REPLACED}+", REPLACED, os.fsencode(name).decode("utf-8", "replace"))
+    return re.sub(f"{REPLACED}{{1,4096}}+", REPLACED, os.fsencode(name).decode("utf-8", "replace"))
 
 
 class Files(QObject):

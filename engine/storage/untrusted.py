@@ -31,7 +31,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent import futures
 from pathlib import Path
 from types import MappingProxyType
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,6 +90,8 @@ UNREADABLE = "Check that the file exists and may be read"
 AGAIN = "Copy or download it again, or export it again from the program that wrote it"
 
 #: What is said of a reply that is none.
+Result = TypeVar("Result")
+
 _INVALID = {"problem": "is damaged: its decoder returned an invalid response", "remedy": AGAIN}
 
 
@@ -352,6 +354,14 @@ class _Reply(dict[str, Any]):
 
     def __missing__(self, _name: str) -> Any:
         raise InputError(self._path, *_INVALID.values())
+
+
+def build(make: Callable[..., Result], path: str | os.PathLike[str], fields: Mapping[str, Any]) -> Result:
+    """`make(**fields)` of what a decoder answered about `path`; InputError where these are not the fields it takes."""
+    try:
+        return make(**fields)
+    except TypeError:
+        raise InputError(path, *_INVALID.values()) from None
 
 
 def protection() -> Protection | None:

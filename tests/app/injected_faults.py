@@ -42,6 +42,7 @@ from app import command_line
 from app.arguments.usage import BAD_FILE, DONE, MISSING, OUT_OF_MEMORY
 from app.project.project_file import is_waiting
 from app.project.report import describe
+from engine.capture.lights.light_file import read_lights
 from engine.core.errors import LightarcError
 from engine.factor.factor_file import read_factors
 from engine.images.decode import read_image
@@ -195,6 +196,8 @@ def _verbs() -> Iterator[Work]:
     yield Work("import calibrated", words, None, "stack", lightarc.open_stack, rare=True)
     words = "shade {inputs}/stack -o {output} --slices 3 --tileable --tile-preview {output}.tiles.png "
     yield Work("shade tiles", words + "--error-map {output}.png", None, "a.lightarc", lightarc.open_bundle, rare=True)
+    lights = "import {inputs}/lamps -o {inputs}-stack --no-align --overwrite --write-lights {output}"
+    yield Work("import lights", lights, None, "l.lights", read_lights)
     yield Work("simulate", "simulate --sample plain --size 16 --elevations-deg 30,60 -o {output}", None, "capture")
 
 

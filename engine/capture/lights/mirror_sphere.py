@@ -26,11 +26,20 @@ from engine.core.errors import UsageError
 #: Pixels of the longer side of images in which circles are searched for, and of the radius in which they are fitted.
 SEARCHED_PX, FITTED_PX = 480, 150
 
+#: Pixels of the radius in a search below which the part around a circle is searched once more, larger.
+COARSE_PX = 60.0
+
+#: Pixels of the radius in the photographs on which lights can be measured: one pixel is 5 degrees of a light.
+MIN_RADIUS_PX = 25.0
+
 #: Edge pixels that vote for circles, radii that they vote for, and circles that are looked at closer.
 VOTERS, RADII, CIRCLES = 40_000, 40, 40
 
 #: Variance of a brightness difference (of square roots of values up to 1) below which there is no edge.
 NO_EDGE = 2e-6
+
+#: Pixels outside an outline in which the change of the surroundings is looked at.
+BEYOND_PX: NDArray[np.float64] = np.arange(5.0, 11.0)
 
 #: Directions in which an outline is sampled.
 ANGLES: NDArray[np.float64] = np.radians(np.arange(0.0, 360.0, 3.0))[:, None]
@@ -83,12 +92,16 @@ class Circle:
 
 @dataclass(frozen=True)
 class _View:
-    """Photographs (N, h, w) in [0, 1] of the square from (left, top) on of whole ones, scaled by `scale`."""
+    """Photographs (N, h, w) of the square from (left, top) on of whole ones, scaled by `scale`."""
 
     images: NDArray[np.float32]
     scale: float
     left: int
     top: int
+
+    def normalised(self, white: float) -> NDArray[np.float32]:
+        """The photographs with 1 for what is as bright as `white` or more."""
+        return np.clip(self.images / np.float32(white), 0, 1)
 
     def inwards(self, circle: Circle) -> Circle:
         """A circle of the whole photographs."""
@@ -108,37 +121,55 @@ def find_sphere(images: NDArray[np.float32], first: Circle | None = None) -> Cir
     Raises UsageError where there is none on which a highlight moves.
     """
     height, width = images.shape[1:]
-    whole = Circle(width / 2, height / 2, max(height, width) / 2)
-    view = _view(images, whole, min(1.0, SEARCHED_PX / max(height, width)))
-    edges = _edges(view.images)
+    around = Circle(width / 2, height / 2, max(height, width) / 2)
+    view = _view(images, around, min(1.0, SEARCHED_PX / max(height, width)))
+    white = max(float(np.percentile(view.images, 99.5)), 1e-9)
+    outline, horizon = _search(view, white, first)
+    if view.scale < 1 and outline.radius * view.scale < COARSE_PX:
+        around = Circle(outline.column, outline.row, 3 * outline.radius)
+        view = _view(images, around, min(1.0, SEARCHED_PX / (2 * around.radius)))
+        outline, horizon = _search(view, white, first)
+    scale = min(1.0, FITTED_PX / outline.radius)
+    around = Circle(outline.column, outline.row, 1.2 * outline.radius + BEYOND_PX[-1] / scale)
+    view = _view(images, around, scale)
+    found = view.outwards(_refine(_edges(view.normalised(white)), view.inwards(outline), horizon=horizon))
+    if found.radius < MIN_RADIUS_PX:
+        problem = (
+            f"the sphere at column {found.column:.0f}, row {found.row:.0f} has a radius of {found.radius:.0f} pixels"
+        )
+        raise UsageError(f"{problem}, on which lights cannot be measured; {MIN_RADIUS_PX:.0f} are needed")
+    return found
+
+
+def _search(view: _View, white: float, first: Circle | None) -> tuple[Circle, bool]:
+    """The outline in whole photographs to a pixel of the view, and whether it encloses a horizon."""
+    images = view.normalised(white)
+    edges = _edges(images)
     circles = [_fit(edges, drawn, _covered) for drawn in _vote(edges)]
     if first is not None:
         known = view.inwards(first)
         circles = [circle for circle in circles if circle.distance(known) > known.radius]
     circles = [circle for circle in circles if circle.radius >= MIN_RADIUS and _radial(edges, circle) >= MIN_RADIAL]
-    shown = {circle: _share_with_highlight(view.images, circle) for circle in circles}
+    shown = {circle: _share_with_highlight(images, circle) for circle in circles}
     most = max(shown.values(), default=0.0)
     if most < MIN_SHOWN:
         raise UsageError("no sphere was found on which a highlight moves; mark its outline by hand")
     circles = sorted((circle for circle in shown if shown[circle] >= 0.7 * most), key=lambda one: -_radial(edges, one))
-    outline, horizon = _outermost(edges, circles, view.images)
-    around = view.outwards(outline)
-    closer = _view(images, Circle(around.column, around.row, 1.25 * around.radius), min(1.0, FITTED_PX / around.radius))
-    return closer.outwards(_refine(_edges(closer.images), closer.inwards(around), horizon=horizon))
+    outline, horizon = _outermost(edges, circles, images)
+    return view.outwards(outline), horizon
 
 
 def _view(images: NDArray[np.float32], around: Circle, scale: float) -> _View:
-    """The square around a circle, reduced by `scale`; 1 is what hardly a pixel of the first photograph exceeds."""
+    """The square around a circle, reduced by `scale`."""
     import cv2
 
     left, top = (max(0, math.floor(middle - around.radius)) for middle in (around.column, around.row))
     right, bottom = (math.ceil(middle + around.radius) for middle in (around.column, around.row))
-    white = max(float(np.percentile(images[:: max(1, len(images) // 8)], 99.5)), 1e-9)
     reduced = [
         cv2.resize(image[top:bottom, left:right], None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
         for image in images
     ]
-    return _View(np.clip(np.stack(reduced) / np.float32(white), 0, 1), scale, left, top)
+    return _View(np.stack(reduced), scale, left, top)
 
 
 def _edges(images: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -259,10 +290,11 @@ def _refine(edges: NDArray[np.float32], outline: Circle, *, horizon: bool) -> Ci
     alone, and where that is steepest. A horizon around the same centre, which is sharper, helps to find that.
     """
     near, _ = _across(edges, outline, outline.radius * np.linspace(0.94, 1.06, 25))
-    beyond, _ = _across(edges, outline, outline.radius + np.arange(5.0, 11.0))
+    beyond, _ = _across(edges, outline, outline.radius + BEYOND_PX)
     steepest = np.nanmax(near, axis=1, initial=NO_EDGE)
     little = 0.03 * steepest + 0.01 * np.median(steepest)  # what is dark on both sides does not count
-    weight = 0.5 * min(1.0, 50 * float(np.nanmedian(beyond) / np.median(steepest)))
+    around = float(np.median(beyond[~np.isnan(beyond)])) if not np.isnan(beyond).all() else 0.0
+    weight = 0.5 * min(1.0, 50 * around / float(np.median(steepest)))
 
     def quality(at: NDArray[np.float64]) -> float:
         column, row, radius = at[:3]
@@ -310,6 +342,10 @@ def _outermost(edges: NDArray[np.float32], circles: list[Circle], images: NDArra
     sqrt(2), they are horizon and outline; else the outermost is taken within which a highlight moves.
     """
     core = circles[0]
+    over = _refine(edges, Circle(core.column, core.row, math.sqrt(2) * core.radius), horizon=True)
+    within = _share_with_highlight(images, over) >= 0.7 * _share_with_highlight(images, core)
+    if within and _is_horizon(core, over) and _radial(edges, over) >= MIN_PEAK:
+        return over, True
     radii = core.radius * np.geomspace(0.6, 1.6, 200)
     share = _across(edges, core, radii)[1]
     seen = ~np.isnan(share)
@@ -325,8 +361,8 @@ def _outermost(edges: NDArray[np.float32], circles: list[Circle], images: NDArra
 
 
 def _is_horizon(inner: Circle, outline: Circle) -> bool:
-    concentric = inner.distance(outline) < 0.1 * outline.radius
-    return concentric and abs(outline.radius / inner.radius / math.sqrt(2) - 1) < 0.06
+    concentric = inner.distance(outline) < 0.05 * outline.radius
+    return concentric and abs(outline.radius / inner.radius / math.sqrt(2) - 1) < 0.05
 
 
 def find_highlights(images: NDArray[np.float32], sphere: Circle) -> list[tuple[float, float] | UsageError]:

@@ -31,7 +31,7 @@ from engine.images.exif import read_exif
 from engine.images.raster import Transfer
 from engine.images.tiff_directories import check_directories
 from engine.storage.readers import readers
-from engine.storage.untrusted import CHILDREN, GIBIBYTE, Decoding
+from engine.storage.untrusted import CHILDREN, GIBIBYTE, Decoding, build
 
 WhiteBalance = Literal["camera", "none"] | Sequence[float]
 
@@ -145,7 +145,7 @@ class Reading:
                 value.flags.writeable = False
             elif isinstance(value, list):
                 reply[name] = tuple(value)
-        return Photograph(path=self._path, **reply)
+        return build(Photograph, self._path, {"path": self._path, **reply})
 
     def close(self) -> None:
         """Stop reading."""

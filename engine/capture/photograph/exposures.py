@@ -15,7 +15,7 @@ from pathlib import Path
 
 from engine.core.errors import InputError
 from engine.core.health import Finding, Verdict
-from engine.storage.untrusted import decode_content, read_bytes
+from engine.storage.untrusted import build, decode_content, read_bytes
 
 _HEAD_BYTES = 1 << 20
 
@@ -66,7 +66,7 @@ def read_noted_exposure(path: Path) -> Noted:
         return Noted()
     for head in heads:
         with contextlib.suppress(InputError):
-            noted = Noted(**decode_content("engine.capture.photograph.decode:decode_exposure", path, head))
+            noted = build(Noted, path, decode_content("engine.capture.photograph.decode:decode_exposure", path, head))
             if noted.exposure_s is not None:
                 return noted
     return Noted()

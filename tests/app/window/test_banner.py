@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.window.banner import MAX_LETTERS, MAX_OF_NAME, short_path
+from engine.core.escape import escape_controls
 
 NAMES = st.text(st.characters(codec="utf-8", exclude_characters="/\0"), min_size=1, max_size=200)
 
@@ -24,5 +25,5 @@ def test_a_path_is_short_whatever_its_names(names: list[str]) -> None:
     shown = short_path(Path("/", *names))
     assert shown.isprintable()
     assert len(shown) <= max(MAX_LETTERS, 2 * MAX_OF_NAME + len("/…/…/…"))
-    end = "".join(letter if letter.isprintable() else "?" for letter in names[-1])
+    end = escape_controls(names[-1])
     assert shown.endswith(end[-MAX_OF_NAME // 2 :])
