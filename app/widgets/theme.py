@@ -179,7 +179,7 @@ def _in_short_steps(items: Iterable[Item], work: Callable[[Item], object]) -> It
 
 
 @contextmanager
-def drawn_at_once(application: QApplication) -> Iterator[None]:
+def draw_at_once(application: QApplication) -> Iterator[None]:
     """Leave the windows on the screen as they are until the end of the block, and draw them anew then."""
     windows = [widget for widget in application.topLevelWidgets() if widget.isVisible() and widget.updatesEnabled()]
     for window in windows:

@@ -490,7 +490,7 @@ class MainWindow(QMainWindow):
     def _dress_in_steps(self, dressing: theme.Dressing) -> Generator[None]:
         front = (self.bar, self.status, self.docks, self.stack.currentWidget())
         self._untinted.sort(key=lambda part: part not in front)
-        with theme.drawn_at_once(cast(QApplication, QApplication.instance())):
+        with theme.draw_at_once(cast(QApplication, QApplication.instance())):
             yield from dressing.dress_visible()
             while self._untinted and self._untinted[0] in front:
                 yield

@@ -48,7 +48,7 @@ from engine.capture.import_record import (
 )
 from engine.capture.lights.file_names import printable
 from engine.capture.lights.list_forms import LISTED, name_order
-from engine.capture.lights.sources import Sources, naming_members
+from engine.capture.lights.sources import Sources, name_members
 from engine.capture.output_region import View, view_of
 from engine.capture.photograph.decode import Photograph, ReadAhead, Unreadable
 from engine.capture.photograph.exposures import Exposure
@@ -168,7 +168,7 @@ def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.Pa
     they are to be used all the same, OutputError where the folder cannot be written.
     """
     count = len(sources.photographs)
-    with atomic_folder(folder, RECORD) as place, naming_members(sources.unpacked):
+    with atomic_folder(folder, RECORD) as place, name_members(sources.unpacked):
         record: StackRecord | None = None
         while record is None:
             try:

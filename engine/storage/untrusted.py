@@ -89,9 +89,9 @@ _PROJECT = Path(__file__).resolve().parents[__name__.count(".")]
 UNREADABLE = "Check that the file exists and may be read"
 AGAIN = "Copy or download it again, or export it again from the program that wrote it"
 
-#: What is said of a reply that is none.
 Result = TypeVar("Result")
 
+#: What is said of a reply that is none.
 _INVALID = {"problem": "is damaged: its decoder returned an invalid response", "remedy": AGAIN}
 
 

@@ -145,7 +145,7 @@ def _search(view: _View, white: float, first: Circle | None) -> tuple[Circle, bo
     """The outline in whole photographs to a pixel of the view, and whether it encloses a horizon."""
     images = view.normalised(white)
     edges = _edges(images)
-    circles = [_fit(edges, drawn, _covered) for drawn in _vote(edges)]
+    circles = [_fit(edges, drawn) for drawn in _vote(edges)]
     if first is not None:
         known = view.inwards(first)
         circles = [circle for circle in circles if circle.distance(known) > known.radius]
@@ -262,9 +262,9 @@ def _change(edges: NDArray[np.float32], circle: Circle) -> float:
     return float(change[seen].mean()) if seen.mean() >= MIN_SEEN else -math.inf
 
 
-def _fit(edges: NDArray[np.float32], start: Circle, quality: Callable[[NDArray[np.float32], Circle], float]) -> Circle:
-    """The circle near `start` with the greatest quality."""
-    return Circle(*_maximise(lambda at: quality(edges, Circle(*at)), [start.column, start.row, start.radius]))
+def _fit(edges: NDArray[np.float32], start: Circle) -> Circle:
+    """The circle near `start` across which the change is most radial."""
+    return Circle(*_maximise(lambda at: _covered(edges, Circle(*at)), [start.column, start.row, start.radius]))
 
 
 def _maximise(quality: Callable[[NDArray[np.float64]], float], start: list[float]) -> list[float]:
@@ -351,7 +351,7 @@ def _outermost(edges: NDArray[np.float32], circles: list[Circle], images: NDArra
     seen = ~np.isnan(share)
     profile = np.where(seen.mean(axis=0) >= MIN_SEEN, np.nansum(share, axis=0) / np.maximum(seen.sum(axis=0), 1), 0)
     peaks = [at for at in range(3, 197) if profile[at] == profile[at - 3 : at + 4].max() and profile[at] > MIN_PEAK]
-    rings = [_fit(edges, Circle(core.column, core.row, float(radii[at])), _covered) for at in peaks]
+    rings = [_fit(edges, Circle(core.column, core.row, float(radii[at]))) for at in peaks]
     rings = [ring for ring in rings if ring.distance(core) < 0.1 * core.radius and _radial(edges, ring) >= MIN_RADIAL]
     rings += [circle for circle in circles if circle.distance(core) + core.radius <= 1.02 * circle.radius]
     shown = {ring: _share_with_highlight(images, ring) for ring in rings}

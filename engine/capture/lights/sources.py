@@ -381,7 +381,7 @@ def find_packed(
     try:
         place, left_out = make_folder(top / archive.name), list[str]()
         members = yield from unpack(archive, place, lambda names: _choose(archive, names, left_out), _PROCESS)
-        with naming_members(Unpacked(archive, members)):
+        with name_members(Unpacked(archive, members)):
             sources = find([place], angles_deg, sphere=sphere, aside=aside)
         is_whole = True
     finally:
@@ -394,7 +394,7 @@ def find_packed(
 
 
 @contextmanager
-def naming_members(unpacked: Unpacked | None) -> Iterator[None]:
+def name_members(unpacked: Unpacked | None) -> Iterator[None]:
     """Errors about unpacked photographs name the archive and the member in place of a temporary file."""
     try:
         yield

@@ -73,7 +73,7 @@ def measure_lights(sources: Sources, transfer: Any, second: Circle | Literal["au
     directions = np.array([_direction(sources, index, spot, outline) for index, spot in enumerate(spots)])
     findings, distance = list[Finding](), sources.lamp_distance
     if second is not None:
-        positions = _positions(sources, images, outline, second)
+        positions = _positions(sources, images, outline, spots, second)
         directions, distance, found = _observe_from_the_middle(directions, positions, images.shape[2])
         findings.append(found)
     elevation = np.arcsin(np.clip(directions[:, 2], -1, 1))
@@ -96,9 +96,13 @@ def measure_lights(sources: Sources, transfer: Any, second: Circle | Literal["au
 
 
 def _positions(
-    sources: Sources, images: NDArray[np.float32], first: Circle, second: Circle | Literal["auto"]
+    sources: Sources,
+    images: NDArray[np.float32],
+    first: Circle,
+    spots: list[tuple[float, float]],
+    second: Circle | Literal["auto"],
 ) -> NDArray[np.float64]:
-    """(N, 3) lamps in pixels from the middle of the image, infinite where they are far."""
+    """(N, 3) lamps in pixels from the middle of the image, infinite where they are far; `spots` are on the first."""
     try:
         other = second if isinstance(second, Circle) else find_sphere(images, first)
     except UsageError as error:
@@ -106,8 +110,7 @@ def _positions(
         raise InputError(sources.photographs[0].parent, f"shows no second sphere: {error}", remedy) from None
     _check_inside(sources, other, images[0])
     seconds = _spots(replace(sources, highlights_px=(None,) * len(images)), images, other)
-    spots = np.stack([_spots(sources, images, first), seconds], axis=1)
-    return lamp_positions((first, other), spots, *images.shape[1:])
+    return lamp_positions((first, other), np.stack([spots, seconds], axis=1), *images.shape[1:])
 
 
 def _observe_from_the_middle(

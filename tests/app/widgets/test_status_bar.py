@@ -27,12 +27,18 @@ def test_a_job_says_its_time_to_go(qapp: Any, monkeypatch: pytest.MonkeyPatch, e
     assert describe(job) == f"Finding slopes · {words}"
 
 
-def test_the_button_that_cancels_stays_where_it_is_while_texts_change(qapp: Any, qtbot: Any) -> None:
+def _show(qtbot: Any, width: int) -> tuple[Jobs, StatusBar]:
+    """A status bar of so many pixels on the screen, and its jobs, to be closed."""
     jobs = Jobs()
     status = StatusBar(jobs)
     qtbot.addWidget(status)
-    status.resize(700, 30)
+    status.resize(width, 30)
     status.show()
+    return jobs, status
+
+
+def test_the_button_that_cancels_stays_where_it_is_while_texts_change(qapp: Any, qtbot: Any) -> None:
+    jobs, status = _show(qtbot, 700)
     job = Job("Making surface maps", nothing, lane="compute")
     job.state, job.begun, job.started_s = "running", True, time.monotonic()
     status._current = lambda: job  # type: ignore[method-assign]
@@ -52,11 +58,7 @@ def test_the_button_that_cancels_stays_where_it_is_while_texts_change(qapp: Any,
 
 
 def test_the_error_of_a_comparison_is_not_cut_even_before_the_event_loop_goes_on(qapp: Any, qtbot: Any) -> None:
-    jobs = Jobs()
-    status = StatusBar(jobs)
-    qtbot.addWidget(status)
-    status.resize(1280, 30)
-    status.show()
+    jobs, status = _show(qtbot, 1280)
     status.show_image_error("being measured")
     QApplication.processEvents()
     status.show_image_error("11.4 % ± 0.2 (Material against Reference)")

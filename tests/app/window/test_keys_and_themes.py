@@ -103,7 +103,7 @@ def test_a_widget_that_is_there_takes_the_theme_that_a_new_one_has(qapp: QApplic
     dark = shown.grab().toImage()
     dressing = theme.change(qapp, "light")
     assert dressing is not None
-    with theme.drawn_at_once(qapp):
+    with theme.draw_at_once(qapp):
         assert not shown.updatesEnabled(), "until all that is visible has it"
         for _ in dressing.dress_visible():
             pass
