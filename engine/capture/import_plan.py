@@ -246,17 +246,19 @@ def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     sources = replace(sources, findings=(*sources.findings, *_about_near_lamp(distance, sources.azimuth)))
     options = {"white_balance": balance, "transfer": transfer}
     calibration = yield from part(read_calibration(dark, flat, distance, for_images, options), 0.9, 1.0)
-    return Plan(sources, settings, dark, flat, calibration, scale, options, gains, _stated_terms(sources))
+    return Plan(sources, settings, dark, flat, calibration, scale, options, gains, _stated_terms(sources, settings))
 
 
-def _stated_terms(sources: Sources) -> tuple[Term, ...]:
-    """What a file of lights states, with its deviations, as an estimation would have found it."""
+def _stated_terms(sources: Sources, settings: ImportSettings) -> tuple[Term, ...]:
+    """What a file of lights states with its deviations and `settings` do not override, as an estimation finds it."""
     near = sources.lamp_distance or math.inf
+    overridden = {"distance": settings.lamp_distance is not None, "gains": settings.equalise is not None}
     texts = {
         "distance": f"The file of lights states that the lamps are {near:.3g} image widths away",
         "gains": "The file of lights states the intensity of each lamp",
     }
-    return tuple(Term(name, True, texts[name], 0.0, 0.0, 0.0, sigma) for name, sigma in sources.lamp_sigma.items())
+    stated = {name: sigma for name, sigma in sources.lamp_sigma.items() if not overridden[name]}
+    return tuple(Term(name, True, texts[name], 0.0, 0.0, 0.0, sigma) for name, sigma in stated.items())
 
 
 def _about_gains(settings: ImportSettings, gains: NDArray[np.float64]) -> Finding:

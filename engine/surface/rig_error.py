@@ -42,14 +42,15 @@ def rig_error(stack: ImageStack, used: NDArray[np.int64], seen: Lamps) -> tuple[
         return np.zeros((height, width)), []
     recorded = stack.provenance.get("calibration")
     terms = [term for term in recorded if isinstance(term, dict)] if isinstance(recorded, list) else []
-    if terms:
-        near, alike = _of_terms(terms, len(used))
-        held_out = stack.provenance.get("calibration_held_out")
+    held_out = stack.provenance.get("calibration_held_out")
+    near, alike = _of_terms(terms, len(used))
+    if terms and held_out is not None:
         undecided = stack.provenance.get("calibration_undecided_deg")
         alike = math.hypot(alike, math.radians(undecided) if isinstance(undecided, int | float) else 0.0)
         findings: list[Finding] = []
     else:
-        near, alike, held_out, findings = _of_photographs(stack, used, seen)
+        more_near, more_alike, held_out, findings = _of_photographs(stack, used, seen)
+        near, alike = math.hypot(near, more_near), math.hypot(alike, more_alike)
     misfit = min(BY_HELD_OUT * held_out, MAX_HELD_OUT) if isinstance(held_out, int | float) else 0.0
     x = (np.arange(width) + 0.5) / width - 0.5
     y = (0.5 * height - 0.5 - np.arange(height)) / width

@@ -40,6 +40,7 @@ def join(one: Sources, other: Sources) -> Sources:
     elevation = np.concatenate([one.elevation, other.elevation])[order]
     azimuth = _azimuth(one, other, order)
     photographs = _order(order, one.photographs, other.photographs)
+    both_state = bool(one.lamp_gains) and bool(other.lamp_gains)  # else intensities of some lamps are not known
     if one.sphere is None:
         _refuse_one_light(photographs, elevation, azimuth)
     return replace(
@@ -53,8 +54,8 @@ def join(one: Sources, other: Sources) -> Sources:
         dark=one.dark or other.dark,
         flat=one.flat or other.flat,
         lamp_distance=one.lamp_distance if one.lamp_distance is not None else other.lamp_distance,
-        lamp_gains={**one.lamp_gains, **other.lamp_gains},
-        lamp_sigma={**other.lamp_sigma, **one.lamp_sigma},
+        lamp_gains={**one.lamp_gains, **other.lamp_gains} if both_state else {},
+        lamp_sigma={**other.lamp_sigma, **one.lamp_sigma} if both_state else {},
         reference=one.reference or other.reference,
         control_points={**one.control_points, **other.control_points},
         transfer=one.transfer or other.transfer,
