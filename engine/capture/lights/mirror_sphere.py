@@ -35,6 +35,9 @@ MIN_RADIUS_PX = 25.0
 #: Edge pixels that vote for circles, radii that they vote for, and circles that are looked at closer.
 VOTERS, RADII, CIRCLES = 40_000, 40, 40
 
+#: Circles that are tried as the horizon; a lamp may be mirrored so close to that that it lies in no sky within.
+HORIZONS, HORIZON_RADIAL = 6, 0.975
+
 #: Variance of a brightness difference (of square roots of values up to 1) below which there is no edge.
 NO_EDGE = 2e-6
 
@@ -71,7 +74,7 @@ _DULL = "no highlight stands out on the sphere"
 _HIDDEN = "the highlight is hidden in part by what else the sphere mirrors"
 
 #: Shares of the peak and the area of a highlight in most images that it has in each.
-MIN_PEAK_SHARE, MIN_AREA_SHARE = 0.3, 0.6
+MIN_PEAK_SHARE, MIN_AREA_SHARE = 0.3, 0.8
 
 #: Shares of the radius that a highlight moves at least.
 MIN_MOTION = 0.05
@@ -154,9 +157,14 @@ def _search(view: _View, white: float, first: Circle | None) -> tuple[Circle, bo
     most = max(shown.values(), default=0.0)
     if most < MIN_SHOWN:
         raise UsageError("no sphere was found on which a highlight moves; mark its outline by hand")
-    circles = sorted((circle for circle in shown if shown[circle] >= 0.7 * most), key=lambda one: -_radial(edges, one))
-    outline, horizon = _outermost(edges, circles, images)
-    return view.outwards(outline), horizon
+    circles.sort(key=lambda one: -_radial(edges, one))
+    for horizon in [circle for circle in circles[:HORIZONS] if _radial(edges, circle) >= HORIZON_RADIAL]:
+        over = _refine(edges, Circle(horizon.column, horizon.row, math.sqrt(2) * horizon.radius), horizon=True)
+        stands_out = _is_horizon(horizon, over) and _radial(edges, over) >= MIN_PEAK
+        if stands_out and _share_with_highlight(images, over) >= max(MIN_SHOWN, 0.7 * most):
+            return view.outwards(over), True
+    outline, is_over = _outermost(edges, [circle for circle in circles if shown[circle] >= 0.7 * most], images)
+    return view.outwards(outline), is_over
 
 
 def _view(images: NDArray[np.float32], around: Circle, scale: float) -> _View:
@@ -212,7 +220,9 @@ def _vote(edges: NDArray[np.float32]) -> Iterator[Circle]:
             cells = y[within] * shape[1] + x[within]
             votes[index] += np.bincount(cells, minlength=shape[0] * shape[1]).reshape(shape)
         blur = 1 + 0.015 * radius
-        votes[index] = cv2.GaussianBlur(votes[index], (0, 0), blur) * (blur * blur / radius)
+        count = cv2.GaussianBlur(votes[index], (0, 0), blur) * (4 * math.pi * blur * blur)  # within the blur
+        chance = float(count.mean())
+        votes[index] = (count - chance) / math.sqrt(chance + 1)  # small circles get many by chance more often
     for _ in range(CIRCLES):
         index, y, x = (int(at) for at in np.unravel_index(int(votes.argmax()), votes.shape))
         if votes[index, y, x] <= 0:
@@ -342,18 +352,15 @@ def _outermost(edges: NDArray[np.float32], circles: list[Circle], images: NDArra
     sqrt(2), they are horizon and outline; else the outermost is taken within which a highlight moves.
     """
     core = circles[0]
-    over = _refine(edges, Circle(core.column, core.row, math.sqrt(2) * core.radius), horizon=True)
-    within = _share_with_highlight(images, over) >= 0.7 * _share_with_highlight(images, core)
-    if within and _is_horizon(core, over) and _radial(edges, over) >= MIN_PEAK:
-        return over, True
     radii = core.radius * np.geomspace(0.6, 1.6, 200)
     share = _across(edges, core, radii)[1]
     seen = ~np.isnan(share)
     profile = np.where(seen.mean(axis=0) >= MIN_SEEN, np.nansum(share, axis=0) / np.maximum(seen.sum(axis=0), 1), 0)
     peaks = [at for at in range(3, 197) if profile[at] == profile[at - 3 : at + 4].max() and profile[at] > MIN_PEAK]
     rings = [_fit(edges, Circle(core.column, core.row, float(radii[at]))) for at in peaks]
-    rings = [ring for ring in rings if ring.distance(core) < 0.1 * core.radius and _radial(edges, ring) >= MIN_RADIAL]
-    rings += [circle for circle in circles if circle.distance(core) + core.radius <= 1.02 * circle.radius]
+    rings = [ring for ring in rings if ring.distance(core) < 0.05 * core.radius and _radial(edges, ring) >= MIN_RADIAL]
+    around = [circle for circle in circles if circle.distance(core) + core.radius <= 1.02 * circle.radius]
+    rings += [circle for circle in around if circle is core or _radial(edges, circle) >= HORIZON_RADIAL]
     shown = {ring: _share_with_highlight(images, ring) for ring in rings}
     rings = sorted((ring for ring in rings if shown[ring] >= 0.7 * max(shown.values())), key=lambda ring: ring.radius)
     over_horizon = [ring for ring in rings if any(_is_horizon(other, ring) for other in rings)]

@@ -84,6 +84,15 @@ def test_lights_of_generated_captures_are_measured_or_refused(seed: int) -> None
         assert result[0].max() < 1, result
 
 
+@pytest.mark.parametrize("seed", [9056, 9095, 9142, 13013])
+def test_circles_beside_the_middle_are_no_outline(seed: int) -> None:
+    """A horizon that few lamps stand above, one that a texture outvotes, and black balls without a horizon."""
+    capture = generate(seed)
+    found = find_sphere(capture.images)
+    off = np.subtract((found.column, found.row, found.radius), capture.ball)
+    assert np.abs(off).max() < 0.02 * found.radius
+
+
 def test_a_highlight_that_does_not_move_is_no_lamp() -> None:
     """A window that a sphere mirrors in every photograph, as bright as a lamp."""
     capture = generate(1)
