@@ -73,8 +73,9 @@ MIN_SHOWN = 0.4
 _DULL = "no highlight stands out on the sphere"
 _HIDDEN = "the highlight is hidden in part by what else the sphere mirrors"
 
-#: Shares of the peak and the area of a highlight in most images that it has in each.
-MIN_PEAK_SHARE, MIN_AREA_SHARE = 0.3, 0.8
+#: Shares of the peak and the area of a highlight in most images that it has in each, and where a window or the horizon
+#: is next to it: with less of a lamp its middle is told to worse than 3 degrees.
+MIN_PEAK_SHARE, MIN_AREA_SHARE, MIN_SHARE_BESIDE_HIDDEN = 0.3, 0.3, 0.8
 
 #: Shares of the radius that a highlight moves at least.
 MIN_MOTION = 0.05
@@ -397,7 +398,7 @@ def find_highlights(images: NDArray[np.float32], sphere: Circle) -> list[tuple[f
             middle = spot
         elif spot.peak < MIN_PEAK_SHARE * peak:
             middle = UsageError(_DULL)
-        elif (spot.pixels & ~hidden).sum() < MIN_AREA_SHARE * area:
+        elif (spot.pixels & ~hidden).sum() + 1 < _least_share(spot, hidden) * area:  # within a pixel of count
             middle = UsageError(_HIDDEN)
         else:
             middle = _middle(spot, square - room, mirrored, hidden & ~spot.pixels, half_angle)
@@ -408,6 +409,14 @@ def find_highlights(images: NDArray[np.float32], sphere: Circle) -> list[tuple[f
         x, y, _ = sphere.radius * normal / np.linalg.norm(normal)
         highlights.append((float(sphere.column + x), float(sphere.row - y)))
     return highlights
+
+
+def _least_share(spot: _Spot, hidden: NDArray[np.bool_]) -> float:
+    """The share of the area of a whole lamp that a reflection has: more where it ends at what may hide the rest."""
+    import cv2
+
+    around = cv2.dilate(np.uint8(spot.pixels), np.ones((3, 3), np.uint8)) > 0
+    return MIN_SHARE_BESIDE_HIDDEN if (around & hidden).any() else MIN_AREA_SHARE
 
 
 def find_highlight(luminance: NDArray[np.float32], sphere: Circle) -> tuple[float, float]:
