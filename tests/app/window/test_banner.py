@@ -23,7 +23,7 @@ def test_folders_in_the_middle_are_left_out_whole() -> None:
 @given(st.lists(NAMES.filter(lambda name: name not in (".", "..")), min_size=1, max_size=8))
 def test_a_path_is_short_whatever_its_names(names: list[str]) -> None:
     shown = short_path(Path("/", *names))
-    assert shown.isprintable()
+    assert escape_controls(shown) == shown
     assert len(shown) <= max(MAX_LETTERS, 2 * MAX_OF_NAME + len("/…/…/…"))
     end = escape_controls(names[-1])
     assert shown.endswith(end[-MAX_OF_NAME // 2 :])
