@@ -173,7 +173,7 @@ def _verbs() -> Iterator[Work]:
     yield Work("project verify", "project verify {inputs}/Felt.lap")
     yield Work("project collect", "project collect {inputs}/Felt.lap -o {output}", None, "c.lap", _sound)
     yield Work("project recover", "project recover {inputs}/Felt.lap -o {output}", None, "r.lap", _sound)
-    words = "project recover {inputs}/damaged/Felt.lap -o {output}"
+    words = "project recover {inputs}/unsound/Felt.lap -o {output}"
     yield Work("project recover damaged", words, None, "r.lap", _sound)
     words = "project collect {inputs}/elsewhere.lap --include-outside --without-derived -o {output}"
     yield Work("project collect outside", words, None, "c.lap", _sound)
@@ -362,7 +362,7 @@ def prepare(inputs: Path, *, all_works: bool = True) -> None:
         assert ended[0] == DONE, ended[1]
     searched = f"factor {inputs / 'paint.csv'} --method search --size 8 --terms 1 --samples 300 --restarts 1 "
     assert _end(f"{searched} --together 1 -o {inputs / 'searched'}".split())[0] == DONE
-    _damage(base(inputs / "damaged"))
+    _damage(base(inputs / "unsound"))
     _keep_cases(inputs / "cases.json")
     shutil.copy2(inputs / "Felt.lap", inputs / "elsewhere.lap")
     base(inputs / "moving")
