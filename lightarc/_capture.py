@@ -155,6 +155,7 @@ def import_capture(
     motion: Literal["auto", "none", "translation", "euclidean", "affine", "homography"] = "auto",
     white_balance: Literal["camera", "none"] | tuple[float, float, float] | tuple[int, int, int, int] = "camera",
     transfer: Literal["auto", "srgb", "linear"] = "auto",
+    bands: Sequence[int] = (),
     crop: tuple[int, int, int, int] | None = None,
     corners: ArrayLike | None = None,
     size: tuple[int, int] | None = None,
@@ -194,6 +195,9 @@ def import_capture(
         (left, top, width, height), which balances all files.
     transfer : {'auto', 'srgb', 'linear'}
         Transfer function of 8- and 16-bit files.
+    bands : sequence of int
+        Of images with more bands than colours, the one that becomes grey, or the three that become red, green and
+        blue; the first is 1.
     crop : tuple of int, optional
         (left, top, width, height) in pixels of the photographs.
     corners : array_like, shape (4, 2), optional
@@ -264,6 +268,7 @@ def import_capture(
         motion=motion,
         white_balance=patch(white_balance),
         transfer=transfer,
+        bands=tuple(bands),
         crop=crop if size is None else None,
         framing=_framing(crop, corners, size),
         dark=dark if dark in ("auto", "none") else Path(dark),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -70,6 +71,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="auto",
         choices=("auto", "srgb", "linear"),
         help="transfer function of 8- and 16-bit files (auto)",
+    )
+    parser.add_argument(
+        "--bands",
+        default=(),
+        type=_bands,
+        metavar="BAND|R,G,B",
+        help="of images with more bands than colours, the one that becomes grey, or the three that become red, green "
+        "and blue; the first is 1",
     )
     parser.add_argument(
         "--crop", type=_crop, metavar="LEFT,TOP,WIDTH,HEIGHT", help="part to keep, in pixels of the photographs"
@@ -209,6 +218,7 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         motion="none" if arguments.no_align else arguments.motion,
         white_balance=_balance(arguments.white_balance),
         transfer=arguments.transfer,
+        bands=arguments.bands,
         crop=arguments.crop if arguments.size is None else None,
         framing=_framing(arguments.crop, arguments.corners, arguments.size),
         dark=arguments.dark or "auto",
@@ -347,6 +357,13 @@ def _white_balance(text: str) -> str | tuple[float, ...]:
     if len(multipliers) != 3 or not all(0.0 < value < float("inf") for value in multipliers):
         raise argparse.ArgumentTypeError(f"{text!r} is neither camera, none, three positive multipliers nor a patch")
     return multipliers
+
+
+def _bands(text: str) -> tuple[int, ...]:
+    bands = tuple(int(band) for band in text.split(",") if re.fullmatch("[0-9]{1,6}", band.strip()))
+    if len(bands) not in (1, 3) or len(bands) != text.count(",") + 1 or min(bands) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is neither one band nor three, which count from 1")
+    return bands
 
 
 def _balance(choice: Any) -> Any:

@@ -68,6 +68,8 @@ class ImportSettings:
     use_all : use photographs that show nothing too: black ones, and ones that are clipped all over.
     calibrate : what is estimated from the photographs themselves where it is not stated: 'auto' for all, 'none', or
         some of `CALIBRATED`.
+    bands : of images of several bands, from 1: one that becomes grey, or three that become red, green and blue; the
+        colours of the files without any.
     lights_form : the form in which the list of lights is taken, see `engine.capture.lights.list_forms`.
     """
 
@@ -89,11 +91,14 @@ class ImportSettings:
     use_all: bool = False
     calibrate: Literal["auto", "none"] | tuple[str, ...] = "auto"
     lights_form: str = LISTED
+    bands: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         check_form(self.lights_form)
         if self.calibrate not in ("auto", "none") and not set(self.calibrate) <= set(CALIBRATED):
             raise UsageError(f"unknown calibration {self.calibrate!r}; choose from auto, none, {', '.join(CALIBRATED)}")
+        if len(self.bands) not in (0, 1, 3) or min(self.bands, default=1) < 1:
+            raise UsageError(f"bands {self.bands} are not one or three, which count from 1")
         if self.motion not in ("auto", "none", *MOTIONS):
             raise UsageError(f"unknown motion {self.motion!r}; choose from auto, none, {', '.join(MOTIONS)}")
         if self.transfer not in ("auto", "srgb", "linear"):
@@ -153,6 +158,7 @@ class Plan:
             "motion": self.settings.motion,
             "lamp_gains": [float(gain) for gain in self.gains] if (self.gains != 1.0).any() else None,
             "lights_form": self.settings.lights_form,
+            "bands": list(self.settings.bands),
             "room_light": list(self.room_light) if self.room_light else None,
             "calibration": [term.as_json() for term in self.terms],
             "calibration_held_out": self.held_out,
@@ -211,6 +217,7 @@ class Plan:
 def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     """Measure the lights, the exposures and the white balance, and read the calibration frames."""
     transfer: Any = settings.transfer if settings.transfer != "auto" else sources.transfer or "auto"
+    reading = {"transfer": transfer, "bands": settings.bands}
     if sources.sphere is not None:
         sources = yield from part(measure_lights(sources, transfer, settings.second_sphere), 0.0, 0.5)
     elif settings.second_sphere is not None:
@@ -226,7 +233,7 @@ def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     _refuse_unknown_names(settings, sources)
     gains = np.array([sources.lamp_gains.get(printable(path), 1.0) for path in sources.photographs])
     if settings.equalise is not None:
-        gains = yield from part(lamp_gains(sources, settings.equalise, scale, transfer), 0.6, 0.7)
+        gains = yield from part(lamp_gains(sources, settings.equalise, scale, reading), 0.6, 0.7)
         sources = replace(sources, findings=(*sources.findings, _about_gains(settings, gains)))
     dark, flat = (
         _frame(choice, found) for choice, found in ((settings.dark, sources.dark), (settings.flat, sources.flat))
@@ -235,7 +242,7 @@ def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     for_images = (1.0, 1.0, 1.0)
     if isinstance(settings.white_balance, GreyPatch):
         paths = list(sources.photographs)
-        for_images = yield from part(balance_of(paths, settings.white_balance, transfer), 0.7, 0.9)
+        for_images = yield from part(balance_of(paths, settings.white_balance, reading), 0.7, 0.9)
         balance = for_images
     elif settings.white_balance == "camera" and (dark or flat):
         yield Step(0.6, "Reading the white balance")
@@ -244,7 +251,7 @@ def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
         balance = settings.white_balance
     distance = settings.lamp_distance or sources.lamp_distance or math.inf
     sources = replace(sources, findings=(*sources.findings, *_about_near_lamp(distance, sources.azimuth)))
-    options = {"white_balance": balance, "transfer": transfer}
+    options = {"white_balance": balance, **reading}
     calibration = yield from part(read_calibration(dark, flat, distance, for_images, options), 0.9, 1.0)
     return Plan(sources, settings, dark, flat, calibration, scale, options, gains, _stated_terms(sources, settings))
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -20,7 +21,7 @@ from engine.core.colour import srgb_decode
 from engine.core.errors import InputError
 from engine.images import exif, exr, png
 from engine.images.exif import Exif
-from engine.images.raster import Raster, Transfer
+from engine.images.raster import Raster, Transfer, about_bands, choose_bands
 from engine.storage.readers import find_reader, load, readers
 from engine.storage.shared_memory import result_array
 from engine.storage.untrusted import decode_in_child
@@ -120,15 +121,19 @@ def decode(
     half_size: bool = False,
     orientation: int = 0,
     white_code: int = 0,
+    bands: Sequence[int] = (),
 ) -> dict[str, Any]:
     """The decoder that runs in the child: fields of `Image` as arrays and JSON values.
 
     `orientation` is taken instead of the file's, and `white_code` for full scale of 16 bits, where they are not 0.
+    Of `bands`, which count from 1, one becomes grey, and three red, green and blue; without any the file's colours do.
     """
     reader = find_reader("image", content, len(content), name)
     if reader is None:
         raise unknown(content, name)
     raster: Raster = load(reader.decode)(content, name)
+    of_bands = about_bands(raster) if not bands else ()
+    raster = choose_bands(raster, bands, name) if bands else raster
     if transfer != "auto" and raster.white is not None:
         raster = replace(raster, transfer=transfer)
     photographed = exif.read_exif(content) if raster.container in ("JPEG", "PNG", "TIFF") else Exif()
@@ -137,7 +142,7 @@ def decode(
         raster = replace(raster, white=white_code)
     pixels, saturated, broken = _linear(raster, turn)
     rows = [] if raster.container in _COUNTED else _about_rows(raster.samples)
-    warnings = [*raster.warnings, *rows]
+    warnings = [*raster.warnings, *of_bands, *rows]
     if broken:
         warnings.append(f"has {broken} pixels that are not finite; they are masked")
     if photographed.exposure_garbled:

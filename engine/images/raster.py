@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -30,6 +31,7 @@ class Raster:
 
     `white` is the integer code of full scale, None for floating-point samples (which have no clipping level).
     `environment` is 'latlong' or 'cube' where the file says that it is an environment map in that layout.
+    `bands` are all samples (H, W, S) of a file that holds more than its colours.
     """
 
     samples: NDArray[Any]
@@ -40,6 +42,29 @@ class Raster:
     warnings: tuple[str, ...] = ()
     exif: Exif | None = None
     environment: str = ""
+    bands: NDArray[Any] | None = None
+
+
+def choose_bands(raster: Raster, bands: Sequence[int], name: str) -> Raster:
+    """`raster` with one of all bands of its file as grey, or three as red, green and blue; they count from 1."""
+    samples = raster.samples if raster.bands is None else raster.bands
+    samples = samples[..., None] if samples.ndim == 2 else samples
+    count = samples.shape[2]
+    if max(bands) > count:
+        problem = f"holds {count} band{'s' * (count > 1)}, and no band {max(bands)}"
+        raise InputError(name, problem, f"Choose one or three of the bands 1 to {count}")
+    chosen = samples[..., [band - 1 for band in bands]]
+    return replace(raster, samples=chosen[..., 0] if len(bands) == 1 else chosen, bands=None)
+
+
+def about_bands(raster: Raster) -> tuple[str, ...]:
+    """A warning where a file holds more than the colours that are used."""
+    if raster.bands is None:
+        return ()
+    used, count = 1 if raster.samples.ndim == 2 else raster.samples.shape[2], raster.bands.shape[2]
+    if count == used + 1:
+        return ("has an alpha or extra channel, which is ignored",)
+    return (f"has {count} bands, of which the first {'is' if used == 1 else f'{used} are'} used",)
 
 
 def check_size(name: str, width: int, height: int, bytes_per_pixel: int, file_bytes: int) -> None:

@@ -11,6 +11,7 @@ import logging
 import math
 import struct
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import cv2
@@ -77,8 +78,16 @@ def read_tiff(content: bytes, name: str) -> Raster:
             warnings += (f"has {len(file.pages)} pages, of which the first is used",)
         if page.compression in _LOGLUV:
             return Raster(_read_logluv(content, name), None, 16, "linear", "TIFF", warnings)
-        samples, more = _colours(page, _planes(page), name)
-        return _raster(page, samples, warnings + more, name)
+        bands = _planes(page)
+        if page.photometric == _WHITE_IS_ZERO:
+            bands = _full_scale(page) - bands
+        bands = bands.astype(np.uint8) if bands.dtype.kind == "b" else bands
+        if page.photometric == _PALETTE:
+            warnings += ("has an extra channel, which is ignored",) if bands.shape[2] > 1 else ()
+            return _raster(page, _look_up(page, bands[..., 0], name), warnings)
+        samples = bands[..., :3] if page.photometric in (_RGB, _YCBCR) else bands[..., 0]
+        raster = _raster(page, samples, warnings)
+        return replace(raster, bands=bands) if bands[0, 0].size > samples[0, 0].size else raster
 
 
 def _planes(page: Any) -> NDArray[Any]:
@@ -180,36 +189,23 @@ def _check_lengths(page: Any, content: bytes, name: str) -> None:
             raise InputError(name, "is a damaged TIFF (its strips or tiles do not fit its size)", AGAIN)
 
 
-def _colours(page: Any, samples: NDArray[Any], name: str) -> tuple[NDArray[Any], tuple[str, ...]]:
-    """Grey (H, W) or colour (H, W, 3), with palettes looked up and white-is-zero inverted."""
-    colours = 3 if page.photometric in (_RGB, _YCBCR) else 1
-    warnings: tuple[str, ...] = ()
-    if samples.shape[2] > colours:
-        bands = samples.shape[2]
-        used = "is used" if colours == 1 else f"{colours} are used"
-        extra = "has an alpha or extra channel, which is ignored"
-        warnings += (extra if bands == colours + 1 else f"has {bands} bands, of which the first {used}",)
-    samples = samples[..., :colours] if colours == 3 else samples[..., 0]
-    if page.photometric == _PALETTE:
-        palette = np.asarray(page.colormap)
-        if samples.max(initial=0) >= palette.shape[1]:
-            raise InputError(name, "is a damaged TIFF (its palette is too short)", AGAIN)
-        return palette[:, samples].transpose(1, 2, 0), warnings
-    if page.photometric == _WHITE_IS_ZERO:
-        samples = _full_scale(page) - samples
-    return samples, warnings
+def _look_up(page: Any, indices: NDArray[Any], name: str) -> NDArray[Any]:
+    """The colours (H, W, 3) that `indices` name in a palette."""
+    palette = np.asarray(page.colormap)
+    if indices.max(initial=0) >= palette.shape[1]:
+        raise InputError(name, "is a damaged TIFF (its palette is too short)", AGAIN)
+    return palette[:, indices].transpose(1, 2, 0)
 
 
 def _full_scale(page: Any) -> Any:
     return page.dtype.type(1 if page.dtype.kind in "fb" else (1 << page.bitspersample) - 1)
 
 
-def _raster(page: Any, samples: NDArray[Any], warnings: tuple[str, ...], name: str) -> Raster:
+def _raster(page: Any, samples: NDArray[Any], warnings: tuple[str, ...]) -> Raster:
     if samples.dtype.kind == "f":
         return Raster(samples, None, page.bitspersample, "linear", "TIFF", warnings)
     if page.bitspersample == 1:
         warnings += ("has 1 bit per pixel: black and white only",)
-    samples = samples.astype(np.uint8) if samples.dtype.kind == "b" else samples
     bits = 16 if page.photometric == _PALETTE else page.bitspersample
     white = white_code(samples, bits) if bits == 16 and page.photometric != _PALETTE else (1 << bits) - 1
     return Raster(samples, white, page.bitspersample, _transfer(page), "TIFF", warnings)

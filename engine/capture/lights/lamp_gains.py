@@ -13,6 +13,7 @@ Cost: each photograph is decoded once more, at half size.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import closing
 from typing import Any, Literal
 
@@ -35,15 +36,17 @@ _LAMPS_PER_TERM = 2
 _ROUNDS, _SMALLEST = 60, 1e-4
 
 
-def lamp_gains(sources: Sources, how: GreyPatch | Literal["object"], scale: Scale, transfer: Any) -> Steps[Array]:
-    """(N,) intensity of each lamp over the median of all.
+def lamp_gains(
+    sources: Sources, how: GreyPatch | Literal["object"], scale: Scale, options: Mapping[str, Any]
+) -> Steps[Array]:
+    """(N,) intensity of each lamp over the median of all, from photographs read with `options` of `read_photograph`.
 
     Raises InputError for a patch that is clipped or black, or where there are too few lamps to tell their gains from
     the reflectance of the object.
     """
     place, count = sources.photographs[0].parent, len(sources.photographs)
     medians = np.empty(count)
-    with closing(ReadAhead(sources.photographs, transfer=transfer, half_size=True)) as ahead:
+    with closing(ReadAhead(sources.photographs, **options, half_size=True)) as ahead:
         for index, path in enumerate(sources.photographs):
             note = f"Measuring the lamp of {index + 1} of {count}"
             photograph = yield from ahead.next_photograph(index / count, note)

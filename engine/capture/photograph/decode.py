@@ -88,6 +88,7 @@ def read_photograph(
     half_size: bool = False,
     orientation: int = 0,
     white_code: int = 0,
+    bands: Sequence[int] = (),
 ) -> Photograph:
     """Decode one photograph; Unreadable for what cannot be decoded whole.
 
@@ -97,9 +98,10 @@ def read_photograph(
     transfer : of integer JPEG, PNG and TIFF: 'auto' is sRGB unless the file says linear.
     half_size : average 2×2 pixels, for previews.
     orientation, white_code : EXIF orientation, and full scale of 16 bits, instead of those of an image, where not 0.
+    bands : of an image, from 1: one that becomes grey, or three that become red, green and blue; its colours without.
     """
     options: dict[str, Any] = {"white_balance": white_balance, "transfer": transfer, "half_size": half_size}
-    with closing(Reading(path, **options, orientation=orientation, white_code=white_code)) as reading:
+    with closing(Reading(path, **options, orientation=orientation, white_code=white_code, bands=bands)) as reading:
         return reading.photograph()
 
 
@@ -115,6 +117,7 @@ class Reading:
         half_size: bool = False,
         orientation: int = 0,
         white_code: int = 0,
+        bands: Sequence[int] = (),
     ) -> None:
         if isinstance(white_balance, str) and white_balance not in ("camera", "none"):
             raise ValueError(f"unknown white balance {white_balance!r}")
@@ -127,6 +130,7 @@ class Reading:
             half_size=half_size,
             orientation=orientation,
             white_code=white_code,
+            bands=list(bands),
             memory_bytes=_MEMORY_BYTES,
         )
 
@@ -160,13 +164,16 @@ def decode_photograph(
     half_size: bool,
     orientation: int = 0,
     white_code: int = 0,
+    bands: Sequence[int] = (),
 ) -> dict[str, Any]:
     """The decoder that runs in the child."""
     if _is_raw(content, name):
         from engine.capture.photograph.raw import decode_raw
 
+        if bands:
+            raise InputError(name, "is camera RAW, which has no bands to choose", "Leave --bands out")
         return decode_raw(content, name, white_balance, half_size)
-    image = images.decode(content, name, transfer, half_size, orientation, white_code)
+    image = images.decode(content, name, transfer, half_size, orientation, white_code, bands)
     images.refuse_larger(name, image["pixels"])
     if Path(name).suffix.lower() in RAW_SUFFIXES:
         image["warnings"].append(f"is a {image['container']} inside, not camera RAW")

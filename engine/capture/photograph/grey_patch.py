@@ -7,6 +7,7 @@ Cost: each photograph is decoded once more, at half size.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,10 +39,15 @@ class GreyPatch:
             raise UsageError(f"grey patch {self} needs left and top from 0, width and height from 1")
 
 
-def balance_of(photographs: list[Path], patch: GreyPatch, transfer: Any) -> Steps[tuple[float, float, float]]:
-    """Multipliers of red, green, blue that make `patch` neutral; InputError where no photograph shows it well."""
+def balance_of(
+    photographs: list[Path], patch: GreyPatch, options: Mapping[str, Any]
+) -> Steps[tuple[float, float, float]]:
+    """Multipliers of red, green, blue that make `patch` neutral; InputError where no photograph shows it well.
+
+    The photographs are read with `options` of `read_photograph`.
+    """
     best: tuple[float, NDArray[np.float64], Path] | None = None
-    with closing(ReadAhead(photographs, white_balance="none", transfer=transfer, half_size=True)) as ahead:
+    with closing(ReadAhead(photographs, **options, white_balance="none", half_size=True)) as ahead:
         for index, path in enumerate(photographs):
             note = f"Measuring the grey patch in {index + 1} of {len(photographs)}"
             photograph = yield from ahead.next_photograph(index / len(photographs), note)

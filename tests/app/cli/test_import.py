@@ -11,6 +11,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+import tifffile
 
 from app.cli import import_
 from engine.images.encode import encode_png
@@ -51,6 +52,26 @@ def test_json_has_the_promised_keys_and_photographs_in_the_order_of_elevation(
     assert 0.3 < result["clipped_fraction"][3] < 0.6
     assert any("IMG_0002.png" in warning and "clipped" in warning for warning in result["warnings"])
     assert result["peak_memory_bytes"] > 50e6
+
+
+def test_a_band_becomes_a_stack_of_its_own(lightarc: Callable[..., SimpleNamespace], tmp_path: Path) -> None:
+    surface = np.random.default_rng(1).uniform(0.2, 0.4, (48, 64, 8)) * np.linspace(0.3, 1.0, 8)
+    folder = tmp_path / "bands"
+    folder.mkdir()
+    for angle in (20, 50, 80):
+        codes = np.rint(65535 * surface * np.sin(np.radians(angle))).astype(np.uint16)
+        tifffile.imwrite(folder / f"leaf_{angle}deg.tif", codes, photometric="minisblack", planarconfig="contig")
+    arguments = ("import", folder, "--no-align", "--transfer", "linear", "--json", "--bands")
+    done = lightarc(*arguments, "7", "-o", tmp_path / "infrared")
+    assert done.code == 0
+    result = json.loads(done.out)
+    assert not any("band" in warning for warning in result["warnings"])
+    expected = [surface[..., 6].mean() * np.sin(np.radians(angle)) for angle in (20, 50, 80)]
+    assert result["mean_radiance"] == pytest.approx(expected, rel=1e-4)
+    refused = lightarc(*arguments, "7,8,9", "-o", tmp_path / "none")
+    assert refused.code == 3
+    assert "leaf_20deg.tif: holds 8 bands, and no band 9" in refused.err
+    assert lightarc(*arguments, "1,x,3", "-o", tmp_path / "none").code == 2
 
 
 def test_table_for_users(lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path) -> None:
