@@ -94,20 +94,26 @@ def _find_surface_points(along: Points, azimuth: Points) -> Points:
 
 def distance(points: Points) -> Points:
     """Roughly the distance (...) of points (..., 3) from the surface, negative inside; both sides are alike."""
-    points = np.concatenate([np.abs(points[..., :1]), points[..., 1:]], axis=-1)
-    body = _ellipsoid(points, *BODIES[0][:2])
+    # Arrays of one coordinate: sums over the last axis of three elements would take most of the time.
+    place = (np.abs(points[..., 0]), points[..., 1].copy(), points[..., 2].copy())
+    body = _ellipsoid(place, *BODIES[0][:2])
     for centre, radii, blend in BODIES[1:]:
-        body = _smaller(body, _ellipsoid(points, centre, radii), blend)
-    body = -_smaller(-body, _ellipsoid(points, *SOCKETS[:2]), SOCKETS[2])
-    body = _smaller(body, _ellipsoid(points, *EYES[:2]), EYES[2])
-    return -_smaller(-body, points[..., 1] - BASE, EDGE)
+        body = _smaller(body, _ellipsoid(place, centre, radii), blend)
+    body = -_smaller(-body, _ellipsoid(place, *SOCKETS[:2]), SOCKETS[2])
+    body = _smaller(body, _ellipsoid(place, *EYES[:2]), EYES[2])
+    return -_smaller(-body, place[1] - BASE, EDGE)
 
 
-def _ellipsoid(points: Points, centre: tuple[float, ...], radii: tuple[float, ...]) -> Points:
-    offset = (points - np.array(centre)) / np.array(radii)
-    near = np.linalg.norm(offset, axis=-1)
-    slope = np.linalg.norm(offset / np.array(radii), axis=-1)
+def _ellipsoid(place: tuple[Points, ...], centre: tuple[float, ...], radii: tuple[float, ...]) -> Points:
+    offset = [(coordinate - middle) / radius for coordinate, middle, radius in zip(place, centre, radii, strict=True)]
+    near = _length(offset)
+    slope = _length([along / radius for along, radius in zip(offset, radii, strict=True)])
     return near * (near - 1.0) / np.maximum(slope, 1e-9)
+
+
+def _length(vector: list[Points]) -> Points:
+    x, y, z = vector
+    return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
 def _smaller(a: Points, b: Points, blend: float) -> Points:
