@@ -7,6 +7,7 @@ naming it repeats it; `--seed` repeats all campaigns with one seed. What fails i
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import math
 import os
@@ -66,6 +67,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if campaigns and not config.getoption("--long"):
         config.hook.pytest_deselected(items=campaigns)
         items[:] = [item for item in items if item not in set(campaigns)]
+
+
+def pytest_collection_finish() -> None:
+    """Set modules and collected tests aside: each search for garbage would look at all of these objects again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session", autouse=True)
