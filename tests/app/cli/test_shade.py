@@ -39,6 +39,10 @@ KEYS = [
 ]  # fmt: skip
 
 
+#: The photographs are taken as they are: what can be estimated from them is tested with the import.
+SETTINGS = ImportSettings(motion="none", calibrate="none")
+
+
 def make_stack(folder: Path, levels: Any, darker: float = 0.0) -> Any:
     """A stack folder of photographs of the given mean sRGB codes, whose lowest row is `darker` than the highest."""
     photographs = folder / "photographs"
@@ -48,7 +52,7 @@ def make_stack(folder: Path, levels: Any, darker: float = 0.0) -> Any:
     for index, level in enumerate(levels):
         codes = np.clip(level * surface, 0, 255).astype(np.uint8)
         (photographs / f"cloth_{10 * (index + 1)}deg.png").write_bytes(encode_png(codes))
-    return drain(import_stack(find([photographs]), ImportSettings(motion="none"), folder / "stack")).folder
+    return drain(import_stack(find([photographs]), SETTINGS, folder / "stack")).folder
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +78,7 @@ def dome(tmp_path_factory: pytest.TempPathFactory) -> Path:
         lines.append(f'[[photographs]]\nfile = "lamp{number:02}.exr"\n')
         lines.append(f"elevation_deg = {elevation}\nazimuth_deg = {azimuth}\n")
     (folder / "capture.toml").write_text("".join(lines))
-    found = drain(import_stack(find([folder]), ImportSettings(motion="none"), folder / "stack")).folder
+    found = drain(import_stack(find([folder]), SETTINGS, folder / "stack")).folder
     assert found is not None
     return found
 
@@ -457,7 +461,7 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     around = tuple(np.radians([0.0, 90.0, 180.0, 270.0]))
     arc = LightArc(elevation=tuple(np.radians([20.0, 45.0, 70.0])), azimuth=around, size=32, misalignment_px=0.0)
     drain(simulate(arc, folder / "capture"))
-    drain(import_stack(find([folder / "capture"]), ImportSettings(motion="none"), folder / "stack"))
+    drain(import_stack(find([folder / "capture"]), SETTINGS, folder / "stack"))
     return folder / "stack"
 
 
