@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -22,6 +18,7 @@ from engine.light.sky import make_built_in
 from engine.planning.costs.cost_model import NAMES, CostModel
 from engine.planning.costs.setting import modes
 from engine.scene.material import Material
+from engine.tradeoff import sweep as sweeping
 from engine.tradeoff.point import COSTS
 from tests.app.command import Command
 
@@ -29,7 +26,6 @@ pytestmark = pytest.mark.usefixtures("coarse")
 
 SMALL = ("--width", "24", "--height", "18", "--modes", "direct")
 QUICK, LONG = (*SMALL, "--budget-s", "1"), (*SMALL, "--budget-s", "600")
-PROJECT = Path(__file__).resolve().parents[4]
 
 
 @pytest.fixture(autouse=True)
@@ -141,64 +137,28 @@ def test_a_folder_that_was_made_for_nothing_goes_again(
     assert not (tmp_path / "out").exists()
 
 
-#: Runs the verb with costs that are made up, and says by a file when a step (or a step with a result) was made.
-WATCHED = """
-import sys
-from pathlib import Path
-import app.session.machine_profile, engine.tradeoff.sweep as sweeping
-from app.command_line import main
-from engine.geometry.shapes import shape
-from engine.planning.costs.cost_model import NAMES, CostModel
-from engine.core.steps import Step
+@pytest.mark.parametrize("with_result", [False, True])
+def test_an_interrupt_keeps_what_was_measured_and_nothing_else(
+    lightarc: Command, mesh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, with_result: bool
+) -> None:
+    """At the first step, or at the first one with a result. That a signal interrupts: `test_command_line`."""
+    whole, out = sweeping.sweep, tmp_path / "out"
 
-flag, with_result, *words = sys.argv[1:]
-whole = sweeping.sweep
+    def interrupted(*values: Any, **named: Any) -> Steps[Any]:
+        for step in whole(*values, **named):
+            yield step
+            if not with_result or step.partial is not None:
+                raise KeyboardInterrupt
 
-def costs():
-    yield Step(1.0, "made up")
-    return CostModel("test", "test", dict.fromkeys(NAMES, ((1.0, 1e-6),)))
-
-def watched(*values, **named):
-    steps = whole(*values, **named)
-    while True:
-        try:
-            step = next(steps)
-        except StopIteration as done:
-            return done.value
-        yield step
-        if with_result == "no" or step.partial is not None:
-            Path(flag).touch()
-
-app.session.machine_profile.cost_model, sweeping.sweep = costs, watched
-sys.exit(main(words))
-"""
-
-
-@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
-@pytest.mark.parametrize("with_result", ["no", "yes"])
-def test_an_interrupt_keeps_what_was_measured_and_nothing_else(with_result: str, mesh: Path, tmp_path: Path) -> None:
-    flag, out = tmp_path / "flag", tmp_path / "out"
-    words = ("tradeoff", mesh, "--brdf", "phong:exponent=5", "--env", "sky", "-o", out, *LONG)
-    command = [sys.executable, "-c", WATCHED, str(flag), with_result, *map(str, words)]
-
-    def heed() -> None:
-        """A shell in the background ignores interrupts, and so does all that it starts."""
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-    pipe = subprocess.PIPE
-    with subprocess.Popen(command, cwd=PROJECT, stdout=pipe, stderr=pipe, text=True, preexec_fn=heed) as process:
-        while not flag.exists():
-            assert process.poll() is None, process.communicate()
-            time.sleep(0.01)
-        process.send_signal(signal.SIGINT)
-        printed, err = process.communicate(timeout=60)
-    assert process.returncode == 4, err
-    assert "Traceback" not in err
-    if with_result == "no":
-        assert err.rstrip().endswith("Cancelled; nothing was written.")
+    monkeypatch.setattr(sweeping, "sweep", interrupted)
+    done = lightarc("tradeoff", mesh, "--brdf", "phong:exponent=5", "--env", "sky", "-o", out, *LONG)
+    assert done.code == 4, done.err
+    assert "Traceback" not in done.err
+    if not with_result:
+        assert done.err.rstrip().endswith("Cancelled; nothing was written.")
         assert not out.exists()
         return
-    assert "Cancelled; these are the results so far." in printed
+    assert "Cancelled; these are the results so far." in done.out
     record = json.loads((out / "tradeoff.json").read_text())
     assert record["cancelled"]
     assert record["points"]
