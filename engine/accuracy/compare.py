@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student_t
+from scipy.special import stdtrit
 
 from engine.accuracy.flip import LARGE_TILE, flip_map
 from engine.core.steps import Steps, drain
@@ -130,7 +130,7 @@ def error_against_parts(
         return ErrorEstimate(0.0, 0.0) if squared[0] <= 0.0 else ErrorEstimate(float("inf"), float("inf"))
     share, without = squared[0] / power[0], squared[1:] / power[1:]
     variance = (count - 1) / count * float(np.sum((without - without.mean()) ** 2))
-    spread = float(student_t.ppf(0.975, count - 1)) * variance**0.5
+    spread = float(stdtrit(count - 1, 0.975)) * variance**0.5
     low, middle, high = (float(np.sqrt(max(value, 0.0))) for value in (share - spread, share, share + spread))
     return ErrorEstimate(middle, max(high - middle, middle - low))
 
