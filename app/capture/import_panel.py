@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QComboBox, QFileDialog
+from PySide6.QtWidgets import QCheckBox, QComboBox, QFileDialog
 
 from app.document.document import ImportChoices
 from app.widgets.controls import ComboBox
 from app.widgets.number_field import NumberField
-from app.widgets.panels import Fold, Rows, Segments, button, enable, text
+from app.widgets.panels import Fold, Rows, Segments, button, enable, keep_hint, text
 
 if TYPE_CHECKING:
     from engine.capture.registration.framing import Framing
@@ -57,7 +57,29 @@ LISTS = {
     ),
 }
 
-CALIBRATION = ("second_sphere", "equalise", "dark", "flat", "lamp_distance", "sphere")
+#: What is estimated from the photographs themselves, with its label and what that means.
+ESTIMATES = {
+    "distance": ("Near lamps", "How far away the lamps are, whose light falls off over the sample"),
+    "gains": ("Intensities", "How much the lamps differ in intensity"),
+    "ambient": ("Room light", "Light that is there whichever lamp is on"),
+    "motion": ("Camera", "Small shifts of the camera between photographs of lights all around"),
+    "lights": ("List check", "Whether the list of lights belongs to the photographs"),
+}
+
+FORMS = {
+    "listed": "As it is",
+    "mirrored-x": "Left and right exchanged",
+    "mirrored-y": "Top and bottom exchanged",
+    "swapped-xy": "x and y exchanged",
+    "turned": "Turned by 180°",
+    "reversed": "In reverse order",
+    "shifted+1": "Moved on by one",
+    "shifted-1": "Moved back by one",
+}
+
+CALIBRATION = (
+    *("second_sphere", "equalise", "dark", "flat", "lamp_distance", "sphere", "without_estimates", "lights_form"),
+)
 POINTS_HINT = "In the reference and in a photograph that is not aligned correctly"
 SPHERE_HINT = "Its outline, and the lamp's reflection in each photograph"
 FRAMINGS = (("all", "All that they share"), ("crop", "Crop"), ("corners", "Four corners"))
@@ -79,6 +101,7 @@ class ImportPanel(Rows):
         super().__init__()
         self.choices = ImportChoices()
         self.imported_size: tuple[int, int] | None = None
+        self.suggested_form = ""
         self.boxes: dict[str, QComboBox] = {}
         for name, (label, choices, hint) in IMPORT_CHOICES.items():
             box = self._box(name, label, hint, self)
@@ -128,6 +151,19 @@ class ImportPanel(Rows):
         self.distance = NumberField(1.5, 0.51, 1000.0, unit="widths", log=True)
         self.distance.edited.connect(self._lamp_at)
         calibration.row("Distance", self.distance)
+        calibration.wide(text("Estimated from the photographs", "secondary"))
+        self.estimates: dict[str, QCheckBox] = {}
+        for name, (label, hint) in ESTIMATES.items():
+            self.estimates[name] = QCheckBox()
+            self.estimates[name].clicked.connect(self._estimates_chosen)
+            calibration.row(label, self.estimates[name], hint)
+        self.form = ComboBox()
+        self.form.activated.connect(self._form_chosen)
+        calibration.row("Light list", self.form, "The order and the axes in which the list of lights is taken")
+        self.take = button("", hint="The photographs fit the list clearly better in this form")
+        self.take.clicked.connect(lambda: self.chosen.emit("Light list", {"lights_form": self.suggested_form}))
+        self.take.hide()
+        calibration.wide(self.take)
         self.framing = ComboBox()
         for value, words in FRAMINGS:
             self.framing.addItem(words, value)
@@ -164,6 +200,9 @@ class ImportPanel(Rows):
         self.lamp.choose("stated" if choices.lamp_distance is None else "near")
         if choices.lamp_distance is not None:
             self.distance.show_value(choices.lamp_distance)
+        for name, check in self.estimates.items():
+            check.setChecked(name not in choices.without_estimates)
+        self._fill_forms()
         framing = choices.framing
         how = "all" if framing is None else "crop" if is_upright(framing) else "corners"
         self.framing.setCurrentIndex(self.framing.findData(how))
@@ -175,6 +214,21 @@ class ImportPanel(Rows):
         else:
             self.width_field.show_unknown()
             self.size_figure.setText("–")
+
+    def show_estimates(self, provenance: Mapping[str, Any]) -> None:
+        """Say what the last import, of this `provenance`, found in the photographs, and which list of lights fits."""
+        listed, suggested = provenance.get("calibration"), provenance.get("suggested_lights_form")
+        self.suggested_form = suggested if isinstance(suggested, str) else ""
+        terms = [term for term in listed if isinstance(term, dict)] if isinstance(listed, list) else []
+        found = {str(term.get("name")): term for term in terms}
+        for name, box in self.estimates.items():
+            term = found.get(name, {})
+            outcome = "" if not term else "Used" if term.get("accepted") else "Not told"
+            box.setText("Does not fit" if name == "lights" and self.suggested_form else outcome)
+            keep_hint(box, f"{ESTIMATES[name][1]}\n{term.get('text', '')}".strip())
+        self._fill_forms()
+        if self.suggested_form:
+            self.fold.head.setChecked(True)
 
     def show_points(self, counts: Mapping[str, int], lost: Sequence[str]) -> None:
         """Say how many points are marked in how many photographs, and which photographs were not aligned."""
@@ -200,8 +254,8 @@ class ImportPanel(Rows):
         for name, box in self.boxes.items():
             enable(box, why_not, _words(name)[-1])
         enable(self.spheres, why_not or ("" if measured else "The lights are not measured on a sphere"))
-        for segments in (self.sphere, self.lamp):
-            enable(segments, why_not)
+        for widget in (self.sphere, self.lamp, self.form, *self.estimates.values()):
+            enable(widget, why_not)
         enable(self.framing, why_not, "What becomes the image: drag the handles on the photograph")
         distant = "" if self.choices.lamp_distance is not None else "Only a near lamp has a distance"
         enable(self.distance, why_not or distant, "From the middle of the sample to the lamp, in widths of the image")
@@ -217,6 +271,17 @@ class ImportPanel(Rows):
             box.addItem(value.name, value)
         box.addItem("Choose a file…", "choose")
         box.setCurrentIndex(2 if isinstance(value, Path) else 1 if value == "none" else 0)
+
+    def _fill_forms(self) -> None:
+        current, suggested = self.choices.lights_form, self.suggested_form
+        self.form.clear()
+        for form in dict.fromkeys((*FORMS, current, suggested or current)):
+            label = FORMS.get(form, form)
+            self.form.addItem(f"{label} (fits better)" if form == suggested else label, form)
+        self.form.setCurrentIndex(self.form.findData(current))
+        label = FORMS.get(suggested, suggested)
+        self.take.setText(f"Take the list {label[:1].lower()}{label[1:]}")
+        self.take.setVisible(suggested not in ("", current))
 
     def _box_chosen(self, name: str) -> None:
         value, label = self.boxes[name].currentData(), str(_words(name)[0])
@@ -245,6 +310,13 @@ class ImportPanel(Rows):
     def _lamp_at(self, distance: float, final: bool) -> None:
         if final:
             self.chosen.emit("Distance of the lamp", {"lamp_distance": distance})
+
+    def _estimates_chosen(self) -> None:
+        left_out = tuple(name for name, box in self.estimates.items() if not box.isChecked())
+        self.chosen.emit("Estimates", {"without_estimates": left_out})
+
+    def _form_chosen(self) -> None:
+        self.chosen.emit("Light list", {"lights_form": self.form.currentData()})
 
     def _width_edited(self, width: float, final: bool) -> None:
         if final:

@@ -78,6 +78,8 @@ class ImportChoices:
     control_points : by file name, x and y in the reference and in the photograph (pixel centres at integers).
     patch : (left, top, width, height) in pixels of a grey patch, which then decides the white balance.
     framing : the part of the photographs that becomes the image, and its size; None for all.
+    without_estimates : what is not estimated from the photographs, of `engine.capture.import_plan.CALIBRATED`.
+    lights_form : the form in which the list of lights is taken, see `engine.capture.lights.list_forms`.
     trust_angles : take angles that nobody stated also where the photographs do not grow brighter with them.
     leave_out : leave photographs out that cannot be read or show nothing, where enough remain.
     use_all : use photographs that show nothing too: black ones, and ones that are clipped all over.
@@ -98,6 +100,8 @@ class ImportChoices:
     control_points: Mapping[str, tuple[Pair, ...]] = field(default_factory=dict)
     patch: tuple[int, int, int, int] | None = None
     framing: Framing | None = None
+    without_estimates: tuple[str, ...] = ()
+    lights_form: str = "listed"
     trust_angles: bool = False
     leave_out: bool = False
     use_all: bool = False

@@ -34,7 +34,7 @@ def choose(document: Document, words: str, gesture: str = "", **parts: Any) -> N
 
 def settings_of(choices: ImportChoices) -> ImportSettings:
     """The settings of an import by `choices`."""
-    from engine.capture.import_stack import ImportSettings
+    from engine.capture.import_plan import CALIBRATED, ImportSettings
     from engine.capture.photograph.grey_patch import GreyPatch
 
     patch = GreyPatch(*choices.patch) if choices.patch is not None else None
@@ -50,6 +50,8 @@ def settings_of(choices: ImportChoices) -> ImportSettings:
         framing=choices.framing,
         reference=choices.reference,
         control_points=choices.control_points,
+        calibrate=tuple(term for term in CALIBRATED if term not in choices.without_estimates),
+        lights_form=choices.lights_form,
         trust_angles=choices.trust_angles,
         strict=not choices.leave_out,
         use_all=choices.use_all,

@@ -131,7 +131,7 @@ class Plan:
     room_light: tuple[float, ...] | None = None
     held_out: float | None = None
     undecided_deg: float | None = None
-    is_list_doubted: bool = False
+    suggested_form: str = LISTED
 
     @property
     def names(self) -> list[str]:
@@ -158,6 +158,7 @@ class Plan:
             "motion": self.settings.motion,
             "lamp_gains": [float(gain) for gain in self.gains] if (self.gains != 1.0).any() else None,
             "lights_form": self.settings.lights_form,
+            "suggested_lights_form": self.suggested_form if self.suggested_form != LISTED else None,
             "bands": list(self.settings.bands),
             "room_light": list(self.room_light) if self.room_light else None,
             "calibration": [term.as_json() for term in self.terms],
@@ -209,7 +210,7 @@ class Plan:
             "motion": bool(self.settings.control_points),
             "lights": self.sources.sphere is not None or self.settings.lights_form != LISTED,
         }
-        if self.is_list_doubted:  # what is estimated under wrong lights is wrong
+        if self.suggested_form != LISTED:  # what is estimated under wrong lights is wrong
             chosen = tuple(term for term in chosen if term == "lights")
         return tuple(term for term in chosen if not stated.get(term, False))
 

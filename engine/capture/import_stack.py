@@ -388,11 +388,10 @@ def _check(plan: Plan, read: _Read, alignment: Alignment) -> Plan:
     order = name_order(plan.sources)
     images, clipped = _small_aligned(read, alignment)
     found = check_list([images[at] for at in order], [clipped[at] for at in order], _directions(plan)[order])
-    is_doubted = found.form != LISTED
-    said = [Finding(Verdict.WARNING, _about_list(found))] if is_doubted else []
+    said = [Finding(Verdict.WARNING, _about_list(found))] if found.form != LISTED else []
     said += [Finding(Verdict.NOTE, found.doubt)] if found.doubt else []
     sources = replace(plan.sources, findings=(*plan.sources.findings, *said))
-    return replace(plan, sources=sources, is_list_doubted=is_doubted)
+    return replace(plan, sources=sources, suggested_form=found.form)
 
 
 def _about_list(found: ListCheck) -> str:

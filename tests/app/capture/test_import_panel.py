@@ -11,6 +11,7 @@ from PySide6.QtCore import Qt
 from app.capture.import_panel import ImportPanel
 from app.document.document import ImportChoices
 from app.document.import_choices import settings_of
+from engine.capture.import_plan import CALIBRATED
 from engine.capture.photograph.grey_patch import GreyPatch
 
 PATCH = (4, 5, 20, 10)
@@ -75,3 +76,46 @@ def test_a_second_sphere_needs_a_first(panel: ImportPanel, qtbot: Any) -> None:
     assert settings_of(panel.choices).second_sphere == "auto"
     qtbot.mouseClick(panel.sphere.buttons["stated"], Qt.MouseButton.LeftButton)
     assert settings_of(panel.choices).second_sphere is None
+
+
+def test_each_estimate_can_be_left_out(panel: ImportPanel, qtbot: Any) -> None:
+    assert set(panel.estimates) == set(CALIBRATED)
+    assert settings_of(panel.choices).calibrate == CALIBRATED
+    for name in ("ambient", "motion"):
+        qtbot.keyClick(panel.estimates[name], Qt.Key.Key_Space)
+    assert settings_of(panel.choices).calibrate == ("distance", "gains", "lights")
+    qtbot.keyClick(panel.estimates["motion"], Qt.Key.Key_Space)
+    assert settings_of(panel.choices).calibrate == ("distance", "gains", "motion", "lights")
+
+
+def test_what_was_estimated_is_said_beside_its_switch(panel: ImportPanel) -> None:
+    found = [
+        {"name": "distance", "accepted": True, "text": "The lamps are 1.9 image widths away"},
+        {"name": "ambient", "accepted": False, "text": "No room light is seen"},
+    ]
+    panel.show_estimates({"calibration": found})
+    assert panel.estimates["distance"].text() == "Used"
+    assert "1.9 image widths" in panel.estimates["distance"].toolTip()
+    assert panel.estimates["ambient"].text() == "Not told"
+    assert panel.estimates["gains"].text() == ""
+
+
+def test_a_list_that_fits_better_is_offered_and_taken(panel: ImportPanel, qtbot: Any) -> None:
+    panel.show_estimates({"suggested_lights_form": "shifted+3"})
+    assert panel.estimates["lights"].text() == "Does not fit"
+    place = panel.form.findData("shifted+3")
+    assert panel.form.itemText(place) == "shifted+3 (fits better)"
+    qtbot.mouseClick(panel.take, Qt.MouseButton.LeftButton)
+    assert settings_of(panel.choices).lights_form == "shifted+3"
+    assert not panel.take.isVisible()
+    panel.form.setFocus()
+    for _ in range(place):
+        qtbot.keyClick(panel.form, Qt.Key.Key_Up)
+    assert settings_of(panel.choices).lights_form == "listed"
+    assert panel.take.isVisible()
+
+
+@pytest.mark.parametrize("found", [3, [3, None, ["name"]], [{"name": []}], {"name": 1}])
+def test_a_record_that_is_none_is_shown_as_nothing(panel: ImportPanel, found: Any) -> None:
+    panel.show_estimates({"calibration": found, "suggested_lights_form": found})
+    assert panel.estimates["gains"].text() == ""
