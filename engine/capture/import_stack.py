@@ -58,7 +58,15 @@ from engine.capture.registration.control_points import choose_marked_kind, with_
 from engine.capture.registration.pair_motion import Alignment
 from engine.capture.registration.texture import Grey, reduce, reduction
 from engine.capture.registration.warp import warp
-from engine.capture.report import grid_step, leave_one_out, middle, noise_and_sharpness, report
+from engine.capture.report import (
+    grain,
+    grid_step,
+    leave_one_out,
+    middle,
+    noise_and_sharpness,
+    noise_beside_grain,
+    report,
+)
 from engine.capture.stack import RADIANCE, RECORD, SATURATED, ImageStack, npy_header, open_stack
 from engine.capture.stack_record import StackRecord, write_record
 from engine.capture.tally import Tally
@@ -102,6 +110,7 @@ class _Read:
     sizes: list[tuple[int, int]] = field(default_factory=list)
     photographs: list[tuple[Photograph, ...]] = field(default_factory=list)
     noise_and_sharpness: list[tuple[float, float]] = field(default_factory=list)
+    grains: list[NDArray[np.float32]] = field(default_factory=list)
     thumbnails: list[NDArray[np.float32]] = field(default_factory=list)
     clipped: list[NDArray[np.float32]] = field(default_factory=list)
     greys: list[Grey] = field(default_factory=list)
@@ -292,6 +301,13 @@ def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
                 )
                 del photograph
                 yield Step(stop, f"Read {index + 1} of {len(lights)}", ready)
+    sizes = {len(each) for each in read.grains}
+    comparable = len(sizes) == 1 and 0 not in sizes and len(read.grains) > 1
+    beside_grain = noise_beside_grain(read.grains) if comparable else [math.inf] * len(read.grains)
+    read.noise_and_sharpness = [
+        (min(noise, own), sharpness)
+        for (noise, sharpness), own in zip(read.noise_and_sharpness, beside_grain, strict=True)
+    ]
     return read
 
 
@@ -338,7 +354,9 @@ def _without_pixels(photograph: Photograph, exposure_s: float | None) -> Photogr
 
 def _note(read: _Read, photograph: Photograph, still: bool) -> None:
     """Keep the small things."""
-    read.noise_and_sharpness.append(noise_and_sharpness(_luminance(middle(photograph.radiance))))
+    luminance = _luminance(middle(photograph.radiance))
+    read.noise_and_sharpness.append(noise_and_sharpness(luminance))
+    read.grains.append(grain(luminance))
     read.thumbnails.append(_small(photograph.radiance))
     read.clipped.append(_small(photograph.saturated))
     if not still:

@@ -24,6 +24,12 @@ from engine.core.health import Finding, Health, Verdict
 BLACK = 1.0 / 4096.0
 
 _WINDOW = 1024
+
+#: Side of the square in which noise is told from the grain of the material, photographs that tell the grain of one,
+#: and independent images that grain has under all lights: those of three lights, as far as it is matte.
+_GRAIN_SIDE, _OTHERS, _GRAINS = 160, 16, 3
+
+_SECOND_DIFFERENCES = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
 _GRID_PIXELS = 65_536
 
 
@@ -34,7 +40,7 @@ class Quality:
     Attributes
     ----------
     clipped_fraction, black_fraction : parts of the crop at the white level, and below `BLACK`.
-    noise : standard deviation of what looks like white noise, in units of the white level.
+    noise : standard deviation of what looks like white noise and no light explains, in units of the white level.
     sharpness : slope at one pixel over slope at four, which falls when an image is out of focus.
     alignment_residual_px : what the alignment left, None where it was not or could not be measured.
     leave_one_out_error : relative error of predicting the photograph from the others, None where it is black.
@@ -62,10 +68,47 @@ def noise_and_sharpness(luminance: NDArray[np.float32]) -> tuple[float, float]:
     from engine.capture.registration.texture import slope
 
     window = np.ascontiguousarray(middle(luminance))
-    kernel = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
-    noise = float(np.median(np.abs(cv2.filter2D(window, cv2.CV_32F, kernel)))) / (6.0 * 0.6745)
+    noise = _deviation(cv2.filter2D(window, cv2.CV_32F, _SECOND_DIFFERENCES))
     fine, coarse = (float(slope(window, deviation).mean(dtype=np.float64)) for deviation in (1.0, 4.0))
     return noise, fine / coarse if coarse > 0.0 else 0.0
+
+
+def _deviation(detail: NDArray[np.floating[Any]]) -> float:
+    """The standard deviation of the noise whose second differences are `detail`."""
+    return float(np.median(np.abs(detail))) / (6.0 * 0.6745)
+
+
+def grain(luminance: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The second differences in the middle of (H, W) luminance: grain of the material, and noise; flat."""
+    import cv2
+
+    height, width = luminance.shape
+    side = min(_GRAIN_SIDE, height, width)
+    top, left = (height - side) // 2, (width - side) // 2
+    window = np.ascontiguousarray(luminance[top : top + side, left : left + side])
+    return cv2.filter2D(window, cv2.CV_32F, _SECOND_DIFFERENCES)[1:-1, 1:-1].ravel()
+
+
+def noise_beside_grain(grains: Sequence[NDArray[np.float32]]) -> list[float]:
+    """The noise of each photograph by its `grain`: what the photographs most like it do not show as well.
+
+    The grain of a material is the same under all lights but for its brightness and the direction of its slopes, so
+    that those photographs span it. What is left holds a part of their noise too, and grain where the camera moved: an
+    upper bound, which two photographs alike pass by a factor of sqrt(2), and many by little.
+    """
+    seen = np.stack(grains).astype(np.float64)
+    products = seen @ seen.T
+    size = np.sqrt(np.maximum(np.diag(products), 1e-30))
+    likeness = np.abs(products) / size / size[:, None]
+    found = []
+    for index, own in enumerate(seen):
+        others = [at for at in np.argsort(-likeness[index], kind="stable") if at != index][:_OTHERS]
+        values, vectors = np.linalg.eigh(products[np.ix_(others, others)])
+        values, vectors = values[-_GRAINS:], vectors[:, -_GRAINS:]
+        known = values > 1e-9 * max(values[-1], 1e-30)
+        shares = np.where(known, vectors.T @ products[others, index] / np.where(known, values, 1.0), 0.0)
+        found.append(_deviation(own - (vectors @ shares) @ seen[others]))
+    return found
 
 
 def grid_step(height: int, width: int) -> int:

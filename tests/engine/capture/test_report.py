@@ -5,7 +5,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from engine.capture.report import Quality, leave_one_out, noise_and_sharpness, report
+from engine.capture.report import Quality, grain, leave_one_out, noise_and_sharpness, noise_beside_grain, report
 from engine.core.health import Verdict
 
 NAMES = ("a.png", "b.png", "c.png", "d.png")
@@ -109,3 +109,45 @@ def test_noise_is_measured_and_blur_lowers_sharpness() -> None:
     assert noise == pytest.approx(0.02, rel=0.05)
     assert noise_and_sharpness(cv2.GaussianBlur(sharp, (0, 0), 3))[1] < 0.6 * noise_and_sharpness(sharp)[1]
     assert noise_and_sharpness(np.zeros((5, 5), np.float32)) == (0.0, 0.0)
+
+
+def grainy(count: int, noise: float, seed: int) -> np.ndarray:
+    """Photographs (count, 200, 220) of a matte surface of grains that differ in reflectance and slope."""
+    rng = np.random.default_rng(seed)
+    albedo = rng.uniform(0.2, 0.8, (200, 220))
+    normal = np.stack([*rng.normal(0, 0.15, (2, 200, 220)), np.ones((200, 220))])
+    normal /= np.linalg.norm(normal, axis=0)
+    elevation, azimuth = rng.uniform(0.5, 1.4, count), rng.uniform(0, 6.28, count)
+    across = np.cos(elevation)
+    lights = np.stack([across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)], 1)
+    shown = albedo * np.maximum(0, np.einsum("nc,chw->nhw", lights, normal))
+    return (shown + rng.normal(0, noise, shown.shape)).astype(np.float32)
+
+
+@pytest.mark.parametrize(("count", "at_most"), [(5, 3.0), (12, 1.5), (40, 1.5)])
+def test_grain_is_not_noise(count: int, at_most: float) -> None:
+    """The noise of the others adds to what is left, and grain in its own shadow is not spanned."""
+    images = grainy(count, 0.003, count)
+    alone = [noise_and_sharpness(image)[0] for image in images]
+    assert min(alone) > 30 * 0.003
+    found = np.array(noise_beside_grain([grain(image) for image in images])) / 0.003
+    assert (found > 0.95).all()
+    assert (found < at_most).all()
+
+
+def test_grain_of_one_arc_is_told_by_three_photographs() -> None:
+    """Grain without slopes differs from light to light by its brightness alone."""
+    rng = np.random.default_rng(2)
+    surface = rng.uniform(0.7, 1.3, (64, 80))
+    images = [light * surface + rng.normal(0, 0.004, surface.shape) for light in (0.1, 0.3, 0.8)]
+    found = np.array(noise_beside_grain([grain(image.astype(np.float32)) for image in images])) / 0.004
+    assert found == pytest.approx([1.0, 1.1, 2.5], rel=0.15)
+
+
+def test_noise_without_grain_stays() -> None:
+    rng = np.random.default_rng(3)
+    sigma = np.array([0.001, 0.004, 0.02, 0.003])
+    images = [(0.5 + rng.normal(0, each, (180, 180))).astype(np.float32) for each in sigma]
+    assert noise_beside_grain([grain(image) for image in images]) == pytest.approx(sigma, rel=0.05)
+    nothing = [np.zeros(9, np.float32)] * 3
+    assert noise_beside_grain(nothing) == [0.0, 0.0, 0.0]
