@@ -63,7 +63,7 @@ class Part:
     @property
     def summary(self) -> str:
         """The worst finding; empty where there is none, which the verdict beside it says."""
-        worst = [each.sentence for each in self.health.findings if each.verdict == self.health.verdict]
+        worst = [each.sentence for each in self.health.summary if each.verdict == self.health.verdict]
         if worst and self.health.verdict > Verdict.GOOD:
             return worst[0] + (f" (and {len(worst) - 1} more)" if len(worst) > 1 else "")
         return ""
@@ -234,7 +234,7 @@ class HealthDock(QDockWidget):
 
     def _add(self, part: Part, is_open: bool | None) -> None:
         top = self._line(None, part.name, part.summary, WORDS[part.health.verdict], part.health.verdict)
-        for finding in part.health.findings:
+        for finding in part.health.summary:
             self._line(top, "", finding.sentence, WORDS[finding.verdict], finding.verdict)
         for name, value, is_doubtful in figures_of(part.health):
             self._line(top, "", name, value, Verdict.NOTE if is_doubtful else None)

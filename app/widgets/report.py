@@ -42,7 +42,7 @@ class Report(QWidget):
         if health is None:
             self.column.addWidget(text(self.before, "secondary", wrap=True))
             return
-        findings = sorted(health.findings, key=lambda finding: -finding.verdict)
+        findings = sorted(health.summary, key=lambda finding: -finding.verdict)
         for finding in findings[:SHOWN]:
             self.column.addWidget(self._row(finding))
         if not findings:

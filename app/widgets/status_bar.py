@@ -124,7 +124,7 @@ class StatusBar(QWidget):
         name, look, word = VERDICTS[health.verdict]
         self.health.setIcon(icons.icon(name, getattr(theme.current(), look)))
         self.health.setText(word)
-        worst = [finding.sentence for finding in health.findings if finding.verdict == health.verdict]
+        worst = [finding.sentence for finding in health.summary if finding.verdict == health.verdict]
         self.health.setToolTip("\n".join(worst[:3]) if worst else "Nothing to report")
 
     def belong_to(self, workspace: str) -> None:

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from types import MappingProxyType
 
 from engine.core.errors import VERBS
+
+#: Sources of which each has a finding of its own; alike findings about more become one.
+MAX_APART = 3
+
+_NUMBER = re.compile(r"(?<![\w.\-/])\d+(?:\.\d+)?(?![\w/])")
+_ITS = re.compile(r"\bits\b")
+_PLURALS = {"is": "are", "was": "were", "has": "have", "does": "do", "changed": "changed"}
 
 
 class Verdict(IntEnum):
@@ -51,8 +59,32 @@ class Health:
 
     @property
     def warnings(self) -> list[str]:
-        """The findings that need attention, as sentences."""
-        return [finding.sentence for finding in self.findings if finding.verdict >= Verdict.WARNING]
+        """The findings that need attention, as sentences; one of those about many sources that are alike."""
+        return [finding.sentence for finding in self.summary if finding.verdict >= Verdict.WARNING]
+
+    @property
+    def summary(self) -> tuple[Finding, ...]:
+        """The findings, where those about many sources that differ by numbers alone are one, at the place of the first.
+
+        Examples
+        --------
+        >>> text = "is noisy: its mean is {} times the noise"
+        >>> dark = [Finding(Verdict.NOTE, text.format(n), f"{n}.tif") for n in range(2, 7)]
+        >>> [finding.sentence for finding in Health(findings=tuple(dark)).summary]
+        ['2.tif and 4 more are noisy: their mean is 2 to 6 times the noise']
+        """
+        alike: dict[tuple[Verdict, str], list[Finding]] = {}
+        for finding in self.findings:
+            if finding.source is not None:
+                alike.setdefault(_kind(finding), []).append(finding)
+        said = []
+        for finding in self.findings:
+            group = alike.get(_kind(finding), []) if finding.source is not None else []
+            if len(group) <= MAX_APART:
+                said.append(finding)
+            elif finding is group[0]:
+                said.append(_merge(group))
+        return tuple(said)
 
     def without(self, sources: Collection[str]) -> Health:
         """The same, less what is found in `sources`: photographs that a user left out worry nobody any more."""
@@ -62,3 +94,25 @@ class Health:
     def merge(self, other: Health) -> Health:
         """Both together; a figure of `other` replaces one of the same name."""
         return Health(MappingProxyType({**self.figures, **other.figures}), self.findings + other.findings)
+
+
+def _kind(finding: Finding) -> tuple[Verdict, str]:
+    """Equal for findings that differ by their source and by numbers alone."""
+    return finding.verdict, _NUMBER.sub("#", finding.text)
+
+
+def _merge(findings: Sequence[Finding]) -> Finding:
+    """One finding about the sources of several of a kind, with the range of each number."""
+    ranges = iter(list(zip(*(_NUMBER.findall(finding.text) for finding in findings), strict=True)))
+
+    def show_range(_match: re.Match[str]) -> str:
+        values = sorted(set(next(ranges)), key=float)
+        return values[0] if len(values) == 1 else f"{values[0]} to {values[-1]}"
+
+    text = _NUMBER.sub(show_range, findings[0].text)
+    verb, _, rest = text.partition(" ")
+    if verb in VERBS:
+        text = f" {_PLURALS.get(verb, verb.removesuffix('s'))} {_ITS.sub('their', rest)}"
+    else:
+        text = f": {text}"
+    return Finding(findings[0].verdict, f"{findings[0].source} and {len(findings) - 1} more{text}")
