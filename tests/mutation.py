@@ -3,8 +3,9 @@
     python -m tests.mutation [--seed 0] [--count 30] [--files 6] [--cases FILE]
 
 A change exchanges one operator, comparison or number in a function (by `ast`), in a copy of the project. The test files
-that import the changed module run on it, the nearest first, without OpenGL and a display where the module is not of
-`engine.gl`; a test that fails with the change and passes without it kills the change. Survivors are printed. `--cases`
+that are nearest to the changed module by imports run on it in one process, the quickest first, without OpenGL and a
+display where the module is not of `engine.gl`; a test that fails with the change and passes without it kills the
+change. How long each file takes is learnt on the way and kept in the user's cache. Survivors are printed. `--cases`
 takes changes from a file instead, one JSON object with `file`, `before` and `after` a line. Exit code 1 where fewer
 than 95 % were killed.
 """
@@ -21,9 +22,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from xml.etree import ElementTree
+
+import platformdirs
 
 from tests.import_graph import PROJECT, module_of, modules, select_tests
 
@@ -57,6 +61,12 @@ OPERATORS: dict[type[ast.AST], type[ast.AST]] = {
     ast.And: ast.Or,
     ast.Or: ast.And,
 }
+
+#: A file with the seconds that each file of tests takes.
+SECONDS = platformdirs.user_cache_path("lightarc-tests") / "seconds.json"
+
+#: Tests run beside other programs, in one thread.
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "LP_NUM_THREADS": "1"}
 
 #: Variables with which no OpenGL and no display are found.
 WITHOUT_OPENGL = {"__EGL_VENDOR_LIBRARY_FILENAMES": os.devnull, "LIBGL_DRIVERS_PATH": os.devnull}
@@ -185,59 +195,85 @@ def copy_project(folder: Path) -> None:
             shutil.copy2(PROJECT / name, folder / name)
 
 
-def find_killer(mutant: Mutant, copy: Path, files: int) -> str | None:
-    """The test that notices `mutant`, 'a hang', or None."""
+def find_killer(mutant: Mutant, copy: Path, files: int, excused: set[str]) -> str | None:
+    """The test that notices `mutant`, 'a hang', or None. Tests that fail without it as well are added to `excused`."""
     path = copy / mutant.file
     text = path.read_text(encoding="utf-8")
     tests = [test.relative_to(PROJECT).as_posix() for test in select_tests(module_of(PROJECT / mutant.file))]
     if without_opengl := not mutant.file.startswith("engine/gl/"):
         tests = [test for test in tests if not test.startswith("tests/engine/gl/")]
-    excused: list[str] = []
+    seconds = known_seconds()
+    tests = sorted(tests[:files], key=lambda test: seconds.get(test, guess_seconds(PROJECT / test)))
     try:
-        for test in tests[:files]:
-            while True:
-                path.write_text(mutant.apply_to(text), encoding="utf-8")
-                failed = first_failure(copy, [test, *_deselected(excused)], without_opengl=without_opengl)
-                path.write_text(text, encoding="utf-8")
-                if failed is None:
-                    break
-                if failed == "a hang" or first_failure(copy, [failed], without_opengl=without_opengl) is None:
-                    return failed
-                excused.append(failed)
+        while tests:
+            path.write_text(mutant.apply_to(text), encoding="utf-8")
+            failed = first_failure(copy, [*tests, *_deselected(excused)], without_opengl=without_opengl)
+            path.write_text(text, encoding="utf-8")
+            if failed in (None, "a hang") or first_failure(copy, [failed], without_opengl=without_opengl) is None:
+                return failed
+            excused.add(failed)
+            tests = tests[tests.index(failed.partition("::")[0]) :]
     finally:
         path.write_text(text, encoding="utf-8")
     return None
 
 
-def _deselected(tests: Sequence[str]) -> list[str]:
-    return [word for test in tests for word in ("--deselect", test)]
+def _deselected(tests: Iterable[str]) -> list[str]:
+    return [word for test in sorted(tests) for word in ("--deselect", test)]
 
 
 def first_failure(copy: Path, words: Sequence[str], *, without_opengl: bool) -> str | None:
     """The first test of `words` that fails in a copy; None where none does, 'a hang' where they do not end."""
-    environment = {**os.environ, "PYTHONPATH": str(copy)}
+    environment = {**os.environ, **ONE_THREAD, "PYTHONPATH": str(copy)}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
     if without_opengl:
         environment.update(WITHOUT_OPENGL)
         environment.pop("DISPLAY", None)
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", *words]
+    report = copy / "junit.xml"
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", f"--junit-xml={report}", *words]
     try:
         done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, text=True, timeout=LIMIT_S)
     except subprocess.TimeoutExpired:
         return "a hang"
     if done.returncode in (0, 5):
+        if "::" not in words[0]:
+            learn_seconds(report)
         return None
     found = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", done.stdout, re.MULTILINE)
     return found[1] if found else str(words[0])
 
 
+def guess_seconds(test: Path) -> float:
+    """Longer files take longer, as far as nobody has measured them."""
+    return test.stat().st_size / 2000.0
+
+
+def known_seconds() -> dict[str, float]:
+    """The seconds that files of tests took when they last ran as a whole."""
+    if not SECONDS.is_file():
+        return {}
+    return {str(test): float(took) for test, took in json.loads(SECONDS.read_text(encoding="utf-8")).items()}
+
+
+def learn_seconds(report: Path) -> None:
+    """Keep the seconds of the files in a report of pytest of which every test ran."""
+    found: dict[str, float] = {}
+    for case in ElementTree.parse(report).iter("testcase"):
+        test = f"{case.get('classname', '').replace('.', '/')}.py"
+        found[test] = found.get(test, 0.0) + float(case.get("time", "0"))
+    SECONDS.parent.mkdir(parents=True, exist_ok=True)
+    SECONDS.write_text(json.dumps({**known_seconds(), **found}, indent=1), encoding="utf-8")
+
+
 def run(mutants: Sequence[Mutant], files: int) -> list[Mutant]:
     """Run all changes; what survives."""
     survivors = []
+    excused: set[str] = set()
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "project"
         copy_project(copy)
         for number, mutant in enumerate(mutants, 1):
-            found = find_killer(mutant, copy, files)
+            found = find_killer(mutant, copy, files, excused)
             survivors += [] if found else [mutant]
             print(f"{number}/{len(mutants)} {f'killed by {found}' if found else 'SURVIVED'}: {mutant}", flush=True)
     return survivors

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -64,6 +65,7 @@ def test_only_a_failure_that_the_change_causes_kills_it(tmp_path: Path, monkeypa
     monkeypatch.setattr(mutation, "PROJECT", tmp_path)
     monkeypatch.setattr(mutation, "module_of", lambda path: path.stem)
     monkeypatch.setattr(mutation, "select_tests", lambda _name: [tmp_path / "test_m.py"])
+    (tmp_path / "test_m.py").touch()
     always, killing = "test_m.py::test_always", "test_m.py::test_area"
 
     def fail(copy: Path, words: list[str], *, without_opengl: bool) -> str | None:
@@ -73,10 +75,45 @@ def test_only_a_failure_that_the_change_causes_kills_it(tmp_path: Path, monkeypa
         return next((test for test in (always, killing) if test in run and (test == always or is_changed)), None)
 
     monkeypatch.setattr(mutation, "first_failure", fail)
-    assert mutation.find_killer(mutant, tmp_path, 3) == killing
+    excused: set[str] = set()
+    assert mutation.find_killer(mutant, tmp_path, 3, excused) == killing
+    assert excused == {always}
     killing = "test_m.py::test_always"
-    assert mutation.find_killer(mutant, tmp_path, 3) is None
+    assert mutation.find_killer(mutant, tmp_path, 3, set()) is None
     assert (tmp_path / "m.py").read_text() == TEXT
+
+
+def test_the_quickest_file_runs_first_and_what_ran_whole_is_known(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "m.py").write_text(TEXT)
+    monkeypatch.setattr(mutation, "PROJECT", tmp_path)
+    monkeypatch.setattr(mutation, "SECONDS", tmp_path / "cache" / "seconds.json")
+    monkeypatch.setattr(mutation, "module_of", lambda path: path.stem)
+    names = ["test_slow.py", "test_middle.py", "test_quick.py", "test_far.py"]
+    monkeypatch.setattr(mutation, "select_tests", lambda _name: [tmp_path / name for name in names])
+    for name in names:
+        (tmp_path / name).touch()
+    mutation.SECONDS.parent.mkdir()
+    mutation.SECONDS.write_text(json.dumps({"test_slow.py": 9.0, "test_middle.py": 2.0, "test_quick.py": 1.0}))
+    asked: list[list[str]] = []
+
+    def fail(_copy: Path, words: list[str], *, without_opengl: bool) -> str | None:
+        asked.append(words)
+        return None
+
+    with monkeypatch.context() as patch:
+        patch.setattr(mutation, "first_failure", fail)
+        assert mutation.find_killer(mutation.mutants_of("m.py", TEXT)[-1], tmp_path, 3, {"test_m.py::test_no"}) is None
+    assert asked == [["test_quick.py", "test_middle.py", "test_slow.py", "--deselect", "test_m.py::test_no"]]
+    report = tmp_path / "junit.xml"
+    cases = "".join(
+        f'<testcase classname="tests.{name}" time="{took}"/>' for name, took in (("a", 1), ("a", 2), ("b", 4))
+    )
+    report.write_text(f"<testsuites><testsuite>{cases}</testsuite></testsuites>")
+    mutation.learn_seconds(report)
+    assert mutation.known_seconds()["tests/a.py"] == 3.0
+    assert mutation.known_seconds()["test_slow.py"] == 9.0
 
 
 @pytest.mark.long
