@@ -8,8 +8,8 @@ import ctypes
 import gc
 import os
 import sys
-from collections.abc import Callable, Iterator
-from functools import cache, partial
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache, lru_cache, partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -35,6 +35,7 @@ from app.viewport.gl_surface import request_format
 from app.widgets import theme
 from engine.core.figure_text import write_with
 from engine.core.steps import Step, Steps
+from engine.geometry.mesh import Mesh
 from engine.images.encode import encode_png
 from engine.transport import method
 
@@ -73,13 +74,25 @@ AT_ONCE = {
     "app.brdf.lobe_view.STILL_AFTER_MS": 20,
 }
 
-#: Workspaces behind Capture and View that the tests of a room have from the beginning; other rooms have all of them.
+#: Workspaces behind Capture and View that the tests of a package have from the beginning; the others have none of them.
 IN_FRONT: dict[str, tuple[str, ...]] = {
     "brdf": ("brdf",),
-    "capture": (),
-    "docks": (),
+    "export": ("export",),
+    "factor": ("factor",),
     "material": ("material",),
 }
+
+#: Files whose tests are about all workspaces and have them from the beginning.
+WHOLE = (
+    "test_focus.py",
+    "test_interrupted.py",
+    "test_keys_and_themes.py",
+    "test_main_window.py",
+    "test_manual.py",
+    "test_preferences.py",
+    "test_random_gestures.py",
+    "test_tour.py",
+)
 
 BUILD_PARSER = command_line.build_parser
 
@@ -168,12 +181,29 @@ def photographs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def coarse(monkeypatch: pytest.MonkeyPatch, steady_rays: None) -> None:
-    """Plans, trial bakes and tables are coarse (`COARSE`)."""
+    """Plans, trial bakes and tables are coarse (`COARSE`), and of a scene that an earlier test planned remembered."""
     from engine.planning.effects.sample import sample
 
     monkeypatch.setattr("engine.planning.effects.estimates.sample", partial(sample, points=24))
+    monkeypatch.setattr("engine.planning.plan.scenery", _look_once)
     for name, value in COARSE.items():
         monkeypatch.setattr(name, value)
+
+
+def _look_once(mesh: Mesh, brdf: Any, environment: Any, *, variations: Sequence[Any] = (), **place: Any) -> Any:
+    """Take the samples of a scene, once for the same objects where nothing varies."""
+    from engine.planning.effects.estimates import scenery
+
+    if variations:
+        return scenery(mesh, brdf, environment, variations=variations, **place)
+    return _remembered(mesh, brdf, environment, **place)
+
+
+@lru_cache(maxsize=16)
+def _remembered(mesh: Mesh, brdf: Any, environment: Any, **place: Any) -> Any:
+    from engine.planning.effects.estimates import scenery
+
+    return scenery(mesh, brdf, environment, **place)
 
 
 @pytest.fixture
@@ -187,7 +217,8 @@ def window(
     """The main window without remembered settings, closed at the end; an error that nobody expected fails the test, and
     so does a project that cannot be written.
 
-    To make all workspaces takes half of its time; those that `IN_FRONT` leaves out are made when they are asked for.
+    To make all workspaces takes two thirds of its time; those that `IN_FRONT` leaves out are made when they are asked
+    for.
 
     What this machine costs is made up, since measuring it takes longer than most tests. The error of the image is
     measured only where a test asks for it (`window.view.pictures.measure`): it takes a reference.
@@ -200,7 +231,7 @@ def window(
     monkeypatch.setattr("app.session.machine_profile.cost_model", _costs)
     for name, value in AT_ONCE.items():
         monkeypatch.setattr(name, value)
-    names = IN_FRONT.get(request.path.parent.name, WORKSPACES)
+    names = WORKSPACES if request.path.name in WHOLE else IN_FRONT.get(request.path.parent.name, ())
     if names is not WORKSPACES:
         monkeypatch.setattr(MainWindow, "make_next", lambda _window: None)
     # Each workspace that is made by itself would dress the whole window anew.

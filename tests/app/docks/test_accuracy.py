@@ -30,7 +30,7 @@ from engine.core.steps import Step, Steps
 from engine.light.environment_file import open_environment
 from engine.planning.costs.setting import Setting
 from engine.tradeoff.point import COSTS, Point
-from tests.app.view.test_baking import LONG, sphere
+from tests.app.view.test_baking import LONG, ball, built_in, sphere
 
 POINTS = (
     Point(Setting("direct", {"directions": 16}), 0.2, 0.2, 0.001, 0.004, 1e-5, 0.0, 100, 0),
@@ -46,7 +46,7 @@ def view(window: MainWindow, qtbot: Any) -> MainWindow:
     """A ball under the studio in the View workspace."""
     document = window.bench.document
     material = dataclasses.replace(document.project.material, brdf="phong:exponent=5")
-    document.change("Ball", mesh=sphere(), environment=open_environment("studio"), material=material)
+    document.change("Ball", mesh=ball(), environment=built_in("studio"), material=material)
     window.show_workspace("view")
     dock = window.docks.accuracy
     qtbot.waitUntil(lambda: window.view.scene(document.project) is not None and dock.isVisible(), timeout=LONG)

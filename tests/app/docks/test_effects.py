@@ -12,10 +12,9 @@ from PySide6.QtWidgets import QApplication
 from app.docks.effects import CELL, row_forms, row_text
 from app.widgets.labels import NAMES
 from app.window.main_window import MainWindow
-from engine.light.environment_file import open_environment
 from engine.planning.effects.estimates import EFFECTS
 from engine.planning.plan import Effect
-from tests.app.view.test_baking import LONG, sphere
+from tests.app.view.test_baking import LONG, ball, built_in
 
 
 @pytest.fixture
@@ -23,7 +22,7 @@ def planned(window: MainWindow, qtbot: Any) -> MainWindow:
     """The plan of a diffuse ball under a sky."""
     document = window.bench.document
     material = dataclasses.replace(document.project.material, brdf="lambert:albedo=0.5")
-    document.change("Ball", mesh=sphere(), environment=open_environment("sky"), material=material)
+    document.change("Ball", mesh=ball(), environment=built_in("sky"), material=material)
     window.show_workspace("view")
     qtbot.waitUntil(lambda: window.docks.effects.plan is not None, timeout=LONG)
     return window

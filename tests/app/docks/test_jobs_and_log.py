@@ -17,9 +17,8 @@ from app.view.bake_panel import choices_of
 from app.widgets.theme import ROW
 from app.window.main_window import MainWindow
 from engine.core.steps import Step, Steps
-from engine.light.environment_file import open_environment
 from engine.transport.method import METHODS
-from tests.app.view.test_baking import LONG, sphere
+from tests.app.view.test_baking import LONG, ball, built_in
 
 
 @pytest.fixture
@@ -27,7 +26,7 @@ def view(window: MainWindow, qtbot: Any) -> MainWindow:
     """All docks of a ball under the studio, planned, with a job that runs."""
     document = window.bench.document
     material = dataclasses.replace(document.project.material, brdf="phong:exponent=5")
-    document.change("Ball", mesh=sphere(), environment=open_environment("studio"), material=material)
+    document.change("Ball", mesh=ball(), environment=built_in("studio"), material=material)
     window.show_workspace("view")
     qtbot.waitUntil(lambda: window.docks.effects.plan is not None, timeout=LONG)
     window.bench.jobs.submit("Waiting", _waiting, lane="compute")

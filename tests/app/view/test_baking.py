@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any, cast
 
@@ -35,13 +36,18 @@ def sphere() -> Mesh:
     return Mesh(positions, positions.astype(np.float32), uv, np.asarray(made.faces, np.int32), "ball")
 
 
+#: The sphere and the built-in environments as the same objects in all tests: the program remembers what it found of a
+#: scene.
+ball, built_in = cache(sphere), cache(open_environment)
+
+
 @pytest.fixture
 def view(window: MainWindow, qtbot: Any) -> MainWindow:
     """A ball with a glossy BRDF under the studio, in the View workspace."""
     window.resize(1120, 700)
     document = window.bench.document
     material = dataclasses.replace(document.project.material, brdf=GLOSSY)
-    document.change("Ball", mesh=sphere(), environment=open_environment("studio"), material=material)
+    document.change("Ball", mesh=ball(), environment=built_in("studio"), material=material)
     window.show_workspace("view")
     return window
 

@@ -13,9 +13,8 @@ from app.view.bake_panel import state_text
 from app.view.baking import Baking
 from app.window.main_window import MainWindow
 from engine.core.steps import Step, Steps
-from engine.light.environment_file import open_environment
 from engine.planning.plan import Effect
-from tests.app.view.test_baking import LONG, sphere
+from tests.app.view.test_baking import LONG, ball, built_in, sphere
 from tests.present import present
 
 
@@ -24,7 +23,7 @@ def planned(window: MainWindow, qtbot: Any) -> MainWindow:
     """A ball, which neither shades nor lights itself, under the studio in spherical harmonics of few bands."""
     document = window.bench.document
     material = dataclasses.replace(document.project.material, brdf="phong:exponent=5")
-    document.change("Ball", mesh=sphere(), environment=open_environment("studio"), material=material)
+    document.change("Ball", mesh=ball(), environment=built_in("studio"), material=material)
     window.show_workspace("view")
     window.view.bakings["sh"].choose(choices_for("sh", order=3))
     window.view.choose_mode("sh")
