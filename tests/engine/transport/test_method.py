@@ -3,24 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from engine.brdf.brdf import brdf_from_text
 from engine.core.params import Parameter, parameters
+from engine.core.steps import drain
 from engine.factor.hemisphere_map import KINDS
 from engine.factor.separable import WEIGHTINGS
+from engine.light.sky import make_built_in
 from engine.planning.effects.estimates import EFFECTS
 from engine.transport.gaussian.fitting.fit import MAX_LOBES
 from engine.transport.gaussian.fitting.views import VIEWS
 from engine.transport.gaussian_method import bake_settings as gaussian_settings
-from engine.transport.method import METHODS, Baking, Method, method_of
+from engine.transport.method import METHODS, Baking, Method, Subject, method_of
+from engine.transport.relight import Light
 from engine.transport.sh.basis import WINDOWS
 from engine.transport.sh.brdf_table_varying import MAX_VARIATIONS
 from engine.transport.sh_method import bake_settings as sh_settings
 from engine.transport.wavelet.haar import EDGES
 from engine.transport.wavelet.transfer import MAX_COEFFICIENTS, MAX_TERMS
 from engine.transport.wavelet_method import bake_settings as wavelet_settings
+from tests.engine.transport.sh.test_transfer import small
 
 BAKES: dict[str, Callable[[Any], object]] = {
     "sh": sh_settings,
@@ -75,3 +82,19 @@ def test_values_that_are_not_declared_are_refused() -> None:
     for method, name, value in (*wrong, ("gaussian", "weights", "loud"), ("gaussian", "compress", 1)):
         with pytest.raises(ValueError, match=name):
             method_of(method).settings(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("mode", "settings"), [("sh", {"order": 3, "cube": 8}), ("wavelet", {"terms": 1, "cube": 8, "coefficients": 16})]
+)
+def test_times_of_the_light_and_of_relighting_are_those_between_looks_at_the_clock(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mode: str, settings: dict[str, Any]
+) -> None:
+    method = method_of(mode)
+    work = drain(method.baking.prepare(Subject(small(), brdf_from_text("lambert"), None), method.settings(**settings)))
+    file = drain(method.baking.bake(tmp_path / "a.transport", work)).file
+    looks = iter((10.0, 12.0, 17.0))
+    clock = SimpleNamespace(perf_counter=lambda: next(looks))
+    monkeypatch.setattr(f"engine.transport.{mode}_method.time", clock)
+    reported = drain(method.baking.illuminate(file, Light(make_built_in("sky")), method.light(), None)).figures
+    assert (reported["light_s"], reported["relight_s"]) == (2.0, 5.0)
