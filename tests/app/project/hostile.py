@@ -583,6 +583,9 @@ UNCHANGED = (
 )
 
 
+#: A file without holes is smaller; a change reads it whole.
+MAX_CHANGED_BYTES = 2**28
+
 #: From this seed on, changes around the file are made as well.
 FIRST_AROUND = 10_000_000
 
@@ -599,7 +602,7 @@ def hostile(sound: Path, path: Path, seed: int) -> str:
             *(rng.choice(AROUND) for _ in range(rng.choice([1, 1, 2]))),
         ]
     for kind in kinds:
-        if path.is_file():  # a pipe would be waited for
+        if path.is_file() and path.stat().st_size < MAX_CHANGED_BYTES:  # a pipe would be waited for
             with contextlib.suppress(*UNCHANGED):
                 kind(path, rng)
     return " ".join(kind.__name__ for kind in kinds)
