@@ -244,18 +244,20 @@ class ImportPanel(Rows):
             f"{', '.join(waiting[:2])}{more} could not be aligned. Points marked by hand place {pronoun}."
         )
 
-    def disable(self, why_not: str, *, measured: bool) -> None:
+    def disable(self, why_not: str, *, measured: bool, one_sided: bool = False) -> None:
         """Disable everything and say why, or, for an empty `why_not`, what has nothing to act on.
 
-        `measured` is True if the lights are measured on a mirror sphere.
+        `measured` is True if the lights are measured on a mirror sphere, `one_sided` if all lamps stood on one side.
         """
         enable(self.points, why_not)
         enable(self.correct, why_not or ("" if measured else "The lights are not measured on a sphere"), SPHERE_HINT)
         for name, box in self.boxes.items():
             enable(box, why_not, _words(name)[-1])
         enable(self.spheres, why_not or ("" if measured else "The lights are not measured on a sphere"))
-        for widget in (self.sphere, self.lamp, self.form, *self.estimates.values()):
-            enable(widget, why_not)
+        for segments in (self.sphere, self.lamp):
+            enable(segments, why_not)
+        for widget in (self.form, *self.estimates.values()):
+            enable(widget, why_not or ("Only lamps on several sides tell it" if one_sided else ""))
         enable(self.framing, why_not, "What becomes the image: drag the handles on the photograph")
         distant = "" if self.choices.lamp_distance is not None else "Only a near lamp has a distance"
         enable(self.distance, why_not or distant, "From the middle of the sample to the lamp, in widths of the image")

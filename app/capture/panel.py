@@ -13,6 +13,7 @@ from app.document.import_choices import points_of, reference_of
 from app.jobs.jobs import Job
 from app.widgets.panels import Panel, button, enable, text
 from app.widgets.report import Report
+from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread
 
 if TYPE_CHECKING:
     from app.commands.workbench import Workbench
@@ -83,7 +84,8 @@ class CapturePanel(Panel):
         self.options.show_points({name: len(pairs) for name, pairs in points.items()}, find_unaligned(stack))
         why_not = "" if project.sources is not None and stack is not None else "Needs the photographs"
         measured = project.import_choices.sphere or (project.sources is not None and project.sources.sphere is not None)
-        self.options.disable(why_not, measured=measured)
+        azimuth = stack.azimuth if stack is not None else None
+        self.options.disable(why_not, measured=measured, one_sided=azimuth_spread(azimuth) <= ONE_ARC)
         return why_not
 
     @property

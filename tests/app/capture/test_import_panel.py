@@ -88,6 +88,13 @@ def test_each_estimate_can_be_left_out(panel: ImportPanel, qtbot: Any) -> None:
     assert settings_of(panel.choices).calibrate == ("distance", "gains", "motion", "lights")
 
 
+def test_lamps_on_one_side_tell_nothing(panel: ImportPanel) -> None:
+    panel.disable("", measured=False, one_sided=True)
+    assert not panel.form.isEnabled()
+    assert not any(box.isEnabled() for box in panel.estimates.values())
+    assert panel.estimates["gains"].toolTip() == "Only lamps on several sides tell it"
+
+
 def test_what_was_estimated_is_said_beside_its_switch(panel: ImportPanel) -> None:
     found = [
         {"name": "distance", "accepted": True, "text": "The lamps are 1.9 image widths away"},
