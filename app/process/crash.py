@@ -26,7 +26,7 @@ import threading
 import time
 from collections import deque
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import platformdirs
 
@@ -35,6 +35,9 @@ from engine.core.errors import OutputError
 from engine.storage import guarded
 from engine.storage.atomic import make_folder
 from engine.storage.writer import is_gone, is_own, writer
+
+if TYPE_CHECKING:
+    from numba.core.ccallback import CFunc
 
 #: Frames that are written, at most.
 MAXIMUM = 128
@@ -55,7 +58,7 @@ def make_handler(descriptor: int) -> Any:
         return None
 
 
-def add_native_stack(handler: Any, report: IO[bytes]) -> None:
+def add_native_stack(handler: CFunc, report: IO[bytes]) -> None:
     """Let crashes write their native stack by a `handler` of `make_handler` behind the Python stack in `report`."""
     faulthandler.disable()
     for number in SIGNALS:
@@ -88,7 +91,7 @@ def _libc() -> ctypes.CDLL:
     return libc
 
 
-def _compile(descriptor: int) -> Any:
+def _compile(descriptor: int) -> CFunc:
     """The handler, which writes to `descriptor`."""
     from numba import cfunc, types
 
@@ -104,7 +107,7 @@ def _compile(descriptor: int) -> Any:
     backtrace(place, 1)  # its first call loads a library, which no handler of signals may do
 
     @cfunc(types.void(types.int32))
-    def handle(number):  # type: ignore[no-untyped-def]
+    def handle(number: int) -> None:
         symbols(place, backtrace(place, MAXIMUM), descriptor)
         be_default(number, 0)
         again(number)

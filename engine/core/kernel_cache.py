@@ -13,7 +13,6 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
-from typing import Any
 
 import numpy as np
 from numba.core import config
@@ -97,7 +96,7 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
             yield from _codes(constant)
 
 
-def _value(value: Any, seen: set[CodeType]) -> Iterator[str]:
+def _value(value: object, seen: set[CodeType]) -> Iterator[str]:
     """What a value that a kernel refers to adds to its hash."""
     called = _function(value)
     if called is not None:
@@ -116,7 +115,7 @@ def _value(value: Any, seen: set[CodeType]) -> Iterator[str]:
         yield _ADDRESS.sub("", repr(value))
 
 
-def _function(value: Any) -> FunctionType | None:
+def _function(value: object) -> FunctionType | None:
     """The Python function of a kernel, of numba's function, or of an intrinsic; None for anything else."""
     if isinstance(value, Kernel):  # one that calls itself is still being compiled
         return value.function

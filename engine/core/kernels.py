@@ -15,22 +15,27 @@ import threading
 from collections.abc import Callable, Iterator
 from functools import lru_cache
 from types import CodeType, FunctionType
-from typing import Any
+from typing import Any, Generic, ParamSpec, TypeVar
+
+Parameters = ParamSpec("Parameters")
+Result = TypeVar("Result")
 
 #: One thread at a time loads numba and binds names.
 _binding = threading.RLock()
 
 
-class Kernel:
+class Kernel(Generic[Parameters, Result]):
     """A function that numba compiles when it is called first; attributes are those of what numba makes of it."""
 
-    def __init__(self, function: FunctionType, make: Callable[[Any], Any]) -> None:
+    def __init__(self, function: Callable[Parameters, Result], make: Callable[[FunctionType], Any]) -> None:
+        assert isinstance(function, FunctionType)
         self.function, self._make = function, make
         self._made: Any = None
         self.__name__, self.__doc__, self.__module__ = function.__name__, function.__doc__, function.__module__
 
-    def __call__(self, *arguments: Any) -> Any:
-        return self.made(*arguments)
+    def __call__(self, *arguments: Parameters.args, **options: Parameters.kwargs) -> Result:
+        result: Result = self.made(*arguments, **options)
+        return result
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
@@ -51,20 +56,20 @@ class Kernel:
         return self._made
 
 
-def scalar(function: Any) -> Any:
+def scalar(function: Callable[Parameters, Result]) -> Kernel[Parameters, Result]:
     """Compile a scalar or serial function, inlined into kernels or called by itself."""
-    return Kernel(function, lambda function: _njit(function))
+    return Kernel(function, _njit)
 
 
-def parallel(function: Any) -> Any:
+def parallel(function: Callable[Parameters, Result]) -> Kernel[Parameters, Result]:
     """Compile a loop over `prange` on all threads."""
     return Kernel(function, lambda function: _njit(function, parallel=True))
 
 
-def intrinsic(function: Any) -> Any:
+def intrinsic(function: Callable[..., tuple[Any, Callable[..., Any]]]) -> Kernel[..., Any]:
     """Make a function that writes its own code, called from kernels only (`numba.extending.intrinsic`)."""
 
-    def make(function: Any) -> Any:
+    def make(function: FunctionType) -> Any:
         from numba.extending import intrinsic
 
         return intrinsic(function)
@@ -77,7 +82,7 @@ def prange(*arguments: int) -> range:
     return range(*arguments)
 
 
-def only(kernel: Any, *signatures: str) -> None:
+def only(kernel: Kernel[..., Any], *signatures: str) -> None:
     """Compile `kernel` for `signatures` and for no other types from then on; what fits one of them is converted.
 
     For processes that may not write the compiled code to the disk later (`engine.storage.sandbox`).
@@ -119,8 +124,8 @@ def _numba() -> Any:
     return numba
 
 
-def _njit(function: Any, **options: Any) -> Any:
-    function.compile_options = sorted(options.items())
+def _njit(function: FunctionType, **options: bool) -> Any:
+    vars(function)["compile_options"] = sorted(options.items())
     return _numba().njit(function, cache=True, nogil=True, error_model="numpy", **options)
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+import numpy as np
+from numpy.typing import NDArray
 
 from engine.core.kernels import scalar
 
 
 @scalar
-def nth_smallest(values: Any, length: int, nth: int) -> Any:
+def nth_smallest(values: NDArray[np.floating], length: int, nth: int) -> float:
     """The `nth` smallest (from 0) of the first `length` values, which are reordered; none of them may be NaN."""
     low, high = 0, length - 1
     while low < high:

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -152,7 +152,9 @@ def _inside(row: int, column: int, size: int) -> bool:
 
 
 @scalar
-def taps(kind: int, size: int, x: float, y: float, z: float, place: Any, weight: Any) -> None:
+def taps(
+    kind: int, size: int, x: float, y: float, z: float, place: NDArray[np.integer], weight: NDArray[np.floating]
+) -> None:
     """The four texels of a texture, as row · columns + column, between which a direction lies, and their weights."""
     if kind == 1:
         radius = math.sqrt(x * x + y * y)
@@ -194,7 +196,9 @@ def taps(kind: int, size: int, x: float, y: float, z: float, place: Any, weight:
 
 
 @parallel
-def _look_up(kind: int, size: int, texels: Any, direction: Any, values: Any) -> None:
+def _look_up(
+    kind: int, size: int, texels: NDArray[np.floating], direction: NDArray[np.floating], values: NDArray[np.floating]
+) -> None:
     """`values` (P, C) of `texels` (T, C); bound by fetching four rows of texels for each direction."""
     for p in prange(len(direction)):
         place, weight = np.empty(4, np.int64), np.empty(4)

@@ -104,7 +104,6 @@ class SeparableFactors(Reflectance, Summary):
         """The sum itself (Wang2004 Eq. 2), which may be negative; 0 at and below the horizon."""
         wi, wo = np.broadcast_arrays(np.asarray(wi, np.float64), np.asarray(wo, np.float64))
         values = np.empty(wi.shape)
-        pairs = (np.ascontiguousarray(side).reshape(-1, 3) for side in (wi, wo))
         half = self.parametrisation == "half-diff"
         _sum(
             self.hemisphere_map.number,
@@ -112,7 +111,8 @@ class SeparableFactors(Reflectance, Summary):
             half,
             self._first,
             self._second,
-            *pairs,
+            np.ascontiguousarray(wi).reshape(-1, 3),
+            np.ascontiguousarray(wo).reshape(-1, 3),
             values.reshape(-1, 3),
         )
         return values
@@ -129,7 +129,9 @@ class SeparableFactors(Reflectance, Summary):
 
 
 @scalar
-def _half_and_difference(wi: Any, wo: Any, half: Any, difference: Any) -> None:
+def _half_and_difference(
+    wi: NDArray[np.floating], wo: NDArray[np.floating], half: NDArray[np.floating], difference: NDArray[np.floating]
+) -> None:
     """The unit half vector, and the unit difference vector in its classical frame, of directions above the horizon."""
     ax, ay, az = wi[0] + wo[0], wi[1] + wo[1], wi[2] + wo[2]
     dx, dy, dz = wi[0] - wo[0], wi[1] - wo[1], wi[2] - wo[2]
@@ -147,7 +149,16 @@ def _half_and_difference(wi: Any, wo: Any, half: Any, difference: Any) -> None:
 
 
 @parallel
-def _sum(kind: int, size: int, of_half: bool, first: Any, second: Any, wi: Any, wo: Any, values: Any) -> None:
+def _sum(
+    kind: int,
+    size: int,
+    of_half: bool,
+    first: NDArray[np.floating],
+    second: NDArray[np.floating],
+    wi: NDArray[np.floating],
+    wo: NDArray[np.floating],
+    values: NDArray[np.floating],
+) -> None:
     """`values` (P, 3) of the sum; bound by fetching eight texels of K colours for each pair."""
     for p in prange(len(wi)):
         for c in range(3):

@@ -11,15 +11,23 @@ from __future__ import annotations
 
 import ctypes
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from types import SimpleNamespace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.kernels import intrinsic, scalar
+
+if TYPE_CHECKING:
+    from llvmlite.ir import IRBuilder, Value
+    from numba.core.base import BaseContext
+    from numba.core.types import Type
+    from numba.core.typing import Context, Signature
+
+Floats = NDArray[np.floating]
 
 #: Rays in a packet, and the fields of four bytes of its struct: 12 of the ray, 8 of the hit, and room to spare.
 LANES, FIELDS = 16, 24
@@ -48,11 +56,23 @@ class Scene(Protocol):
     """
 
     def occluded(
-        self, origin: Any, direction: Any, centre: Any, scale: float, found: NDArray[np.bool_], coherent: bool = False
+        self,
+        origin: Floats,
+        direction: Floats,
+        centre: Floats,
+        scale: float,
+        found: NDArray[np.bool_],
+        coherent: bool = False,
     ) -> None: ...
 
     def intersect(
-        self, origin: Any, direction: Any, centre: Any, scale: float, found: NDArray[np.int32], coherent: bool = False
+        self,
+        origin: Floats,
+        direction: Floats,
+        centre: Floats,
+        scale: float,
+        found: NDArray[np.int32],
+        coherent: bool = False,
     ) -> None: ...
 
 
@@ -95,7 +115,13 @@ class PacketScene:
         ctypes.memmove(memory, np.ascontiguousarray(rows).ctypes.data, 12 * len(rows))
 
     def occluded(
-        self, origin: Any, direction: Any, centre: Any, scale: float, found: NDArray[np.bool_], coherent: bool = False
+        self,
+        origin: Floats,
+        direction: Floats,
+        centre: Floats,
+        scale: float,
+        found: NDArray[np.bool_],
+        coherent: bool = False,
     ) -> None:
         _call_occluded(
             self._embree.occluded,
@@ -110,7 +136,13 @@ class PacketScene:
         )
 
     def intersect(
-        self, origin: Any, direction: Any, centre: Any, scale: float, found: NDArray[np.int32], coherent: bool = False
+        self,
+        origin: Floats,
+        direction: Floats,
+        centre: Floats,
+        scale: float,
+        found: NDArray[np.int32],
+        coherent: bool = False,
     ) -> None:
         _intersect(
             self._embree.intersect,
@@ -138,16 +170,28 @@ class ClassScene:
         self._empty = len(faces) == 0
 
     def occluded(
-        self, origin: Any, direction: Any, centre: Any, scale: float, found: NDArray[np.bool_], coherent: bool = False
+        self,
+        origin: Floats,
+        direction: Floats,
+        centre: Floats,
+        scale: float,
+        found: NDArray[np.bool_],
+        coherent: bool = False,
     ) -> None:
         found[:] = self._ask(origin, direction, centre, scale, "OCCLUDED") >= 0
 
     def intersect(
-        self, origin: Any, direction: Any, centre: Any, scale: float, found: NDArray[np.int32], coherent: bool = False
+        self,
+        origin: Floats,
+        direction: Floats,
+        centre: Floats,
+        scale: float,
+        found: NDArray[np.int32],
+        coherent: bool = False,
     ) -> None:
         found[:] = self._ask(origin, direction, centre, scale, "INTERSECT")
 
-    def _ask(self, origin: Any, direction: Any, centre: Any, scale: float, query: str) -> NDArray[np.int32]:
+    def _ask(self, origin: Floats, direction: Floats, centre: Floats, scale: float, query: str) -> NDArray[np.int32]:
         packet = np.empty((len(origin), 6), np.float32)
         usable = _move(origin, direction, centre, scale, packet)
         found = np.full(len(origin), -1, np.int32)
@@ -232,12 +276,14 @@ def _packet() -> NDArray[np.float32]:
 
 
 @intrinsic
-def _call(typing: Any, function: Any, valid: Any, scene: Any, rays: Any, arguments: Any) -> Any:
+def _call(
+    typing: Context, function: Type, valid: Type, scene: Type, rays: Type, arguments: Type
+) -> tuple[Signature, Callable[..., Value]]:
     """Call the C function at an address with four pointers."""
     from llvmlite import ir
     from numba.core import cgutils, types
 
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+    def generate(context: BaseContext, builder: IRBuilder, signature: Signature, values: Sequence[Value]) -> Value:
         pointer = cgutils.voidptr_t
         kind = ir.FunctionType(ir.VoidType(), [pointer] * 4)
         called = builder.inttoptr(values[0], kind.as_pointer())
@@ -248,7 +294,9 @@ def _call(typing: Any, function: Any, valid: Any, scene: Any, rays: Any, argumen
 
 
 @scalar
-def _put(packet: Any, lane: int, origin: Any, direction: Any, centre: Any, scale: float) -> bool:
+def _put(
+    packet: NDArray[np.float32], lane: int, origin: Floats, direction: Floats, centre: Floats, scale: float
+) -> bool:
     """Write one ray into a packet as it is seen by embree; False where it is not one.
 
     `NUDGE` is taken from digits of the ray itself, so that it does not depend on the ray's place among others.
@@ -269,7 +317,15 @@ def _put(packet: Any, lane: int, origin: Any, direction: Any, centre: Any, scale
 
 
 @scalar
-def _begin(packet: Any, words: Any, first: int, origin: Any, direction: Any, centre: Any, scale: float) -> int:
+def _begin(
+    packet: NDArray[np.float32],
+    words: NDArray[np.int32],
+    first: int,
+    origin: Floats,
+    direction: Floats,
+    centre: Floats,
+    scale: float,
+) -> int:
     """Fill a packet with the rays from `first` on; the number of its lanes."""
     lanes = min(LANES, len(origin) - first)
     for lane in range(lanes):
@@ -283,15 +339,15 @@ def _begin(packet: Any, words: Any, first: int, origin: Any, direction: Any, cen
 
 @scalar
 def _call_occluded(
-    function: Any,
-    scene: Any,
-    arguments: Any,
-    packet: Any,
-    origin: Any,
-    direction: Any,
-    centre: Any,
-    scale: Any,
-    found: Any,
+    function: int,
+    scene: int,
+    arguments: NDArray[np.uint64],
+    packet: NDArray[np.float32],
+    origin: Floats,
+    direction: Floats,
+    centre: Floats,
+    scale: float,
+    found: NDArray[np.bool_],
 ) -> None:
     words = packet.view(np.int32)
     words[_MASK] = -1
@@ -304,15 +360,15 @@ def _call_occluded(
 
 @scalar
 def _intersect(
-    function: Any,
-    scene: Any,
-    arguments: Any,
-    packet: Any,
-    origin: Any,
-    direction: Any,
-    centre: Any,
-    scale: Any,
-    found: Any,
+    function: int,
+    scene: int,
+    arguments: NDArray[np.uint64],
+    packet: NDArray[np.float32],
+    origin: Floats,
+    direction: Floats,
+    centre: Floats,
+    scale: float,
+    found: NDArray[np.int32],
 ) -> None:
     words = packet.view(np.int32)
     words[_MASK] = -1
@@ -327,7 +383,9 @@ def _intersect(
 
 
 @scalar
-def _move(origin: Any, direction: Any, centre: Any, scale: float, rays: Any) -> Any:
+def _move(
+    origin: Floats, direction: Floats, centre: Floats, scale: float, rays: NDArray[np.float32]
+) -> NDArray[np.bool_]:
     """Write origins and directions (N, 6) as embree sees them; which of the rays can be cast (N,)."""
     packet = np.zeros((7, 1), np.float32)
     usable = np.zeros(len(origin), np.bool_)

@@ -187,15 +187,15 @@ def in_chunks(work: Callable[[slice], None], count: int, size: int = CHUNK) -> N
 
 @scalar
 def _refine(
-    positions: Any,
-    faces: Any,
-    kept: Any,
+    positions: NDArray[np.floating],
+    faces: NDArray[np.integer],
+    kept: NDArray[np.integer],
     scale: float,
-    origin: Any,
-    direction: Any,
-    face: Any,
-    distance: Any,
-    barycentric: Any,
+    origin: NDArray[np.floating],
+    direction: NDArray[np.floating],
+    face: NDArray[np.integer],
+    distance: NDArray[np.floating],
+    barycentric: NDArray[np.floating],
 ) -> None:
     """Work out in float64 where rays meet the faces that embree found, numbered among `kept`; fills the last three.
 
@@ -234,5 +234,5 @@ def _refine(
 
 
 @scalar
-def _volume(a: Any, b: Any, c: Any) -> float:
+def _volume(a: NDArray[np.floating], b: NDArray[np.floating], c: NDArray[np.floating]) -> float:
     return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])

@@ -9,11 +9,14 @@ cut texels obliquely, and the areas returned are those that the slices cover. Bo
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.core.kernels import parallel, prange, scalar
+
+Integers = NDArray[np.integer]
+Floats = NDArray[np.floating]
 
 #: Faces by azimuth, from −Z over +X and +Z to −X.
 _UPRIGHT = np.array([5, 0, 4, 1])
@@ -27,7 +30,7 @@ def _side_edge(row: int, n: int, cosine: float) -> float:
 
 
 @scalar
-def _add(target: Any, area: Any, source: Any, forward: bool, texel: int, cell: int, weight: float) -> None:
+def _add(target: Floats, area: Floats, source: Floats, forward: bool, texel: int, cell: int, weight: float) -> None:
     """One overlap of a cube texel and an equirectangular cell, by their flat numbers; `forward` goes to the cube."""
     to, of = (texel, cell) if forward else (cell, texel)
     for k in range(3):
@@ -37,7 +40,15 @@ def _add(target: Any, area: Any, source: Any, forward: bool, texel: int, cell: i
 
 @scalar
 def _walk_side(
-    target: Any, area: Any, source: Any, shape: Any, edges: Any, azimuth: float, width: float, c: int, side: int
+    target: Floats,
+    area: Floats,
+    source: Floats,
+    shape: tuple[int, int, int, bool],
+    edges: Floats,
+    azimuth: float,
+    width: float,
+    c: int,
+    side: int,
 ) -> None:
     """Down the part of a meridian that an upright face shows."""
     n, height, columns, forward = shape
@@ -60,7 +71,15 @@ def _walk_side(
 
 @scalar
 def _walk_pole(
-    target: Any, area: Any, source: Any, shape: Any, edges: Any, azimuth: float, width: float, c: int, pole: int
+    target: Floats,
+    area: Floats,
+    source: Floats,
+    shape: tuple[int, int, int, bool],
+    edges: Floats,
+    azimuth: float,
+    width: float,
+    c: int,
+    pole: int,
 ) -> None:
     """From the middle of +Y (pole 0) or −Y (1) to the rim; the face's plane has its distances as cot(latitude)."""
     n, height, columns, forward = shape
@@ -104,16 +123,16 @@ def _walk_pole(
 
 @parallel
 def _fill_faces(
-    target: Any,
-    area: Any,
-    source: Any,
-    shape: Any,
-    edges: Any,
-    azimuth: Any,
-    width: Any,
-    column: Any,
-    side: Any,
-    first: Any,
+    target: Floats,
+    area: Floats,
+    source: Floats,
+    shape: tuple[int, int, int, bool],
+    edges: Floats,
+    azimuth: Floats,
+    width: Floats,
+    column: Integers,
+    side: Integers,
+    first: Integers,
 ) -> None:
     """Each task owns its texels: the two faces at the poles, and then each column of the upright ones."""
     for task in prange(len(first) + 1):
@@ -127,16 +146,16 @@ def _fill_faces(
 
 @parallel
 def _fill_rows(
-    target: Any,
-    area: Any,
-    source: Any,
-    shape: Any,
-    edges: Any,
-    azimuth: Any,
-    width: Any,
-    column: Any,
-    side: Any,
-    first: Any,
+    target: Floats,
+    area: Floats,
+    source: Floats,
+    shape: tuple[int, int, int, bool],
+    edges: Floats,
+    azimuth: Floats,
+    width: Floats,
+    column: Integers,
+    side: Integers,
+    first: Integers,
 ) -> None:
     """Each task owns a column of the equirectangular map."""
     for task in prange(len(first) - 1):
@@ -146,7 +165,9 @@ def _fill_rows(
             _walk_pole(target, area, source, shape, edges, azimuth[m], width[m], column[m], 1)
 
 
-def to_faces(rows: Any, n: int, azimuth: Any, width: Any, column: Any, side: Any) -> Any:
+def to_faces(
+    rows: Floats, n: int, azimuth: Floats, width: Floats, column: Integers, side: Integers
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Flux (6, N, N, 3) and covered area (6, N, N) of cube texels from radiance `rows` (H, W, 3)."""
     flux, area = np.zeros((6 * n * n, 3)), np.zeros(6 * n * n)
     first = np.searchsorted(side, np.arange(4 * n + 1))
@@ -156,7 +177,9 @@ def to_faces(rows: Any, n: int, azimuth: Any, width: Any, column: Any, side: Any
     return flux.reshape(6, n, n, 3), area.reshape(6, n, n)
 
 
-def to_rows(faces: Any, height: int, azimuth: Any, width: Any, column: Any, side: Any) -> Any:
+def to_rows(
+    faces: Floats, height: int, azimuth: Floats, width: Floats, column: Integers, side: Integers
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Flux (H, 2 H, 3) and covered area (H, 2 H) of equirectangular texels from radiance `faces` (6, N, N, 3)."""
     columns = 2 * height
     flux, area = np.zeros((height * columns, 3)), np.zeros(height * columns)

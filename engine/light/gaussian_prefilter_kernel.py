@@ -15,11 +15,14 @@ the distance between texels on the face's plane, where a step is 1 / (1 + r²) l
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.core.kernels import parallel, prange, scalar
+
+Integers = NDArray[np.integer]
+Floats = NDArray[np.floating]
 
 #: Gaussians end where they have fallen to exp(−CUT): 0.4 % of their weight lies beyond, and is spread over the rest.
 CUT = 5.5
@@ -29,7 +32,7 @@ _RUN = 128
 
 
 @scalar
-def _weight(exponent: Any) -> Any:
+def _weight(exponent: np.float32) -> np.float32:
     """exp(−exponent) in float32 to 1e-4 of itself, 0 beyond CUT: a short series to the 32nd power."""
     u = exponent * np.float32(-1.0 / 32.0)
     one = np.float32(1.0)
@@ -43,7 +46,7 @@ def _weight(exponent: Any) -> Any:
 
 
 @scalar
-def _shape_at(x: float, y: float, sigma: float, narrow: float, at: Any) -> None:
+def _shape_at(x: float, y: float, sigma: float, narrow: float, at: Floats) -> None:
     """Fill `at` (12) as if the face were +Z: the direction, 1 / 2 σ², and two vectors whose products narrow it."""
     square = x * x + y * y
     length = math.sqrt(1.0 + square)
@@ -58,7 +61,7 @@ def _shape_at(x: float, y: float, sigma: float, narrow: float, at: Any) -> None:
 
 
 @scalar
-def _span(a: float, c: float, reach: float, n: int) -> Any:
+def _span(a: float, c: float, reach: float, n: int) -> tuple[int, int]:
     """First and last + 1 texel that a cone of half-angle `reach` covers along one axis of a face; empty if none."""
     across = math.sqrt(a * a + c * c)
     sine = math.sin(min(reach, 0.5 * math.pi))
@@ -74,7 +77,9 @@ def _span(a: float, c: float, reach: float, n: int) -> Any:
 
 
 @scalar
-def _gather(texels: Any, n: int, towards: Any, faces: Any, rotated: Any, at: Any, reach: float, sums: Any) -> None:
+def _gather(
+    texels: Floats, n: int, towards: Floats, faces: Floats, rotated: Integers, at: Floats, reach: float, sums: Floats
+) -> None:
     """Sums (6, 4) at the node of each face that lies at `at` when it is rotated to where +Z is, over all faces."""
     sums[:] = 0.0
     weights = np.empty(n, np.float32)
@@ -130,7 +135,7 @@ def _gather(texels: Any, n: int, towards: Any, faces: Any, rotated: Any, at: Any
 
 
 @scalar
-def _reach_in_texels(x: float, y: float, reach: float, n: int) -> Any:
+def _reach_in_texels(x: float, y: float, reach: float, n: int) -> tuple[float, float]:
     """Extent of a small cone over a face's plane along rows and columns, in texels."""
     square = 1.0 + x * x + y * y
     stretch = 0.5 * n * reach * (1.0 + reach * math.sqrt(square))
@@ -138,7 +143,7 @@ def _reach_in_texels(x: float, y: float, reach: float, n: int) -> Any:
 
 
 @scalar
-def _columns(x: float, y: float, down: float, reach: float) -> Any:
+def _columns(x: float, y: float, down: float, reach: float) -> tuple[float, float]:
     """Lowest and highest offset on the face's plane that an ellipse about (x, y) covers `down` away; empty if none."""
     square, flat = 1.0 + x * x + y * y, 1.0 + y * y
     reach *= 1.0 + reach * math.sqrt(square)
@@ -151,7 +156,7 @@ def _columns(x: float, y: float, down: float, reach: float) -> Any:
 
 
 @scalar
-def _form_at(x: float, y: float, sigma: float, narrow: float, forms: Any, lane: int) -> None:
+def _form_at(x: float, y: float, sigma: float, narrow: float, forms: Floats, lane: int) -> None:
     """Coefficients of dx², dx dy and dy² that make, times 1 / (1 + r²) of a texel, the leading term of its exponent.
 
     sin² of the angle between (x, y, 1) and (x + dx, y + dy, 1) is dx² + dy² + (x dy − y dx)² over both lengths².
@@ -170,20 +175,20 @@ def _form_at(x: float, y: float, sigma: float, narrow: float, forms: Any, lane: 
 
 @scalar
 def _run(
-    flux: Any,
-    inverse: Any,
+    flux: Floats,
+    inverse: Floats,
     row: int,
     column: int,
     count: int,
     shift_y: float,
     shift_x: float,
-    forms: Any,
+    forms: Floats,
     ry: int,
     reach: float,
     curved: float,
-    sums: Any,
-    part: Any,
-    weights: Any,
+    sums: Floats,
+    part: Floats,
+    weights: Floats,
 ) -> None:
     """Sums (19, count) of nodes whose neighbourhoods lie within the face, on all faces.
 
@@ -230,17 +235,17 @@ def _run(
 
 @parallel
 def convolve(
-    flux: Any,
-    texels: Any,
-    inverse: Any,
-    towards: Any,
-    faces: Any,
-    rotated: Any,
+    flux: Floats,
+    texels: Floats,
+    inverse: Floats,
+    towards: Floats,
+    faces: Floats,
+    rotated: Integers,
     sigma: float,
     narrow: float,
     dense: int,
     ghost: int,
-    nodes: Any,
+    nodes: Floats,
 ) -> None:
     """Fill `nodes` (6, p N / 2 + 1 + 2 g, …, 3): the edges of the faces are nodes, `ghost` g more lie beyond.
 
@@ -294,7 +299,7 @@ def convolve(
 
 
 @parallel
-def halve(padded: Any, coarse: Any) -> None:
+def halve(padded: Floats, coarse: Floats) -> None:
     """Spread the flux of each texel over the three nearest of half as many, per axis 10 : 5 : 1; `coarse` (4, 6, N, N).
 
     That is a binomial of variance 5/16 and no skewness wherever a texel lies. `padded` (4, 6, 2 N + 4, 2 N + 4) has
@@ -317,7 +322,7 @@ def halve(padded: Any, coarse: Any) -> None:
 
 
 @parallel
-def refine(nodes: Any, factor: int, fine: Any) -> None:
+def refine(nodes: Floats, factor: int, fine: Floats) -> None:
     """Cubic B-spline over `nodes` (6, N + 3, N + 3, 3), one beyond each edge, at `factor` as many; (6, f N + 1, …)."""
     size, coarse = fine.shape[1], nodes.shape[1]
     weights = np.empty((factor, 4), np.float32)
@@ -344,7 +349,7 @@ def refine(nodes: Any, factor: int, fine: Any) -> None:
 
 
 @scalar
-def _spline(t: float, weights: Any) -> None:
+def _spline(t: float, weights: Floats) -> None:
     """The four weights of the uniform cubic B-spline at t in [0, 1]."""
     s = 1.0 - t
     weights[0] = s * s * s / 6.0
@@ -354,7 +359,7 @@ def _spline(t: float, weights: Any) -> None:
 
 
 @parallel
-def energy(level: Any, weight: Any) -> Any:
+def energy(level: Floats, weight: Floats) -> NDArray[np.float64]:
     """Sums (6, M + 1, 3) of a level's nodes by rows, times their weights (M + 1, M + 1)."""
     size = len(weight)
     sums = np.zeros((6, size, 3))
@@ -370,7 +375,9 @@ def energy(level: Any, weight: Any) -> Any:
 
 
 @scalar
-def _bilinear(texels: Any, start: int, cells: int, face: int, s: float, t: float, weight: float, value: Any) -> None:
+def _bilinear(
+    texels: Floats, start: int, cells: int, face: int, s: float, t: float, weight: float, value: Floats
+) -> None:
     """Add `weight` times the value at (s, t) in [0, 1] of one level, (6, cells + 1, cells + 1) nodes from `start`."""
     x, y = s * cells, t * cells
     j, i = min(int(x), cells - 1), min(int(y), cells - 1)
@@ -384,16 +391,16 @@ def _bilinear(texels: Any, start: int, cells: int, face: int, s: float, t: float
 
 
 def _look_up(
-    texels: Any,
-    starts: Any,
-    cells: Any,
-    level: Any,
-    share: Any,
-    mean: Any,
-    mean_share: Any,
-    faces: Any,
-    towards: Any,
-    values: Any,
+    texels: Floats,
+    starts: Integers,
+    cells: Integers,
+    level: Integers,
+    share: Floats,
+    mean: Floats,
+    mean_share: Floats,
+    faces: Floats,
+    towards: Floats,
+    values: Floats,
 ) -> None:
     for n in prange(len(towards)):
         x, y, z = towards[n, 0], towards[n, 1], towards[n, 2]

@@ -32,6 +32,12 @@ NORMALS = (16, 32)
 WIDTH, MINIMUM = 0.08, 0.02
 
 
+#: The arrays of `Tables`, in this order.
+Arrays = tuple[
+    np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray
+]
+
+
 @dataclass(frozen=True, eq=False)
 class Tables:
     """Tables of `EnvironmentSampler` for H x W texels in R x C cells.
@@ -59,7 +65,7 @@ class Tables:
     texels: Floats
 
     @property
-    def arrays(self) -> tuple[NDArray[np.generic], ...]:
+    def arrays(self) -> Arrays:
         return (
             self.radiance,
             self.cosines,
@@ -203,9 +209,7 @@ def _place(x: float, y: float, z: float, height: int, width: int) -> tuple[int, 
 def draw_directions(
     u: np.ndarray,
     normal: np.ndarray,
-    tables: tuple[
-        np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray
-    ],
+    tables: Arrays,
     gain: float,
     turn: tuple[float, float],
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -232,9 +236,7 @@ def draw_directions(
 def look_up_directions(
     direction: np.ndarray,
     normal: np.ndarray,
-    tables: tuple[
-        np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray
-    ],
+    tables: Arrays,
     gain: float,
     turn: tuple[float, float],
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -170,7 +170,7 @@ def fit(
         log_positions,
     )
 
-    tables = (exponent_grid(count), log_positions(count))
+    grid, log_x = exponent_grid(count), log_positions(count)
     left_out = _list_left_out(shading_map, excluded)
     flat = np.ascontiguousarray(shading_map.slices).reshape(count, height, 3 * width)
     factor, exponent = (scratch_array((height, 3 * width), np.float32) for _ in range(2))
@@ -180,8 +180,8 @@ def fit(
     squares = np.empty((rows, 3 * width), np.float32)
     for start in range(0, height, rows):
         stop = min(start + rows, height)
-        tile = (start, stop, np.asarray(factor), np.asarray(exponent), squares, outcomes)
-        fit_rows(flat, left_out, scale == "least-squares", *tables, *tile)
+        tile = (np.asarray(factor), np.asarray(exponent), squares, outcomes)
+        fit_rows(flat, left_out, scale == "least-squares", grid, log_x, start, stop, *tile)
         of_channels = squares[: stop - start].reshape(stop - start, width, 3)
         error_map[start:stop] = np.sqrt(of_channels.mean(axis=2) / np.float32(count))
         sums[start:stop] = of_channels.sum(axis=1, dtype=np.float64)

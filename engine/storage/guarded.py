@@ -23,9 +23,18 @@ import sys
 import threading
 import weakref
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from engine.core.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from llvmlite.ir import Value
+    from numba.core.base import BaseContext
+    from numba.core.ccallback import CFunc
+    from numba.core.types import Type
+    from numba.core.typing import Context, Signature
 
 #: Mappings of one process at a time.
 MAX_MAPPINGS = 4096
@@ -128,7 +137,7 @@ def _install() -> None:
     _set_handler(libc, handler)
 
 
-def _set_handler(libc: Any, handler: Any) -> None:
+def _set_handler(libc: ctypes.CDLL, handler: CFunc) -> None:
     action = _Action()
     action.handler, action.flags = handler.address, _SIGINFO | _ON_STACK
     libc.sigaction(signal.SIGBUS, ctypes.addressof(action), 0)
@@ -141,7 +150,7 @@ def _raise_for_main_thread(_number: int, _frame: object) -> None:
         check()
 
 
-def _compile(libc: Any, before: int) -> Any:
+def _compile(libc: ctypes.CDLL, before: int) -> CFunc:
     """The handler, which restores the action `before` for what is not a mapping of ours."""
     from llvmlite import ir
     from numba import cfunc, types
@@ -160,14 +169,14 @@ def _compile(libc: Any, before: int) -> Any:
     readable = mmap.PROT_READ
 
     @intrinsic
-    def at(_context, _address):  # type: ignore[no-untyped-def]
-        def generate(_, builder, __, arguments):  # type: ignore[no-untyped-def]
+    def at(_context: Context, _address: Type) -> tuple[Signature, Callable[..., Value]]:
+        def generate(_: BaseContext, builder: ir.IRBuilder, __: Signature, arguments: Sequence[Value]) -> Value:
             return builder.inttoptr(arguments[0], ir.IntType(64).as_pointer())
 
         return types.CPointer(types.uint64)(types.uint64), generate
 
     @cfunc(types.void(types.int32, types.CPointer(types.uint64), types.uint64))
-    def handle(_number, about, _context):  # type: ignore[no-untyped-def]
+    def handle(_number: int, about: Sequence[int], _context: int) -> None:
         address, entries = about[2], at(types.uint64(table))
         for row in range(rows):
             beginning, end = entries[columns * row], entries[columns * row + 1]

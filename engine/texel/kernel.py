@@ -29,9 +29,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.core.kernels import parallel, prange, scalar
 from engine.core.quickselect import nth_smallest
+
+Bools = NDArray[np.bool_]
+Integers = NDArray[np.integer]
+Floats = NDArray[np.floating]
 
 #: Columns of the result: slopes, roughness, ρ, F, variances of the slopes and their covariance, variances of the
 #: roughness, ρ and F, covariance of ρ and F, the deviation of a residual, and how ρ and F move with the roughness.
@@ -57,7 +62,16 @@ C, S, C_A, S_A, C_B, S_B, S_R = range(7)
 
 
 @parallel
-def fit_texels(values, usable, lights, across_free, priors, kind, lambertian, found):  # type: ignore[no-untyped-def]
+def fit_texels(
+    values: Floats,
+    usable: Bools,
+    lights: Floats,
+    across_free: bool,
+    priors: Floats,
+    kind: Integers,
+    lambertian: bool,
+    found: Floats,
+) -> None:
     """Fill `found` (T, COLUMNS) float64.
 
     `values` (N, T, 3) float32 radiance, `usable` (N, T) bool, `lights` (N, T or 1, 3) float64, `priors` (K, 4) means
@@ -85,7 +99,7 @@ def fit_texels(values, usable, lights, across_free, priors, kind, lambertian, fo
 
 
 @scalar
-def _place(lights, place, lamp):  # type: ignore[no-untyped-def]
+def _place(lights: Floats, place: int | np.int64, lamp: Floats) -> None:
     """Fill `lamp` (5, N): the light, the inverse of its length, and that of its unit vector plus (0, 0, 1)."""
     for i in range(len(lights)):
         x, y, z = lights[i, place, 0], lights[i, place, 1], lights[i, place, 2]
@@ -95,7 +109,7 @@ def _place(lights, place, lamp):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def lobes(a, b, alpha, x, y, z):  # type: ignore[no-untyped-def]
+def lobes(a: float, b: float, alpha: float, x: float, y: float, z: float) -> tuple[float, float]:
     """(c, s) of the model for light (x, y, z) of any length."""
     strength = math.sqrt(x * x + y * y + z * z)
     n_z = 1.0 / math.sqrt(1.0 + a * a + b * b)
@@ -112,7 +126,9 @@ def lobes(a, b, alpha, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @parallel
-def show_texels(slopes, roughness, diffuse, specular, towards, image):  # type: ignore[no-untyped-def]
+def show_texels(
+    slopes: Floats, roughness: Floats, diffuse: Floats, specular: Floats, towards: Floats, image: Floats
+) -> None:
     """Fill `image` (N, T, 3) from texels (T, …) under the light (N, T or 1, 3)."""
     for texel in prange(len(slopes)):
         place = np.int64(texel) if towards.shape[1] > 1 else np.int64(0)
@@ -125,7 +141,7 @@ def show_texels(slopes, roughness, diffuse, specular, towards, image):  # type: 
 
 
 @parallel
-def differentiate(slopes, roughness, lights, found):  # type: ignore[no-untyped-def]
+def differentiate(slopes: Floats, roughness: Floats, lights: Floats, found: Floats) -> None:
     """Fill `found` (T, 7, N) with c, s and their derivatives, rows as of `evaluate`, for lights (N, T or 1, 3)."""
     for texel in prange(len(slopes)):
         lamp = np.empty((5, len(lights)))
@@ -134,7 +150,9 @@ def differentiate(slopes, roughness, lights, found):  # type: ignore[no-untyped-
 
 
 @scalar
-def _lambertian(grey, is_usable, lamp, across_free, weight, sorting, row):  # type: ignore[no-untyped-def]
+def _lambertian(
+    grey: Floats, is_usable: Bools, lamp: Floats, across_free: bool, weight: Floats, sorting: Floats, row: Floats
+) -> None:
     """Slopes of the robust Lambertian fit, into `row`; `weight` is then zero for shadows, highlights and clipping."""
     count, kept = len(grey), 0
     for i in range(count):
@@ -183,7 +201,9 @@ def _lambertian(grey, is_usable, lamp, across_free, weight, sorting, row):  # ty
 
 
 @scalar
-def _solve(xx, xy, xz, yy, yz, zz, x, y, z):  # type: ignore[no-untyped-def]
+def _solve(
+    xx: float, xy: float, xz: float, yy: float, yz: float, zz: float, x: float, y: float, z: float
+) -> tuple[float, float, float]:
     """Solution of a symmetric positive 3 × 3 system (Cholesky)."""
     a = math.sqrt(max(xx, 1e-300))
     b, c = xy / a, xz / a
@@ -199,7 +219,7 @@ def _solve(xx, xy, xz, yy, yz, zz, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def evaluate(a, b, roughness, lamp, lobe):  # type: ignore[no-untyped-def]
+def evaluate(a: float, b: float, roughness: float, lamp: Floats, lobe: Floats) -> None:
     """Fill `lobe` (7, N) for the lamps (5, N) of `_place`: c and s as in `lobes`, and their derivatives."""
     n_z = 1.0 / math.sqrt(1.0 + a * a + b * b)
     z_a, z_b = -a * n_z * n_z * n_z, -b * n_z * n_z * n_z
@@ -232,7 +252,7 @@ def evaluate(a, b, roughness, lamp, lobe):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _sum_up(value, weight, lobe, columns, products):  # type: ignore[no-untyped-def]
+def _sum_up(value: Floats, weight: Floats, lobe: Floats, columns: int, products: Floats) -> None:
     """Fill `products` (7, 10): sums over lamps of products of rows of `lobe`, and from column 7 of these and values.
 
     Of the rows, the first `columns` are looked at, with the upper triangle alone.
@@ -251,7 +271,9 @@ def _sum_up(value, weight, lobe, columns, products):  # type: ignore[no-untyped-
 
 
 @scalar
-def _reflectance(value, weight, products, prior, strength, lambertian, row):  # type: ignore[no-untyped-def]
+def _reflectance(
+    value: Floats, weight: Floats, products: Floats, prior: Floats, strength: float, lambertian: bool, row: Floats
+) -> float:
     """ρ and F, zero or more, of each channel by least squares, into `row`; returns the weighted squares.
 
     `strength` is the variance of a residual, in whose unit the prior is.
@@ -284,7 +306,9 @@ def _reflectance(value, weight, products, prior, strength, lambertian, row):  # 
 
 
 @scalar
-def _reweigh(value, is_usable, mean, weight, scratch, lobe, row):  # type: ignore[no-untyped-def]
+def _reweigh(
+    value: Floats, is_usable: Bools, mean: float, weight: Floats, scratch: Floats, lobe: Floats, row: Floats
+) -> float:
     """The biweight of each photograph over the variance of its photons; returns the deviation of a residual."""
     count, kept = len(weight), 0
     for i in range(count):
@@ -307,7 +331,20 @@ def _reweigh(value, is_usable, mean, weight, scratch, lobe, row):  # type: ignor
 
 
 @scalar
-def _refine(value, grey, is_usable, lamp, across_free, prior, lambertian, weight, scratch, lobe, products, row):  # type: ignore[no-untyped-def]
+def _refine(
+    value: Floats,
+    grey: Floats,
+    is_usable: Bools,
+    lamp: Floats,
+    across_free: bool,
+    prior: Floats,
+    lambertian: bool,
+    weight: Floats,
+    scratch: Floats,
+    lobe: Floats,
+    products: Floats,
+    row: Floats,
+) -> None:
     """All parameters of a texel and their covariances, into `row`."""
     count, mean, kept = len(grey), 0.0, 0
     for i in range(count):
@@ -361,7 +398,9 @@ def _refine(value, grey, is_usable, lamp, across_free, prior, lambertian, weight
 
 
 @scalar
-def _covariances(products, prior, strength, across_free, lambertian, row):  # type: ignore[no-untyped-def]
+def _covariances(
+    products: Floats, prior: Floats, strength: float, across_free: bool, lambertian: bool, row: Floats
+) -> None:
     """Variances and covariances of all parameters, into `row`: (Golub1973) that of ρ and F, x, where p are the others,
     is strength (X⁻¹ + X⁻¹ M P⁻¹ Mᵀ X⁻¹), X being the normal equations of x, P those of p without x, and M the mixed.
     What moves with the roughness are the means over channels of −X⁻¹ M.
@@ -408,7 +447,20 @@ def _covariances(products, prior, strength, across_free, lambertian, row):  # ty
 
 
 @scalar
-def _start(value, grey, is_usable, lamp, across_free, prior, lambertian, mean, weight, lobe, products, row):  # type: ignore[no-untyped-def]
+def _start(
+    value: Floats,
+    grey: Floats,
+    is_usable: Bools,
+    lamp: Floats,
+    across_free: bool,
+    prior: Floats,
+    lambertian: bool,
+    mean: float,
+    weight: Floats,
+    lobe: Floats,
+    products: Floats,
+    row: Floats,
+) -> tuple[float, float, float]:
     """Slopes and roughness from which to refine, with their ρ and F in `row`: those of the least absolute residuals.
 
     Slopes are those of the Lambertian fit, or of the mean half vector weighted with the square of radiance, which is
@@ -458,7 +510,17 @@ def _start(value, grey, is_usable, lamp, across_free, prior, lambertian, mean, w
 
 
 @scalar
-def _normal_equations(products, prior, strength, across_free, lambertian, a, b, roughness, row):  # type: ignore[no-untyped-def]
+def _normal_equations(
+    products: Floats,
+    prior: Floats,
+    strength: float,
+    across_free: bool,
+    lambertian: bool,
+    a: float,
+    b: float,
+    roughness: float,
+    row: Floats,
+) -> tuple[float, ...]:
     """The 3 × 3 system of slopes and roughness without ρ and F, its upper triangle and its right side."""
     cc, cs, ss = products[C, C], products[C, S], products[S, S] + strength / (prior[3] * prior[3])
     aa, ab, ar, bb, br, rr, ga, gb, gr = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.core.kernels import scalar
+
+Floats = NDArray[np.float64]
 
 #: A highlight is integrated where it exceeds e to minus this, as a share of its peak.
 DEPTH = 18.0
@@ -15,17 +17,17 @@ DEPTH = 18.0
 
 @scalar
 def fill(
-    wi: np.ndarray,
-    wo: np.ndarray,
+    wi: Floats,
+    wo: Floats,
     exponent: float,
     spacing: float,
     floor: float,
-    nodes: np.ndarray,
-    weights: np.ndarray,
-    diffuse_nodes: np.ndarray,
-    diffuse_weights: np.ndarray,
-    diffuse: np.ndarray,
-    highlight: np.ndarray,
+    nodes: Floats,
+    weights: Floats,
+    diffuse_nodes: Floats,
+    diffuse_weights: Floats,
+    diffuse: Floats,
+    highlight: Floats,
 ) -> None:
     """The two integrals of each pair (3, n) into diffuse and highlight (n,), without kd/π and ks (n + 2)/(2π)."""
     edge = math.sqrt((1.0 - floor) * (1.0 + floor))
@@ -74,7 +76,7 @@ def fill(
 
 
 @scalar
-def _shadow(x: Any, y: Any, spacing: Any) -> Any:
+def _shadow(x: float, y: float, spacing: float) -> tuple[float, float]:
     """Start of the neighbour's shadow: (cos, sin) of 2 asin √(spacing sin ε / 2) − ε, given those of ε."""
     q = min(1.0, 0.5 * spacing * y)
     cosine, sine = 1.0 - 2.0 * q, 2.0 * math.sqrt(q * (1.0 - q))
@@ -82,13 +84,13 @@ def _shadow(x: Any, y: Any, spacing: Any) -> Any:
 
 
 @scalar
-def _smaller(a: Any, b: Any) -> Any:
+def _smaller(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
     """The smaller of two angles in [0, π], each as (cosine, sine), by the tangents of their halves."""
     return a if a[1] * (1.0 + b[0]) <= b[1] * (1.0 + a[0]) else b
 
 
 @scalar
-def _half_tangent(cosine: Any, sine: Any) -> Any:
+def _half_tangent(cosine: float, sine: float) -> float:
     return sine / (1.0 + cosine)
 
 
@@ -105,7 +107,7 @@ def _floor_share(
 
 
 @scalar
-def _diffuse(low: Any, high: Any, wi: Any, wo: Any, nodes: Any, weights: Any) -> Any:
+def _diffuse(low: float, high: float, wi: Floats, wo: Floats, nodes: Floats, weights: Floats) -> float:
     """∫ (n·wi) (n·wo) dφ over tan(φ/2) from low to high.
 
     From the normal and not from the bisector: what a grazing direction sees lies near φ = 0, where n·w is small.
@@ -121,7 +123,9 @@ def _diffuse(low: Any, high: Any, wi: Any, wo: Any, nodes: Any, weights: Any) ->
 
 
 @scalar
-def _glossy(low: Any, high: Any, c: Any, deficit: Any, rise: Any, exponent: Any, nodes: Any, weights: Any) -> Any:
+def _glossy(
+    low: float, high: float, c: float, deficit: float, rise: float, exponent: float, nodes: Floats, weights: Floats
+) -> float:
     """∫ (1 − deficit − rise sin² δ)^exponent (c² − sin² δ) dδ over t = tan(δ/2) from low to high.
 
     log(1 − x) in place of the slower log1p(−x) is wrong by exponent · 1e-16, which the quadrature's error covers.

@@ -179,7 +179,7 @@ class RglBrdf(Reflectance, Summary):
         rgl_kernel.densities(*self._frame(), *self._visible(), self.luminance.density, fixed, drawn, density)
         return density.reshape(shape[:-1])
 
-    def _frame(self) -> tuple[Any, ...]:
+    def _frame(self) -> tuple[Floats, Floats, int, bool]:
         return self.phi_i, self.theta_i, self.reduction, self.phi_i.size <= 2
 
     def _visible(self) -> tuple[Floats, Floats, Floats]:
@@ -193,8 +193,7 @@ class RglBrdf(Reflectance, Summary):
 def _pairs(wi: ArrayLike, wo: ArrayLike) -> tuple[tuple[int, ...], Vectors, Vectors]:
     """The common shape (..., 3) of two arrays of directions and both as contiguous (N, 3)."""
     first, second = np.broadcast_arrays(np.asarray(wi, np.float64), np.asarray(wo, np.float64))
-    lines = (np.ascontiguousarray(array.reshape(-1, 3)) for array in (first, second))
-    return first.shape, *lines  # type: ignore[return-value]
+    return first.shape, np.ascontiguousarray(first.reshape(-1, 3)), np.ascontiguousarray(second.reshape(-1, 3))
 
 
 def _reduction(phi_i: Floats) -> int:

@@ -296,8 +296,8 @@ def _glossy(sample: Sample, directions: Array, rig: Rig, before: Model | None) -
     tangent = [own[:, C], own[:, S], diffuse * own[:, C_A] + specular * own[:, S_A]]
     tangent += [diffuse * own[:, C_B] + specular * own[:, S_B], specular * own[:, S_R]]
     moved, step = np.empty((len(directions), len(found), 3), np.float32), 1e-3
-    reflectance = [np.repeat(each, 3, axis=1) for each in (diffuse, specular)]
-    show_texels(found[:, :2], found[:, ROUGHNESS], *reflectance, lights(rig.nearness + step), moved)
+    texels = found[:, :2], found[:, ROUGHNESS], np.repeat(diffuse, 3, axis=1), np.repeat(specular, 3, axis=1)
+    show_texels(*texels, lights(rig.nearness + step), moved)
     normals = np.column_stack([found[:, :2], np.ones(len(found))])
     normals *= (diffuse + specular) / np.linalg.norm(normals, axis=1, keepdims=True)
     return Model(

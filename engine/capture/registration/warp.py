@@ -94,7 +94,7 @@ def _warp(
         total = np.empty(3, np.float32)
         for column in range(moved.shape[1]):
             total[:] = 0.0
-            clipped = False
+            clipped: bool | np.bool_ = False
             for sample in range(samples * samples):
                 x = left + column + ((sample % samples) + 0.5) / samples - 0.5
                 y = top + row + ((sample // samples) + 0.5) / samples - 0.5

@@ -197,7 +197,13 @@ def _energy_of(codes: NDArray[np.uint32]) -> NDArray[np.float64]:
 
 
 @parallel
-def fill(lit: Any, mean: Any, sigma: Any, neighbours: Any, directions: Any) -> None:
+def fill(
+    lit: NDArray[np.bool_],
+    mean: NDArray[np.floating],
+    sigma: NDArray[np.floating],
+    neighbours: NDArray[np.integer],
+    directions: NDArray[np.floating],
+) -> None:
     """Give views of V vertices that are not `lit` (V, 92) the mean of the views beside them, ring by ring."""
     views, lobes = sigma.shape[1], sigma.shape[2]
     for vertex in prange(len(lit)):

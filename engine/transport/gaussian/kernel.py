@@ -6,11 +6,14 @@ Both are bound by arithmetic: three logarithms and square roots for each lobe, s
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.core.kernels import parallel, prange, scalar
+
+Integers = NDArray[np.integer]
+Floats = NDArray[np.floating]
 
 #: Squared length of a mean of means below which it points nowhere.
 NOWHERE = 1e-12
@@ -29,17 +32,17 @@ def integral(sigma: float) -> float:
 
 @parallel
 def towards(
-    weight: Any,
-    mean: Any,
-    sigma: Any,
-    vertices: Any,
-    index: Any,
-    share: Any,
-    counts: Any,
+    weight: Floats,
+    mean: Floats,
+    sigma: Floats,
+    vertices: Integers,
+    index: Integers,
+    share: Floats,
+    counts: Floats,
     first: int,
-    energy_out: Any,
-    mean_out: Any,
-    sigma_out: Any,
+    energy_out: Floats,
+    mean_out: Floats,
+    sigma_out: Floats,
 ) -> None:
     """The lobes of `vertices` (n,) between three views `index` (n, 3) with `share` (n, 3), from column `first` on.
 
@@ -100,7 +103,9 @@ def _disc(distance: float, radius: float, sigma: float) -> float:
 
 
 @parallel
-def add_lamp(energy: Any, mean: Any, sigma: Any, direction: Any, radius: float, light: Any, values: Any) -> None:
+def add_lamp(
+    energy: Floats, mean: Floats, sigma: Floats, direction: Floats, radius: float, light: Floats, values: Floats
+) -> None:
     """Add to `values` (n, 3) what a lamp of chord radius `radius` brings through lobes (n, K).
 
     `light` (3,) is its radiance, or with radius 0 its irradiance.

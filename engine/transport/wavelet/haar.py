@@ -77,7 +77,7 @@ def _transform(images: NDArray[Any], forwards: bool) -> NDArray[Any]:
 
 
 @scalar
-def _down(square: Any, scratch: Any, size: int) -> None:
+def _down(square: NDArray[np.floating], scratch: NDArray[np.floating], size: int) -> None:
     """One level of one square in place; `scratch` holds at least `size` × `size` values."""
     half = size // 2
     one = square.dtype.type(0.5)
@@ -95,7 +95,7 @@ def _down(square: Any, scratch: Any, size: int) -> None:
 
 
 @scalar
-def _up(square: Any, scratch: Any, size: int) -> None:
+def _up(square: NDArray[np.floating], scratch: NDArray[np.floating], size: int) -> None:
     """The inverse of `_down`."""
     half = size // 2
     one = square.dtype.type(0.5)
@@ -113,7 +113,7 @@ def _up(square: Any, scratch: Any, size: int) -> None:
 
 
 @parallel
-def _forwards(squares: Any) -> None:
+def _forwards(squares: NDArray[np.floating]) -> None:
     for n in prange(len(squares)):
         scratch = np.empty_like(squares[n])
         size = squares.shape[1]
@@ -123,7 +123,7 @@ def _forwards(squares: Any) -> None:
 
 
 @parallel
-def _backwards(squares: Any) -> None:
+def _backwards(squares: NDArray[np.floating]) -> None:
     for n in prange(len(squares)):
         scratch = np.empty_like(squares[n])
         size = 2
@@ -185,7 +185,13 @@ def candidates(count: int) -> int:
 
 
 @scalar
-def select(planes: Any, kept: Any, value: Any, scratch: Any, index: Any) -> int:
+def select(
+    planes: NDArray[np.floating],
+    kept: NDArray[np.integer],
+    value: NDArray[np.floating],
+    scratch: NDArray[np.floating],
+    index: NDArray[np.integer],
+) -> int:
     """Fill `kept` with the indices of the strongest columns of `planes` (C, M), in rising order; how many there are.
 
     Columns of 0 are never kept, ties go to the lower index. `value`, `scratch` and `index` are of a length of
@@ -195,7 +201,8 @@ def select(planes: Any, kept: Any, value: Any, scratch: Any, index: Any) -> int:
     wanted = len(kept)
     if wanted == 0:
         return 0
-    held, bar = 0, planes.dtype.type(0.0)
+    held = 0
+    bar: float | np.floating = planes.dtype.type(0.0)
     for m in range(planes.shape[1]):
         total = planes[0, m] * planes[0, m]
         for p in range(1, len(planes)):
@@ -215,7 +222,9 @@ def select(planes: Any, kept: Any, value: Any, scratch: Any, index: Any) -> int:
 
 
 @scalar
-def _thin(value: Any, scratch: Any, index: Any, held: int, wanted: int) -> Any:
+def _thin(
+    value: NDArray[np.floating], scratch: NDArray[np.floating], index: NDArray[np.integer], held: int, wanted: int
+) -> float:
     """Leave the `wanted` strongest of `held` candidates in their order, ties to the first; the weakest of them."""
     for n in range(held):
         scratch[n] = value[n]

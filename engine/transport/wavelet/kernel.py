@@ -8,8 +8,6 @@ bound it beside the memory.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,12 +16,16 @@ from engine.factor.hemisphere_map import taps
 from engine.transport.wavelet.haar import FACES, select
 from engine.transport.wavelet.quantise import quantise_vectors
 
+Bools = NDArray[np.bool_]
+Integers = NDArray[np.integer]
+Floats = NDArray[np.floating]
+
 #: Vertices that a thread takes at a time, with one scratch buffer for all of them.
 BLOCK = 8
 
 
 @scalar
-def _transform(face: int, image: Any, scratch: Any, coefficients: Any) -> None:
+def _transform(face: int, image: Floats, scratch: Floats, coefficients: Floats) -> None:
     """Put the Haar coefficients of one face (N, N) where their indices say; `image` and `scratch` (N/2, N/2) are used
     up.
 
@@ -50,7 +52,7 @@ def _transform(face: int, image: Any, scratch: Any, coefficients: Any) -> None:
 
 
 @scalar
-def inner_cells(kind: int, size: int) -> Any:
+def inner_cells(kind: int, size: int) -> NDArray[np.bool_]:
     """(size, size) bool: cells of a disk map of which all four corners (r, c) … (r + 1, c + 1) lie in the disk."""
     inner = np.zeros((size, size), np.bool_)
     if kind == 1:
@@ -64,17 +66,17 @@ def inner_cells(kind: int, size: int) -> Any:
 
 @scalar
 def _find_lit(
-    frame: Any,
-    visible: Any,
+    frame: Floats,
+    visible: Integers,
     full: int,
-    direction: Any,
-    area: Any,
+    direction: Floats,
+    area: Floats,
     kind: int,
     size: int,
-    inner: Any,
-    lit: Any,
-    place: Any,
-    weight: Any,
+    inner: Bools,
+    lit: Integers,
+    place: Integers,
+    weight: Floats,
 ) -> int:
     """The texels above the horizon that see the sky, where the light maps are looked up there, and how many they are.
 
@@ -121,19 +123,19 @@ def _find_lit(
 
 @parallel
 def transfer(
-    frames: Any,
-    visible: Any,
+    frames: Floats,
+    visible: Integers,
     full: int,
-    direction: Any,
-    area: Any,
+    direction: Floats,
+    area: Floats,
     kind: int,
     size: int,
-    maps: Any,
+    maps: Floats,
     capacity: int,
-    indices: Any,
-    words: Any,
-    peaks: Any,
-    counts: Any,
+    indices: Integers,
+    words: Integers,
+    peaks: Floats,
+    counts: Integers,
 ) -> None:
     """Packed transport vectors of vertices.
 
@@ -172,7 +174,15 @@ def transfer(
 
 
 @scalar
-def _project(light_map: Any, lit: Any, place: Any, weight: Any, image: Any, square: Any, coefficients: Any) -> None:
+def _project(
+    light_map: Floats,
+    lit: Integers,
+    place: Integers,
+    weight: Floats,
+    image: Floats,
+    square: Floats,
+    coefficients: Floats,
+) -> None:
     """Coefficients of one colour of one term: the light map at all texels that are lit, transformed face by face."""
     texels = len(image) * len(image)
     coefficients[:] = np.float32(0.0)
@@ -191,7 +201,7 @@ def _project(light_map: Any, lit: Any, place: Any, weight: Any, image: Any, squa
 
 
 @scalar
-def _store(values: Any, kept: Any, index: Any, word: Any, peak: Any) -> int:
+def _store(values: Floats, kept: Integers, index: Integers, word: Integers, peak: Floats) -> int:
     """Quantise `values` (n, 3) and keep those that are not all 0 then; how many."""
     quantise_vectors(values, peak, word)
     count = 0
@@ -213,7 +223,14 @@ def pack_light(quantised: NDArray[np.int16]) -> NDArray[np.int64]:
 
 @parallel
 def relight(
-    indices: Any, words: Any, peaks: Any, counts: Any, light: Any, scaling: Any, quantum: float, result: Any
+    indices: Integers,
+    words: Integers,
+    peaks: Floats,
+    counts: Integers,
+    light: Integers,
+    scaling: Floats,
+    quantum: float,
+    result: Floats,
 ) -> None:
     """`result` (R, 3) float64: for each vector the sum over its coefficients of transport times light.
 
@@ -241,7 +258,9 @@ def relight(
 
 
 @scalar
-def by_coefficient(indices: Any, words: Any, counts: Any, coefficients: int) -> Any:
+def by_coefficient(
+    indices: Integers, words: Integers, counts: Integers, coefficients: int
+) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.uint32]]:
     """The vectors sorted by coefficient: where each begins (M + 1,), and the row (E,) and word (E,) of each entry."""
     start = np.zeros(coefficients + 1, np.int64)
     for r in range(len(words)):
@@ -260,7 +279,14 @@ def by_coefficient(indices: Any, words: Any, counts: Any, coefficients: int) -> 
 
 
 @scalar
-def add_changes(start: Any, row: Any, word: Any, changed: Any, change: Any, sums: Any) -> None:
+def add_changes(
+    start: Integers,
+    row: Integers,
+    word: Integers,
+    changed: Integers,
+    change: NDArray[np.number],
+    sums: NDArray[np.number],
+) -> None:
     """Add to `sums` (R, 3), of integers or floats, what the coefficients `changed` change by `change` (M, 3)."""
     for m in changed:
         for place in range(start[m], start[m + 1]):
@@ -271,7 +297,7 @@ def add_changes(start: Any, row: Any, word: Any, changed: Any, change: Any, sums
 
 
 @scalar
-def finish_sums(peaks: Any, sums: Any, scaling: Any, quantum: float, result: Any) -> None:
+def finish_sums(peaks: Floats, sums: NDArray[np.number], scaling: Floats, quantum: float, result: Floats) -> None:
     """`result` (R, 3) of sums over details and over scaling coefficients, as in `relight`."""
     for r in range(len(peaks)):
         for channel in range(3):

@@ -57,7 +57,7 @@ def unpack(words: NDArray[np.uint32]) -> NDArray[np.int32]:
 
 
 @scalar
-def quantise_vectors(values: Any, peak: Any, word: Any) -> int:
+def quantise_vectors(values: NDArray[np.floating], peak: NDArray[np.floating], word: NDArray[np.integer]) -> int:
     """Quantise `values` (M, 3) float32 into `word` (M,) and `peak` (3,); how many words are not 0."""
     for channel in range(3):
         peak[channel] = 0.0

@@ -8,19 +8,23 @@ over its neighbours.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.core.kernels import scalar
 from engine.transport.gaussian.fitting.view_kernel import cholesky, solve
+
+Bools = NDArray[np.bool_]
+Indices = NDArray[np.integer]
+Floats = NDArray[np.floating]
 
 #: Width of lobes where nothing is reflected anywhere, in rad.
 UNKNOWN = 0.5
 
 
 @scalar
-def fill_views(lit: Any, mean: Any, sigma: Any, neighbours: Any) -> None:
+def fill_views(lit: Bools, mean: Floats, sigma: Floats, neighbours: Indices) -> None:
     """Give views that are not lit means and widths (92, L, …) that are harmonic: each the average of its neighbours.
 
     Means are brought to the sphere, and then each to the direction of its neighbours' average until nothing moves.
@@ -69,7 +73,7 @@ def fill_views(lit: Any, mean: Any, sigma: Any, neighbours: Any) -> None:
 
 
 @scalar
-def _settle_means(lit: Any, mean: Any, neighbours: Any) -> None:
+def _settle_means(lit: Bools, mean: Floats, neighbours: Indices) -> None:
     views, lobes = len(lit), mean.shape[1]
     average = np.empty(3)
     for _ in range(2000):
@@ -97,7 +101,7 @@ def _settle_means(lit: Any, mean: Any, neighbours: Any) -> None:
 
 
 @scalar
-def fill_dark(near_mean: Any, near_sigma: Any, directions: Any, mean: Any, sigma: Any) -> None:
+def fill_dark(near_mean: Floats, near_sigma: Floats, directions: Floats, mean: Floats, sigma: Floats) -> None:
     """Means and widths of a vertex that reflects nothing: those of its neighbours on average, else its views."""
     views, lobes = sigma.shape
     for view in range(views):

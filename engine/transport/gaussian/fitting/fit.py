@@ -271,11 +271,15 @@ def fit_vertices(
             slope = kernel.fit_vertex(
                 samples.start[VIEWS * vertex : VIEWS * (vertex + 1) + 1],
                 *(samples.direction, samples.value, samples.area),
-                *(known.mean[near].astype(np.float64), known.sigma[near].astype(np.float64)),
-                *(strengths, sweeps, steps, neighbours, view_directions(), kernel.ORDERS[lobes - 1]),
+                *(known.mean[near].astype(np.float64), known.sigma[near].astype(np.float64), strengths),
+                sweeps,
+                steps,
+                neighbours,
+                view_directions(),
+                kernel.ORDERS[lobes - 1],
                 *(weight, mean, sigma, energy, norm, error),
             )
-            parts = weight, mean, sigma, energy, norm, error[:, 0], error[:, 1], slope
+            parts = weight, mean, sigma, energy, norm, error[:, 0], error[:, 1], np.asarray(slope)
             for array, part in zip(found.arrays(), parts, strict=True):
                 array[vertex] = part
 

@@ -12,7 +12,6 @@ Bound by memory: about 0.3 s of a core for all pairs of 10,000 vertices with two
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +28,7 @@ SEEN, BETTER = 0.01, 1e-9
 
 Bools = NDArray[np.bool_]
 Indices = NDArray[np.int64]
-Floats = NDArray[np.float64]
+Floats = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
@@ -57,8 +56,7 @@ def compute_flipped_share(
     """
     some = np.arange(len(lobes)) if vertices is None else vertices
     counts = _counts(_make(lobes, some) if own is None else own, lobes, some, order)
-    share: Floats = counts[:, [0, 2]].sum(axis=1) / np.maximum(counts[:, [1, 3]].sum(axis=1), 1)
-    return share
+    return counts[:, [0, 2]].sum(axis=1) / np.maximum(counts[:, [1, 3]].sum(axis=1), 1)
 
 
 def _make(lobes: Lobes, vertices: Indices) -> Lobes:
@@ -94,7 +92,7 @@ def renumber(lobes: Lobes, order: Flood, sweeps: int) -> Bools:
 
 
 @scalar
-def _observe(weight: Any, sigma: Any, seen: Any) -> int:
+def _observe(weight: Floats, sigma: Floats, seen: Bools) -> int:
     """Fill `seen` (L,): whether each lobe holds enough of the energy; how many do."""
     total = 0.0
     energy = np.empty(len(sigma))
@@ -110,7 +108,15 @@ def _observe(weight: Any, sigma: Any, seen: Any) -> int:
 
 
 @scalar
-def _flip(weight: Any, mean: Any, sigma: Any, other_weight: Any, other_mean: Any, other_sigma: Any, orders: Any) -> int:
+def _flip(
+    weight: Floats,
+    mean: Floats,
+    sigma: Floats,
+    other_weight: Floats,
+    other_mean: Floats,
+    other_sigma: Floats,
+    orders: Indices,
+) -> int:
     """Of two neighbours: 1 flipped, 0 not, −1 not compared."""
     lobes = len(sigma)
     seen, other_seen = np.empty(lobes, np.bool_), np.empty(lobes, np.bool_)
@@ -134,8 +140,8 @@ def _flip(weight: Any, mean: Any, sigma: Any, other_weight: Any, other_mean: Any
 
 @parallel
 def count_flips(
-    vertices: Any, own_weight: Any, own_mean: Any, own_sigma: Any, weight: Any, mean: Any, sigma: Any, start: Any,
-    neighbour: Any, neighbours: Any, orders: Any, counts: Any,
+    vertices: Indices, own_weight: Floats, own_mean: Floats, own_sigma: Floats, weight: Floats, mean: Floats,
+    sigma: Floats, start: Indices, neighbour: Indices, neighbours: Indices, orders: Indices, counts: Indices,
 ) -> None:  # fmt: skip
     """Fill `counts` (B, 4) as `_counts` says."""
     for row in prange(len(vertices)):
@@ -159,8 +165,8 @@ def count_flips(
 
 @scalar
 def renumber_once(
-    weight: Any, mean: Any, sigma: Any, sequence: Any, start: Any, neighbour: Any, neighbours: Any, orders: Any,
-    changed: Any,
+    weight: Floats, mean: Floats, sigma: Floats, sequence: Indices, start: Indices, neighbour: Indices,
+    neighbours: Indices, orders: Indices, changed: Bools,
 ) -> bool:  # fmt: skip
     """One sweep of `renumber`; whether anything has changed."""
     any_change = False

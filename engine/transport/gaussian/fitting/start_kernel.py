@@ -8,18 +8,28 @@ mean that starts on the far side of a narrow lobe would have no slope to follow,
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.core.kernels import scalar
 from engine.transport.gaussian.fitting.lobes import NARROWEST, WIDEST_LOBE
 from engine.transport.gaussian.fitting.view_kernel import copy_lobes, refine, tangents
 
+Indices = NDArray[np.integer]
+Floats = NDArray[np.floating]
+
 
 @scalar
 def guesses(
-    direction: Any, value: Any, area: Any, mean: Any, sigma: Any, weight: Any, new_mean: Any, new_sigma: Any
+    direction: Floats,
+    value: Floats,
+    area: Floats,
+    mean: Floats,
+    sigma: Floats,
+    weight: Floats,
+    new_mean: Floats,
+    new_sigma: Floats,
 ) -> bool:
     """Guesses for one more lobe: `new_mean` (2, 3) and `new_sigma` (2,) from the peak and from the moments.
 
@@ -54,7 +64,7 @@ def guesses(
 
 
 @scalar
-def longest_axis(direction: Any, value: Any, area: Any, mean: Any, sigma: float, axis: Any) -> float:
+def longest_axis(direction: Floats, value: Floats, area: Floats, mean: Floats, sigma: float, axis: Floats) -> float:
     """Fill `axis` (3,) with the tangent along which the data under a lobe spreads most; its deviation in rad."""
     axes = np.empty((2, 3))
     tangents(mean, axes)
@@ -81,17 +91,17 @@ def longest_axis(direction: Any, value: Any, area: Any, mean: Any, sigma: float,
 
 @scalar
 def start_view(
-    direction: Any,
-    value: Any,
-    area: Any,
+    direction: Floats,
+    value: Floats,
+    area: Floats,
     square: float,
     scale: float,
-    given_mean: Any,
-    given_sigma: Any,
-    mean: Any,
-    sigma: Any,
-    weight: Any,
-    steps: Any,
+    given_mean: Floats,
+    given_sigma: Floats,
+    mean: Floats,
+    sigma: Floats,
+    weight: Floats,
+    steps: Indices,
 ) -> float:
     """Fit one view (L, …) by itself, from the data and from the lobes given (K, L, …); returns its energy.
 
@@ -139,7 +149,15 @@ def start_view(
 
 @scalar
 def _divide(
-    direction: Any, value: Any, area: Any, lobe: int, nested: int, axis: Any, mean: Any, sigma: Any, new: int
+    direction: Floats,
+    value: Floats,
+    area: Floats,
+    lobe: int,
+    nested: int,
+    axis: Floats,
+    mean: Floats,
+    sigma: Floats,
+    new: int,
 ) -> None:
     """Make two of a `lobe`, the second at `new`: halves side by side, or a narrow one inside a wide one."""
     if nested:

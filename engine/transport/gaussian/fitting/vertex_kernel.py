@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import math
 from itertools import permutations
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.core.kernels import scalar
 from engine.transport.gaussian.fitting.fill_kernel import fill_dark, fill_views
@@ -27,6 +27,10 @@ from engine.transport.gaussian.fitting.view_kernel import (
     moments,
     refine,
 )
+
+Bools = NDArray[np.bool_]
+Indices = NDArray[np.integer]
+Floats = NDArray[np.floating]
 
 #: Views darker than this share of the brightest, by root mean square, count less than others.
 DIM = 0.01
@@ -49,7 +53,7 @@ ORDERS = tuple(np.array(list(permutations(range(lobes))), np.int64) for lobes in
 
 
 @scalar
-def apart(order: Any, mean: Any, sigma: Any, other_mean: Any, other_sigma: Any) -> float:
+def apart(order: Indices, mean: Floats, sigma: Floats, other_mean: Floats, other_sigma: Floats) -> float:
     """Distance of lobes (L, …) taken in `order` from others: Σ |mean − other|² + (sigma − other)²."""
     total = 0.0
     for lobe in range(len(sigma)):
@@ -61,7 +65,7 @@ def apart(order: Any, mean: Any, sigma: Any, other_mean: Any, other_sigma: Any) 
 
 
 @scalar
-def reorder(order: Any, mean: Any, sigma: Any, weight: Any) -> None:
+def reorder(order: Indices, mean: Floats, sigma: Floats, weight: Floats) -> None:
     """Number lobes (L, …) anew in place: that which was `order`[l] becomes l."""
     lobes = len(sigma)
     old_mean, old_sigma, old_weight = np.empty((3, 3)), np.empty(3), np.empty((3, 3))
@@ -75,7 +79,14 @@ def reorder(order: Any, mean: Any, sigma: Any, weight: Any) -> None:
 
 @scalar
 def number_lobes(
-    strength: Any, mean: Any, sigma: Any, weight: Any, near_mean: Any, near_sigma: Any, neighbours: Any, orders: Any
+    strength: Floats,
+    mean: Floats,
+    sigma: Floats,
+    weight: Floats,
+    near_mean: Floats,
+    near_sigma: Floats,
+    neighbours: Indices,
+    orders: Indices,
 ) -> None:
     """Number the lobes (92, L, …) in place so that neighbouring views, and vertices (K, 92, L, …), agree.
 
@@ -112,7 +123,7 @@ def number_lobes(
 
 
 @scalar
-def _next_view(strength: Any, done: Any, neighbours: Any) -> int:
+def _next_view(strength: Floats, done: Bools, neighbours: Indices) -> int:
     """The strongest view beside one that is done, else the strongest that is not; −1 where all are."""
     best, highest, beside = -1, 0.0, False
     for view in range(len(strength)):
@@ -129,7 +140,15 @@ def _next_view(strength: Any, done: Any, neighbours: Any) -> int:
 
 @scalar
 def set_pull(
-    view: int, lit: Any, mean: Any, sigma: Any, neighbours: Any, beta: float, gamma: float, delta: float, pull: Any
+    view: int,
+    lit: Bools,
+    mean: Floats,
+    sigma: Floats,
+    neighbours: Indices,
+    beta: float,
+    gamma: float,
+    delta: float,
+    pull: Floats,
 ) -> None:
     """Fill `pull` (L + 1, 4): all terms of Green2006 Eq. 8 and Green2006 Eq. 9 in which a view takes part, as one
     square.
@@ -185,7 +204,7 @@ def set_pull(
 
 
 @scalar
-def arrange(near_mean: Any, view: int, arrangements: Any) -> None:
+def arrange(near_mean: Floats, view: int, arrangements: Floats) -> None:
     """Fill `arrangements` (K, P, 3): differences between the means of each pair of lobes of neighbouring vertices."""
     lobes = near_mean.shape[2]
     for near in range(len(near_mean)):
@@ -200,7 +219,7 @@ def arrange(near_mean: Any, view: int, arrangements: Any) -> None:
 
 
 @scalar
-def sums(value: Any, area: Any, energy: Any) -> float:
+def sums(value: Floats, area: Floats, energy: Floats) -> float:
     """Fill `energy` (3,) with the integral of the data; returns that of its square."""
     square = 0.0
     for c in range(3):
@@ -213,7 +232,7 @@ def sums(value: Any, area: Any, energy: Any) -> float:
 
 
 @scalar
-def leftover(gram: Any, cross: Any, square: float, weight: Any, factor: Any) -> float:
+def leftover(gram: Floats, cross: Floats, square: float, weight: Floats, factor: Floats) -> float:
     """Relative distance between the data and the lobes with weights times `factor` (3,)."""
     distance = square
     for c in range(3):
@@ -227,24 +246,24 @@ def leftover(gram: Any, cross: Any, square: float, weight: Any, factor: Any) -> 
 
 @scalar
 def fit_vertex(
-    start: Any,
-    direction: Any,
-    value: Any,
-    area: Any,
-    near_mean: Any,
-    near_sigma: Any,
-    strengths: Any,
+    start: Indices,
+    direction: Floats,
+    value: Floats,
+    area: Floats,
+    near_mean: Floats,
+    near_sigma: Floats,
+    strengths: Floats,
     sweeps: int,
-    steps: Any,
-    neighbours: Any,
-    directions: Any,
-    orders: Any,
-    weight: Any,
-    mean: Any,
-    sigma: Any,
-    energy: Any,
-    norm: Any,
-    error: Any,
+    steps: Indices,
+    neighbours: Indices,
+    directions: Floats,
+    orders: Indices,
+    weight: Floats,
+    mean: Floats,
+    sigma: Floats,
+    energy: Floats,
+    norm: Floats,
+    error: Floats,
 ) -> float:
     """All views of one vertex: fills weight (92, L, 3), mean, sigma, energy (92, 3), norm (92,), error (92, 2).
 
@@ -314,7 +333,7 @@ def fit_vertex(
 
 
 @scalar
-def _pull_start(pull: Any, mean: Any, sigma: Any) -> None:
+def _pull_start(pull: Floats, mean: Floats, sigma: Floats) -> None:
     """A start where the neighbours would have the lobes."""
     for lobe in range(len(sigma)):
         length = 0.0
@@ -327,8 +346,9 @@ def _pull_start(pull: Any, mean: Any, sigma: Any) -> None:
 
 @scalar
 def _finish(
-    start: Any, direction: Any, value: Any, area: Any, near_mean: Any, strengths: Any, neighbours: Any, square: Any,
-    scale: Any, lit: Any, weight: Any, mean: Any, sigma: Any, energy: Any, error: Any,
+    start: Indices, direction: Floats, value: Floats, area: Floats, near_mean: Floats, strengths: Floats,
+    neighbours: Indices, square: Floats, scale: Floats, lit: Bools, weight: Floats, mean: Floats, sigma: Floats,
+    energy: Floats, error: Floats,
 ) -> float:  # fmt: skip
     """Fill `error` (92, 2), plain and with the energy kept; returns the largest slope that is left."""
     views, lobes = sigma.shape

@@ -12,12 +12,14 @@ derivatives) with each other and with the data. That bounds the time: some 30 ns
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.core.kernels import scalar
 from engine.transport.gaussian.fitting.lobes import NARROWEST, WIDEST_LOBE
+
+Floats = NDArray[np.floating]
 
 #: A Gaussian is not evaluated where it is below 2e-16.
 FAR = 72.0
@@ -33,7 +35,7 @@ ENOUGH, ROUNDING = 1e-6, 1e-15
 
 
 @scalar
-def tangents(mean: Any, axes: Any) -> None:
+def tangents(mean: Floats, axes: Floats) -> None:
     """Two unit vectors `axes` (2, 3) that stand upright on `mean` (3,) and each other (Duff2017)."""
     x, y, z = mean[0], mean[1], mean[2]
     sign = 1.0 if z >= 0.0 else -1.0
@@ -44,7 +46,9 @@ def tangents(mean: Any, axes: Any) -> None:
 
 
 @scalar
-def copy_lobes(mean: Any, sigma: Any, weight: Any, to_mean: Any, to_sigma: Any, to_weight: Any) -> None:
+def copy_lobes(
+    mean: Floats, sigma: Floats, weight: Floats, to_mean: Floats, to_sigma: Floats, to_weight: Floats
+) -> None:
     """Copy lobes (L, …), as many as there are."""
     for lobe in range(len(sigma)):
         to_sigma[lobe] = sigma[lobe]
@@ -54,7 +58,15 @@ def copy_lobes(mean: Any, sigma: Any, weight: Any, to_mean: Any, to_sigma: Any, 
 
 @scalar
 def moments(
-    direction: Any, value: Any, area: Any, mean: Any, sigma: Any, axes: Any, functions: Any, gram: Any, cross: Any
+    direction: Floats,
+    value: Floats,
+    area: Floats,
+    mean: Floats,
+    sigma: Floats,
+    axes: Floats,
+    functions: Floats,
+    gram: Floats,
+    cross: Floats,
 ) -> None:
     """Fill `gram` (4L, 4L), lower triangle, and `cross` (4L, 3) for samples (S, ...), and `axes` (L, 2, 3).
 
@@ -105,7 +117,7 @@ def integral(sigma: float) -> float:
 
 
 @scalar
-def is_resolved(gram: Any, sigma: Any, weight: Any) -> bool:
+def is_resolved(gram: Floats, sigma: Floats, weight: Floats) -> bool:
     """True if the samples lie densely enough for each lobe that has weight: they give the integral of its square.
 
     A lobe between samples costs nothing there, however high; one on a single sample is as narrow as one likes.
@@ -119,7 +131,7 @@ def is_resolved(gram: Any, sigma: Any, weight: Any) -> bool:
 
 
 @scalar
-def cholesky(matrix: Any, size: int) -> bool:
+def cholesky(matrix: Floats, size: int) -> bool:
     """The lower factor of the first `size` rows in place; False where a pivot is lost to rounding."""
     for i in range(size):
         for j in range(i + 1):
@@ -136,7 +148,7 @@ def cholesky(matrix: Any, size: int) -> bool:
 
 
 @scalar
-def solve(factor: Any, size: int, vector: Any) -> None:
+def solve(factor: Floats, size: int, vector: Floats) -> None:
     """Solve with a factor of `cholesky`, in place."""
     for i in range(size):
         for k in range(i):
@@ -149,7 +161,7 @@ def solve(factor: Any, size: int, vector: Any) -> None:
 
 
 @scalar
-def best_weights(gram: Any, cross: Any, lobes: int, weight: Any) -> float:
+def best_weights(gram: Floats, cross: Floats, lobes: int, weight: Floats) -> float:
     """Fill `weight` (L, 3) ≥ 0 with the least-squares weights; returns the distance less the square of the data.
 
     For each colour all sets of lobes that may be lit are tried, which is exact: there are seven at most.
@@ -193,7 +205,7 @@ def best_weights(gram: Any, cross: Any, lobes: int, weight: Any) -> float:
 
 
 @scalar
-def data_gradient(gram: Any, cross: Any, lobes: int, weight: Any, scale: float, gradient: Any) -> None:
+def data_gradient(gram: Floats, cross: Floats, lobes: int, weight: Floats, scale: float, gradient: Floats) -> None:
     """Fill `gradient` (3L,) of the distance times `scale` by the parameters; weights are at their best."""
     for lobe in range(lobes):
         for p in range(3):
@@ -208,7 +220,7 @@ def data_gradient(gram: Any, cross: Any, lobes: int, weight: Any, scale: float, 
 
 
 @scalar
-def data_hessian(gram: Any, lobes: int, weight: Any, scale: float, hessian: Any) -> None:
+def data_hessian(gram: Floats, lobes: int, weight: Floats, scale: float, hessian: Floats) -> None:
     """Fill the lower triangle of `hessian` (3L, 3L): that of Gauss and Newton, with the weights eliminated."""
     size = 3 * lobes
     for i in range(size):
@@ -243,7 +255,7 @@ def data_hessian(gram: Any, lobes: int, weight: Any, scale: float, hessian: Any)
 
 
 @scalar
-def pulls_value(pull: Any, arrangements: Any, mean: Any, sigma: Any) -> float:
+def pulls_value(pull: Floats, arrangements: Floats, mean: Floats, sigma: Floats) -> float:
     """The energies beside the distance that depend on one view.
 
     `pull` (L + 1, 4): for each lobe the mean and width that neighbouring views draw it to; then the strengths of both,
@@ -259,7 +271,7 @@ def pulls_value(pull: Any, arrangements: Any, mean: Any, sigma: Any) -> float:
 
 
 @scalar
-def spatial_value(arrangements: Any, mean: Any) -> float:
+def spatial_value(arrangements: Floats, mean: Floats) -> float:
     """Green2006 Eq. 10 with the square outside the max, where it bends: Σ max(−⟨a, b⟩, 0)² over pairs and
     neighbours."""
     total = 0.0
@@ -277,7 +289,9 @@ def spatial_value(arrangements: Any, mean: Any) -> float:
 
 
 @scalar
-def add_pulls(pull: Any, arrangements: Any, mean: Any, sigma: Any, axes: Any, gradient: Any, hessian: Any) -> None:
+def add_pulls(
+    pull: Floats, arrangements: Floats, mean: Floats, sigma: Floats, axes: Floats, gradient: Floats, hessian: Floats
+) -> None:
     """Add the derivatives of `pulls_value` to those of the distance."""
     lobes = len(sigma)
     for lobe in range(lobes):
@@ -299,7 +313,7 @@ def add_pulls(pull: Any, arrangements: Any, mean: Any, sigma: Any, axes: Any, gr
 
 @scalar
 def _add_spatial(
-    delta: float, arrangements: Any, mean: Any, sigma: Any, axes: Any, gradient: Any, hessian: Any
+    delta: float, arrangements: Floats, mean: Floats, sigma: Floats, axes: Floats, gradient: Floats, hessian: Floats
 ) -> None:
     slope = np.empty(3 * len(sigma))
     for near in range(len(arrangements)):
@@ -326,7 +340,7 @@ def _add_spatial(
 
 
 @scalar
-def move(mean: Any, sigma: Any, axes: Any, step: Any, new_mean: Any, new_sigma: Any) -> None:
+def move(mean: Floats, sigma: Floats, axes: Floats, step: Floats, new_mean: Floats, new_sigma: Floats) -> None:
     """The lobes after a step (3L,), none longer than `LONGEST` or steeper than `STEEPEST`, widths within bounds."""
     for lobe in range(len(sigma)):
         across, along = step[3 * lobe] * sigma[lobe], step[3 * lobe + 1] * sigma[lobe]
@@ -346,16 +360,16 @@ def move(mean: Any, sigma: Any, axes: Any, step: Any, new_mean: Any, new_sigma: 
 
 @scalar
 def refine(
-    direction: Any,
-    value: Any,
-    area: Any,
+    direction: Floats,
+    value: Floats,
+    area: Floats,
     square: float,
     scale: float,
-    pull: Any,
-    arrangements: Any,
-    mean: Any,
-    sigma: Any,
-    weight: Any,
+    pull: Floats,
+    arrangements: Floats,
+    mean: Floats,
+    sigma: Floats,
+    weight: Floats,
     iterations: int,
 ) -> tuple[float, float]:
     """Lower the energy of one view in place, by so many steps at most; returns what it was and what it is.
@@ -414,7 +428,7 @@ def refine(
 
 
 @scalar
-def _widen(sigma: Any) -> bool:
+def _widen(sigma: Floats) -> bool:
     """Make all lobes wider by a quarter; False where none can be."""
     possible = False
     for lobe in range(len(sigma)):
@@ -424,7 +438,7 @@ def _widen(sigma: Any) -> bool:
 
 
 @scalar
-def _hold_bounds(sigma: Any, gradient: Any, hessian: Any) -> None:
+def _hold_bounds(sigma: Floats, gradient: Floats, hessian: Floats) -> None:
     """Let no width that is at a bound leave it by the next step."""
     for lobe in range(len(sigma)):
         at = 3 * lobe + 2
@@ -440,7 +454,7 @@ def _hold_bounds(sigma: Any, gradient: Any, hessian: Any) -> None:
 
 
 @scalar
-def _step(gradient: Any, hessian: Any, damping: float, damped: Any, step: Any) -> float:
+def _step(gradient: Floats, hessian: Floats, damping: float, damped: Floats, step: Floats) -> float:
     """Fill the damped step; returns by how much the quadratic model falls."""
     size = len(gradient)
     largest = 0.0

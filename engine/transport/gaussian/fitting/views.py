@@ -104,14 +104,14 @@ def nearest_views(direction: ArrayLike) -> tuple[NDArray[np.int64], Array]:
 
 @scalar
 def nearest_views_kernel(
-    direction: Any,
-    centres: Any,
-    face_inverse: Any,
-    triangle: Any,
-    corners: Any,
-    inverse: Any,
-    index: Any,
-    weight: Any,
+    direction: NDArray[np.floating],
+    centres: NDArray[np.floating],
+    face_inverse: NDArray[np.floating],
+    triangle: NDArray[np.integer],
+    corners: NDArray[np.integer],
+    inverse: NDArray[np.floating],
+    index: NDArray[np.integer],
+    weight: NDArray[np.floating],
 ) -> None:
     """`nearest_views` for (N, 3): fills `index` and `weight`; some 50 ns each, the rest are those of `ViewTables`."""
     for n in range(len(direction)):

@@ -26,8 +26,8 @@ X_TRANS = np.array(
 def develop_mosaic(mosaic: Any, colours: Any = BAYER, white: float = np.inf) -> tuple[Any, Any]:
     """Colour and mask of a Bayer mosaic whose samples are radiance already."""
     radiance, saturated = np.empty((*mosaic.shape, 3), np.float32), np.empty(mosaic.shape, bool)
-    levels = (np.full((2, 2), value, float) for value in (0, 1, white))
-    develop(mosaic, *levels, np.ascontiguousarray(colours), np.eye(3, dtype=np.float32), radiance, saturated)
+    zero, one, most = (np.full((2, 2), value, float) for value in (0, 1, white))
+    develop(mosaic, zero, one, most, np.ascontiguousarray(colours), np.eye(3, dtype=np.float32), radiance, saturated)
     return radiance, saturated
 
 
