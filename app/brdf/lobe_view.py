@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import degrees, pi, radians
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,9 @@ from app.viewport.gl_widget import GlWidget
 from app.widgets import theme
 from engine.geometry.camera import Camera, orbit, zoom
 from engine.gl.lobe import WORLD_FROM_SURFACE, LobeColours, LobeRenderer, LobeSurface
+
+if TYPE_CHECKING:
+    from engine.gl.context import Framebuffer
 
 START = Camera((2.0, 1.35, 2.4), (0.0, 0.36, 0.0), fov_deg=32.0)
 
@@ -78,7 +81,7 @@ class LobeView(GlWidget):
         self._still.setSingleShot(True)
         self._still.setInterval(STILL_AFTER_MS)
         self._still.timeout.connect(self.update)
-        self._smooth: Any = None
+        self._smooth: Framebuffer | None = None
         self.setMinimumSize(160, 120)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Lobes in space")
@@ -112,9 +115,9 @@ class LobeView(GlWidget):
         return QPointF((x / w + 1.0) / 2.0 * self.width(), (1.0 - y / w) / 2.0 * self.height())
 
     def begin(self) -> None:
-        self._renderer = LobeRenderer(self.gl)
+        self._renderer = LobeRenderer(self.device)
 
-    def paint(self, framebuffer: Any) -> None:
+    def paint(self, framebuffer: Framebuffer) -> None:
         if self._renderer is None or min(framebuffer.size) < 1:
             return
         colours = theme.current()
@@ -123,21 +126,21 @@ class LobeView(GlWidget):
         target = self._smooth_target(framebuffer.size) if smooth else framebuffer
         self._renderer.draw(target, self.lobes, self.light, self.camera, palette)
         if smooth:
-            self.gl.copy_framebuffer(framebuffer, target)
+            self.device.copy_framebuffer(framebuffer, target)
 
-    def _smooth_target(self, size: tuple[int, int]) -> Any:
+    def _smooth_target(self, size: tuple[int, int]) -> Framebuffer:
         if self._smooth is None or self._smooth.size != size:
             self._release_smooth()
-            samples = min(SAMPLES, self.gl.max_samples)
-            colour = self.gl.renderbuffer(size, samples=samples)
-            depth = self.gl.depth_renderbuffer(size, samples=samples)
-            self._smooth = self.gl.framebuffer([colour], depth)
+            samples = min(SAMPLES, self.device.max_samples)
+            colour = self.device.renderbuffer(size, samples=samples)
+            depth = self.device.depth_renderbuffer(size, samples=samples)
+            self._smooth = self.device.framebuffer([colour], depth)
         return self._smooth
 
     def _release_smooth(self) -> None:
         if self._smooth is not None:
             # a new framebuffer restores the one bound before it, which must not be one that is gone
-            self.gl.detect_framebuffer(self.defaultFramebufferObject()).use()
+            self.device.detect_framebuffer(self.defaultFramebufferObject()).use()
             for item in (self._smooth, *self._smooth.color_attachments, self._smooth.depth_attachment):
                 item.release()
             self._smooth = None

@@ -7,6 +7,7 @@ standard error as a layer.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import radians
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.document.modes import Mode
+    from engine.gl.context import Context
+    from engine.gl.scene_renderer import SceneRenderer
     from engine.render.display import Display
     from engine.render.turntable import Turns
     from engine.scene.scene import Scene
@@ -156,9 +159,8 @@ class _Device:
     """Draws images with OpenGL in a context of its own, made on the thread that asks first, or on the CPU."""
 
     def __init__(self) -> None:
-        self.context: Any = None
+        self.made: tuple[Context, SceneRenderer] | None = None
         self.is_asked = False
-        self.renderer: Any = None
 
     def image(
         self, scene: Scene, saving: Saving, mode: Mode, relighting: Relighting | None, bounces: int
@@ -170,34 +172,34 @@ class _Device:
             if relighting is None:
                 raise UsageError("There is no bake yet: bake this mode first")
             scene = replace(scene, relit=(yield from part(relighting(scene), 0.0, 0.4)))
-        if self._has_context:
+        if (made := self._make()) is not None:
+            context, renderer = made
             yield Step(0.4, "drawing")
-            with self.context:
-                return self.renderer.radiance(scene, saving.size, samples=saving.samples), {}
+            with context:
+                return renderer.radiance(scene, saving.size, samples=saving.samples), {}
         from engine.render.shadowed import draw
 
         return (yield from part(draw(scene, saving.size, saving.samples), 0.4, 1.0)), {}
 
-    @property
-    def _has_context(self) -> bool:
+    def _make(self) -> tuple[Context, SceneRenderer] | None:
+        """The context and its renderer, made when they are first asked for; None where there is no OpenGL."""
         from engine.gl.context import create_context
         from engine.gl.scene_renderer import SceneRenderer
 
         if not self.is_asked:
             self.is_asked = True
-            try:
-                self.context = create_context()
-                self.renderer = SceneRenderer(self.context)
-            except MissingCapability:
-                self.context = None
-        return self.context is not None
+            with contextlib.suppress(MissingCapability):
+                context = create_context()
+                self.made = context, SceneRenderer(context)
+        return self.made
 
     def release(self) -> None:
         """Give the context up, on the thread that made it."""
-        if self.context is not None:
-            with self.context:
-                self.renderer.release()
-            self.context.release()
+        if self.made is not None:
+            context, renderer = self.made
+            with context:
+                renderer.release()
+            context.release()
 
 
 def _reference(scene: Scene, saving: Saving, bounces: int) -> Steps[tuple[NDArray[np.float32], dict[str, Any]]]:

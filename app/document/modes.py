@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any
 
 from app.document.document import Look, Project
 from engine.scene import mode as scene_mode
 from engine.scene.mode import DIRECT, MODES, SHADING_MAP
-from engine.scene.scene import Scene
+from engine.scene.scene import RelightTransport, Scene
 from engine.transport import method as transport
 
 
@@ -112,7 +111,7 @@ def shows_near_lamps(mode: Mode) -> bool:
     return mode.baked and transport.method_of(mode.value).near_light
 
 
-def scene_of(mode: Mode, scene: Scene, relit: Any = None) -> Scene:
+def scene_of(mode: Mode, scene: Scene, relit: RelightTransport | None = None) -> Scene:
     """The scene that OpenGL draws for `mode`, with `relit` as its relit bake, under direct light where that is None."""
     if mode.baked:
         return dataclasses.replace(scene, relit=relit, material=None if relit is None else scene.material)

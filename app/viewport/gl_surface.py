@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +20,14 @@ from PySide6.QtGui import QColor, QOffscreenSurface, QOpenGLContext, QSurfaceFor
 from app.viewport.gl_widget import GlWidget
 from app.viewport.refining import MOVING_S, STILL_S, Quality, Refining, same
 from app.widgets import theme
-from engine.core.colour import srgb_decode
+from engine.core.colour import Operator, srgb_decode
 from engine.gl.screen import Image, Layer, Screen
 from engine.render.background import Backdrop
 from engine.render.display import Display
 from engine.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from engine.gl.context import Context, Framebuffer
 
 Pixels = NDArray[np.float32]
 
@@ -73,7 +76,7 @@ def why_no_gl() -> str:
     return "" if usable else "OpenGL cannot be started"
 
 
-def display_of(exposure_ev: float, operator: Any) -> Display:
+def display_of(exposure_ev: float, operator: Operator) -> Display:
     """Exposure and tone mapping over the window's canvas colour."""
     canvas = QColor(theme.current().canvas)
     red, green, blue = (float(v) for v in srgb_decode([canvas.redF(), canvas.greenF(), canvas.blueF()]))
@@ -101,7 +104,7 @@ class GlSurface(GlWidget):
         self._painted: tuple[QSize, float] | None = None
         self._sides: list[Refining] = []
         self._over = [_Over(), _Over()]
-        self._screen: Any = None
+        self._screen: Screen | None = None
         self._next = QTimer(self)
         self._next.setSingleShot(True)
         self._next.setInterval(0)
@@ -165,7 +168,7 @@ class GlSurface(GlWidget):
         Ends early where another image takes its place.
         """
         drawn = self._sides[side] if side < len(self._sides) else None
-        if drawn is None or drawn.quality is None or drawn.quality.is_coarse:
+        if drawn is None or drawn.quality is None or drawn.quality.is_coarse or drawn.image is None:
             return
         image = drawn.image
         count = max(1, STRIP_BYTES // (16 * image.size[0]))
@@ -182,13 +185,13 @@ class GlSurface(GlWidget):
             over.image = None
             over.is_new = True
 
-    def paint(self, framebuffer: Any) -> None:
+    def paint(self, framebuffer: Framebuffer) -> None:
         if not self.scenes or min(framebuffer.size) < 1:
             self._clear(framebuffer)
             return
         self._on_guarded(lambda: self._paint(framebuffer))
 
-    def _clear(self, framebuffer: Any) -> None:
+    def _clear(self, framebuffer: Framebuffer) -> None:
         canvas = QColor(theme.current().canvas)
         framebuffer.clear(canvas.redF(), canvas.greenF(), canvas.blueF(), 1.0)
 
@@ -199,11 +202,11 @@ class GlSurface(GlWidget):
             self.scenes = ()
             self.emit_later(self.broken, error)
 
-    def _paint(self, framebuffer: Any) -> None:
+    def _paint(self, framebuffer: Framebuffer) -> None:
         """Show the images; draw a first one of a scene or a size that is new."""
         self._painted = (self.size(), self.devicePixelRatioF())
         while len(self._sides) < len(self.scenes):
-            self._sides.append(Refining(self.gl))
+            self._sides.append(Refining(self.device))
         for side, scene in zip(self._sides, self.scenes, strict=False):
             side.wants(scene, framebuffer.size)
             seconds = side.draw_first()
@@ -233,31 +236,31 @@ class GlSurface(GlWidget):
         self.messages = tuple(self._sides[0].renderer.messages)
         self.emit_later(self.drawn, seconds)
 
-    def _show(self, framebuffer: Any) -> None:
-        self._screen = self._screen or Screen(self.gl)
-        layers = [self._layer(at) for at in range(len(self.scenes)) if self._sides[at].image is not None]
+    def _show(self, framebuffer: Framebuffer) -> None:
+        self._screen = self._screen or Screen(self.device)
+        pairs = zip(self.scenes, self._sides, self._over, strict=False)
+        layers = [self._layer(side.image, over) for _, side, over in pairs if side.image is not None]
         if not layers:
             self._clear(framebuffer)
         elif len(layers) < 2:
             self._screen.show(layers[0], framebuffer, self.display, behind=self.behind)
         elif self.split.difference is not None:
-            self._screen.show_difference(*layers, framebuffer, self.display, self.split.difference)
+            self._screen.show_difference(layers[0], layers[1], framebuffer, self.display, self.split.difference)
         else:
             width = framebuffer.size[0]
             middle = width if self.split.wipe is None else round(self.split.wipe * width)
             self._screen.show(layers[0], framebuffer, self.display, (0, middle), self.behind)
             self._screen.show(layers[1], framebuffer, self.display, (middle, width), self.behind)
 
-    def _layer(self, at: int) -> Any:
-        """The image of scene number `at`, and the image over it."""
-        over = self._over[at]
+    def _layer(self, image: Image, over: _Over) -> Layer:
+        """The image of a scene, and the image over it."""
         if over.pixels is None:
-            return Layer(self._sides[at].image)
-        over.upload(self.gl)
+            return Layer(image)
+        over.upload(self.device)
         share = min(1.0, (time.monotonic() - over.since_s) / FADE_S)
         if share < 1.0:
             QTimer.singleShot(16, self.update)
-        return Layer(self._sides[at].image, over.image, share)
+        return Layer(image, over.image, share)
 
     def forget(self) -> None:
         for owner in (*self._sides, self._screen, *(over.image for over in self._over)):
@@ -273,9 +276,9 @@ class _Over:
     pixels: Pixels | None = None
     since_s: float = 0.0
     is_new: bool = True
-    image: Any = None
+    image: Image | None = None
 
-    def upload(self, context: Any) -> None:
+    def upload(self, context: Context) -> None:
         assert self.pixels is not None
         if not self.is_new and self.image is not None:
             return

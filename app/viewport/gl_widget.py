@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
-from typing import Any
 
 from PySide6.QtCore import QTimer, Signal, SignalInstance
 from PySide6.QtGui import QOpenGLContext, QResizeEvent
@@ -23,7 +22,7 @@ from shiboken6 import isValid
 
 from app.process import crash
 from engine.core.errors import MissingCapability
-from engine.gl.context import attach_context, driver_name
+from engine.gl.context import Context, Framebuffer, attach_context, driver_name
 
 
 class GlWidget(QOpenGLWidget):
@@ -41,13 +40,19 @@ class GlWidget(QOpenGLWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.gl: Any = None
+        self.gl: Context | None = None
         self.is_painting = False
+
+    @property
+    def device(self) -> Context:
+        """The context, for `begin`, `paint` and `forget`, which are called while there is one."""
+        assert self.gl is not None
+        return self.gl
 
     def begin(self) -> None:
         """Make what drawing needs, in a new context."""
 
-    def paint(self, framebuffer: Any) -> None:
+    def paint(self, framebuffer: Framebuffer) -> None:
         """Draw into `framebuffer`."""
 
     def forget(self) -> None:
@@ -67,7 +72,7 @@ class GlWidget(QOpenGLWidget):
             elif before is not self.context():
                 before.makeCurrent(surface)
 
-    def emit_later(self, signal: SignalInstance, *values: Any) -> None:
+    def emit_later(self, signal: SignalInstance, *values: object) -> None:
         """Emit `signal` once the event that is handled now is over."""
         QTimer.singleShot(0, self, partial(signal.emit, *values))
 

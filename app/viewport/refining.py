@@ -16,11 +16,23 @@ from __future__ import annotations
 import time
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from engine.scene.scene import Scene
+from engine.scene.scene import RelightTransport, Scene
+from engine.shading.directional.planes import DirectionalMap
+from engine.shading.power_law import PowerLawMap
+from engine.shading.shading_map import ShadingMap
+
+if TYPE_CHECKING:
+    from engine.gl.context import Context
+    from engine.gl.screen import Image
+
+MAPS = (ShadingMap, PowerLawMap, DirectionalMap)
+
+#: Baked light, or the maps of a material.
+Needed = RelightTransport | ShadingMap | PowerLawMap | DirectionalMap
 
 #: Longest time that a frame may hold up the window's thread, and that one piece of a finer image may.
 MOVING_S, PIECE_S = 0.03, 0.03
@@ -130,7 +142,7 @@ class _Coming:
     """A finer image under way: its bands, the rows of the next and of the first, seconds and pieces so far."""
 
     level: Quality
-    image: Any
+    image: Image
     bands: Generator[None, int, None]
     rows: int
     first_rows: int
@@ -148,18 +160,18 @@ class Refining:
     screen : size (width, height) in pixels that it is for.
     """
 
-    def __init__(self, context: Any) -> None:
+    def __init__(self, context: Context) -> None:
         from engine.gl.scene_renderer import SceneRenderer
 
         self.context = context
         self.renderer = SceneRenderer(context)
         self.scene: Scene | None = None
-        self.image: Any = None
+        self.image: Image | None = None
         self.screen = (0, 0)
         self.quality: Quality | None = None
         self.cost = Cost()
         self._coming: _Coming | None = None
-        self._loading: tuple[Any, Iterator[None]] | None = None
+        self._loading: tuple[Needed, Iterator[None]] | None = None
 
     def wants(self, scene: Scene, screen: tuple[int, int]) -> None:
         """Draw `scene` for `screen` from now on; images of anything else are out of date."""
@@ -198,21 +210,21 @@ class Refining:
             return None
         if loaded is needed:
             return self._draw_first()
+        assert not isinstance(loaded, MAPS), "maps in place of others are never loaded"
         wanted, self.scene = self.scene, replace(self.scene, relit=loaded)
         try:
             return self._draw_first()
         finally:
             self.scene, self.quality = wanted, None  # of the light before: its own is brought to the device now
 
-    def _load(self, needed: Any) -> Any:
+    def _load(self, needed: Needed) -> Needed | None:
         """Bring baked light or a material to the device for a moment: what is there completely now, or None.
 
         What has begun is ended first, so that a light in continuous rotation is drawn in rotation.
         """
         assert self.scene is not None
         if self._loading is None:
-            owner: Any = self.renderer.direct if self.scene.relit is None else self.renderer.baked
-            self._loading = (needed, owner.load(needed))
+            self._loading = (needed, self._bring(needed))
         begun, pieces = self._loading
         self._loading = None
         started = time.perf_counter()
@@ -221,6 +233,11 @@ class Refining:
                 self._loading = (begun, pieces)
                 return None
         return begun
+
+    def _bring(self, needed: Needed) -> Iterator[None]:
+        if isinstance(needed, MAPS):
+            return self.renderer.direct.load(needed)
+        return self.renderer.baked.load(needed)
 
     def _draw_first(self) -> float:
         assert self.scene is not None
@@ -316,15 +333,17 @@ class Refining:
         self.image = None
 
 
-def _to_load(scene: Scene) -> Any:
+def _to_load(scene: Scene) -> Needed | None:
     """What is brought to the device in pieces before a scene is drawn: its baked light, or the maps of its material."""
     return scene.relit if scene.relit is not None else scene.shading
 
 
-def _is_alike(needed: Any, other: Any) -> bool:
+def _is_alike(needed: Needed | None, other: Needed) -> bool:
     """True for the same, and for baked light of one method on one model, which may stand in for each other."""
     mesh = getattr(needed, "mesh", None)
-    return needed is other or (type(needed) is type(other) and mesh is not None and mesh is other.mesh)
+    return needed is other or (
+        type(needed) is type(other) and mesh is not None and mesh is getattr(other, "mesh", None)
+    )
 
 
 def same(scene: Scene, other: Scene) -> bool:

@@ -21,6 +21,7 @@ from app.viewport.overlay import Handle, Overlay
 from app.viewport.refining import IDLE_S, MOVING_S, STILL_S
 from app.widgets.panels import text
 from app.widgets.theme import PADDING, STEP, role
+from engine.core.colour import Operator
 from engine.core.errors import MissingCapability
 from engine.geometry.camera import Camera, frame, orbit, pan, zoom
 from engine.geometry.mesh import Mesh
@@ -80,7 +81,7 @@ class Viewport(QWidget):
         self._framed = True
         self._grab: tuple[str, QPointF, Handle | None] | None = None
         self._pressed: QPointF | None = None
-        self._exposure: tuple[float, str] = (0.0, "neutral")
+        self._exposure: tuple[float, Operator] = (0.0, "neutral")
         self._still = QTimer(self)
         self._still.setSingleShot(True)
         self._still.setInterval(STILL_AFTER_MS)
@@ -121,7 +122,7 @@ class Viewport(QWidget):
         self,
         scene: Scene,
         exposure_ev: float,
-        tone_map: str,
+        tone_map: Operator,
         light_deg: tuple[float, float],
         handles: tuple[Handle, ...] | None = None,
     ) -> None:

@@ -15,8 +15,10 @@ does not wait for the compiled kernels of those modules.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -26,6 +28,7 @@ from engine.brdf.table import HalfDifferenceTable
 from engine.core.figure_text import percent
 from engine.core.steps import drain
 from engine.gl.context import Limits
+from engine.gl.program import find_uniform
 from engine.render.mip_maps import pbr_layers
 from engine.surface.metallic_roughness import SMOOTHEST
 from engine.surface.pbr_maps import PbrMaps
@@ -47,7 +50,7 @@ SOURCE = "table"
 class TableTexture:
     """Owns the texture of one BRDF; `messages` say where it is not the BRDF itself that is shown."""
 
-    def __init__(self, context: Any, brdf: Brdf, limits: Limits) -> None:
+    def __init__(self, context: moderngl.Context, brdf: Brdf, limits: Limits) -> None:
         self.messages: list[str] = []
         self.turn = np.pi
         if isinstance(brdf, HalfDifferenceTable) and _fits(brdf, limits):
@@ -70,10 +73,10 @@ class TableTexture:
         self.texture = context.texture_array((width, height, layers), 3, texels, dtype="f4")
         self.texture.filter = (context.NEAREST, context.NEAREST)
 
-    def bind(self, program: Any) -> None:
+    def bind(self, program: moderngl.Program) -> None:
         self.texture.use(UNIT)
-        program["brdf_table"].value = UNIT
-        program["brdf_turn"].value = self.turn
+        find_uniform(program, "brdf_table").value = UNIT
+        find_uniform(program, "brdf_turn").value = self.turn
 
     def release(self) -> None:
         self.texture.release()
@@ -106,7 +109,7 @@ class SeparableTextures:
 
     SOURCE = "separable"
 
-    def __init__(self, context: Any, factors: SeparableFactors) -> None:
+    def __init__(self, context: moderngl.Context, factors: SeparableFactors) -> None:
         self.messages: list[str] = []
         self._textures = [layers(context, side) for side in (factors.first, factors.second)]
         self._values = {
@@ -116,12 +119,12 @@ class SeparableTextures:
             "brdf_of_half": int(factors.parametrisation == "half-diff"),
         }
 
-    def bind(self, program: Any) -> None:
+    def bind(self, program: moderngl.Program) -> None:
         for unit, texture, name in zip(UNITS, self._textures, ("brdf_first", "brdf_second"), strict=True):
             texture.use(unit)
-            program[name].value = unit
+            find_uniform(program, name).value = unit
         for name, value in self._values.items():
-            program[name].value = value
+            find_uniform(program, name).value = value
 
     def release(self) -> None:
         for texture in self._textures:
@@ -133,7 +136,7 @@ class HomomorphicTextures:
 
     SOURCE = "homomorphic"
 
-    def __init__(self, context: Any, factors: HomomorphicFactors) -> None:
+    def __init__(self, context: moderngl.Context, factors: HomomorphicFactors) -> None:
         from engine.factor.projections import KINDS, LinearProjection
 
         self.messages: list[str] = []
@@ -147,7 +150,7 @@ class HomomorphicTextures:
                 kinds[term] = 1 + KINDS.index(projection.kind)
             conjugate = projection.conjugate(factors.parametrisation)
             twice[term] = factors.reciprocal and conjugate != projection
-        self._values: dict[str, Any] = {
+        self._values: dict[str, object] = {
             "brdf_terms": factors.terms,
             "brdf_kinds": kinds.tolist(),
             "brdf_twice": twice.tolist(),
@@ -158,11 +161,11 @@ class HomomorphicTextures:
             "brdf_epsilon": factors.space.epsilon,
         }
 
-    def bind(self, program: Any) -> None:
+    def bind(self, program: moderngl.Program) -> None:
         self._texture.use(UNITS[0])
-        program["brdf_textures"].value = UNITS[0]
+        find_uniform(program, "brdf_textures").value = UNITS[0]
         for name, value in self._values.items():
-            program[name].value = value
+            find_uniform(program, name).value = value
 
     def release(self) -> None:
         self._texture.release()
@@ -176,7 +179,7 @@ class PbrTextures:
 
     SOURCE = "pbr-maps"
 
-    def __init__(self, context: Any, maps: PbrMaps, limits: Limits) -> None:
+    def __init__(self, context: moderngl.Context, maps: PbrMaps, limits: Limits) -> None:
         fitted, self.messages = within(pbr_layers(maps), limits.texture_size)
         count, height, width = fitted.shape[:3]
         self._texture = context.texture_array((width, height, count), 3, fitted, dtype="f4")
@@ -184,10 +187,10 @@ class PbrTextures:
         self._texture.filter = (context.LINEAR_MIPMAP_LINEAR, context.LINEAR)
         self._texture.repeat_x = self._texture.repeat_y = True
 
-    def bind(self, program: Any) -> None:
+    def bind(self, program: moderngl.Program) -> None:
         self._texture.use(UNIT)
-        program["pbr_maps"].value = UNIT
-        program["pbr_smoothest"].value = SMOOTHEST
+        find_uniform(program, "pbr_maps").value = UNIT
+        find_uniform(program, "pbr_smoothest").value = SMOOTHEST
 
     def release(self) -> None:
         self._texture.release()
@@ -216,12 +219,18 @@ FactorTextures = SeparableTextures | HomomorphicTextures
 OWNERS = {"separable factors": SeparableTextures, "homomorphic factors": HomomorphicTextures}
 
 
-def factor_source(brdf: Any) -> type[Any] | None:
+def factor_source(brdf: Brdf) -> type[FactorTextures] | None:
     """The owner of a BRDF's textures where it consists of factors."""
     return OWNERS.get(getattr(brdf, "kind", ""))
 
 
-def pack(context: Any, numbers: NDArray[np.float32]) -> Any:
+def factor_textures(context: moderngl.Context, brdf: Brdf) -> FactorTextures | None:
+    """The textures of a BRDF that consists of factors; None for any other."""
+    owner: Callable[[moderngl.Context, Any], FactorTextures] | None = factor_source(brdf)
+    return owner(context, brdf) if owner else None
+
+
+def pack(context: moderngl.Context, numbers: NDArray[np.float32]) -> moderngl.TextureArray:
     """Textures of one number (N, rows, columns), four in each of the layers of one."""
     count, rows, columns = numbers.shape
     texels = np.zeros((-(-count // 4) * 4, rows, columns), np.float32)
@@ -232,7 +241,7 @@ def pack(context: Any, numbers: NDArray[np.float32]) -> Any:
     return texture
 
 
-def layers(context: Any, textures: ArrayLike) -> Any:
+def layers(context: moderngl.Context, textures: ArrayLike) -> moderngl.TextureArray:
     """Textures (K, rows, columns, 3) as the layers of one."""
     texels = _in_fours(textures)
     layers, rows, columns, _ = texels.shape
@@ -241,7 +250,7 @@ def layers(context: Any, textures: ArrayLike) -> Any:
     return texture
 
 
-def plain(context: Any, texels: ArrayLike) -> Any:
+def plain(context: moderngl.Context, texels: ArrayLike) -> moderngl.Texture:
     """A texture (rows, columns, 3): one that is not a layer costs a vertex less to read."""
     filled = _in_fours(texels)
     texture = context.texture(filled.shape[1::-1], 4, filled, dtype="f4")

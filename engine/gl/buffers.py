@@ -8,11 +8,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.geometry.mesh import Mesh
 from engine.gl.context import Limits
+from engine.gl.program import find_uniform
 
 
 class MeshBuffers:
@@ -21,16 +23,16 @@ class MeshBuffers:
     Positions are relative to `centre` (3,), the mesh's own without one.
     """
 
-    def __init__(self, context: Any, mesh: Mesh, centre: NDArray[np.float64] | None = None) -> None:
+    def __init__(self, context: moderngl.Context, mesh: Mesh, centre: NDArray[np.float64] | None = None) -> None:
         self.context = context
         position = (mesh.positions - (mesh.centre if centre is None else centre)).astype(np.float32)
         self.vertices = context.buffer(np.concatenate([position, mesh.normals, mesh.uv], axis=1).tobytes())
         self.indices = context.buffer(mesh.faces.tobytes())
         self.mesh = mesh
-        self.tangents: Any = None
-        self.arrays: dict[Any, Any] = {}
+        self.tangents: moderngl.Buffer | None = None
+        self.arrays: dict[moderngl.Program, moderngl.VertexArray] = {}
 
-    def draw(self, program: Any) -> None:
+    def draw(self, program: moderngl.Program) -> None:
         if program not in self.arrays:
             wanted = (("in_position", "3f"), ("in_normal", "3f"), ("in_uv", "2f"))
             layout = " ".join(
@@ -68,12 +70,12 @@ Colours = NDArray[np.floating[Any]]
 class VertexRows:
     """Owns the texture; `write` replaces its content where the number of colours stays."""
 
-    def __init__(self, context: Any, texture_limits: Limits) -> None:
+    def __init__(self, context: moderngl.Context, texture_limits: Limits) -> None:
         self.context = context
         self._bits = min(WIDTH, texture_limits.texture_size).bit_length() - 1
         self._width = 1 << self._bits
         self._most = self._width * texture_limits.texture_size
-        self._texture: Any = None
+        self._texture: moderngl.Texture | None = None
 
     def write(self, parts: Sequence[Colours]) -> Iterator[None]:
         """Take the colours of all `parts`, one after the other, piece by piece; nothing is to be drawn meanwhile.
@@ -96,10 +98,11 @@ class VertexRows:
             self._texture.write(texels, viewport=(0, first, self._width, here))
             yield
 
-    def bind(self, program: Any) -> None:
+    def bind(self, program: moderngl.Program) -> None:
+        assert self._texture is not None
         self._texture.use(UNIT)
-        program["rows"].value = UNIT
-        program["row_bits"].value = self._bits
+        find_uniform(program, "rows").value = UNIT
+        find_uniform(program, "row_bits").value = self._bits
 
     def release(self) -> None:
         if self._texture is not None:

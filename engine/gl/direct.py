@@ -11,20 +11,20 @@ from __future__ import annotations
 import logging
 from collections.abc import Generator, Iterator
 from dataclasses import replace
-from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.brdf.brdf import MODELS, model_name
+from engine.brdf.brdf import MODELS, Brdf, model_name
 from engine.core.params import parameters
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
-from engine.gl.brdf_textures import SOURCE, FactorTextures, PbrTextures, TableTexture, factor_source
+from engine.gl.brdf_textures import SOURCE, FactorTextures, PbrTextures, TableTexture, factor_source, factor_textures
 from engine.gl.buffers import MeshBuffers
 from engine.gl.context import Limits, limits
-from engine.gl.material_textures import MaterialTextures
-from engine.gl.program import ShaderError, load_program, set_uniforms
+from engine.gl.material_textures import MaterialTextures, Shading
+from engine.gl.program import ShaderError, find_uniform, load_program, set_uniforms
 from engine.gl.tiles import Paint, Tiles
 from engine.light.environment import DistantLights
 from engine.render.display import Display
@@ -39,7 +39,7 @@ COSINE_UNIT, LIGHT_UNIT = 3, 4
 class LightTexture:
     """Owns the texture of one set of lights: a row for each, its direction and its irradiance in float32."""
 
-    def __init__(self, context: Any, lights: DistantLights) -> None:
+    def __init__(self, context: moderngl.Context, lights: DistantLights) -> None:
         count = len(lights.direction)
         texels = np.ones((count, 2, 4), np.float32)
         texels[:, 0, :3] = lights.direction
@@ -47,9 +47,9 @@ class LightTexture:
         self.texture = context.texture((2, count), 4, texels, dtype="f4")
         self.texture.filter = (context.NEAREST, context.NEAREST)
 
-    def bind(self, program: Any) -> None:
+    def bind(self, program: moderngl.Program) -> None:
         self.texture.use(LIGHT_UNIT)
-        program["lights"].value = LIGHT_UNIT
+        find_uniform(program, "lights").value = LIGHT_UNIT
 
     def release(self) -> None:
         self.texture.release()
@@ -61,14 +61,14 @@ class CosineTexture:
     It holds powers of cosines over the power of the share, and azimuths, which repeat.
     """
 
-    def __init__(self, context: Any, table: EffectiveCosine) -> None:
+    def __init__(self, context: moderngl.Context, table: EffectiveCosine) -> None:
         self.table = table
         rows, entries = table.power.shape
         self._texture = context.texture((entries, rows), 1, table.power.tobytes(), dtype="f4")
         self._texture.filter = (context.LINEAR, context.LINEAR)
         self._texture.repeat_x = False
 
-    def bind(self, program: Any) -> None:
+    def bind(self, program: moderngl.Program) -> None:
         self._texture.use(COSINE_UNIT)
         set_uniforms(program, {"cosine_powers": COSINE_UNIT, "lowest_power": self.table.lowest})
 
@@ -88,29 +88,35 @@ class DirectRenderer:
     invalid_samples : with `debug`, how many samples of the last `radiance` were not finite (drawn magenta).
     """
 
-    def __init__(self, context: Any, *, texture_limits: Limits | None = None, debug: bool = False) -> None:
+    def __init__(self, context: moderngl.Context, *, texture_limits: Limits | None = None, debug: bool = False) -> None:
         self.context = context
         self.limits = texture_limits or limits(context)
         self.debug = debug
         self.messages: list[str] = []
         self._tiles = Tiles(context, self.limits)
-        self._programs: dict[tuple[Any, ...], Any] = {}
-        self._last_good: Any = None
-        self._mesh: tuple[Any, MeshBuffers] | None = None
+        self._programs: dict[tuple[tuple[str, str], ...], moderngl.Program | None] = {}
+        self._last_good: moderngl.Program | None = None
+        self._mesh: tuple[Mesh, MeshBuffers] | None = None
         self._ground: tuple[Mesh, Ground, MeshBuffers] | None = None
-        self._material: tuple[Any, MaterialTextures] | None = None
-        self._lights: tuple[Any, LightTexture] | None = None
-        self._cosines: tuple[Any, CosineTexture] | None = None
-        self._table: tuple[Any, TableTexture | FactorTextures | PbrTextures] | None = None
+        self._material: tuple[Shading, MaterialTextures] | None = None
+        self._lights: tuple[DistantLights, LightTexture] | None = None
+        self._cosines: tuple[EffectiveCosine, CosineTexture] | None = None
+        self._table: tuple[Brdf | PbrMaps, TableTexture | FactorTextures | PbrTextures] | None = None
 
     def draw(
-        self, scene: Scene, framebuffer: Any, size: tuple[int, int], *, samples: int = 2, display: Display | None = None
+        self,
+        scene: Scene,
+        framebuffer: moderngl.Framebuffer,
+        size: tuple[int, int],
+        *,
+        samples: int = 2,
+        display: Display | None = None,
     ) -> None:
         """Draw `scene`, tone-mapped and sRGB-coded, over `framebuffer`, whose `size` is (width, height) in pixels."""
         self._tiles.draw(self._painting(scene, size), framebuffer, size, samples, display or Display())
 
     def bands(
-        self, scene: Scene, framebuffer: Any, size: tuple[int, int], *, samples: int = 2
+        self, scene: Scene, framebuffer: moderngl.Framebuffer, size: tuple[int, int], *, samples: int = 2
     ) -> Generator[None, int, None]:
         """The linear image in pieces, as `Tiles.bands`; other drawing with this renderer meanwhile spoils it."""
         return self._tiles.bands(self._painting(scene, size), framebuffer, size, samples)
@@ -132,7 +138,7 @@ class DirectRenderer:
         reach = self._prepare_ground(scene)
         clip_from_model = scene.camera.clip_from_model(scene.mesh.centre, reach, aspect)
         matrix = np.ascontiguousarray((tile_from_clip @ clip_from_model).T, np.float32)
-        program["clip_from_model"].write(matrix)
+        find_uniform(program, "clip_from_model").write(matrix)
         assert self._mesh is not None
         self._mesh[1].draw(program)
         self._draw_ground(scene, matrix)
@@ -154,7 +160,7 @@ class DirectRenderer:
         if scene.ground is None or self._ground is None:
             return
         definitions = {"BRDF": "brdf/lambert.glsl", "SOURCE_NONE": "1", **self._debug}
-        key = ("ground", *definitions.items())
+        key = (("ground", ""), *definitions.items())
         if key not in self._programs:
             try:
                 self._programs[key] = load_program(self.context, "direct.vert", "direct.frag", definitions)
@@ -168,10 +174,10 @@ class DirectRenderer:
         eye = tuple(np.subtract(scene.camera.eye, scene.mesh.centre))
         set_uniforms(program, {"eye": eye, "repeats": 1.0, "brdf_albedo": (scene.ground.albedo,) * 3})
         self._bind_lights(program, scene)
-        program["clip_from_model"].write(matrix)
+        find_uniform(program, "clip_from_model").write(matrix)
         self._ground[2].draw(program)
 
-    def _prepare(self, scene: Scene) -> Any:
+    def _prepare(self, scene: Scene) -> moderngl.Program:
         """Upload what changed, choose the program and set its uniforms."""
         if self._mesh is None or self._mesh[0] is not scene.mesh:
             if self._mesh is not None:
@@ -198,7 +204,7 @@ class DirectRenderer:
         self._bind_lights(program, scene)
         return program
 
-    def _bind_cosines(self, program: Any, scene: Scene) -> None:
+    def _bind_cosines(self, program: moderngl.Program, scene: Scene) -> None:
         table = scene.effective_cosine
         if self._cosines is None or self._cosines[0] is not table:
             if self._cosines is not None:
@@ -206,7 +212,7 @@ class DirectRenderer:
             self._cosines = (table, CosineTexture(self.context, table))
         self._cosines[1].bind(program)
 
-    def _bind_lights(self, program: Any, scene: Scene) -> None:
+    def _bind_lights(self, program: moderngl.Program, scene: Scene) -> None:
         if self._lights is None or self._lights[0] is not scene.lights:
             if self._lights is not None:
                 self._lights[1].release()
@@ -214,9 +220,9 @@ class DirectRenderer:
         self._lights[1].bind(program)
         set_uniforms(program, {"light_count": len(scene.lights.direction)})
 
-    def _set_brdf(self, program: Any, scene: Scene) -> None:
+    def _set_brdf(self, program: moderngl.Program, scene: Scene) -> None:
         """The parameters of a model as uniforms, factors as textures, or any other BRDF as a texture of its table."""
-        brdf: Any = scene.pbr or scene.brdf
+        brdf = scene.pbr or scene.brdf
         if type(brdf) in MODELS.values():
             set_uniforms(
                 program, {f"brdf_{parameter.name}": getattr(brdf, parameter.name) for parameter in parameters(brdf)}
@@ -226,16 +232,15 @@ class DirectRenderer:
             if self._table is not None:
                 self._table[1].release()
                 self._table = None
-            factors = factor_source(brdf)
             if isinstance(brdf, PbrMaps):
                 owner: TableTexture | FactorTextures | PbrTextures = PbrTextures(self.context, brdf, self.limits)
             else:
-                owner = factors(self.context, brdf) if factors else TableTexture(self.context, brdf, self.limits)
+                owner = factor_textures(self.context, brdf) or TableTexture(self.context, brdf, self.limits)
             self._table = (brdf, owner)
         self._table[1].bind(program)
         self.messages += self._table[1].messages
 
-    def load(self, shading: Any) -> Iterator[None]:
+    def load(self, shading: Shading) -> Iterator[None]:
         """Bring the maps of a material to the device piece by piece, some milliseconds each; nothing is drawn
         meanwhile. Closing the iterator early leaves nothing that could be drawn."""
         if self._material is not None and self._material[0] is shading:
@@ -262,7 +267,7 @@ class DirectRenderer:
         assert self._material is not None
         return self._material[1]
 
-    def _program(self, scene: Scene, textures: MaterialTextures | None) -> Any:
+    def _program(self, scene: Scene, textures: MaterialTextures | None) -> moderngl.Program:
         """The program for this kind of scene; the last good one, with a log entry, where it does not compile."""
         definitions = {
             "BRDF": f"brdf/{PbrTextures.SOURCE if scene.pbr else _shader_of(scene.brdf)}.glsl",
@@ -284,8 +289,10 @@ class DirectRenderer:
                     raise
                 log.error("%s", error)
                 self._programs[key] = self._last_good
-        self._last_good = self._programs[key]
-        return self._last_good
+        program = self._programs[key]
+        assert program is not None
+        self._last_good = program
+        return program
 
     @property
     def _debug(self) -> dict[str, str]:
@@ -304,7 +311,7 @@ class DirectRenderer:
         self._programs.clear()
 
 
-def _shader_of(brdf: Any) -> str:
+def _shader_of(brdf: Brdf) -> str:
     if type(brdf) in MODELS.values():
         return model_name(brdf)
     factors = factor_source(brdf)

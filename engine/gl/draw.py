@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Generator, Iterable
-from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,7 +23,7 @@ OffScreen = tuple[NDArray[np.float32], float, str, list[str]]
 Frames = Generator[NDArray[np.float32], None, None]
 
 
-def draw_off_screen(context: Any, scene: Scene, size: tuple[int, int], samples: int = 2) -> OffScreen:
+def draw_off_screen(context: moderngl.Context, scene: Scene, size: tuple[int, int], samples: int = 2) -> OffScreen:
     """The image of `DirectRenderer.radiance`.
 
     The frame is drawn and tone-mapped into a framebuffer of its size as a window does, once to compile and upload and
@@ -39,7 +39,7 @@ def draw_off_screen(context: Any, scene: Scene, size: tuple[int, int], samples: 
 
 
 def relight_off_screen(
-    context: Any, relit: RelightTransport, camera: Camera, size: tuple[int, int], samples: int = 2
+    context: moderngl.Context, relit: RelightTransport, camera: Camera, size: tuple[int, int], samples: int = 2
 ) -> OffScreen:
     """The image of `TransportRenderer.radiance`, timed in the same way."""
     renderer = TransportRenderer(context)
@@ -53,7 +53,9 @@ def relight_off_screen(
         renderer.release()
 
 
-def frames_off_screen(context: Any, scenes: Iterable[Scene], size: tuple[int, int], samples: int = 2) -> Frames:
+def frames_off_screen(
+    context: moderngl.Context, scenes: Iterable[Scene], size: tuple[int, int], samples: int = 2
+) -> Frames:
     """The image of each scene; models and materials that they share are uploaded once."""
     renderer = DirectRenderer(context)
     try:
@@ -64,7 +66,7 @@ def frames_off_screen(context: Any, scenes: Iterable[Scene], size: tuple[int, in
 
 
 def relight_frames_off_screen(
-    context: Any, relit: Iterable[tuple[RelightTransport, Camera]], size: tuple[int, int], samples: int = 2
+    context: moderngl.Context, relit: Iterable[tuple[RelightTransport, Camera]], size: tuple[int, int], samples: int = 2
 ) -> Frames:
     """The image of each relit bake with its camera."""
     renderer = TransportRenderer(context)
@@ -75,7 +77,9 @@ def relight_frames_off_screen(
         renderer.release()
 
 
-def _frame_s(context: Any, size: tuple[int, int], draw: Callable[[Any, tuple[int, int]], None]) -> float:
+def _frame_s(
+    context: moderngl.Context, size: tuple[int, int], draw: Callable[[moderngl.Framebuffer, tuple[int, int]], None]
+) -> float:
     """Seconds for one frame when everything is compiled and uploaded, tone mapping included."""
     most = limits(context).texture_size
     shown = (min(size[0], most), min(size[1], most))

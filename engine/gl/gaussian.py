@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.gl.buffers import PIECE_BYTES
+from engine.gl.buffers import PIECE_BYTES, Colours
 from engine.gl.context import Limits
 from engine.gl.program import set_uniforms
 from engine.light.gaussian_prefilter import PrefilteredCube
@@ -45,21 +45,21 @@ class Textures:
 
     SHADER, SOURCE = "gaussian", "gaussian_views.glsl"
 
-    def __init__(self, context: Any, relit: RelightGaussians, texture_limits: Limits) -> None:
+    def __init__(self, context: moderngl.Context, relit: RelightGaussians, texture_limits: Limits) -> None:
         transport = relit.transport
         if transport.lobes > MAX_LOBES:
             raise ValueError(f"{transport.lobes} lobes for each vertex are more than the {MAX_LOBES} that are drawn")
         self.context, self._limits = context, texture_limits
         self.messages: list[str] = []
-        self._filtered: tuple[PrefilteredCube | None, Any] = (None, None)
+        self._filtered: tuple[PrefilteredCube | None, moderngl.TextureArray | None] = (None, None)
         self._views = _view_table(context)
-        self._lobes: Any = None
-        self._values: dict[str, Any] = {
+        self._lobes: moderngl.Texture | None = None
+        self._values: dict[str, object] = {
             "view_table": VIEWS_UNIT,
             "view_centres": [tuple(row) for row in view_tables().centres.tolist()],
             "grazing": transport.grazing,
         }
-        self._light: dict[str, Any] = {}
+        self._light: dict[str, object] = {}
         self._definitions: dict[str, str] = {}
         self._scale = 1.0
         self._uneven: dict[str, str] = {}
@@ -97,7 +97,7 @@ class Textures:
         return relit.transport
 
     @staticmethod
-    def rows(relit: RelightGaussians) -> list[Any]:
+    def rows(relit: RelightGaussians) -> list[Colours]:
         return [relit.diffuse]
 
     def fill(self) -> Iterator[None]:
@@ -150,9 +150,10 @@ class Textures:
         self.messages = [words] if atlas.reduced else []
         return atlas
 
-    def bind(self, program: Any) -> None:
+    def bind(self, program: moderngl.Program) -> None:
         self._views.use(VIEWS_UNIT)
         if self._lobes is not None:
+            assert self._filtered[1] is not None
             self._lobes.use(LOBES_UNIT)
             self._filtered[1].use(LIGHT_UNIT)
         set_uniforms(program, {**self._values, **self._light})
@@ -164,7 +165,7 @@ class Textures:
         self._filtered = (None, None)
 
 
-def _atlas_values(atlas: Atlas) -> dict[str, Any]:
+def _atlas_values(atlas: Atlas) -> dict[str, object]:
     """Uniforms that find a level in its texture."""
     logarithms = atlas.levels[:, 1]
     height, width = atlas.texels.shape[1:3]
@@ -179,7 +180,7 @@ def _atlas_values(atlas: Atlas) -> dict[str, Any]:
     }
 
 
-def _atlas_texture(context: Any, atlas: Atlas) -> Any:
+def _atlas_texture(context: moderngl.Context, atlas: Atlas) -> moderngl.TextureArray:
     faces, height, width, _ = atlas.texels.shape
     texture = context.texture_array((width, height, faces), 4, dtype="f2")
     texture.filter = (context.LINEAR, context.LINEAR)
@@ -187,7 +188,7 @@ def _atlas_texture(context: Any, atlas: Atlas) -> Any:
     return texture
 
 
-def _light_values(light: GaussianLight, scale: float) -> dict[str, Any]:
+def _light_values(light: GaussianLight, scale: float) -> dict[str, object]:
     """Uniforms of what turns and shines beside the environment."""
     lamps = [(*lamp.direction, chord(lamp)) for lamp in light.lamps]
     colours = [tuple(lamp_light(lamp).tolist()) for lamp in light.lamps]
@@ -203,7 +204,7 @@ def _light_values(light: GaussianLight, scale: float) -> dict[str, Any]:
     }
 
 
-def _lobe_texture(context: Any, count: int, texture_limits: Limits) -> Any:
+def _lobe_texture(context: moderngl.Context, count: int, texture_limits: Limits) -> moderngl.Texture:
     """Room for so many lobes."""
     width = min(WIDTH, texture_limits.texture_size)
     height = max(1, math.ceil(count / width))
@@ -214,7 +215,7 @@ def _lobe_texture(context: Any, count: int, texture_limits: Limits) -> Any:
     return texture
 
 
-def _view_table(context: Any) -> Any:
+def _view_table(context: moderngl.Context) -> moderngl.Texture:
     """Tables by which `gaussian_views.glsl` finds the views."""
     tables = view_tables()
     triangle = tables.triangle.reshape(-1)

@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.geometry.camera import Camera
-from engine.gl.program import load_program, set_uniforms
+from engine.gl.program import find_uniform, load_program, set_uniforms
 
 Rgb = tuple[float, float, float]
 
-#: Colours are mixed by opacity; the image itself stays opaque, or the window would shine through it.
-MIXED = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE)
+#: Colours are mixed by opacity; the image itself stays opaque, or the window would shine through it. The types of
+#: moderngl leave the factors of opacity out.
+MIXED: Any = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE)
 
 RINGS_DEG = (30.0, 60.0, 90.0)
 
@@ -54,18 +55,19 @@ class LobeColours:
 class LobeRenderer:
     """Owns the program and the buffers of what was drawn last; belongs to one context and its thread."""
 
-    def __init__(self, context: Any) -> None:
+    def __init__(self, context: moderngl.Context) -> None:
         self.context = context
         self.program = load_program(context, "lobe.vert", "lobe.frag")
-        self._surfaces: tuple[Sequence[LobeSurface], list[Any]] = ((), [])
+        self._surfaces: tuple[
+            Sequence[LobeSurface], list[tuple[moderngl.VertexArray, moderngl.Buffer, moderngl.Buffer]]
+        ] = ((), [])
         self._lines: tuple[float, float] | None = None
-        self._line_array: Any = None
-        self._line_buffer: Any = None
+        self._line_parts: tuple[moderngl.VertexArray, moderngl.Buffer] | None = None
         self._light_start = 0
 
     def draw(
         self,
-        framebuffer: Any,
+        framebuffer: moderngl.Framebuffer,
         surfaces: Sequence[LobeSurface],
         light: tuple[float, float],
         camera: Camera,
@@ -78,12 +80,12 @@ class LobeRenderer:
         self.context.enable_only(self.context.DEPTH_TEST)
         matrix = camera.clip_from_model(np.zeros(3), 1.5, framebuffer.size[0] / max(1, framebuffer.size[1]))
         matrix[:, :3] = matrix[:, :3] @ WORLD_FROM_SURFACE
-        self.program["clip_from_surface"].write(np.ascontiguousarray(matrix.T, np.float32))
-        self._prepare_lines(light)
+        find_uniform(self.program, "clip_from_surface").write(np.ascontiguousarray(matrix.T, np.float32))
+        lines = self._prepare_lines(light)
         set_uniforms(self.program, {"lit": False, "colour": colours.rings})
-        self._line_array.render(self.context.LINES, vertices=self._light_start)
+        lines.render(self.context.LINES, vertices=self._light_start)
         set_uniforms(self.program, {"colour": colours.light})
-        self._line_array.render(self.context.LINES, first=self._light_start)
+        lines.render(self.context.LINES, first=self._light_start)
         if self._surfaces[0] is not surfaces:
             self._upload(surfaces)
         set_uniforms(self.program, {"lit": True, "eye": tuple(WORLD_FROM_SURFACE.T @ camera.eye)})
@@ -109,18 +111,22 @@ class LobeRenderer:
             uploaded.append((self.context.vertex_array(self.program, layout, buffers[1]), *buffers))
         self._surfaces = (surfaces, uploaded)
 
-    def _prepare_lines(self, light: tuple[float, float]) -> None:
-        if self._lines == light:
-            return
-        if self._line_buffer is not None:
-            self._line_array.release()
-            self._line_buffer.release()
+    def _prepare_lines(self, light: tuple[float, float]) -> moderngl.VertexArray:
+        if self._lines == light and self._line_parts is not None:
+            return self._line_parts[0]
+        self._release_lines()
         still, moving = _still_lines(), _light_lines(*light)
         self._light_start = len(still)
         vertices = np.concatenate([still, moving]).astype(np.float32)
-        self._line_buffer = self.context.buffer(vertices.tobytes())
-        self._line_array = self.context.vertex_array(self.program, [(self._line_buffer, "3f", "in_point")])
-        self._lines = light
+        buffer = self.context.buffer(vertices.tobytes())
+        array = self.context.vertex_array(self.program, [(buffer, "3f", "in_point")])
+        self._lines, self._line_parts = light, (array, buffer)
+        return array
+
+    def _release_lines(self) -> None:
+        for item in self._line_parts or ():
+            item.release()
+        self._lines = self._line_parts = None
 
     def _release_surfaces(self) -> None:
         for items in self._surfaces[1]:
@@ -131,10 +137,7 @@ class LobeRenderer:
     def release(self) -> None:
         """Free everything."""
         self._release_surfaces()
-        if self._line_buffer is not None:
-            self._line_array.release()
-            self._line_buffer.release()
-        self._line_array = self._line_buffer = self._lines = None
+        self._release_lines()
         self.program.release()
 
 

@@ -8,9 +8,10 @@ for a small material.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,16 +34,20 @@ _INTERNAL = {(3, "f4"): 0x8815, (4, "f4"): 0x8814, (3, "f2"): 0x881B}
 #: Bytes that are written at once, some milliseconds.
 PIECE_BYTES = 4 << 20
 
+Shading = ShadingMap | PowerLawMap | DirectionalMap
+
+Maps = moderngl.Texture | moderngl.TextureArray
+
 Layers = NDArray[np.float32] | NDArray[np.float16]
 
 
-def _function(context: Any, name: str, integers: int) -> Any:
+def _function(context: moderngl.Context, name: str, integers: int) -> Callable[..., None]:
     """A function of OpenGL with a target, so many integers, a format, a type and a pointer to pixels."""
     kinds = (ctypes.c_uint, *[ctypes.c_int] * integers, ctypes.c_uint, ctypes.c_uint, ctypes.c_void_p)
     return ctypes.CFUNCTYPE(None, *kinds)(context.mglo._context.load_opengl_function(name))
 
 
-def define_level(context: Any, texture: Any, level: int, size: tuple[int, int], layers: int) -> None:
+def define_level(context: moderngl.Context, texture: Maps, level: int, size: tuple[int, int], layers: int) -> None:
     """Give `texture` a mip level of `size` (width, height), which moderngl has no words for; `layers` is 0 for none."""
     internal = _INTERNAL[texture.components, texture.dtype]
     names = (_FORMATS[texture.components], _TYPES[texture.dtype])
@@ -53,7 +58,9 @@ def define_level(context: Any, texture: Any, level: int, size: tuple[int, int], 
         _function(context, "glTexImage2D", 5)(_TEXTURE_2D, level, internal, *size, 0, *names, None)
 
 
-def write_rows(context: Any, texture: Any, level: int, rows: Layers, first: int, layer: int | None) -> None:
+def write_rows(
+    context: moderngl.Context, texture: Maps, level: int, rows: Layers, first: int, layer: int | None
+) -> None:
     """Write rows (h, w, channels) of a mip level from the row `first` on, into a `layer` of an array texture."""
     aligned = ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.c_int)
     pixels = np.ascontiguousarray(rows)
@@ -71,11 +78,11 @@ def write_rows(context: Any, texture: Any, level: int, rows: Layers, first: int,
 class MaterialTextures:
     """Owns the textures of one material, which `fill` fills; `messages` say what had to be reduced."""
 
-    def __init__(self, context: Any, shading: ShadingMap | PowerLawMap | DirectionalMap, limits: Limits) -> None:
+    def __init__(self, context: moderngl.Context, shading: Shading, limits: Limits) -> None:
         self.r_max = shading.r_max
         self.lowest_cosine = 1.0
         self.messages: list[str] = []
-        self.textures: dict[str, Any] = {}
+        self.textures: dict[str, Maps] = {}
         self._context = context
         self._levels: dict[str, list[Layers]] = {}
         if isinstance(shading, DirectionalMap):
@@ -99,7 +106,7 @@ class MaterialTextures:
         levels that are not given are halves of the last."""
         shape, dtype = levels[0].shape, "f2" if levels[0].dtype == np.float16 else "f4"
         if len(shape) == 4:
-            texture = self._context.texture_array((shape[2], shape[1], shape[0]), shape[3], dtype=dtype)
+            texture: Maps = self._context.texture_array((shape[2], shape[1], shape[0]), shape[3], dtype=dtype)
         else:
             texture = self._context.texture((shape[1], shape[0]), shape[2], dtype=dtype)
         self.textures[name], self._levels[name] = texture, levels
@@ -110,7 +117,7 @@ class MaterialTextures:
             yield from self._fill(self.textures[name], levels)
         self._levels.clear()
 
-    def _fill(self, texture: Any, levels: list[Layers]) -> Iterator[None]:
+    def _fill(self, texture: Maps, levels: list[Layers]) -> Iterator[None]:
         is_array = levels[0].ndim == 4
         whole = [level if is_array else level[None] for level in levels]
         count, height, width = whole[0].shape[:3]
@@ -133,7 +140,7 @@ class MaterialTextures:
                         yield
             yield
 
-    def _planes(self, context: Any, directional: DirectionalMap, limits: Limits) -> None:
+    def _planes(self, context: moderngl.Context, directional: DirectionalMap, limits: Limits) -> None:
         """Planes by three as half floats, which keep fractions of codes, and the weights of all directions."""
         self.source, self.lowest_cosine = "SOURCE_PLANES", directional.lowest
         sizes: list[NDArray[Any]] = [directional.planes, *directional.smaller]
@@ -191,7 +198,7 @@ class MaterialTextures:
         if message not in self.messages:
             self.messages.append(message)
 
-    def bind(self, program: Any) -> None:
+    def bind(self, program: moderngl.Program) -> None:
         for unit, (name, texture) in enumerate(self.textures.items()):
             texture.use(unit)
             set_uniforms(program, {name: unit})

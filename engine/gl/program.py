@@ -7,7 +7,7 @@ opened by `#line LINE NUMBER`, and the numbers are turned back into file names i
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -55,24 +55,24 @@ def _expand(name: str, definitions: Mapping[str, str], folder: Path, files: list
 
 
 def load_program(
-    context: Any,
+    context: moderngl.Context,
     vertex: str,
     fragment: str | None,
     definitions: Mapping[str, str] | None = None,
     *,
     folder: Path = SHADERS,
-    **options: Any,
-) -> Any:
+    varyings: Sequence[str] = (),
+) -> moderngl.Program:
     """Compile and link the shader files `vertex` and `fragment` with `#define`s; ShaderError with the driver's log.
 
-    `options` go to moderngl (`varyings` for transform feedback).
+    `varyings` are what transform feedback writes.
     """
     definitions = definitions or {}
     vertex_text, vertex_files = expand(vertex, definitions, folder)
     fragment_text, fragment_files = expand(fragment, definitions, folder) if fragment else (None, [])
     try:
         with interrupts_held():
-            return context.program(vertex_shader=vertex_text, fragment_shader=fragment_text, **options)
+            return context.program(vertex_shader=vertex_text, fragment_shader=fragment_text, varyings=tuple(varyings))
     except moderngl.Error as error:
         message = str(error)
         files = fragment_files if "fragment_shader" in message else vertex_files
@@ -88,8 +88,15 @@ def _with_names(message: str, files: list[str]) -> str:
     return spoken.sub(find_named, message) if spoken else message
 
 
-def set_uniforms(program: Any, values: Mapping[str, Any]) -> None:
+def set_uniforms(program: moderngl.Program, values: Mapping[str, Any]) -> None:
     """Set those uniforms that the compiled program kept."""
     for name, value in values.items():
         if name in program:
-            program[name].value = value
+            find_uniform(program, name).value = value
+
+
+def find_uniform(program: moderngl.Program, name: str) -> moderngl.Uniform:
+    """A uniform that the compiled program kept; KeyError where it did not."""
+    uniform = program[name]
+    assert isinstance(uniform, moderngl.Uniform), f"{name} is no uniform"
+    return uniform

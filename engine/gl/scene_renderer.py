@@ -7,12 +7,13 @@ of the bake: three images, and what becomes of each of their pixels.
 from __future__ import annotations
 
 from collections.abc import Generator
-from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.cached import cached_property
+from engine.geometry.camera import Camera
 from engine.gl.direct import DirectRenderer
 from engine.gl.program import load_program, set_uniforms
 from engine.gl.screen import Image
@@ -20,7 +21,7 @@ from engine.gl.tiles import ToneMapper
 from engine.gl.transported import TransportRenderer
 from engine.render.display import Display
 from engine.render.shadowed import MAXIMUM, MINIMUM, combine_shadowed, with_and_without
-from engine.scene.scene import Scene
+from engine.scene.scene import RelightTransport, Scene
 
 #: Pieces of an image of a bake, at most: each evaluates all vertices anew, which is most of its cost.
 MAX_PIECES = 4
@@ -29,7 +30,7 @@ MAX_PIECES = 4
 class SceneRenderer:
     """Owns the renderers of all scenes, each made when it is first needed; belongs to one context and its thread."""
 
-    def __init__(self, context: Any) -> None:
+    def __init__(self, context: moderngl.Context) -> None:
         self.context = context
         self._images: tuple[Image, ...] = ()
         self._used: tuple[DirectRenderer | TransportRenderer, ...] = ()
@@ -48,7 +49,7 @@ class SceneRenderer:
         return DirectRenderer(self.context)
 
     @cached_property
-    def _product(self) -> tuple[Any, Any]:
+    def _product(self) -> tuple[moderngl.Program, moderngl.VertexArray]:
         """The program that makes one image of three, and its array."""
         program = load_program(self.context, "screen.vert", "shadowed.frag")
         return program, self.context.vertex_array(program, [])
@@ -63,7 +64,13 @@ class SceneRenderer:
         return [text for renderer in self._used for text in renderer.messages]
 
     def draw(
-        self, scene: Scene, framebuffer: Any, size: tuple[int, int], *, samples: int = 2, display: Display | None = None
+        self,
+        scene: Scene,
+        framebuffer: moderngl.Framebuffer,
+        size: tuple[int, int],
+        *,
+        samples: int = 2,
+        display: Display | None = None,
     ) -> None:
         """Draw `scene`, tone-mapped and sRGB-coded, over `framebuffer`, whose `size` is (width, height) in pixels."""
         shown = display or Display()
@@ -84,15 +91,15 @@ class SceneRenderer:
                 image.release()
 
     def bands(
-        self, scene: Scene, framebuffer: Any, size: tuple[int, int], *, samples: int = 2
+        self, scene: Scene, framebuffer: moderngl.Framebuffer, size: tuple[int, int], *, samples: int = 2
     ) -> Generator[None, int, None]:
         """The linear image in pieces, as `Tiles.bands`; other drawing with this renderer meanwhile spoils it."""
         self._use_for(scene)
         if scene.relit is None:
             return self.direct.bands(scene, framebuffer, size, samples=samples)
         if not scene.has_texels:
-            return self._bake_bands(scene, framebuffer, size, samples)
-        return self._draw_shadowed_bands(scene, framebuffer, size, samples)
+            return self._bake_bands(scene.relit, scene.camera, framebuffer, size, samples)
+        return self._draw_shadowed_bands(scene, scene.relit, framebuffer, size, samples)
 
     def radiance(self, scene: Scene, size: tuple[int, int], *, samples: int = 2) -> NDArray[np.float32]:
         """The image (height, width, 4) float32, row 0 on top: linear radiance times coverage, and coverage."""
@@ -111,9 +118,14 @@ class SceneRenderer:
         self._used = (self.direct,) if is_direct else (self.direct, self.baked) if scene.has_texels else (self.baked,)
 
     def _bake_bands(
-        self, scene: Scene, framebuffer: Any, size: tuple[int, int], samples: int
+        self,
+        relit: RelightTransport,
+        camera: Camera,
+        framebuffer: moderngl.Framebuffer,
+        size: tuple[int, int],
+        samples: int,
     ) -> Generator[None, int, None]:
-        bands = self.baked.bands(scene.relit, scene.camera, framebuffer, size, samples=samples)
+        bands = self.baked.bands(relit, camera, framebuffer, size, samples=samples)
         next(bands)
         while True:
             rows = yield
@@ -121,7 +133,12 @@ class SceneRenderer:
                 return
 
     def _draw_shadowed_bands(
-        self, scene: Scene, framebuffer: Any, size: tuple[int, int], samples: int
+        self,
+        scene: Scene,
+        relit: RelightTransport,
+        framebuffer: moderngl.Framebuffer,
+        size: tuple[int, int],
+        samples: int,
     ) -> Generator[None, int, None]:
         """T, T_0 and B one after the other, and L of them."""
         with_texels, without = with_and_without(scene)
@@ -132,7 +149,7 @@ class SceneRenderer:
         texels, plain, baked = (image.framebuffer for image in images)
         yield from self.direct.bands(with_texels, texels, size, samples=samples)
         yield from self._plain.bands(without, plain, size, samples=samples)
-        yield from self._bake_bands(scene, baked, size, samples)
+        yield from self._bake_bands(relit, scene.camera, baked, size, samples)
         for unit, image in enumerate(images):
             if unit < 2:
                 image.texture.build_mipmaps()  # whose last is the mean of all

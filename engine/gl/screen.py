@@ -8,12 +8,13 @@ image is kept, so that showing it again copies bytes.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.colour import srgb_decode
+from engine.gl.context import NO_SCISSOR, Owned
 from engine.gl.program import load_program, set_uniforms
 from engine.gl.tiles import uniforms_of
 from engine.light.environment import EnvironmentMap, reduce
@@ -35,13 +36,13 @@ class Image:
     coded : the same as it was shown last, sRGB-coded in 8 bits, and for which display and backdrop; None before.
     """
 
-    def __init__(self, context: Any, size: tuple[int, int]) -> None:
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
         self.context, self.size = context, size
         self.texture = context.texture(size, 4, dtype="f4")
         self.texture.filter = (context.LINEAR, context.LINEAR)
         self.texture.repeat_x = self.texture.repeat_y = False
         self.framebuffer = context.framebuffer([self.texture])
-        self.coded: tuple[Shown, Any, Any] | None = None
+        self.coded: tuple[Shown, moderngl.Texture, moderngl.Framebuffer] | None = None
 
     def write(self, pixels: NDArray[np.float32]) -> None:
         """Take (height, width, 4) float32, row 0 on top."""
@@ -57,7 +58,7 @@ class Image:
             framebuffer.release()
             texture.release()
 
-    def target(self, shown: Shown) -> Any:
+    def target(self, shown: Shown) -> moderngl.Framebuffer:
         """A framebuffer of 8 bits and of the image's size, for the image as it is `shown`."""
         self._forget_coded()
         texture = self.context.texture(self.size, 4)
@@ -89,7 +90,7 @@ class Layer:
     over: Image | None = None
     share: float = 0.0
 
-    def uniforms(self, name: str, unit: int) -> dict[str, Any]:
+    def uniforms(self, name: str, unit: int) -> dict[str, object]:
         """Bind the textures from texture unit `unit` on; returns what the shader has to know."""
         over = self.over if self.over is not None else self.image
         self.image.texture.use(unit)
@@ -101,11 +102,11 @@ class Layer:
 class Screen:
     """Owns the programs that show layers."""
 
-    def __init__(self, context: Any) -> None:
+    def __init__(self, context: moderngl.Context) -> None:
         self.context = context
         self._shown = load_program(context, "screen.vert", "show.frag")
-        self._before: Any = None
-        self._sky: tuple[EnvironmentMap, Any] | None = None
+        self._before: moderngl.Program | None = None
+        self._sky: tuple[EnvironmentMap, moderngl.Texture] | None = None
         self._apart = load_program(context, "screen.vert", "show.frag", {"DIFFERENCE": "1"})
         self._copied = load_program(context, "screen.vert", "copy.frag")
         programs = (self._shown, self._apart, self._copied)
@@ -114,7 +115,7 @@ class Screen:
     def show(
         self,
         layer: Layer,
-        framebuffer: Any,
+        framebuffer: moderngl.Framebuffer,
         display: Display,
         columns: tuple[int, int] | None = None,
         behind: Backdrop | None = None,
@@ -136,16 +137,16 @@ class Screen:
         else:
             values = {**layer.uniforms("first", 0), **uniforms_of(display), **self._behind(behind, framebuffer.size)}
             self._draw(program, framebuffer, values)
-        framebuffer.scissor = None
+        framebuffer.scissor = NO_SCISSOR
 
-    def _program_before(self) -> Any:
+    def _program_before(self) -> moderngl.Program:
         """The program that shows an image before an environment, compiled when it is first wanted."""
         if self._before is None:
             self._before = load_program(self.context, "screen.vert", "show.frag", {"BEHIND": "1"})
             self._arrays[id(self._before)] = self.context.vertex_array(self._before, [])
         return self._before
 
-    def _behind(self, backdrop: Backdrop | None, size: tuple[int, int]) -> dict[str, Any]:
+    def _behind(self, backdrop: Backdrop | None, size: tuple[int, int]) -> dict[str, object]:
         """Bind the environment, and what the shader has to know of it for an image of `size`."""
         if backdrop is None:
             return {}
@@ -175,14 +176,16 @@ class Screen:
             self._sky[1].release()
             self._sky = None
 
-    def show_difference(self, a: Layer, b: Layer, framebuffer: Any, display: Display, scale: float) -> None:
+    def show_difference(
+        self, a: Layer, b: Layer, framebuffer: moderngl.Framebuffer, display: Display, scale: float
+    ) -> None:
         """Show the luminance of `a` less that of `b` as `diverging` does, full at ±`scale`."""
         colours = {"below": BLUE, "above": ORANGE, "grey": GREY}
         values = {name: tuple(float(v) for v in srgb_decode(list(colour))) for name, colour in colours.items()}
         layers = {**a.uniforms("first", 0), **b.uniforms("second", 2)}
         self._draw(self._apart, framebuffer, {**layers, **uniforms_of(display), **values, "scale": scale})
 
-    def _draw(self, program: Any, framebuffer: Any, values: dict[str, Any]) -> None:
+    def _draw(self, program: moderngl.Program, framebuffer: moderngl.Framebuffer, values: dict[str, object]) -> None:
         framebuffer.use()
         framebuffer.viewport = (0, 0, *framebuffer.size)
         self.context.disable(self.context.DEPTH_TEST | self.context.BLEND | self.context.CULL_FACE)
@@ -192,5 +195,6 @@ class Screen:
     def release(self) -> None:
         self._forget_sky()
         programs = (self._shown, self._apart, self._copied, *([self._before] if self._before is not None else []))
-        for item in (*self._arrays.values(), *programs):
+        items: tuple[Owned, ...] = (*self._arrays.values(), *programs)
+        for item in items:
             item.release()

@@ -8,13 +8,14 @@ anisotropic one; where one parameter varies 85 and 225, where two do 145 and 425
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.factor.hemisphere_map import KINDS
 from engine.gl.brdf_textures import layers, plain
+from engine.gl.buffers import Colours
 from engine.gl.context import Limits
 from engine.gl.program import set_uniforms
 from engine.transport.relight import RelightSh
@@ -33,12 +34,13 @@ class Textures:
 
     SHADER, SOURCE = "transported", "sh.glsl"
 
-    def __init__(self, context: Any, relit: RelightSh, _limits: Limits) -> None:
+    def __init__(self, context: moderngl.Context, relit: RelightSh, _limits: Limits) -> None:
         self.messages: list[str] = []
         tables = tables_of(relit.table)
         first, count = tables[0], relit.table.order**2
         self.definitions = {"ORDER": str(relit.table.order), "BRUSHED": "1"}
-        self._values: dict[str, Any] = {"flat_row": relit.flat_vertex * count}
+        flat_row = relit.flat_vertex * count
+        self._values: dict[str, object] = {"flat_row": flat_row}
         if first.isotropic:
             self._name = "table_rows"
             values = np.stack([table.values for table in tables])
@@ -52,7 +54,7 @@ class Textures:
         if isinstance(relit.table, VariedTable):
             flat = len(relit.mesh.positions) - relit.flat_vertex
             self.definitions["VARIED"] = str(1 + (relit.table.steps[1] > 1))
-            self._values |= {"steps": relit.table.steps, "place_row": self._values["flat_row"] + flat}
+            self._values |= {"steps": relit.table.steps, "place_row": flat_row + flat}
 
     @staticmethod
     def key(relit: RelightSh) -> object:
@@ -60,7 +62,7 @@ class Textures:
         return relit.table, relit.flat_vertex
 
     @staticmethod
-    def rows(relit: RelightSh) -> list[Any]:
+    def rows(relit: RelightSh) -> list[Colours]:
         """(R, 3) light of each vertex, radiance of the flat ones, and where the others are among the tables."""
         parts = [relit.rows[: relit.flat_vertex * relit.table.order**2], relit.flat]
         if isinstance(relit.table, VariedTable):
@@ -75,7 +77,7 @@ class Textures:
         """All light is in the rows of the vertices."""
         return iter(())
 
-    def bind(self, program: Any) -> None:
+    def bind(self, program: moderngl.Program) -> None:
         self._texture.use(UNIT)
         set_uniforms(program, {self._name: UNIT, **self._values})
 

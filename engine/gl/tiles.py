@@ -11,13 +11,13 @@ From a texture of linear radiance to a framebuffer: the mean of sub-pixels, expo
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
-from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.colour import OPERATORS
-from engine.gl.context import Limits
+from engine.gl.context import NO_SCISSOR, Limits, Owned
 from engine.gl.program import load_program, set_uniforms
 from engine.render.display import Display
 
@@ -25,15 +25,15 @@ from engine.render.display import Display
 class ToneMapper:
     """Owns the programs that take sub-pixels to pixels, which are shown or stay linear."""
 
-    def __init__(self, context: Any) -> None:
+    def __init__(self, context: moderngl.Context) -> None:
         self.context = context
         self.programs = [load_program(context, "screen.vert", name) for name in ("tonemap.frag", "resolve.frag")]
         self.arrays = [context.vertex_array(program, []) for program in self.programs]
 
     def draw(
         self,
-        radiance: Any,
-        framebuffer: Any,
+        radiance: moderngl.Texture,
+        framebuffer: moderngl.Framebuffer,
         rectangle: tuple[int, int, int, int],
         samples: int,
         display: Display | None,
@@ -53,11 +53,12 @@ class ToneMapper:
         self.arrays[at].render(vertices=3)
 
     def release(self) -> None:
-        for item in (*self.arrays, *self.programs):
+        items: tuple[Owned, ...] = (*self.arrays, *self.programs)
+        for item in items:
             item.release()
 
 
-def uniforms_of(display: Display) -> dict[str, Any]:
+def uniforms_of(display: Display) -> dict[str, object]:
     """Uniforms of tonemap.glsl."""
     return {
         "gain": 2.0**display.exposure_ev,
@@ -84,19 +85,23 @@ class Tiles:
         not finite.
     """
 
-    def __init__(self, context: Any, texture_limits: Limits) -> None:
+    def __init__(self, context: moderngl.Context, texture_limits: Limits) -> None:
         self.context = context
         self.limits = texture_limits
         self.invalid_samples = 0
-        self._target: tuple[tuple[int, int], Any] | None = None
+        self._target: tuple[tuple[int, int], moderngl.Texture, moderngl.Framebuffer] | None = None
         self._tone_mapper: ToneMapper | None = None
 
-    def draw(self, paint: Paint, framebuffer: Any, size: tuple[int, int], samples: int, display: Display) -> None:
+    def draw(
+        self, paint: Paint, framebuffer: moderngl.Framebuffer, size: tuple[int, int], samples: int, display: Display
+    ) -> None:
         """Draw tone-mapped and sRGB-coded over `framebuffer`, whose `size` is (width, height) in pixels."""
         for tile, texture in self.each(paint, size, samples):
             self._show(tile, texture, framebuffer, size, samples, display)
 
-    def bands(self, paint: Paint, framebuffer: Any, size: tuple[int, int], samples: int) -> Generator[None, int, None]:
+    def bands(
+        self, paint: Paint, framebuffer: moderngl.Framebuffer, size: tuple[int, int], samples: int
+    ) -> Generator[None, int, None]:
         """The linear image in pieces, for a thread that has more to do: each `send(rows)` draws so many rows.
 
         Rows are of sub-pixels. The float32 `framebuffer` (`engine.gl.screen.Image`) holds radiance times coverage,
@@ -123,7 +128,7 @@ class Tiles:
             image[top : top + height, left : left + width] = blocks.mean(axis=(1, 3), dtype=np.float64)[::-1]
         return image
 
-    def each(self, paint: Paint, size: tuple[int, int], samples: int) -> Iterator[tuple[Tile, Any]]:
+    def each(self, paint: Paint, size: tuple[int, int], samples: int) -> Iterator[tuple[Tile, moderngl.Texture]]:
         """Draw tile by tile; yields each and the texture whose lower left holds it."""
         for tile in self._cut(size, samples):
             yield tile, self._shade(paint, size, tile, samples, (0, tile[3] * samples))
@@ -139,10 +144,12 @@ class Tiles:
     def _edge(self, samples: int) -> int:
         return max(1, min(TILE, self.limits.texture_size) // samples)
 
-    def _shade(self, paint: Paint, size: tuple[int, int], tile: Tile, samples: int, band: tuple[int, int]) -> Any:
+    def _shade(
+        self, paint: Paint, size: tuple[int, int], tile: Tile, samples: int, band: tuple[int, int]
+    ) -> moderngl.Texture:
         """Draw the rows `band` (first, count) of sub-pixels of `tile`, from below; returns the texture they are in."""
         edge = self._edge(samples)
-        target = self._framebuffer((min(size[0], edge) * samples, min(size[1], edge) * samples))
+        texture, target = self._make_target((min(size[0], edge) * samples, min(size[1], edge) * samples))
         target.use()
         target.viewport = (0, 0, tile[2] * samples, tile[3] * samples)
         target.scissor = (0, band[0], tile[2] * samples, band[1])
@@ -151,14 +158,14 @@ class Tiles:
         try:
             paint(_tile_from_clip(tile, size))
         finally:
-            target.scissor = None
-        return target.color_attachments[0]
+            target.scissor = NO_SCISSOR
+        return texture
 
     def _show(
         self,
         tile: Tile,
-        texture: Any,
-        framebuffer: Any,
+        texture: moderngl.Texture,
+        framebuffer: moderngl.Framebuffer,
         size: tuple[int, int],
         samples: int,
         display: Display | None,
@@ -169,21 +176,21 @@ class Tiles:
         rectangle = (left, size[1] - top - height, width, height)
         self._tone_mapper.draw(texture, framebuffer, rectangle, samples, display)
 
-    def _framebuffer(self, size: tuple[int, int]) -> Any:
+    def _make_target(self, size: tuple[int, int]) -> tuple[moderngl.Texture, moderngl.Framebuffer]:
         if self._target is None or self._target[0] != size:
             self._release_target()
             colour = self.context.texture(size, 4, dtype="f4")
             colour.filter = (self.context.NEAREST, self.context.NEAREST)
             depth = self.context.depth_renderbuffer(size)
-            self._target = (size, self.context.framebuffer([colour], depth))
-        return self._target[1]
+            self._target = (size, colour, self.context.framebuffer([colour], depth))
+        return self._target[1:]
 
     def _release_target(self) -> None:
         if self._target is not None:
-            framebuffer = self._target[1]
+            _, texture, framebuffer = self._target
             # a new framebuffer restores the one bound before it, which must not be one that is gone
             self.context.detect_framebuffer(0).use()
-            for item in (framebuffer, framebuffer.depth_attachment, *framebuffer.color_attachments):
+            for item in (framebuffer, framebuffer.depth_attachment, texture):
                 item.release()
             self._target = None
 

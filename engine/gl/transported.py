@@ -10,23 +10,27 @@ coarse.
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
-from typing import Any, Protocol, cast
+from typing import Protocol, TypeVar, cast
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
-from engine.gl.buffers import MeshBuffers, VertexRows
+from engine.gl.buffers import Colours, MeshBuffers, VertexRows
 from engine.gl.context import Limits, limits
-from engine.gl.program import load_program, set_uniforms
+from engine.gl.program import find_uniform, load_program, set_uniforms
 from engine.gl.tiles import Paint, Tiles
 from engine.render.display import Display
 from engine.transport.method import method_of
 from engine.transport.relight import RelightTransport
 
+#: The transport that a method draws.
+Relit = TypeVar("Relit", contravariant=True)
 
-class Textures(Protocol):
+
+class Textures(Protocol[Relit]):
     """Data of a method in GPU memory for one transport: `Textures` of its `drawing` module.
 
     Attributes
@@ -39,24 +43,24 @@ class Textures(Protocol):
     SOURCE: str
     messages: list[str]
 
-    def __init__(self, context: Any, relit: Any, limits: Limits) -> None: ...
+    def __init__(self, context: moderngl.Context, relit: Relit, limits: Limits) -> None: ...
     @property
     def definitions(self) -> dict[str, str]: ...
     @staticmethod
-    def key(relit: Any) -> object:
+    def key(relit: Relit) -> object:
         """The source of the textures: equal for what can share them."""
 
     @staticmethod
-    def rows(relit: Any) -> list[Any]:
+    def rows(relit: Relit) -> list[Colours]:
         """The rows (R, 3 or 4) of the vertices under the light, in parts."""
 
     def fill(self) -> Iterator[None]:
         """Bring to the device, piece by piece, what does not belong to the light."""
 
-    def relight(self, relit: Any) -> Iterator[None]:
+    def relight(self, relit: Relit) -> Iterator[None]:
         """Take the light of `relit`, piece by piece, as far as it is not in the rows."""
 
-    def bind(self, program: Any) -> None:
+    def bind(self, program: moderngl.Program) -> None:
         """Set what the shaders read."""
 
     def release(self) -> None:
@@ -71,23 +75,23 @@ class TransportRenderer:
     messages : what had to be reduced for the last image, as sentences for a user.
     """
 
-    def __init__(self, context: Any, *, texture_limits: Limits | None = None, debug: bool = False) -> None:
+    def __init__(self, context: moderngl.Context, *, texture_limits: Limits | None = None, debug: bool = False) -> None:
         self.context = context
         self.limits = texture_limits or limits(context)
         self.debug = debug
         self.messages: list[str] = []
         self._tiles = Tiles(context, self.limits)
         self._rows = VertexRows(context, self.limits)
-        self._programs: dict[tuple[tuple[str, str], ...], Any] = {}
+        self._programs: dict[tuple[tuple[str, str], ...], moderngl.Program] = {}
         self._mesh: tuple[Mesh, MeshBuffers] | None = None
-        self._textures: tuple[object, Textures] | None = None
+        self._textures: tuple[object, Textures[RelightTransport]] | None = None
         self._relit: RelightTransport | None = None
 
     def draw(
         self,
         relit: RelightTransport,
         camera: Camera,
-        framebuffer: Any,
+        framebuffer: moderngl.Framebuffer,
         size: tuple[int, int],
         *,
         samples: int = 2,
@@ -97,7 +101,13 @@ class TransportRenderer:
         self._tiles.draw(self._painting(relit, camera, size), framebuffer, size, samples, display or Display())
 
     def bands(
-        self, relit: RelightTransport, camera: Camera, framebuffer: Any, size: tuple[int, int], *, samples: int = 2
+        self,
+        relit: RelightTransport,
+        camera: Camera,
+        framebuffer: moderngl.Framebuffer,
+        size: tuple[int, int],
+        *,
+        samples: int = 2,
     ) -> Generator[None, int, None]:
         """The linear image in pieces, as `Tiles.bands`; other drawing with this renderer meanwhile spoils it."""
         return self._tiles.bands(self._painting(relit, camera, size), framebuffer, size, samples)
@@ -129,7 +139,7 @@ class TransportRenderer:
         textures.bind(program)
         self._rows.bind(program)
         matrix = tile_from_clip @ camera.clip_from_model(centre, relit.mesh.radius, aspect)
-        program["clip_from_model"].write(np.ascontiguousarray(matrix.T, np.float32))
+        find_uniform(program, "clip_from_model").write(np.ascontiguousarray(matrix.T, np.float32))
         buffers.draw(program)
 
     def _buffers(self, mesh: Mesh) -> MeshBuffers:
@@ -168,14 +178,14 @@ class TransportRenderer:
         self._buffers(relit.mesh)
         self._relit = relit
 
-    def _upload(self, relit: RelightTransport) -> Textures:
+    def _upload(self, relit: RelightTransport) -> Textures[RelightTransport]:
         """The textures of what was baked, with the light in the rows of its vertices."""
         for _ in self.load(relit):
             pass
         assert self._textures is not None
         return self._textures[1]
 
-    def _program(self, textures: Textures) -> Any:
+    def _program(self, textures: Textures[RelightTransport]) -> moderngl.Program:
         stem = textures.SHADER
         definitions = {"SOURCE": textures.SOURCE, **textures.definitions, **({"DEBUG": "1"} if self.debug else {})}
         key = (("SHADER", stem), *definitions.items())
@@ -196,6 +206,6 @@ class TransportRenderer:
         self._programs.clear()
 
 
-def _owner(relit: RelightTransport) -> type[Textures]:
+def _owner(relit: RelightTransport) -> type[Textures[RelightTransport]]:
     """The class of the textures of `relit`."""
-    return cast("type[Textures]", method_of(relit.method).drawing.Textures)
+    return cast("type[Textures[RelightTransport]]", method_of(relit.method).drawing.Textures)

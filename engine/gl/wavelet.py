@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.gl.brdf_textures import pack
+from engine.gl.buffers import Colours
 from engine.gl.context import Limits
 from engine.gl.program import set_uniforms
 from engine.transport.relight import RelightWavelets
@@ -35,7 +36,7 @@ class Textures:
 
     SHADER, SOURCE = "transported", "wavelet.glsl"
 
-    def __init__(self, context: Any, relit: RelightWavelets, _limits: Limits) -> None:
+    def __init__(self, context: moderngl.Context, relit: RelightWavelets, _limits: Limits) -> None:
         self.messages: list[str] = []
         factors = relit.transport.factors
         numbers = _numbers(factors.first)
@@ -57,7 +58,7 @@ class Textures:
         return relit.transport
 
     @staticmethod
-    def rows(relit: RelightWavelets) -> list[Any]:
+    def rows(relit: RelightWavelets) -> list[Colours]:
         """The K-tuples (R, 4), marked where the radiance of the vertex itself may be asked for."""
         transport = relit.transport
         first, terms = transport.ground_vertex, transport.factors.terms
@@ -74,7 +75,7 @@ class Textures:
         """All light is in the rows of the vertices."""
         return iter(())
 
-    def bind(self, program: Any) -> None:
+    def bind(self, program: moderngl.Program) -> None:
         self._texture.use(UNIT)
         set_uniforms(program, {"view_maps": UNIT, **self._values})
 

@@ -23,18 +23,19 @@ of the model would shadow or reflect is not part of these images.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import isfinite, radians
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf, brdf_from_text
 from engine.core.cached import cached_property
 from engine.core.directions import normalize, world_direction
 from engine.core.errors import UsageError
-from engine.geometry.camera import Camera
+from engine.geometry.camera import Camera, Vector
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
 from engine.light.environment import DistantLights, EnvironmentMap
@@ -77,6 +78,34 @@ def direction_of(light_deg: tuple[float, float] | None) -> tuple[float, float, f
 DEFAULT_LIGHT = direction_of(None)
 
 
+#: Radiance (n, 3), which may be negative, at places in triangles: their corners (n, 3) and barycentric weights (n, 3).
+Shade = Callable[[NDArray[np.int64], NDArray[np.float64]], NDArray[np.float64]]
+
+
+class RelightTransport(Protocol):
+    """Transport of whatever method under its light.
+
+    Attributes
+    ----------
+    method : the name of the method (`engine.transport.method`).
+    flat_vertex : the first vertex that is as bright towards every side.
+    size_bytes : of the light in the rows of the transport.
+    """
+
+    @property
+    def method(self) -> str: ...
+    @property
+    def transport(self) -> Any: ...
+    @property
+    def mesh(self) -> Mesh: ...
+    @property
+    def flat_vertex(self) -> int: ...
+    @property
+    def size_bytes(self) -> int: ...
+    def shade(self, eye: Vector) -> Shade:
+        """Radiance seen from `eye`."""
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
     """One model with one material under one directional light or an environment, and any lamps beside it.
@@ -116,7 +145,7 @@ class Scene:
     near_lamps: tuple[NearLamp, ...] = ()
     ground: Ground | None = None
     faint: float = 0.0
-    relit: Any = None
+    relit: RelightTransport | None = None
 
     def __post_init__(self) -> None:
         if self.source not in SOURCES or self.lookup not in LOOKUPS or self.above not in ABOVES:

@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,9 @@ from engine.gl.context import create_context, renderer_name
 from engine.gl.scene_renderer import SceneRenderer
 from engine.render.shadowed import draw as draw_shadowed
 from engine.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from engine.gl.context import Context
 
 #: Frames that are timed after one that warms up, and the seconds after which no further one begins.
 FRAMES, LONG_ENOUGH_S = 5, 1.0
@@ -52,7 +55,7 @@ class Drawn:
 class Drawer:
     """Draws scenes in one size; `device` names what draws. Made by `drawing`, and used on the thread that made it."""
 
-    def __init__(self, size: tuple[int, int], context: Any = None) -> None:
+    def __init__(self, size: tuple[int, int], context: Context | None = None) -> None:
         self.size = size
         self._context = context
         self.device = ON_CPU if context is None else renderer_name(context)
@@ -66,13 +69,14 @@ class Drawer:
     def draw(self, scene: Scene) -> Steps[Drawn]:
         """The image of `scene`, of its bake where it has one."""
         yield Step(0.0, "drawing")
-        if self._context is None or not _has_shader(scene):
+        context = self._context
+        if context is None or not _has_shader(scene):
             return (yield from self._on_cpu(scene))
-        with self._context:
+        with context:
 
             def frame() -> None:
                 self._renderer.draw(scene, self._target, self.size, samples=SAMPLES)
-                self._context.finish()
+                context.finish()
 
             started = time.perf_counter()
             image = self._renderer.radiance(scene, self.size, samples=SAMPLES)

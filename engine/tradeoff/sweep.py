@@ -442,9 +442,10 @@ class _Run:
         rotated = dataclasses.replace(self.scene, environment_rotation=self.scene.environment_rotation + TURN)
         yield Step(0.0, "relighting")
         relight_s = shortest(lambda: relight_transport(bake, rotated), RELIGHTS, LONG_ENOUGH_S)
-        scene = dataclasses.replace(self.scene, relit=relight_transport(bake, self.scene))
+        relit = relight_transport(bake, self.scene)
+        scene = dataclasses.replace(self.scene, relit=relit)
         drawn = yield from self.drawer.draw(scene)
-        held = bake.memory_bytes + scene.relit.size_bytes + _material_bytes(scene)
+        held = bake.memory_bytes + relit.size_bytes + _material_bytes(scene)
         yield from self._add(bake.setting, drawn.image, drawn.frame_s, relight_s, bake.bake_s, held, bake.size_bytes)
 
     def _add(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,9 @@ from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
 from engine.light.lamps import Lamp
 from engine.light.near_lamps import NearLamp
+from engine.scene.scene import RelightTransport as RelightTransport
 from engine.scene.scene import Scene
+from engine.scene.scene import Shade as Shade
 from engine.transport.gaussian import transfer as gaussian_transfer
 from engine.transport.gaussian.lighting import GaussianLight, filter_for, levels_under, lobe_radiance
 from engine.transport.gaussian.transfer import GaussianTransport, diffuse_radiance
@@ -32,9 +34,6 @@ from engine.transport.wavelet.transfer import GRAZING, WaveletTransport
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
-#: Radiance (n, 3), which may be negative, at places in triangles: their corners (n, 3) and barycentric weights (n, 3).
-Shade = Callable[[Indices, Floats], Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,30 +57,6 @@ def light_of(scene: Scene) -> Light:
         return Light(*around, scene.lamps, scene.near_lamps)
     own = (Lamp(scene.light, (scene.irradiance,) * 3),) if scene.irradiance > 0.0 else ()
     return Light(lamps=(*own, *scene.lamps), near_lamps=scene.near_lamps)
-
-
-class RelightTransport(Protocol):
-    """Transport of whatever method under its light.
-
-    Attributes
-    ----------
-    method : the name of the method (`engine.transport.method`).
-    flat_vertex : the first vertex that is as bright towards every side.
-    size_bytes : of the light in the rows of the transport.
-    """
-
-    @property
-    def method(self) -> str: ...
-    @property
-    def transport(self) -> Any: ...
-    @property
-    def mesh(self) -> Mesh: ...
-    @property
-    def flat_vertex(self) -> int: ...
-    @property
-    def size_bytes(self) -> int: ...
-    def shade(self, eye: Vector) -> Shade:
-        """Radiance seen from `eye`."""
 
 
 @dataclass(frozen=True, eq=False)

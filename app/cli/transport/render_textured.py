@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from engine.brdf.brdf import Brdf
     from engine.geometry.camera import Camera
+    from engine.gl.context import Context
     from engine.gl.draw import OffScreen
     from engine.transport.baking.file import TransportFile
     from engine.transport.relight import Light, RelightTransport
@@ -53,7 +54,7 @@ def with_texels(
     frame_s, device, warnings, drawn = record["frame_s"], ON_CPU, list(record["warnings"]), []
     for at, each in enumerate(with_and_without(scene, brdf)):
 
-        def on_device(context: Any, each: Scene = each) -> OffScreen:
+        def on_device(context: Context, each: Scene = each) -> OffScreen:
             return draw_off_screen(context, each, size, arguments.samples)
 
         found = off_screen(arguments.renderer, on_device, [])

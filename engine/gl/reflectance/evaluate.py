@@ -17,13 +17,16 @@ from __future__ import annotations
 import os
 import re
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.errors import InputError, MissingCapability
+from engine.gl.context import Owned, create_context
+from engine.gl.program import find_uniform
 
 #: Pairs in a row of the textures, and rows in a tile: few, so that a slow source is noticed soon.
 WIDTH, TILE_ROWS = 1024, 64
@@ -79,8 +82,6 @@ def prepare() -> None:
     """Make the OpenGL context and draw once, before the process is confined and can load no driver any more."""
     os.environ |= {"LIBGL_ALWAYS_SOFTWARE": "1", "MESA_SHADER_CACHE_DISABLE": "true"}
     try:
-        from engine.gl.context import create_context
-
         _state["context"] = create_context()
     except MissingCapability as error:
         _state["missing"] = [error.capability, error.remedy]
@@ -103,8 +104,6 @@ def evaluate(
     """
     if "missing" in _state:
         return {"missing": _state["missing"]}
-    import moderngl
-
     wi, wo = np.frombuffer(content, np.float32).reshape(2, -1, 3)
     declared = "\n".join(f"#line {line}\nuniform {TYPES[kind]} {word};" for kind, word, line, _ in parameters)
     try:
@@ -113,7 +112,7 @@ def evaluate(
         return {"log": str(error)}
     for _, word, _, value in parameters:
         if word in program:
-            program[word].value = tuple(value) if isinstance(value, list) else value
+            find_uniform(program, word).value = tuple(value) if isinstance(value, list) else value
     begun_s = time.process_time()
     return {"values": _draw(program, wi, wo, limit_s, name), "cpu_s": time.process_time() - begun_s}
 
@@ -158,7 +157,7 @@ def _stops(shader: str, start: int) -> Iterator[int]:
     yield len(shader)
 
 
-def _program(source: str) -> Any:
+def _program(source: str) -> moderngl.Program:
     """The program of a source, which is kept for the next request: mostly the same with other values."""
     if _state.get("source") != source:
         if (old := _state.pop("program", None)) is not None:
@@ -171,14 +170,12 @@ def _program(source: str) -> Any:
 
 
 def _draw(
-    program: Any, wi: NDArray[np.float32], wo: NDArray[np.float32], limit_s: float, name: str
+    program: moderngl.Program, wi: NDArray[np.float32], wo: NDArray[np.float32], limit_s: float, name: str
 ) -> NDArray[np.float32]:
-    import moderngl
-
     context, count, end = _state["context"], len(wi), time.monotonic() + limit_s
     for unit, word in enumerate(("lightarc_light", "lightarc_viewer")):
         if word in program:
-            program[word].value = unit
+            find_uniform(program, word).value = unit
     values = np.empty((count, 3), np.float32)
     triangle = context.vertex_array(program, [])
     pairs = WIDTH * TILE_ROWS
@@ -187,7 +184,7 @@ def _draw(
             raise InputError(name, f"takes more than {limit_s:g} s to evaluate", "Shorten its loops")
         part = slice(first, min(first + pairs, count))
         with _Target(context, part.stop - first) as target:
-            textures: Mapping[int, Any] = {0: target.directions(wi[part]), 1: target.directions(wo[part])}
+            textures = {0: target.directions(wi[part]), 1: target.directions(wo[part])}
             for unit, texture in textures.items():
                 texture.use(unit)
             target.framebuffer.use()
@@ -204,13 +201,13 @@ def _draw(
 class _Target:
     """Textures and framebuffer of one tile, released at its end."""
 
-    def __init__(self, context: Any, count: int) -> None:
+    def __init__(self, context: moderngl.Context, count: int) -> None:
         self.context, self.count = context, count
         self.size = (WIDTH, -(-count // WIDTH))
         self._owned = [context.texture(self.size, 4, dtype="f4")]
         self.framebuffer = context.framebuffer(self._owned[:1])
 
-    def directions(self, vectors: NDArray[np.float32]) -> Any:
+    def directions(self, vectors: NDArray[np.float32]) -> moderngl.Texture:
         texels = np.zeros((self.size[0] * self.size[1], 3), np.float32)
         texels[: self.count] = vectors
         self._owned.append(self.context.texture(self.size, 3, texels, dtype="f4"))
@@ -221,5 +218,6 @@ class _Target:
         return self
 
     def __exit__(self, *_what: object) -> None:
-        for each in (self.framebuffer, *self._owned):
+        owned: tuple[Owned, ...] = (self.framebuffer, *self._owned)
+        for each in owned:
             each.release()

@@ -102,7 +102,7 @@ def _drawing() -> Iterator[tuple[str, Draw]]:
         direct, transported = DirectRenderer(context), TransportRenderer(context)
         targets = {side: context.framebuffer([context.renderbuffer((side, side))]) for side in (SMALL, LARGE)}
 
-        def draw(what: Any, camera: Camera, side: int) -> None:
+        def draw(what: RelightTransport | Scene, camera: Camera, side: int) -> None:
             if isinstance(what, Scene):
                 direct.draw(replace(what, camera=camera), targets[side], (side, side), samples=1)
             else:
@@ -116,7 +116,7 @@ def _drawing() -> Iterator[tuple[str, Draw]]:
                 owner.release()
 
 
-def _on_cpu(what: Any, camera: Camera, side: int) -> None:
+def _on_cpu(what: RelightTransport | Scene, camera: Camera, side: int) -> None:
     from engine.render.direct import radiance
 
     if isinstance(what, Scene):

@@ -14,6 +14,7 @@ from engine.transport.method import Subject, method_of
 
 if TYPE_CHECKING:
     from engine.geometry.mesh import Mesh
+    from engine.planning.costs.cost_model import Cost, CostModel
     from engine.planning.costs.load import Load
     from engine.transport.relight import RelightTransport
 
@@ -37,7 +38,7 @@ class Planning(Protocol):
 
     SPREAD: Spread
 
-    def cost(self, model: Any, setting: Setting, load: Load) -> Any:
+    def cost(self, model: CostModel, setting: Setting, load: Load) -> Cost:
         """Cost of a setting, as a `cost_model.Cost`, by the rates of a `cost_model.CostModel`."""
 
     def error(self, errors: Any, setting: Setting) -> float:
@@ -55,7 +56,7 @@ class Planning(Protocol):
     def draw(self, kind: str, parameter: int, mesh: Mesh) -> RelightTransport:
         """Something of a kind of `Method.frames` on `mesh` that can be drawn; its numbers mean nothing."""
 
-    def setting_of(self, relit: Any) -> Setting:
+    def setting_of(self, relit: RelightTransport) -> Setting:
         """The setting whose images cost what those of `relit` do; ValueError where it is none of a plan."""
 
     def prepare(self, plan: Any, subject: Subject, settings: Any) -> Steps[PlannedBake]:

@@ -14,6 +14,7 @@ from engine.bundle.portable import brdf_json, resolve_sigma, shader
 from engine.core.colour import luminance
 from engine.core.directions import surface_direction
 from engine.core.errors import MissingCapability
+from engine.gl.program import find_uniform
 from engine.shading.directional.effective_light import effective_cosine
 from engine.shading.power_law import Storage
 from tests.engine.bundle.materials import EXPONENT, SCALE, compute_expected_radiance, make_material
@@ -150,7 +151,7 @@ def test_the_shader_of_a_directional_map_computes_what_the_engine_does(
             }}""",
         )
         size = (planes.shape[2], planes.shape[1], len(planes))
-        textures = {
+        textures: dict[str, Any] = {
             "wi": context.texture((len(wi), 1), 3, wi.astype("f4").tobytes(), dtype="f4"),
             "wo": context.texture((len(wo), 1), 3, wo.astype("f4").tobytes(), dtype="f4"),
             "planes": context.texture_array(size, 1, (planes / 255.0).astype("f4").tobytes(), dtype="f4"),
@@ -158,7 +159,7 @@ def test_the_shader_of_a_directional_map_computes_what_the_engine_does(
         }
         for unit, (name, texture) in enumerate(textures.items()):
             texture.use(unit)
-            program[name].value = unit
+            find_uniform(program, name).value = unit
         textures["weights"].repeat_y = False
         target = context.framebuffer([context.texture((len(wi), 1), 4, dtype="f4")])
         target.use()

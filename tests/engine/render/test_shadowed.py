@@ -27,7 +27,7 @@ from engine.render.reference import reference
 from engine.render.shadowed import combine_shadowed, draw, with_and_without
 from engine.render.transported import image_of
 from engine.scene.material import Material, material_of_maps
-from engine.scene.scene import Scene
+from engine.scene.scene import RelightTransport, Scene
 from engine.shading.shading_map import ShadingMap
 from engine.surface.pbr_maps import PbrMaps
 from engine.transport.method import Subject, method_of
@@ -75,6 +75,11 @@ def transport_of(scene: Scene, mode: str, folder: Path) -> Any:
     return drain(method.baking.bake(folder / "a.transport", work)).transport
 
 
+def baked_light(scene: Scene) -> RelightTransport:
+    assert scene.relit is not None
+    return scene.relit
+
+
 def light_up(scene: Scene, mode: str, transport: Any) -> Scene:
     """The scene with the bake under its light."""
     method = method_of(mode)
@@ -95,7 +100,7 @@ def test_texels_of_a_linear_look_up_are_factors_on_the_bake(glossy: tuple[str, A
         return
     albedo = np.array([0.8, 0.4, 0.1])
     scene = light_up(scene_with(slope(albedo.reshape(1, 1, 3), 1.0, 0.5), **light), *glossy)
-    bare = drain(image_of(scene.relit, CAMERA, SIZE)).image
+    bare = drain(image_of(baked_light(scene), CAMERA, SIZE)).image
     model = drain(radiance(dataclasses.replace(scene, relit=None, ground=None), SIZE))[..., 3] == 1.0
     found = drain(draw(scene, SIZE))
     assert found[model][:, :3] == pytest.approx(0.5 * albedo * bare[model][:, :3], rel=2e-4, abs=1e-7)
@@ -134,7 +139,7 @@ def test_both_renderers_agree(gl: Any, glossy: tuple[str, Any]) -> None:
     while not send(bands, 7):
         pass
     shown = image.read()
-    baked = renderer.baked.radiance(scene.relit, CAMERA, SIZE, samples=2)
+    baked = renderer.baked.radiance(baked_light(scene), CAMERA, SIZE, samples=2)
     for owner in (image, renderer):
         owner.release()
     with_texels, without = (drain(radiance(each, SIZE)) for each in with_and_without(scene))
@@ -161,7 +166,7 @@ def checker(base: tuple[float, float], roughness: tuple[float, float]) -> Materi
 def test_pbr_maps_that_are_all_alike_are_the_bake(tmp_path: Path) -> None:
     scene = scene_with(checker((0.4, 0.4), (0.6, 0.6)))
     scene = light_up(scene, "sh", transport_of(scene, "sh", tmp_path))
-    bare = drain(image_of(scene.relit, CAMERA, SIZE)).image
+    bare = drain(image_of(baked_light(scene), CAMERA, SIZE)).image
     assert drain(draw(scene, SIZE)) == pytest.approx(bare, rel=2e-3, abs=1e-5)
 
 
@@ -169,7 +174,7 @@ def test_pbr_maps_vary_in_a_bake_of_their_mean(tmp_path: Path) -> None:
     scene = scene_with(checker((0.7, 0.1), (0.3, 0.8)))
     truth = drain(reference(scene, FINE, samples=64)).image
     scene = light_up(scene, "sh", transport_of(scene, "sh", tmp_path))
-    found, bare = drain(draw(scene, FINE)), drain(image_of(scene.relit, CAMERA, FINE)).image
+    found, bare = drain(draw(scene, FINE)), drain(image_of(baked_light(scene), CAMERA, FINE)).image
     model = drain(radiance(dataclasses.replace(scene, relit=None, ground=None), FINE))[..., 3] == 1.0
     inside = model & (found[..., 3] == 1.0) & (truth[..., 3] == 1.0)
     before, after = compare(bare, truth, inside).rmse_rel, compare(found, truth, inside).rmse_rel
@@ -180,7 +185,7 @@ def test_a_bake_of_another_brdf_lends_its_shadows_alone(tmp_path: Path) -> None:
     """Nothing shadows a ball: its texels are those without a bake, whatever was baked."""
     scene = dataclasses.replace(scene_with(slope(np.full((1, 1, 3), 0.6), 1.4, 1.0)), ground=None)
     matte = dataclasses.replace(scene, brdf=brdf_from_text("lambert:albedo=0.3"))
-    relit = light_up(matte, "sh", transport_of(matte, "sh", tmp_path)).relit
+    relit = baked_light(light_up(matte, "sh", transport_of(matte, "sh", tmp_path)))
     with_texels, without = (drain(radiance(each, SIZE)) for each in with_and_without(scene, matte.brdf))
     found = combine_shadowed(with_texels, without, drain(image_of(relit, CAMERA, SIZE)).image)
     inside = found[..., 3] == 1.0
