@@ -1,4 +1,4 @@
-"""Properties that are computed once for each object, without a lock.
+"""Properties that are computed once for each object, without a lock, and results that are remembered.
 
 `functools.cached_property` of Python 3.11 holds one lock for all objects of a class while it computes, so that the
 window waits for the value of another scene that a job computes at length. Python 3.12 removed the lock, and this class
@@ -9,9 +9,37 @@ from __future__ import annotations
 
 import functools
 import sys
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
-__all__ = ["cached_property"]
+__all__ = ["cached_property", "remember"]
+
+Parameters = ParamSpec("Parameters")
+Result = TypeVar("Result")
+
+
+def remember(count: int) -> Callable[[Callable[Parameters, Result]], Callable[Parameters, Result]]:
+    """Keep the last `count` results of a function, as `functools.lru_cache`, of arguments that have a hash.
+
+    A BRDF of a user's own class may have none, as a dataclass that is not frozen: its results are computed each time.
+    """
+
+    def decorate(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
+        kept: Any = functools.lru_cache(maxsize=count)(function)
+
+        @functools.wraps(function)
+        def call(*arguments: Parameters.args, **options: Parameters.kwargs) -> Result:
+            try:
+                hash((arguments, *options.values()))
+            except TypeError:
+                return function(*arguments, **options)
+            result: Result = kept(*arguments, **options)
+            return result
+
+        return call
+
+    return decorate
+
 
 if TYPE_CHECKING or sys.version_info >= (3, 12):
     from functools import cached_property

@@ -14,11 +14,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import partial
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from engine.core.cached import cached_property
+from engine.core.cached import cached_property, remember
 from engine.core.errors import UsageError
 from engine.core.steps import drain
 from engine.geometry.camera import Camera, frame
@@ -37,12 +37,15 @@ from engine.scene.scene import Scene
 from engine.transport import method as transport
 from engine.transport.sh.transfer import is_diffuse
 
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
+
 #: Side of the image, samples of each pixel, and what the noise that is found is raised by.
 SIDE, SAMPLES, MARGIN = 32, 16, 1.1
 
 
-@lru_cache(maxsize=8)
-def probe(mesh: Mesh, brdf: Any, depth: int, **place: Any) -> float:
+@remember(8)
+def probe(mesh: Mesh, brdf: Brdf, depth: int, **place: Any) -> float:
     """The relative error of a reference of one sample for each pixel, light touching up to `depth` points.
 
     `place` are fields of the `Scene`: its environment, ground, and so on. Remembered; some 0.1 s.

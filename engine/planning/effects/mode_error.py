@@ -15,12 +15,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core.cached import cached_property
+from engine.core.cached import cached_property, remember
 from engine.core.directions import world_from_tangent
 from engine.core.errors import UsageError
 from engine.core.one_thread import one_thread
@@ -47,6 +47,9 @@ from engine.transport.wavelet.transfer import (
     transport_vectors,
     vectors_of,
 )
+
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
 
 Array = NDArray[np.float64]
 
@@ -149,7 +152,7 @@ def between(errors: dict[int, float], parameter: float) -> float:
     return one * (parameter / low) ** (math.log(other / one) / math.log(parameters[high] / low))
 
 
-def can_be_factored(brdf: Any) -> bool:
+def can_be_factored(brdf: Brdf) -> bool:
     """True if wavelets take the BRDF: not factors over half and difference vectors, or too many."""
     if isinstance(brdf, SeparableFactors):
         try:
@@ -159,8 +162,8 @@ def can_be_factored(brdf: Any) -> bool:
     return True
 
 
-@lru_cache(maxsize=16)
-def _factors(brdf: Any) -> dict[int, SeparableFactors]:
+@remember(16)
+def _factors(brdf: Brdf) -> dict[int, SeparableFactors]:
     """The factors of bakes by their number of terms."""
     return drain(factors_of_each(brdf, TERMS))
 

@@ -24,11 +24,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.cached import remember
 from engine.core.colour import luminance
 from engine.core.directions import dot, normalize
 from engine.core.one_thread import one_thread
@@ -43,6 +44,9 @@ from engine.transport.sh.transfer import is_diffuse, texel_basis
 from engine.transport.wavelet.haar import cube_of_coefficients
 from engine.transport.wavelet.quantise import encode_light
 from engine.transport.wavelet.transfer import cube_texels
+
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
 
 Array = NDArray[np.float64]
 
@@ -77,7 +81,7 @@ class Radiances:
 
 
 def radiances(
-    sample: Sample, brdf: Any, *, own: Sequence[Any] | None = None, effects: bool = True, methods: bool = True
+    sample: Sample, brdf: Brdf, *, own: Sequence[Any] | None = None, effects: bool = True, methods: bool = True
 ) -> Radiances:
     """Work them out, with and without `effects`, by all `methods`; most time is for values of the BRDF.
 
@@ -109,8 +113,8 @@ def radiances(
     return found
 
 
-@lru_cache(maxsize=8)
-def has_retro(brdf: Any) -> bool:
+@remember(8)
+def has_retro(brdf: Brdf) -> bool:
     """True if the BRDF reflects more to the light's side than across it anywhere, by a hundredth."""
     theta, phi = np.meshgrid(np.linspace(0.1, 1.4, 14), np.linspace(0.0, 0.45 * np.pi, 8), indexing="ij")
     wi = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1).reshape(-1, 1, 3)
@@ -126,7 +130,7 @@ class _Work:
     def __init__(
         self,
         sample: Sample,
-        brdf: Any,
+        brdf: Brdf,
         own: Sequence[Any] | None,
         diffuse: bool,
         found: Radiances,
@@ -280,7 +284,7 @@ def _values(order: int, edge: int) -> Array:
 RAYS, SHADOWS = 32, 8
 
 
-def bounce(sample: Sample, brdf: Any, ground_albedo: float = 0.0, seed: int = 0) -> tuple[Array, Array]:
+def bounce(sample: Sample, brdf: Brdf, ground_albedo: float = 0.0, seed: int = 0) -> tuple[Array, Array]:
     """Two independent estimates (N, K, 3) of the radiance of each pair that has met another surface before.
 
     No ray is cast where no vertex of the model sees another surface.

@@ -6,8 +6,7 @@ Each is a Brdf like any other, so that the error of skipping is the difference o
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 from engine.brdf.analysis import albedo
 from engine.brdf.models.diffuse import Lambert
 from engine.brdf.models.sampling import sampler_of
+from engine.core.cached import remember
 from engine.core.directions import Vectors, surface_direction
+
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
 
 #: Azimuths over which a brushed BRDF is averaged.
 TURNS = 8
@@ -39,8 +42,8 @@ class Albedos:
         return np.minimum(1.0, np.where(at > 0.0, level[0] / np.where(at > 0.0, at, 1.0), 1.0))
 
 
-@lru_cache(maxsize=8)
-def albedos(brdf: Any) -> Albedos:
+@remember(8)
+def albedos(brdf: Brdf) -> Albedos:
     """The albedos of `brdf`; some 30 ms, and remembered."""
     at, share = np.polynomial.legendre.leggauss(ANGLES - 1)
     theta = np.concatenate([[0.0], 0.25 * np.pi * (1.0 + at)])
@@ -52,8 +55,8 @@ def albedos(brdf: Any) -> Albedos:
     return Albedos(theta, value, mean)
 
 
-@lru_cache(maxsize=8)
-def lambertian(brdf: Any) -> Lambert:
+@remember(8)
+def lambertian(brdf: Brdf) -> Lambert:
     """The Lambertian BRDF that reflects as much of even light."""
     red, green, blue = np.clip(albedos(brdf).mean, 0.0, 1.0)
     return Lambert((float(red), float(green), float(blue)))
@@ -63,7 +66,7 @@ def lambertian(brdf: Any) -> Lambert:
 class _Without:
     """Interface that all simplified BRDFs share with the BRDF that they derive from."""
 
-    brdf: Any
+    brdf: Brdf
 
     @property
     def isotropic(self) -> bool:

@@ -20,13 +20,12 @@ Two tables serve it: the cosine of theta' over r for a BRDF, and the weights of 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf
+from engine.core.cached import remember
 from engine.core.colour import luminance
 from engine.core.directions import Vectors, surface_direction
 
@@ -69,14 +68,9 @@ class EffectiveCosine:
         return np.asarray(np.where(lit, np.exp2(found), 0.0))
 
 
+@remember(4)
 def effective_cosine(brdf: Brdf) -> EffectiveCosine:
     """The table of `brdf`; the last ones are kept. Cost: `SAMPLES` evaluations, times `SIDES` where anisotropic."""
-    hashable: Any = brdf
-    return _make(hashable)
-
-
-@lru_cache(maxsize=4)
-def _make(brdf: Any) -> EffectiveCosine:
     cosine = np.cos(np.linspace(0.5 * np.pi, 0.0, SAMPLES))
     cosine[0] = 2.0**MIN_COSINE
     azimuth = np.arange(1 if brdf.isotropic else SIDES) * (2.0 * np.pi / SIDES)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import threading
 
-from engine.core.cached import cached_property
+import pytest
+
+from engine.core.cached import cached_property, remember
 
 
 class Squared:
@@ -42,3 +44,24 @@ def test_nobody_waits_for_the_value_of_another_object() -> None:
     slow.proceed.set()
     thread.join(30)
     assert found == [25]
+
+
+def test_results_are_remembered_where_arguments_have_a_hash() -> None:
+    calls: list[object] = []
+
+    @remember(2)
+    def name(value: object, sign: str = "!") -> str:
+        calls.append(value)
+        return f"{value}{sign}"
+
+    assert [name(1), name(1), name(1, sign="?"), name([2]), name([2])] == ["1!", "1!", "1?", "[2]!", "[2]!"]
+    assert calls == [1, 1, [2], [2]]
+
+
+def test_a_fault_of_the_function_is_its_own() -> None:
+    @remember(2)
+    def fail(_value: object) -> None:
+        raise TypeError("of its own")
+
+    with pytest.raises(TypeError, match="of its own"):
+        fail(1)
