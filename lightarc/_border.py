@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import functools
+import operator
+import warnings
 from collections.abc import Callable, Mapping
-from typing import Any, ParamSpec, TypeVar
+from typing import ParamSpec, TypeVar
+
+import numpy as np
 
 from engine.core.errors import LightarcError, UsageError, file_failure, shortage
 
@@ -24,8 +28,6 @@ def public(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
 
     @functools.wraps(function)
     def guard(*arguments: Parameters.args, **options: Parameters.kwargs) -> Result:
-        import numpy as np
-
         try:
             with np.errstate(all="ignore"):
                 return function(*arguments, **options)
@@ -44,14 +46,14 @@ def public(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
     return guard
 
 
-def accept_old_names(old: Mapping[str, str]) -> Callable[[Callable[..., Result]], Callable[..., Result]]:
+def accept_old_names(
+    old: Mapping[str, str],
+) -> Callable[[Callable[Parameters, Result]], Callable[Parameters, Result]]:
     """Accept parameters by the names of the release before, old to new, with a warning."""
 
-    def accept(function: Callable[..., Result]) -> Callable[..., Result]:
+    def accept(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
         @functools.wraps(function)
-        def translate(*arguments: Any, **options: Any) -> Result:
-            import warnings
-
+        def translate(*arguments: Parameters.args, **options: Parameters.kwargs) -> Result:
             for name in old.keys() & options.keys():
                 text = f"the parameter {name} of {function.__name__} is called {old[name]}"
                 warnings.warn(text, DeprecationWarning, stacklevel=2)
@@ -65,8 +67,6 @@ def accept_old_names(old: Mapping[str, str]) -> Callable[[Callable[..., Result]]
 
 def check_size(size: tuple[int, int]) -> None:
     """UsageError for an image size that is not two whole numbers of pixels from 1 to `MAX_SIDE_PX`."""
-    import operator
-
     try:
         width, height = map(operator.index, size)
     except (TypeError, ValueError):

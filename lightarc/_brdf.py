@@ -19,17 +19,15 @@ from engine.factor.factor_file import write_factors
 from engine.factor.settings import DEFAULT, FactorSettings
 from engine.storage.atomic import require_space
 from lightarc._border import public
-from lightarc._inputs import File, Progress, as_brdf, as_samples, numeric
+from lightarc._inputs import BrdfLike, File, Progress, as_brdf, as_samples, numeric
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from engine.brdf.brdf import Brdf
     from engine.brdf.fit import Fit
+    from engine.brdf.models.sampling_lobes import Sampler
     from engine.factor.errors import Factorisation
-
-#: Whatever stands for a BRDF: its text, a file, a model, or any object with `f`.
-BrdfLike = Any
 
 
 @public
@@ -384,5 +382,5 @@ def _unit(directions: ArrayLike, name: str) -> NDArray[np.float64]:
     return np.asarray((flat / length).reshape(array.shape))
 
 
-def _sampler(brdf: BrdfLike) -> Any:
+def _sampler(brdf: BrdfLike) -> Sampler:
     return sampler_of(as_brdf(brdf))

@@ -21,6 +21,7 @@ from lightarc._inputs import File, Progress, as_azimuth, as_stack, capture_of, i
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from engine.capture.lights.mirror_sphere import Circle
     from engine.capture.lights.sources import Sources
     from engine.capture.stack import ImageStack
     from engine.surface.recover import Surface
@@ -287,7 +288,7 @@ def import_capture(
         return drain(import_stack(sources, settings, folder), progress)
 
 
-def _outline(sphere: Any) -> Any:
+def _outline(sphere: Circle | Literal["auto"] | ArrayLike | None) -> Any:
     """Return the outline of a mirror sphere as the engine takes it."""
     from engine.capture.lights.mirror_sphere import Circle
 
@@ -299,7 +300,7 @@ def _outline(sphere: Any) -> Any:
     return Circle(*map(float, numbers))
 
 
-def _framing(crop: Any, corners: Any, size: Any) -> Any:
+def _framing(crop: Sequence[int] | None, corners: ArrayLike | None, size: tuple[int, int] | None) -> Any:
     """Return the part of the photographs that a stack shows, None for all or a plain crop."""
     from engine.capture.registration.framing import Framing
     from engine.capture.registration.framing import crop as crop_to_size
@@ -319,7 +320,7 @@ def _framing(crop: Any, corners: Any, size: Any) -> Any:
     return crop_to_size(Region(*crop), *size)
 
 
-def _selection(azimuth_deg: Any, arc: bool, keep: Sequence[int | str] | None) -> Any:
+def _selection(azimuth_deg: float | Sequence[float] | None, arc: bool, keep: Sequence[int | str] | None) -> Any:
     """Return the lights that an import keeps, None for all."""
     from engine.capture.lights.selection import Arc, Listed
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from engine.images.encode import encode_png
 from engine.render.display import Display, display
@@ -33,6 +34,6 @@ class Image(np.ndarray[Any, Any]):
             return encode_png(display(np.nan_to_num(values), Display()))
 
 
-def as_shown(values: Any) -> Image:
+def as_shown(values: ArrayLike) -> Image:
     """Return an array as an `Image`; the pixels are not copied."""
     return np.asarray(values).view(Image)

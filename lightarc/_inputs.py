@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, Literal, Protocol, TypeGuard
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from engine.brdf.brdf import Brdf
 from engine.brdf.samples import BrdfSamples
 from engine.capture.lights.sources import Sources, find_packed
 from engine.core.colour import luminance, srgb_decode
@@ -31,40 +33,62 @@ from engine.light.environment import EnvironmentMap
 from engine.light.environment_file import open_environment
 from engine.light.lamps import Lamp
 from engine.scene.material import Material
-from engine.storage.atomic import make_folder, write_bytes
+from engine.storage.atomic import atomic_file, make_folder, write_bytes
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from engine.brdf.brdf import Brdf
+    from engine.capture.lights.mirror_sphere import Circle
+    from engine.capture.lights.selection import Azimuth
     from engine.capture.stack import ImageStack
 
 File = str | os.PathLike[str]
 Progress = Callable[[Step], None]
 
+#: A file by its path, or open in binary mode.
+FileLike = File | IO[bytes]
 
-def is_path(value: Any) -> bool:
+#: Whatever stands for a BRDF: its text, a file, a model or its class, or any object with `f`.
+BrdfLike = FileLike | Brdf | type[Brdf]
+
+
+class Triangles(Protocol):
+    """A mesh of another package, such as trimesh."""
+
+    @property
+    def vertices(self) -> ArrayLike: ...
+    @property
+    def faces(self) -> ArrayLike: ...
+
+
+#: Whatever stands for a model: a name, a file, a mesh of this package or of trimesh, or (vertices, faces).
+MeshLike = FileLike | Mesh | Triangles | Sequence[ArrayLike]
+
+MaterialLike = FileLike | Material
+EnvironmentLike = FileLike | EnvironmentMap | ArrayLike
+CameraLike = str | Camera
+LightLike = ArrayLike | Lamp | Sequence[Lamp]
+ImageLike = FileLike | ArrayLike
+
+
+def is_path(value: object) -> TypeGuard[File]:
     """Return whether a value names a file."""
     return isinstance(value, str | os.PathLike)
 
 
-def is_file_object(value: Any) -> bool:
+def is_file_object(value: object) -> TypeGuard[IO[bytes]]:
     """Return whether a value is an open file that can be read."""
     return callable(getattr(value, "read", None))
 
 
 @contextmanager
-def on_disk(file: Any, suffix: str = "") -> Iterator[Path]:
+def on_disk(file: FileLike, suffix: str = "") -> Iterator[Path]:
     """Give the path of a file; of an open one that of a copy, which is removed at the end of the block.
 
     The decoders of the engine read files by name in a process of their own. The ending is that of the file's `name`,
     or else `suffix`.
     """
-    if is_path(file):
+    if isinstance(file, str | os.PathLike):
         yield Path(file)
         return
-    from engine.storage.atomic import atomic_file
-
     named = getattr(file, "name", "")
     name = Path(named).name if isinstance(named, str) and named else f"file{suffix}"
     with tempfile.TemporaryDirectory(prefix="lightarc-") as folder:
@@ -79,7 +103,7 @@ def on_disk(file: Any, suffix: str = "") -> Iterator[Path]:
         yield path
 
 
-def numeric(values: Any, name: str, *axes: int | None) -> NDArray[np.float64]:
+def numeric(values: object, name: str, *axes: int | None) -> NDArray[np.float64]:
     """Return finite float64 numbers whose axes have these lengths (None: any); `name` is that of the argument."""
     try:
         array = np.asarray(values, np.float64)
@@ -118,7 +142,7 @@ def as_mesh(model: Any) -> Mesh:
     )
 
 
-def as_environment(environment: Any) -> EnvironmentMap | None:
+def as_environment(environment: object) -> EnvironmentMap | None:
     """Return the environment map of a name, a file or an array (H, W, 3) of linear radiance; None stays None."""
     if environment is None or isinstance(environment, EnvironmentMap):
         return environment
@@ -180,7 +204,7 @@ def as_samples(samples: Sequence[Any]) -> BrdfSamples:
     return BrdfSamples(wi / lengths[0], wo / lengths[1], value, name="samples")
 
 
-def as_material(material: Any) -> Material | None:
+def as_material(material: object) -> Material | None:
     """Return the material of a bundle, a folder of PBR textures or a glTF or MaterialX file; None stays None."""
     if material is None or isinstance(material, Material):
         return material
@@ -190,7 +214,7 @@ def as_material(material: Any) -> Material | None:
         return open_material(path)
 
 
-def as_camera(camera: Any, positions: NDArray[np.float64], size: tuple[int, int]) -> Camera:
+def as_camera(camera: object, positions: NDArray[np.float64], size: tuple[int, int]) -> Camera:
     """Return the camera of a text or a Camera; what a text leaves out frames the positions (V, 3)."""
     if isinstance(camera, Camera):
         return camera
@@ -199,17 +223,18 @@ def as_camera(camera: Any, positions: NDArray[np.float64], size: tuple[int, int]
     return parse(camera, frame(positions, size[0] / size[1]))
 
 
-def as_lamps(light: Any, irradiance: float) -> tuple[Lamp, ...]:
+def as_lamps(light: LightLike, irradiance: float) -> tuple[Lamp, ...]:
     """Return the distant lights of a vector (3,), vectors (N, 3), or Lamp objects."""
     each = list(light) if isinstance(light, list | tuple) else [light]
-    if each and all(isinstance(one, Lamp) for one in each):
-        return tuple(each)
-    vectors = np.atleast_2d(np.asarray(light, np.float64)) if np.size(light) else np.zeros((0, 3))
-    vectors = numeric(vectors, "light", None, 3)
+    lamps = tuple(one for one in each if isinstance(one, Lamp))
+    if lamps and len(lamps) == len(each):
+        return lamps
+    given = np.asarray(light, np.float64)
+    vectors = numeric(np.atleast_2d(given) if given.size else np.zeros((0, 3)), "light", None, 3)
     return tuple(Lamp((float(x), float(y), float(z)), (float(irradiance),) * 3) for x, y, z in vectors)
 
 
-def as_image(image: Any) -> tuple[NDArray[np.float32], bool]:
+def as_image(image: object) -> tuple[NDArray[np.float32], bool]:
     """Return linear values (H, W, 3 or 4) of an array or a file, and whether they are what a screen shows.
 
     Arrays of whole numbers of 8 or 16 bits are sRGB-coded, as such files are; arrays of floats are linear radiance.
@@ -228,7 +253,7 @@ def as_image(image: Any) -> tuple[NDArray[np.float32], bool]:
     return array, False
 
 
-def images_of(values: Any) -> NDArray[Any]:
+def images_of(values: Iterable[ArrayLike]) -> NDArray[Any]:
     """Return the images (N, H, W, 3) of an array or of a list of arrays, N at least 2."""
     array = np.asarray(values) if isinstance(values, np.ndarray) else np.stack([np.asarray(each) for each in values])
     if array.ndim == 3:
@@ -240,7 +265,7 @@ def images_of(values: Any) -> NDArray[Any]:
     return array
 
 
-def is_array(value: Any) -> bool:
+def is_array(value: object) -> TypeGuard[Iterable[ArrayLike]]:
     """Return whether a value is an array of numbers, or a list of such arrays."""
     if isinstance(value, list | tuple):
         return len(value) > 0 and all(hasattr(each, "__array__") for each in value)
@@ -248,7 +273,7 @@ def is_array(value: Any) -> bool:
 
 
 def light_angles(
-    count: int, angles_deg: Any, lights: Any
+    count: int, angles_deg: ArrayLike | None, lights: ArrayLike | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None] | None:
     """Return elevations and azimuths (or None) in radians of `count` lights; None where neither is given.
 
@@ -271,7 +296,7 @@ def light_angles(
     return np.arcsin(vectors[:, 2] / length), np.arctan2(vectors[:, 1], vectors[:, 0])
 
 
-def as_stack(stack: Any, angles_deg: Any = None, lights: Any = None) -> ImageStack:
+def as_stack(stack: object, angles_deg: ArrayLike | None = None, lights: ArrayLike | None = None) -> ImageStack:
     """Return the stack of a folder, of an ImageStack, or of arrays (N, H, W, 3) ordered by rising elevation.
 
     The elevations of arrays without angles are evenly spaced up to 90 degrees.
@@ -311,7 +336,9 @@ def as_stack(stack: Any, angles_deg: Any = None, lights: Any = None) -> ImageSta
 
 
 @contextmanager
-def capture_of_arrays(values: Any, angles_deg: Any, lights: Any) -> Iterator[Sources]:
+def capture_of_arrays(
+    values: Iterable[ArrayLike], angles_deg: ArrayLike | None, lights: ArrayLike | None
+) -> Iterator[Sources]:
     """Give the capture of arrays, whose photographs lie in a folder that is removed at the end of the block.
 
     An import decodes files: arrays go through the same steps.
@@ -337,7 +364,7 @@ def capture_of_arrays(values: Any, angles_deg: Any, lights: Any) -> Iterator[Sou
         yield drain(find_packed([folder], angles))
 
 
-def as_azimuth(azimuth_deg: Any) -> Any:
+def as_azimuth(azimuth_deg: float | Sequence[float] | None) -> Azimuth | None:
     """Return the azimuth of an angle in degrees, or of an angle and a tolerance; None stays None."""
     from engine.capture.lights.selection import Azimuth
 
@@ -349,7 +376,12 @@ def as_azimuth(azimuth_deg: Any) -> Any:
     return Azimuth(*(float(angle) for angle in angles))
 
 
-def capture_of(capture: Any, angles_deg: Any, lights: Any, sphere: Any = None) -> Any:
+def capture_of(
+    capture: Any,
+    angles_deg: ArrayLike | None,
+    lights: ArrayLike | None,
+    sphere: Circle | Literal["auto"] | None = None,
+) -> AbstractContextManager[Sources]:
     """Return a context that gives the capture of arrays, of paths, or the one that `open_capture` found.
 
     `sphere` is the outline of a mirror sphere on which lights of files are measured.
@@ -364,4 +396,5 @@ def capture_of(capture: Any, angles_deg: Any, lights: Any, sphere: Any = None) -
     if lights is not None:
         raise UsageError("lights are for arrays; photographs in files have them in an .lp file or capture.toml")
     paths = [capture] if is_path(capture) else list(capture)
-    return nullcontext(drain(find_packed([Path(path) for path in paths], angles_deg, sphere=sphere)))
+    angles = None if angles_deg is None else [float(angle) for angle in np.atleast_1d(angles_deg)]
+    return nullcontext(drain(find_packed([Path(path) for path in paths], angles, sphere=sphere)))

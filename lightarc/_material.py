@@ -23,7 +23,7 @@ from engine.shading.shading_map import ShadingMap, include
 from engine.shading.stack_arcs import exclude_beside
 from engine.shading.tile import make_tile, tile_health, tile_planes
 from lightarc._border import public
-from lightarc._inputs import File, Progress, as_azimuth, as_brdf, as_material, as_stack, on_disk
+from lightarc._inputs import BrdfLike, File, FileLike, Progress, as_azimuth, as_brdf, as_material, as_stack, on_disk
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -39,7 +39,7 @@ def build_material(
     angles_deg: ArrayLike | None = None,
     lights: ArrayLike | None = None,
     slices: int = 8,
-    brdf: Any = "phong:exponent=20",
+    brdf: BrdfLike = "phong:exponent=20",
     representation: Literal["auto", "shading-map", "directional"] = "auto",
     excluded: Collection[str] = (),
     azimuth_deg: float | tuple[float, float] | None = None,
@@ -233,7 +233,7 @@ def save_bundle(path: File, material: Material, *, progress: Progress | None = N
 
 
 @public
-def open_bundle(path: Any) -> Material:
+def open_bundle(path: FileLike) -> Material:
     """Open the material in a bundle, bit for bit as it was saved.
 
     Parameters
@@ -262,7 +262,7 @@ def open_bundle(path: Any) -> Material:
 
 
 @public
-def open_material(path: Any) -> Material:
+def open_material(path: FileLike) -> Material:
     """Open a material of this program or of others.
 
     Parameters

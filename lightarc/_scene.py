@@ -34,7 +34,15 @@ from engine.transport.relight import Light
 from lightarc._border import accept_old_names, check_size, public
 from lightarc._image import as_shown
 from lightarc._inputs import (
+    BrdfLike,
+    CameraLike,
+    EnvironmentLike,
     File,
+    FileLike,
+    ImageLike,
+    LightLike,
+    MaterialLike,
+    MeshLike,
     Progress,
     as_brdf,
     as_camera,
@@ -56,23 +64,20 @@ if TYPE_CHECKING:
     from engine.tradeoff.sweep import Tradeoff
     from lightarc._image import Image
 
-#: Whatever stands for a model: a name, a file, a mesh of this package or of trimesh, or (vertices, faces).
-MeshLike = Any
-
 
 @public
 def make_scene(
     model: MeshLike,
     *,
-    material: Any = None,
-    brdf: Any = None,
-    light: Any = None,
+    material: MaterialLike | None = None,
+    brdf: BrdfLike | None = None,
+    light: LightLike | None = None,
     light_deg: tuple[float, float] | None = None,
-    environment: Any = None,
+    environment: EnvironmentLike | None = None,
     environment_rotation_deg: float = DEFAULTS.environment_rotation_deg,
     irradiance: float = DEFAULTS.irradiance,
     ground_albedo: float | None = None,
-    camera: Any = "",
+    camera: CameraLike = "",
     repeats: float = DEFAULTS.repeats,
     size: tuple[int, int] = (512, 384),
     **options: Any,
@@ -152,17 +157,17 @@ def make_scene(
 
 @public
 def render(
-    model: MeshLike,
+    model: MeshLike | Scene,
     *,
-    material: Any = None,
-    brdf: Any = None,
-    light: Any = None,
+    material: MaterialLike | None = None,
+    brdf: BrdfLike | None = None,
+    light: LightLike | None = None,
     light_deg: tuple[float, float] | None = None,
-    environment: Any = None,
+    environment: EnvironmentLike | None = None,
     environment_rotation_deg: float = DEFAULTS.environment_rotation_deg,
     irradiance: float = DEFAULTS.irradiance,
     ground_albedo: float | None = None,
-    camera: Any = "",
+    camera: CameraLike = "",
     repeats: float = DEFAULTS.repeats,
     size: tuple[int, int] = (512, 384),
     mode: str | None = None,
@@ -255,7 +260,7 @@ def render(
 @accept_old_names({"picture": "image"})
 @public
 def save_image(
-    path: Any,
+    path: FileLike,
     image: ArrayLike,
     *,
     exposure_ev: float = 0.0,
@@ -286,9 +291,9 @@ def save_image(
     --------
     >>> lightarc.save_image("plain.png", image, exposure_ev=1)
     """
-    is_file = not is_path(path)
-    name = str(getattr(path, "name", "")) if is_file else os.fspath(path)
-    kind = Path(name).suffix.lower() or (".png" if is_file else "")
+    named = is_path(path)
+    name = os.fspath(path) if isinstance(path, str | os.PathLike) else str(getattr(path, "name", ""))
+    kind = Path(name).suffix.lower() or ("" if named else ".png")
     if kind not in (".png", ".exr"):
         raise UsageError(f"an image is written as .png or .exr, not as {name!r}")
     values = np.asarray(image)
@@ -302,15 +307,15 @@ def save_image(
             [values[..., :3], values[..., 3:] if values.shape[2] == 4 else np.ones_like(values[..., :1])], 2
         )
         content = encode_png(display(whole, Display(exposure_ev, tone_map)))
-    if is_file:
-        path.write(content)
-    else:
+    if isinstance(path, str | os.PathLike):
         write_bytes(Path(path), content)
+    else:
+        path.write(content)
 
 
 @accept_old_names({"picture": "image"})
 @public
-def compare(image: Any, reference: Any, *, mask: ArrayLike | None = None) -> ImageError:
+def compare(image: ImageLike, reference: ImageLike, *, mask: ArrayLike | None = None) -> ImageError:
     """Measure the error of an image against another.
 
     Parameters
@@ -352,7 +357,7 @@ def compare(image: Any, reference: Any, *, mask: ArrayLike | None = None) -> Ima
 @public
 def bake(
     model: MeshLike,
-    brdf: Any,
+    brdf: BrdfLike,
     path: File,
     *,
     method: str = "wavelet",
@@ -425,12 +430,12 @@ def bake(
 def relight(
     path: File,
     *,
-    light: Any = None,
+    light: LightLike | None = None,
     light_deg: tuple[float, float] | None = None,
-    environment: Any = None,
+    environment: EnvironmentLike | None = None,
     environment_rotation_deg: float = DEFAULTS.environment_rotation_deg,
     irradiance: float = DEFAULTS.irradiance,
-    camera: Any = "",
+    camera: CameraLike = "",
     size: tuple[int, int] = (512, 384),
     samples: int = 2,
     progress: Progress | None = None,
@@ -486,17 +491,17 @@ def relight(
 
 @public
 def plan(
-    model: MeshLike,
-    brdf: Any = None,
-    environment: Any = "studio",
+    model: MeshLike | Scene,
+    brdf: BrdfLike | None = None,
+    environment: EnvironmentLike | None = "studio",
     *,
-    material: Any = None,
+    material: MaterialLike | None = None,
     error: float | None = None,
     time_ms: float | None = None,
     force: Collection[str] = (),
     skip: Collection[str] = (),
     ground_albedo: float | None = None,
-    camera: Any = "",
+    camera: CameraLike = "",
     size: tuple[int, int] = (960, 540),
     frames: int = 20_000,
     costs: CostModel | None = None,
@@ -565,16 +570,16 @@ def plan(
 
 @public
 def tradeoff(
-    model: MeshLike,
-    brdf: Any = None,
-    environment: Any = "studio",
+    model: MeshLike | Scene,
+    brdf: BrdfLike | None = None,
+    environment: EnvironmentLike | None = "studio",
     *,
-    material: Any = None,
+    material: MaterialLike | None = None,
     modes: Sequence[str] = (),
     seconds: float = 480.0,
     max_depth: int = 1,
     ground_albedo: float | None = None,
-    camera: Any = "",
+    camera: CameraLike = "",
     size: tuple[int, int] = (320, 240),
     seed: int = 0,
     folder: File | None = None,
@@ -640,7 +645,7 @@ def draw_figures(
     folder: File,
     *,
     model: MeshLike | None = None,
-    environment: Any = None,
+    environment: EnvironmentLike | None = None,
     quick: bool = False,
     progress: Progress | None = None,
 ) -> list[Path]:
@@ -695,12 +700,12 @@ def draw_figures(
 
 
 def _scene_under(
-    model: Any,
-    brdf: Any,
-    environment: Any,
-    material: Any,
+    model: MeshLike | Scene,
+    brdf: BrdfLike | None,
+    environment: EnvironmentLike | None,
+    material: MaterialLike | None,
     ground_albedo: float | None,
-    camera: Any,
+    camera: CameraLike,
     size: tuple[int, int],
 ) -> Scene:
     """The scene of the arguments, which has an environment; UsageError where it has none."""

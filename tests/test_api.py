@@ -119,7 +119,7 @@ def test_earlier_names_are_deprecated_aliases() -> None:
         assert lightarc.save_picture is lightarc.save_image
     image = np.ones((2, 2, 4), np.float32)
     with pytest.warns(DeprecationWarning, match="picture of compare is called image"):
-        assert lightarc.compare(picture=image, reference=image).rmse_rel == 0.0
+        assert lightarc.compare(picture=image, reference=image).rmse_rel == 0.0  # type: ignore[call-arg]
 
 
 def test_importing_the_library_loads_neither_numpy_nor_qt() -> None:
@@ -214,25 +214,25 @@ def test_images_come_as_arrays_paths_and_open_files(tmp_path: Path) -> None:
         lambda: lightarc.render((np.zeros((3, 2)), np.zeros((1, 3), int))),
         lambda: lightarc.render((np.eye(3), np.array([[0, 1, 3]]))),
         lambda: lightarc.render((np.full((3, 3), np.nan), np.array([[0, 1, 2]]))),
-        lambda: lightarc.render(np.float64(3)),
+        lambda: lightarc.render(np.float64(3)),  # type: ignore[arg-type]
         lambda: lightarc.render("sphere", light=(0, 0, 0)),
         lambda: lightarc.render("sphere", light=(0, 1)),
         lambda: lightarc.render("sphere", light=[]),
         lambda: lightarc.render("sphere", environment=np.ones((4, 4, 3))),
         lambda: lightarc.render("sphere", environment=-np.ones((4, 8, 3))),
-        lambda: lightarc.render("sphere", brdf=object()),
-        lambda: lightarc.render("sphere", material=np.ones(3)),
+        lambda: lightarc.render("sphere", brdf=object()),  # type: ignore[arg-type]
+        lambda: lightarc.render("sphere", material=np.ones(3)),  # type: ignore[arg-type]
         lambda: lightarc.build_material(np.ones((1, 4, 4, 3))),
         lambda: lightarc.build_material(np.full((3, 4, 4, 3), np.inf)),
         lambda: lightarc.build_material(np.ones((3, 4, 4, 3)), angles_deg=[1, 2]),
         lambda: lightarc.import_capture(np.ones((3, 4, 4, 3)), "never"),
         lambda: lightarc.recover_normals(np.ones((3, 4, 4, 3))),
-        lambda: lightarc.fit_brdf((VECTORS, VECTORS)),
+        lambda: lightarc.fit_brdf((VECTORS, VECTORS)),  # type: ignore[arg-type]
         lambda: lightarc.fit_brdf((2 * VECTORS, VECTORS, VECTORS)),
         lambda: lightarc.sample_brdf("lambert", [[0, 0, -1.0]]),
         lambda: lightarc.evaluate_pdf("lambert", "a", [[0, 0, 1.0]]),
         lambda: lightarc.compare(np.ones((2, 2)), "nothing.png"),
-        lambda: lightarc.open_bundle(io.StringIO("text")),
+        lambda: lightarc.open_bundle(io.StringIO("text")),  # type: ignore[arg-type]
         lambda: lightarc.Ggx(alpha=2.0),
         lambda: lightarc.Ggx(alpha="wide"),  # type: ignore[arg-type]
     ],
