@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import argparse
 import weakref
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 class OnceParser(argparse.ArgumentParser):
@@ -22,7 +25,11 @@ class _Once(argparse.Action):
     _met: weakref.ref[argparse.Namespace] | None = None
 
     def __call__(
-        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: Any, option: str | None = None
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[Any] | None,
+        option: str | None = None,
     ) -> None:
         if option is not None and self._met is not None and self._met() is namespace:
             raise argparse.ArgumentError(self, "is given twice")

@@ -110,7 +110,7 @@ def _choose_actions(parser: argparse.ArgumentParser, options: argparse.Namespace
             yield from _choose_actions(action.choices[getattr(options, action.dest)], options)
 
 
-def _texts(value: Any) -> list[str]:
+def _texts(value: object) -> list[str]:
     if isinstance(value, list | tuple):
         return [text for each in value for text in _texts(each)]
     return [os.fspath(value)] if isinstance(value, str | os.PathLike) else []

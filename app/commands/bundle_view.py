@@ -90,7 +90,7 @@ def view_of(project: Project, bundle: Path) -> dict[str, Any]:
     return said
 
 
-def _as_list(value: Any) -> Any:
+def _as_list(value: object) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
@@ -128,7 +128,7 @@ def with_view(look: Look, provenance: Mapping[str, Any]) -> Look:
         return look
 
 
-def _lamp(said: Any, settings: type[Any]) -> Any:
+def _lamp(said: Mapping[str, Any], settings: type[Any]) -> Any:
     red, green, blue = (float(channel) for channel in said["colour"])
     others = {each.name: float(said[each.name]) for each in dataclasses.fields(settings) if each.name != "colour"}
     return settings(**others, colour=(red, green, blue))
@@ -176,7 +176,7 @@ def find_referred(provenance: Mapping[str, Any], bundle: Path, size: tuple[int, 
     return Referred(parts, tuple(missing))
 
 
-def _source(said: Any, bundle: Path, built_in: tuple[str, ...], endings: tuple[str, ...]) -> tuple[str, str]:
+def _source(said: object, bundle: Path, built_in: tuple[str, ...], endings: tuple[str, ...]) -> tuple[str, str]:
     """The name of a reference, and a built-in of that name or the path of its file; each empty where there is none."""
     if not isinstance(said, Mapping) or not isinstance(said.get("name"), str):
         return "", ""
@@ -189,7 +189,7 @@ def _source(said: Any, bundle: Path, built_in: tuple[str, ...], endings: tuple[s
     return name, str(next(is_it, ""))
 
 
-def _places(said: Any, bundle: Path, endings: tuple[str, ...]) -> Iterator[Path]:
+def _places(said: object, bundle: Path, endings: tuple[str, ...]) -> Iterator[Path]:
     """Places where a file may lie: as seen from the bundle, and beside it. Network names are left alone."""
     if not isinstance(said, str) or "\0" in said or said.startswith(("//", "\\")):
         return
@@ -199,7 +199,7 @@ def _places(said: Any, bundle: Path, endings: tuple[str, ...]) -> Iterator[Path]
             yield path
 
 
-def _is_file(path: Path, size: Any, content: Any) -> bool:
+def _is_file(path: Path, size: object, content: object) -> bool:
     """True for a regular file of this size and hash; of another size it is not even read."""
     try:
         is_it = path.is_file() and path.stat().st_size == size and path.stat().st_size <= MAX_BYTES
@@ -208,7 +208,7 @@ def _is_file(path: Path, size: Any, content: Any) -> bool:
         return False
 
 
-def _camera(said: Any) -> Camera | None:
+def _camera(said: object) -> Camera | None:
     """The camera of a view; None where it framed the model, or cannot be."""
     if not isinstance(said, Mapping):
         return None

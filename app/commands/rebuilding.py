@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -85,7 +85,7 @@ def set_up_whole(path: Path, aspect: float = 4.0 / 3.0) -> Setup:
     return set_up(path, aspect)
 
 
-def _keep_arrays(folder: Path, value: Any) -> None:
+def _keep_arrays(folder: Path, value: object) -> None:
     """Keep the arrays of a value and of its parts."""
     if isinstance(value, np.ndarray):
         keep_working_copy(folder, value)

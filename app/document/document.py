@@ -87,7 +87,7 @@ class ImportChoices:
 
     motion: str = "auto"
     white_balance: Literal["camera", "none"] = "camera"
-    transfer: str = "auto"
+    transfer: Literal["auto", "srgb", "linear"] = "auto"
     dark: Path | Literal["auto", "none"] = "auto"
     flat: Path | Literal["auto", "none"] = "auto"
     lamp_distance: float | None = None

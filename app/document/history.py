@@ -8,10 +8,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from itertools import accumulate
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 #: Arrays that only earlier states hold take so many bytes at most together: some five materials of 1024 × 1024 texels
 #: and eight slices. What the last step gave up is kept whatever its size.
@@ -21,7 +24,7 @@ KEPT_BYTES = 512 * 2**20
 KEPT_STEPS = 500
 
 
-def count_freed_bytes(old: Any, new: Any) -> int:
+def count_freed_bytes(old: DataclassInstance, new: DataclassInstance) -> int:
     """Size of the arrays that `old` holds and `new` does not; both are values of one frozen dataclass."""
     pairs = [(getattr(old, part.name), getattr(new, part.name)) for part in fields(old)]
     pairs = [pair for pair in pairs if pair[0] is not pair[1]]

@@ -191,8 +191,9 @@ class _Change(QUndoCommand):
     def go_on_to(self, new: Project | str) -> None:
         """Lead to another project, as a drag that goes on."""
         self.new = new
-        is_in_memory = isinstance(self.old, Project) and isinstance(new, Project)
-        self.given_up_bytes = count_freed_bytes(self.old, new) if is_in_memory else 0
+        self.given_up_bytes = 0
+        if isinstance(self.old, Project) and isinstance(new, Project):
+            self.given_up_bytes = count_freed_bytes(self.old, new)
 
     def redo(self) -> None:
         if self._is_pushed:

@@ -13,7 +13,7 @@ import dataclasses
 import logging
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -36,6 +36,9 @@ from app.project.tidying import names_in
 from app.project.values import DAMAGE, Absent, Array, array_parts, is_name, parse
 from app.session import cache
 from engine.core.steps import Step, Steps
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 log = logging.getLogger(__name__)
 
@@ -92,7 +95,7 @@ def _add_sizes(files: Iterable[Path]) -> int | None:
         return None
 
 
-def _list_maps(value: Any) -> Iterator[Any]:
+def _list_maps(value: DataclassInstance) -> Iterator[Any]:
     """The maps of a material, or of a surface."""
     for part in dataclasses.fields(value):
         each = getattr(value, part.name)
@@ -100,7 +103,7 @@ def _list_maps(value: Any) -> Iterator[Any]:
             yield each
 
 
-def _list_large(value: Any) -> Iterator[Array]:
+def _list_large(value: object) -> Iterator[Array]:
     """The arrays of a value and its parts that take room; masks hardly do."""
     if isinstance(value, np.ndarray):
         if value.nbytes >= MIN_CACHED_BYTES and value.dtype != np.bool_:

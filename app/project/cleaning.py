@@ -8,7 +8,7 @@ and each compression stands alone, so that a clean-up that is interrupted leaves
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -207,7 +207,7 @@ def _collect_names(path: Path, states: Iterable[_State], again: Iterable[frozens
                 raise ValueError("a value is gone")
             return parse(row[0])
 
-        def arrays_of(said: Any) -> set[str]:
+        def arrays_of(said: object) -> set[str]:
             found = set[str]()
             for kind, name in names_in(said):
                 if kind == "value" and name not in arrays:
@@ -228,7 +228,7 @@ def _collect_names(path: Path, states: Iterable[_State], again: Iterable[frozens
     return named, kept
 
 
-def _without_maps(said: Any, text_of: Any) -> Any:
+def _without_maps(said: object, text_of: Callable[[str], object]) -> Any:
     """The text of a material without that of the maps made of its stack."""
     if isinstance(said, Mapping) and isinstance(said.get("value"), str):
         said = text_of(said["value"])

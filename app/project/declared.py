@@ -339,7 +339,7 @@ def words_of(kind: type) -> str:
     return {"image stack": "stack of photographs", "sources": "list of photographs"}.get(plain, plain)
 
 
-def _problem(value: Any, hint: Any, finite: bool) -> str:
+def _problem(value: object, hint: Any, finite: bool) -> str:
     """What is wrong with a value of a declared type, as the end of a sentence; '' where nothing is."""
     if hint is Any:
         return _plain_problem(value, finite)
@@ -362,15 +362,17 @@ def _problem(value: Any, hint: Any, finite: bool) -> str:
         pairs = (pair for item in value.items() for pair in zip(item, parts, strict=True))
         return next((found for each, part in pairs if (found := _problem(each, part, finite))), "")
     if origin is not None and issubclass(origin, Set):
-        fits = isinstance(value, frozenset)
-        return next((p for each in value if (p := _problem(each, parts[0], finite))), "") if fits else "is not a set"
+        if not isinstance(value, frozenset):
+            return "is not a set"
+        return next((p for each in value if (p := _problem(each, parts[0], finite))), "")
     if origin is not None and issubclass(origin, Sequence):
-        fits = isinstance(value, list | tuple)
-        return next((p for each in value if (p := _problem(each, parts[0], finite))), "") if fits else "is not a list"
+        if not isinstance(value, list | tuple):
+            return "is not a list"
+        return next((p for each in value if (p := _problem(each, parts[0], finite))), "")
     return _simple_problem(value, hint, finite)
 
 
-def _simple_problem(value: Any, kind: type, finite: bool) -> str:
+def _simple_problem(value: object, kind: type, finite: bool) -> str:
     if kind is type(None) or kind is None:
         return "" if value is None else "is not a value"
     if kind is bool:
@@ -389,7 +391,7 @@ def _simple_problem(value: Any, kind: type, finite: bool) -> str:
     return "" if isinstance(value, kind) else f"is not a valid {words_of(kind)}"
 
 
-def _is_whole(value: Any) -> bool:
+def _is_whole(value: object) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and abs(value) <= MAX_NUMBER
 
 
@@ -411,7 +413,7 @@ def can_be_opened(path: Path) -> bool:
     return sum(map(len, encoded)) <= MAX_PATH_BYTES and all(len(part) <= MAX_NAME_BYTES for part in encoded)
 
 
-def _tuple_problem(value: Any, parts: tuple[Any, ...], finite: bool) -> str:
+def _tuple_problem(value: object, parts: tuple[Any, ...], finite: bool) -> str:
     if not isinstance(value, tuple):
         return "is not a list of values"
     if len(parts) == 2 and parts[1] is Ellipsis:
@@ -422,7 +424,7 @@ def _tuple_problem(value: Any, parts: tuple[Any, ...], finite: bool) -> str:
     return next((found for each, part in pairs if (found := _problem(each, part, finite))), "")
 
 
-def _plain_problem(value: Any, finite: bool) -> str:
+def _plain_problem(value: object, finite: bool) -> str:
     """As `_problem`, for what is not declared: everything but arrays, which cannot be compared as values are."""
     for kind in (bool, int, float, str, Path):
         if isinstance(value, kind):
@@ -435,7 +437,7 @@ def _plain_problem(value: Any, finite: bool) -> str:
     return "" if is_known else "is not a value"
 
 
-def _json_problem(value: Any) -> str:
+def _json_problem(value: object) -> str:
     if isinstance(value, Mapping):
         is_named = all(isinstance(name, str) for name in value)
         return next((p for each in value.values() if (p := _json_problem(each))), "") if is_named else "has no names"
@@ -447,7 +449,7 @@ def _json_problem(value: Any) -> str:
     return "is not a value" if kind is None else _simple_problem(value, kind, finite=True)
 
 
-def _kind_problem(value: Any, parts: tuple[Any, ...]) -> str:
+def _kind_problem(value: object, parts: tuple[Any, ...]) -> str:
     """An array of the kind of numbers of its annotation, in any width that this machine computes with."""
     if not isinstance(value, np.ndarray):
         return "is not an array"

@@ -137,7 +137,7 @@ def _entry(said: Mapping[str, Any]) -> dict[str, Any]:
     return entry
 
 
-def _figure(value: Any) -> float | int | None:
+def _figure(value: object) -> float | int | None:
     if value is None or (isinstance(value, int | float) and not isinstance(value, bool) and 0.0 <= value < np.inf):
         return value
     raise ValueError(f"no figure: {value!r:.40}")

@@ -60,7 +60,7 @@ class Made:
     made_with: Mapping[str, Any] = field(default_factory=dict)
 
 
-def key_of(*made_from: Any, contents: Mapping[Path, str] | None = None) -> str:
+def key_of(*made_from: object, contents: Mapping[Path, str] | None = None) -> str:
     """The hash of what a result is made from: values of the document, and files, which count by their content.
 
     `contents` are hashes of the files that values name; these then count by name and content, wherever they lie.

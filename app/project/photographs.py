@@ -161,7 +161,7 @@ def _names_of(connection: sqlite3.Connection, folder: Path, path: Path) -> list[
     return [str(place) for place, now in rows if in_full(path) in _paths(place, now, folder)]
 
 
-def _paths(place: Any, now: Any, folder: Path) -> Iterator[Path]:
+def _paths(place: str | None, now: str | None, folder: Path) -> Iterator[Path]:
     """Paths that one row stands for, the least certain first; none where it is damaged."""
     for said in (place, now):
         with contextlib.suppress(*DAMAGE):
@@ -187,7 +187,7 @@ def copy_places(source: Path, target: Path) -> None:
         connection.executemany(statement, [(place, _text(path, here)) for place, path in outside.items()])
 
 
-def _paths_in(said: Any) -> Iterator[Mapping[str, Any]]:
+def _paths_in(said: object) -> Iterator[Mapping[str, Any]]:
     """Paths within a value that are also known as seen from the project."""
     if isinstance(said, Mapping) and isinstance(said.get("near"), str) and isinstance(said.get("path"), str):
         yield said

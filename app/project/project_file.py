@@ -253,7 +253,7 @@ def _text_of(parts: Mapping[str, str]) -> str:
     return json.dumps(parts, sort_keys=True, separators=(",", ":"))
 
 
-def _keep_value(value: Any, keeper: Keeper) -> str:
+def _keep_value(value: object, keeper: Keeper) -> str:
     return keeper.text(json.dumps(encode(value, keeper), sort_keys=True, allow_nan=False))
 
 

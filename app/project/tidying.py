@@ -10,7 +10,6 @@ import logging
 import sqlite3
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 from app.project.values import DAMAGE, parse
 from engine.core.errors import FileError
@@ -100,7 +99,7 @@ def _keep_only(connection: sqlite3.Connection, table: str, names: set[str]) -> N
     connection.executemany(f"DELETE FROM {table} WHERE name = ?", gone)
 
 
-def names_in(said: Any) -> Iterator[tuple[str, str]]:
+def names_in(said: object) -> Iterator[tuple[str, str]]:
     """Names of the values, arrays and stacks that a value holds."""
     if isinstance(said, list):
         for part in said:

@@ -18,7 +18,7 @@ import re
 from collections.abc import Callable, Mapping
 from pathlib import Path, PurePath
 from types import MappingProxyType
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,9 @@ from app.project.declared import can_be_opened, class_named, is_known, problem_o
 from engine.capture.stack import ImageStack
 from engine.core.errors import InputError
 from engine.core.health import Verdict
+
+if TYPE_CHECKING:
+    from mmap import mmap
 
 #: Their arrays take long or can be made again from what the document names, and lie beside the file.
 DERIVED = (
@@ -108,7 +111,7 @@ class Finder:
     thorough: bool = False
 
 
-def is_name(text: Any) -> bool:
+def is_name(text: object) -> bool:
     """True for what `name_of` gives."""
     return isinstance(text, str) and len(text) == 40 and not text.strip("0123456789abcdef")
 
@@ -176,7 +179,7 @@ def header_of(beginning: bytes | memoryview) -> tuple[tuple[int, ...], np.dtype[
     return shape, np.dtype(found[1].decode()), end
 
 
-def array_from(content: Any) -> Array:
+def array_from(content: bytes | memoryview | mmap) -> Array:
     """The read-only array of an .npy file, which shares the memory of `content`.
 
     ValueError where it is none, or of objects.
@@ -191,7 +194,7 @@ def array_from(content: Any) -> Array:
     return array
 
 
-def encode(value: Any, keeper: Keeper, derived: bool = False) -> Any:
+def encode(value: object, keeper: Keeper, derived: bool = False) -> Any:
     """`value` as what JSON can say; TypeError for what is not a value of the document."""
     if value is None or isinstance(value, bool | str):
         return value
@@ -222,7 +225,7 @@ def _inside_of(keeper: Keeper, path: Path) -> Path:
     return keeper.folder / path.relative_to(keeper.own) if keeper.own and path.is_relative_to(keeper.own) else path
 
 
-def _encode_object(value: Any, keeper: Keeper, derived: bool) -> Any:
+def _encode_object(value: object, keeper: Keeper, derived: bool) -> Any:
     kind = type(value)
     name = kind.__name__
     if not is_known(kind):
@@ -237,7 +240,7 @@ def _encode_object(value: Any, keeper: Keeper, derived: bool) -> Any:
     return said
 
 
-def decode(said: Any, finder: Finder, depth: int = 0) -> Any:
+def decode(said: object, finder: Finder, depth: int = 0) -> Any:
     """The value that `said` describes.
 
     Raises Absent where a part is gone, and one of `DAMAGE` where this is not a value of the document.
@@ -279,7 +282,7 @@ def decode(said: Any, finder: Finder, depth: int = 0) -> Any:
     raise ValueError(f"no value: {said!r:.60}")
 
 
-def _infinite(text: Any) -> float:
+def _infinite(text: object) -> float:
     if text not in ("nan", "inf", "-inf"):
         raise ValueError(f"no number: {text!r:.60}")
     return float(text)
@@ -326,7 +329,7 @@ def _decode_object(said: Mapping[str, Any], finder: Finder, depth: int) -> Any:
     return kind(**values)
 
 
-def _or_none(part: str, said: Any, finder: Finder, depth: int) -> Any:
+def _or_none(part: str, said: object, finder: Finder, depth: int) -> Any:
     try:
         return decode(said, finder, depth + 1)
     except Absent:

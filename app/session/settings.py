@@ -207,7 +207,7 @@ def is_project(path: Path) -> bool:
     return path.suffix.lower() == PROJECT_ENDING
 
 
-def _from_json(values: Any) -> Settings:
+def _from_json(values: object) -> Settings:
     """Known keys of the right type; ValueError for anything that is not an object."""
     if not isinstance(values, dict):
         raise ValueError("not an object")

@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,9 @@ from engine.capture.registration.pair_motion import MOTIONS
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Step, Steps, part
+
+if TYPE_CHECKING:
+    from engine.images.decode import TransferChoice
 
 #: What can be estimated from the photographs themselves.
 CALIBRATED = (*TERMS, "motion", "lights")
@@ -75,7 +78,7 @@ class ImportSettings:
 
     motion: str = "auto"
     white_balance: WhiteBalance | GreyPatch = "camera"
-    transfer: str = "auto"
+    transfer: Literal["auto", "srgb", "linear"] = "auto"
     crop: tuple[int, int, int, int] | None = None
     framing: Framing | Corners | None = None
     reference: str | None = None
@@ -217,8 +220,10 @@ class Plan:
 
 def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     """Measure the lights, the exposures and the white balance, and read the calibration frames."""
-    transfer: Any = settings.transfer if settings.transfer != "auto" else sources.transfer or "auto"
-    reading = {"transfer": transfer, "bands": settings.bands}
+    transfer: TransferChoice = settings.transfer
+    if transfer == "auto":
+        transfer = sources.transfer or "auto"
+    reading: dict[str, Any] = {"transfer": transfer, "bands": settings.bands}
     if sources.sphere is not None:
         sources = yield from part(measure_lights(sources, transfer, settings.second_sphere), 0.0, 0.5)
     elif settings.second_sphere is not None:

@@ -80,7 +80,7 @@ def _list_ranges(record: StackRecord) -> Iterator[tuple[Any, tuple[float, float]
         yield record.provenance.get(name), limits
 
 
-def _numbers(value: Any) -> Iterator[float]:
+def _numbers(value: object) -> Iterator[float]:
     if isinstance(value, dict | list):
         for part in value.values() if isinstance(value, dict) else value:
             yield from _numbers(part)

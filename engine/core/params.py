@@ -67,7 +67,7 @@ class Parameter:
         """The option of the command line: `--occluder-cells`."""
         return f"--{self.option or self.name.replace('_', '-')}"
 
-    def check(self, value: Any, name: str = "") -> None:
+    def check(self, value: object, name: str = "") -> None:
         """UsageError for a value that is not allowed, about the `name`; None stands for the default."""
         name = name or self.name
         if value is None and self.default is None:
@@ -83,7 +83,7 @@ class Parameter:
         elif self.kind == "texts" and not (isinstance(value, tuple) and all(isinstance(text, str) for text in value)):
             raise UsageError(f"{name} are texts, not {value!r}")
 
-    def _check_whole(self, value: Any, name: str) -> None:
+    def _check_whole(self, value: object, name: str) -> None:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise UsageError(f"{name} is a number, not {value!r}")
         if isinstance(value, float) and not value.is_integer():  # which nothing infinite is, and not a number
@@ -186,7 +186,7 @@ def _declare(default: Any, low: int, high: int, doc: str, kind: str, **more: Any
     return dataclasses.field(default=default, metadata={"parameter": {**shared, **more}})
 
 
-def parameters(of: Any) -> tuple[Parameter, ...]:
+def parameters(of: object) -> tuple[Parameter, ...]:
     """The declared parameters of a dataclass (type or instance), in order of declaration."""
     return _parameters(of if isinstance(of, type) else type(of))
 
@@ -200,7 +200,7 @@ def _parameters(of: type) -> tuple[Parameter, ...]:
     )
 
 
-def check(instance: Any) -> None:
+def check(instance: object) -> None:
     """Raise UsageError if a parameter of `instance` is outside its range; call it from `__post_init__`.
 
     The test is `low <= x <= high`, so NaN is refused as well. A single number given for a colour becomes grey, and a
@@ -233,7 +233,7 @@ def check(instance: Any) -> None:
         object.__setattr__(instance, parameter.name, value)
 
 
-def check_values(of: Any, **values: Any) -> None:
+def check_values(of: object, **values: Any) -> None:
     """Raise UsageError if one of `values` is none that the dataclass `of` declares for the parameter of that name."""
     declared = {parameter.name: parameter for parameter in parameters(of)}
     for name, value in values.items():
@@ -265,7 +265,7 @@ def parse(of: type[Instance], text: str) -> Instance:
     return of(**values)
 
 
-def unparse(instance: Any) -> str:
+def unparse(instance: object) -> str:
     """The text that `parse` turns back into `instance`."""
 
     def number(value: float | Colour) -> str:

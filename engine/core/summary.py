@@ -33,7 +33,7 @@ class Summary:
         return f"<div><strong>{html.escape(type(self).__name__)}</strong>{image}<table>{rows}</table></div>"
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.4g}"
     text = repr(value) if isinstance(value, str) else str(value)

@@ -53,7 +53,7 @@ def read_exr(content: bytes, name: str) -> Raster:
     )
 
 
-def _are_srgb(stated: Any) -> bool:
+def _are_srgb(stated: object) -> bool:
     """True if chromaticities, if any, are those of sRGB; a hundredth off is as good."""
     if not isinstance(stated, tuple) or len(stated) != len(CHROMATICITIES):
         return True
@@ -78,7 +78,7 @@ def read_exr_alpha(content: bytes, name: str) -> NDArray[np.float32]:
     return alpha.astype(np.float32)
 
 
-def _plain(value: Any) -> bool:
+def _plain(value: object) -> bool:
     return isinstance(value, (str, int, float)) or (isinstance(value, tuple) and all(map(_plain, value)))
 
 
@@ -101,7 +101,7 @@ def _read(content: bytes, name: str) -> tuple[dict[str, NDArray[Any]], dict[str,
     return channels, header, warnings
 
 
-def _check_part(part: Any, name: str, file_bytes: int) -> None:
+def _check_part(part: OpenEXR.Part, name: str, file_bytes: int) -> None:
     header = part.header
     if header.get("type", OpenEXR.scanlineimage) not in _FLAT:
         raise InputError(name, "is a deep EXR image", _REMEDY)

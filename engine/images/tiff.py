@@ -90,7 +90,7 @@ def read_tiff(content: bytes, name: str) -> Raster:
         return replace(raster, bands=bands) if bands[0, 0].size > samples[0, 0].size else raster
 
 
-def _planes(page: Any) -> NDArray[Any]:
+def _planes(page: tifffile.TiffPage) -> NDArray[Any]:
     """Samples as (H, W, S), whatever their planar configuration and byte order."""
     samples = page.asarray(squeeze=False)
     samples = samples.reshape(samples.shape[-5:])
@@ -100,7 +100,7 @@ def _planes(page: Any) -> NDArray[Any]:
     return samples.astype(samples.dtype.newbyteorder("="), copy=False)
 
 
-def _check_page(page: Any, content: bytes, name: str) -> None:
+def _check_page(page: tifffile.TiffPage, content: bytes, name: str) -> None:
     bytes_per_pixel = max(1, math.ceil(page.samplesperpixel * page.bitspersample / 8))
     check_size(name, page.imagewidth, page.imagelength, bytes_per_pixel, len(content))
     if page.is_tiled:
@@ -111,7 +111,7 @@ def _check_page(page: Any, content: bytes, name: str) -> None:
     check_segments(page, content, name)
 
 
-def _check_kind(page: Any, name: str) -> None:
+def _check_kind(page: tifffile.TiffPage, name: str) -> None:
     """Refuse by name what is not converted."""
     kind = page.photometric
     known = (_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE)
@@ -145,7 +145,7 @@ def check_tags(content: bytes, directory: int, name: str) -> None:
             check_tags(content, value, name)
 
 
-def check_segments(page: Any, content: bytes, name: str) -> None:
+def check_segments(page: tifffile.TiffPage, content: bytes, name: str) -> None:
     """Every strip or tile is there, inside the file, and long enough where its length is known beforehand."""
     offsets, counts = page.dataoffsets, page.databytecounts
     width, height = page.imagewidth, page.imagelength
@@ -166,7 +166,7 @@ def check_segments(page: Any, content: bytes, name: str) -> None:
     _check_lengths(page, content, name)
 
 
-def _check_lengths(page: Any, content: bytes, name: str) -> None:
+def _check_lengths(page: tifffile.TiffPage, content: bytes, name: str) -> None:
     """Check that strips or tiles hold what the image's size needs: tifffile cuts or pads what does not fit."""
     tiled = page.is_tiled
     width, rows = page.imagewidth, min(page.rowsperstrip, page.imagelength)
@@ -189,7 +189,7 @@ def _check_lengths(page: Any, content: bytes, name: str) -> None:
             raise InputError(name, "is a damaged TIFF (its strips or tiles do not fit its size)", AGAIN)
 
 
-def _look_up(page: Any, indices: NDArray[Any], name: str) -> NDArray[Any]:
+def _look_up(page: tifffile.TiffPage, indices: NDArray[Any], name: str) -> NDArray[Any]:
     """The colours (H, W, 3) that `indices` name in a palette."""
     palette = np.asarray(page.colormap)
     if indices.max(initial=0) >= palette.shape[1]:
@@ -197,11 +197,11 @@ def _look_up(page: Any, indices: NDArray[Any], name: str) -> NDArray[Any]:
     return palette[:, indices].transpose(1, 2, 0)
 
 
-def _full_scale(page: Any) -> Any:
+def _full_scale(page: tifffile.TiffPage) -> Any:
     return page.dtype.type(1 if page.dtype.kind in "fb" else (1 << page.bitspersample) - 1)
 
 
-def _raster(page: Any, samples: NDArray[Any], warnings: tuple[str, ...]) -> Raster:
+def _raster(page: tifffile.TiffPage, samples: NDArray[Any], warnings: tuple[str, ...]) -> Raster:
     if samples.dtype.kind == "f":
         return Raster(samples, None, page.bitspersample, "linear", "TIFF", warnings)
     if page.bitspersample == 1:
@@ -211,7 +211,7 @@ def _raster(page: Any, samples: NDArray[Any], warnings: tuple[str, ...]) -> Rast
     return Raster(samples, white, page.bitspersample, _transfer(page), "TIFF", warnings)
 
 
-def _transfer(page: Any) -> Transfer:
+def _transfer(page: tifffile.TiffPage) -> Transfer:
     return "linear" if LINEAR_MARK in (page.description or "") else "srgb"
 
 

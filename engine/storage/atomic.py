@@ -24,12 +24,15 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, BinaryIO, TypeVar, cast
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar, cast
 
 from engine.core.errors import FileError, OutputError
 from engine.core.figure_text import size_text
 from engine.storage import guarded
 from engine.storage.partial_names import aside_name, is_abandoned, is_aside, is_partial, partial_name
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
 
 Value = TypeVar("Value")
 AnyPath = str | os.PathLike[str]
@@ -146,7 +149,7 @@ def write_bytes(path: AnyPath, data: bytes) -> None:
         output.write(data)
 
 
-def write_json(path: AnyPath, value: Any) -> None:
+def write_json(path: AnyPath, value: object) -> None:
     """Write `value` as indented JSON in UTF-8; NaN and infinities raise ValueError before anything is written.
 
     What UTF-8 cannot hold, as of names of files in other encodings, is escaped, and is read back as it was.
@@ -226,7 +229,7 @@ class _Output(io.RawIOBase):
     def seekable(self) -> bool:
         return True
 
-    def write(self, data: Any) -> int:
+    def write(self, data: ReadableBuffer) -> int:
         left = memoryview(data).cast("B")
         total = len(left)
         while left:

@@ -13,13 +13,16 @@ import hashlib
 import json
 import math
 from types import MappingProxyType
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError, model_validator
 
 from engine.core.errors import InputError
 from engine.core.health import Finding, Health, Verdict
 from engine.storage.text import read_json, valid
+
+if TYPE_CHECKING:
+    import os
 
 FORMAT: Literal["lightarc-bundle"] = "lightarc-bundle"
 SCHEMA_VERSION: Literal[4] = 4
@@ -261,12 +264,12 @@ def seal(value: dict[str, Any]) -> str:
     return hashlib.sha256(canonical.encode()).hexdigest()
 
 
-def read_manifest(content: bytes, path: Any) -> Manifest:
+def read_manifest(content: bytes, path: str | os.PathLike[str]) -> Manifest:
     """The manifest in `content`; InputError about `path` for anything that is not exactly one."""
     return manifest_of(read_json(content, path, "manifest.json"), path)
 
 
-def manifest_of(value: Any, path: Any) -> Manifest:
+def manifest_of(value: object, path: str | os.PathLike[str]) -> Manifest:
     """The manifest that a value of JSON is; errors as above."""
     if not isinstance(value, dict) or value.get("format") != FORMAT:
         raise InputError(path, "manifest.json is not the manifest of a Lightarc bundle", "Choose a bundle")

@@ -15,11 +15,14 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from engine.core.errors import OutputError
 from engine.storage import atomic
 from engine.storage.partial_names import LONGEST_NAME_BYTES
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
 
 
 @contextmanager
@@ -84,7 +87,7 @@ class Resumable:
             self.__exit__(error)
             raise
 
-    def write_at(self, offset: int, data: Any) -> None:
+    def write_at(self, offset: int, data: ReadableBuffer) -> None:
         """Write `data` at `offset`."""
         left = memoryview(data).cast("B")
         while left:

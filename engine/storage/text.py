@@ -10,9 +10,12 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from engine.core.errors import InputError
+
+if TYPE_CHECKING:
+    import os
 
 #: Halves of letters, which Python puts in the place of bytes that it can't decode.
 _NO_LETTER = re.compile("[\ud800-\udfff]")
@@ -49,7 +52,7 @@ def valid(value: Any) -> Any:
     return [valid(each) for each in value] if isinstance(value, (list, tuple)) else value
 
 
-def whole_number(text: Any, most: int) -> int | None:
+def whole_number(text: object, most: int) -> int | None:
     """The number from 0 to `most` that `text` writes in decimal digits of ASCII; None where it does not.
 
     `str.isdigit` also takes superscripts, which `int` does not, and `int` takes signs, underscores and spaces, and
@@ -61,7 +64,9 @@ def whole_number(text: Any, most: int) -> int | None:
     return number if number <= most else None
 
 
-def read_json(content: bytes, path: Any, member: str, remedy: str = "Export the bundle again") -> Any:
+def read_json(
+    content: bytes, path: str | os.PathLike[str], member: str, remedy: str = "Export the bundle again"
+) -> Any:
     """A JSON value of a stranger: UTF-8, finite numbers, no key twice, no nesting that exhausts the interpreter.
 
     Raises InputError for anything else, about `member` of `path`, with `remedy`.

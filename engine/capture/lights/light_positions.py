@@ -191,7 +191,7 @@ def decode_dome(content: bytes, name: str) -> dict[str, Any]:
     return {"directions": directions, "distance": _dome_distance(values)}
 
 
-def _dome_direction(path: Path, number: int, lamp: Any) -> tuple[float, float]:
+def _dome_direction(path: Path, number: int, lamp: object) -> tuple[float, float]:
     """Elevation and azimuth; directions of any length are welcome, since some files keep positions there."""
     numbers = [lamp.get(key) for key in "xyz"] if isinstance(lamp, dict) else lamp
     if not isinstance(numbers, list) or len(numbers) != 3 or not all(map(_is_number, numbers)):
@@ -215,7 +215,7 @@ def _dome_distance(values: dict[str, Any]) -> float | None:
     return distance if 0.5 < distance < 1e6 else None
 
 
-def _is_number(value: Any) -> TypeGuard[float]:
+def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e30
 
 

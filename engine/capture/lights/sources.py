@@ -110,7 +110,7 @@ class Sources(Summary):
     highlights_px: tuple[tuple[float, float] | None, ...] = ()
     reference: Path | None = None
     control_points: Mapping[Path, Pairs] = field(default_factory=dict)
-    transfer: str | None = None
+    transfer: Literal["srgb", "linear"] | None = None
     notes: str = ""
     unpacked: Unpacked | None = None
     findings: tuple[Finding, ...] = ()

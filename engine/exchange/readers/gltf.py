@@ -104,7 +104,7 @@ class _Reader:
         if passed:
             self.notes.append(f"{' and '.join(passed)} is not drawn")
 
-    def _image(self, given: Any, transfer: TransferChoice, channel: Channel = None) -> Image | None:
+    def _image(self, given: object, transfer: TransferChoice, channel: Channel = None) -> Image | None:
         """The image of a reference to a texture, None without one."""
         if not isinstance(given, dict):
             return None
@@ -122,7 +122,7 @@ class _Reader:
             return Image(self.path, name, transfer, channel, self._data(uri))
         return Image(Path(unquote(uri)), uri[:60], transfer, channel)
 
-    def _entry(self, kind: str, index: Any) -> dict[str, Any]:
+    def _entry(self, kind: str, index: object) -> dict[str, Any]:
         entries = _list(self.tree, kind)
         if not (isinstance(index, int) and not isinstance(index, bool) and 0 <= index < len(entries)):
             raise InputError(self.path, f"names one of its {kind} that it does not have", AGAIN)
@@ -131,7 +131,7 @@ class _Reader:
             raise InputError(self.path, f"has an entry of {kind} that is none", AGAIN)
         return entry
 
-    def _view(self, index: Any, image: Image) -> Image:
+    def _view(self, index: object, image: Image) -> Image:
         """The image with the bytes of a view, or with their place in the file that they lie in."""
         view = self._entry("bufferViews", index)
         buffer = self._entry("buffers", view.get("buffer"))
@@ -185,7 +185,7 @@ def _bytes_chunk(content: bytes, start: int) -> bytes:
     return content[start + 8 : start + 8 + count] if kind == b"BIN\0" else b""
 
 
-def _is_textured(material: Any) -> bool:
+def _is_textured(material: object) -> bool:
     if not isinstance(material, dict):
         return False
     pbr = _dict(material, "pbrMetallicRoughness")

@@ -88,7 +88,7 @@ class Setting:
         return {"mode": self.mode, "knobs": dict(self.parameters)}
 
 
-def setting_of(record: Any) -> Setting:
+def setting_of(record: object) -> Setting:
     """The setting that `as_json` wrote; ValueError for anything else."""
     if not isinstance(record, dict) or not isinstance(record.get("knobs", {}), dict):
         raise ValueError("a setting is an object with mode and parameters")
@@ -102,7 +102,7 @@ def sweep(mode: str, parameter: str, base: Setting | None = None) -> Iterator[Se
         yield start.replace(**{parameter: value})
 
 
-def _check(name: str, parameter: ModeParameter, value: Any) -> Number:
+def _check(name: str, parameter: ModeParameter, value: object) -> Number:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ValueError(f"{name} is a number, not {value!r}")
     if not parameter.low <= value <= parameter.high or value != int(value):
