@@ -60,6 +60,6 @@ def save_plots(parent: QWidget, bench: Workbench, save: Callable[[Path], object]
 def copy_text(bench: Workbench, entry: Entry) -> None:
     """Put the text that names a model, or that of a BRDF in GLSL, on the clipboard."""
     is_written = isinstance(entry.brdf, WrittenBrdf)
-    words = entry.brdf.text if is_written else brdf_to_text(entry.brdf)
+    words = entry.brdf.text if isinstance(entry.brdf, WrittenBrdf) else brdf_to_text(entry.brdf)
     QGuiApplication.clipboard().setText(words)
     bench.said.emit(f"Copied {f'the text of {entry.name}' if is_written else words}")

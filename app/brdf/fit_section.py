@@ -6,7 +6,7 @@ The ranking of all models for one BRDF: each fitted, with its error in two norms
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QDialog, QHBoxLayout, QVBoxLayout, QWidget
@@ -21,8 +21,8 @@ from app.widgets.controls import ComboBox
 from app.widgets.figure_table import FigureTable
 from app.widgets.panels import Rows, Segments, button, enable, text
 from app.widgets.theme import STEP
-from engine.brdf.brdf import MODELS, label_of, model_name
-from engine.brdf.fit import fit_data
+from engine.brdf.brdf import MODELS, Brdf, label_of, model_name
+from engine.brdf.fit import Weighting, fit_data
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps
 
@@ -77,7 +77,7 @@ class Ranking(QDialog):
             self.wanted.emit(self.offers[place])
 
 
-def all_models(brdf: Any, weighting: Any) -> Steps[list[Offer]]:
+def all_models(brdf: Brdf, weighting: Weighting) -> Steps[list[Offer]]:
     """Every model fitted to `brdf`, the best first; some seconds to a minute."""
     yield Step(0.0, "taking samples")
     from engine.brdf.ranking import rank
@@ -103,7 +103,7 @@ class FitSection(Rows):
         self.job: Job | None = None
         self.so_far: FitSoFar | None = None
         self._of: Entry | None = None
-        self._asked: tuple[str, str] = ("", "")
+        self._asked: tuple[str, Weighting] = ("", "log")
         self.model = ComboBox()
         for name in MODELS:
             self.model.addItem(label_of(name), name)
@@ -153,11 +153,15 @@ class FitSection(Rows):
         enable(self.model, busy)
         enable(self.weighting, busy)
 
+    @property
+    def chosen_weighting(self) -> Weighting:
+        return "log" if self.weighting.value == "log" else "cosine"
+
     def begin(self) -> None:
         """Fit the chosen model to the current entry."""
         if self.entry is None or self.running:
             return
-        entry, model, weighting = self.entry, str(self.model.currentData()), self.weighting.value
+        entry, model, weighting = self.entry, str(self.model.currentData()), self.chosen_weighting
         self._of, self._asked, self.so_far = entry, (model, weighting), None
         title = f"Fitting {label_of(model)} to {entry.name}"
         job = self.bench.jobs.submit(title, lambda: fit(entry.brdf, model, weighting), lane="compute")
@@ -173,7 +177,7 @@ class FitSection(Rows):
         """Fit every model to the current entry, and list them by their errors."""
         if self.entry is None or self.running:
             return
-        entry, weighting = self.entry, self.weighting.value
+        entry, weighting = self.entry, self.chosen_weighting
         self.job = self.bench.jobs.submit(
             f"Fitting all models to {entry.name}", lambda: all_models(entry.brdf, weighting), lane="compute"
         )
@@ -182,12 +186,12 @@ class FitSection(Rows):
             ended.connect(lambda *_what: self._finish(None))
         self.changed.emit()
 
-    def _show_ranking(self, entry: Entry, weighting: str, offers: Sequence[Offer]) -> None:
+    def _show_ranking(self, entry: Entry, weighting: Weighting, offers: Sequence[Offer]) -> None:
         self.ranking = Ranking(self.window(), entry.name, offers)
         self.ranking.wanted.connect(lambda offer: self._add_offer(entry, weighting, offer))
         self.ranking.open()
 
-    def _add_offer(self, entry: Entry, weighting: str, offer: Offer) -> None:
+    def _add_offer(self, entry: Entry, weighting: Weighting, offer: Offer) -> None:
         name = label_of(model_name(offer.brdf))
         note = Fitted(entry.name, weighting, offer.linear, offer.linear)
         add(self.bench, f"{name} to {entry.name}", offer.brdf, fitted=note)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
+    QLabel,
     QListWidget,
     QListWidgetItem,
     QToolButton,
@@ -30,6 +29,8 @@ from app.widgets.panels import Panel, button, enable, text
 from app.widgets.param_form import ParamForm
 from app.widgets.theme import ROW, STEP, role
 from engine.brdf.brdf import label_of, model_name
+from engine.brdf.models.model import Model
+from engine.brdf.readers.read import is_measured
 from engine.brdf.written import WrittenBrdf
 from engine.core.figure_text import number, percent
 from engine.core.params import parameters
@@ -161,11 +162,11 @@ class Inspector(Panel):
         enable(self.use, nothing, "Make it the BRDF of the View workspace and of the exported bundle")
         if entry is None:
             self.kind.setText("–")
-        elif model:
+        elif is_model(entry.brdf):
             self.kind.setText(label_of(model_name(entry.brdf)))
-        else:
+        elif is_measured(entry.brdf):
             self.kind.setText(entry.brdf.kind)
-        self._show_form(entry.brdf if entry is not None and model else None)
+        self._show_form(entry.brdf if entry is not None and is_model(entry.brdf) else None)
         self._show_measured(entry if not model else None)
         self.written.show_entry(entry)
         self.edit_text.setVisible(is_written)
@@ -174,7 +175,7 @@ class Inspector(Panel):
         if new:
             self.show_facts(None)
 
-    def _show_form(self, brdf: Any) -> None:
+    def _show_form(self, brdf: Model | None) -> None:
         if self.form is not None and type(self.form.instance) is not type(brdf):
             self.form.hide()
             self.form.deleteLater()
@@ -190,7 +191,7 @@ class Inspector(Panel):
         self.form.show_instance(brdf)
 
     def _show_measured(self, entry: Entry | None) -> None:
-        brdf = entry.brdf if entry is not None else None
+        brdf = entry.brdf if entry is not None and is_measured(entry.brdf) else None
         samples = None
         if brdf is not None and brdf.samples:
             samples = _count(brdf.samples)
@@ -215,7 +216,7 @@ class Inspector(Panel):
         role(self.largest, "warning" if max(largest.albedo) > 1.005 else "")
         self.reciprocity.setText(reciprocity_text(facts.reciprocity.rms))
 
-    def _row(self, figure: Any, words: str | None) -> None:
+    def _row(self, figure: QLabel, words: str | None) -> None:
         """Show a figure and its caption, or hide both."""
         figure.setText(words or "–")
         place = self.about.grid.getItemPosition(self.about.grid.indexOf(figure))[0]  # type: ignore[index]

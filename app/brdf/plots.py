@@ -11,8 +11,8 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import ArrayLike, NDArray
 from pyqtgraph.graphicsItems.ScatterPlotItem import Symbols
-from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QIcon, QPainter, QPainterPath, QPen, QPixmap, QTransform
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QColor, QIcon, QMouseEvent, QPainter, QPainterPath, QPen, QPixmap, QTransform
 
 from app.commands.brdf_figures import NEAR_HORIZON
 from app.widgets import theme
@@ -99,7 +99,7 @@ class PolarPlot(Plot):
         self.setYRange(-0.06, 1.2, padding=0)
         self._tint()
 
-    def mouseDoubleClickEvent(self, event: Any) -> None:
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         event.accept()
 
     def apply_theme(self) -> None:
@@ -160,7 +160,7 @@ class HalfDifferencePlot(Plot):
         super().apply_theme()
         self.showGrid(x=False, y=False)
 
-    def mouseDoubleClickEvent(self, event: Any) -> None:
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         event.accept()
 
     def show_values(self, values: Floats | None) -> None:
@@ -203,7 +203,7 @@ class HalfDifferencePlot(Plot):
         else:
             self.read.emit(self.range_text())
 
-    def leaveEvent(self, event: Any) -> None:
+    def leaveEvent(self, event: QEvent) -> None:
         super().leaveEvent(event)
         self.read.emit(self.range_text())
 
@@ -230,7 +230,7 @@ class AlbedoPlot(Plot):
     def _tint(self) -> None:
         self.one.setPen(pg.mkPen(theme.current().secondary, style=Qt.PenStyle.DashLine))
 
-    def mouseDoubleClickEvent(self, event: Any) -> None:
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         event.accept()
 
     def show_lines(self, lines: Sequence[Line]) -> None:
@@ -255,7 +255,7 @@ class ResidualPlot(Plot):
         self.setXRange(0.0, 90.0, padding=0.02)
         self.getPlotItem().getAxis("bottom").setTickSpacing(30, 30)
 
-    def mouseDoubleClickEvent(self, event: Any) -> None:
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         event.accept()
 
     def show_errors(self, edges: ArrayLike, start: Floats, now: Floats, colour: str) -> None:

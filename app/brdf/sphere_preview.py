@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import radians
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
@@ -16,6 +16,9 @@ from engine.core.directions import world_direction
 from engine.geometry.camera import frame
 from engine.geometry.mesh import Mesh
 from engine.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
 
 IRRADIANCE = 2.6
 
@@ -39,13 +42,13 @@ class SpherePreview(QWidget):
         self.viewport.light_moved.connect(self._light_moved)
         self.light_deg = (50.0, -40.0)
         self.mesh: Mesh | None = None
-        self.brdf: Any = None
+        self.brdf: Brdf | None = None
         self._drawn: Any = None
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self.viewport)
 
-    def show_brdf(self, brdf: Any) -> None:
+    def show_brdf(self, brdf: Brdf | None) -> None:
         """Show `brdf`, or go on showing the last one where it is None."""
         if brdf is None or (brdf is self.brdf and self._drawn is not None):
             return
@@ -61,6 +64,8 @@ class SpherePreview(QWidget):
         self.show_brdf(self.brdf)
 
     def _prepare(self) -> None:
+        if self.brdf is None:
+            return
         self._drawn = self.drawable.of(self.brdf)
         self.said.emit(self.drawable.note, self.drawable.shorter)
         self._draw()

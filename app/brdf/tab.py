@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Callable, Iterator
 from math import radians
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PySide6.QtCore import Qt, QTimer, Signal
@@ -43,6 +43,9 @@ from engine.core.errors import MissingCapability
 from engine.core.figure_text import number
 from engine.core.params import Parameter
 
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
+
 LIGHT_DEG = 45.0
 LIGHT = Parameter("light_deg", LIGHT_DEG, 0.0, 89.0, (0.0, 89.0), "°", "Angle of the light from the normal.", log=False)
 
@@ -58,7 +61,7 @@ class Shown:
     """One BRDF on screen: an entry of the list, or what a running fit has found so far."""
 
     number: int
-    brdf: Any
+    brdf: Brdf
     colour: str
     marker: str
     live: bool = False
@@ -90,9 +93,9 @@ class BrdfTab(QWidget):
         self.at_rest.setInterval(AT_REST_MS)
         self.at_rest.timeout.connect(self._integrate)
         self._stale = True
-        self._state: Any = None
-        self._on_screen: Any = None
-        self._albedos_shown: Any = None
+        self._state: object = None
+        self._on_screen: object = None
+        self._albedos_shown: object = None
 
     def fill(self) -> Iterator[None]:
         """Make what is in it, a part with each step, and each at once where it stays: moving widgets costs time."""
@@ -291,7 +294,7 @@ class BrdfTab(QWidget):
             words = f"{'Show' if visible else 'Hide'} {entry.name}"
             self.bench.document.change(words, comparison=self.comparison.changed(identity, visible=visible))
 
-    def _on_edited(self, brdf: Any, final: bool) -> None:
+    def _on_edited(self, brdf: Brdf, final: bool) -> None:
         entry, document = self.entry, self.bench.document
         if entry is not None and brdf != entry.brdf:
             changed = self.comparison.changed(entry.identity, brdf=brdf, fitted=None)

@@ -107,6 +107,7 @@ class TextEditor(QDialog):
 
     def __init__(self, parent: QWidget, bench: Workbench, entry: Entry) -> None:
         super().__init__(parent)
+        assert isinstance(entry.brdf, WrittenBrdf)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setMinimumSize(MIN_PX)
         self.resize(SIZE_PX)

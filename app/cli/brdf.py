@@ -15,9 +15,9 @@ from app.arguments.results import FIT, TABLE, Input, Output
 from app.cli.doubts import doubts_of_brdf
 from engine.brdf.analysis import conserves_energy, doubts, maximum_albedo, reciprocity_error
 from engine.brdf.brdf import brdf_from_text, brdf_to_text, model_name
-from engine.brdf.fit import fit_data
+from engine.brdf.fit import Residual, fit_data
 from engine.brdf.models.presets import PRESETS
-from engine.brdf.ranking import fit_both, miss, offer, warning
+from engine.brdf.ranking import Offer, fit_both, miss, offer, warning
 from engine.brdf.readers.csv_samples import directions_from_degrees
 from engine.brdf.readers.merl import SIZE_BYTES, write_merl
 from engine.brdf.readers.samples_child import read_directions
@@ -92,7 +92,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _action(actions: Any, name: str, words: str, *, brdf: bool = True) -> argparse.ArgumentParser:
+def _action(
+    actions: argparse._SubParsersAction[argparse.ArgumentParser], name: str, words: str, *, brdf: bool = True
+) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = actions.add_parser(name, help=words, description=f"{words.capitalize()}.")
     if brdf:
         parser.add_argument("brdf", type=Input(), metavar="BRDF", help=BRDF_HELP)
@@ -248,7 +250,7 @@ def _ranking(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dic
     }
 
 
-def _offer(offer: Any) -> dict[str, Any]:
+def _offer(offer: Offer) -> dict[str, Any]:
     return {
         "model": model_name(offer.brdf),
         "fitted": brdf_to_text(offer.brdf),
@@ -299,7 +301,7 @@ def _fit_one(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dic
     }
 
 
-def _bands(remains: Any) -> list[dict[str, Any]]:
+def _bands(remains: Residual) -> list[dict[str, Any]]:
     """The error of a fit in each band of an angle."""
     edges = [round(math.degrees(edge), 6) for edge in remains.edges]
     rows = zip(edges[:-1], edges[1:], remains.rms.tolist(), remains.count.tolist(), strict=True)
@@ -372,7 +374,7 @@ def _best(result: dict[str, Any]) -> list[str]:
     ]
 
 
-def _words(value: Any) -> str:
+def _words(value: object) -> str:
     if isinstance(value, list):
         return ", ".join(_words(item) for item in value) or "none"
     if isinstance(value, bool):

@@ -21,13 +21,16 @@ from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, size_text, time_text
 from engine.core.params import Parameter, parameters
 from engine.core.steps import Step, drain
-from engine.factor.errors import BANDS, uses
+from engine.factor.errors import BANDS, TermError, uses
 from engine.factor.factor import search_settings
 from engine.factor.factor_file import open_reflectance, read_factors, write_factors
+from engine.factor.homomorphic import HomomorphicFactors
+from engine.factor.separable_factors import SeparableFactors
 from engine.factor.settings import HOMOMORPHIC_PARAMETERS, SEPARABLE_PARAMETERS, FactorSettings
 
 if TYPE_CHECKING:
     from engine.factor.errors import Factorisation
+    from engine.factor.projections import Projection
 
 EXAMPLE = "lightarc factor lafortune:preset=blue-paint --terms 4 -o paint-factors --json"
 
@@ -126,14 +129,14 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         show(Step(0.99, "writing"))
         found = write_factors(arguments.output, found)
     factors = found.factors
-    is_sum = hasattr(factors, "hemisphere_map")
+    texels = factors.hemisphere_map if isinstance(factors, SeparableFactors) else None
     return {
         "brdf": text,
         "output": arguments.output,
         "method": found.method,
         "parametrisation": factors.parametrisation,
-        "map": factors.hemisphere_map.kind if is_sum else None,
-        "size": factors.hemisphere_map.size if is_sum else len(factors.textures[0]),
+        "map": texels.kind if texels is not None else None,
+        "size": len(factors.textures[0]) if isinstance(factors, HomomorphicFactors) else factors.hemisphere_map.size,
         "reciprocal": bool(factors.reciprocal),
         "asymmetry": found.asymmetry,
         "condition_number": found.condition_number if math.isfinite(found.condition_number) else None,
@@ -149,7 +152,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "held_out_by": found.held_out_by or None,
         "unmeasured": found.unmeasured or None,
         "choice": found.choice or None,
-        "terms_share_time": is_sum,
+        "terms_share_time": texels is not None,
         "elevation_bands_deg": np.linspace(0.0, 90.0, BANDS + 1).tolist(),
         "samples": settings.samples,
         "max_theta_deg": settings.max_theta_deg,
@@ -202,11 +205,11 @@ def _settings(arguments: argparse.Namespace) -> FactorSettings:
     return settings
 
 
-def _term_error(term_error: Any) -> dict[str, Any]:
+def _term_error(term_error: TermError) -> dict[str, Any]:
     return {**_flat(asdict(term_error)), "rms_by_elevation_band": list(term_error.rms_by_elevation_band)}
 
 
-def _projection(projection: Any) -> dict[str, Any]:
+def _projection(projection: Projection) -> dict[str, Any]:
     rows = getattr(projection, "rows", None)
     return {"kind": projection.name} if rows is None else {"kind": projection.name, "rows": rows.tolist()}
 

@@ -6,17 +6,18 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
 from app.arguments.results import TABLE
 from app.document.comparison import MARKERS, Entry, Fitted
 from app.widgets.resources import RESOURCES
-from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text, label_of, model_name
+from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, brdf_to_text, label_of, model_name
 from engine.brdf.models.microfacet import Ggx
+from engine.brdf.models.model import Model
 from engine.brdf.readers.merl import write_merl
-from engine.brdf.readers.read import read_brdf_steps
+from engine.brdf.readers.read import MeasuredBrdf, read_brdf_steps
 from engine.brdf.resample import SHAPE, resample
 from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.brdf.written import WrittenBrdf, write
@@ -29,7 +30,7 @@ from engine.storage.outputs import check_outputs
 if TYPE_CHECKING:
     from app.commands.workbench import Workbench
     from app.jobs.jobs import Job
-    from engine.brdf.fit import FitError, Residual
+    from engine.brdf.fit import FitError, Residual, Weighting
 
 #: Texts in GLSL to begin with, by the names of their files.
 TEMPLATES = {"ggx": "GGX", "blinn-phong": "Blinn–Phong"}
@@ -44,19 +45,19 @@ FOLLOWED, NEAREST = 2000, 2000
 class FitSoFar:
     """The best of a fit until now: the model, the errors where it began and now, and both by half angle."""
 
-    brdf: Any
+    brdf: Brdf
     before: FitError
     after: FitError
     start: Residual
     now: Residual
 
 
-def is_model(brdf: Any) -> bool:
+def is_model(brdf: object) -> TypeGuard[Model]:
     """True if `brdf` has parameters and a text, and is quick to evaluate."""
     return type(brdf) in MODELS.values()
 
 
-def has_shader(brdf: Any) -> bool:
+def has_shader(brdf: Brdf) -> bool:
     """True if `brdf` is drawn as it is, without a table: a model, or factors, which are textures already."""
     return is_model(brdf) or factor_source(brdf) is not None
 
@@ -68,7 +69,7 @@ def add_model(bench: Workbench, text: str) -> None:
     add(bench, preset.replace("-", " ").capitalize() if preset else label_of(model_name(brdf)), brdf)
 
 
-def add(bench: Workbench, name: str, brdf: Any, path: Path | None = None, fitted: Fitted | None = None) -> None:
+def add(bench: Workbench, name: str, brdf: Brdf, path: Path | None = None, fitted: Fitted | None = None) -> None:
     """Compare `brdf`; its file, if it has one, stays in the library, and it is what is factored next."""
     comparison = bench.document.project.comparison
     if comparison.free_identity is None:
@@ -90,7 +91,7 @@ def open_file(bench: Workbench, path: Path, *, instead_of: Path | None = None) -
     return job
 
 
-def _open(bench: Workbench, path: Path, brdf: Any, instead_of: Path | None) -> None:
+def _open(bench: Workbench, path: Path, brdf: MeasuredBrdf, instead_of: Path | None) -> None:
     if instead_of is not None:
         moved = bench.document.project.comparison.with_file(path, instead_of)
         entries = tuple(dataclasses.replace(e, path=path) if e.path == instead_of else e for e in moved.entries)
@@ -100,7 +101,7 @@ def _open(bench: Workbench, path: Path, brdf: Any, instead_of: Path | None) -> N
     add(bench, brdf.name or path.stem, brdf, path)
 
 
-def _read(path: Path) -> Steps[Any]:
+def _read(path: Path) -> Steps[MeasuredBrdf]:
     yield Step(0.0, "reading")
 
     return (yield from read_brdf_steps(path))
@@ -148,7 +149,7 @@ def _use(bench: Workbench, name: str, parts: dict[str, Any]) -> None:
     bench.said.emit(f"The material reflects as {name}")
 
 
-def _as_material(brdf: Any) -> Steps[dict[str, Any]]:
+def _as_material(brdf: Brdf) -> Steps[dict[str, Any]]:
     """The table of a measurement, or factors as they are, and the model nearest to it for what holds neither."""
     yield Step(0.0, "compiling (first use only)")
     from engine.brdf.fit import fit, fit_data
@@ -159,7 +160,7 @@ def _as_material(brdf: Any) -> Steps[dict[str, Any]]:
     return {"brdf": brdf_to_text(nearest.brdf), "measured": measured}
 
 
-def save_table(bench: Workbench, brdf: Any, path: Path) -> Job:
+def save_table(bench: Workbench, brdf: Brdf, path: Path) -> Job:
     """Write `brdf` as a table: .binary as MERL, .exr as ours; never over a file of the library."""
     files = [str(file) for file in bench.document.project.comparison.files]
     job = bench.jobs.submit(f"Writing {path.name}", lambda: _write(brdf, path, files), lane="save", resource=str(path))
@@ -167,7 +168,7 @@ def save_table(bench: Workbench, brdf: Any, path: Path) -> Job:
     return job
 
 
-def _write(brdf: Any, path: Path, inputs: Sequence[str]) -> Steps[str]:
+def _write(brdf: Brdf, path: Path, inputs: Sequence[str]) -> Steps[str]:
     """Write the table and report its error in a sentence. A user was asked before a file is replaced."""
     yield Step(0.0, "compiling (first use only)")
     from engine.brdf.readers.table_file import write_table
@@ -188,7 +189,7 @@ def _write(brdf: Any, path: Path, inputs: Sequence[str]) -> Steps[str]:
     return f"{path.name} written{lost}"
 
 
-def fit(brdf: Any, model: str, weighting: Any) -> Steps[FitSoFar]:
+def fit(brdf: Brdf, model: str, weighting: Weighting) -> Steps[FitSoFar]:
     """Fit `model` to `brdf`; steps carry the best so far."""
     yield Step(0.0, "taking samples")
     from engine.brdf.fit import fit, fit_data, fit_error, residual_by_angle

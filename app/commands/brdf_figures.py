@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.analysis import albedo, half_difference_slice, lobe, maximum_albedo, polar_slice, reciprocity_error
-from engine.brdf.brdf import brdf_from_text
+from engine.brdf.brdf import Brdf, brdf_from_text
 from engine.brdf.models.sampling import sampler_of
 from engine.brdf.resample import SHAPE, resample
 from engine.core.colour import luminance, srgb_encode
@@ -45,7 +45,7 @@ class Curves:
     half_difference : (90, 90) over theta_h (columns) and theta_d (rows from the bottom), whatever the light.
     """
 
-    brdf: Any
+    brdf: Brdf
     theta_i: float
     wo: Floats
     lobe: Floats
@@ -65,7 +65,7 @@ class Curves:
 class Facts:
     """Figures of a BRDF that do not depend on the light."""
 
-    brdf: Any
+    brdf: Brdf
     reciprocity: ReciprocityError
     largest: MaximumAlbedo
 
@@ -102,7 +102,7 @@ def albedos(wanted: Sequence[tuple[int, Any]]) -> Steps[dict[int, tuple[Any, Flo
     return found
 
 
-def facts(brdf: Any) -> Steps[Facts]:
+def facts(brdf: Brdf) -> Steps[Facts]:
     """Reciprocity and the largest albedo."""
     yield Step(0.0, "exchanging light and viewer")
 
@@ -111,7 +111,7 @@ def facts(brdf: Any) -> Steps[Facts]:
     return Facts(brdf, reciprocity, maximum_albedo(brdf))
 
 
-def drawable(brdf: Any) -> Steps[Any]:
+def drawable(brdf: Brdf) -> Steps[Any]:
     """`brdf` as a table that a viewport draws without delay."""
     yield Step(0.0, "compiling (first use only)")
 
@@ -125,7 +125,7 @@ def thumbnails(wanted: Sequence[tuple[str, Any]], size: int) -> Steps[None]:
         yield Step(done / len(wanted), "drawing thumbnails", (key, made))
 
 
-def thumbnail(brdf: Any, size: int) -> NDArray[np.uint8]:
+def thumbnail(brdf: Brdf, size: int) -> NDArray[np.uint8]:
     """(size, size, 4) uint8: a sphere under a light from the upper left and a weaker one beside the camera."""
     fine = 2 * size
     across = (np.arange(fine) + 0.5) / fine * 2.0 - 1.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Signal
 
@@ -12,6 +12,9 @@ from app.jobs.jobs import Jobs
 from app.jobs.newest import Latest
 from engine.brdf.table import HalfDifferenceTable
 from engine.core.figure_text import percent
+
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
 
 
 class Drawable(QObject):
@@ -26,7 +29,7 @@ class Drawable(QObject):
         self._asked: Any = None
         self._made: tuple[Any, Any] = (None, None)
 
-    def of(self, brdf: Any) -> Any:
+    def of(self, brdf: Brdf) -> Any:
         """`brdf` or its table; None while that is under way. `note` tells the form shown, `shorter` in few words."""
         self.note = self.shorter = ""
         if has_shader(brdf) or isinstance(brdf, HalfDifferenceTable):
@@ -43,6 +46,6 @@ class Drawable(QObject):
         self.shorter = f"table: {error} off"
         return table
 
-    def _keep(self, brdf: Any, table: HalfDifferenceTable) -> None:
+    def _keep(self, brdf: Brdf, table: HalfDifferenceTable) -> None:
         self._made = (brdf, table)
         self.ready.emit()

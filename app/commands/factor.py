@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from engine.render.display import diverging
 from engine.storage.outputs import check_outputs
 
 if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
     from engine.factor.errors import Factorisation
     from engine.scene.scene import Scene
 
@@ -52,7 +53,7 @@ def difference(factored: Scene, unfactored: Scene, size: tuple[int, int]) -> Ste
     return Difference(pixels, scale, rms)
 
 
-def judge(factorisation: Factorisation, terms: int, brdf: Any) -> Steps[tuple[str, ...]]:
+def judge(factorisation: Factorisation, terms: int, brdf: Brdf | None) -> Steps[tuple[str, ...]]:
     """Sentences on the possible uses of the first `terms` terms."""
     yield Step(0.0, "judging factors")
 

@@ -14,7 +14,7 @@ import dataclasses
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,7 @@ from engine.brdf.readers.read import read_brdf_steps
 from engine.bundle.bundle import save_bundle
 from engine.capture.stack import ImageStack
 from engine.core.errors import FileError, InputError, UsageError
+from engine.core.params import parameters
 from engine.core.steps import Step, Steps, part
 from engine.factor.factor_file import fingerprints, holds_factors, read_factors, write_factors
 from engine.geometry.shapes import shape
@@ -51,6 +52,9 @@ from engine.storage.atomic import make_folder, write_bytes
 from engine.storage.file_array import FileArray
 from engine.surface.write import find_known_maps, write_surface
 from engine.transport.baking.file import open_transport
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 NOT_FOUND_YET = "the run in the project has no result: it was stopped before it had one"
 LOST = "its result is gone from the data folder"
@@ -82,7 +86,8 @@ def fits_again(entries: Sequence[Entry]) -> Steps[list[Result]]:
 def _fit_again(entry: Entry, target: Entry) -> Steps[Result]:
     assert entry.fitted is not None
     found = yield from fit(target.brdf, model_name(entry.brdf), entry.fitted.weighting)
-    return _replay_made_compare(dataclasses.asdict(entry.brdf), dataclasses.asdict(found.brdf), EDITED)
+    before, now = ({p.name: getattr(brdf, p.name) for p in parameters(brdf)} for brdf in (entry.brdf, found.brdf))
+    return _replay_made_compare(before, now, EDITED)
 
 
 def factors_again(runs: Sequence[Run], kept: Path, folder: Path) -> Steps[list[Result]]:
@@ -261,7 +266,7 @@ def _surface_again(project: Project, stack: ImageStack, folder: Path) -> Steps[d
     return _compare("surface maps", before, find_known_maps(surface.maps), why)
 
 
-def _arrays(value: Any) -> dict[str, Array]:
+def _arrays(value: DataclassInstance | None) -> dict[str, Array]:
     """The arrays of a result by their names, those in files not read; none where there is no result."""
     parts = {each.name: getattr(value, each.name) for each in dataclasses.fields(value)} if value is not None else {}
     return {name: found for name, found in parts.items() if isinstance(found, np.ndarray | FileArray)}

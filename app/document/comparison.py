@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from app.widgets.resources import LINES
+from engine.brdf.brdf import Brdf
+from engine.brdf.fit import Weighting
 from engine.core.errors import UsageError
 
 #: pyqtgraph's names of the markers; each goes with the colour at its place in the cycle of `LINES`.
@@ -22,7 +24,7 @@ class Fitted:
     """The origin of a fitted model: its target, its method, and its relative RMS errors before and after."""
 
     of: str
-    weighting: str
+    weighting: Weighting
     before: float
     after: float
 
@@ -32,7 +34,7 @@ class Entry:
     """One BRDF under comparison; `identity` numbers its colour and marker, `path` is the file it came from."""
 
     name: str
-    brdf: Any
+    brdf: Brdf
     identity: int
     visible: bool = True
     path: Path | None = None
@@ -72,7 +74,7 @@ class Comparison:
         return next((entry for entry in self.entries if entry.identity == identity), None)
 
     def added(
-        self, name: str, brdf: Any, path: Path | None = None, fitted: Fitted | None = None, *, visible: bool = True
+        self, name: str, brdf: Brdf, path: Path | None = None, fitted: Fitted | None = None, *, visible: bool = True
     ) -> Comparison:
         """With one more; UsageError where no colour and marker are left."""
         identity = self.free_identity

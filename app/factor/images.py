@@ -15,12 +15,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, radians, sin, sqrt, tan
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QBrush, QColor, QImage, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtGui import (
+    QBrush,
+    QColor,
+    QImage,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPolygonF,
+    QResizeEvent,
+)
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.widgets import theme
@@ -31,9 +42,12 @@ from app.widgets.theme import PADDING, STEP, role
 from engine.core.colour import luminance, srgb_encode
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps
-from engine.factor.projections import texture_mask
+from engine.factor.projections import LinearProjection, Projection, texture_mask
 from engine.factor.separable_factors import SeparableFactors
 from engine.render.display import diverging
+
+if TYPE_CHECKING:
+    from engine.factor.errors import Factors
 
 GAP, CAPTION = 2 * STEP, 17
 SMALLEST = 72
@@ -49,7 +63,7 @@ class TextureImage:
     white: str
 
 
-def texture_images(factors: Any, exposure_ev: float) -> Steps[list[TextureImage]]:
+def texture_images(factors: Factors, exposure_ev: float) -> Steps[list[TextureImage]]:
     """The images of all textures of `factors`, brighter by so many stops."""
     yield Step(0.0, "drawing textures")
 
@@ -137,7 +151,7 @@ class TexturesView(Scrolled):
         if 1 <= now + step <= most:
             self.picked.emit(now + step)
 
-    def resizeEvent(self, event: Any) -> None:
+    def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self.strip.fit()
 
@@ -253,7 +267,7 @@ class ProjectionsView(Scrolled):
     def sizeHint(self) -> QSize:
         return QSize(240, 180)
 
-    def show_factors(self, factors: Any) -> None:
+    def show_factors(self, factors: Factors | None) -> None:
         """Show what leads to the textures of `factors`; None shows nothing."""
         self.inside.factors = factors
         self.inside.rows = rows_of(factors)
@@ -262,36 +276,38 @@ class ProjectionsView(Scrolled):
         self.inside.update()
 
 
-def rows_of(factors: Any) -> list[tuple[Any, str, str]]:
+def rows_of(factors: Factors | None) -> list[tuple[Projection | str, str, str]]:
     """For each texture, or side of separable ones: the projection or the side, its name, and a remark."""
     if factors is None:
         return []
-    if hasattr(factors, "hemisphere_map"):
+    if isinstance(factors, SeparableFactors):
         sides = ("view", "light") if factors.parametrisation == "in-out" else ("half vector", "difference")
         return [
             (side, f"{side[:1].upper()}{side[1:]} maps", f"{factors.hemisphere_map.kind}, {factors.terms} of them")
             for side in sides
         ]
-    found = []
+    found: list[tuple[Projection | str, str, str]] = []
     for number, projection in enumerate(factors.projections, start=1):
         name = projection_name(projection, factors.parametrisation)
         remark = "fixed"
-        if projection.name == "linear":
+        if isinstance(projection, LinearProjection):
             parts = zip(shares(projection), DISKS[factors.parametrisation], strict=True)
             remark = ", ".join(f"{percent(share)} {disk}" for share, disk in parts)
         found.append((projection, f"{number}  {name[:1].upper()}{name[1:]}", remark))
     return found
 
 
-def _has_two_disks(what: Any) -> bool:
-    return not isinstance(what, str) and (what.name == "linear" or bool(ANGLES.get(what.angles or what.name)))
+def _has_two_disks(what: Projection | str) -> bool:
+    return not isinstance(what, str) and (
+        isinstance(what, LinearProjection) or bool(ANGLES.get(what.angles or what.name))
+    )
 
 
 class _Diagram(QWidget):
     def __init__(self) -> None:
         super().__init__()
-        self.factors: Any = None
-        self.rows: Sequence[tuple[Any, str, str]] = ()
+        self.factors: Factors | None = None
+        self.rows: Sequence[tuple[Projection | str, str, str]] = ()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self)
@@ -319,13 +335,15 @@ class _Diagram(QWidget):
                 words.translated(0, 18), painter.fontMetrics().elidedText(remark, elide, int(words.width()))
             )
 
-    def _draw(self, painter: QPainter, what: Any, left: QPointF, right: QPointF) -> None:
+    def _draw(self, painter: QPainter, what: Projection | str, left: QPointF, right: QPointF) -> None:
         """The two disks of one projection, or the one of a fixed one or of a side."""
         if isinstance(what, str):
             self._disk(painter, (left + right) / 2, _letter(what))
+            assert isinstance(self.factors, SeparableFactors)
             self._rings(painter, (left + right) / 2, self.factors.hemisphere_map.kind)
             return
-        if what.name == "linear":
+        if isinstance(what, LinearProjection):
+            assert self.factors is not None
             letters = ("i", "o") if self.factors.parametrisation == "in-out" else ("h", "d")
             for half, (middle, letter) in enumerate(zip((left, right), letters, strict=True)):
                 self._disk(painter, middle, letter)

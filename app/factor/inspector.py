@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtGui import QKeySequence, QMouseEvent, QShortcut
 from PySide6.QtWidgets import QAbstractItemView, QHBoxLayout, QListWidget, QListWidgetItem, QToolButton, QWidget
 
 from app.brdf.plots import marker_icon
@@ -33,6 +33,9 @@ from app.widgets.theme import ROW, STEP
 from engine.core.figure_text import number, size_text, time_text
 from engine.core.steps import time_left
 from engine.factor.settings import MAX_PRODUCTS, MAX_TEXTURES
+
+if TYPE_CHECKING:
+    from engine.factor.errors import Factorisation
 
 NUMBER = Qt.ItemDataRole.UserRole
 NOTHING = "Start a run first"
@@ -254,7 +257,7 @@ class BandPlot(Plot):
         self.setXRange(0.0, 90.0, padding=0.01)
         self.getPlotItem().getAxis("bottom").setTickSpacing(30, 30)
 
-    def mouseDoubleClickEvent(self, event: Any) -> None:
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         event.accept()
 
     def show_bands(self, errors: Sequence[float], colour: str) -> None:
@@ -336,7 +339,7 @@ def why_fewer(run: Run, live: Live) -> str:
     return f"{have} of {wanted} terms: {reason}." if reason else ""
 
 
-def remark_of(factorisation: Any) -> str:
+def remark_of(factorisation: Factorisation) -> str:
     """Further properties of a factorisation, in one line each."""
     lines = []
     if factorisation.optimum_ratio:

@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import log10
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, Qt, Signal
+from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QMouseEvent
 from PySide6.QtWidgets import QMenu
 
 from app.document.factoring import METRICS, Run
@@ -21,6 +22,9 @@ from app.widgets import theme
 from app.widgets.number_field import plain
 from app.widgets.plot_files import rows_of
 from app.widgets.plots import Plot
+
+if TYPE_CHECKING:
+    from engine.factor.errors import TermError
 
 MARK_PX = 10
 
@@ -91,7 +95,7 @@ class ErrorPlot(Plot):
         self._show_ring(chosen)
         self._fit()
 
-    def _draw(self, line: ErrorLine, curve: Any, marks: Any) -> None:
+    def _draw(self, line: ErrorLine, curve: pg.PlotCurveItem, marks: pg.ScatterPlotItem) -> None:
         colour = line.run.colour
         dash = Qt.PenStyle.DashLine if line.going else Qt.PenStyle.SolidLine
         curve.setData(np.array(line.x), np.array(line.y), pen=pg.mkPen(colour, width=1.6, style=dash))
@@ -135,17 +139,17 @@ class ErrorPlot(Plot):
             self.getPlotItem().getAxis("bottom").setTicks(log_ticks(left - side, right + side))
         self.setXRange(left - side, right + side, padding=0)
 
-    def mouseDoubleClickEvent(self, event: Any) -> None:
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         event.accept()
 
-    def contextMenuEvent(self, event: Any) -> None:
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.addAction(SAVE, self.save_wanted.emit)
         menu.popup(event.globalPos())
 
-    def keyPressEvent(self, event: Any) -> None:
-        step = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}.get(event.key())
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        step = {int(Qt.Key.Key_Left): -1, int(Qt.Key.Key_Right): 1}.get(event.key())
         if step is None or self.chosen is None:
             super().keyPressEvent(event)
             return
@@ -153,7 +157,7 @@ class ErrorPlot(Plot):
         if any((line.run.number, of) == (number, terms + step) for line in self.shown for _, _, of in line.marks):
             self.picked.emit(number, terms + step)
 
-    def _on_clicked(self, _points: Any, clicked: Sequence[Any], _event: Any) -> None:
+    def _on_clicked(self, _points: pg.ScatterPlotItem, clicked: Sequence[Any], _event: object) -> None:
         if len(clicked):
             number, terms = clicked[0].data()
             self.picked.emit(number, terms)
@@ -212,10 +216,12 @@ def line_of(run: Run, live: Live, against: str, metric: str) -> ErrorLine | None
     if not term_errors:
         return None
 
-    def error(term_error: Any) -> float:
-        return log10(max(term_error.error(metric), MINIMUM))
+    def error(term_error: TermError) -> float:
+        value = term_error.error(metric)
+        assert value is not None, "unknown errors are left out"
+        return log10(max(value, MINIMUM))
 
-    def place(term_error: Any) -> float:
+    def place(term_error: TermError) -> float:
         if against == "terms":
             return float(term_error.terms)
         return log10(max(term_error.time_s if against == "time" else term_error.size_bytes / 1e3, SHORTEST))

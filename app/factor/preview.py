@@ -7,11 +7,11 @@ image has come to rest, from the values themselves.
 from __future__ import annotations
 
 from math import radians
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QRectF, Qt, QTimer, Signal
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app.commands.drawable import Drawable
@@ -31,6 +31,10 @@ from engine.geometry.camera import frame
 from engine.geometry.mesh import Mesh
 from engine.scene.scene import Scene
 
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
+    from engine.factor.errors import Factors
+
 IRRADIANCE = 2.6
 
 #: Pause after the last change before the difference is computed, and its longest side in pixels.
@@ -49,8 +53,8 @@ class FactorPreview(QWidget):
         self.light_deg = (50.0, -40.0)
         self.sphere: Mesh | None = None
         self.mesh: Mesh | None = None
-        self.factors: Any = None
-        self.brdf: Any = None
+        self.factors: Factors | None = None
+        self.brdf: Brdf | None = None
         self.shown: Difference | None = None
         self._loading = False
         self.drawable = Drawable(jobs)
@@ -82,7 +86,7 @@ class FactorPreview(QWidget):
             view.drawn.connect(self.drawn)
             view.broken.connect(self.broken)
 
-    def show_pair(self, factors: Any, brdf: Any) -> None:
+    def show_pair(self, factors: Factors | None, brdf: Brdf | None) -> None:
         """Show `factors` beside `brdf`; None for either shows nothing there."""
         if (factors, brdf) == (self.factors, self.brdf):
             return
@@ -111,7 +115,7 @@ class FactorPreview(QWidget):
         self._draw()
         self.at_rest.start()
 
-    def showEvent(self, event: Any) -> None:
+    def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         self.refresh()
 
@@ -123,7 +127,7 @@ class FactorPreview(QWidget):
         """Set the caption of an image to the first of `forms` that there is room for."""
         self.captions[side].say(*forms)
 
-    def scene(self, brdf: Any) -> Scene | None:
+    def scene(self, brdf: Brdf | None) -> Scene | None:
         """The model under the light with another BRDF."""
         mesh = self.mesh or self.sphere
         if mesh is None or brdf is None:

@@ -22,7 +22,7 @@ from app.document.document import Project
 from app.document.factoring import MATERIAL, METHODS, RUN_NUMBERS, Run, names_of
 from app.jobs.jobs import Job
 from app.project.factors import Keeping, read_kept
-from engine.brdf.brdf import MODELS, brdf_from_text, label_of
+from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, label_of
 from engine.brdf.readers.read import read_brdf_steps
 from engine.core.errors import FileError, InputError, UsageError
 from engine.core.steps import Step, Steps, part
@@ -30,7 +30,7 @@ from engine.factor.settings import FactorSettings
 from engine.storage.text import whole_number
 
 if TYPE_CHECKING:
-    from engine.factor.errors import Factorisation, TermError
+    from engine.factor.errors import Factorisation, Factors, TermError
 
 SAME = "This has been factored with these settings already: the list has it"
 QUEUED = "{} waits for {}"
@@ -44,7 +44,7 @@ LOST = "Its result is no longer beside the project: factor again"
 class Found:
     """The BRDF that is factored, and the factorisation so far, if there is one; why one of them is missing."""
 
-    brdf: Any
+    brdf: Brdf | None
     factorisation: Factorisation | None
     why: str = ""
 
@@ -54,7 +54,7 @@ class Live:
     """The state of a run: its job, if any, its last result, every error on the way, and the reason of a failure."""
 
     job: Job | None = None
-    brdf: Any = None
+    brdf: Brdf | None = None
     factorisation: Factorisation | None = None
     history: list[TermError] = field(default_factory=list)
     state: str = ""
@@ -89,7 +89,7 @@ class Live:
             self.term_errors[-1] if self.term_errors else None,
         )
 
-    def factors(self, terms: int | None) -> Any:
+    def factors(self, terms: int | None) -> Factors | None:
         """The factors of so many terms, as `term_error`."""
         term_error = self.term_error(terms)
         if term_error is None or self.factorisation is None:
@@ -147,7 +147,7 @@ class FactorRuns(QObject):
             self.bench.said.emit(QUEUED.format(job.title, job.waits_for))
         return run
 
-    def _is_same(self, run: Run, given: Any, choices: FactorSettings) -> bool:
+    def _is_same(self, run: Run, given: Brdf | Path, choices: FactorSettings) -> bool:
         """True if `run` is under way or done, of the same BRDF with the same settings."""
         live = self.of(run)
         ended_badly = live.job is None and live.state not in ("done", READING)
@@ -217,7 +217,7 @@ class FactorRuns(QObject):
         """A number by chance: the history may bring back runs of earlier starts, which nobody has counted."""
         return next(number for number in iter(lambda: random.randrange(RUN_NUMBERS), None) if number not in self.live)
 
-    def _begin(self, run: Run, given: Any, resume: Factorisation | None) -> None:
+    def _begin(self, run: Run, given: Brdf | Path, resume: Factorisation | None) -> None:
         live, choices, folder = self.of(run), run.choices, self.bench.own
         assert choices is not None
         title = f"Factoring {run.name}: {METHODS[choices.method]}"
@@ -344,12 +344,12 @@ def files_of(project: Project) -> Sequence[Path]:
     return [path for path in project.comparison.files if path not in shown]
 
 
-def _equal(one: Any, other: Any) -> bool:
+def _equal(one: object, other: object) -> bool:
     """True for equal models and paths; tables are the same only where they are one object."""
     return type(one) is type(other) and isinstance(one, (Path, *MODELS.values())) and bool(one == other)
 
 
-def _brdf(given: Any) -> Steps[Any]:
+def _brdf(given: Brdf | Path) -> Steps[Brdf]:
     if not isinstance(given, Path):
         return given
         yield
@@ -357,7 +357,9 @@ def _brdf(given: Any) -> Steps[Any]:
     return (yield from read_brdf_steps(given))
 
 
-def _factor(run: Run, given: Any, choices: FactorSettings, resume: Factorisation | None, folder: Path) -> Steps[Found]:
+def _factor(
+    run: Run, given: Brdf | Path, choices: FactorSettings, resume: Factorisation | None, folder: Path
+) -> Steps[Found]:
     """Factor; each step's `partial` is the result so far. The best is kept in `folder`, however this ends."""
     yield Step(0.0, "compiling (first use only)")
     from engine.factor.factor import factor
@@ -400,7 +402,7 @@ def _keep(run: Run, folder: Path) -> Steps[Found]:
     return Found(brdf, factorisation, why)
 
 
-def _open(path: Path, given: Any) -> Steps[Found]:
+def _open(path: Path, given: Brdf | Path) -> Steps[Found]:
     yield Step(0.0, "reading factors")
     from engine.factor.factor_file import read_factors
 

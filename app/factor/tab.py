@@ -34,6 +34,7 @@ from app.widgets.panels import Segments, small_button
 from app.widgets.plot_files import png, save, svg
 from app.widgets.tiles import Tile, Tiles
 from app.widgets.workspace import bar_of_choices, put_beside, side_by_side, under
+from engine.factor.separable_factors import SeparableFactors
 from engine.factor.settings import FactorSettings
 
 #: Least time between two updates of the results of a run, and of its preview on the model while the run goes on.
@@ -374,19 +375,19 @@ class FactorTab(QWidget):
             self._imaged = (None, 0.0)
             self.textures.show_images([], None)
             return
-        chosen = live.factors(factoring.terms)
-        shown = live.factorisation.factors if hasattr(chosen, "hemisphere_map") else chosen
+        chosen = live.factors(factoring.terms) or live.factorisation.factors
+        shown = live.factorisation.factors if isinstance(chosen, SeparableFactors) else chosen
         terms = chosen.terms
         if self._imaged == (shown, self.exposure_ev):
             self.textures.show_images(self.textures.strip.images, terms)
             return
-        asked = (shown, self.exposure_ev)
+        exposure_ev = self.exposure_ev
 
         def show(images: list[TextureImage]) -> None:
-            self._imaged = asked
+            self._imaged = (shown, exposure_ev)
             self.textures.show_images(images, terms)
 
-        self.picturing.ask(lambda: texture_images(*asked), show)
+        self.picturing.ask(lambda: texture_images(shown, exposure_ev), show)
 
     def _show_mesh(self) -> None:
         self.preview.show_mesh(self.bench.document.project.mesh if self.model.value == "view" else None)

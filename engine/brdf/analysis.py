@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -124,7 +123,7 @@ def conserves_energy(brdf: Brdf, largest: MaximumAlbedo) -> bool:
     return bool(brdf.energy_conserving) or max(largest.albedo) <= 1.0 + ALBEDO_ERROR
 
 
-def doubts(brdf: Any, exchanged: ReciprocityError, largest: MaximumAlbedo) -> list[str]:
+def doubts(brdf: Brdf, exchanged: ReciprocityError, largest: MaximumAlbedo) -> list[str]:
     """Sentences on a measurement that is not reciprocal, reflects more or less than is possible, or is too sparse."""
     found = []
     if min(largest.albedo) < 0.0:

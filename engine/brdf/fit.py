@@ -15,7 +15,7 @@ user starts from is among the starts, so that a fit never ends worse than it beg
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Generic, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,9 @@ from engine.core.summary import Summary
 
 Floats = NDArray[np.float64]
 Weighting = Literal["log", "cosine"]
+
+#: The model that is fitted.
+Fitted = TypeVar("Fitted", bound=Brdf)
 WEIGHTINGS: tuple[Weighting, ...] = ("log", "cosine")
 
 STARTS = 64
@@ -83,10 +86,10 @@ class Residual:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Fit(Summary):
+class Fit(Summary, Generic[Fitted]):
     """The fitted model, its errors before and after, and what remains by theta_h, theta_d and theta_i."""
 
-    brdf: Any
+    brdf: Fitted
     before: FitError
     after: FitError
     by_angle: dict[str, Residual]
@@ -98,7 +101,7 @@ class Fit(Summary):
         return {"brdf": self.brdf, "rmse_rel": f"{after:.4g} (before {before:.4g})", "evaluations": self.evaluations}
 
 
-def fit_data(brdf: Any, *, count: int = MANY, seed: int = 0) -> FitData:
+def fit_data(brdf: Brdf, *, count: int = MANY, seed: int = 0) -> FitData:
     """Samples to fit: those that were measured, of a list or a table of directions, else values at stratified pairs.
 
     Between the entries of a table of directions, 15° apart, nothing was measured, and highlights are narrower. The
@@ -175,10 +178,10 @@ class _Objective:
 
 
 @dataclass(frozen=True)
-class _Space:
+class _Space(Generic[Fitted]):
     """The parameters of a model as a vector in which ranges are boxes: colours by channel, `log` ones by logarithm."""
 
-    model: type
+    model: type[Fitted]
     declared: tuple[Parameter, ...]
     fixed: dict[str, Any]
 
@@ -205,7 +208,7 @@ class _Space:
     def _forward(parameter: Parameter, value: float) -> float:
         return float(np.log(max(value, _lowest(parameter)))) if parameter.log else float(value)
 
-    def vector(self, brdf: Any) -> Floats:
+    def vector(self, brdf: Brdf) -> Floats:
         numbers: list[float] = []
         for parameter in self.declared:
             value = getattr(brdf, parameter.name)
@@ -213,7 +216,7 @@ class _Space:
                 numbers.append(self._forward(parameter, number))
         return np.array(numbers)
 
-    def brdf(self, vector: Floats) -> Any:
+    def brdf(self, vector: Floats) -> Fitted:
         values, numbers = dict(self.fixed), iter(vector)
         for parameter in self.declared:
             found = [
@@ -255,7 +258,7 @@ def _lowest(parameter: Parameter) -> float:
 
 def fit(
     data: FitData,
-    start: Any,
+    start: Fitted,
     *,
     weighting: Weighting = "log",
     fixed: tuple[str, ...] = (),

@@ -8,11 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from engine.brdf.fit import Fit, FitData, Weighting, fit, fit_error
 from engine.core.figure_text import number, percent
 from engine.core.steps import Steps, part
+
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
 
 Norm = Literal["linear", "log"]
 NORMS: tuple[Norm, ...] = ("linear", "log")
@@ -37,7 +40,7 @@ class Offer:
     log : RMS of the difference in log(1 + f cos(theta_i) / m), as `engine.brdf.fit` has it.
     """
 
-    brdf: Any
+    brdf: Brdf
     linear: float
     log: float
 
@@ -45,7 +48,7 @@ class Offer:
         return self.linear if norm == "linear" else self.log
 
 
-def offer(brdf: Any, data: FitData) -> Offer:
+def offer(brdf: Brdf, data: FitData) -> Offer:
     """`brdf` with its errors against `data`."""
     error = fit_error(brdf, data, "log")
     return Offer(brdf, error.rmse_rel, error.objective)
@@ -77,7 +80,7 @@ def best(offers: Sequence[Offer]) -> dict[Norm, Offer]:
 
 
 def fit_both(
-    data: FitData, start: Any, found: Fit, *, weighting: Weighting, fixed: tuple[str, ...] = (), seed: int = 0
+    data: FitData, start: Brdf, found: Fit, *, weighting: Weighting, fixed: tuple[str, ...] = (), seed: int = 0
 ) -> Steps[dict[Norm, Offer]]:
     """The best in each norm of `start`, of `found`, which was fitted by `weighting`, and of a fit by the other one."""
     other = yield from fit(data, start, weighting=OTHER[weighting], fixed=fixed, seed=seed)

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from engine.brdf.brdf import MODELS, Brdf
 from engine.brdf.half_difference import half_difference
@@ -42,14 +42,14 @@ _ROWS_AT_ONCE = 3
 
 
 def table_from(
-    brdf: Brdf, shape: tuple[int, int, int] = SHAPE, name: str = "", dtype: Any = np.float64
+    brdf: Brdf, shape: tuple[int, int, int] = SHAPE, name: str = "", dtype: DTypeLike = np.float64
 ) -> HalfDifferenceTable:
     """`brdf` sampled at the bin centres of a table of `shape`; see `resample`."""
     return drain(resample(brdf, shape, name, dtype))
 
 
 def resample(
-    brdf: Brdf, shape: tuple[int, int, int] = SHAPE, name: str = "", dtype: Any = np.float64, way: Way = "mean"
+    brdf: Brdf, shape: tuple[int, int, int] = SHAPE, name: str = "", dtype: DTypeLike = np.float64, way: Way = "mean"
 ) -> Steps[HalfDifferenceTable]:
     """Sample `brdf` at the bin centres of a table of `shape` (H, D, P), some rows of theta_h at a time.
 

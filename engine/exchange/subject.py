@@ -6,7 +6,7 @@ Names of files are those of the material in letters, digits, `-` and `_`, which 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -49,7 +49,7 @@ class Subject:
     stack: ImageStack | None = None
     _shown: dict[Any, Shown | None] = field(default_factory=dict, repr=False)
 
-    def kept(self, key: Any, make: Callable[[], Shown | None]) -> Shown | None:
+    def kept(self, key: Hashable, make: Callable[[], Shown | None]) -> Shown | None:
         """The first result of `make` for the `key`: one object for equal representations, which is measured once."""
         if key not in self._shown:
             self._shown[key] = make()

@@ -22,8 +22,10 @@ from engine.core.directions import Vectors, surface_direction
 from engine.core.figure_text import number, percent
 from engine.core.summary import Summary
 from engine.factor.data import FactorData
-from engine.factor.homomorphic import EPSILON, LogSpace
+from engine.factor.homomorphic import EPSILON, HomomorphicFactors, LogSpace
 from engine.factor.separable_factors import SeparableFactors
+
+Factors = SeparableFactors | HomomorphicFactors
 
 Floats = NDArray[np.float64]
 
@@ -228,7 +230,7 @@ class Factorisation(Summary):
     negative_energy : what clamping at 0 cuts off, as a fraction of what is left, weighted by cos θ_i over random pairs.
     """
 
-    factors: Any
+    factors: Factors
     method: str
     term_errors: tuple[TermError, ...]
     asymmetry: float = 0.0
@@ -295,7 +297,7 @@ def uses(factorisation: Factorisation, brdf: Brdf | None = None) -> tuple[str, .
     That is judged by the cosine-weighted error of all terms, relative to the BRDF: singular values of a narrow
     highlight fall slowly, and no few terms describe it.
     """
-    factors: Any = factorisation.factors
+    factors = factorisation.factors
     sentences = list(_describe_kind(factors))
     if brdf is not None and factorisation.term_errors:
         share = reference(brdf).miss(factorisation.term_errors[-1].rms_by_elevation_band)
@@ -307,7 +309,7 @@ def uses(factorisation: Factorisation, brdf: Brdf | None = None) -> tuple[str, .
     return tuple(sentences)
 
 
-def _describe_kind(factors: Any) -> tuple[str, ...]:
+def _describe_kind(factors: Factors) -> tuple[str, ...]:
     terms = factors.terms
     if isinstance(factors, SeparableFactors):
         these = "this term" if terms == 1 else f"these {terms} terms"

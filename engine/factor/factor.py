@@ -33,6 +33,7 @@ from engine.factor.errors import (
 )
 from engine.factor.held_out import SIZES, choose, sums_foretold, term_errors_judged
 from engine.factor.hemisphere_map import KINDS, HemisphereMap, MapKind
+from engine.factor.homomorphic import HomomorphicFactors
 from engine.factor.normalised import normalise
 from engine.factor.projection_search import search
 from engine.factor.separable import METHODS, SeparableMethod, Separated, in_norms, norms_of
@@ -141,7 +142,7 @@ def _search(
     """Textures that the search proposes and regions left out choose; those proposed where the thesis is asked for."""
     asked = search_settings(settings)
     if resume is not None:
-        if resume.method != "search":
+        if resume.method != "search" or not isinstance(resume.factors, HomomorphicFactors):
             raise UsageError(f"a search cannot go on from factors of the method {resume.method}")
         if resume.factors.name not in ("", "factors", name):
             raise UsageError(f"these factors are of {resume.factors.name}, and cannot go on as factors of {name}")
@@ -221,12 +222,13 @@ def _separable(
         held_out_by=held_out_by,
     )
     for terms in range(1, found.factors.terms + 1):
-        term_error = _term_error(result.factors.truncate(terms), data, pairs, made, settings)
+        term_error = _term_error(found.factors.truncate(terms), data, pairs, made, settings)
         if errors is not None:
             term_error = _with(term_error, errors[terms - 1])
         result = replace(result, term_errors=(*result.term_errors, term_error))
         yield Step(0.7 + 0.3 * terms / found.factors.terms, f"comparing {terms} terms", result)
     result = _cut(result)
+    assert isinstance(result.factors, SeparableFactors)
     return replace(result, negative_energy=result.factors.negative_energy(pairs.wi, pairs.wo))
 
 

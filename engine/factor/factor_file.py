@@ -28,7 +28,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from engine.brdf.brdf import Brdf
 from engine.brdf.readers.read import open_brdf
 from engine.core.errors import InputError
-from engine.factor.errors import Factorisation, Metrics, TermError
+from engine.factor.errors import Factorisation, Factors, Metrics, TermError
 from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.homomorphic import HomomorphicFactors, LogSpace
 from engine.factor.projections import FixedProjection, Kind, LinearProjection, Projection
@@ -227,7 +227,7 @@ def open_reflectance(text: str) -> Brdf:
     return open_brdf(text)
 
 
-def _describe(factors: Any) -> _Separable | _Homomorphic:
+def _describe(factors: Factors) -> _Separable | _Homomorphic:
     if isinstance(factors, SeparableFactors):
         return _Separable(
             kind="separable",
@@ -259,7 +259,7 @@ def _describe_projection(projection: Projection) -> _Projection:
     return _Projection(kind=projection.kind)
 
 
-def _images(factors: Any) -> Iterator[tuple[str, NDArray[np.float32]]]:
+def _images(factors: Factors) -> Iterator[tuple[str, NDArray[np.float32]]]:
     """Every texture as float32 by the name of its file."""
     if isinstance(factors, SeparableFactors):
         for side, textures in zip(SIDES[factors.parametrisation], (factors.first, factors.second), strict=True):

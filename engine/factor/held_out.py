@@ -127,11 +127,13 @@ def term_errors_judged(
     data: FactorData, settings: SearchSettings, found: Factorisation, parts: Parts
 ) -> Steps[Factorisation]:
     """`found` with the held-out errors of each number of terms, all textures solved together with the λ they have."""
-    size = len(found.factors.textures[0])
+    factors = found.factors
+    assert isinstance(factors, HomomorphicFactors)
+    size = len(factors.textures[0])
     level = Level(data, LogSpace.of(data.value, settings.epsilon), settings, size)
     term_errors = []
     for number, term_error in enumerate(found.term_errors):
-        projections = found.factors.truncate(term_error.terms).projections
+        projections = factors.truncate(term_error.terms).projections
         steps = judge(level, data, projections, term_error.smoothing, parts)
         share = number / len(found.term_errors)
         errors = (yield from relay(steps, lambda step, share=share: Step(share, step.note, found))).held_out  # type: ignore[misc]
@@ -216,7 +218,9 @@ def _keep(before: Factorisation | None) -> list[Judged]:
     """The terms of an earlier result, as they are."""
     if before is None:
         return []
-    term_errors = ((before.factors.truncate(term_error.terms), term_error) for term_error in before.term_errors)
+    whole = before.factors
+    assert isinstance(whole, HomomorphicFactors)
+    term_errors = ((whole.truncate(term_error.terms), term_error) for term_error in before.term_errors)
     return [
         Judged(factors.projections, term_error.smoothing, term_error.held_out, (factors, term_error))
         for factors, term_error in term_errors
@@ -227,7 +231,8 @@ def _keep(before: Factorisation | None) -> list[Judged]:
 def _pool(settings: SearchSettings, proposed: Factorisation) -> list[Projection]:
     """The projections to choose from: the fixed ones, McCool's, and what the search went through."""
     pool: list[Projection] = [FixedProjection(kind) for kind in settings.fixed]
-    factors: HomomorphicFactors = proposed.factors
+    factors = proposed.factors
+    assert isinstance(factors, HomomorphicFactors)
     for term_error in (*factors.shorter, factors):
         pool.extend(term_error.projections)
     pool.extend(mccool_projections(settings.reciprocal))

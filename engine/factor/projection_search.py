@@ -97,7 +97,8 @@ class _Search:
 
     def resume(self, before: Factorisation) -> None:
         """Take over finished terms, and the projection of one that is not."""
-        factors: HomomorphicFactors = before.factors
+        factors = before.factors
+        assert isinstance(factors, HomomorphicFactors)
         if factors.parametrisation != self.settings.parametrisation or factors.reciprocal != self.settings.reciprocal:
             raise UsageError("a search goes on with the parametrisation and reciprocity that it started with")
         if len(factors.textures[0]) != self.settings.size or factors.space.epsilon != self.settings.epsilon:

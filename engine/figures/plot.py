@@ -16,7 +16,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -42,6 +42,9 @@ from matplotlib.figure import Figure  # noqa: E402
 from matplotlib.patheffects import withStroke  # noqa: E402
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: E402
 from scipy.optimize import isotonic_regression  # noqa: E402
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: Colours after Okabe and Ito, some darker or lighter, and their markers, in the order in which plots use them.
 COLOURS = ("#0072b2", "#e69f00", "#1f2a44", "#d55e00", "#00664b", "#d488b1", "#8f8f8f")
@@ -233,7 +236,7 @@ def _figure(size: tuple[int, int], title: str) -> tuple[Figure, Any]:
     return figure, figure.add_subplot(facecolor=GROUND)
 
 
-def _label_axes(axes: Any, x_label: str, y_label: str, log_x: bool, log_y: bool) -> None:
+def _label_axes(axes: Axes, x_label: str, y_label: str, log_x: bool, log_y: bool) -> None:
     axes.set_xlabel(x_label, color=INK)
     axes.set_ylabel(y_label, color=INK)
     for axis, logarithmic, set_scale in ((axes.xaxis, log_x, axes.set_xscale), (axes.yaxis, log_y, axes.set_yscale)):
@@ -262,7 +265,7 @@ class _Decades(LogLocator):
         return super().tick_values(vmin, vmax)
 
 
-def _draw_group(axes: Any, dots: Sequence[Dot], group: str, colour: str, marker: str) -> None:
+def _draw_group(axes: Axes, dots: Sequence[Dot], group: str, colour: str, marker: str) -> None:
     for dot in dots:
         if dot.spread > 0.0 and np.isfinite(dot.spread):
             axes.errorbar(dot.x, dot.y, dot.spread, fmt="none", ecolor=colour, elinewidth=0.8, capsize=2.0, zorder=2)
@@ -275,7 +278,7 @@ def _draw_group(axes: Any, dots: Sequence[Dot], group: str, colour: str, marker:
     axes.plot([], [], marker, color=colour, markersize=6.0, label=group)
 
 
-def _finish(figure: Figure, axes: Any, note: str, hidden: int) -> None:
+def _finish(figure: Figure, axes: Axes, note: str, hidden: int) -> None:
     """Margins that keep points off the edges, the note, and then a layout that stays."""
     axes.margins(0.06)
     left_out = {0: "", 1: "1 point cannot be shown."}.get(hidden, f"{hidden} points cannot be shown.")
@@ -286,7 +289,7 @@ def _finish(figure: Figure, axes: Any, note: str, hidden: int) -> None:
         _layout(figure).set(rect=(0.005, 0.03 * lines, 0.99, 1.0 - 0.03 * lines))
 
 
-def _name_ends(figure: Figure, axes: Any, ends: Sequence[tuple[float, float, str, str]]) -> None:
+def _name_ends(figure: Figure, axes: Axes, ends: Sequence[tuple[float, float, str, str]]) -> None:
     """The names of lines right of their last points, moved up or down where they would cover each other."""
     if not ends:
         return
@@ -327,7 +330,7 @@ def _apart(heights: NDArray[np.float64], least: float) -> NDArray[np.float64]:
 _NEAR, _FURTHER = ((1, 1), (-1, -1), (1, -1), (-1, 1)), ((1, -3), (1, 3), (-1, -3), (-1, 3))
 
 
-def _name_dots(figure: Figure, axes: Any, dots: Sequence[Dot]) -> None:
+def _name_dots(figure: Figure, axes: Axes, dots: Sequence[Dot]) -> None:
     """Labels beside dots, those of the front first; left out where all places around a dot are taken."""
     figure.draw_without_rendering()
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]

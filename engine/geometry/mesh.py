@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,6 +41,9 @@ from engine.geometry.read_scene import check_memory, decoder_memory_bytes, files
 from engine.geometry.unwrap import with_atlas
 from engine.storage.readers import load, readers, suffixes
 from engine.storage.untrusted import decode_in_child
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
 
 _POINTS = "It holds points or curves; give a mesh with faces, as .ply or .obj"
 _UNPACK = "Unpack it and give the mesh that is in it"
@@ -369,7 +372,7 @@ def _incidence(faces: NDArray[np.int64], points: int) -> Any:
 
 
 def _corner_normals(
-    smooth: NDArray[np.float64], directed: NDArray[np.float64], faces: NDArray[np.int64], incidence: Any
+    smooth: NDArray[np.float64], directed: NDArray[np.float64], faces: NDArray[np.int64], incidence: csr_matrix
 ) -> NDArray[np.float64]:
     """(F, 3, 3) the smooth normal of the point; where it bends sharply, from the faces on this side of the bend."""
     flat = normalize(directed)
@@ -395,7 +398,7 @@ def _box_projection(
     faces: NDArray[np.int64],
     directed: NDArray[np.float64],
     smooth: NDArray[np.float64],
-    incidence: Any,
+    incidence: csr_matrix,
 ) -> NDArray[np.float64]:
     """(F, 3, 2) coordinates along the axis nearest to the smoothed normal, so that the patches are large.
 

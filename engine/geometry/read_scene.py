@@ -18,7 +18,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
 
 import numpy as np
@@ -29,6 +29,9 @@ from engine.core.errors import InputError
 from engine.geometry.mesh_text import off_counts, ply_counts
 from engine.storage.text import utf8
 from engine.storage.untrusted import AGAIN, DECODER_MEMORY_BYTES, FILE_LIMIT_BYTES, GIBIBYTE, open_checked, read_head
+
+if TYPE_CHECKING:
+    import trimesh
 
 #: The name under which trimesh keeps texture coordinates also of parts that have no material.
 _UV = "_UV"
@@ -202,7 +205,7 @@ def _refuse_what_is_passed_over(tree: dict[str, Any], name: str) -> None:
                 raise InputError(name, "is damaged: an accessor has no data", AGAIN)
 
 
-def _part(geometry: Any, world_from_part: NDArray[np.float64]) -> dict[str, Any]:
+def _part(geometry: trimesh.Trimesh, world_from_part: NDArray[np.float64]) -> dict[str, Any]:
     """One geometry of a scene in the world.
 
     trimesh's own concatenation would do, but copies materials, and for that it wants an image library.

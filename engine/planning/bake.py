@@ -13,7 +13,7 @@ Whatever is decided for the whole, vertices that see their whole hemisphere have
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from engine.core.errors import UsageError
 from engine.core.steps import Steps
@@ -25,11 +25,14 @@ from engine.transport import method as transport
 from engine.transport.baking.spatially_varying import Variation
 from engine.transport.method import Subject
 
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
+
 
 def prepare(
     plan: EffectsPlan,
     mesh: Mesh,
-    brdf: Any,
+    brdf: Brdf,
     ground: Ground | None = None,
     *,
     variations: Sequence[Variation] = (),

@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, size_text
@@ -54,6 +54,9 @@ from engine.scene.material import Material
 from engine.transport import method as transport
 from engine.transport.baking.spatially_varying import Variation, with_parameters
 from engine.transport.sh.transfer import is_diffuse
+
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
 
 #: Factor on the least cost of all, below which settings are offered where none keeps below a ceiling.
 RAISED = 2.0
@@ -159,7 +162,7 @@ class EffectsPlan(Summary):
 
 def plan(
     mesh: Mesh,
-    brdf: Any,
+    brdf: Brdf,
     environment: EnvironmentMap,
     *,
     cost: CostModel,
@@ -359,7 +362,7 @@ def _savings(name: str, chosen: Choice, offers: Choices) -> tuple[float, int]:
     return max(0.0, with_it.bake_s - without.bake_s), max(0, with_it.size_bytes - without.size_bytes)
 
 
-def brdf_of(chosen: EffectsPlan, brdf: Any) -> Any:
+def brdf_of(chosen: EffectsPlan, brdf: Brdf) -> Brdf:
     """The BRDF that the plan draws: without what it leaves out, and as general as what is forced on needs."""
     if chosen.mean:
         if chosen.shows("spatially-varying-gloss"):
@@ -367,7 +370,7 @@ def brdf_of(chosen: EffectsPlan, brdf: Any) -> Any:
         brdf = with_parameters(brdf, dict(chosen.mean))
     diffuse = is_diffuse(brdf)
     if chosen.decision("glossy") == "forced on":
-        return GlossyLambert(brdf.albedo) if diffuse else brdf
+        return GlossyLambert(brdf.albedo) if is_diffuse(brdf) else brdf
     if not diffuse and not chosen.shows("glossy"):
         return lambertian(brdf)
     if diffuse:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from engine.scene.scene import Scene
 from engine.tradeoff.point import FIGURES
 from engine.transport.baking.visibility import receivers
 from engine.transport.sh.transfer import is_diffuse
+
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
 
 
 def predict_frame_s(
@@ -63,7 +66,7 @@ class Predictions:
         surface = sample_surface(scene.mesh, scene.ground)
         of, (width, height) = receivers(surface), size
         rays, model = rays_of(of), len(scene.mesh.positions)
-        brdf: Any = scene.brdf
+        brdf: Brdf = scene.brdf
         suns = () if scene.environment is None else split_sun(scene.environment)[1]
         texels = TEXELS if scene.environment is None else int(np.prod(scene.environment.radiance.shape[:2]))
         self.costs, self.paths = costs, width * height

@@ -138,7 +138,7 @@ def lines(result: dict[str, Any]) -> list[str]:
     return found
 
 
-def relight_transport(transport: GaussianTransport, light: Light, _asked: Any) -> RelightGaussians:
+def relight_transport(transport: GaussianTransport, light: Light, _asked: object) -> RelightGaussians:
     """The filtered light beside the lobes, and the diffuse part under it."""
     return relight_gaussians(
         transport, light.environment, rotation=light.rotation, factor=light.factor, lamps=light.lamps
@@ -163,7 +163,7 @@ def why_baked_for_one(_transport: GaussianTransport) -> str:
     return "The bake is of another BRDF; Gaussians are baked for one."
 
 
-def illuminate(file: TransportFile, light: Light, _asked: Any, _brdf: str | None) -> Steps[Illuminated]:
+def illuminate(file: TransportFile, light: Light, _asked: object, _brdf: str | None) -> Steps[Illuminated]:
     """The lobes of `file` under `light`."""
     transport = transport_of(file)
     yield Step(0.0, "filtering the light")

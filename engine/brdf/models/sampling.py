@@ -18,13 +18,14 @@ direction itself, which finds the others.
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.models.sampling_lobes import (
     CosineLobe,
+    Evaluable,
     HalfVectorLobe,
     Mixture,
     Sampler,
@@ -46,15 +47,6 @@ FRESNEL = 0.05
 
 #: Lobes with their energies, and the diffuse energy beside them.
 Lobes = tuple[list[tuple[Sampler, float]], float]
-
-
-class Evaluable(Protocol):
-    """Methods of a BRDF that sampling needs."""
-
-    @property
-    def isotropic(self) -> bool: ...
-
-    def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors: ...
 
 
 class Reflectance:
@@ -118,7 +110,7 @@ class Reflectance:
         return sampler_of(own)
 
 
-def samples_itself(brdf: Any) -> bool:
+def samples_itself(brdf: object) -> bool:
     """Return whether a BRDF brings `sample` and `pdf` of its own, other than those of `Reflectance`."""
     own = (getattr(type(brdf), name, None) for name in ("sample", "pdf"))
     return all(

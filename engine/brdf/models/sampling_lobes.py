@@ -9,16 +9,25 @@ Lobes made of a BRDF's own values, for what has no closed form: one over half ve
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.models.evaluate import power_of_one_minus
 from engine.core.colour import luminance
 from engine.core.directions import Vectors, dot, normalize, surface_direction
 
 Floats = NDArray[np.float64]
+
+
+class Evaluable(Protocol):
+    """Methods of a BRDF that sampling needs."""
+
+    @property
+    def isotropic(self) -> bool: ...
+
+    def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors: ...
 
 
 class Sampler(Protocol):
@@ -225,7 +234,7 @@ class TabulatedHalfVectors:
     density_per_sr: Floats
 
     @staticmethod
-    def of(brdf: Any) -> TabulatedHalfVectors:
+    def of(brdf: Evaluable) -> TabulatedHalfVectors:
         theta = 0.5 * np.pi * ((np.arange(HALF_CELLS) + 0.5) / HALF_CELLS) ** 2
         phi = _middles(1 if brdf.isotropic else AZIMUTH_CELLS, 2.0 * np.pi)
         half = surface_direction(theta[:, None], phi[None, :])
@@ -282,7 +291,7 @@ class TabulatedLobe:
     cells: Floats
 
     @staticmethod
-    def of(brdf: Any) -> TabulatedLobe:
+    def of(brdf: Evaluable) -> TabulatedLobe:
         azimuths = 1 if brdf.isotropic else AZIMUTH_CELLS
         wi = surface_direction(
             np.arcsin(np.sqrt(_middles(ELEVATION_CELLS, 1.0)))[:, None], _middles(AZIMUTH_CELLS, 2.0 * np.pi)[None, :]

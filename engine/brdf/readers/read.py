@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeGuard
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text
 from engine.brdf.readers.curet import split_material
@@ -47,6 +47,11 @@ class MeasuredBrdf(Brdf, Protocol):
 
     @property
     def health(self) -> Health: ...
+
+
+def is_measured(brdf: object) -> TypeGuard[MeasuredBrdf]:
+    """True for a BRDF that says where its values come from, as measured and written ones do, and no model."""
+    return hasattr(brdf, "health")
 
 
 #: Bytes of a file that are read to recognise its format: some begin with pages of comments.

@@ -140,7 +140,7 @@ def decode_table(content: bytes, path: str | os.PathLike[str]) -> Table:
         raise InputError(path, f"holds a table that cannot be: {error}", _REMEDY) from None
 
 
-def _record(text: Any, path: str | os.PathLike[str]) -> _Record:
+def _record(text: object, path: str | os.PathLike[str]) -> _Record:
     if not isinstance(text, str):
         raise InputError(path, f"is an OpenEXR image without the attribute {RECORD}", _REMEDY)
     try:

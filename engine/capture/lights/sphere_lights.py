@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,9 @@ from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Steps
 from engine.storage.scratch import release, scratch_array
+
+if TYPE_CHECKING:
+    from engine.images.decode import TransferChoice
 
 #: Stated and measured elevations that differ by more are worth a warning.
 DISAGREEMENT = math.radians(3.0)
@@ -57,7 +60,9 @@ def with_sphere(
     )
 
 
-def measure_lights(sources: Sources, transfer: Any, second: Circle | Literal["auto"] | None = None) -> Steps[Sources]:
+def measure_lights(
+    sources: Sources, transfer: TransferChoice, second: Circle | Literal["auto"] | None = None
+) -> Steps[Sources]:
     """`sources` with the directions that their mirror sphere shows, by rising elevation, and its outline.
 
     With a `second` sphere the directions are those from the middle of the image, and the distance of near lamps is
@@ -132,7 +137,7 @@ def _observe_from_the_middle(
     return directions, max(0.51, float(np.median(widths))), Finding(Verdict.NOTE, text)
 
 
-def luminances(sources: Sources, transfer: Any) -> Steps[NDArray[np.float32]]:
+def luminances(sources: Sources, transfer: TransferChoice) -> Steps[NDArray[np.float32]]:
     """(N, H, W) luminance of the photographs, in a file where it is large."""
     count = len(sources.photographs)
     images: NDArray[np.float32] | None = None

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from engine.accuracy.compare import ErrorEstimate
@@ -200,7 +201,7 @@ def _disc() -> tuple[Vectors, Any]:
     return normalize(np.stack([x, y, z], axis=-1)[inside]), inside
 
 
-def _image(value: Floats, inside: Any) -> Image:
+def _image(value: Floats, inside: NDArray[np.bool_]) -> Image:
     image = np.zeros((*inside.shape, 4), np.float32)
     image[inside, :3], image[inside, 3] = np.maximum(value, 0.0)[:, None], 1.0
     return image

@@ -10,7 +10,7 @@ is the coarse map of `engine.planning.effects.sample`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,9 @@ from engine.light.environment import DistantLights
 from engine.planning.effects.radiance import radiances
 from engine.planning.effects.sample import LAMP_PIXELS, Pixels, Place, Sample, above, by_camera, pixels_of, sum_lamps
 from engine.transport.baking.visibility import Receivers
+
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
 
 Array = NDArray[np.float64]
 
@@ -107,7 +110,7 @@ def _at_places(surface: Mesh, pixels: Pixels, corners: NDArray[np.int64], of: Re
     return frames_along(normalize(normal), tangent), offset_origins(position, side * flat, of.caster)
 
 
-def interpolation_error(between: Between, brdf: Any) -> float:
+def interpolation_error(between: Between, brdf: Brdf) -> float:
     """RMS of interpolated minus exact radiance over the pixels, relative to that of the exact one.
 
     The few pixels under the map may all miss the highlights of lamps, so that their energy is taken from the many.
@@ -130,7 +133,7 @@ def _energy(radiance: Array) -> float:
     return float((radiance**2).sum(axis=1).mean())
 
 
-def sum_lamps_between(between: Between, brdf: Any) -> Array:
+def sum_lamps_between(between: Between, brdf: Brdf) -> Array:
     """(4 M, 3) radiance of the lamps alone."""
     looked, at = between.looked, between.many
     lights = DistantLights(looked.lamp_direction, looked.lamp_irradiance)

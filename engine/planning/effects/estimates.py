@@ -142,7 +142,7 @@ class Scenery:
     """
 
     sample: Sample
-    brdf: Any
+    brdf: Brdf
     radiances: Radiances
     fine: Sample
     methods: Radiances
@@ -163,7 +163,7 @@ class Scenery:
 
 def scenery(
     mesh: Mesh,
-    brdf: Any,
+    brdf: Brdf,
     environment: EnvironmentMap,
     *,
     rotation: float = 0.0,
@@ -190,7 +190,7 @@ def scenery(
 
 
 def observe_as(
-    brdf: Any,
+    brdf: Brdf,
     many: Sample,
     fine: Sample,
     light: tuple[Array, Array],

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,9 @@ from engine.transport.baking.visibility import Receivers, receivers, visibility_
 from engine.transport.sh.transfer import tangent_frames
 from engine.transport.wavelet.lighting import rotate
 from engine.transport.wavelet.transfer import GRAZING, Texels, cube_texels
+
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
 
 Array = NDArray[np.float64]
 
@@ -148,7 +151,7 @@ def sample(
     edge: int = EDGE,
     seed: int = 0,
     camera: Camera | None = None,
-    brdf: Any = None,
+    brdf: Brdf | None = None,
 ) -> Sample:
     """Draw the points of `mesh` and look around from each; the same call draws the same.
 
@@ -169,6 +172,7 @@ def sample(
         local = above(np.einsum("nij,ni->nj", frames[chosen], -pixels.direction))
         if len(chosen) <= most:
             return by_camera(scene, chosen, frames[chosen], local)
+        assert brdf is not None, "without a BRDF no more pixels are looked for than are kept"
         lit = sum_lamps(of, chosen, frames[chosen], local, lights_of_all(light.lamps), brdf)
         rows, weight = by_worth(np.abs(lit).sum(axis=1), most, rng)
         return by_camera(scene, chosen[rows], frames[chosen[rows]], local[rows], weight=weight)
@@ -203,7 +207,7 @@ def by_camera(
 
 
 def sum_lamps(
-    of: Receivers, chosen: NDArray[np.int64], frames: Array, views: Array, lights: DistantLights, brdf: Any
+    of: Receivers, chosen: NDArray[np.int64], frames: Array, views: Array, lights: DistantLights, brdf: Brdf
 ) -> Array:
     """(N, 3) radiance of `lights` alone at the receivers `chosen`, with `frames` and one of `views` (N, 3) each."""
     total = np.zeros((len(chosen), 3))

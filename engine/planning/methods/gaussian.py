@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,6 +29,9 @@ from engine.transport.method import Subject
 from engine.transport.relight import RelightGaussians, relight_gaussians
 from engine.transport.sh.bake import default_edge
 from engine.transport.sh.transfer import is_diffuse
+
+if TYPE_CHECKING:
+    from engine.planning.effects.estimates import Scenery
 
 #: Ratios of measured to predicted errors: by a camera those of seven scenes, which hold those of 50 of 50 others.
 SPREAD = Spread(by_camera=(0.3, 5.2), around=(0.02, 1.0))
@@ -65,7 +68,7 @@ def error(errors: ModeErrors, setting: Setting) -> float:
     return max(FLOOR, min(each for each in found if each is not None))
 
 
-def can_draw(scene: Any) -> bool:
+def can_draw(scene: Scenery) -> bool:
     """Something has to be glossy."""
     return parts(scene.brdf)[1] is not None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,6 +26,11 @@ from engine.transport.sh.brdf_table import BrdfTable, lambert_table
 from engine.transport.sh.transfer import ShTransport
 from engine.transport.sh_method import bake_settings
 from engine.transport.wavelet.haar import FACES
+
+if TYPE_CHECKING:
+    import os
+
+    from engine.planning.effects.estimates import Scenery
 
 #: Ratios of measured to predicted errors.
 SPREAD = Spread(by_camera=(0.14, 2.6), around=(0.04, 3.0))
@@ -72,12 +77,12 @@ def error(errors: ModeErrors, setting: Setting) -> float:
     return max(FLOOR, together(between(errors.spherical_harmonics, setting["order"]), errors.interpolated))
 
 
-def can_draw(_scene: Any) -> bool:
+def can_draw(_scene: Scenery) -> bool:
     """Every BRDF can be tabulated."""
     return True
 
 
-def suits(_offers: Any, _skipped: frozenset[str]) -> bool:
+def suits(_offers: object, _skipped: frozenset[str]) -> bool:
     """Also one from which something is left out."""
     return True
 
@@ -108,7 +113,7 @@ def prepare(plan: Any, subject: Subject, settings: ShSettings) -> Steps[PlannedB
     mesh, ground, varied = subject.mesh, subject.ground, subject.variations
     work = yield from sh_bake.prepare(mesh, subject.brdf, asked, ground, varied)
 
-    def start(path: Any) -> Steps[Any]:
+    def start(path: str | os.PathLike[str]) -> Steps[Any]:
         forced = plan.decision("self-shadowing") == "forced on"
         of = every_ray(sh_bake.receivers_of(work), asked.edge, asked.fine) if forced else None
         return (yield from sh_bake.bake(path, work, of))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from engine.transport.relight import RelightWavelets
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.haar import FACES
 from engine.transport.wavelet.transfer import Vectors16, WaveletTransport
+
+if TYPE_CHECKING:
+    from engine.planning.effects.estimates import Scenery
 
 #: Ratios of measured to predicted errors.
 SPREAD = Spread(by_camera=(0.2, 4.0), around=(0.04, 1.6))
@@ -61,7 +64,7 @@ def error(errors: ModeErrors, setting: Setting) -> float:
     return wavelet_error(errors, setting)
 
 
-def can_draw(scene: Any) -> bool:
+def can_draw(scene: Scenery) -> bool:
     """Not every set of factors can be used."""
     return can_be_factored(scene.brdf)
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
@@ -462,7 +462,7 @@ def _transport_of(file: TransportFile) -> GaussianTransport:
     return GaussianTransport(file.mesh, first, albedo, components, diffuse, *words)
 
 
-def _lobes_of(arrays: Any, component: str, asked: BakeSettings, vertices: int) -> Lobes:
+def _lobes_of(arrays: Mapping[str, NDArray[Any]], component: str, asked: BakeSettings, vertices: int) -> Lobes:
     """Lobes of one component, checked: finite, not negative, as wide as lobes may be, with means of length 1."""
     if asked.compress:
         names = NAMES

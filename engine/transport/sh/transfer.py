@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,6 +35,9 @@ from engine.transport.sh import kernel as sh_kernel
 from engine.transport.sh.basis import bands, check_order, cosine_zonal, evaluate, order_of, turn_zonal
 from engine.transport.sh.brdf_table_varying import Table, VariedTable
 from engine.transport.sh.rotation import rotate_from_frames, rotate_into_frames
+
+if TYPE_CHECKING:
+    pass
 
 Floats = NDArray[np.floating[Any]]
 
@@ -294,6 +297,6 @@ def with_table(transport: ShTransport, table: Table) -> ShTransport:
     )
 
 
-def is_diffuse(brdf: Any) -> bool:
+def is_diffuse(brdf: object) -> TypeGuard[Lambert]:
     """True for Lambert's BRDF, which vectors represent; not so for what is derived from it."""
     return type(brdf) is Lambert

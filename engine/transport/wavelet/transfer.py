@@ -26,6 +26,7 @@ from engine.core.directions import Vectors, dot, frames_along, normalize, world_
 from engine.core.errors import UsageError
 from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
+from engine.geometry.camera import Vector
 from engine.geometry.mesh import Mesh
 from engine.light.cube_map import cube_directions, cube_solid_angles
 from engine.transport.baking.blend import Mixture, mixture
@@ -269,7 +270,7 @@ class VertexRadiance:
     negative_rel: float
 
 
-def radiance_from(transport: WaveletTransport, rows: NDArray[np.float64], eye: Any) -> VertexRadiance:
+def radiance_from(transport: WaveletTransport, rows: NDArray[np.float64], eye: Vector) -> VertexRadiance:
     """Radiance of all vertices towards the point `eye` (3,); 0 where they are seen from behind."""
     return radiance_towards(transport, rows, normalize(np.asarray(eye, np.float64) - transport.mesh.positions))
 

@@ -20,7 +20,7 @@ from engine.factor.factor import search_settings
 from engine.factor.factor_file import read_factors
 from engine.factor.hemisphere_map import KINDS
 from engine.factor.separable import WEIGHTINGS
-from engine.factor.separable_factors import PARAMETRISATIONS
+from engine.factor.separable_factors import PARAMETRISATIONS, SeparableFactors
 from engine.factor.settings import DEFAULT, FactorSettings
 from engine.factor.textures import SearchSettings
 from lightarc import factor_brdf
@@ -160,4 +160,5 @@ def test_the_map_follows_the_directions_for_everyone_unless_one_is_chosen(lighta
     assert result(lightarc(*typed))["map"] == "polar"
     assert result(lightarc(*typed, "--map", "parabolic"))["map"] == "parabolic"
     made = drain(solve(brdf_from_text("lambert"), FactorSettings(parametrisation="half-diff", side=6, samples=50)))
+    assert isinstance(made.factors, SeparableFactors)
     assert made.factors.hemisphere_map.kind == "polar"

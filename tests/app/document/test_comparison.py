@@ -21,16 +21,16 @@ from engine.core.steps import drain
 def test_no_two_share_colour_and_marker_and_what_is_freed_is_used_again() -> None:
     comparison = Comparison()
     for _ in MARKERS:
-        comparison = comparison.added("GGX", None)
+        comparison = comparison.added("GGX", Lambert())
     assert len({(entry.colour, entry.marker) for entry in comparison.entries}) == len(MARKERS)
     assert len({entry.marker for entry in comparison.entries}) == len(MARKERS)
     assert len({entry.name for entry in comparison.entries}) == len(MARKERS)
     assert comparison.free_identity is None
     with pytest.raises(UsageError, match="at most") as refused:
-        comparison.added("one more", None)
+        comparison.added("one more", Lambert())
     assert explain(refused.value) == (f"At most {len(MARKERS)} BRDFs are compared.", "")
     gone = comparison.entries[3]
-    again = comparison.removed(gone.identity).added("Ward", None)
+    again = comparison.removed(gone.identity).added("Ward", Lambert())
     assert (again.entries[-1].colour, again.entries[-1].marker) == (gone.colour, gone.marker)
 
 

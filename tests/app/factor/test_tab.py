@@ -36,6 +36,9 @@ SMOOTH = Qt.TransformationMode.SmoothTransformation
 #: So small that a run takes a fraction of a second.
 QUICK = FactorSettings(side=10, products=3, size=8, textures=2, restarts=1, samples=800, method="svd")
 
+#: Results of which the errors alone are asked.
+NO_FACTORS: Any = None
+
 
 @pytest.fixture
 def factor(window: MainWindow) -> Any:
@@ -283,7 +286,7 @@ def test_a_run_with_fewer_terms_than_were_asked_for_says_why() -> None:
     values = Metrics(0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
     errors = ((1, 0.3, 0.2), (2, 0.1, 0.1), (3, 0.2, 0.3), (4, 0.4, 0.3))
     term_errors = tuple(TermError(terms, 1, 0.7, (), values, 1.0, 100, rms, log) for terms, rms, log in errors)
-    found = Factorisation(None, "search", term_errors[:2], left_out=term_errors[2:], best_terms=2)
+    found = Factorisation(NO_FACTORS, "search", term_errors[:2], left_out=term_errors[2:], best_terms=2)
     run = Run(1, 1, "paint", MATERIAL, FactorSettings(products=8, textures=5))
     assert why_fewer(run, Live(factorisation=found)) == (
         "2 of 8 terms: one more raises the held-out RMS × cos from 0.1 to 0.2 sr⁻¹."
@@ -420,11 +423,14 @@ def test_errors_that_are_not_known_have_no_line() -> None:
         TermError(terms, 1, 0.7, (), values, 1.0, 100, held_out_sq_log=held) for terms, held in ((1, 0.8), (2, None))
     )
     run = Run(1, 1, "paint", MATERIAL, None)
-    live = Live(factorisation=Factorisation(None, "search", (known, older)))
+    live = Live(factorisation=Factorisation(NO_FACTORS, "search", (known, older)))
     line = line_of(run, live, "terms", "held_out_sq_log")
     assert line is not None
     assert [(x, round(10.0**y, 9), terms) for x, y, terms in line.marks] == [(1.0, 0.8, 1)]
-    assert line_of(run, Live(factorisation=Factorisation(None, "search", (older,))), "terms", "held_out_sq_log") is None
+    assert (
+        line_of(run, Live(factorisation=Factorisation(NO_FACTORS, "search", (older,))), "terms", "held_out_sq_log")
+        is None
+    )
 
 
 def test_runs_follow_one_another_when_one_is_removed() -> None:

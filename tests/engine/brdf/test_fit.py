@@ -9,6 +9,7 @@ import pytest
 
 from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.brdf.fit import FitData, fit, fit_data, fit_error, residual_by_angle
+from engine.brdf.models.microfacet import Ggx, GgxAnisotropic
 from engine.brdf.readers.utia import PHI, THETA
 from engine.brdf.table import DirectionTable
 from engine.core.directions import surface_direction
@@ -46,7 +47,7 @@ def test_a_fit_never_ends_worse_than_it_began(name: str) -> None:
 
 def test_a_fit_repeats_and_keeps_fixed_parameters() -> None:
     data = fit_data(brdf_from_text("phong:kd=0.3,ks=0.2,exponent=40"), count=500)
-    start = brdf_from_text("ggx:alpha=0.37")
+    start = Ggx(alpha=0.37)
     first, again = (drain(fit(data, start, fixed=("alpha",), seed=4)).brdf for _ in range(2))
     assert first == again
     assert first.alpha == 0.37
@@ -93,6 +94,7 @@ def test_a_table_of_directions_is_fitted_at_its_own_directions() -> None:
     values[missing] = 7.0  # what filling made of them is not believed
     found = drain(fit(fit_data(DirectionTable(THETA, PHI, THETA, PHI, values, missing)), type(truth)()))
     assert found.after.rmse_rel < 1e-9
+    assert isinstance(found.brdf, GgxAnisotropic)
     assert found.brdf.alpha_x == pytest.approx(0.2, rel=1e-6)
     assert found.brdf.alpha_y == pytest.approx(0.5, rel=1e-6)
 

@@ -45,7 +45,10 @@ def random_factors(parametrisation: Any, reciprocal: bool, seed: int = 0) -> Hom
 
 
 def same_bits(first: Factorisation, second: Factorisation) -> bool:
-    textures = zip(first.factors.textures, second.factors.textures, strict=True)
+    one, other = first.factors, second.factors
+    assert isinstance(one, HomomorphicFactors)
+    assert isinstance(other, HomomorphicFactors)
+    textures = zip(one.textures, other.textures, strict=True)
     return first.evaluations == second.evaluations and all(np.array_equal(a, b) for a, b in textures)
 
 
@@ -239,6 +242,7 @@ def test_every_error_is_reported_with_a_reference() -> None:
     assert [term_error.textures for term_error in made.term_errors] == [1, 2]
     assert len(made.term_errors[0].rms_by_elevation_band) == 9
     assert made.condition_number > 1.0
+    assert isinstance(made.factors, HomomorphicFactors)
     assert made.projections == made.factors.projections
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from engine.brdf.brdf import brdf_from_text
+from engine.brdf.brdf import Brdf, brdf_from_text
 from engine.core.directions import normalize
 from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
@@ -47,7 +47,7 @@ def test_few_pixels_that_know_the_lamp_tell_the_energy_of_many(text: str) -> Non
     mesh, brdf = sphere(96), brdf_from_text(text)
     lamp = Lamp(tuple(normalize(np.array([0.5, 0.4, 1.0]))), (5.0, 5.0, 5.0))
 
-    def energy(seed: int, points: int, guide: object) -> float:
+    def energy(seed: int, points: int, guide: Brdf | None) -> float:
         looked = sample(mesh, DARK, points=points, views=2, edge=2, seed=seed, camera=EYE, lamps=(lamp,), brdf=guide)
         at = (looked.of, looked.vertices, looked.frames, looked.views[:, 0])
         radiance = sum_lamps(*at, lights_of_all((lamp,)), brdf)
