@@ -19,7 +19,7 @@ import re
 import sys
 import time
 from collections.abc import Sequence
-from typing import Any, cast
+from typing import TextIO, cast
 
 import engine
 from app.arguments.once import OnceParser
@@ -114,7 +114,7 @@ EXIT_CODES = (
 class Progress:
     """Shows steps on one line of a terminal, or a line every five seconds where there is none."""
 
-    def __init__(self, stream: Any) -> None:
+    def __init__(self, stream: TextIO) -> None:
         self.stream = stream
         self.interactive = stream.isatty()
         self.shown = 0.0 if self.interactive else time.monotonic()
@@ -209,7 +209,7 @@ def _join(words: list[str]) -> list[str]:
     return joined
 
 
-def _print(options: argparse.Namespace, result: Any) -> None:
+def _print(options: argparse.Namespace, result: object) -> None:
     if not isinstance(result, dict):
         return
     public = {key: value for key, value in result.items() if key != "exit_code"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from app.widgets.image_view import Image, ImageView, photograph
 from engine.capture.stack import ImageStack
 from engine.core.colour import to_display8
 from engine.core.steps import Step, Steps
+
+if TYPE_CHECKING:
+    from engine.images.decode import TransferChoice
 
 #: The images used last are kept up to this size together, and always so many.
 KEPT_BYTES, KEPT_ALWAYS = 512 * 2**20, 3
@@ -69,7 +72,7 @@ class Shelf:
             then()
 
 
-def as_taken(path: Path, transfer: Any = "auto", *, brighten: bool = False) -> Steps[Image]:
+def as_taken(path: Path, transfer: TransferChoice = "auto", *, brighten: bool = False) -> Steps[Image]:
     """The photograph in a file before any of its calibration, brightened where it is dark if `brighten`."""
     yield Step(0.0, "reading the photograph")
     from engine.capture.photograph.decode import read_photograph

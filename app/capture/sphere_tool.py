@@ -35,6 +35,7 @@ from engine.core.steps import Step, Steps, part
 
 if TYPE_CHECKING:
     from app.widgets.image_view import ImageView
+    from engine.images.decode import TransferChoice
 
 HEADINGS = ("Photograph", "Reflection", "Elevation", "Azimuth", "Source")
 
@@ -282,7 +283,7 @@ def light_on(outline: Outline | None, spot: Spot | None) -> tuple[float, float] 
     return degrees(asin(min(1.0, z))), degrees(atan2(y, x)) if z < 1.0 else 0.0
 
 
-def _look(sources: Sources, transfer: Any) -> Steps[Looked]:
+def _look(sources: Sources, transfer: TransferChoice) -> Steps[Looked]:
     """The luminance of all photographs, and the sphere in their mean."""
     yield Step(0.0, "looking at the sphere")
     from engine.capture.lights.sphere_lights import find_outline, luminances

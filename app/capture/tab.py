@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, cast
 
 from PySide6.QtCore import QPoint, Qt, Signal
@@ -119,7 +120,7 @@ class CaptureTab(QWidget):
         self.exclude = self._action("Exclude photograph", "exclude", "X", lambda: self._toggle_excluded())
         self.exclude.setCheckable(True)
 
-    def _action(self, words: str, icon: str, keys: str, run: Any) -> QAction:
+    def _action(self, words: str, icon: str, keys: str, run: Callable[[], object]) -> QAction:
         action = QAction(theme.icon(icon), words, self)
         action.setShortcut(QKeySequence(keys))
         action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)

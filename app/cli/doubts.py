@@ -9,12 +9,13 @@ from engine.core.figure_text import number, percent
 from engine.core.steps import Step, drain
 
 if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
     from engine.light.environment import EnvironmentMap
     from engine.scene.material import Material
     from engine.scene.scene import Scene
 
 
-def doubts_of_brdf(brdf: Any) -> list[str]:
+def doubts_of_brdf(brdf: Brdf) -> list[str]:
     """Sentences about a measured BRDF; none about a model."""
     return list(brdf.health.warnings) if hasattr(brdf, "health") else []
 

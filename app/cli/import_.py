@@ -296,7 +296,7 @@ class _Memory:
         return max(self.own_bytes, _peak_bytes(psutil.Process())) + self.children_bytes
 
 
-def _peak_bytes(process: Any) -> int:
+def _peak_bytes(process: psutil.Process) -> int:
     """The peak resident memory of a process if the system reports it (Linux, Windows), otherwise the present one."""
     try:
         status = Path(f"/proc/{process.pid}/status")

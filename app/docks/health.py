@@ -6,10 +6,10 @@ The health of every result in the window: its name, its figures in words, its fi
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor
@@ -37,6 +37,10 @@ from engine.core.figure_text import number, size_text
 from engine.core.health import Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.storage.untrusted import protection
+
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
+    from engine.selftest.case import Case
 
 #: Units at the end of a figure's name, and how they are written; the longest that fits is taken.
 UNITS = (
@@ -69,7 +73,7 @@ class Part:
         return ""
 
 
-def parts_of(project: Project, brdf: Any, bakings: Iterable[tuple[str, Any]]) -> list[Part]:
+def parts_of(project: Project, brdf: Brdf | None, bakings: Iterable[tuple[str, Any]]) -> list[Part]:
     """Every result of `project` that has a health, the drawn `brdf`, and the bakes (label, bake).
 
     How files are decoded stands at their end, once one has been.
@@ -162,7 +166,7 @@ class HealthDock(QDockWidget):
         self.bench, self.view = bench, view
         self.parts: list[Part] = []
         self.job: Job | None = None
-        self._report: Any = None
+        self._report: Sequence[Case] | None = None
         self.setWidget(self._inside())
         bench.document.changed.connect(lambda _old, _new: self.refresh())
         view.model_ready.connect(self.refresh)
@@ -266,14 +270,14 @@ class HealthDock(QDockWidget):
             ended.connect(lambda *_error: self._on_tested(None))
         self.test.setText("Stop")
 
-    def _on_tested(self, report: Any) -> None:
+    def _on_tested(self, report: Sequence[Case] | None) -> None:
         self.job = None
         self.test.setText("Self-test")
         self._report = report
         self._show()
         self.words.setText("The self-test was stopped." if report is None else report_text(report))
 
-    def _add_report(self, cases: Any) -> None:
+    def _add_report(self, cases: Sequence[Case]) -> None:
         failed = [case for case in cases if not case.passed]
         words = f"{len(failed)} of {len(cases)} cases fail" if failed else f"All {len(cases)} cases pass"
         verdict = Verdict.BAD if failed else Verdict.GOOD
@@ -289,7 +293,7 @@ class HealthDock(QDockWidget):
         self._show()
 
 
-def report_text(cases: Any) -> str:
+def report_text(cases: Sequence[Case]) -> str:
     """The result of the self-test, in a sentence."""
     failed = [case.id for case in cases if not case.passed]
     if not failed:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, Qt, Signal
-from PySide6.QtGui import QColor
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent
 
 from app.document.measured import AXES, Accuracy, describe
 from app.document.modes import mode_named, modes
@@ -93,7 +93,7 @@ class TradeoffPlot(Plot):
         """The number of points without cost on this axis; they are not shown."""
         return len(self.accuracy.points) - len(self.shown) if self.accuracy is not None else 0
 
-    def _mark(self, marks: Any, points: Sequence[Point], best: set[int]) -> None:
+    def _mark(self, marks: pg.ScatterPlotItem, points: Sequence[Point], best: set[int]) -> None:
         colour = theme.line(mode_named(points[0].mode).colour) if points else "#000000"
         panel = theme.current().panel
         marks.setData(
@@ -164,13 +164,13 @@ class TradeoffPlot(Plot):
         if hasattr(self, "marks"):
             self._draw()
 
-    def mouseDoubleClickEvent(self, event: Any) -> None:
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         event.accept()
 
-    def keyPressEvent(self, event: Any) -> None:
+    def keyPressEvent(self, event: QKeyEvent) -> None:
         order = sorted(self.shown, key=self._place)
         settings = [point.setting for point in order]
-        step = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}.get(event.key())
+        step = {int(Qt.Key.Key_Left): -1, int(Qt.Key.Key_Right): 1}.get(event.key())
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.focused is not None:
             self.picked.emit(self.focused)
         elif step is None or not settings:
@@ -182,7 +182,7 @@ class TradeoffPlot(Plot):
             self.setAccessibleDescription(describe(order[settings.index(self.focused)], self.accuracy))
             self._ring()
 
-    def _on_clicked(self, _points: Any, clicked: Sequence[Any], _event: Any) -> None:
+    def _on_clicked(self, _points: pg.ScatterPlotItem, clicked: Sequence[Any], _event: object) -> None:
         if len(clicked):
             self.picked.emit(clicked[0].data().setting)
 

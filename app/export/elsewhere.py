@@ -496,5 +496,5 @@ def _number(number: int, project: Project, steps: Steps[Any]) -> Steps[Any]:
     return relay(steps, lambda step: Step(step.done, step.note, (number, project, step.partial)))
 
 
-def _problem(error: Any) -> str:
+def _problem(error: BaseException) -> str:
     return f"{error.problem}." if isinstance(error, OutputError) else "see the message."

@@ -410,5 +410,5 @@ def _preview(drawing: Steps[Any]) -> Steps[Image]:
     return Image((rgb_image((yield from drawing)),))
 
 
-def _problem(error: Any) -> str:
+def _problem(error: BaseException) -> str:
     return f"{error.problem}." if isinstance(error, OutputError) else "see the message."

@@ -20,7 +20,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import Any, NoReturn
+from typing import NoReturn
 
 CANCELLED = 4
 
@@ -212,7 +212,7 @@ def _tidy_up(words: str) -> None:
         finish()
 
 
-def _unraisable(hook: Any) -> None:
+def _unraisable(hook: sys.UnraisableHookArgs) -> None:
     """Drop an interrupt that fell into a destructor: the end that was asked for comes all the same."""
     if not (is_end_wished() and issubclass(hook.exc_type, KeyboardInterrupt)):
         sys.__unraisablehook__(hook)

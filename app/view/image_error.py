@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,7 +65,7 @@ class Side:
     """
 
     image: Pixels
-    variance: Any = 0.0
+    variance: NDArray[np.float64] | float = 0.0
     samples: int = 0
     parts: NDArray[np.float32] | None = None
 

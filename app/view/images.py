@@ -134,12 +134,12 @@ class Progressive(QObject):
         if self.held:
             self.jobs.pause(job)
 
-    def _take(self, job: Job, found: Any) -> None:
+    def _take(self, job: Job, found: ReferenceImage | None) -> None:
         if job is self._job and found is not None:
             self.found = found
             self.improved.emit()
 
-    def _end(self, job: Job, found: Any) -> None:
+    def _end(self, job: Job, found: ReferenceImage | None) -> None:
         if job is self._job:
             self._job = None
             self.found = found or self.found
@@ -404,7 +404,9 @@ class ViewImages(QObject):
             if not mode.progressive and at in self._drawn:
                 sides.append(Side(self._drawn[at]))
             if (mode.progressive or self.is_unseen) and exact is not None:
-                sides.append(Side(exact.image, exact.variance, exact.samples, exact.parts))
+                sides.append(
+                    Side(exact.image, 0.0 if exact.variance is None else exact.variance, exact.samples, exact.parts)
+                )
                 is_new = exact.samples >= 2 * self._flip_at or not self.reference.running
         with_flip = is_new and len(sides) == len(self.modes) == 2
         if exact is not None and exact.parts is self._judged and not with_flip:

@@ -7,7 +7,7 @@ under each its error against the first (Green, Kautz, Matusik and Durand 2006, F
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from app.view.tab import ViewTab
     from engine.figures.inspected import Inspected
     from engine.transport.gaussian.samples import GlossySurface
+    from engine.transport.gaussian.transfer import GaussianTransport
 
 #: Views that can be chosen beside the camera's.
 VIEWS = 92
@@ -58,7 +59,7 @@ class Question:
     ground: Ground | None
     brdf: Brdf
     camera: Camera
-    transport: Any
+    transport: GaussianTransport | None
     lobes: int
     vertex: int | None
     pixel: tuple[float, float] | None

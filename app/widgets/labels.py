@@ -7,9 +7,14 @@ Effects as users read them, and from which error on one is worth a figure.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from engine.factor.projections import LinearProjection, Projection
 
 FIXED = {
     "wi": "light",
@@ -34,12 +39,12 @@ DISKS = {"in-out": ("light", "view"), "half-diff": ("half vector", "difference")
 NEAR = 0.12
 
 
-def projection_name(projection: Any, parametrisation: str) -> str:
+def projection_name(projection: Projection, parametrisation: str) -> str:
     """A few words: 'light', 'sum', 'difference', 'rotated sum', 'mixture'; McCool's are as he has them.
 
     Turning or mirroring a texture changes nothing, so a name stands for all projections that differ by that only.
     """
-    if projection.name != "linear":
+    if not hasattr(projection, "rows"):
         words = FIXED[projection.angles or projection.name]
         return words.replace("angles", MEASURES[projection.measure], 1)
     first, second = projection.rows[:, :2], projection.rows[:, 2:]
@@ -59,13 +64,13 @@ def projection_name(projection: Any, parametrisation: str) -> str:
     return "mixture"
 
 
-def shares(projection: Any) -> tuple[float, float]:
+def shares(projection: LinearProjection) -> tuple[float, float]:
     """The shares of the two disks in a linear projection; they add up to 1."""
     squares = (np.asarray(projection.rows) ** 2).reshape(2, 2, 2).sum(axis=(0, 2)) / 2.0
     return float(squares[0]), float(squares[1])
 
 
-def _even(part: Any) -> bool:
+def _even(part: NDArray[np.float64]) -> bool:
     """True if a disk keeps its shape under this half of a projection."""
     long, short = np.linalg.svd(part, compute_uv=False)
     return bool(short > (1.0 - 2.0 * NEAR) * long)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QColor, QIcon, QPixmap
@@ -22,6 +22,9 @@ from app.widgets.panels import Rows
 from app.widgets.theme import ROW, STEP
 from engine.core.colour import srgb_decode, srgb_encode
 from engine.core.params import Colour, Parameter, parameters
+
+if TYPE_CHECKING:
+    pass
 
 #: The hint of an elevation.
 ABOVE_HORIZON = "Angle of the light above the horizon"

@@ -6,7 +6,7 @@ import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +17,13 @@ from PySide6.QtSvg import QSvgGenerator
 from engine.core.steps import Step, Steps
 from engine.storage.atomic import make_folder, write_bytes
 
+if TYPE_CHECKING:
+    import pyqtgraph as pg
+
 Floats = NDArray[np.float64]
 
 
-def svg(plot: Any) -> bytes:
+def svg(plot: pg.PlotWidget) -> bytes:
     """A plot as it is on screen."""
     content, made = QBuffer(), QSvgGenerator()
     content.open(QBuffer.OpenModeFlag.WriteOnly)
@@ -32,7 +35,7 @@ def svg(plot: Any) -> bytes:
     return bytes(content.data().data())
 
 
-def png(plot: Any, scale: int = 2) -> bytes:
+def png(plot: pg.PlotWidget, scale: int = 2) -> bytes:
     """A plot as it is on screen, with `scale` pixels for each of the screen along either axis."""
     image = QImage(scale * plot.size(), QImage.Format.Format_RGB32)
     image.setDevicePixelRatio(scale)
@@ -43,7 +46,7 @@ def png(plot: Any, scale: int = 2) -> bytes:
     return bytes(content.data().data())
 
 
-def _draw(plot: Any, place: QPaintDevice) -> None:
+def _draw(plot: pg.PlotWidget, place: QPaintDevice) -> None:
     """Draw a plot at its size on the screen, its markers as shapes and not as the pixels that are kept of them."""
     items = [item for item in plot.scene().items() if hasattr(item, "setExportMode")]
     painter = QPainter(place)

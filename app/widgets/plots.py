@@ -143,11 +143,11 @@ class Elevations(Plot):
             self.setYRange(-0.12 * top, top, padding=0)
             self.setXRange(float(elevation.min()) - 3, float(elevation.max()) + 3, padding=0)
 
-    def _on_clicked(self, _points: Any, clicked: Sequence[Any], _event: Any) -> None:
+    def _on_clicked(self, _points: pg.ScatterPlotItem, clicked: Sequence[Any], _event: object) -> None:
         if len(clicked):
             self.selected.emit(int(clicked[0].data()))
 
-    def _handle_clicked(self, _handles: Any, clicked: Sequence[Any], _event: Any) -> None:
+    def _handle_clicked(self, _handles: Any, clicked: Sequence[Any], _event: object) -> None:
         if len(clicked):
             self.toggled.emit(int(clicked[0].data()))
 

@@ -13,7 +13,6 @@ import traceback
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any
 
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QIcon
@@ -69,7 +68,7 @@ class Failures(QObject):
             return
         self.report("Something went wrong", error or kind())
 
-    def _unraisable(self, hook: Any) -> None:
+    def _unraisable(self, hook: sys.UnraisableHookArgs) -> None:
         self._uncaught(hook.exc_type, hook.exc_value, hook.exc_traceback)
 
     def _show(self, title: str, error: BaseException) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -24,6 +24,10 @@ from app.window.projects import Projects
 from engine.capture.stack import ImageStack
 from engine.core.errors import FileError
 from engine.core.steps import Step, Steps
+
+if TYPE_CHECKING:
+    from engine.scene.material import Material
+    from engine.surface.recover import Surface
 
 log = logging.getLogger(__name__)
 
@@ -128,12 +132,12 @@ class Restoring(QObject):
             self.restored.emit()
         self._soon.start(0)
 
-    def _take_material(self, project: Project, material: Any) -> None:
+    def _take_material(self, project: Project, material: Material) -> None:
         now = self.bench.document.project
         if lacks_material(now) and now.built_from == project.built_from:
             self.bench.document.complete(material=material.looking_like(now.material))
 
-    def _take_surface(self, project: Project, surface: Any) -> None:
+    def _take_surface(self, project: Project, surface: Surface) -> None:
         now = self.bench.document.project
         if lacks_surface(now) and now.surface_from == project.surface_from:
             self.bench.document.complete(surface=surface)
@@ -145,7 +149,7 @@ def _pixels_again(project: Project) -> Steps[bool]:
     return True
 
 
-def _take_nothing(_project: Project, _found: Any) -> None:
+def _take_nothing(_project: Project, _found: object) -> None:
     """Pixels are read where they lie."""
 
 

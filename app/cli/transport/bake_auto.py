@@ -25,7 +25,7 @@ from engine.transport import method as transport
 SHARED = ("--fine",)
 
 
-def add_arguments(parser: Any) -> None:
+def add_arguments(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
     parser.add_argument(
         "--env",
         type=Input(reach="file"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from app.arguments.results import Input
 from app.cli.transport import project_input
@@ -21,6 +21,7 @@ from engine.transport.baking.spatially_varying import variation_from_text
 from engine.transport.relight import Light
 
 if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
     from engine.light.environment import EnvironmentMap
     from engine.light.near_lamps import NearLamp
     from engine.transport.baking.spatially_varying import Variation
@@ -96,7 +97,7 @@ HELP = (
 )
 
 
-def add_argument(parser: Any, beside: str = "") -> None:
+def add_argument(parser: argparse.ArgumentParser | argparse._ArgumentGroup, beside: str = "") -> None:
     """The option, with what there is to say `beside` its usual help."""
     parser.add_argument(
         "--vary",
@@ -108,7 +109,7 @@ def add_argument(parser: Any, beside: str = "") -> None:
     )
 
 
-def variations_of(arguments: argparse.Namespace, brdf: Any) -> list[Variation]:
+def variations_of(arguments: argparse.Namespace, brdf: Brdf) -> list[Variation]:
     """The variations that the arguments name, or those of a project whose BRDF is `brdf`.
 
     Wrong usage where one is invalid.

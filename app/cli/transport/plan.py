@@ -23,6 +23,9 @@ from engine.scene.mode import is_traced
 from engine.scene.settings import DEFAULTS as scene_defaults
 
 if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
+    from engine.geometry.mesh import Mesh
+    from engine.light.environment import EnvironmentMap
     from engine.planning.ceilings import Ceilings
     from engine.planning.plan import Beyond, EffectsPlan
 
@@ -116,9 +119,9 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def plan_for(
     arguments: argparse.Namespace,
-    mesh: Any,
-    brdf: Any,
-    environment: Any,
+    mesh: Mesh,
+    brdf: Brdf,
+    environment: EnvironmentMap | None,
     show: Callable[[Step], None],
     *,
     anew: bool = False,
@@ -128,6 +131,7 @@ def plan_for(
     from app.session.machine_profile import cost_model
     from engine.planning.plan import check_effects, plan
 
+    assert environment is not None, "a scene that is planned has one"
     check_effects(arguments.force, arguments.skip)
     options["ceilings"] = ceilings_of(arguments)
     model = drain(part(cost_model(anew=anew), 0.0, 0.8), show)

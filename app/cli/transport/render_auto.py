@@ -23,7 +23,7 @@ MODES = (DIRECT.name, REFERENCE.name)
 BUDGET = ("error", "time_ms", "max_memory_mb", "max_bake_s", "max_frame_ms", "force", "skip")
 
 
-def add_arguments(parser: Any) -> None:
+def add_arguments(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
     add_budget(parser)
 
 

@@ -35,12 +35,14 @@ if TYPE_CHECKING:
 
     from engine.brdf.brdf import Brdf
     from engine.geometry.camera import Camera, Vector
+    from engine.gl.context import Context
     from engine.gl.draw import Frames
     from engine.light.environment import EnvironmentMap
     from engine.render.display import Display
     from engine.scene.scene import Scene
+    from engine.transport.baking.file import TransportFile
     from engine.transport.method import Method
-    from engine.transport.relight import Light, RelightTransport
+    from engine.transport.relight import Illuminated, Light, RelightTransport
 
 #: Most frames of a film: five minutes at 30 a second.
 MAX_FRAMES = 9000
@@ -129,7 +131,7 @@ def run(
             else:
                 yield drain(radiance(each, size, samples=arguments.samples))
 
-    def on_device(context: Any) -> Frames:
+    def on_device(context: Context) -> Frames:
         return frames_off_screen(context, scenes, size, arguments.samples)
 
     def finish(images: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
@@ -144,7 +146,7 @@ def run(
 
 
 def run_baked(
-    file: Any,
+    file: TransportFile,
     method: Method,
     light: Light,
     asked: Any,
@@ -184,7 +186,7 @@ def run_baked(
             pairs.append(with_and_without(lit, textured[1]))
 
     def relight_transport() -> Iterator[tuple[RelightTransport, Camera]]:
-        found: Any = None
+        found: Illuminated | None = None
         for each, seen_from in zip(lights, cameras, strict=True):
             if found is None or turn[1]:
                 found = drain(method.baking.illuminate(file, each, asked, arguments.brdf))
@@ -200,7 +202,7 @@ def run_baked(
                 image = combine_shadowed(one, other, image)
             yield image
 
-    def on_device(context: Any) -> Frames:
+    def on_device(context: Context) -> Frames:
         with closing(relight_frames_off_screen(context, relight_transport(), size, arguments.samples)) as baked:
             if not pairs:
                 yield from baked

@@ -331,7 +331,7 @@ def _title(arguments: argparse.Namespace) -> str:
     return f"{Path(arguments.mesh).name}, {what}, under {Path(arguments.env).name}"
 
 
-def _choose(found: Tradeoff, budget: Any, axis: str) -> dict[str, Any]:
+def _choose(found: Tradeoff, budget: Budget | None, axis: str) -> dict[str, Any]:
     """The best setting within the budget, and why; nothing without one."""
     if budget is None:
         return {}

@@ -88,7 +88,8 @@ def test_bakes_and_brdfs_are_among_the_parts(monkeypatch: pytest.MonkeyPatch) ->
     table = SimpleNamespace(health=Health({"condition": 3.0}))
     made = SimpleNamespace(transport=SimpleNamespace(table=table), health=Health())
     monkeypatch.setattr(healths, "protection", lambda: Protection(0, True))
-    parts = parts_of(Project(), SimpleNamespace(health=DOUBTFUL), [("Bake, sh", made), ("Bake, wavelet", None)])
+    brdf: Any = SimpleNamespace(health=DOUBTFUL)
+    parts = parts_of(Project(), brdf, [("Bake, sh", made), ("Bake, wavelet", None)])
     assert [part.name for part in parts] == ["BRDF", "Bake, sh", "Bake, sh: BRDF", "Reading of files"]
     assert "no Landlock" in parts[-1].summary
     assert worst_of(parts).verdict == Verdict.WARNING
