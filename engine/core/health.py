@@ -13,7 +13,7 @@ from engine.core.errors import VERBS
 #: Sources of which each has a finding of its own; alike findings about more become one.
 MAX_APART = 3
 
-_NUMBER = re.compile(r"(?<![\w.\-/])\d+(?:\.\d+)?(?![\w/])")
+_NUMBER = re.compile(r"(?<![\w.\-/])\d{1,20}(?:\.\d{1,20})?(?![\w/])")
 _ITS = re.compile(r"\bits\b")
 _PLURALS = {"is": "are", "was": "were", "has": "have", "does": "do", "changed": "changed"}
 
