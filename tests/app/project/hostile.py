@@ -602,10 +602,16 @@ def hostile(sound: Path, path: Path, seed: int) -> str:
             *(rng.choice(AROUND) for _ in range(rng.choice([1, 1, 2]))),
         ]
     for kind in kinds:
-        if path.is_file() and path.stat().st_size < MAX_CHANGED_BYTES:  # a pipe would be waited for
+        if _is_changed_alone(path):
             with contextlib.suppress(*UNCHANGED):
                 kind(path, rng)
     return " ".join(kind.__name__ for kind in kinds)
+
+
+def _is_changed_alone(path: Path) -> bool:
+    """True where a change reaches the project alone: no link leads away, no pipe waits, nothing is endless."""
+    is_linked = any(each.is_symlink() for each in path.parent.rglob("*"))
+    return not is_linked and path.is_file() and path.stat().st_size < MAX_CHANGED_BYTES
 
 
 def surroundings(seed: int, here: Path) -> contextlib.AbstractContextManager[None]:
