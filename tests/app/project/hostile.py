@@ -168,7 +168,7 @@ def values(path: Path, rng: random.Random) -> None:
     """One value of the document is another, under its right name, wherever it was named."""
     with change(path) as connection:
         name, text = _row(connection, "value", rng)
-        _replace(connection, name, _text(_mutate(json.loads(text), rng), rng))
+        replace(connection, name, _text(_mutate(json.loads(text), rng), rng))
 
 
 def parts(path: Path, rng: random.Random) -> None:
@@ -189,14 +189,14 @@ def parts(path: Path, rng: random.Random) -> None:
         connection.execute("UPDATE state SET parts = ? WHERE name = ?", (text, current))
 
 
-def _replace(connection: sqlite3.Connection, name: str, text: str) -> None:
+def replace(connection: sqlite3.Connection, name: str, text: str) -> None:
     """Give a value another text and its name, and all that name it likewise."""
     renamed = name_of(text.encode())
     connection.execute("DELETE FROM value WHERE name = ?", (name,))
     connection.execute("INSERT OR REPLACE INTO value VALUES (?, ?)", (renamed, text))
     for other, content in connection.execute("SELECT name, text FROM value").fetchall():
         if name in content and other != renamed:
-            _replace(connection, other, content.replace(name, renamed))
+            replace(connection, other, content.replace(name, renamed))
     connection.execute("UPDATE state SET parts = replace(parts, ?, ?)", (name, renamed))
 
 
@@ -278,7 +278,7 @@ def numbers(path: Path, rng: random.Random) -> None:
             beside.write_bytes(changed_to)
         for value, text in connection.execute("SELECT name, text FROM value").fetchall():
             if name in text:
-                _replace(connection, value, text.replace(name, renamed))
+                replace(connection, value, text.replace(name, renamed))
 
 
 def _flip(path: Path, rng: random.Random) -> None:
@@ -489,7 +489,7 @@ def names(path: Path, rng: random.Random) -> None:
             name, text = _row(connection, "value", rng)
             said = json.loads(text)
             with contextlib.suppress(sqlite3.Error):
-                _replace(connection, name, json.dumps(_rename(said, rng, odd), sort_keys=True))
+                replace(connection, name, json.dumps(_rename(said, rng, odd), sort_keys=True))
         if rng.random() < 0.5:
             place = json.dumps({"path": "/photographs/" + rng.choice(odd), "near": rng.choice(odd)})
             row = (place, 5, 5, "0" * 40, None)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.document.document import Project
+from app.document.document import ImportChoices, Project
 from app.project import database
 from app.project.copying import OutsideFiles, collect, copy
 from app.project.database import Damaged, connect
@@ -309,3 +309,19 @@ def test_headers_of_arrays_are_read_without_evaluating_them() -> None:
             spoiled[rng.randrange(len(content))] ^= 0xFF
             with pytest.raises(ValueError, match="array"):
                 header_of(bytes(spoiled))
+
+
+def test_a_word_that_is_no_choice_is_found(tmp_path: Path) -> None:
+    path = tmp_path / "a.lap"
+    writer = Writer(path)
+    writer.write(History(Project(import_choices=ImportChoices(transfer="linear"))))
+    writer.close()
+    for word in ("srgb", "sideways"):
+        with hostile.change(path) as connection:
+            ((name, text),) = connection.execute("SELECT name, text FROM value WHERE text LIKE '%transfer%'").fetchall()
+            old = json.loads(text)["of"]["transfer"]
+            hostile.replace(connection, name, text.replace(f'"{old}"', f'"{word}"'))
+        if word == "srgb":
+            assert read(path).current.import_choices.transfer == "srgb"
+    with pytest.raises(InputError, match="transfer is none of auto, srgb, linear"):
+        read(path)
