@@ -13,7 +13,7 @@ from engine.core.errors import VERBS
 #: Sources of which each has a finding of its own; alike findings about more become one.
 MAX_APART = 3
 
-_NUMBER = re.compile(r"(?<![\w.\-/])\d{1,20}(?:\.\d{1,20})?(?![\w/])")
+_NUMBER = re.compile(r"(?<![\w.\-/])\d{1,20}(?:\.\d{1,20})?(?!\.?[\w/])")
 _ITS = re.compile(r"\bits\b")
 _PLURALS = {"is": "are", "was": "were", "has": "have", "does": "do", "changed": "changed"}
 
@@ -73,7 +73,7 @@ class Health:
         >>> [finding.sentence for finding in Health(findings=tuple(dark)).summary]
         ['2.tif and 4 more are noisy: their mean is 2 to 6 times the noise']
         """
-        alike: dict[tuple[Verdict, str], list[Finding]] = {}
+        alike: dict[tuple[Verdict, tuple[str, ...]], list[Finding]] = {}
         for finding in self.findings:
             if finding.source is not None:
                 alike.setdefault(_kind(finding), []).append(finding)
@@ -96,23 +96,24 @@ class Health:
         return Health(MappingProxyType({**self.figures, **other.figures}), self.findings + other.findings)
 
 
-def _kind(finding: Finding) -> tuple[Verdict, str]:
+def _kind(finding: Finding) -> tuple[Verdict, tuple[str, ...]]:
     """Equal for findings that differ by their source and by numbers alone."""
-    return finding.verdict, _NUMBER.sub("#", finding.text)
+    return finding.verdict, tuple(_NUMBER.split(finding.text))
 
 
 def _merge(findings: Sequence[Finding]) -> Finding:
     """One finding about the sources of several of a kind, with the range of each number."""
-    ranges = iter(list(zip(*(_NUMBER.findall(finding.text) for finding in findings), strict=True)))
-
-    def show_range(_match: re.Match[str]) -> str:
-        values = sorted(set(next(ranges)), key=float)
-        return values[0] if len(values) == 1 else f"{values[0]} to {values[-1]}"
-
-    text = _NUMBER.sub(show_range, findings[0].text)
+    first, *between = _NUMBER.split(findings[0].text)
+    numbers = zip(*(_NUMBER.findall(finding.text) for finding in findings), strict=True)
+    text = first + "".join(map("".join, zip(map(_range, numbers), between, strict=True)))
     verb, _, rest = text.partition(" ")
     if verb in VERBS:
         text = f" {_PLURALS.get(verb, verb.removesuffix('s'))} {_ITS.sub('their', rest)}"
     else:
         text = f": {text}"
     return Finding(findings[0].verdict, f"{findings[0].source} and {len(findings) - 1} more{text}")
+
+
+def _range(numbers: Sequence[str]) -> str:
+    least, most = min(numbers, key=float), max(numbers, key=float)
+    return least if float(least) == float(most) else f"{least} to {most}"

@@ -33,6 +33,8 @@ def test_few_or_different_findings_stay_apart() -> None:
     assert findings.summary == findings.findings
     few = health(*((Verdict.NOTE, f"alignment left {n} px", f"{n}.tif") for n in range(MAX_APART)))
     assert few.summary == few.findings
+    named = health(*((Verdict.NOTE, f"is the same as {n}.tif", f"b{n}.tif") for n in range(6)))
+    assert named.summary == named.findings
     nobody = health(*((Verdict.NOTE, f"{n} texels were filled", None) for n in range(9)))
     assert nobody.summary == nobody.findings
 
@@ -42,7 +44,7 @@ def test_few_or_different_findings_stay_apart() -> None:
         st.builds(
             Finding,
             st.sampled_from(Verdict),
-            st.text(" 0123456789.,-/aits%", max_size=12),
+            st.text(" 0123456789.,-/#aits%", max_size=12),
             st.none() | st.sampled_from("abcde"),
         )
     )
