@@ -29,6 +29,7 @@ import numpy as np
 from app.document.bake_request import choices_for
 from app.document.factoring import MATERIAL, RUN_NUMBERS, names_of
 from engine.brdf.brdf import MODELS, brdf_from_text
+from engine.capture.lights.list_forms import LISTED, is_form
 from engine.storage.text import whole_number
 from engine.transport import method
 
@@ -238,6 +239,7 @@ RULES: Mapping[str, Callable[[Mapping[str, Any]], bool]] = {
         warp.density.shape[:2] == of["colours"].shape[:2] for warp in (of["visible"], of["luminance"])
     ),
     "Sources": _sources_fit,
+    "ImportChoices": lambda of: is_form(of.get("lights_form", LISTED)),
     "ImageStack": _stack_fits,
     "Accuracy": lambda of: all(1 <= side <= 1 << 16 for side in of["size"]),
     "Material": lambda of: _is_brdf(of.get("brdf", "lambert")),

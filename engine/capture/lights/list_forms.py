@@ -30,9 +30,14 @@ AXES = {
 _SHIFTED = re.compile(r"shifted([+-]\d{1,4})")
 
 
+def is_form(form: str) -> bool:
+    """Return whether a list of lights can be in `form`."""
+    return form in (LISTED, "reversed", *AXES) or _SHIFTED.fullmatch(form) is not None
+
+
 def check_form(form: str) -> None:
     """Raise UsageError for an unknown form."""
-    if form not in (LISTED, "reversed", *AXES) and not _SHIFTED.fullmatch(form):
+    if not is_form(form):
         known = ", ".join((LISTED, *AXES, "reversed", "shifted+1", "shifted-1"))
         raise UsageError(f"unknown form of a list of lights {form!r}; choose from {known}, …")
 

@@ -325,3 +325,16 @@ def test_a_word_that_is_no_choice_is_found(tmp_path: Path) -> None:
             assert read(path).current.import_choices.transfer == "srgb"
     with pytest.raises(InputError, match="transfer is none of auto, srgb, linear"):
         read(path)
+
+
+def test_an_unknown_form_of_the_lights_is_found(tmp_path: Path) -> None:
+    path = tmp_path / "a.lap"
+    writer = Writer(path)
+    writer.write(History(Project(import_choices=ImportChoices(lights_form="shifted+2"))))
+    writer.close()
+    assert read(path).current.import_choices.lights_form == "shifted+2"
+    with hostile.change(path) as connection:
+        ((name, text),) = connection.execute("SELECT name, text FROM value WHERE text LIKE '%shifted%'").fetchall()
+        hostile.replace(connection, name, text.replace("shifted+2", "sideways"))
+    with pytest.raises(InputError, match="import_choices"):
+        read(path)
