@@ -66,7 +66,7 @@ def power_law_shown(subject: Subject, _settings: Settings) -> Shown | None:
         value = law.scale[view.row, view.column] * share ** law.exponent[view.row, view.column]
         return np.where(share > 0.0, value * gathered / np.maximum(whole, 1e-12), 0.0)
 
-    return subject.kept("behind Shader to RGB", lambda: show)
+    return subject.remember("behind Shader to RGB", lambda: show)
 
 
 def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:

@@ -99,7 +99,7 @@ class PtmCodes:
 
 def show(subject: Subject, _settings: Settings) -> Shown | None:
     """The harmonics, the most exact of the forms, as a viewer shows them; the viewer's direction does not count."""
-    return subject.kept("rti", lambda: _hsh_shown(subject)) if has_sides(subject.material, subject.stack) else None
+    return subject.remember("rti", lambda: _hsh_shown(subject)) if has_sides(subject.material, subject.stack) else None
 
 
 def _hsh_shown(subject: Subject) -> Shown:

@@ -128,14 +128,14 @@ def show(subject: Subject, _settings: Settings) -> Shown | None:
 
     A measured BRDF leaves as the model nearest to it, so that its error is part of the loss.
     """
-    return subject.kept("power-law", lambda: material_shown(subject.portable, "power-law"))
+    return subject.remember("power-law", lambda: material_shown(subject.portable, "power-law"))
 
 
 def slices_shown(subject: Subject, _settings: Settings) -> Shown | None:
     """The slices, which GLSL and HLSL look up as well; None where there are none beside a power law."""
     if subject.material.power_law is None or subject.material.shading_map is None:
         return None
-    return subject.kept("slices", lambda: material_shown(subject.portable))
+    return subject.remember("slices", lambda: material_shown(subject.portable))
 
 
 def law_alone_shown(subject: Subject, _settings: Settings) -> Shown | None:
@@ -144,7 +144,7 @@ def law_alone_shown(subject: Subject, _settings: Settings) -> Shown | None:
     if law is None or law.kept is None:
         return None
     alone = replace(subject.portable, power_law=replace(law, kept=None))
-    return subject.kept("power law alone", lambda: material_shown(alone, "power-law"))
+    return subject.remember("power law alone", lambda: material_shown(alone, "power-law"))
 
 
 def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:

@@ -49,7 +49,7 @@ class Subject:
     stack: ImageStack | None = None
     _shown: dict[Any, Shown | None] = field(default_factory=dict, repr=False)
 
-    def kept(self, key: Hashable, make: Callable[[], Shown | None]) -> Shown | None:
+    def remember(self, key: Hashable, make: Callable[[], Shown | None]) -> Shown | None:
         """The first result of `make` for the `key`: one object for equal representations, which is measured once."""
         if key not in self._shown:
             self._shown[key] = make()
@@ -68,7 +68,7 @@ class Subject:
             read = back if f0 is None else replace(back, f0=np.full(back.size, f0, np.float32))
             return maps_shown(read, np.pi * self.white)
 
-        found = self.kept((coding, f0), make)
+        found = self.remember((coding, f0), make)
         assert found is not None
         return found
 

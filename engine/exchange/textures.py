@@ -153,7 +153,7 @@ def show(subject: Subject, settings: Settings) -> Shown:
         f0 = np.minimum(subject.maps.f0, np.float32(FULL_SPECULAR))
         return maps_shown(replace(round_values(subject.maps, settings.coding), f0=f0), np.pi * subject.white)
 
-    found = subject.kept((settings.coding, "f0 of a full specular level"), limit)
+    found = subject.remember((settings.coding, "f0 of a full specular level"), limit)
     assert found is not None
     return found
 

@@ -26,7 +26,7 @@ def show(subject: Subject, settings: Settings) -> Shown | None:
         return None
     if (alone := law_alone_shown(subject, settings)) is not None:
         return alone
-    return subject.kept("power-law", lambda: material_shown(subject.portable, "power-law"))
+    return subject.remember("power-law", lambda: material_shown(subject.portable, "power-law"))
 
 
 def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]:
