@@ -93,8 +93,9 @@ def noise_beside_grain(grains: Sequence[NDArray[np.float32]]) -> list[float]:
     """The noise of each photograph by its `grain`: what the photographs most like it do not show as well.
 
     The grain of a material is the same under all lights but for its brightness and the direction of its slopes, so
-    that those photographs span it. What is left holds a part of their noise too, and grain where the camera moved: an
-    upper bound, which two photographs alike pass by a factor of sqrt(2), and many by little.
+    that those photographs span it; a fixed pattern of the sensor counts as grain too. What is left holds a part of
+    their noise as well, and grain where the camera moved: of two photographs alike it is sqrt(2) times the noise, of
+    many little more than that.
     """
     seen = np.stack(grains).astype(np.float64)
     products = seen @ seen.T
