@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import Signal
@@ -101,6 +102,7 @@ class ImportPanel(Rows):
         super().__init__()
         self.choices = ImportChoices()
         self.imported_size: tuple[int, int] | None = None
+        self.provenance: Mapping[str, Any] = {}
         self.suggested_form = ""
         self.boxes: dict[str, QComboBox] = {}
         for name, (label, choices, hint) in IMPORT_CHOICES.items():
@@ -181,9 +183,14 @@ class ImportPanel(Rows):
         self.boxes[name] = box
         return box
 
-    def show_choices(self, choices: ImportChoices, size: tuple[int, int] | None) -> None:
-        """Show `choices` without emitting; `size` is that of the imported image, None where there is none."""
-        self.choices, self.imported_size = choices, size
+    def show_choices(
+        self, choices: ImportChoices, size: tuple[int, int] | None, provenance: Mapping[str, Any] = MappingProxyType({})
+    ) -> None:
+        """Show `choices` without emitting, and what the import of this `provenance` estimated.
+
+        `size` is that of the imported image, None where there is none.
+        """
+        self.choices, self.imported_size, self.provenance = choices, size, provenance
         plain = ImportChoices()
         if any(getattr(choices, name) != getattr(plain, name) for name in CALIBRATION):
             self.fold.head.setChecked(True)
@@ -200,9 +207,7 @@ class ImportPanel(Rows):
         self.lamp.choose("stated" if choices.lamp_distance is None else "near")
         if choices.lamp_distance is not None:
             self.distance.show_value(choices.lamp_distance)
-        for name, check in self.estimates.items():
-            check.setChecked(name not in choices.without_estimates)
-        self._fill_forms()
+        self._show_estimates()
         framing = choices.framing
         how = "all" if framing is None else "crop" if is_upright(framing) else "corners"
         self.framing.setCurrentIndex(self.framing.findData(how))
@@ -215,9 +220,9 @@ class ImportPanel(Rows):
             self.width_field.show_unknown()
             self.size_figure.setText("–")
 
-    def show_estimates(self, provenance: Mapping[str, Any]) -> None:
-        """Say what the last import, of this `provenance`, found in the photographs, and which list of lights fits."""
-        listed, suggested = provenance.get("calibration"), provenance.get("suggested_lights_form")
+    def _show_estimates(self) -> None:
+        """Say what the last import found in the photographs, and which list of lights fits."""
+        listed, suggested = (self.provenance.get(name) for name in ("calibration", "suggested_lights_form"))
         self.suggested_form = suggested if isinstance(suggested, str) else ""
         terms = [term for term in listed if isinstance(term, dict)] if isinstance(listed, list) else []
         found = {str(term.get("name")): term for term in terms}
@@ -225,6 +230,7 @@ class ImportPanel(Rows):
             term = found.get(name, {})
             outcome = "" if not term else "Used" if term.get("accepted") else "Not told"
             box.setText("Does not fit" if name == "lights" and self.suggested_form else outcome)
+            box.setChecked(name not in self.choices.without_estimates)
             keep_hint(box, f"{ESTIMATES[name][1]}\n{term.get('text', '')}".strip())
         self._fill_forms()
         if self.suggested_form:
@@ -300,7 +306,7 @@ class ImportPanel(Rows):
             self.patch_wanted.emit()
         else:
             self.chosen.emit(label, {name: value})
-        self.show_choices(self.choices, self.imported_size)
+        self.show_choices(self.choices, self.imported_size, self.provenance)
 
     def _lights_chosen(self, how: str) -> None:
         alone = {} if how == "sphere" else {"second_sphere": False}

@@ -12,6 +12,7 @@ from app.capture.import_panel import ImportPanel
 from app.document.document import ImportChoices
 from app.document.import_choices import settings_of
 from engine.capture.import_plan import CALIBRATED
+from engine.capture.lights.list_forms import check_form
 from engine.capture.photograph.grey_patch import GreyPatch
 
 PATCH = (4, 5, 20, 10)
@@ -24,7 +25,7 @@ def panel(qtbot: Any) -> ImportPanel:
     qtbot.addWidget(made)
 
     def follow(_words: str, parts: dict[str, Any]) -> None:
-        made.show_choices(dataclasses.replace(made.choices, **parts), None)
+        made.show_choices(dataclasses.replace(made.choices, **parts), None, made.provenance)
         made.disable("", measured=made.choices.sphere)
 
     made.chosen.connect(follow)
@@ -88,6 +89,11 @@ def test_each_estimate_can_be_left_out(panel: ImportPanel, qtbot: Any) -> None:
     assert settings_of(panel.choices).calibrate == ("distance", "gains", "motion", "lights")
 
 
+def test_every_form_of_the_list_can_be_taken(panel: ImportPanel) -> None:
+    for place in range(panel.form.count()):
+        check_form(panel.form.itemData(place))
+
+
 def test_lamps_on_one_side_tell_nothing(panel: ImportPanel) -> None:
     panel.disable("", measured=False, one_sided=True)
     assert not panel.form.isEnabled()
@@ -100,7 +106,7 @@ def test_what_was_estimated_is_said_beside_its_switch(panel: ImportPanel) -> Non
         {"name": "distance", "accepted": True, "text": "The lamps are 1.9 image widths away"},
         {"name": "ambient", "accepted": False, "text": "No room light is seen"},
     ]
-    panel.show_estimates({"calibration": found})
+    panel.show_choices(panel.choices, None, {"calibration": found})
     assert panel.estimates["distance"].text() == "Used"
     assert "1.9 image widths" in panel.estimates["distance"].toolTip()
     assert panel.estimates["ambient"].text() == "Not told"
@@ -108,7 +114,7 @@ def test_what_was_estimated_is_said_beside_its_switch(panel: ImportPanel) -> Non
 
 
 def test_a_list_that_fits_better_is_offered_and_taken(panel: ImportPanel, qtbot: Any) -> None:
-    panel.show_estimates({"suggested_lights_form": "shifted+3"})
+    panel.show_choices(panel.choices, None, {"suggested_lights_form": "shifted+3"})
     assert panel.estimates["lights"].text() == "Does not fit"
     place = panel.form.findData("shifted+3")
     assert panel.form.itemText(place) == "shifted+3 (fits better)"
@@ -124,5 +130,5 @@ def test_a_list_that_fits_better_is_offered_and_taken(panel: ImportPanel, qtbot:
 
 @pytest.mark.parametrize("found", [3, [3, None, ["name"]], [{"name": []}], {"name": 1}])
 def test_a_record_that_is_none_is_shown_as_nothing(panel: ImportPanel, found: Any) -> None:
-    panel.show_estimates({"calibration": found, "suggested_lights_form": found})
+    panel.show_choices(panel.choices, None, {"calibration": found, "suggested_lights_form": found})
     assert panel.estimates["gains"].text() == ""
