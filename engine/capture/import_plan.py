@@ -38,6 +38,7 @@ from engine.core.steps import Step, Steps, part
 
 if TYPE_CHECKING:
     from engine.images.decode import TransferChoice
+    from engine.images.raster import Transfer
 
 #: What can be estimated from the photographs themselves.
 CALIBRATED = (*TERMS, "motion", "lights")
@@ -135,6 +136,7 @@ class Plan:
     held_out: float | None = None
     undecided_deg: float | None = None
     suggested_form: str = LISTED
+    suggested_transfer: Transfer | None = None
 
     @property
     def names(self) -> list[str]:
@@ -162,6 +164,7 @@ class Plan:
             "lamp_gains": [float(gain) for gain in self.gains] if (self.gains != 1.0).any() else None,
             "lights_form": self.settings.lights_form,
             "suggested_lights_form": self.suggested_form if self.suggested_form != LISTED else None,
+            "suggested_transfer": self.suggested_transfer,
             "bands": list(self.settings.bands),
             "room_light": list(self.room_light) if self.room_light else None,
             "calibration": [term.as_json() for term in self.terms],
@@ -192,6 +195,14 @@ class Plan:
         return self.names.index(self.settings.reference) if self.settings.reference else None
 
     @property
+    def shows_codes(self) -> bool:
+        """True if radiance is the decoded code of one file: nothing was divided out, and no exposures merged."""
+        frames, lights = self.calibration, self.sources.exposures
+        is_plain = frames.dark is None and frames.gain is None and not math.isfinite(frames.lamp_distance)
+        factors = [*self.scale.factor.values(), *frames.balance, *self.gains.tolist()]
+        return is_plain and all(len(light) == 1 for light in lights) and all(factor == 1.0 for factor in factors)
+
+    @property
     def still_camera(self) -> bool:
         """True if the camera may be taken to have stood still, but for small motion that is taken off."""
         return not self.settings.control_points and self.settings.motion in ("none", "translation")
@@ -215,6 +226,10 @@ class Plan:
         }
         if self.suggested_form != LISTED:  # what is estimated under wrong lights is wrong
             chosen = tuple(term for term in chosen if term == "lights")
+        if (
+            self.suggested_transfer and self.options["transfer"] == "auto"
+        ):  # what is estimated of a wrong curve is wrong
+            chosen = tuple(term for term in chosen if term not in TERMS)
         return tuple(term for term in chosen if not stated.get(term, False))
 
 

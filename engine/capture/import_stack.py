@@ -34,6 +34,7 @@ from engine.capture.calibration.estimate import Estimate, Term, estimate, levels
 from engine.capture.calibration.light_list import ListCheck, check_list
 from engine.capture.calibration.motion import camera_motion
 from engine.capture.calibration.rig import TERMS, Rig, lamp_vectors
+from engine.capture.calibration.transfer import check_transfer
 from engine.capture.doubts import check_angles, without_empty, without_unreadable
 from engine.capture.empty import empty
 from engine.capture.file_facts import decide_files
@@ -231,6 +232,7 @@ def _align_record(plan: Plan, read: _Read, place: Path, files: ExitStack, starte
         if "motion" in plan.calibrated:
             plan, alignment = yield from part(_followed(plan, read, alignment), 0.7, 0.75)
         small = _small_aligned(read, alignment)
+        plan = _check_transfer(plan, read, small)
         found = _estimate(plan, small)
         plan = _with_estimate(plan, found)
         correction = yield from part(_correct(plan, read, alignment, small, found), 0.75, 0.8)
@@ -423,6 +425,31 @@ def _about_list(found: ListCheck) -> str:
         other = "mirrored-x" if found.form == "mirrored-y" else "mirrored-y"
         text += f". If hills then look like valleys, it is {other}"
     return text
+
+
+def _check_transfer(plan: Plan, read: _Read, small: _Small) -> Plan:
+    """The plan with a warning where the photographs fit clearly better when decoded by the other curve; no rig is then
+    estimated unless a user has stated the curve, since that would be of wrong radiance."""
+    files = [photograph for light in read.photographs for photograph in light]
+    transfer = files[0].transfer
+    is_code = all(each.largest_code and each.container != "RAW" and each.transfer == transfer for each in files)
+    if not is_code or not plan.shows_codes or not set(plan.calibrated) & set(TERMS):
+        return plan
+    found = check_transfer(sample_texels(*small), _directions(plan), transfer)
+    if found.transfer == transfer or found.held_out is None:
+        return plan
+    names = {"srgb": "coded as sRGB", "linear": "linear"}
+    before, after = (number(each) for each in found.held_out)
+    text = (
+        f"The samples of the photographs seem to be {names[found.transfer]}, but were read as {names[transfer]}: error "
+        f"on photographs held out {before} → {after} levels"
+    )
+    if plan.options["transfer"] == "auto":
+        text += (
+            f". No rig was calibrated: import again with --transfer {found.transfer}, or {transfer} if that is right"
+        )
+    sources = replace(plan.sources, findings=(*plan.sources.findings, Finding(Verdict.WARNING, text)))
+    return replace(plan, sources=sources, suggested_transfer=found.transfer)
 
 
 def _followed(plan: Plan, read: _Read, alignment: Alignment) -> Steps[tuple[Plan, Alignment]]:

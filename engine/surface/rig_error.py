@@ -91,6 +91,10 @@ def _of_photographs(
         for term in found.terms
         if term.accepted
     ]
+    suggested = stack.provenance.get("suggested_transfer")
+    if findings and isinstance(suggested, str):  # of which all follow
+        text = f"The samples of the photographs seem to be {suggested}: import again with --transfer {suggested}"
+        findings = [Finding(Verdict.WARNING, text)]
     changes = [
         math.radians(term.normals_change_deg) for term in found.terms if term.accepted and term.name != "distance"
     ]

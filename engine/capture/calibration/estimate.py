@@ -149,11 +149,11 @@ def _estimate(sample: Sample, directions: Array, allowed: Collection[str], start
     if not tried or len(sample.values) < 40:
         return Estimate(start, (), float("nan"))
     kind: Kind = "matte"
-    errors = _cross_validate(sample, directions, start, kind)
+    errors = cross_validate(sample, directions, start, kind)
     kept = _choose_terms(tried, errors, sample)
     if float(errors(kept).mean()) > MATTE_ENOUGH:
         few = _sparse(sample)
-        others = _cross_validate(few, directions, start, "glossy")
+        others = cross_validate(few, directions, start, "glossy")
         terms = _choose_terms(tried, others, few)
         if float(others(terms).mean()) < CLEARLY_GLOSSY * float(errors(kept).mean()):
             kind, sample, errors, kept = "glossy", few, others, terms
@@ -194,7 +194,7 @@ def _sparse(sample: Sample) -> Sample:
     return sample.of(np.arange(len(sample.values)) % max(1, len(sample.values) // GLOSSY_TEXELS) == 0)
 
 
-def _cross_validate(sample: Sample, directions: Array, start: Rig, kind: Kind) -> Callable[[tuple[str, ...]], Array]:
+def cross_validate(sample: Sample, directions: Array, start: Rig, kind: Kind) -> Callable[[tuple[str, ...]], Array]:
     """Function from terms to (T,) held-out errors, of rigs that are fitted on the other half of the image."""
     row, column = np.divmod(sample.block, BLOCKS)
     halves = [(row + column) % 2 == parity for parity in (0, 1)]

@@ -43,7 +43,7 @@ class Capture:
     gains : least and largest intensity of a lamp.
     room : irradiance by room light over that by a lamp, from one side.
     motion_px : step of the random walk of the camera, with one bump of ten times as much.
-    file_format : one of `FORMATS`.
+    file_format : one of `FORMATS`, or 'linear16' for linear TIFF of 16 bits that do not say so.
     light_list : what is wrong with the list of lights, one of `LISTS`.
     """
 
@@ -82,7 +82,7 @@ class Rendered:
 
     @property
     def names(self) -> list[str]:
-        suffix = {"jpg": "jpg", "png16": "png", "tif16": "tif", "tif32": "tif"}[self.capture.file_format]
+        suffix = {"jpg": "jpg", "png16": "png"}.get(self.capture.file_format, "tif")
         return [f"photo_{index:03d}.{suffix}" for index in range(len(self.photographs))]
 
 
@@ -193,6 +193,9 @@ def write(rendered: Rendered, folder: Path) -> Path:
 def _write(path: Path, linear: NDArray[np.float32], file_format: str) -> None:
     if file_format == "tif32":
         cv2.imwrite(str(path), linear[..., ::-1])
+        return
+    if file_format == "linear16":
+        cv2.imwrite(str(path), np.rint(65535.0 * linear[..., ::-1]).astype(np.uint16))
         return
     encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 1e-9) ** (1.0 / 2.4) - 0.055)
     if file_format == "jpg":
