@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from engine.brdf.fit import FitData, fit, fit_data
 from engine.brdf.models.sampling import sampler_of
 from engine.brdf.readers.merl import SIZE_BYTES, write_merl
 from engine.brdf.readers.table_file import write_table
@@ -15,6 +16,7 @@ from engine.brdf.resample import SHAPE, resample
 from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.core.errors import UsageError
 from engine.core.steps import drain
+from engine.factor.factor import factor
 from engine.factor.factor_file import write_factors
 from engine.factor.settings import DEFAULT, FactorSettings
 from engine.storage.atomic import require_space
@@ -230,8 +232,6 @@ def fit_brdf(
     >>> round(lightarc.fit_brdf((wi, wo, np.full((2, 3), 0.1)), "lambert").brdf.albedo[0], 3)
     0.314
     """
-    from engine.brdf.fit import FitData, fit, fit_data
-
     if samples < 1:
         raise UsageError(f"{samples} samples are too few")
     if isinstance(brdf, tuple | list):
@@ -295,8 +295,6 @@ def factor_brdf(
     >>> [each.terms for each in found.term_errors]
     [1, 2]
     """
-    from engine.factor.factor import factor
-
     settings = FactorSettings(method=method, samples=samples, seed=seed)
     if terms:
         settings = settings.with_terms(terms)

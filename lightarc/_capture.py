@@ -10,11 +10,22 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from engine.capture.import_stack import ImportSettings, import_stack
+from engine.capture.lights.mirror_sphere import Circle
+from engine.capture.lights.selection import Arc, Listed
 from engine.capture.lights.sources import find_packed
 from engine.capture.photograph.grey_patch import GreyPatch
+from engine.capture.registration.framing import Framing
+from engine.capture.registration.framing import crop as crop_to_size
+from engine.capture.registration.warp import Region
+from engine.capture.stack import open_stack as read_stack
 from engine.core.errors import UsageError
 from engine.core.steps import drain
 from engine.shading.shading_map import include
+from engine.simulate.arc import LightArc
+from engine.simulate.simulate import simulate
+from engine.surface.recover import recover
+from engine.surface.write import write_surface
 from lightarc._border import check_size, public
 from lightarc._inputs import File, Progress, as_azimuth, as_stack, capture_of, is_array, numeric
 
@@ -102,9 +113,6 @@ def simulate_capture(
     >>> sorted(path.name for path in folder.glob("*.tif"))
     ['plain_30.tif', 'plain_60.tif', 'plain_90.tif']
     """
-    from engine.simulate.arc import LightArc
-    from engine.simulate.simulate import simulate
-
     if unknown := sorted(options.keys() - SIMULATION_OPTIONS):
         raise UsageError(f"unknown option {unknown[0]!r}; choose from {', '.join(sorted(SIMULATION_OPTIONS))}")
     elevation, azimuth = (tuple(map(math.radians, angles)) for angles in (elevations_deg, azimuths_deg))
@@ -260,7 +268,6 @@ def import_capture(
     >>> bool((arrays.radiance[:] == stack.radiance[:]).all())
     True
     """
-    from engine.capture.import_stack import ImportSettings, import_stack
 
     def patch(choice: Any) -> Any:
         return GreyPatch(*choice) if isinstance(choice, tuple | list) and len(choice) == 4 else choice
@@ -290,8 +297,6 @@ def import_capture(
 
 def _outline(sphere: Circle | Literal["auto"] | ArrayLike | None) -> Any:
     """Return the outline of a mirror sphere as the engine takes it."""
-    from engine.capture.lights.mirror_sphere import Circle
-
     if sphere is None or sphere == "auto" or isinstance(sphere, Circle):
         return sphere
     numbers = numeric(sphere, "sphere", 3)
@@ -302,10 +307,6 @@ def _outline(sphere: Circle | Literal["auto"] | ArrayLike | None) -> Any:
 
 def _framing(crop: Sequence[int] | None, corners: ArrayLike | None, size: tuple[int, int] | None) -> Any:
     """Return the part of the photographs that a stack shows, None for all or a plain crop."""
-    from engine.capture.registration.framing import Framing
-    from engine.capture.registration.framing import crop as crop_to_size
-    from engine.capture.registration.warp import Region
-
     if crop is not None and corners is not None:
         raise UsageError("give crop or corners, not both")
     if size is not None:
@@ -322,8 +323,6 @@ def _framing(crop: Sequence[int] | None, corners: ArrayLike | None, size: tuple[
 
 def _selection(azimuth_deg: float | Sequence[float] | None, arc: bool, keep: Sequence[int | str] | None) -> Any:
     """Return the lights that an import keeps, None for all."""
-    from engine.capture.lights.selection import Arc, Listed
-
     if (azimuth_deg is not None) + arc + (keep is not None) > 1:
         raise UsageError("give azimuth_deg, arc or keep, one of them alone")
     if keep is not None:
@@ -356,8 +355,6 @@ def open_stack(folder: File) -> ImageStack:
     >>> stack.sources
     ('plain_30.tif', 'plain_60.tif', 'plain_90.tif')
     """
-    from engine.capture.stack import open_stack as read_stack
-
     return read_stack(folder)
 
 
@@ -422,9 +419,6 @@ def recover_normals(
     >>> np.round(surface.maps.normal[8, 8], 3).tolist()
     [0.0, 0.0, 1.0]
     """
-    from engine.surface.recover import recover
-    from engine.surface.write import write_surface
-
     if is_array(stack) and lights is None:
         raise UsageError("normals need lights, one vector towards the lamp for each photograph")
     if white is not None and not 1e-6 <= white <= 1e6:

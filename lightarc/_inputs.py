@@ -18,7 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.brdf.samples import BrdfSamples
+from engine.capture.lights.selection import Azimuth
 from engine.capture.lights.sources import Sources, find_packed
+from engine.capture.stack import ImageStack, open_stack
 from engine.core.colour import luminance, srgb_decode
 from engine.core.errors import UsageError
 from engine.core.steps import Step, drain
@@ -301,8 +303,6 @@ def as_stack(stack: object, angles_deg: ArrayLike | None = None, lights: ArrayLi
 
     The elevations of arrays without angles are evenly spaced up to 90 degrees.
     """
-    from engine.capture.stack import ImageStack, open_stack
-
     if isinstance(stack, ImageStack):
         return stack
     if is_path(stack):
@@ -366,8 +366,6 @@ def capture_of_arrays(
 
 def as_azimuth(azimuth_deg: float | Sequence[float] | None) -> Azimuth | None:
     """Return the azimuth of an angle in degrees, or of an angle and a tolerance; None stays None."""
-    from engine.capture.lights.selection import Azimuth
-
     if azimuth_deg is None:
         return None
     angles = [azimuth_deg] if isinstance(azimuth_deg, int | float) else list(azimuth_deg)

@@ -7,7 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from engine.brdf.brdf import MODELS, brdf_to_text
+from engine.brdf.fit import fit, fit_data
 from engine.brdf.models.microfacet import Ggx
+from engine.brdf.readers.table_file import keep_table
 from engine.bundle.bundle import open_bundle as read_bundle
 from engine.bundle.bundle import save_bundle as saving
 from engine.bundle.bundle import verify_bundle as verify
@@ -15,6 +18,8 @@ from engine.capture.evenness import even_out
 from engine.core.errors import UsageError
 from engine.core.health import Health
 from engine.core.steps import drain
+from engine.exchange.export import export as exporting
+from engine.exchange.subject import Settings
 from engine.scene.material import Material, error_figures
 from engine.shading.mixed import keep_tiles
 from engine.shading.quantise import quantise
@@ -110,10 +115,6 @@ def build_material(
     >>> tile.shading_map.slices.shape[1] < 32
     True
     """
-    from engine.brdf.brdf import MODELS, brdf_to_text
-    from engine.brdf.fit import fit, fit_data
-    from engine.brdf.readers.table_file import keep_table
-
     if overlap is not None and (overlap < 1 or not tileable):
         raise UsageError("overlap is a positive number of texels, of a tileable material")
     if azimuth_deg is not None and arc:
@@ -376,9 +377,6 @@ def export(
     >>> record["targets"][0]["files"]
     ['gltf/plain.glb']
     """
-    from engine.exchange.export import export as exporting
-    from engine.exchange.subject import Settings
-
     found = as_material(material)
     if found is None:
         raise UsageError("export needs a material")

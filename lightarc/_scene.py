@@ -11,14 +11,19 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from app.session import machine_profile
 from engine.accuracy.compare import compare as compare_images
 from engine.core.directions import world_direction
 from engine.core.errors import InputError, UsageError
 from engine.core.params import parameters
 from engine.core.steps import drain
+from engine.figures.papers.catalogue import FIGURES
 from engine.geometry.ground import Ground
 from engine.images.encode import encode_exr, encode_png, rgb_channels
 from engine.light.lamps import Lamp
+from engine.planning.costs.setting import modes as all_modes
+from engine.planning.plan import check_effects
+from engine.planning.plan import plan as plan_effects
 from engine.render import direct
 from engine.render.display import Display, display
 from engine.render.path import check_scene
@@ -28,6 +33,8 @@ from engine.scene.scene import Scene
 from engine.scene.scene import make_scene as build_scene
 from engine.scene.settings import DEFAULTS
 from engine.storage.atomic import write_bytes
+from engine.tradeoff.agenda import modes_of, settings_of
+from engine.tradeoff.sweep import sweep
 from engine.transport.baking.file import open_transport
 from engine.transport.method import Subject, method_of, names
 from engine.transport.relight import Light
@@ -543,17 +550,13 @@ def plan(
     >>> found.predicted_error_rel < 0.05 and not found.shows("glossy")
     True
     """
-    from app.session.machine_profile import cost_model
-    from engine.planning.plan import check_effects
-    from engine.planning.plan import plan as plan_effects
-
     check_effects(force, skip)
     scene = _scene_under(model, brdf, environment, material, ground_albedo, camera, size)
     return plan_effects(
         scene.mesh,
         scene.brdf,
         scene.environment,  # type: ignore[arg-type] # checked by `_scene_under`
-        cost=costs or drain(cost_model(), progress),
+        cost=costs or drain(machine_profile.cost_model(), progress),
         error=error,
         time_ms=time_ms,
         force=force,
@@ -622,9 +625,6 @@ def tradeoff(
     >>> {point.mode for point in found.points}
     {'direct'}
     """
-    from engine.planning.costs.setting import modes as all_modes
-    from engine.tradeoff.agenda import modes_of, settings_of
-    from engine.tradeoff.sweep import sweep
     from engine.tradeoff.write import write
 
     if not 0.0 < seconds <= 86_400.0:
@@ -682,7 +682,6 @@ def draw_figures(
     ['wang-2.png']
     """
     from engine.figures.figure import Settings
-    from engine.figures.papers.catalogue import FIGURES
     from engine.figures.write import draw_into
 
     wanted = [names] if isinstance(names, str) else list(names)

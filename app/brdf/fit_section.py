@@ -23,6 +23,7 @@ from app.widgets.panels import Rows, Segments, button, enable, text
 from app.widgets.theme import STEP
 from engine.brdf.brdf import MODELS, Brdf, label_of, model_name
 from engine.brdf.fit import Weighting, fit_data
+from engine.brdf.ranking import rank
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps
 
@@ -80,8 +81,6 @@ class Ranking(QDialog):
 def all_models(brdf: Brdf, weighting: Weighting) -> Steps[list[Offer]]:
     """Every model fitted to `brdf`, the best first; some seconds to a minute."""
     yield Step(0.0, "taking samples")
-    from engine.brdf.ranking import rank
-
     return (yield from rank(fit_data(brdf), [model() for model in MODELS.values()], weighting=weighting))
 
 

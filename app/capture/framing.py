@@ -15,6 +15,7 @@ from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPol
 from app.capture.import_panel import is_upright
 from app.widgets import theme
 from app.widgets.image_view import ImageView
+from engine.capture.registration.framing import Framing, estimate_aspect
 from engine.core.steps import Step, Steps
 
 if TYPE_CHECKING:
@@ -159,7 +160,6 @@ def begin(path: Path, framing: Framing | None, how: str, width_px: int | None) -
     """A framing of the photograph to begin with ('crop' or 'corners'), or `framing` at another width."""
     yield Step(0.0, "reading the photograph")
     from engine.capture.photograph.decode import read_photograph
-    from engine.capture.registration.framing import Framing
 
     if framing is not None and is_upright(framing) == (how == "crop"):
         across = width_px or framing.width_px
@@ -175,8 +175,6 @@ def begin(path: Path, framing: Framing | None, how: str, width_px: int | None) -
 
 def frame(corners: Corners, size: tuple[int, int], *, upright: bool) -> Framing:
     """The framing between `corners` of a photograph of `size` (width, height), as large as it is seen there."""
-    from engine.capture.registration.framing import Framing, estimate_aspect
-
     width, height = size
     return Framing(corners, *_natural_size(corners, estimate_aspect(corners, (height, width)), upright))
 

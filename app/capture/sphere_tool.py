@@ -27,7 +27,7 @@ from app.widgets.number_field import NumberField
 from app.widgets.panels import button, enable, fill_stacked, text
 from app.widgets.theme import PADDING, STEP, role
 from engine.capture.lights.file_names import printable
-from engine.capture.lights.mirror_sphere import Circle, light_direction
+from engine.capture.lights.mirror_sphere import Circle, find_highlights, light_direction
 from engine.capture.lights.sources import Sources
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import format_fixed
@@ -301,8 +301,6 @@ def _look(sources: Sources, transfer: TransferChoice) -> Steps[Looked]:
 
 def _find_in(looked: Looked, outline: Outline) -> Steps[Looked]:
     """The reflections inside `outline`."""
-    from engine.capture.lights.mirror_sphere import find_highlights
-
     yield Step(0.0, "looking for the lamp's reflection")
     spots = find_highlights(looked.luminance, Circle(*outline))
     found = {name: spot for name, spot in zip(looked.names, spots, strict=True) if not isinstance(spot, UsageError)}

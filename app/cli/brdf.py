@@ -14,7 +14,7 @@ import numpy as np
 from app.arguments.results import FIT, TABLE, Input, Output
 from app.cli.doubts import doubts_of_brdf
 from engine.brdf.analysis import conserves_energy, doubts, maximum_albedo, reciprocity_error
-from engine.brdf.brdf import brdf_from_text, brdf_to_text, model_name
+from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text, model_name
 from engine.brdf.fit import Residual, fit_data
 from engine.brdf.models.presets import PRESETS
 from engine.brdf.ranking import Offer, fit_both, miss, offer, warning
@@ -132,8 +132,6 @@ def _open(text: str) -> Brdf:
 
 def _list(_arguments: argparse.Namespace, _show: Callable[[Step], None]) -> dict[str, Any]:
     """`models`: name, what it is, its parameters with range, unit and default; `presets`; `formats` that are read."""
-    from engine.brdf.brdf import MODELS
-
     return {
         "models": [
             {
@@ -160,8 +158,6 @@ def _info(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[s
 
 
 def _describe(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.brdf.brdf import MODELS
-
     _check_seed(arguments)
     show(Step(0.0, "reading"))
     brdf: Any = _open(arguments.brdf)
@@ -231,7 +227,6 @@ def _fit(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[st
 
 def _ranking(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """`ranking`: each model fitted, from the least error up; `best` in the linear and in the logarithmic norm."""
-    from engine.brdf.brdf import MODELS
     from engine.brdf.ranking import best, miss, rank
 
     show(Step(0.0, "reading"))

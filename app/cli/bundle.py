@@ -4,16 +4,24 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+import webbrowser
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 from app.arguments.results import Input, Output, material_at
 from app.arguments.usage import BAD_FILE, DONE
+from app.commands.export_bundle import export
+from app.commands.rebuilding import set_up_whole
+from app.project.project_file import read
+from app.project.report import chain_of, identity
+from engine.bundle.bundle import check_replaceable, extract_bundle, open_bundle, save_bundle, verify_bundle
 from engine.bundle.manifest import MAPS_PROCESS, describe_bundle
+from engine.bundle.page import viewer
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import size_text
 from engine.core.steps import Step, drain
+from engine.exchange.readers.read import holds_pbr_maps, open_material
 from engine.storage.atomic import discard, write_bytes
 
 NAME = "bundle"
@@ -61,8 +69,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     show(Step(0.0, "reading the bundle"))
     if arguments.action == "show":
         return describe_bundle(arguments.path)
-    from engine.bundle.bundle import verify_bundle
-
     verification = verify_bundle(arguments.path)
     return {
         "path": str(arguments.path),
@@ -86,19 +92,12 @@ def _extract(bundle: Path, folder: Path, show: Callable[[Step], None]) -> dict[s
     if folder.suffix.lower() == ".lightarc":
         raise UsageError(f"extract writes a folder, and {folder.name} names a bundle file")
     show(Step(0.0, "reading the bundle"))
-    from engine.bundle.bundle import extract_bundle
-
     files = extract_bundle(bundle, folder)
     return {"folder": str(folder), "files": files, "warnings": describe_bundle(folder, MAPS_PROCESS)["warnings"]}
 
 
 def _view(bundle: Path, show: Callable[[Step], None]) -> dict[str, Any]:
     """Open a page of the material in the browser of this machine; it is made anew, whoever made the bundle."""
-    import webbrowser
-
-    from engine.bundle.bundle import open_bundle
-    from engine.bundle.page import viewer
-
     show(Step(0.0, "reading the bundle"))
     material = open_bundle(bundle)
     if material.pbr is not None:
@@ -116,9 +115,6 @@ def _view(bundle: Path, show: Callable[[Step], None]) -> dict[str, Any]:
 
 def _make(source: Path, output: Path, show: Callable[[Step], None]) -> None:
     """Write PBR maps of others, or the material of a project: InputError where it has none, or its data are gone."""
-    from engine.bundle.bundle import check_replaceable, save_bundle
-    from engine.exchange.readers.read import holds_pbr_maps, open_material
-
     if holds_pbr_maps(source):
         check_replaceable(output)
         show(Step(0.0, "reading the maps"))
@@ -128,11 +124,6 @@ def _make(source: Path, output: Path, show: Callable[[Step], None]) -> None:
 
 
 def _make_of_project(project: Path, output: Path, show: Callable[[Step], None]) -> None:
-    from app.commands.export_bundle import export
-    from app.commands.rebuilding import set_up_whole
-    from app.project.project_file import read
-    from app.project.report import chain_of, identity
-
     show(Step(0.0, "reading the project"))
     setup = set_up_whole(project)
     if not setup.project.has_map:

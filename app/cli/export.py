@@ -9,7 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import EXPORT, Input, Output
+from app.commands.making import readable_stack
+from app.commands.rebuilding import set_up_whole
+from app.commands.surface import material_with_surface
 from app.document.exporting import Exporting
+from app.project.project_file import data_folder
+from app.project.setup import is_project
+from engine.capture.stack import open_stack
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import number, percent, size_text
 from engine.core.steps import Step, drain
@@ -136,7 +142,6 @@ def _group(targets: list[dict[str, Any]]) -> list[str]:
 def _find_measured_before(arguments: argparse.Namespace, project: Project) -> Known:
     """Errors that the window measured for the project and kept beside it; none of them is written here."""
     from app.commands.export_elsewhere import find_measured_before
-    from app.project.project_file import data_folder
 
     textures = Exporting(preset=arguments.preset, coding=arguments.coding, normal=arguments.normal or "")
     asked = replace(project, exporting=textures)
@@ -148,11 +153,6 @@ def _open(arguments: argparse.Namespace) -> tuple[Material, ImageStack | None, P
 
     A project whose photographs are not at hand, or others than its own, counts as none: its errors are others.
     """
-    from app.commands.making import readable_stack
-    from app.commands.rebuilding import set_up_whole
-    from app.commands.surface import material_with_surface
-    from app.project.setup import is_project
-    from engine.capture.stack import open_stack
     from engine.exchange.readers.read import open_material
 
     stack = open_stack(arguments.stack) if arguments.stack else None

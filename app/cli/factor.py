@@ -22,11 +22,12 @@ from engine.core.figure_text import number, percent, size_text, time_text
 from engine.core.params import Parameter, parameters
 from engine.core.steps import Step, drain
 from engine.factor.errors import BANDS, TermError, uses
-from engine.factor.factor import search_settings
+from engine.factor.factor import factor, search_settings
 from engine.factor.factor_file import open_reflectance, read_factors, write_factors
 from engine.factor.homomorphic import HomomorphicFactors
 from engine.factor.separable_factors import SeparableFactors
 from engine.factor.settings import HOMOMORPHIC_PARAMETERS, SEPARABLE_PARAMETERS, FactorSettings
+from engine.factor.thesis_table import FIGURE_4_2, thesis_table
 
 if TYPE_CHECKING:
     from engine.factor.errors import Factorisation
@@ -94,8 +95,6 @@ def _options() -> dict[str, list[Parameter]]:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.factor.factor import factor
-
     settings = _settings(arguments)
     if arguments.table:
         return _table(arguments, settings, show)
@@ -168,8 +167,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def _table(arguments: argparse.Namespace, settings: FactorSettings, show: Callable[[Step], None]) -> dict[str, Any]:
     """`table`: a row for each BRDF, method, parametrisation and reciprocity."""
-    from engine.factor.thesis_table import FIGURE_4_2, thesis_table
-
     if arguments.output or arguments.resume:
         raise UsageError("--table compares and keeps nothing: leave out --output and --resume")
     search = search_settings(settings.with_texels(arguments.size or FIGURE_4_2.size))

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from app.arguments.results import MAPS, Input, Output, software
+from engine.capture.stack import open_stack
 from engine.core.errors import UsageError
 from engine.core.figure_text import number
 from engine.core.steps import Step, drain, part
@@ -43,8 +44,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.capture.stack import open_stack
-
     if arguments.white is not None and not 1e-6 <= arguments.white <= 1e6:
         raise UsageError(f"--white {arguments.white} is not a positive radiance")
     stack = open_stack(arguments.stack)

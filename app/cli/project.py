@@ -9,6 +9,14 @@ from typing import Any
 
 from app.arguments.results import Input, Output, project_result
 from app.arguments.usage import BAD_FILE, DONE
+from app.project.cleaning import clean_up
+from app.project.copying import collect
+from app.project.photographs import files_of, find_moved, keep, marks_of, relocate, take_marks
+from app.project.places import claim, release
+from app.project.project_file import read
+from app.project.recovery import recover
+from app.project.report import describe, problems_of
+from app.project.values import in_full, is_file
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import size_text, time_text
 from engine.core.steps import Step, drain
@@ -47,10 +55,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """The description that `app.project.report` gives; exit code 3 where a verified project is not sound."""
     from app.commands.replay import replay
-    from app.project.cleaning import clean_up
-    from app.project.copying import collect
-    from app.project.recovery import recover
-    from app.project.report import describe, problems_of
 
     show(Step(0.0, "reading the project"))
     if arguments.action in ("collect", "recover", "replay") and arguments.output is None:
@@ -85,11 +89,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def _find(path: Path, folder: Path | None, show: Callable[[Step], None]) -> None:
     """Note where photographs are that moved; UsageError without a folder, or where a window has the project open."""
-    from app.project.photographs import files_of, find_moved, keep, marks_of, relocate, take_marks
-    from app.project.places import claim, release
-    from app.project.project_file import read
-    from app.project.values import in_full, is_file
-
     if folder is None:
         raise UsageError("find needs --photographs, the folder that the photographs moved to")
     marks = marks_of(path)

@@ -21,6 +21,7 @@ from app.document.document import Comparing, Look, Project
 from app.document.modes import modes
 from app.document.scene import DEFAULT_MODEL
 from app.project.made import hash_of
+from engine.bundle.manifest import MAPS_PROCESS, describe_bundle
 from engine.core.colour import Operator
 from engine.core.errors import FileError, UsageError
 from engine.core.steps import Step, Steps, part
@@ -234,7 +235,6 @@ def load_bundle(path: Path) -> Steps[OpenedBundle]:
     """Read a bundle, and what the view that it was exported with refers to."""
     yield Step(0.0, "opening the bundle")
     from engine.bundle.bundle import open_bundle
-    from engine.bundle.manifest import MAPS_PROCESS, describe_bundle
 
     material, provenance = prepare_to_draw(open_bundle(path)), describe_bundle(path, MAPS_PROCESS)["provenance"]
     found = yield from part(find_referred(provenance, path, material.size if material.has_map else (1, 1)), 0.5, 1.0)

@@ -16,7 +16,9 @@ from app.commands.bundle_view import view_of
 from app.commands.surface import material_with_surface
 from app.document.document import Look, Project
 from app.document.exporting import PARTS
+from engine.bundle.manifest import MAPS_PROCESS, describe_bundle
 from engine.core.steps import Step, Steps, part
+from engine.render.direct import radiance
 from engine.render.display import Display, display_apart
 from engine.scene.material import error_figures, material_of_maps
 
@@ -32,8 +34,6 @@ DIRECTIONS = 16
 def draw(scene: Scene, look: Look) -> Steps[NDArray[np.uint8]]:
     """(480, 640, 4) uint8: `scene` with the exposure and tone mapping of `look`, sRGB-coded, and its opacity."""
     yield Step(0.0, "compiling (first use only)")
-    from engine.render.direct import radiance
-
     scene = dataclasses.replace(scene, directions=min(scene.directions, DIRECTIONS))
     image = yield from radiance(scene, SIZE, samples=1)
     return display_apart(image, Display(look.exposure_ev, look.tone_map))
@@ -62,7 +62,6 @@ def export(
     """
     yield Step(0.0, "preparing the bundle")
     from engine.bundle.bundle import check_replaceable, save_bundle, verify_bundle
-    from engine.bundle.manifest import MAPS_PROCESS, describe_bundle
     from engine.images.encode import encode_png
 
     whole, name = material_with_surface(project), path.name.removesuffix(".lightarc")

@@ -21,6 +21,10 @@ from engine.core.steps import Step, Steps, part
 from engine.render.background import blur, in_front_of
 from engine.render.display import display as display_image
 from engine.render.display import display_apart
+from engine.render.layers import layers as all_layers
+from engine.render.path import check_scene
+from engine.render.reference import reference
+from engine.render.shadowed import draw
 from engine.render.turntable import frames
 from engine.storage.atomic import write_bytes
 
@@ -137,8 +141,6 @@ def save(
         if not saving.frames:
             image, layers = yield from part(draw(scene), 0.0, 0.9)
             if saving.layers and saving.path.suffix.lower() == ".exr":
-                from engine.render.layers import layers as all_layers
-
                 layers |= yield from part(all_layers(scene, saving.size), 0.9, 0.97)
             yield Step(0.97, "writing")
             write_image(saving.path, image, display, layers, saving.background)
@@ -177,8 +179,6 @@ class _Device:
             yield Step(0.4, "drawing")
             with context:
                 return renderer.radiance(scene, saving.size, samples=saving.samples), {}
-        from engine.render.shadowed import draw
-
         return (yield from part(draw(scene, saving.size, saving.samples), 0.4, 1.0)), {}
 
     def _make(self) -> tuple[Context, SceneRenderer] | None:
@@ -203,9 +203,6 @@ class _Device:
 
 
 def _reference(scene: Scene, saving: Saving, bounces: int) -> Steps[tuple[NDArray[np.float32], dict[str, Any]]]:
-    from engine.render.path import check_scene
-    from engine.render.reference import reference
-
     check_scene(scene)
     found = yield from reference(scene, saving.size, samples=saving.paths, max_depth=bounces + 1)
     if found.variance is None:

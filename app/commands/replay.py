@@ -46,6 +46,7 @@ from engine.capture.stack import ImageStack
 from engine.core.errors import FileError, InputError, UsageError
 from engine.core.params import parameters
 from engine.core.steps import Step, Steps, part
+from engine.factor.factor import factor
 from engine.factor.factor_file import fingerprints, holds_factors, read_factors, write_factors
 from engine.geometry.shapes import shape
 from engine.storage.atomic import make_folder, write_bytes
@@ -138,8 +139,6 @@ def or_why_not(steps: Steps[Result]) -> Steps[Result]:
 
 
 def _factor_again(run: Run, kept: Path, target: Path) -> Steps[Result]:
-    from engine.factor.factor import factor
-
     brdf = run.given
     if isinstance(brdf, Path):
         brdf = yield from part(read_brdf_steps(brdf), 0.0, 0.1)

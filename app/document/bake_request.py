@@ -17,6 +17,7 @@ from engine.brdf.brdf import Brdf
 from engine.core.cached import cached_property
 from engine.core.errors import InputError, UsageError
 from engine.core.steps import Step, Steps, part
+from engine.core.stopwatch import read_clock
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.planning.costs.setting import Setting
@@ -265,7 +266,6 @@ def bake(path: Path, estimate: Estimate) -> Steps[Made]:
     The machine profile learns from one that it predicted and that ran from its start to its end.
     """
     from app.session.machine_profile import learn
-    from engine.core.stopwatch import read_clock
 
     yield Step(0.0, "compiling (first use only)")
     assert estimate.start is not None

@@ -11,8 +11,10 @@ from app.document.document import Look
 from app.document.modes import mode_named
 from engine.core.figure_text import number, percent_within, size_text, time_text
 from engine.core.steps import Step, Steps, part
+from engine.core.stopwatch import read_clock
 from engine.planning.costs.setting import Setting, parameters_of
 from engine.scene.scene import Scene
+from engine.tradeoff.agenda import settings_of
 from engine.tradeoff.front import break_even_frames, effort
 from engine.tradeoff.point import Point
 
@@ -126,8 +128,6 @@ def measure(
     """
     yield Step(0.0, "compiling (first use only)")
     from app.session.machine_profile import cost_model, learn_from
-    from engine.core.stopwatch import read_clock
-    from engine.tradeoff.agenda import settings_of
     from engine.tradeoff.sweep import sweep
 
     scene = replace(scene, near_lamps=())

@@ -18,6 +18,7 @@ from app.session.settings import cache_folder
 from engine.core.errors import OutputError
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, relay
+from engine.core.stopwatch import DISTURBED, background_load, had_company, read_clock
 from engine.geometry.camera import frame
 from engine.planning.costs.cost_model import BUSY, load_model, save
 from engine.planning.costs.planned import planning_of
@@ -104,8 +105,6 @@ def learn_bake(subject: Subject, method: Method, settings: Any, bake_s: float, s
 
 def _was_disturbed(since: Spent) -> bool:
     """True if other programs or jobs took the CPUs from then on, so that times teach nothing of an idle machine."""
-    from engine.core.stopwatch import DISTURBED, background_load, had_company, read_clock
-
     if had_company():
         log.info("The machine profile learns nothing: another computation ran at the same time.")
         return True

@@ -31,6 +31,7 @@ from engine.core.errors import InputError, UsageError
 from engine.core.steps import Step, Steps
 from engine.scene.scene import Scene
 from engine.transport.method import Method
+from engine.transport.relight import light_of
 
 if TYPE_CHECKING:
     from engine.planning.plan import EffectsPlan
@@ -55,8 +56,6 @@ def relight_or_explain(made: Made, scene: Scene, asked: Any) -> Steps[RelightTra
 def relight_transport(made: Made, scene: Scene, asked: Any) -> Steps[RelightTransport]:
     """Relight the bake by the light of `scene`, with the `asked` settings of the light."""
     yield Step(0.0, "compiling (first use only)")
-    from engine.transport.relight import light_of
-
     return (yield from made.relighter(light_of(scene), asked, scene.brdf))
 
 

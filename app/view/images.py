@@ -35,6 +35,7 @@ from app.viewport.refining import same
 from app.viewport.viewport import Viewport
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps
+from engine.render.reference import reference
 from engine.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -149,8 +150,6 @@ class Progressive(QObject):
 def _reference(wanted: _Wanted) -> Steps[Any]:
     """Images that become better until they are good enough; the last one is the result."""
     yield Step(0.0, "compiling (first use only)")
-    from engine.render.reference import reference
-
     threads = max(1, (os.cpu_count() or 1) - 1)  # one CPU is left to the window
     depth = wanted.bounces + 1
     steps = reference(wanted.scene, wanted.size, samples=None, max_depth=depth, threads=threads)

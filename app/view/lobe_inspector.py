@@ -28,6 +28,8 @@ from engine.core.steps import Step, Steps, part
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
+from engine.geometry.ray_caster import caster_of
+from engine.transport.gaussian.fitting.views import view_directions
 
 if TYPE_CHECKING:
     from app.commands.workbench import Workbench
@@ -263,7 +265,6 @@ class _Kept:
 def _answer(question: Question, kept: _Kept) -> Steps[Answer]:
     yield Step(0.0, "looking at the model")
     from engine.figures.inspected import inspect
-    from engine.transport.gaussian.fitting.views import view_directions
     from engine.transport.gaussian.samples import glossy_surface
 
     vertex = question.vertex if question.pixel is None else _pick(question)
@@ -287,8 +288,6 @@ def _answer(question: Question, kept: _Kept) -> Steps[Answer]:
 
 def _pick(question: Question) -> int | None:
     """The vertex nearest to the surface point at the pixel; None beside the model."""
-    from engine.geometry.ray_caster import caster_of
-
     assert question.pixel is not None
     x, y = question.pixel
     mesh = question.mesh

@@ -21,6 +21,7 @@ from engine.core.steps import Step, Steps
 from engine.render.background import Backdrop
 from engine.render.display import Display, diverging
 from engine.render.display import display as display_image
+from engine.render.shadowed import draw
 from engine.scene.scene import Scene
 
 
@@ -118,8 +119,6 @@ class CpuSurface(QWidget):
 
 def _compute(scene: Scene, size: tuple[int, int]) -> Steps[tuple[Pixels, float]]:
     yield Step(0.0, "rendering on the CPU")
-    from engine.render.shadowed import draw
-
     started = time.perf_counter()
     frame = yield from draw(scene, size, 1)
     return frame, time.perf_counter() - started

@@ -28,6 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.half_difference import directions
 from engine.brdf.models.sampling import Reflectance
+from engine.brdf.table_kernel import fill_along_turns, look_up_angles, look_up_directions, look_up_half
 from engine.core.directions import Vectors
 from engine.core.health import Finding, Health, Verdict
 from engine.core.summary import Summary
@@ -86,16 +87,12 @@ class HalfDifferenceTable(Reflectance, Summary):
 
     def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
         """Value in 1/sr without the cosine, (..., 3), for unit directions (..., 3) in the surface frame."""
-        from engine.brdf.table_kernel import look_up_half
-
         wi, wo, values = _pairs(wi, wo)
         look_up_half(self.lattice, wi.reshape(-1, 3), wo.reshape(-1, 3), values.reshape(-1, 3))
         return values
 
     def at(self, theta_h: ArrayLike, theta_d: ArrayLike, phi_d: ArrayLike) -> Vectors:
         """Value (..., 3) in 1/sr at angles in radians, theta in [0, π/2], above the horizon or not."""
-        from engine.brdf.table_kernel import look_up_angles
-
         angles = np.broadcast_arrays(*(np.asarray(angle, np.float64) for angle in (theta_h, theta_d, phi_d)))
         if not all(np.all(np.isfinite(angle)) for angle in angles) or min(a.min(initial=0.0) for a in angles[:2]) < 0.0:
             raise ValueError("theta_h and theta_d must be finite and in [0, π/2], phi_d finite")
@@ -203,8 +200,6 @@ class DirectionTable(Reflectance, Summary):
 
     def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
         """Value in 1/sr without the cosine, (..., 3), for unit directions (..., 3) in the surface frame."""
-        from engine.brdf.table_kernel import look_up_directions
-
         wi, wo, values = _pairs(wi, wo)
         grids = (self.theta_i, self.phi_i, self.theta_o, self.phi_o)
         look_up_directions(*grids, self.values, wi.reshape(-1, 3), wo.reshape(-1, 3), values.reshape(-1, 3))
@@ -246,8 +241,6 @@ RULE = "filled along phi from the nearest measured values, empty rows from the n
 
 def fill_holes(values: NDArray[np.floating], missing: NDArray[np.bool_]) -> None:
     """Fill `values` (G, R, P, 3) in place where `missing` (G, R, P); ValueError where nothing is measured."""
-    from engine.brdf.table_kernel import fill_along_turns
-
     if missing.all():
         raise ValueError("no entry of the table is measured")
     groups, rows, turns = missing.shape

@@ -36,7 +36,7 @@ from engine.bundle.directional import (
     directional_record,
     read_directional,
 )
-from engine.bundle.maker import check_made_anew
+from engine.bundle.maker import MAKER, check_made_anew, maker
 from engine.bundle.manifest import (
     BRDF,
     JSON_LIMIT_BYTES,
@@ -319,8 +319,6 @@ def _sink(target: Path, size_bytes: int) -> AbstractContextManager[OpenMember]:
 def _manifest(
     material: Material, provenance: Mapping[str, Any], figures: Mapping[str, Any], members: dict[str, Member]
 ) -> Manifest:
-    from engine.bundle.maker import MAKER, maker
-
     software = {"lightarc": engine.__version__, "numpy": np.__version__, "python": platform.python_version()}
     return Manifest(
         schema_version=_schema_of(material),

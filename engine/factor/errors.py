@@ -10,6 +10,7 @@ Uses of factors, as sentences for a user.
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, fields
 from statistics import median
 from typing import Any
@@ -251,8 +252,6 @@ class Factorisation(Summary):
     @property
     def ladder(self) -> tuple[TermError, ...]:
         """Deprecated: `term_errors`."""
-        import warnings
-
         warnings.warn("Factorisation.ladder is called term_errors", DeprecationWarning, stacklevel=2)
         return self.term_errors
 

@@ -33,6 +33,7 @@ from engine.core.steps import Step, Steps, part
 from engine.figures.contact_sheet import Image, Panel, Row, draw_sheet, panel_width, plot, with_colour_bar
 from engine.geometry.camera import frame
 from engine.geometry.shapes import shape
+from engine.gl.context import create_context
 from engine.gl.direct import DirectRenderer
 from engine.images.encode import encode_png
 from engine.render import direct
@@ -257,8 +258,6 @@ def _render(folder: Path, material: Material) -> Steps[dict[Source, Image]]:
 
 def _radiances(scenes: list[Scene]) -> Steps[list[NDArray[np.float32]]]:
     """(H, W, 4) radiance and coverage of each scene: with OpenGL, or on the CPU where there is none."""
-    from engine.gl.context import create_context
-
     radiances: list[NDArray[np.float32]] = []
     try:
         context = create_context()

@@ -24,6 +24,7 @@ from engine.core.directions import normalize, uv_tangents, world_from_tangent
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.summary import Summary
+from engine.geometry import polygons
 from engine.geometry.mesh_repair import (
     INSIDE_OUT,
     LARGEST,
@@ -37,6 +38,7 @@ from engine.geometry.mesh_repair import (
 )
 from engine.geometry.mesh_text import check_text
 from engine.geometry.mesh_weld import GAP, without_gaps
+from engine.geometry.polygons import make_from_polygons
 from engine.geometry.read_scene import check_memory, decoder_memory_bytes, files_beside, list_named_files
 from engine.geometry.unwrap import with_atlas
 from engine.storage.readers import load, readers, suffixes
@@ -226,8 +228,6 @@ def decode_names(content: bytes, name: str) -> dict[str, Any]:
 
 def prepare() -> None:
     """Load the readers and compile what `decode_mesh` runs, before the child is confined."""
-    from engine.geometry import polygons
-
     polygons.prepare()
     for reader in readers("mesh"):
         load(reader.decode)
@@ -238,8 +238,6 @@ def _cut(found: Any) -> tuple[list[dict[str, Any]], int]:
     if isinstance(found, tuple):
         positions, faces = np.asarray(found[0], np.float64), np.asarray(found[1], np.int64)
         return [{"positions": positions, "faces": faces, "normals": None, "uv": None}], 0
-    from engine.geometry.polygons import make_from_polygons  # compiles kernels, for which an opening window has no time
-
     return [{"positions": found.points, **make_from_polygons(found)}], int(np.sum(found.sizes < 3))
 
 

@@ -27,6 +27,7 @@ from engine.brdf.resample import SHAPE, table_from, whole_turn
 from engine.brdf.table import HalfDifferenceTable
 from engine.core.figure_text import percent
 from engine.core.steps import drain
+from engine.factor.projections import KINDS, LinearProjection
 from engine.gl.context import Limits
 from engine.gl.program import find_uniform
 from engine.render.mip_maps import pbr_layers
@@ -137,8 +138,6 @@ class HomomorphicTextures:
     SOURCE = "homomorphic"
 
     def __init__(self, context: moderngl.Context, factors: HomomorphicFactors) -> None:
-        from engine.factor.projections import KINDS, LinearProjection
-
         self.messages: list[str] = []
         self._texture = layers(context, np.stack(factors.textures))
         rows = np.zeros((MAX_TERMS, 2, 4), np.float32)

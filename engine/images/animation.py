@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -72,8 +73,6 @@ def film(path: str | Path, size: tuple[int, int], fps: float, *, software: str =
 
 
 def _mp4(path: Path, size: tuple[int, int], fps: float) -> Frames:
-    import cv2
-
     width, height = size[0] // 2 * 2, size[1] // 2 * 2
     writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"vp09"), fps, (width, height))
     if not writer.isOpened():

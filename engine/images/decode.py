@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from engine.core.colour import srgb_decode
 from engine.core.errors import InputError
 from engine.images import exif, exr, png
+from engine.images.codes import decode_codes
 from engine.images.exif import Exif
 from engine.images.raster import Raster, Transfer, about_bands, choose_bands
 from engine.storage.readers import find_reader, load, readers
@@ -210,8 +211,6 @@ def _from_codes(
     saturated: NDArray[np.bool_],
 ) -> None:
     if white < _TABLE_LIMIT and samples.dtype.itemsize <= 2:
-        from engine.images.codes import decode_codes
-
         codes = np.minimum(np.arange(_TABLE_LIMIT) / white, 1.0)
         table = (srgb_decode(codes) if transfer == "srgb" else codes).astype(np.float32)
         decode_codes(samples, table, white, pixels, saturated)

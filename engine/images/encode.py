@@ -10,6 +10,7 @@ import zlib
 from collections.abc import Mapping
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,8 +34,6 @@ def encode_png(
     `software` is kept as its tag of that name, by which `engine.storage.outputs.has_tag` knows it again; `comment` as
     one for users, letters beyond Latin-1 as question marks.
     """
-    import cv2
-
     if pixels.dtype not in (np.uint8, np.uint16) or pixels.ndim not in (2, 3):
         raise ValueError(f"PNG needs uint8 or uint16 codes, got {pixels.dtype} {pixels.shape}")
     swapped = pixels[..., [2, 1, 0, 3][: pixels.shape[2]]] if pixels.ndim == 3 else pixels

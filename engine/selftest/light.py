@@ -12,6 +12,7 @@ from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.camera import frame
 from engine.geometry.mesh import Mesh
+from engine.gl.context import create_context
 from engine.gl.direct import DirectRenderer
 from engine.light.cube_map import CubeMap, cube_directions, cube_of, cube_solid_angles
 from engine.light.environment import EnvironmentMap, texel_directions
@@ -279,7 +280,6 @@ def _sums_are_linear() -> Found:
 
 
 def _gl_is_the_cpu() -> Found:
-    from engine.gl.context import create_context
     from engine.render.direct import radiance
 
     mesh = sphere()
@@ -294,8 +294,6 @@ def _gl_is_the_cpu() -> Found:
 
 
 def _gl_is_finite() -> Found:
-    from engine.gl.context import create_context
-
     mesh = sphere()
     scene = Scene(mesh, frame(mesh.positions), brdf_from_text("phong:exponent=10000"), light=(0.0, 0.0, 1.0))
     with create_context() as context:

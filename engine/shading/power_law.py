@@ -21,6 +21,7 @@ from engine.core.steps import Step, Steps
 from engine.core.summary import Summary
 from engine.shading.kept_tiles import KeptTiles, grid_shape
 from engine.shading.lookup import Above, Numbers, neighbours, share_and_gain
+from engine.shading.power_law_kernel import exponent_grid, fit_rows, log_positions
 from engine.shading.shading_map import ShadingMap
 from engine.storage.scratch import release, scratch_array
 
@@ -164,12 +165,6 @@ def fit(
     if excluded is not None and excluded.shape != (count, height, width):
         raise ValueError(f"excluded must be {(count, height, width)}, not {excluded.shape}")
     yield Step(0.0, "preparing the fit")
-    from engine.shading.power_law_kernel import (  # compiled code: loaded when first needed
-        exponent_grid,
-        fit_rows,
-        log_positions,
-    )
-
     grid, log_x = exponent_grid(count), log_positions(count)
     left_out = _list_left_out(shading_map, excluded)
     flat = np.ascontiguousarray(shading_map.slices).reshape(count, height, 3 * width)

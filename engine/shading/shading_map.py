@@ -24,6 +24,7 @@ from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.core.summary import Summary
+from engine.shading.linearise import linearise_rows
 from engine.shading.lookup import Above, layer_at, neighbours, share_and_gain
 from engine.storage.scratch import release, scratch_array
 
@@ -196,8 +197,6 @@ def _linearise(
     stack: ImageStack, weights: NDArray[np.float64], tile_rows: int | None
 ) -> Steps[tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float64]]]:
     """The weighted sums of the photographs, tile by tile, where they are clipped, and their mean luminances."""
-    from engine.shading.linearise import linearise_rows  # compiled code: loaded when first needed
-
     _, height, width = stack.radiance.shape[:3]
     used = np.flatnonzero(weights.any(axis=0))
     photographs, packed = _pack(weights[:, used])

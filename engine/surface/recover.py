@@ -27,6 +27,7 @@ from engine.surface.horizon import openness
 from engine.surface.lamps import Lamps, lamps
 from engine.surface.pbr_maps import DIELECTRIC_F0, Map, MapErrors, PbrMaps, Uncertainty
 from engine.surface.reflectance import FEWEST_FOR_GLOSS, Array, fit_rows, kinds, metallic_roughness
+from engine.surface.relight import measure_relight_errors
 from engine.surface.rig_error import rig_error
 from engine.texel.kernel import (
     COV_AB,
@@ -77,8 +78,6 @@ def recover(
     more where texels are brighter. `left_out` asks for the error of photographs that are left out.
     Raises InputError where the lamps do not tell any slope.
     """
-    from engine.surface.relight import measure_relight_errors  # compiled code: loaded when first needed
-
     start = time.perf_counter()
     seen = lamps(stack, used)
     alike = yield from part(kinds(stack, used, seen, white), 0.0, 0.05)

@@ -142,11 +142,11 @@ def test_mistakes_of_the_programmer_are_not_hidden(stub: Callable[..., None]) ->
     ("function", "words"),
     [
         ("engine.brdf.fit.fit", "brdf fit phong --model ward"),
-        ("engine.factor.factor.factor", "factor phong"),
-        ("engine.factor.thesis_table.thesis_table", "factor --table"),
+        ("app.cli.factor.factor", "factor phong"),
+        ("app.cli.factor.thesis_table", "factor --table"),
         ("engine.transport.sh.bake.prepare", "bake sphere --brdf ggx --mode sh -o out.transport"),
         ("engine.selftest.run.selftest", "selftest"),
-        ("engine.render.reference.reference", "render sphere --mode reference -o out.png"),
+        ("app.cli.transport.render.reference", "render sphere --mode reference -o out.png"),
     ],
 )
 def test_a_singular_matrix_within_a_computation_is_no_wrong_usage(

@@ -17,12 +17,15 @@ from typing import TYPE_CHECKING, Any
 from app.arguments.results import Input, Output, image_by, material_at, software
 from app.cli.import_ import azimuth_range
 from app.cli.shading import arcs, comparison
+from engine.brdf.brdf import MODELS, brdf_to_text
 from engine.brdf.models.microfacet import Ggx
 from engine.brdf.readers.read import open_brdf
+from engine.brdf.readers.table_file import keep_table
 from engine.bundle.bundle import save_bundle
 from engine.bundle.manifest import MANIFEST, describe_bundle
 from engine.capture.evenness import even_out
 from engine.capture.lights.file_names import as_text
+from engine.capture.stack import open_stack
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, size_text, time_text
 from engine.core.health import Health
@@ -255,8 +258,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.capture.stack import open_stack
-
     _check(arguments)
     stack, evenness = open_stack(arguments.stack), Health()
     if arguments.compare:
@@ -451,9 +452,7 @@ def _brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[s
     """The fields of a material that say how it reflects: a model, or a measured table and the GGX nearest to it."""
     if not arguments.brdf:
         return {}
-    from engine.brdf.brdf import MODELS, brdf_to_text
     from engine.brdf.fit import fit, fit_data
-    from engine.brdf.readers.table_file import keep_table
 
     brdf = open_brdf(arguments.brdf)
     if type(brdf) in MODELS.values():

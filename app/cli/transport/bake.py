@@ -27,6 +27,7 @@ from engine.core.errors import UsageError
 from engine.core.figure_text import percent, size_text, time_text
 from engine.core.params import parameters
 from engine.core.steps import Step, drain, part
+from engine.core.stopwatch import read_clock
 from engine.exchange.readers.read import open_material
 from engine.light.environment_file import open_environment
 from engine.transport import method as transport
@@ -162,8 +163,6 @@ def _settings(method: Method) -> type[Any]:
 
 
 def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.core.stopwatch import read_clock
-
     settings, baking, subject = settings_from(arguments, method.settings), method.baking, subject_of(arguments)
     left_out = list[str]()
     if project_input.is_given(arguments):

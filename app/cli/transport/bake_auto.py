@@ -12,9 +12,11 @@ from app.cli.transport import project_input
 from app.cli.transport.bake_report import carry_out, subject_of
 from app.cli.transport.options import variations_of
 from app.cli.transport.plan import add_budget, plan_for, record
+from app.session.machine_profile import learn
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, percent_range
 from engine.core.steps import Step, drain, part
+from engine.core.stopwatch import read_clock
 from engine.geometry.camera import frame
 from engine.light.environment_file import open_environment
 from engine.planning.bake import prepare
@@ -43,9 +45,6 @@ def list_given(arguments: argparse.Namespace) -> list[str]:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from app.session.machine_profile import learn
-    from engine.core.stopwatch import read_clock
-
     _check(arguments)
     subject = subject_of(arguments)
     mesh, brdf, ground = subject.mesh, subject.brdf, subject.ground

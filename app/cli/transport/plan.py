@@ -14,11 +14,13 @@ from app.cli.brdf import BRDF_HELP
 from app.cli.doubts import doubts_of_scene
 from app.cli.transport import options as vary
 from app.cli.transport import project_input, scene_options
+from app.session import machine_profile
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, percent_range, size_text, time_text
 from engine.core.steps import Step, drain, part
 from engine.planning.ceilings import usual
 from engine.planning.costs.setting import Setting, setting_of
+from engine.planning.plan import check_effects, plan
 from engine.scene.mode import is_traced
 from engine.scene.settings import DEFAULTS as scene_defaults
 
@@ -128,13 +130,10 @@ def plan_for(
     **options: Any,
 ) -> EffectsPlan:
     """The plan for the budget, the ceilings and the wishes of `arguments`; wrong usage where they cannot be."""
-    from app.session.machine_profile import cost_model
-    from engine.planning.plan import check_effects, plan
-
     assert environment is not None, "a scene that is planned has one"
     check_effects(arguments.force, arguments.skip)
     options["ceilings"] = ceilings_of(arguments)
-    model = drain(part(cost_model(anew=anew), 0.0, 0.8), show)
+    model = drain(part(machine_profile.cost_model(anew=anew), 0.0, 0.8), show)
     show(Step(0.9, "analysing the scene"))
     budget = {"error": arguments.error, "time_ms": arguments.time_ms}
     return plan(mesh, brdf, environment, cost=model, force=arguments.force, skip=arguments.skip, **budget, **options)

@@ -12,7 +12,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.commands.rebuilding import set_up_whole
+from app.document.modes import mode_named
 from app.document.variation import as_baked, select_shown, settings_with, words_on_left_out
+from app.project.setup import is_project
 from engine.core.errors import UsageError
 from engine.geometry.camera import parse
 from engine.light.environment_file import open_environment
@@ -33,15 +36,11 @@ PARTS = {"directions": "directions", "source": "source", "lookup": "lookup", "ab
 
 def is_given(arguments: argparse.Namespace) -> bool:
     """True where a project is in the place of the model."""
-    from app.project.setup import is_project
-
     return is_project(arguments.mesh)
 
 
 def setup_of(arguments: argparse.Namespace) -> Setup:
     """The project in the place of the model, with the light, the look-up and the camera that the options give anew."""
-    from app.commands.rebuilding import set_up_whole
-
     for name in DECIDED:
         if getattr(arguments, name, None):
             raise UsageError(f"--{name} is part of the project; change it there")
@@ -53,8 +52,6 @@ def setup_of(arguments: argparse.Namespace) -> Setup:
 
 def list_left_out(setup: Setup, mode: str) -> list[str]:
     """Sentences on what an image or a bake of a project leaves out in a mode."""
-    from app.document.modes import mode_named
-
     words = words_on_left_out(mode_named(mode).label, mode, setup.scene.brdf, setup.project.variations)
     return [words] if words else []
 

@@ -26,6 +26,7 @@ from app.cli.transport.render_output import (
     teach,
 )
 from app.commands.images import write_image
+from engine.brdf.brdf import MODELS
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, time_text
 from engine.core.steps import Step, drain
@@ -36,10 +37,12 @@ from engine.geometry.shapes import open_mesh
 from engine.gl.brdf_textures import factor_source
 from engine.gl.draw import draw_off_screen
 from engine.light.environment_file import open_environment
+from engine.render.direct import radiance
 from engine.render.display import Display
 from engine.render.environment_error import environment_error
 from engine.render.layers import layers as all_layers
 from engine.render.path import check_scene
+from engine.render.reference import reference
 from engine.scene.mode import DIRECT, MODES, REFERENCE, is_traced
 from engine.scene.scene import Scene, make_scene
 from engine.scene.settings import DEFAULTS as scene_defaults
@@ -335,8 +338,6 @@ Drawn = tuple["NDArray[np.float32]", dict[str, "NDArray[np.float32]"], dict[str,
 
 def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
     """The reference, its standard error, and its figures."""
-    from engine.render.reference import reference
-
     size = (arguments.width, arguments.height)
     check_memory(size)
     check_scene(scene)
@@ -368,9 +369,6 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
 
 def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
     """The image, and how it was made: frame_s, gl_renderer, warnings."""
-    from engine.brdf.brdf import MODELS
-    from engine.render.direct import radiance
-
     size = (arguments.width, arguments.height)
     warnings, renderer = doubts_of_scene(scene), arguments.renderer
     has_shader = type(scene.brdf) in MODELS.values() or factor_source(scene.brdf) is not None

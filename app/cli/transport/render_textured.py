@@ -18,6 +18,7 @@ from engine.factor.factor_file import open_reflectance
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.gl.draw import draw_off_screen
+from engine.render.direct import radiance
 from engine.render.shadowed import combine_shadowed, with_and_without
 from engine.scene.scene import Scene
 
@@ -48,8 +49,6 @@ def with_texels(
     """
     if not scene.has_texels:
         return baked
-    from engine.render.direct import radiance
-
     (image, record), size = baked, (arguments.width, arguments.height)
     frame_s, device, warnings, drawn = record["frame_s"], ON_CPU, list(record["warnings"]), []
     for at, each in enumerate(with_and_without(scene, brdf)):

@@ -20,9 +20,12 @@ from app.commands.images import write_image
 from app.document.bake_request import bake, choices_for, make_request
 from app.document.bake_request import estimate as estimate_bake
 from app.document.variation import light_with, select_shown
+from app.project.bakes import keep
+from app.project.project_file import data_folder
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import percent
 from engine.core.steps import Step, drain, part
+from engine.core.stopwatch import read_clock
 from engine.geometry.camera import parse
 from engine.geometry.shapes import SHAPES
 from engine.gl.draw import relight_off_screen
@@ -111,9 +114,6 @@ def run_project(
 ) -> dict[str, Any]:
     """The image of a project in a baked mode: of the bake that lies beside it, or of one with the settings that the
     user chose, which is gone afterwards."""
-    from app.project.bakes import keep
-    from app.project.project_file import data_folder
-
     if arguments.measure_error:
         raise UsageError("--measure-error needs chosen directions; baked transport uses the whole environment")
     if arguments.turntable:
@@ -217,8 +217,6 @@ Drawn = tuple["NDArray[np.float32]", dict[str, Any]]
 def _draw(
     relit: RelightTransport, camera: Camera, arguments: argparse.Namespace, show: Callable[[Step], None]
 ) -> Drawn:
-    from engine.core.stopwatch import read_clock
-
     size = (arguments.width, arguments.height)
     warnings: list[str] = []
     since = read_clock()

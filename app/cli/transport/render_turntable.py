@@ -19,10 +19,14 @@ from app.cli.transport.render_textured import NEAR
 from app.commands.images import code
 from engine.core.errors import MissingCapability, UsageError
 from engine.core.steps import Step, drain
+from engine.core.stopwatch import read_clock
 from engine.geometry.camera import frame
+from engine.gl.context import create_context, renderer_name
 from engine.gl.draw import frames_off_screen, relight_frames_off_screen
 from engine.images.animation import film, kind_of
 from engine.render.background import in_front_of
+from engine.render.direct import radiance
+from engine.render.reference import reference
 from engine.render.shadowed import combine_shadowed, with_and_without
 from engine.render.transported import image_of
 from engine.render.turntable import about_y, camera_about, frame_all_round, frames
@@ -110,17 +114,12 @@ def run(
     behind: EnvironmentMap | None,
 ) -> dict[str, Any]:
     """The film of a scene that is drawn by sums over lights, or by paths."""
-    from engine.core.stopwatch import read_clock
-
     scenes = list(frames(scene, arguments.turntable, arguments.turns))
     size, warnings = (arguments.width, arguments.height), doubts_of_scene(scene)
 
     seconds: list[float] = []
 
     def on_cpu() -> Frames:
-        from engine.render.direct import radiance
-        from engine.render.reference import reference
-
         for each in scenes:
             if is_traced(arguments.mode):
                 options = {"samples": arguments.samples, "max_depth": arguments.max_depth, "seed": arguments.seed}
@@ -193,8 +192,6 @@ def run_baked(
             yield found.relit, seen_from
 
     def on_cpu() -> Frames:
-        from engine.render.direct import radiance
-
         for number, (each, seen_from) in enumerate(relight_transport()):
             image = drain(image_of(each, seen_from, size, arguments.samples)).image
             if pairs:
@@ -234,8 +231,6 @@ def _write(
     finished: Callable[[Frames], Iterator[NDArray[np.float32]]],
 ) -> dict[str, Any]:
     """Draw all frames on a device, or on the CPU, and write the film; its record."""
-    from engine.gl.context import create_context, renderer_name
-
     start, count, context = time.perf_counter(), arguments.turntable, None
     if renderer != "cpu":
         try:

@@ -14,12 +14,16 @@ from app.cli.brdf import BRDF_HELP
 from app.cli.doubts import doubts_of_scene
 from app.cli.transport import project_input, scene_options
 from app.process import ending
+from app.session import machine_profile
+from engine.brdf.brdf import MODELS
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, percent_range, percent_within, size_text, time_text
 from engine.core.steps import Step, drain, part
+from engine.core.stopwatch import read_clock
 from engine.planning.ceilings import usual
 from engine.planning.costs.setting import modes, setting_of
 from engine.planning.costs.setting import modes as all_modes
+from engine.planning.plan import plan
 from engine.scene.mode import MODES
 from engine.storage.atomic import make_folder
 from engine.tradeoff.agenda import modes_of, settings_of
@@ -127,12 +131,10 @@ def _measure(
     budget: Budget | None,
     show: Callable[[Step], None],
 ) -> dict[str, Any]:
-    from app.session.machine_profile import cost_model, learn_from
-    from engine.core.stopwatch import read_clock
     from engine.tradeoff.sweep import sweep
     from engine.tradeoff.write import write
 
-    costs = drain(part(cost_model(), 0.0, 0.05), show)
+    costs = drain(part(machine_profile.cost_model(), 0.0, 0.05), show)
     planned = _plan(arguments, scene, costs, budget)
     latest: list[Tradeoff] = []
     options = {"seconds": arguments.budget_s, "max_depth": arguments.max_depth, "seed": arguments.seed, "costs": costs}
@@ -152,7 +154,7 @@ def _measure(
         if not latest:
             raise
         found, is_cancelled = latest[0], True
-    learn_from(found.points, since)
+    machine_profile.learn_from(found.points, since)
     about = {
         "mesh": arguments.mesh,
         "vertices": len(scene.mesh.positions),
@@ -177,8 +179,6 @@ def _measure(
 
 def _plan(arguments: argparse.Namespace, scene: Scene, costs: CostModel, budget: Budget | None) -> EffectsPlan | None:
     """The plan for the same budget, with the effects that a sweep shows; None where there can be none."""
-    from engine.planning.plan import plan
-
     if scene.environment is None or scene.irradiance != 1.0:
         return None
     error, time_s, room = (None, None, None) if budget is None else (budget.error, budget.time_s, budget.bytes)
@@ -322,8 +322,6 @@ def _settings(arguments: argparse.Namespace, scene: Scene) -> list[Setting]:
 
 
 def _title(arguments: argparse.Namespace) -> str:
-    from engine.brdf.brdf import MODELS
-
     if project_input.is_given(arguments):
         return Path(arguments.mesh).stem
     named = arguments.brdf or arguments.material

@@ -28,6 +28,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.brdf.models.cylinder_kernel import fill
 from engine.brdf.models.evaluate import channels, reflects_no_more_than_it_receives
 from engine.brdf.models.model import Model
 from engine.core.params import Colour, param
@@ -62,8 +63,6 @@ class PoulinFournier(Model):
         return reflects_no_more_than_it_receives(self.kd, self.ks)
 
     def formula(self, wi: Floats, wo: Floats) -> Floats:
-        from engine.brdf.models.cylinder_kernel import fill  # compiles, and the window must open at once
-
         diffuse, highlight = np.empty((2, wi.shape[1]))
         nodes = (HIGHLIGHT_NODES, HIGHLIGHT_WEIGHTS, DIFFUSE_NODES, DIFFUSE_WEIGHTS)
         fill(wi, wo, self.exponent, self.spacing, self.floor, *nodes, diffuse, highlight)

@@ -22,6 +22,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.photograph import bayer
 from engine.capture.photograph.kinds import RAW_SUFFIXES
 from engine.core.errors import InputError
 from engine.core.steps import Step, Steps
@@ -186,8 +187,6 @@ def decode_photograph(
 
 def prepare() -> None:
     """Compile what the decoders run, before the child is confined."""
-    from engine.capture.photograph import bayer
-
     images.prepare()
     bayer.prepare()
 

@@ -39,6 +39,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 
 from engine.core.errors import UsageError
@@ -304,8 +305,6 @@ def _fill(one: Term, place: NDArray[np.intp], values: Floats) -> Floats:
     free = np.flatnonzero(one.mask & ~one.reached)
     if not len(free):
         return texture
-    from scipy.sparse import csr_array  # slow to load, and seldom needed
-
     size = one.rows.size
     number = np.full(len(texture), -1)
     number[free] = np.arange(len(free))

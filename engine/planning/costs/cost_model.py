@@ -15,7 +15,9 @@ as hemispheres are closed.
 
 from __future__ import annotations
 
+import json
 import math
+import os
 import platform
 from bisect import bisect_left
 from collections.abc import Mapping
@@ -271,8 +273,6 @@ def basis_values(edge: int, order: int) -> float:
 
 def machine_name() -> str:
     """Identity of the machine that the rates hold for, with the versions of Python and of Lightarc."""
-    import os
-
     words = (platform.node(), platform.machine(), platform.system(), str(os.cpu_count()))
     return " ".join((*words, platform.python_version(), engine.__version__, f"format {FORMAT}"))
 
@@ -286,8 +286,6 @@ def save(model: CostModel, path: Path) -> None:
 
 def load_model(path: Path) -> CostModel | None:
     """The model that was kept for this machine; None where there is none, or it is damaged or another machine's."""
-    import json
-
     try:
         record = json.loads(read_bytes(path, FILE_LIMIT_BYTES))
         tables = {

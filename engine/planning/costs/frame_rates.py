@@ -28,6 +28,7 @@ from engine.light.environment_file import open_environment
 from engine.planning.costs.cost_model import PARTS
 from engine.planning.costs.load import Rates, shade
 from engine.planning.costs.planned import planning_of
+from engine.render.direct import radiance
 from engine.render.transported import image_of
 from engine.scene.scene import Scene
 from engine.transport.method import METHODS
@@ -117,8 +118,6 @@ def _drawing() -> Iterator[tuple[str, Draw]]:
 
 
 def _on_cpu(what: RelightTransport | Scene, camera: Camera, side: int) -> None:
-    from engine.render.direct import radiance
-
     if isinstance(what, Scene):
         drain(radiance(replace(what, camera=camera), (side, side), samples=1))
     else:

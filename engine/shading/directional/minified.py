@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from engine.core.colour import srgb_decode
 from engine.core.directions import Vectors
+from engine.shading.directional.minified_kernel import halve
 
 if TYPE_CHECKING:
     from engine.shading.directional.planes import DirectionalMap
@@ -28,8 +29,6 @@ STEPS, LARGEST = 1 << 12, 510.0
 
 def minify(directional: DirectionalMap) -> list[NDArray[np.float16]]:
     """The planes (K, h, w) as codes at half the size, at a quarter … down to one texel."""
-    from engine.shading.directional.minified_kernel import halve  # compiled code: loaded when first needed
-
     lights = spread_lights(directional.lights, max(LIGHTS, -(-2 * len(directional.planes) // 3)))
     functions = directional.functions(lights).reshape(3 * len(lights), -1)
     inverse = np.linalg.pinv(functions[:, 1:])

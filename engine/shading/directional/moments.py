@@ -21,6 +21,7 @@ from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_encode
 from engine.core.side_by_side import side_by_side
 from engine.core.steps import Step, Steps
+from engine.shading.directional.codes_kernel import write_codes
 
 Array = NDArray[np.float64]
 
@@ -99,8 +100,6 @@ def texels(
     stack: ImageStack, used: NDArray[np.int64], first: int, last: int, pivot: NDArray[np.float32] | None = None
 ) -> NDArray[np.float32]:
     """(3 N, texels) codes of the rows from `first` to before `last`, to 0.002, less `pivot` (3 N,)."""
-    from engine.shading.directional.codes_kernel import write_codes  # compiled code: loaded when first needed
-
     radiance = np.ascontiguousarray(stack.radiance[used, first:last]).reshape(len(used), -1, 3)
     found = np.empty((3 * len(used), radiance.shape[1]), np.float32)
     pivot = np.zeros(len(found), np.float32) if pivot is None else pivot

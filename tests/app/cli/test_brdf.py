@@ -160,7 +160,7 @@ def test_fit_writes_what_it_reports_and_replaces_only_its_own(lightarc: Command,
 
 
 def test_models_are_ranked_by_their_errors_in_both_norms(lightarc: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("engine.brdf.brdf.MODELS", {name: MODELS[name] for name in ("lambert", "phong")})
+    monkeypatch.setattr("app.cli.brdf.MODELS", {name: MODELS[name] for name in ("lambert", "phong")})
     words = ("brdf", "fit", "phong:kd=0.2,ks=0.1,exponent=5", "--rank", "--samples", "100")
     found = result(lightarc(*words, "--json"))
     assert [each["model"] for each in found["ranking"]] == ["phong", "lambert"]

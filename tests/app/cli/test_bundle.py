@@ -98,7 +98,7 @@ def test_a_whole_bundle_of_an_earlier_build_frightens_nobody(
     """The material counts; its page is named, as it cannot be checked."""
     with monkeypatch.context() as earlier:
         earlier.setattr("engine.bundle.page._style", lambda: "body { color: red }")
-        earlier.setattr("engine.bundle.maker.maker", lambda: "0123456789abcdef")
+        earlier.setattr("engine.bundle.bundle.maker", lambda: "0123456789abcdef")
         law = drain(save_bundle(tmp_path / "law.lightarc", woven_material()))
     assert run("verify", str(law), "--json") == 0
     value = json.loads(capsys.readouterr().out)

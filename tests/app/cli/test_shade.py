@@ -320,7 +320,7 @@ def test_a_stack_that_is_cut_short_while_it_is_open_is_named(
         os.truncate(folder / name, left_bytes)
         return found
 
-    monkeypatch.setattr("engine.capture.stack.open_stack", open_path)
+    monkeypatch.setattr("app.cli.shading.shade.open_stack", open_path)
     done = lightarc("shade", folder, "-o", tmp_path / "cloth.lightarc")
     assert done.code == 3
     assert f"{name}: was cut short while it was open. Check the disk" in done.err

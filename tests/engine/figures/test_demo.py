@@ -72,7 +72,7 @@ def test_GL5_without_opengl_the_cpu_renders(
         raise MissingCapability("OpenGL 3.3 is not available", "Install it")
 
     with_gl, _ = whole
-    monkeypatch.setattr("engine.gl.context.create_context", refuse)
+    monkeypatch.setattr("engine.figures.demo.create_context", refuse)
     without = drain(demo(tmp_path / "cpu", small))
     assert failures(without) == {}
     for one, other in zip(with_gl.images[:2], without.images[:2], strict=True):

@@ -18,7 +18,6 @@ from app.command_line import main
 from app.document.document import Look, Project
 from app.project.project_file import History, Writer
 from engine.bundle.bundle import save_bundle
-from engine.core import stopwatch
 from engine.core.steps import drain
 from engine.core.stopwatch import read_clock
 from engine.geometry.camera import Camera
@@ -46,7 +45,7 @@ def mesh(tmp_path: Path) -> str:
 @pytest.fixture(autouse=True)
 def kept_costs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """Costs that are known already, so that nothing is measured, on a machine without other programs."""
-    monkeypatch.setattr(stopwatch, "background_load", lambda _before, _after: 0.0)
+    monkeypatch.setattr(app.session.machine_profile, "background_load", lambda _before, _after: 0.0)
     path = tmp_path / "cache" / "cost-model.json"
     save(replace(every_rate(), machine=machine_name(), measured_at_s=time.time()), path)
     monkeypatch.setattr(app.session.machine_profile, "cost_path", lambda: path)
@@ -217,7 +216,7 @@ def test_nothing_is_learnt_beside_other_programs(
     monkeypatch.setattr("app.cli.transport.render_output.LONG_S", 0.0)
     monkeypatch.setattr("app.cli.transport.render_output.DRAWN_LONG_S", 0.0)
     before = kept_costs.read_bytes()
-    monkeypatch.setattr(stopwatch, "background_load", lambda _before, _after: 0.4)
+    monkeypatch.setattr(app.session.machine_profile, "background_load", lambda _before, _after: 0.4)
     bake, size = str(tmp_path / "a.transport"), ["--width", "16", "--height", "16", "--samples", "1"]
     record(["bake", mesh, "--brdf", "lambert", "--mode", "sh", "--order", "3", "-o", bake], capsys)
     record(["bake", mesh, *LOOK, "--mode", "auto", "--error", "0.2", "-o", str(tmp_path / "b.transport")], capsys)
@@ -226,7 +225,7 @@ def test_nothing_is_learnt_beside_other_programs(
     point = SimpleNamespace(mode="sh", predicted={"bake_s": 2.0, "frame_s": 1.0}, bake_s=4.0, frame_s=2.0)
     app.session.machine_profile.learn_from([point], read_clock())  # type: ignore[list-item]
     assert kept_costs.read_bytes() == before
-    monkeypatch.setattr(stopwatch, "background_load", lambda _before, _after: 0.05)
+    monkeypatch.setattr(app.session.machine_profile, "background_load", lambda _before, _after: 0.05)
     app.session.machine_profile.learn_from([point], read_clock())  # type: ignore[list-item]
     assert kept_costs.read_bytes() != before
 
