@@ -116,11 +116,12 @@ def sample_texels(
 ) -> Sample:
     """A regular grid of texels of small linear photographs (h, w, 3), with shares of clipped samples (h, w)."""
     height, width = photographs[0].shape[:2]
-    step = max(1, int(np.sqrt(height * width / most)))
-    rows, columns = (
-        each.ravel()
-        for each in np.meshgrid(np.arange(step // 2, height, step), np.arange(step // 2, width, step), indexing="ij")
-    )
+    across = min(width, max(1, round(np.sqrt(most * width / height))))
+    numbers = (min(height, max(1, round(most / across))), across)
+    evenly = [
+        ((np.arange(n) + 0.5) * size / n).astype(np.int64) for n, size in zip(numbers, (height, width), strict=True)
+    ]
+    rows, columns = (each.ravel() for each in np.meshgrid(*evenly, indexing="ij"))
     values = np.stack([photograph[rows, columns].mean(axis=-1, dtype=np.float64) for photograph in photographs], axis=1)
     usable = np.stack([share[rows, columns] <= 0.0 for share in clipped], axis=1) & np.isfinite(values)
     values = np.where(np.isfinite(values), values, 0.0)

@@ -10,7 +10,7 @@ weighted least squares (variable projection, Golub1973); s, log g_i and a follow
 Weights leave out shadows and highlights: first by rank, then by Tukey's biweight, wider below than above.
 
 The normal equations of the log gains are a diagonal less a product of rank three per texel, so that an iteration costs
-one matrix product of (N, 3 T) with its transpose: 20 ms for 1500 texels of 64 photographs.
+one matrix product of (N, 3 T) with its transpose: 20 ms for 1500 texels of 64 photographs, and as long for the texels.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.kernels import scalar
 from engine.texel.kernel import (
     C_A,
     C_B,
@@ -252,22 +253,82 @@ def _model(
 
 def _matte(sample: Sample, directions: Array, rig: Rig, weights: Array) -> Model:
     """Weighted least squares for the albedo times normal."""
-    gains = np.exp(rig.log_gains)[None, :, None]
-    flat = np.pad(sample.positions, ((0, 0), (0, 1)))[:, None]
-    towards = directions[None] - rig.nearness * flat
-    squared = (towards**2).sum(axis=-1, keepdims=True)
-    vectors = gains * towards / squared**1.5
-    turned = -flat / squared**1.5 + 3.0 * towards * (towards * flat).sum(axis=-1, keepdims=True) / squared**2.5
-    design = vectors + rig.ambient
-    right = (design * weights[..., None]).swapaxes(1, 2) @ sample.values[..., None]
-    found = np.linalg.solve(_normal_matrix(design, weights), right)
-    return Model(
-        (design @ found)[..., 0],
-        design,
-        (vectors @ found)[..., 0],
-        (gains * turned @ found)[..., 0],
-        np.asarray(found[..., 0], np.float64),
-    )
+    shape = sample.values.shape
+    found = Model(np.empty(shape), np.empty((*shape, 3)), np.empty(shape), np.empty(shape), np.empty((shape[0], 3)))
+    lamps = directions, np.exp(rig.log_gains), rig.nearness, rig.ambient
+    made = found.values, found.tangent, found.lit, found.by_nearness, found.albedo_normals
+    _fit_matte(sample.values, weights, sample.positions, *lamps, *made)
+    return found
+
+
+@scalar
+def _fit_matte(
+    values: np.ndarray,
+    weights: np.ndarray,
+    positions: np.ndarray,
+    directions: np.ndarray,
+    gains: np.ndarray,
+    nearness: float,
+    ambient: np.ndarray,
+    shown: np.ndarray,
+    tangent: np.ndarray,
+    lit: np.ndarray,
+    by_nearness: np.ndarray,
+    found: np.ndarray,
+) -> None:
+    """Fill the arrays of a `Model` texel by texel; bound by arithmetic, some 40 ns for each photograph of a texel."""
+    towards, flat, matrix, right = np.empty(3), np.zeros(3), np.empty((3, 3)), np.empty(3)
+    for t in range(len(values)):
+        flat[:2] = positions[t]
+        matrix[:] = 0.0
+        right[:] = 0.0
+        for n in range(len(directions)):
+            squared = 0.0
+            for i in range(3):
+                towards[i] = directions[n, i] - nearness * flat[i]
+                squared += towards[i] ** 2
+            scale = gains[n] / (squared * np.sqrt(squared))
+            for i in range(3):
+                tangent[t, n, i] = scale * towards[i] + ambient[i]
+            for i in range(3):
+                weighted = weights[t, n] * tangent[t, n, i]
+                right[i] += weighted * values[t, n]
+                for j in range(i + 1):
+                    matrix[i, j] += weighted * tangent[t, n, j]
+        _solve_three(matrix, right, found[t])
+        room = ambient[0] * found[t, 0] + ambient[1] * found[t, 1] + ambient[2] * found[t, 2]
+        for n in range(len(directions)):
+            squared, along, across, total = 0.0, 0.0, 0.0, 0.0
+            for i in range(3):
+                towards[i] = directions[n, i] - nearness * flat[i]
+                squared += towards[i] ** 2
+                along += towards[i] * found[t, i]
+                across += towards[i] * flat[i]
+                total += tangent[t, n, i] * found[t, i]
+            shown[t, n], lit[t, n] = total, total - room
+            shift = 3.0 * along * across / squared - (flat[0] * found[t, 0] + flat[1] * found[t, 1])
+            by_nearness[t, n] = gains[n] * shift / (squared * np.sqrt(squared))
+
+
+@scalar
+def _solve_three(matrix: np.ndarray, right: np.ndarray, out: np.ndarray) -> None:
+    """Solve normal equations of three unknowns, of which the lower triangle is given, by Cholesky's decomposition."""
+    ridge = 1e-7 * (matrix[0, 0] + matrix[1, 1] + matrix[2, 2]) + 1e-12
+    for i in range(3):
+        matrix[i, i] += ridge
+        for j in range(i + 1):
+            for k in range(j):
+                matrix[i, j] -= matrix[i, k] * matrix[j, k]
+            matrix[i, j] = np.sqrt(matrix[i, i]) if i == j else matrix[i, j] / matrix[j, j]
+    for i in range(3):
+        out[i] = right[i]
+        for k in range(i):
+            out[i] -= matrix[i, k] * out[k]
+        out[i] /= matrix[i, i]
+    for i in range(2, -1, -1):
+        for k in range(i + 1, 3):
+            out[i] -= matrix[k, i] * out[k]
+        out[i] /= matrix[i, i]
 
 
 def _glossy(sample: Sample, directions: Array, rig: Rig, before: Model | None) -> Model:
@@ -348,9 +409,10 @@ def _rank(sample: Sample) -> Array:
 
 
 def _biweights(sample: Sample, residuals: Array) -> Array:
-    usable = np.where(sample.usable, np.abs(residuals), np.nan)
-    usable[~sample.usable.any(axis=1)] = 0.0
-    deviation = 1.4826 * np.nanmedian(usable, axis=1, keepdims=True)
+    ordered = np.sort(np.where(sample.usable, np.abs(residuals), np.inf), axis=1)
+    count = np.maximum(sample.usable.sum(axis=1), 1)[:, None]
+    middle = [np.take_along_axis(ordered, at, axis=1) for at in ((count - 1) // 2, count // 2)]
+    deviation = 1.4826 * 0.5 * (middle[0] + middle[1])
     deviation = np.maximum(deviation, 2e-3)
     off = residuals / (deviation * np.where(residuals < 0.0, BELOW, ABOVE))
     return np.asarray(np.where(sample.usable & (np.abs(off) < 1.0), (1.0 - off**2) ** 2, 0.0))
