@@ -70,7 +70,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--transfer",
         default="auto",
         choices=("auto", "srgb", "linear"),
-        help="transfer function of 8- and 16-bit files (auto)",
+        help="transfer function of 8- and 16-bit files (auto: of their colour profile, else sRGB); a stated one "
+        "overrides the curve of a profile, not its primaries",
     )
     parser.add_argument(
         "--bands",
@@ -190,7 +191,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 JSON_HELP = """\
 JSON: images, height_px, width_px, angle_source, warnings, time_s and peak_memory_bytes are about the stack;
 elevations_deg, mean_radiance, clipped_fraction, black_fraction and alignment_residual_px are lists with one entry per
-photograph, by rising elevation. A residual is null where it was not measured. calibration lists what was looked for
+photograph, by rising elevation. A residual is null where it was not measured. profiles are the names of colour profiles
+that were applied, and working_space is that of the stack. calibration lists what was looked for
 in the photographs themselves: name, accepted, text, held_out_before and held_out_after in 8-bit levels,
 normals_change_deg, and sigma (of the inverse distance in widths, of the logarithm of gains, of room light over a lamp,
 of shifts in pixels). peak_memory_bytes is the largest resident memory of this process plus that of its decoder
@@ -246,6 +248,8 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         "clipped_fraction": [quality.clipped_fraction for quality in stack.quality],
         "black_fraction": [quality.black_fraction for quality in stack.quality],
         "mean_radiance": [float(mean) for mean in stack.mean_radiance],
+        "working_space": stack.provenance.get("working_space"),
+        "profiles": stack.provenance.get("profiles") or [],
         "calibration": stack.provenance.get("calibration") or [],
         "warnings": stack.health.warnings,
         "time_s": time.perf_counter() - start,
@@ -272,6 +276,7 @@ def report(result: dict[str, Any]) -> str:
             + ("       –" if residual is None else f"{number(residual):>5} px")
             for angle, mean, clipped, black, residual in rows
         ),
+        *(f"profile: {name}, applied" for name in result["profiles"]),
         *(f"calibration: {term['text']}" for term in result["calibration"]),
     ]
     return "\n".join(lines)

@@ -61,16 +61,23 @@ def contradictions(lights: Sequence[Light]) -> list[Finding]:
     """Differences between photographs that should be alike, and the decoder's warnings."""
     photographs = [photograph for light in lights for photograph in light]
     findings = [finding for warning, names in _by_warning(photographs).items() for finding in _about(warning, names)]
+    findings += [Finding(Verdict.NOTE, f"Colour profile {name} was applied") for name in profiles(lights)]
     for text, key in (
         ("Bit depths differ: {}. Each is scaled by its own white level", lambda p: f"{p.bit_depth} bit"),
         ("Cameras differ: {}. Leave out those that do not belong", lambda p: p.camera or "unknown"),
         ("Transfer functions differ: {}. State transfer in capture.toml", lambda p: p.transfer),
+        ("Colour profiles differ: {}. Each was applied", lambda p: p.profile or "none"),
         ("White balances differ: {}. Give one for all with --white-balance", _balance),
     ):
         table = _table(photographs, key)
         if ";" in table:
             findings.append(Finding(Verdict.WARNING, text.format(table)))
     return findings
+
+
+def profiles(lights: Sequence[Light]) -> list[str]:
+    """The names of the colour spaces that files of the lights state and that were applied."""
+    return sorted({photograph.profile for light in lights for photograph in light if photograph.profile})
 
 
 def _by_warning(photographs: Sequence[Photograph]) -> dict[str, list[str]]:
@@ -127,6 +134,7 @@ def about_lights(lights: Sequence[Light], alignment: Alignment, members: Mapping
             "container": light[0].container,
             "bit_depth": light[0].bit_depth,
             "transfer": light[0].transfer,
+            "profile": light[0].profile or None,
             "exposure_s": light[0].exposure_s,
             "iso": light[0].iso,
             "aperture": light[0].aperture,

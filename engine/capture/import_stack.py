@@ -43,6 +43,7 @@ from engine.capture.import_plan import plan as plan_import
 from engine.capture.import_record import (
     about_lights,
     contradictions,
+    profiles,
     qualities,
     refuse_different_sizes,
     refuse_equal_images,
@@ -71,7 +72,7 @@ from engine.capture.report import (
 from engine.capture.stack import RADIANCE, RECORD, SATURATED, ImageStack, npy_header, open_stack
 from engine.capture.stack_record import StackRecord, write_record
 from engine.capture.tally import Tally
-from engine.core.colour import LUMINANCE, to_display8
+from engine.core.colour import LUMINANCE, WORKING_SPACE, to_display8
 from engine.core.directions import surface_direction
 from engine.core.errors import InputError
 from engine.core.figure_text import number, percent
@@ -269,6 +270,8 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
         quality=quality,
         provenance={
             "software": f"lightarc {engine.__version__}",
+            "working_space": WORKING_SPACE,
+            "profiles": profiles(read.photographs),
             "cameras": sorted({one.camera for light in read.photographs for one in light if one.camera}),
             **plan.as_json(),
             "aligned_to": names[alignment.reference] if alignment.aligned.any() else None,
@@ -432,8 +435,11 @@ def _check_transfer(plan: Plan, read: _Read, small: _Small) -> Plan:
     estimated unless a user has stated the curve, since that would be of wrong radiance."""
     files = [photograph for light in read.photographs for photograph in light]
     transfer = files[0].transfer
-    is_code = all(each.largest_code and each.container != "RAW" and each.transfer == transfer for each in files)
-    if not is_code or not plan.shows_codes or not set(plan.calibrated) & set(TERMS):
+    is_code = all(
+        each.largest_code and each.container != "RAW" and each.transfer == transfer and not each.profile
+        for each in files
+    )
+    if transfer == "profile" or not is_code or not plan.shows_codes or not set(plan.calibrated) & set(TERMS):
         return plan
     found = check_transfer(sample_texels(*small), _directions(plan), transfer)
     if found.transfer == transfer or found.held_out is None:

@@ -36,6 +36,9 @@ XYZ_FROM_SRGB = _xyz_from_primaries()
 SRGB_FROM_XYZ = np.linalg.inv(XYZ_FROM_SRGB)
 LUMINANCE = XYZ_FROM_SRGB[1]
 
+#: What files call the space of all radiance.
+WORKING_SPACE = "linear Rec.709"
+
 #: x and y of red, green, blue and white, as OpenEXR's `chromaticities` attribute lists them.
 CHROMATICITIES = tuple(float(v) for v in (*_PRIMARIES_XY.ravel(), *_WHITE_XY))
 

@@ -26,7 +26,29 @@ def decode_codes(samples: np.ndarray, table: np.ndarray, white: int, pixels: np.
             saturated[row, column] = full
 
 
+@scalar
+def decode_colours(
+    samples: np.ndarray,
+    tables: np.ndarray,
+    matrix: np.ndarray,
+    white: int,
+    pixels: np.ndarray,
+    saturated: np.ndarray,
+) -> None:
+    """As `decode_codes`, by a table for each channel, (3, N), and then the matrix (3, 3) of the colours."""
+    for row in range(samples.shape[0]):
+        for column in range(samples.shape[1]):
+            red, green, blue = samples[row, column, 0], samples[row, column, 1], samples[row, column, 2]
+            saturated[row, column] = red >= white or green >= white or blue >= white
+            r, g, b = tables[0, red], tables[1, green], tables[2, blue]
+            for channel in range(3):
+                pixels[row, column, channel] = matrix[channel, 0] * r + matrix[channel, 1] * g + matrix[channel, 2] * b
+
+
 def prepare() -> None:
     """Compile for every kind of samples, before the process gives up what compiling needs."""
-    rest = "Array(float32, 1, 'C'), int64, Array(float32, 3, 'C'), Array(bool_, 2, 'C')"
-    only(decode_codes, *(f"void(Array({code}, 3, 'A', readonly=True), {rest})" for code in ("uint8", "uint16")))
+    first, rest = "Array({}, 3, 'A', readonly=True)", "int64, Array(float32, 3, 'C'), Array(bool_, 2, 'C')"
+    colours = "Array(float32, 2, 'A', readonly=True), Array(float32, 2, 'C')"
+    kinds = [first.format(code) for code in ("uint8", "uint16")]
+    only(decode_codes, *(f"void({samples}, Array(float32, 1, 'C'), {rest})" for samples in kinds))
+    only(decode_colours, *(f"void({samples}, {colours}, {rest})" for samples in kinds))

@@ -1,6 +1,7 @@
 """Images as linear light: JPEG, PNG, TIFF, OpenEXR, Radiance and Targa, recognised by content and never by name.
 
-Decoding happens in a child process (`engine.storage.untrusted`); `read_image` is the parent's side. Integer samples are
+Decoding happens in a child process (`engine.storage.untrusted`); `read_image` is the parent's side. An ICC profile, or
+what the chunks of a PNG and the EXIF data of a camera say of colours, is applied. Without any, integer samples are
 taken as sRGB-coded unless the file or the caller says linear, floating-point ones as linear; what was assumed is
 returned. Cost: 24 megapixels take about 1 s and 0.7 GB, most of it the float32 result.
 """
@@ -17,23 +18,28 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core.colour import srgb_decode
 from engine.core.errors import InputError
-from engine.images import exif, exr, png
-from engine.images.codes import decode_codes
+from engine.images import codes, colour_space, exif, exr, png
+from engine.images.codes import decode_codes, decode_colours
+from engine.images.colour_space import ADOBE_RGB, LINEAR_CURVE, SRGB_CURVE, ColourSpace
 from engine.images.exif import Exif
+from engine.images.icc import InvalidProfile, read_profile
 from engine.images.raster import Raster, Transfer, about_bands, choose_bands
 from engine.storage.readers import find_reader, load, readers
 from engine.storage.shared_memory import result_array
 from engine.storage.untrusted import decode_in_child
 
 TransferChoice = Literal["auto", "srgb", "linear"]
+Coding = Literal["srgb", "linear", "profile"]
 
 #: A run of so many rows that are all zero, as a share 1 / n of all, is worth a warning.
 _MIN_LOST_SHARE = 64
 
 #: Files whose readers know how many rows there should be; a model in front of nothing leaves black ones in them.
 _COUNTED = ("EXR", "HDR")
+
+#: Pixels of which the double precision is in memory at once.
+_BLOCK_PIXELS = 1 << 20
 
 #: Code values from which a lookup table is cheaper than the power function.
 _TABLE_LIMIT = 1 << 16
@@ -51,26 +57,31 @@ class Image:
     ----------
     pixels : (H, W, 3) float32, linear sRGB primaries, upright, read-only; 1 = full scale of integer files.
     saturated : (H, W) bool, True where a channel is at full scale or was not finite (then its pixel is 0).
-    transfer : how the samples were taken to be coded, 'srgb' or 'linear'.
+    transfer : how the samples were taken to be coded, 'srgb', 'linear', or by another curve of their 'profile'.
     bit_depth : bits per sample of the file; container : 'JPEG', 'PNG', 'TIFF', 'EXR', 'HDR', 'TGA'.
     warnings : what was ignored or assumed, in words.
     environment : 'latlong' or 'cube' where the file says that it is an environment map in that layout, else ''.
     largest_code : largest sample of an integer file.
+    profile : name of the colour space that the file states and that was applied, else ''.
     """
 
     pixels: NDArray[np.float32]
     saturated: NDArray[np.bool_]
-    transfer: Transfer
+    transfer: Coding
     bit_depth: int
     container: str
     exif: Exif
     warnings: tuple[str, ...]
     environment: str = ""
     largest_code: int = 0
+    profile: str = ""
 
 
 def read_image(path: str | os.PathLike[str], *, transfer: TransferChoice = "auto", half_size: bool = False) -> Image:
-    """Decode the image at `path`; `half_size` averages 2×2 pixels. InputError for what cannot be decoded whole."""
+    """Decode the image at `path`; `half_size` averages 2×2 pixels. InputError for what cannot be decoded whole.
+
+    Where `transfer` is stated the samples are data, and what the file says of colours is not applied.
+    """
     reply = decode_in_child("engine.images.decode:decode", path, transfer=transfer, half_size=half_size)
     return image_from_reply(reply)
 
@@ -123,11 +134,13 @@ def decode(
     orientation: int = 0,
     white_code: int = 0,
     bands: Sequence[int] = (),
+    keep_primaries: bool = False,
 ) -> dict[str, Any]:
     """The decoder that runs in the child: fields of `Image` as arrays and JSON values.
 
     `orientation` is taken instead of the file's, and `white_code` for full scale of 16 bits, where they are not 0.
     Of `bands`, which count from 1, one becomes grey, and three red, green and blue; without any the file's colours do.
+    A stated `transfer` overrides all that the file says of colours, or with `keep_primaries` its curve alone.
     """
     reader = find_reader("image", content, len(content), name)
     if reader is None:
@@ -135,15 +148,15 @@ def decode(
     raster: Raster = load(reader.decode)(content, name)
     of_bands = about_bands(raster) if not bands else ()
     raster = choose_bands(raster, bands, name) if bands else raster
-    if transfer != "auto" and raster.white is not None:
-        raster = replace(raster, transfer=transfer)
     photographed = exif.read_exif(content) if raster.container in ("JPEG", "PNG", "TIFF") else Exif()
     turn = orientation or photographed.orientation
     if white_code and raster.white is not None and raster.bit_depth == 16:
         raster = replace(raster, white=white_code)
-    pixels, saturated, broken = _linear(raster, turn)
+    stated: Transfer | None = None if transfer == "auto" or (raster.white is None and transfer == "srgb") else transfer
+    space, of_colours = _decide_space(raster, photographed, stated, bool(bands), keep_primaries, name)
+    pixels, saturated, broken = _linear(raster, space, turn)
     rows = [] if raster.container in _COUNTED else _about_rows(raster.samples)
-    warnings = [*raster.warnings, *of_bands, *rows]
+    warnings = [*raster.warnings, *of_colours, *of_bands, *rows]
     if broken:
         warnings.append(f"has {broken} pixels that are not finite; they are masked")
     if photographed.exposure_garbled:
@@ -153,7 +166,8 @@ def decode(
     return {
         "pixels": pixels,
         "saturated": saturated,
-        "transfer": raster.transfer,
+        "transfer": space.transfer,
+        "profile": space.name,
         "bit_depth": raster.bit_depth,
         "container": raster.container,
         "exif": photographed.as_json(),
@@ -179,14 +193,65 @@ def decode_alpha(content: bytes, name: str) -> dict[str, Any]:
 
 def prepare() -> None:
     """Load the readers and compile what `decode` runs, before the child is confined."""
-    from engine.images import codes
-
     codes.prepare()
+    colour_space.prepare()
     for reader in readers("image"):
         load(reader.decode)
 
 
-def _linear(raster: Raster, orientation: int) -> tuple[NDArray[np.float32], NDArray[np.bool_], int]:
+def _decide_space(
+    raster: Raster, photographed: Exif, stated: Transfer | None, chosen: bool, keep_primaries: bool, name: str
+) -> tuple[ColourSpace, tuple[str, ...]]:
+    """The space of the samples and warnings about it; InputError for a statement of the file that cannot be applied.
+
+    `stated` is the transfer function that the caller states, and `chosen` says that the bands are.
+    """
+    assumed = ColourSpace("", (LINEAR_CURVE if (stated or raster.transfer) == "linear" else SRGB_CURVE,))
+    if stated and not keep_primaries:
+        return assumed, ()
+    try:
+        space = _stated_space(raster, photographed)
+    except InvalidProfile as error:
+        if stated:
+            return assumed, (f"has a colour profile that is not applied: it {error}",)
+        problem = f"has a colour profile that cannot be applied: it {error}"
+        remedy = (
+            "Save it with an RGB or grey profile or without one, or import it with --transfer srgb or linear, which "
+            "takes its primaries as sRGB"
+        )
+        raise InputError(name, problem, remedy) from None
+    if space is None:
+        uncalibrated = photographed.colours == "uncalibrated" and raster.container == "JPEG" and not stated
+        text = "states that its colours are not sRGB, but not what they are: they are taken as sRGB"
+        return assumed, (text,) * uncalibrated
+    if chosen:
+        return assumed, (f"has the colour profile {space.name}, which is not applied to bands that are chosen",)
+    if not stated:
+        contradicts = raster.transfer == "linear" and raster.white is not None and space.transfer != "linear"
+        text = f"says that its samples are linear, but its colour profile {space.name} has another curve, which is used"
+        return space, (text,) * contradicts
+    if space.table:
+        text = "is not applied, because the transfer function is stated: its primaries are taken as sRGB"
+        return assumed, (f"has the colour profile {space.name} with a table, which {text}",)
+    differs = space.transfer != stated
+    text = f"has the colour profile {space.name}, of which the curve is not applied: the transfer function is stated"
+    return replace(space, curves=assumed.curves), (text,) * differs
+
+
+def _stated_space(raster: Raster, photographed: Exif) -> ColourSpace | None:
+    """The space that the file states; InvalidProfile where it cannot be applied to the samples."""
+    if raster.invalid_space:
+        raise InvalidProfile(raster.invalid_space)
+    if not raster.profile:
+        of_camera = photographed.colours == "adobe" and raster.container in ("JPEG", "TIFF")
+        return raster.space or (ADOBE_RGB if of_camera else None)
+    space = read_profile(raster.profile)
+    if space.is_grey and not raster.is_grey:
+        raise InvalidProfile(f"{space.name!r} is for grey, and the image has colours")
+    return space
+
+
+def _linear(raster: Raster, space: ColourSpace, orientation: int) -> tuple[NDArray[np.float32], NDArray[np.bool_], int]:
     """Upright linear pixels (H, W, 3), saturation mask and the number of pixels that were not finite."""
     samples = raster.samples
     if samples.ndim == 2:
@@ -194,30 +259,48 @@ def _linear(raster: Raster, orientation: int) -> tuple[NDArray[np.float32], NDAr
     samples = exif.orient(samples, orientation)
     pixels, saturated = result_array(samples.shape, np.float32), result_array(samples.shape[:2], np.bool_)
     if raster.white is not None:
-        _from_codes(samples, raster.white, raster.transfer, pixels, saturated)
+        _from_codes(samples, raster.white, space, pixels, saturated)
         return pixels, saturated, 0
-    with np.errstate(over="ignore"):
-        pixels[...] = samples
-    np.logical_not(np.isfinite(pixels).all(axis=2), out=saturated)
+    with np.errstate(over="ignore", invalid="ignore"):
+        if space.matrix is None and space.transfer == "linear":
+            pixels[...] = samples
+        else:
+            _fill_linear(samples, 1.0, space, pixels)
+    np.logical_not((np.isfinite(pixels) & np.isfinite(samples)).all(axis=2), out=saturated)
     pixels[saturated] = 0
-    return pixels, saturated, int(np.count_nonzero(saturated))
+    broken = int(np.count_nonzero(saturated))
+    if space.table:
+        saturated |= (samples > 1.0).any(axis=2)  # which the table cannot hold
+    return pixels, saturated, broken
 
 
 def _from_codes(
     samples: NDArray[np.unsignedinteger[Any]],
     white: int,
-    transfer: Transfer,
+    space: ColourSpace,
     pixels: NDArray[np.float32],
     saturated: NDArray[np.bool_],
 ) -> None:
-    if white < _TABLE_LIMIT and samples.dtype.itemsize <= 2:
+    if white < _TABLE_LIMIT and samples.dtype.itemsize <= 2 and not space.table:
         codes = np.minimum(np.arange(_TABLE_LIMIT) / white, 1.0)
-        table = (srgb_decode(codes) if transfer == "srgb" else codes).astype(np.float32)
-        decode_codes(samples, table, white, pixels, saturated)
+        tables = np.stack([curve.linear(codes) for curve in space.curves]).astype(np.float32)
+        if space.matrix is None and len(tables) == 1:
+            decode_codes(samples, tables[0], white, pixels, saturated)
+            return
+        matrix = (np.eye(3) if space.matrix is None else space.matrix).astype(np.float32)
+        decode_colours(samples, np.broadcast_to(tables, (3, _TABLE_LIMIT)), matrix, white, pixels, saturated)
         return
-    values = samples / np.float64(white)
-    pixels[...] = srgb_decode(values) if transfer == "srgb" else values
     saturated[...] = (samples >= white).any(axis=2)
+    _fill_linear(samples, white, space, pixels)
+
+
+def _fill_linear(samples: NDArray[Any], white: float, space: ColourSpace, pixels: NDArray[np.float32]) -> None:
+    """Block by block, because the values of double precision take much memory."""
+    rows = max(1, _BLOCK_PIXELS // samples.shape[1])
+    for first in range(0, len(samples), rows):
+        block = np.s_[first : first + rows]
+        values = samples[block] / np.float64(white)
+        pixels[block] = space.linear(values if white == 1.0 else np.minimum(values, 1.0))
 
 
 def _about_rows(samples: NDArray[Any]) -> list[str]:

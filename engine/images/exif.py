@@ -10,7 +10,7 @@ import logging
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Literal
 
 from numpy.typing import NDArray
 
@@ -21,7 +21,8 @@ EXPOSURE_GARBLED = "states an impossible exposure time, which is taken as unknow
 class Exif:
     """None where the camera said nothing or nonsense (0/0, 1/0): an unknown exposure is asked for, never assumed.
 
-    `exposure_garbled`: an exposure time was written, but an impossible one.
+    `exposure_garbled`: an exposure time was written, but an impossible one. `colours`: the colour space that the
+    camera states; Adobe RGB by the index R03 of DCF, or by a 2 as some cameras write it.
     """
 
     camera: str | None = None
@@ -30,6 +31,7 @@ class Exif:
     aperture: float | None = None
     orientation: int = 1
     exposure_garbled: bool = False
+    colours: Literal["", "srgb", "adobe", "uncalibrated"] = ""
 
     def as_json(self) -> dict[str, Any]:
         return asdict(self)
@@ -62,7 +64,16 @@ def read_exif(content: bytes) -> Exif:
         aperture=_number(tags, "EXIF FNumber") or _number(tags, "Image FNumber"),
         orientation=int(orientation) if orientation is not None and orientation in range(1, 9) else 1,
         exposure_garbled=exposure_s is None and bool({"EXIF ExposureTime", "Image ExposureTime"} & tags.keys()),
+        colours=_colours(tags),
     )
+
+
+def _colours(tags: Mapping[str, Any]) -> Literal["", "srgb", "adobe", "uncalibrated"]:
+    index = str(tags.get("Interoperability InteroperabilityIndex", tags.get("EXIF InteroperabilityIndex", "")))
+    number = _number(tags, "EXIF ColorSpace")
+    if index.startswith("R03") or number == 2:
+        return "adobe"
+    return {1: "srgb", 65535: "uncalibrated"}.get(int(number or 0), "")  # type: ignore[return-value]
 
 
 def _number(tags: Mapping[str, Any], name: str) -> float | None:

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from engine.core.errors import InputError
-from engine.images.raster import UNWANTED, Raster, check_size, profile_warning
+from engine.images.raster import UNWANTED, Raster, check_size
 from engine.storage.decoder_child import complaints
 from engine.storage.untrusted import AGAIN
 
@@ -50,13 +50,13 @@ def read_jpeg(content: bytes, name: str) -> Raster:
     damage = [line for line in said if "JPEG" in line]
     if samples is None or damage:
         raise InputError(name, f"is a damaged JPEG ({damage[0].strip() if damage else 'it cannot be decoded'})", AGAIN)
-    return Raster(samples, 255, 8, "srgb", "JPEG", profile_warning(frame.profile))
+    return Raster(samples, 255, 8, "srgb", "JPEG", is_grey=frame.components == 1, profile=frame.profile)
 
 
 def check_jpeg(content: bytes, name: str) -> _Frame:
     """The frame header of a JPEG whose segments are complete up to its end marker; else InputError."""
     frame: _Frame | None = None
-    profile = b""
+    profile: dict[int, bytes] = {}
     at = 2
     while True:
         marker = _marker_at(content, at, name)
@@ -72,7 +72,7 @@ def check_jpeg(content: bytes, name: str) -> _Frame:
         if marker in _FRAMES and len(body) >= 6 and frame is None:
             frame = _frame(marker, body)
         elif marker == _APP2 and body.startswith(b"ICC_PROFILE\0"):
-            profile += body[14:]
+            profile[body[12] if len(body) > 12 else 0] = body[14:]
         at += 2 + length
         if marker == _START_OF_SCAN:
             found = _MARKER.search(content, at)
@@ -81,7 +81,7 @@ def check_jpeg(content: bytes, name: str) -> _Frame:
             at = found.start()
     if frame is None:
         raise InputError(name, "is a JPEG without an image", AGAIN)
-    return replace(frame, profile=profile)
+    return replace(frame, profile=b"".join(part for _, part in sorted(profile.items())))
 
 
 def _frame(marker: int, body: bytes) -> _Frame:

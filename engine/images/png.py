@@ -12,13 +12,40 @@ from typing import Any
 import cv2
 import numpy as np
 
+from engine.core.colour import CHROMATICITIES
 from engine.core.errors import InputError
-from engine.images.raster import Raster, Transfer, check_size, profile_warning, white_code
+from engine.images.colour_space import (
+    BT709_CURVE,
+    LINEAR_CURVE,
+    P3,
+    REC2020,
+    SRGB_CURVE,
+    ColourSpace,
+    from_chromaticities,
+    gamma,
+)
+from engine.images.icc import MAX_PROFILE_BYTES, InvalidProfile
+from engine.images.raster import Raster, Transfer, check_size, white_code
 from engine.storage.decoder_child import complaints
 from engine.storage.untrusted import AGAIN
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 LINEAR_GAMMA = struct.pack(">I", 100000)
+
+#: Gamma that programs state beside sRGB samples; others have to be between these.
+_SRGB_GAMMA, _GAMMAS = 45455, (20000, 200000)
+
+_CODED_PRIMARIES = {1: CHROMATICITIES, 9: REC2020, 11: (*P3, 0.314, 0.351), 12: (*P3, *CHROMATICITIES[6:])}
+_CODED_CURVES = {
+    1: BT709_CURVE,
+    4: gamma(2.2),
+    5: gamma(2.8),
+    6: BT709_CURVE,
+    8: LINEAR_CURVE,
+    13: SRGB_CURVE,
+    14: BT709_CURVE,
+    15: BT709_CURVE,
+}
 
 _SAMPLES = {0: 1, 2: 3, 3: 3, 4: 2, 6: 4}
 _ALPHA = "has an alpha channel, which is ignored"
@@ -36,13 +63,30 @@ def read_png(content: bytes, name: str) -> Raster:
     damage = [line for line in said if "libpng error" in line or "Not enough" in line]
     if samples is None or damage or samples.shape[:2] != (height, width):
         raise InputError(name, f"is a damaged PNG ({damage[0].strip() if damage else 'it cannot be decoded'})", AGAIN)
-    warnings = profile_warning(_profile(chunks.get(b"iCCP", b"")))
+    warnings: tuple[str, ...] = ()
     if samples.ndim == 3:
-        warnings += (_ALPHA,) * (samples.shape[2] == 4)
+        warnings = (_ALPHA,) * (samples.shape[2] == 4)
         samples = samples[..., 2::-1]
     bits = samples.dtype.itemsize * 8
     white = white_code(samples, 16) if bits == 16 else 255
-    return Raster(samples, white, min(header[8], bits), _transfer(chunks), "PNG", warnings)
+    has_profile = b"cICP" not in chunks and b"iCCP" in chunks  # cICP comes before iCCP, and that before the others
+    space, invalid = None, ""
+    try:
+        space = None if has_profile else _space(chunks)
+    except InvalidProfile as error:
+        invalid = str(error)
+    return Raster(
+        samples,
+        white,
+        min(header[8], bits),
+        _transfer(chunks),
+        "PNG",
+        warnings,
+        is_grey=header[9] in (0, 4),
+        profile=_profile(chunks[b"iCCP"]) if has_profile else b"",
+        space=space,
+        invalid_space=invalid,
+    )
 
 
 def _check_chunks(content: bytes, name: str) -> dict[bytes, bytes]:
@@ -72,8 +116,44 @@ def _transfer(chunks: dict[bytes, bytes]) -> Transfer:
 
 
 def _profile(chunk: bytes) -> bytes:
-    compressed = chunk.partition(b"\0")[2][1:]
-    return zlib.decompressobj().decompress(compressed, 1 << 22) if compressed else b""
+    """The profile, or one byte more than a profile may have; what is no profile where it cannot be unpacked."""
+    try:
+        return zlib.decompressobj().decompress(chunk.partition(b"\0")[2][1:], MAX_PROFILE_BYTES + 1) or b"empty"
+    except zlib.error:
+        return b"damaged"
+
+
+def _space(chunks: dict[bytes, bytes]) -> ColourSpace | None:
+    """The space that cICP, or gAMA and cHRM without sRGB, state; InvalidProfile for one that cannot be applied."""
+    if b"cICP" in chunks:
+        return _coded_space(chunks[b"cICP"])
+    if b"sRGB" in chunks or not {b"gAMA", b"cHRM"} & chunks.keys():
+        return None
+    curve, matrix = SRGB_CURVE, None
+    stated = int.from_bytes(chunks.get(b"gAMA", b"")[:4], "big")
+    if b"gAMA" in chunks and abs(stated - _SRGB_GAMMA) > _SRGB_GAMMA / 100:
+        if not _GAMMAS[0] <= stated <= _GAMMAS[1]:
+            raise InvalidProfile("states a gamma that no image has")
+        curve = LINEAR_CURVE if chunks[b"gAMA"] == LINEAR_GAMMA else gamma(100000 / stated)
+    if len(chunks.get(b"cHRM", b"")) == 32:
+        white, rgb = np.split(np.frombuffer(chunks[b"cHRM"], ">u4").astype(np.float64) / 100000, [2])
+        try:
+            matrix = from_chromaticities((*rgb, *white))
+        except ValueError:
+            raise InvalidProfile("states primaries that no colours have") from None
+    if matrix is None and curve in (SRGB_CURVE, LINEAR_CURVE):
+        return None
+    return ColourSpace("gAMA and cHRM of the file", (curve,), matrix)
+
+
+def _coded_space(chunk: bytes) -> ColourSpace:
+    """The space of the numbers of ITU-T H.273: primaries, curve, matrix, and whether the range is full."""
+    primaries, curve, matrix, full = chunk if len(chunk) == 4 else (0, 0, 0, 0)
+    known = primaries in _CODED_PRIMARIES and curve in _CODED_CURVES and matrix == 0 and full == 1
+    if not known:
+        raise InvalidProfile(f"has the coding (cICP) {'-'.join(map(str, chunk[:4]))}, which is not for photographs")
+    name = f"cICP {primaries}-{curve}"
+    return ColourSpace(name, (_CODED_CURVES[curve],), from_chromaticities(_CODED_PRIMARIES[primaries]))
 
 
 def read_alpha(content: bytes, name: str) -> np.ndarray[Any, Any]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from engine.core.errors import InputError
 from engine.core.figure_text import size_text
+from engine.images.colour_space import ColourSpace
 from engine.images.exif import Exif
 
 Transfer = Literal["srgb", "linear"]
@@ -31,7 +32,10 @@ class Raster:
 
     `white` is the integer code of full scale, None for floating-point samples (which have no clipping level).
     `environment` is 'latlong' or 'cube' where the file says that it is an environment map in that layout.
-    `bands` are all samples (H, W, S) of a file that holds more than its colours.
+    `bands` are all samples (H, W, S) of a file that holds more than its colours. `is_grey` where the file has no
+    colours, also where `samples` have three channels. `profile` is the ICC profile, and `space` what else of the file
+    states the meaning of its samples, which `transfer` states where both are missing; `invalid_space` says why a
+    statement cannot be applied.
     """
 
     samples: NDArray[Any]
@@ -43,6 +47,10 @@ class Raster:
     exif: Exif | None = None
     environment: str = ""
     bands: NDArray[Any] | None = None
+    is_grey: bool = False
+    profile: bytes = b""
+    space: ColourSpace | None = None
+    invalid_space: str = ""
 
 
 def choose_bands(raster: Raster, bands: Sequence[int], name: str) -> Raster:
@@ -92,10 +100,3 @@ def white_code(samples: NDArray[np.unsignedinteger[Any]], bits: int) -> int:
     used = int(np.bitwise_or.reduce(samples, axis=None))
     unused = (used & -used).bit_length() - 1 if used else 0
     return (1 << bits) - (1 << (unused if unused <= min(6, bits - 8) else 0))
-
-
-def profile_warning(profile: bytes) -> tuple[str, ...]:
-    """A warning where an embedded ICC profile is not sRGB, because it is not applied."""
-    if not profile or b"sRGB" in profile or "sRGB".encode("utf-16-be") in profile:
-        return ()
-    return ("has an embedded colour profile, which is not applied: its primaries are taken as sRGB",)

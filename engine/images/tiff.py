@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from engine.core.errors import InputError
 from engine.images.jpeg import check_jpeg
-from engine.images.raster import UNWANTED, Raster, Transfer, check_size, profile_warning, white_code
+from engine.images.raster import UNWANTED, Raster, Transfer, check_size, white_code
 from engine.images.tiff_directories import TYPE_BYTES, check_directories
 from engine.storage.decoder_child import complaints
 from engine.storage.untrusted import AGAIN
@@ -73,7 +73,7 @@ def read_tiff(content: bytes, name: str) -> Raster:
     with tifffile.TiffFile(io.BytesIO(content)) as file:
         page = file.pages[0]
         _check_page(page, content, name)
-        warnings = profile_warning(page.iccprofile or b"")
+        warnings: tuple[str, ...] = ()
         if len(file.pages) > 1:
             warnings += (f"has {len(file.pages)} pages, of which the first is used",)
         if page.compression in _LOGLUV:
@@ -86,7 +86,7 @@ def read_tiff(content: bytes, name: str) -> Raster:
             warnings += ("has an extra channel, which is ignored",) if bands.shape[2] > 1 else ()
             return _raster(page, _look_up(page, bands[..., 0], name), warnings)
         samples = bands[..., :3] if page.photometric in (_RGB, _YCBCR) else bands[..., 0]
-        raster = _raster(page, samples, warnings)
+        raster = replace(_raster(page, samples, warnings), is_grey=samples.ndim == 2)
         return replace(raster, bands=bands) if bands[0, 0].size > samples[0, 0].size else raster
 
 
@@ -202,13 +202,14 @@ def _full_scale(page: tifffile.TiffPage) -> Any:
 
 
 def _raster(page: tifffile.TiffPage, samples: NDArray[Any], warnings: tuple[str, ...]) -> Raster:
+    profile = bytes(page.iccprofile or b"")
     if samples.dtype.kind == "f":
-        return Raster(samples, None, page.bitspersample, "linear", "TIFF", warnings)
+        return Raster(samples, None, page.bitspersample, "linear", "TIFF", warnings, profile=profile)
     if page.bitspersample == 1:
         warnings += ("has 1 bit per pixel: black and white only",)
     bits = 16 if page.photometric == _PALETTE else page.bitspersample
     white = white_code(samples, bits) if bits == 16 and page.photometric != _PALETTE else (1 << bits) - 1
-    return Raster(samples, white, page.bitspersample, _transfer(page), "TIFF", warnings)
+    return Raster(samples, white, page.bitspersample, _transfer(page), "TIFF", warnings, profile=profile)
 
 
 def _transfer(page: tifffile.TiffPage) -> Transfer:

@@ -29,7 +29,6 @@ from engine.core.steps import Step, Steps
 from engine.images import decode as images
 from engine.images import tiff
 from engine.images.exif import read_exif
-from engine.images.raster import Transfer
 from engine.images.tiff_directories import check_directories
 from engine.storage.readers import readers
 from engine.storage.untrusted import CHILDREN, GIBIBYTE, Decoding, build
@@ -55,11 +54,12 @@ class Photograph:
     saturated : (H, W) bool, True where a sample at white level, or one that is not finite, enters the pixel.
     exposure_s, iso, aperture, camera : None where the file does not say.
     bit_depth : bits per sample. container : 'RAW', 'JPEG', 'PNG', 'TIFF', 'EXR', 'HDR', 'TGA', or a reader's own.
-    transfer : what the samples were taken to be, 'srgb' or 'linear'.
+    transfer : what the samples were taken to be, 'srgb', 'linear', or coded by another curve of their 'profile'.
     black_level, white_level : in sample codes per site of the colour filter array (RAW), else empty.
     white_balance : multipliers of red, green, blue that were applied.
     camera_matrix : (9,) row by row, from balanced camera colours to linear sRGB (RAW), else empty.
     orientation : EXIF orientation of the file, 1 for RAW. largest_code : largest sample of an integer image, else 0.
+    profile : name of the colour space that the file states and that was applied, else ''.
     """
 
     radiance: NDArray[np.float32]
@@ -71,7 +71,7 @@ class Photograph:
     aperture: float | None
     bit_depth: int
     container: str
-    transfer: Transfer
+    transfer: images.Coding
     black_level: tuple[float, ...]
     white_level: tuple[float, ...]
     white_balance: tuple[float, float, float]
@@ -79,6 +79,7 @@ class Photograph:
     warnings: tuple[str, ...]
     orientation: int = 1
     largest_code: int = 0
+    profile: str = ""
 
 
 def read_photograph(
@@ -96,7 +97,8 @@ def read_photograph(
     Parameters
     ----------
     white_balance : of RAW files: the camera's, none, or three multipliers. Green is scaled to 1.
-    transfer : of integer JPEG, PNG and TIFF: 'auto' is sRGB unless the file says linear.
+    transfer : of integer JPEG, PNG and TIFF: 'auto' is what their colour profile says, without one sRGB unless the file
+        says linear. A stated one overrides the curve of a profile, of which the primaries are applied all the same.
     half_size : average 2×2 pixels, for previews.
     orientation, white_code : EXIF orientation, and full scale of 16 bits, instead of those of an image, where not 0.
     bands : of an image, from 1: one that becomes grey, or three that become red, green and blue; its colours without.
@@ -174,7 +176,7 @@ def decode_photograph(
         if bands:
             raise InputError(name, "is camera RAW, which has no bands to choose", "Leave --bands out")
         return decode_raw(content, name, white_balance, half_size)
-    image = images.decode(content, name, transfer, half_size, orientation, white_code, bands)
+    image = images.decode(content, name, transfer, half_size, orientation, white_code, bands, keep_primaries=True)
     images.refuse_larger(name, image["pixels"])
     if Path(name).suffix.lower() in RAW_SUFFIXES:
         image["warnings"].append(f"is a {image['container']} inside, not camera RAW")

@@ -14,12 +14,15 @@ import pytest
 import tifffile
 
 from app.cli import import_
+from engine.core.colour import LUMINANCE
 from engine.images.encode import encode_png
 from tests.app.command import replace_options
+from tests.engine.images import profiles
 
 KEYS = [
     "images", "height_px", "width_px", "elevations_deg", "angle_source", "alignment_residual_px", "clipped_fraction",
-    "black_fraction", "mean_radiance", "calibration", "warnings", "time_s", "peak_memory_bytes",
+    "black_fraction", "mean_radiance", "working_space", "profiles", "calibration", "warnings", "time_s",
+    "peak_memory_bytes",
 ]  # fmt: skip
 
 
@@ -72,6 +75,28 @@ def test_a_band_becomes_a_stack_of_its_own(lightarc: Callable[..., SimpleNamespa
     assert refused.code == 3
     assert "leaf_20deg.tif: holds 8 bands, and no band 9" in refused.err
     assert lightarc(*arguments, "1,x,3", "-o", tmp_path / "none").code == 2
+
+
+def test_a_colour_profile_is_applied_and_named_once(lightarc: Callable[..., SimpleNamespace], tmp_path: Path) -> None:
+    surface = np.random.default_rng(1).uniform(0.2, 0.4, (48, 64, 3))
+    folder = tmp_path / "prophoto"
+    folder.mkdir()
+    profile = profiles.matrix_profile("ProPhoto RGB", "ProPhoto RGB")
+    levels = [surface * np.sin(np.radians(angle)) for angle in (20, 50, 80)]
+    for angle, level in zip((20, 50, 80), levels, strict=True):
+        codes = np.rint(65535 * level).astype(np.uint16)
+        tifffile.imwrite(folder / f"leaf_{angle}deg.tif", codes, photometric="rgb", iccprofile=profile)
+    arguments = ("import", folder, "--no-align", "-o", tmp_path / "stack")
+    result = json.loads(lightarc(*arguments, "--json").out)
+    assert (result["profiles"], result["working_space"]) == (["ProPhoto RGB with ProPhoto RGB curve"], "linear Rec.709")
+    assert not any("rofile" in warning for warning in result["warnings"])
+    truth = [profiles.matrix_truth("ProPhoto RGB", "ProPhoto RGB", level).mean(axis=(0, 1)) for level in levels]
+    assert result["mean_radiance"] == pytest.approx([colour @ LUMINANCE for colour in truth], rel=1e-3)
+    record = json.loads((tmp_path / "stack" / "stack.json").read_text())
+    assert {each["profile"] for each in record["provenance"]["photographs"]} == set(result["profiles"])
+    shutil.rmtree(tmp_path / "stack")
+    text = lightarc(*arguments, "--transfer", "linear").out
+    assert "profile: ProPhoto RGB with ProPhoto RGB curve, applied" in text
 
 
 def test_table_for_users(lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path) -> None:

@@ -425,10 +425,11 @@ def test_half_size_averages(read: Callable[..., Any]) -> None:
     assert read(tiff(np.ones((1, 1, 3), np.float32)), half_size=True).pixels.shape == (1, 1, 3)
 
 
-def test_an_embedded_profile_is_named(read: Callable[..., Any]) -> None:
+def test_an_embedded_profile_that_is_none_is_refused(read: Callable[..., Any]) -> None:
     content = encode.encode_png(CODES8)
     profile = encode._chunk(b"iCCP", b"Adobe RGB\0\0" + zlib.compress(b"desc Adobe RGB (1998)"))
-    assert any("profile" in warning for warning in read(content[:33] + profile + content[33:]).warnings)
+    with pytest.raises(InputError, match="colour profile"):
+        read(content[:33] + profile + content[33:])
 
 
 @pytest.mark.parametrize(

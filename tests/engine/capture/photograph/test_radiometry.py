@@ -8,6 +8,7 @@ import pytest
 
 from engine.capture.photograph import demosaic, radiometry
 from engine.capture.photograph.bayer import develop, is_bayer
+from engine.images.colour_space import LINEAR_CURVE, ColourSpace
 from engine.images.decode import _linear
 from engine.images.exif import rational
 from engine.images.raster import Raster, white_code
@@ -94,7 +95,7 @@ def test_R5_low_and_high_aligned_12_bit_are_the_same_image() -> None:
     of_low, of_high = radiometry.linearise(low, 0, 4095), radiometry.linearise(high, 0, white_code(cast(Any, high), 16))
     assert np.all(np.abs(of_low - of_high) <= 2.0**-24 * of_low)
     rasters = [Raster(codes, white, 16, "linear", "TIFF") for codes, white in ((low, 4095), (high, 65520))]
-    images = [_linear(raster, 1)[0] for raster in rasters]
+    images = [_linear(raster, ColourSpace("", (LINEAR_CURVE,)), 1)[0] for raster in rasters]
     assert np.all(np.abs(images[0] - images[1]) <= 2.0**-24 * images[0])
 
 
