@@ -134,7 +134,7 @@ class Plan:
     terms: tuple[Term, ...] = ()
     room_light: tuple[float, ...] | None = None
     held_out: float | None = None
-    undecided_deg: float | None = None
+    undecided_deg: tuple[float, float] | None = None
     suggested_form: str = LISTED
     suggested_transfer: Transfer | None = None
 

@@ -92,24 +92,30 @@ def disagreement(height: Array, right: Array, up: Array, variance: Array) -> Arr
     return np.maximum(2.0 * blurred, 1.0)
 
 
-def lens_variance(values: NDArray[np.float32]) -> NDArray[np.float32]:
+def lens_variance(values: NDArray[np.float32], blur: float = LENS**2) -> NDArray[np.float32]:
     """(H, W) variance of a map (H, W) by what a lens has mixed into each texel from its neighbours.
 
-    A Gaussian of deviation σ adds σ²/2 ∇²x to x.
+    A Gaussian of the variance σ² = `blur`, in squared texels, adds σ²/2 ∇²x to x.
     """
-    bend = 0.5 * LENS**2 * ndimage.laplace(values, mode="nearest")
+    bend = 0.5 * blur * ndimage.laplace(values, mode="nearest")
     return np.asarray(ndimage.gaussian_filter(bend * bend, ALIKE, mode="nearest"), np.float32)
 
 
-def estimate_unresolved(slope: NDArray[np.float32]) -> NDArray[np.float32]:
+def shift_variance(values: NDArray[np.float32], shift: float) -> NDArray[np.float32]:
+    """(H, W) variance of a map (H, W) that may lie beside its place by the standard deviation `shift`, in texels."""
+    squares = sum(np.square(np.gradient(values, axis=axis)) for axis in (0, 1))
+    return np.asarray(0.5 * shift**2 * ndimage.gaussian_filter(squares, ALIKE, mode="nearest"), np.float32)
+
+
+def estimate_unresolved(slope: NDArray[np.float32], blur: float = LENS**2) -> NDArray[np.float32]:
     """(H, W) that GGX alpha² seems to grow by, as slopes (H, W, 2) differ within what a lens and a texel show as one.
 
     Slopes of Beckmann's facets, as which those of GGX are taken here, have the variance alpha²/2 along each axis, to
-    which the surface's own adds (Olano2010): a gradient g is the variance (σ² + 1/12) g² to a Gaussian of deviation σ
-    and a square of side 1.
+    which the surface's own adds (Olano2010): a gradient g is the variance (σ² + 1/12) g² to a Gaussian of the variance
+    σ² = `blur` and a square of side 1.
     """
     squares = sum(np.square(np.gradient(slope[..., of], axis=along)) for of in (0, 1) for along in (0, 1))
-    return np.asarray((LENS**2 + 1.0 / 12.0) * ndimage.gaussian_filter(squares, ALIKE, mode="nearest"), np.float32)
+    return np.asarray((blur + 1.0 / 12.0) * ndimage.gaussian_filter(squares, ALIKE, mode="nearest"), np.float32)
 
 
 def height_deviation(variance: Array) -> Steps[Array]:

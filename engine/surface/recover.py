@@ -22,7 +22,15 @@ from engine.core.figure_text import number
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
 from engine.core.summary import Summary
-from engine.surface.height import disagreement, estimate_unresolved, height_deviation, height_from_slopes, lens_variance
+from engine.surface.height import (
+    LENS,
+    disagreement,
+    estimate_unresolved,
+    height_deviation,
+    height_from_slopes,
+    lens_variance,
+    shift_variance,
+)
 from engine.surface.horizon import openness
 from engine.surface.lamps import Lamps, lamps
 from engine.surface.pbr_maps import DIELECTRIC_F0, Map, MapErrors, PbrMaps, Uncertainty
@@ -89,22 +97,26 @@ def recover(
             found[:, SPECULAR : SPECULAR + 3] = DIELECTRIC_F0
         planes.put(first, last, found)
         yield Step(0.05 + 0.55 * step.done, step.note)
+    blur, shift = _alignment_errors(stack, used)
     for channel in range(3):
         own = planes.sigma["base_colour"][..., channel]
-        np.minimum(np.hypot(own, np.sqrt(lens_variance(planes.base_colour[..., channel]))), 1.0, out=own)
+        np.minimum(np.hypot(own, np.sqrt(lens_variance(planes.base_colour[..., channel], blur))), 1.0, out=own)
     # roughness is alpha^(1/2), so that alpha² is out by 4 roughness³ times its error
-    of_relief = estimate_unresolved(planes.slope) / (4.0 * planes.roughness**3)
+    of_relief = estimate_unresolved(planes.slope, blur) / (4.0 * planes.roughness**3)
     planes.sigma["roughness"] = np.minimum(np.hypot(planes.sigma["roughness"], of_relief), 0.5).astype(np.float32)
     fitted = time.perf_counter()
     height = height_sigma = occlusion = occlusion_sigma = None
     doubts: list[Finding] = []
     if seen.observed.kind == "both":
         right, up = -planes.slope[..., 0].astype(np.float64), -planes.slope[..., 1].astype(np.float64)
-        blurred = 0.5 * (lens_variance(planes.slope[..., 0]) + lens_variance(planes.slope[..., 1]))
+        blurred, moved = (
+            0.5 * (measure(planes.slope[..., 0], size) + measure(planes.slope[..., 1], size))
+            for measure, size in ((lens_variance, blur), (shift_variance, shift))
+        )
         steep = 1.0 + right**2 + up**2
-        of_lens = blurred * (steep + 1.0) / steep**2
-        planes.sigma["normal"] = np.sqrt(planes.sigma["normal"] ** 2 + of_lens).astype(np.float32)
-        variance = planes.variance + blurred
+        of_image = (blurred + moved) * (steep + 1.0) / steep**2
+        planes.sigma["normal"] = np.sqrt(planes.sigma["normal"] ** 2 + of_image).astype(np.float32)
+        variance = planes.variance + blurred + moved
         solved = yield from part(height_from_slopes(right, up, variance), 0.6, 0.75)
         excess = disagreement(solved, right, up, variance)
         planes.sigma["normal"] = np.minimum(planes.sigma["normal"] * np.sqrt(excess), 0.5 * np.pi).astype(np.float32)
@@ -143,6 +155,28 @@ def recover(
     )
     seconds = {"fit": fitted - start, "height": solved_at - fitted, "errors": time.perf_counter() - solved_at}
     return Surface(maps, seen, alike.white, _health(maps, alike.white, len(used), doubts), seconds)
+
+
+def _alignment_errors(stack: ImageStack, used: NDArray[np.int64]) -> tuple[float, float]:
+    """Variance by which photographs are blurred along an axis, in squared texels, and by how many texels they may lie
+    beside their place.
+
+    The bilinear weights of the import blur a photograph that was moved by the fraction f of a texel by f (1 − f), the
+    mean of which is 1/6. What is left of the motion of the camera is the residual that the import states.
+    """
+    recorded = stack.provenance.get("photographs")
+    listed = recorded if isinstance(recorded, list) and len(recorded) == len(stack.sources) else []
+    still = np.eye(3).ravel().tolist()
+    moved = [
+        photograph
+        for photograph in used
+        if listed
+        and isinstance(listed[photograph], dict)
+        and listed[photograph].get("alignment_matrix", still) != still
+    ]
+    residual = [stack.quality[photograph].alignment_residual_px or 0.0 for photograph in moved]
+    blur = LENS**2 + len(moved) / max(len(used), 1) / 6.0
+    return blur, float(np.median(residual)) if residual else 0.0
 
 
 class _Planes:

@@ -5,7 +5,7 @@ An error δ of the inverse distance of lamps, in widths, turns the normal at the
 σ √(4 / N), N lamps being averaged, and room light that errs by σ by 2 σ. What the model of the calibration leaves of
 photographs held out, over the brightness, is an angle of the same size in normals: light that bounces, gloss and
 relief beside near lamps err alike over many texels. So do terms that the photographs do not decide: normals change by
-the angle that the calibration states when these are fitted all the same.
+the angles that the calibration states when these are fitted all the same.
 """
 
 from __future__ import annotations
@@ -43,29 +43,36 @@ def rig_error(stack: ImageStack, used: NDArray[np.int64], seen: Lamps) -> tuple[
     recorded = stack.provenance.get("calibration")
     terms = [term for term in recorded if isinstance(term, dict)] if isinstance(recorded, list) else []
     held_out = stack.provenance.get("calibration_held_out")
-    near, alike = _of_terms(terms, len(used))
+    alike, apart = _sum_terms(terms, len(used))
+    findings: list[Finding] = []
     if terms and held_out is not None:
-        undecided = stack.provenance.get("calibration_undecided_deg")
-        alike = math.hypot(alike, math.radians(undecided) if isinstance(undecided, int | float) else 0.0)
-        findings: list[Finding] = []
+        more_alike, more_apart = _read_rivals(stack.provenance.get("calibration_undecided_deg"))
     else:
-        more_near, more_alike, held_out, findings = _of_photographs(stack, used, seen)
-        near, alike = math.hypot(near, more_near), math.hypot(alike, more_alike)
+        more_alike, more_apart, held_out, findings = _examine_photographs(stack, used, seen)
     misfit = min(BY_HELD_OUT * held_out, MAX_HELD_OUT) if isinstance(held_out, int | float) else 0.0
     x = (np.arange(width) + 0.5) / width - 0.5
     y = (0.5 * height - 0.5 - np.arange(height)) / width
-    apart = np.hypot(x[None], y[:, None])
-    return np.sqrt((BY_DISTANCE * near * apart) ** 2 + alike**2 + misfit**2), findings
+    distance = np.hypot(x[None], y[:, None])
+    squares = (apart**2 + more_apart**2) * distance**2 + alike**2 + more_alike**2 + misfit**2
+    return np.sqrt(squares), findings
 
 
-def _of_terms(terms: list[dict[str, Any]], count: int) -> tuple[float, float]:
-    """Deviations of the inverse distance, and of normals by the other terms (radians)."""
+def _sum_terms(terms: list[dict[str, Any]], count: int) -> tuple[float, float]:
+    """Deviation of normals (radians) by what is not known of the terms: everywhere, and for each width of distance from
+    the middle of the image."""
     sigma = {str(term.get("name")): float(term.get("sigma") or 0.0) for term in terms}
     alike = math.hypot(sigma.get("gains", 0.0) * math.sqrt(4.0 / count), BY_AMBIENT * sigma.get("ambient", 0.0))
-    return sigma.get("distance", 0.0), alike
+    return alike, BY_DISTANCE * sigma.get("distance", 0.0)
 
 
-def _of_photographs(
+def _read_rivals(recorded: Any) -> tuple[float, float]:
+    """The same by terms that the photographs do not decide; stacks of earlier versions hold one angle alone."""
+    both = recorded if isinstance(recorded, list) else [recorded, 0.0]
+    alike, apart = (math.radians(angle) if isinstance(angle, int | float) else 0.0 for angle in (*both, 0.0, 0.0)[:2])
+    return alike, apart
+
+
+def _examine_photographs(
     stack: ImageStack, used: NDArray[np.int64], seen: Lamps
 ) -> tuple[float, float, float | None, list[Finding]]:
     """The same, and the held-out error, where what the photographs tell of the rig was not corrected for."""
@@ -98,6 +105,7 @@ def _of_photographs(
     changes = [
         math.radians(term.normals_change_deg) for term in found.terms if term.accepted and term.name != "distance"
     ]
-    changes.append(math.radians(found.undecided_deg))
+    alike, apart = _read_rivals(list(found.undecided_deg))
     near = found.rig.nearness if "distance" in found.accepted else 0.0
-    return near, math.hypot(*changes, 0.0), found.held_out if math.isfinite(found.held_out) else None, findings
+    held_out = found.held_out if math.isfinite(found.held_out) else None
+    return math.hypot(alike, *changes), math.hypot(apart, BY_DISTANCE * near), held_out, findings

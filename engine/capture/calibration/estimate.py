@@ -23,6 +23,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import nnls
 
 from engine.capture.calibration.rig import TERMS, Array, Fit, Kind, Rig, Sample, fit, measure_held_out, typical
 from engine.core.colour import srgb_encode
@@ -39,9 +40,9 @@ MIN_GAIN, SURE = {"distance": 0.08, "gains": 0.1, "ambient": 0.08}, 4.0
 #: the share that a term has to take away beyond it.
 GOOD, LARGE_GAIN = {"distance": 0.05, "gains": 0.12, "ambient": 0.03}, {"distance": 0.25, "gains": 0.25, "ambient": 1.0}
 
-#: Share by which another set of terms may leave a larger held-out error than the accepted ones and is undecided; and
-#: the change of normals in degrees by all terms that is so in any case.
-UNDECIDED, NEVER_DECIDED = 0.05, 0.3
+#: Share by which another set of terms may leave a larger held-out error than the accepted ones and is as likely, the
+#: deviation of a share beyond which it is less so, and the largest share that is looked at.
+UNDECIDED, LESS_LIKELY, MAX_SHARE = 0.05, 0.15, 0.5
 
 #: Held-out error from which the model of a texel tells nothing.
 HOPELESS = 0.18
@@ -95,16 +96,17 @@ class Term:
 class Estimate:
     """A rig, what is said about each of its terms, and the held-out error over the brightness of a texel.
 
-    `kind` is the model of a texel that the photographs fit, `undecided_deg` the angle by which two thirds of normals
-    change at most under other sets of terms that show the photographs about as well; 0 where the model of a texel is
-    hopeless, and says nothing of normals.
+    `kind` is the model of a texel that the photographs fit. `undecided_deg` is the angle by which normals change under
+    other sets of terms that show the photographs about as well: in the middle of the image, and more for each width of
+    distance from it, to be joined as independent errors are; 0 where the model of a texel is hopeless, and says nothing
+    of normals.
     """
 
     rig: Rig
     terms: tuple[Term, ...]
     held_out: float
     kind: Kind = "matte"
-    undecided_deg: float = 0.0
+    undecided_deg: tuple[float, float] = (0.0, 0.0)
 
     @property
     def accepted(self) -> tuple[str, ...]:
@@ -161,15 +163,20 @@ def _estimate(sample: Sample, directions: Array, allowed: Collection[str], start
     final = _fit_from_several(sample, directions, kept, start, kind)
     spread = _jackknife(sample, directions, kept, final, kind)
     changes = {
-        term: _angle_between(fit(sample, directions, (), _put(final.rig, start, term), kind), final) for term in kept
+        term: float(
+            np.quantile(_angles_between(fit(sample, directions, (), _put(final.rig, start, term), kind), final), 0.95)
+        )
+        for term in kept
     }
     left = float(errors(kept).mean())
-    undecided = 0.0
+    squares = np.zeros(len(sample.values))
     for rival in _subsets(tried) if left < HOPELESS else []:
         share = float(errors(rival).mean()) / max(left, 1e-9) - 1.0
-        if rival != kept and (share < UNDECIDED or rival == tried):
-            angle = _angle_between(_fit_from_several(sample, directions, rival, start, kind), final, 0.68)
-            undecided = max(undecided, angle if share < UNDECIDED else min(angle, NEVER_DECIDED))
+        if rival != kept and share < MAX_SHARE:
+            likely = np.exp(-0.5 * (max(share - UNDECIDED, 0.0) / LESS_LIKELY) ** 2)
+            angle = likely * _angles_between(_fit_from_several(sample, directions, rival, start, kind), final)
+            squares = np.maximum(squares, angle**2)
+    undecided = _by_distance(squares, sample.positions)
     said = tuple(_term(term, kept, errors, sample, final, spread, changes.get(term, 0.0)) for term in tried)
     return Estimate(final.rig if kept else start, said, left, kind, undecided)
 
@@ -260,14 +267,21 @@ def _jackknife(
     return float(np.sqrt(variance[0])), float(np.sqrt(variance[1:].mean()))
 
 
-def _angle_between(one: Fit, other: Fit, share: float = 0.95) -> float:
-    """Degrees by which this share of normals differs at most."""
+def _angles_between(one: Fit, other: Fit) -> Array:
+    """(T,) degrees by which normals differ."""
     first, second = (
         each.albedo_normals / np.maximum(np.linalg.norm(each.albedo_normals, axis=1), 1e-12)[:, None]
         for each in (one, other)
     )
-    cosine = np.clip((first * second).sum(axis=1), -1.0, 1.0)
-    return float(np.degrees(np.quantile(np.arccos(cosine), share)))
+    return np.asarray(np.degrees(np.arccos(np.clip((first * second).sum(axis=1), -1.0, 1.0))))
+
+
+def _by_distance(squares: Array, positions: Array) -> tuple[float, float]:
+    """(a, b) of the squares a² + (b r)² nearest to `squares` (T,) of texels at the distance r from the middle."""
+    distance = np.hypot(*positions.T)
+    design = np.column_stack([np.ones(len(distance)), distance**2])
+    found, _ = nnls(design, squares)
+    return float(np.sqrt(found[0])), float(np.sqrt(found[1]))
 
 
 def _term(

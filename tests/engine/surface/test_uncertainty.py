@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from benchmarks.surface import errors_over_sigma, generate
 from engine.core.steps import drain
-from engine.surface.height import LENS, estimate_unresolved
+from engine.surface.height import LENS, estimate_unresolved, lens_variance, shift_variance
 from engine.surface.recover import recover
 from engine.surface.reflectance import metallic_roughness
 
@@ -85,3 +86,21 @@ def test_slopes_within_a_texel_spread_as_samples_of_them_do() -> None:
     slope[..., 0] = gradient * np.arange(9)
     found = estimate_unresolved(slope)
     np.testing.assert_allclose(found, np.full(found.shape, drawn), rtol=0.02)
+
+
+def test_what_an_alignment_blurs_and_leaves_is_the_stated_variance() -> None:
+    rows, columns = np.mgrid[:64, :64] / 11.0
+    values = np.sin(2.0 * np.pi * (rows + 0.3 * columns)).astype(np.float32)
+    inner = np.s_[8:-8, 8:-8]
+    weights = [
+        f * (1.0 - f) / 2.0 for f in np.arange(20) / 20.0
+    ]  # of both neighbours, as bilinear ones blur on average
+    blurred = np.mean([ndimage.convolve1d(values, [w, 1.0 - 2.0 * w, w], axis=0) for w in weights], axis=0)
+    off = np.sqrt(np.mean((blurred - values)[inner] ** 2))  # down alone
+    steep = np.sqrt(np.mean(lens_variance(values, 1.0 / 6.0)[inner])) / (1.0 + 0.3**2)
+    assert steep == pytest.approx(off, rel=0.1)
+    moved = [
+        ndimage.shift(values, (0.2 * np.sin(turn), 0.2 * np.cos(turn)), order=3) for turn in np.arange(8) * np.pi / 4
+    ]
+    off = np.sqrt(np.mean((np.stack(moved) - values)[:, 8:-8, 8:-8] ** 2))
+    assert np.sqrt(np.mean(shift_variance(values, 0.2)[inner])) == pytest.approx(off, rel=0.1)

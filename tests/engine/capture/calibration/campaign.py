@@ -124,6 +124,7 @@ def summarise(found: Sequence[Figures]) -> str:
     medians = np.array([each.median_deg for each in found])
     means = np.array([each.mean_deg for each in found])
     covered = np.array([each.covered for each in found])
+    stated = np.array([each.sigma_deg for each in found])
     quiet = np.array([not each.is_warned for each in found])
     moved = [each for each in found if each.capture.motion_px]
     lines = [
@@ -132,6 +133,7 @@ def summarise(found: Sequence[Figures]) -> str:
         f"captures whose median error is at most 1° {_share(medians <= 1.0)}, 2° {_share(medians <= 2.0)}",
         f"95 % interval covers 95 % of texels in {_share(covered >= 0.95)} of captures"
         f" (90 %: {_share(covered >= 0.9)}; mean coverage {covered.mean():.3f})",
+        f"stated deviation over the true error, of the medians: {np.median(stated / np.maximum(medians, 1e-3)):.2f}",
         f"median error above 2° without a warning: {int((quiet & (medians > 2.0)).sum())}; "
         f"with a warning, below 1°: {int((~quiet & (medians < 1.0)).sum())}",
         f"wrong lists named {sum(each.is_named and not each.is_untold for each in found)}, "
@@ -140,11 +142,11 @@ def summarise(found: Sequence[Figures]) -> str:
     ]
     if moved:
         off = np.concatenate([each.motion_px for each in moved])
-        stated = np.concatenate([each.residual_px for each in moved])
+        residual = np.concatenate([each.residual_px for each in moved])
         lines.append(
             f"camera that moved ({len(moved)} captures): error median {np.median(off):.3f} px, "
             f"worst {off.max():.2f} px; "
-            f"residual below half of the error in {int((stated < 0.5 * off).sum())} of {len(off)} photographs"
+            f"residual below half of the error in {int((residual < 0.5 * off).sum())} of {len(off)} photographs"
         )
     still = [max(each.motion_px) for each in found if not each.capture.motion_px]
     if still:

@@ -68,6 +68,6 @@ def aligned_truth(rendered: Rendered, stack: ImageStack) -> Array:
     rows, columns = np.mgrid[: stack.radiance.shape[1], : stack.radiance.shape[2]].astype(float)
     places = [rows + top - down, columns + left - across]
     found = np.stack(
-        [ndimage.map_coordinates(rendered.normals[..., axis], places, order=1, mode="nearest") for axis in range(3)], -1
+        [ndimage.map_coordinates(rendered.normals[..., axis], places, order=3, mode="nearest") for axis in range(3)], -1
     )
     return np.asarray(found / np.linalg.norm(found, axis=-1, keepdims=True))
