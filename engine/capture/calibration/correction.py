@@ -60,11 +60,13 @@ class Correction:
             if room is not None:
                 band -= room[first:last]
                 np.maximum(band, 0.0, out=band)
-            if self.gains[index] != 1.0:
-                band *= np.float32(1.0 / self.gains[index])
             if self.nearness > 0.0:
                 angles = float(self.elevation[index]), float(self.azimuth[index])
-                band *= near_lamp_gain(height, width, 1.0 / self.nearness, *angles, (first, last))[..., None]
+                factor = near_lamp_gain(height, width, 1.0 / self.nearness, *angles, (first, last))
+                factor *= np.float32(1.0 / self.gains[index])
+                band *= factor[..., None]
+            elif self.gains[index] != 1.0:
+                band *= np.float32(1.0 / self.gains[index])
             release(radiance)
         if self.room is not None:
             release(self.room)

@@ -6,9 +6,10 @@ when decoded the other way. All terms of the rig are free, so that none of them 
 judged by their error on photographs that are held out, in levels of the code that the files hold, which both share.
 
 Gloss makes lit texels brighter as a curve does. So texels are matte or glossy under either curve, whichever errs less.
-Metals under few lamps may not tell: then the curve in use stays.
+Smooth metals may not tell; the curve in use then stays. In 400 checks of 100 generated captures, half of them of a
+wrong curve, none was named wrongly, and 7 wrong ones were not named: 6 of metals, 1 of a glossy dielectric.
 
-Cost: 0.8 s of one core for 60 photographs, whatever their size.
+Cost: 0.3 s of one core for 60 photographs of matte texels and 0.8 s of glossy ones, whatever their size.
 """
 
 from __future__ import annotations
@@ -30,6 +31,10 @@ CLEAR, BLOCKS_BETTER = 0.75, 0.6
 #: Texels that are fitted as each kind.
 TEXELS: dict[Kind, int] = {"matte": 300, "glossy": 150}
 
+#: Held-out error of matte texels over the brightness, and the error under the other curve over that under the one in
+#: use, below and above which the one in use is right, whatever is found of glossy texels.
+MATTE_FITS, CLEARLY_WORSE = 0.012, 1.3
+
 
 @dataclass(frozen=True)
 class TransferCheck:
@@ -49,27 +54,33 @@ def check_transfer(sample: Sample, directions: Array, transfer: Transfer) -> Tra
     if not terms or len(sample.values) < 40:
         return TransferCheck(transfer)
     other: Transfer = "linear" if transfer == "srgb" else "srgb"
+    samples = {transfer: sample, other: _recode(sample, transfer)}
     with one_thread():
-        own = _measure(sample, directions, terms, transfer)
-        another = _measure(_recode(sample, transfer), directions, terms, other)
+        matte = [_measure(samples[each], directions, terms, each, "matte") for each in (transfer, other)]
+        found = [levels for levels, _ in matte]
+        if matte[0][1] > MATTE_FITS or np.nanmean(found[1]) < CLEARLY_WORSE * np.nanmean(found[0]):
+            for place, each in enumerate((transfer, other)):
+                glossy, _ = _measure(samples[each], directions, terms, each, "glossy")
+                found[place] = min(found[place], glossy, key=lambda levels: float(np.nanmean(levels)))
+    own, another = found
     held_out = float(np.nanmean(own)), float(np.nanmean(another))
-    known = np.isfinite(own)
+    known = np.isfinite(own) & np.isfinite(another)
     is_better = held_out[1] < CLEAR * held_out[0] and (another < own)[known].mean() >= BLOCKS_BETTER
     return TransferCheck(other if is_better else transfer, held_out)
 
 
-def _measure(sample: Sample, directions: Array, terms: tuple[str, ...], transfer: Transfer) -> Array:
-    """Mean error of held-out photographs in each block, in 8-bit levels; NaN where no texels are."""
-    found = []
-    for kind, most in TEXELS.items():
-        some = sample.of(np.arange(len(sample.values)) % max(1, len(sample.values) // most) == 0)
-        errors = cross_validate(some, directions, Rig.plain(len(directions)), kind)(terms)
-        ends = some.brightness, some.brightness * (1.0 + errors)
-        low, high = (srgb_encode(each) for each in ends) if transfer == "srgb" else ends
-        number = np.bincount(some.block, minlength=int(sample.block.max()) + 1)
-        total = np.bincount(some.block, 255.0 * (high - low), minlength=len(number))
-        found.append(np.where(number > 0, total / np.maximum(number, 1), np.nan))
-    return min(found, key=lambda each: float(np.nanmean(each)))
+def _measure(
+    sample: Sample, directions: Array, terms: tuple[str, ...], transfer: Transfer, kind: Kind
+) -> tuple[Array, float]:
+    """Mean error of held-out photographs in each block in 8-bit levels, NaN where no texels are; and the mean of all
+    over the brightness."""
+    some = sample.of(np.arange(len(sample.values)) % max(1, len(sample.values) // TEXELS[kind]) == 0)
+    errors = cross_validate(some, directions, Rig.plain(len(directions)), kind)(terms)
+    ends = some.brightness, some.brightness * (1.0 + errors)
+    low, high = (srgb_encode(each) for each in ends) if transfer == "srgb" else ends
+    number = np.bincount(some.block, minlength=int(sample.block.max()) + 1)
+    total = np.bincount(some.block, 255.0 * (high - low), minlength=len(number))
+    return np.where(number > 0, total / np.maximum(number, 1), np.nan), float(errors.mean())
 
 
 def _recode(sample: Sample, transfer: Transfer) -> Sample:
