@@ -6,7 +6,7 @@ the light are kept, as two halves of a whole turn of phi_d. What that costs in a
 messages.
 
 Factors on the graphics device: textures of 32-bit floats, a layer per term, that a shader looks up by hand. PBR maps
-are three layers of one texture.
+are four layers of one texture.
 
 The counterparts of `engine.factor.separable_factors` and `engine.factor.homomorphic`: what the shader gives is what `f`
 gives, to the rounding of 32-bit directions. Factors are recognised by their `kind`, so that a window that shows none
@@ -173,7 +173,7 @@ class HomomorphicTextures:
 class PbrTextures:
     """Owns the texture of PBR maps: repeating, with mip-maps; reduced, with a message, where the device is too small.
 
-    Normals are filtered as numbers; the shader makes unit vectors of them.
+    Normals and the products of their components are filtered as numbers: mean normals, and how far normals differ.
     """
 
     SOURCE = "pbr-maps"

@@ -139,11 +139,29 @@ class Shader:
         place = np.einsum("nc,nci->ni", weights, uv)
         if scene.pbr is not None:
             assert axes is not None
-            texels = texels_at(self._levels, place, level_of_detail(self._levels, along))
-            frame = texels.bend_frames(frame, axes, wo)
-            return _sum_of_texels(texels, lights, frame, np.einsum("nij,ni->nj", frame, wo))
+            return self._shade_texels(place, along, frame, axes, wo, lights)
         terms = _light_terms(scene.brdf.f, lights, frame, viewer, axes)
         return sample(scene, self._levels, place, along, terms)
+
+    def _shade_texels(
+        self, place: Array, along: list[Array], frame: Array, axes: Array, wo: Array, lights: DistantLights
+    ) -> Array:
+        """Radiance (N, 3) of PBR maps; where normals within a pixel differ much, it is looked up in four parts."""
+        detail = level_of_detail(self._levels, along)
+
+        def shade(at: Indices | slice, shift: Array, finer: float) -> tuple[Texels, Array]:
+            texels = texels_at(self._levels, place[at] + shift, np.maximum(detail[at] - finer, 0.0))
+            bent = texels.bend_frames(frame[at], axes[at], wo[at])
+            return texels, _sum_of_texels(texels, lights, bent, np.einsum("nij,ni->nj", bent, wo[at]))
+
+        texels, value = shade(slice(None), np.zeros(2), 0.0)
+        parts = np.flatnonzero(texels.differ_within)
+        if parts.size:
+            value[parts] = 0.0
+            for right in (-0.25, 0.25):
+                for up in (-0.25, 0.25):
+                    value[parts] += 0.25 * shade(parts, right * along[0][parts] + up * along[1][parts], 1.0)[1]
+        return value
 
 
 def _light_terms(
@@ -170,8 +188,9 @@ def _find_lit(lights: DistantLights, frame: Array) -> Iterator[tuple[Indices, Ar
 def _sum_of_texels(texels: Texels, lights: DistantLights, frame: Array, wo: Array) -> Array:
     """Radiance (N, 3) of the BRDFs of texels, in the frames that normals bend."""
     value = np.zeros((len(wo), 3))
-    for lit, wi, irradiance, _ in _find_lit(lights, frame):
-        value[lit] += texels.f(lit, wi, wo[lit]) * wi[:, 2:] * irradiance
+    everywhere = np.arange(len(wo))
+    for direction, irradiance in zip(lights.direction, lights.irradiance, strict=True):
+        value += texels.product(everywhere, np.einsum("nij,i->nj", frame, direction), wo) * irradiance
     return value
 
 

@@ -2,7 +2,8 @@
 
 A material's images are layers of three channels: the slices of a shading map, the pair of a power law and its kept
 tiles, the planes of a directional map by three, whose small sizes stand for mean radiance, or PBR maps (base colour;
-roughness, metallic and f0; normals). Bound by memory: some 40 ns for each point and layer.
+roughness, metallic and f0; normals; the products of their components, whose means tell the spread of normals). Bound by
+memory: some 40 ns for each point and layer.
 """
 
 from __future__ import annotations
@@ -80,8 +81,10 @@ def planes_by_three(planes: NDArray[np.uint8] | NDArray[np.float16]) -> NDArray[
 
 
 def pbr_layers(maps: PbrMaps) -> NDArray[np.float32]:
-    """(3, H, W, 3): base colour; roughness, metallic and f0; the components of normals."""
-    return np.stack([maps.base_colour, np.stack([maps.roughness, maps.metallic, maps.f0], axis=2), maps.normal])
+    """(4, H, W, 3): base colour; roughness, metallic and f0; the components of normals; their products xx, yy, xy."""
+    x, y = maps.normal[..., 0], maps.normal[..., 1]
+    gloss = np.stack([maps.roughness, maps.metallic, maps.f0], axis=2)
+    return np.stack([maps.base_colour, gloss, maps.normal, np.stack([x * x, y * y, x * y], axis=2)])
 
 
 def _layers(power_law: PowerLawMap) -> NDArray[np.float32]:

@@ -1,9 +1,10 @@
 """PBR maps at points of a surface: the BRDF of the texel, and the frame that the map of normals bends.
 
-Base colour, roughness, metallic, f0 and normals are filtered as colours are, normals to unit length again; a mean
-normal over rough relief is therefore smoother than the relief. The axes of the texture are those of its coordinates, x
-to the right and y up. A bent normal that would point away from the viewer is bent back until it just faces the viewer,
-as an interpolated one is. Height and occlusion are not drawn: light that relief hides is not hidden here.
+Base colour, roughness, metallic and f0 are filtered as colours are, normals as their mean and the spread of their
+slopes (`engine.surface.normal_spread`), so that relief seen from afar reflects as it does from near. The axes of the
+texture are those of its coordinates, x to the right and y up. A bent normal that would point away from the viewer is
+bent back until it just faces the viewer, as an interpolated one is. Height and occlusion are not drawn: light that
+relief hides is not hidden here.
 """
 
 from __future__ import annotations
@@ -13,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core.directions import dot, normalize, world_from_tangent
+from engine.core.directions import dot, frames_along, normalize
 from engine.render.mip_maps import Levels, filter_levels
-from engine.surface.metallic_roughness import reflectance
+from engine.surface.metallic_roughness import SMOOTHEST, reflectance
+from engine.surface.normal_spread import ALIKE, reflect_spread, spread_slopes
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -23,16 +25,39 @@ Indices = NDArray[np.int64]
 #: Least cosine between the normal that shades and the direction of view.
 MIN_FACING = 0.01
 
+#: Sum of the variances of slopes, over alpha², above which normals differ much.
+MUCH = 0.1
+
 
 @dataclass(frozen=True, eq=False)
 class Texels:
-    """The maps at N points: `base_colour` (N, 3), `roughness`, `metallic` and `f0` (N,), `normal` (N, 3) unit."""
+    """The maps at N points: `base_colour` (N, 3), `roughness`, `metallic` and `f0` (N,), `normal` (N, 3) unit,
+    with the covariance `spread` (N, 3) of the slopes that a point covers, and the `length` (N,) of their mean normal.
+    """
 
     base_colour: Floats
     roughness: Floats
     metallic: Floats
     f0: Floats
     normal: Floats
+    spread: Floats
+    length: Floats
+
+    @property
+    def differ_within(self) -> NDArray[np.bool_]:
+        """(N,) where normals within a point differ by more than its highlight is wide."""
+        return np.asarray(self.spread[:, 0] + self.spread[:, 1] > MUCH * np.maximum(self.roughness, SMOOTHEST) ** 4)
+
+    def product(self, point: Indices, wi: Floats, wo: Floats) -> Floats:
+        """f times the cosine (K, 3) at the points (K,) for directions (K, 3) in their bent frames, averaged over the
+        normals that a point covers; `wi` may lie below the horizon of their mean."""
+        value = self.f(point, wi, wo) * wi[:, 2:]
+        spread = np.flatnonzero(self.spread[point, 0] + self.spread[point, 1] > ALIKE)
+        if spread.size:
+            at = point[spread]
+            there = self.base_colour[at], self.roughness[at], self.metallic[at], self.f0[at]
+            value[spread] = reflect_spread(wi[spread], wo[spread], *there, self.spread[at], self.length[at])
+        return value
 
     def f(self, point: Indices, wi: Floats, wo: Floats) -> Floats:
         """Values (K, 3) in 1/sr at the points (K,) for directions (K, 3) in their bent frames."""
@@ -40,17 +65,27 @@ class Texels:
         return reflectance(wi, wo, *there)
 
     def bend_frames(self, frame: Floats, axes: Floats, wo: Floats) -> Floats:
-        """Frames (N, 3, 3) about the normals of the map, from those of the surface.
+        """Frames (N, 3, 3) about the normals of the map, along the axes of the texture, from those of the surface.
 
         `axes` (N, 2, 3) are those of the texture, `wo` (N, 3) leads to the viewer, in the world like `frame`.
         """
         x, y, z = (self.normal[:, at, None] for at in range(3))
         normal = normalize(x * axes[:, 0] + y * axes[:, 1] + z * frame[..., 2])
         facing = dot(normal, wo)[:, None]
-        return world_from_tangent(np.where(facing < MIN_FACING, normalize(normal + (MIN_FACING - facing) * wo), normal))
+        normal = np.where(facing < MIN_FACING, normalize(normal + (MIN_FACING - facing) * wo), normal)
+        bent = frames_along(normal, axes[:, 0])
+        mirrored = dot(np.cross(axes[:, 0], axes[:, 1]), frame[..., 2]) < 0.0
+        bent[mirrored, :, 1] *= -1.0
+        return bent
 
 
 def texels_at(levels: Levels, uv: Floats, detail: Floats) -> Texels:
     """The maps at `uv` (N, 2) with the mip levels `detail` (N,), from `engine.render.mip_maps.pbr_layers`."""
-    base, gloss, normal = (filter_levels(levels, layer, uv, detail) for layer in range(3))
-    return Texels(base, gloss[:, 0], gloss[:, 1], gloss[:, 2], normalize(normal))
+    base, gloss, mean, square = (filter_levels(levels, layer, uv, detail) for layer in range(4))
+    # between texels of full size the surface is smooth, and normals of unit length
+    share = 1.0 - np.minimum(detail, 1.0)[:, None]
+    near = [filter_levels(levels[:1], layer, uv, np.zeros(len(uv))) for layer in (2, 3)]
+    unit = normalize(near[0])
+    mean += share * (unit - near[0])
+    square += share * (np.stack([unit[:, 0] ** 2, unit[:, 1] ** 2, unit[:, 0] * unit[:, 1]], axis=1) - near[1])
+    return Texels(base, gloss[:, 0], gloss[:, 1], gloss[:, 2], normalize(mean), *spread_slopes(mean, square))

@@ -50,6 +50,10 @@ vec3 shade(mat3 frame, vec3 wo)
     for (int i = 0; i < light_count; ++i) {
         vec3 towards = texelFetch(lights, ivec2(0, i), 0).xyz;
         vec3 wi = towards * frame;
+#if defined(PBR_MAPS)
+        sum += product_of_texel(wi, wo) * texelFetch(lights, ivec2(1, i), 0).rgb;
+        continue;
+#endif
         if (wi.z <= 0.0)
             continue;
         vec3 irradiance = texelFetch(lights, ivec2(1, i), 0).rgb;
@@ -108,9 +112,21 @@ void main()
     mat3 frame = world_from_tangent(visible_normal(wo));
 #endif
 #if defined(PBR_MAPS)
-    frame = fetch_texel(position, uv, frame, wo);
-#endif
+    begin_texels(position, uv, frame[2]);
+    vec2 across = 0.25 * dFdx(uv), down = 0.25 * dFdy(uv);
+    mat3 bent = fetch_texel(uv, 0.0, frame, wo);
+    vec3 value = vec3(0.0);
+    if (differ_within())
+        for (int part = 0; part < 4; ++part) {
+            vec2 shift = (part % 2 == 0 ? -across : across) + (part < 2 ? -down : down);
+            bent = fetch_texel(uv + shift, 1.0, frame, wo);
+            value += 0.25 * shade(bent, wo * bent);
+        }
+    else
+        value = shade(bent, wo * bent);
+#else
     vec3 value = shade(frame, wo * frame);
+#endif
     radiance = vec4(max(value, 0.0), 1.0);
     if (any(isnan(value)) || any(isinf(value)))
 #if defined(DEBUG)

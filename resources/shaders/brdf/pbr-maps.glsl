@@ -1,6 +1,8 @@
 // PBR maps: the BRDF of metallic-roughness.glsl at each texel, with the f0 of dielectrics beside it, and the normal that
-// bends the frame (engine.render.pbr). fetch_texel comes before brdf.
-// in: the layers base colour; roughness, metallic and f0; normal. out: 1/sr, no cosine, 0 below the horizon.
+// bends the frame (engine.render.pbr), averaged over the normals that a pixel covers (engine.surface.normal_spread,
+// which has the formulas). begin_texels and fetch_texel come before product_of_texel.
+// in: the layers base colour; roughness, metallic and f0; mean normal; means of its products xx, yy, xy.
+// out of brdf: 1/sr, no cosine, 0 below the horizon; of product_of_texel: 1/sr with the cosine.
 
 #include "brdf/highlight.glsl"
 #include "brdf/microfacet.glsl"
@@ -11,21 +13,72 @@ uniform float pbr_smoothest;
 
 vec3 base_here;
 vec3 gloss_here;
+vec3 spread_here;
+float length_here;
 
-// The frame about the normal of the map at these coordinates (v down), from that of the surface.
-mat3 fetch_texel(vec3 place, vec2 uv, mat3 frame, vec3 wo)
+const float ALIKE = 1e-6;
+const float MUCH = 0.1;
+const float MIN_COSINE = 0.01;
+const float MIN_RISE = 0.2;
+
+// The covariance xx, yy, xy of slopes about the mean normal, from the means of its components and of their products.
+vec3 spread_slopes(vec3 mean, vec3 square, float size)
+{
+    vec3 n = mean / max(size, 1e-12);
+    float root = sqrt(max(1.0 - n.x * n.x, 1e-6));
+    float rise = max(n.z, MIN_RISE);
+    float three = n.x * n.y / (rise * root);
+    float four = root / rise;
+    vec3 about = square - vec3(mean.x * mean.x, mean.y * mean.y, mean.x * mean.y);
+    float along = three * three * about.x + 2.0 * three * four * about.z + four * four * about.y;
+    vec3 covariance = vec3(max(about.x / (root * root), 0.0), max(along, 0.0), (three * about.x + four * about.z) / root);
+    float trace = min(covariance.x + covariance.y, 1.0);
+    return covariance / max(1.0 - trace * (2.05 + trace * (1.15 * trace - 1.9)), 0.15);
+}
+
+mat2x3 axes_here;
+float detail_here;
+
+// What a pixel covers, at these coordinates (v down) on a surface with the normal n.
+void begin_texels(vec3 place, vec2 uv, vec3 n)
 {
     vec2 size = vec2(textureSize(pbr_maps, 0).xy);
     vec2 across = dFdx(uv) * size;
     vec2 down = dFdy(uv) * size;
-    float detail = 0.5 * log2(max(max(dot(across, across), dot(down, down)), 1e-30));
+    detail_here = 0.5 * log2(max(max(dot(across, across), dot(down, down)), 1e-30));
+    axes_here = texture_axes(place, uv, n);
+}
+
+// True where normals within the pixel differ by more than the highlight is wide: it is looked up in four parts then.
+bool differ_within()
+{
+    float roughness = max(gloss_here.x, pbr_smoothest);
+    return spread_here.x + spread_here.y > MUCH * roughness * roughness * roughness * roughness;
+}
+
+// The frame about the normal of the map at these coordinates, from that of the surface, so many levels finer.
+mat3 fetch_texel(vec2 uv, float finer, mat3 frame, vec3 wo)
+{
+    float detail = detail_here - finer;
     base_here = textureLod(pbr_maps, vec3(uv, 0.0), detail).rgb;
     gloss_here = textureLod(pbr_maps, vec3(uv, 1.0), detail).rgb;
     vec3 tilt = textureLod(pbr_maps, vec3(uv, 2.0), detail).xyz;
-    mat2x3 axes = texture_axes(place, uv, frame[2]);
-    vec3 n = safe_normalize(axes * tilt.xy + tilt.z * frame[2], frame[2]);
+    vec3 square = textureLod(pbr_maps, vec3(uv, 3.0), detail).xyz;
+    if (detail < 1.0) { // between texels of full size the surface is smooth, and normals of unit length
+        vec3 near = textureLod(pbr_maps, vec3(uv, 2.0), 0.0).xyz;
+        vec3 unit = safe_normalize(near, vec3(0.0, 0.0, 1.0));
+        float share = 1.0 - max(detail, 0.0);
+        vec3 products = vec3(unit.x * unit.x, unit.y * unit.y, unit.x * unit.y);
+        tilt += share * (unit - near);
+        square += share * (products - textureLod(pbr_maps, vec3(uv, 3.0), 0.0).xyz);
+    }
+    length_here = length(tilt);
+    spread_here = spread_slopes(tilt, square, length_here);
+    vec3 n = safe_normalize(axes_here * tilt.xy + tilt.z * frame[2], frame[2]);
     float facing = dot(n, wo);
-    return world_from_tangent(facing < 0.01 ? safe_normalize(n + (0.01 - facing) * wo, wo) : n);
+    mat3 bent = frame_along(facing < 0.01 ? safe_normalize(n + (0.01 - facing) * wo, wo) : n, axes_here[0]);
+    bent[1] *= dot(cross(axes_here[0], axes_here[1]), frame[2]) < 0.0 ? -1.0 : 1.0;
+    return bent;
 }
 
 vec3 brdf(vec3 wi, vec3 wo)
@@ -42,4 +95,63 @@ vec3 brdf(vec3 wi, vec3 wo)
     vec3 fresnel = f0 + (1.0 - f0) * schlick(wi, wo, size);
     vec3 diffuse = (1.0 - fresnel) * ((1.0 - metallic) * 0.31830988618379067 * base_here);
     return diffuse + fresnel * (ggx_distribution(both / size, alpha) / shadowing);
+}
+
+// 1 - x e^x E1(x) for x > 0 (Abramowitz 1964, 5.1.53 and 5.1.56).
+float lowering(float x)
+{
+    if (x > 1.0)
+        return (((0.9999936053 * x + 7.5739391756) * x + 12.4648921902) * x + 3.6907231885) /
+               ((((x + 9.5733223454) * x + 25.6329561486) * x + 21.0996530827) * x + 3.9584969228);
+    float series = ((((0.00107857 * x - 0.00976004) * x + 0.05519968) * x - 0.24991055) * x + 0.99999193) * x;
+    return 1.0 - x * exp(x) * (series - 0.57721566 - log(x));
+}
+
+// D G / (4 n.v), averaged over normals.
+float spread_lobe(vec3 wi, vec3 wo, vec3 h)
+{
+    if (h.z <= MIN_COSINE)
+        return 0.0;
+    float roughness = max(gloss_here.x, pbr_smoothest);
+    float alpha2 = roughness * roughness * roughness * roughness;
+    float own = 0.5 * alpha2;
+    mat2 slopes = mat2(spread_here.x, spread_here.z, spread_here.z, spread_here.y);
+    vec2 s = h.xy / h.z;
+    mat2 other = mat2(own + slopes[1][1], -slopes[0][1], -slopes[0][1], own + slopes[0][0]);
+    vec2 solved = other * s / max(other[0][0] * other[1][1] - other[0][1] * other[0][1], 1e-24);
+    vec3 reflecting = normalize(vec3(slopes * solved, 1.0));
+    float steep = reflecting.z * reflecting.z * reflecting.z;
+    float wider2 = alpha2 / steep;
+    float a = wider2 + 2.0 * slopes[0][0], b = wider2 + 2.0 * slopes[1][1], c = 2.0 * slopes[0][1];
+    float width = sqrt(max(a * b - c * c, 1e-24));
+    float quadratic = (b * s.x * s.x - 2.0 * c * s.x * s.y + a * s.y * s.y) / (width * width);
+    float more = max(width / wider2 - 1.0, 1e-6);
+    float peak = (1.0 + 1.0 / more) * lowering(1.0 / more);
+    float exponent = 2.0 + more * (0.88 + 1.32 / (1.0 + pow(more / 1.455, 0.618)));
+    float trace = 0.5 * (slopes[0][0] + slopes[1][1]);
+    float left = trace * own / (own + trace) * (1.0 + 0.35 * sqrt(trace / own));
+    float facing = max(dot(reflecting, h), MIN_COSINE);
+    float distribution = peak / (3.14159265358979 * width) * pow(1.0 + quadratic * peak / (exponent - 1.0), -exponent);
+    distribution *= (1.0 + 4.0 * left + 8.0 * left * left) / (facing * facing * facing * facing * steep);
+    float light = max(dot(reflecting, wi), 0.0);
+    float viewer = max(dot(reflecting, wo), MIN_COSINE);
+    float shadowing = (light + sqrt(alpha2 + (1.0 - alpha2) * light * light)) *
+                      (viewer + sqrt(alpha2 + (1.0 - alpha2) * viewer * viewer));
+    return distribution * light / shadowing;
+}
+
+// The reflectance times the cosine; wi may lie below the horizon of the mean normal.
+vec3 product_of_texel(vec3 wi, vec3 wo)
+{
+    float trace = spread_here.x + spread_here.y;
+    if (trace <= ALIKE)
+        return wi.z > 0.0 ? brdf(wi, wo) * wi.z : vec3(0.0);
+    float metallic = gloss_here.y;
+    vec3 both = wi + wo;
+    float size = length(both);
+    vec3 f0 = gloss_here.z * (1.0 - metallic) + base_here * metallic;
+    vec3 fresnel = f0 + (1.0 - f0) * schlick(wi, wo, size);
+    float cosine = max(wi.z, 0.0) * length_here;
+    vec3 diffuse = (1.0 - fresnel) * ((1.0 - metallic) * 0.31830988618379067 * cosine * base_here);
+    return diffuse + fresnel * spread_lobe(wi, wo, both / max(size, 1e-12));
 }
