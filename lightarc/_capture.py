@@ -179,6 +179,7 @@ def import_capture(
     keep: Sequence[int | str] | None = None,
     calibrate: Literal["auto", "none"] | Sequence[str] = "auto",
     lights_form: str = "listed",
+    chart: File | Literal["auto"] | None = None,
     trust_angles: bool = False,
     strict: bool = False,
     use_all: bool = False,
@@ -203,7 +204,8 @@ def import_capture(
         Of raw files: the camera's, none, or three factors of red, green and blue. Four whole numbers are a grey patch
         (left, top, width, height), which balances all files.
     transfer : {'auto', 'srgb', 'linear'}
-        Transfer function of 8- and 16-bit files.
+        Transfer function of 8- and 16-bit files; 'auto' is that of their colour profile. A stated one overrides the
+        curve of a profile, not its primaries.
     bands : sequence of int
         Of images with more bands than colours, the one that becomes grey, or the three that become red, green and
         blue; the first is 1.
@@ -233,6 +235,9 @@ def import_capture(
         Properties of the rig to estimate from the photographs: 'distance', 'gains', 'ambient', 'motion', 'lights'.
     lights_form : str
         Form in which a list of lights is read, as the report of an import suggests, such as 'mirrored-x'.
+    chart : path or 'auto', optional
+        Correct colours by a classic chart of 24 patches: in a photograph of the capture ('auto'), in another one under
+        the same lamps, or as ``lightarc import --write-chart`` saved it. ``stack.provenance["chart"]`` has its figures.
     trust_angles : bool
         Take unstated angles also where the photographs do not grow brighter with them.
     strict : bool
@@ -287,6 +292,7 @@ def import_capture(
         second_sphere=_outline(second_sphere),
         calibrate=calibrate if calibrate in ("auto", "none") else tuple(calibrate),
         lights_form=lights_form,
+        chart=None if chart is None else "auto" if chart == "auto" else Path(chart),
         trust_angles=trust_angles,
         strict=strict,
         use_all=use_all,

@@ -25,6 +25,7 @@ ROOMS = (
     "engine/light",
     "engine/texel",
     "engine/capture/photograph",
+    "engine/capture/chart",
     "engine/capture/lights",
     "engine/capture/registration",
     "engine/capture/calibration",

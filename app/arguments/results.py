@@ -249,6 +249,11 @@ FACTORS = _folder("a folder of factors", "factors.json", "term-*.exr", "terms-*.
 FIGURE = _folder("a figure", "figure.json", "*.png", "*.svg", "pictures.csv", "curves.csv", "radiance/*.exr")
 FILM = Kind("a film", (".mp4", ".webp"))
 FRAMES = _folder("frames of a film", "turntable.json", "frame-*.png")
+CHART = Kind(
+    "a file of a colour chart",
+    (".chart", ".html"),
+    is_earlier=lambda path: _holds(path, b'"lightarc_chart"', 1 << 8) or _holds(path, b"<title>Colour chart", 1 << 8),
+)
 LIGHTS = Kind(
     "a file of lights", (".lights", ".lp"), is_earlier=lambda path: _holds(path, b'"lightarc_lights"', 1 << 8)
 )

@@ -7,12 +7,14 @@ import re
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import psutil
 
-from app.arguments.results import LIGHTS, STACK, Input, Output
+from app.arguments.results import CHART, LIGHTS, STACK, Input, Output
 from app.session.settings import close_session, open_session
+from engine.capture.chart.file import save_chart
+from engine.capture.chart.file import text_of as chart_text
 from engine.capture.import_plan import CALIBRATED
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.lights.light_file import save_lights
@@ -80,6 +82,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="BAND|R,G,B",
         help="of images with more bands than colours, the one that becomes grey, or the three that become red, green "
         "and blue; the first is 1",
+    )
+    parser.add_argument(
+        "--chart",
+        type=Input(Path),
+        metavar="auto|FILE",
+        help="correct colours by a classic chart of 24 patches: in a photograph of the capture (auto), in another one "
+        "under the same lamps, or as --write-chart has saved it",
+    )
+    parser.add_argument(
+        "--write-chart",
+        type=Output(CHART, Path),
+        metavar="FILE",
+        help="also write the correction by the chart: .chart for later captures under the same lamps, or .html as a "
+        "report of all patches",
     )
     parser.add_argument(
         "--crop", type=_crop, metavar="LEFT,TOP,WIDTH,HEIGHT", help="part to keep, in pixels of the photographs"
@@ -192,7 +208,9 @@ JSON_HELP = """\
 JSON: images, height_px, width_px, angle_source, warnings, time_s and peak_memory_bytes are about the stack;
 elevations_deg, mean_radiance, clipped_fraction, black_fraction and alignment_residual_px are lists with one entry per
 photograph, by rising elevation. A residual is null where it was not measured. profiles are the names of colour profiles
-that were applied, and working_space is that of the stack. calibration lists what was looked for
+that were applied, and working_space is that of the stack. chart is null without --chart; else it holds the form and
+matrix of the correction, ΔE2000 of every patch and in summary before and after, held_out of patches left out, and the
+grades of the field's guides. calibration lists what was looked for
 in the photographs themselves: name, accepted, text, held_out_before and held_out_after in 8-bit levels,
 normals_change_deg, and sigma (of the inverse distance in widths, of the logarithm of gains, of room light over a lamp,
 of shifts in pixels). peak_memory_bytes is the largest resident memory of this process plus that of its decoder
@@ -213,7 +231,10 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
     """Import what `arguments` say; archives are unpacked in the folder `scratch`."""
     start = time.perf_counter()
     memory = _Memory(show)
-    frames = [path for path in (arguments.dark, arguments.flat) if path is not None]
+    if arguments.write_chart is not None and arguments.chart is None:
+        raise UsageError("--write-chart needs --chart, by which colours are corrected")
+    chart: Path | Literal["auto"] | None = "auto" if arguments.chart == Path("auto") else arguments.chart
+    frames = [path for path in (arguments.dark, arguments.flat, chart) if isinstance(path, Path)]
     outline, angles_deg = _outline(arguments.sphere), arguments.angles_deg
     sources = drain(find_packed(arguments.photographs, angles_deg, sphere=outline, aside=frames, scratch=scratch), show)
     settings = ImportSettings(
@@ -234,10 +255,13 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         use_all=arguments.use_all,
         calibrate=arguments.calibrate,
         lights_form=arguments.lights_form,
+        chart=chart,
     )
     stack = drain(import_stack(sources, settings, arguments.output), memory)
     if arguments.write_lights is not None:
         save_lights(arguments.write_lights, lights_of(stack))
+    if arguments.write_chart is not None:
+        save_chart(arguments.write_chart, stack.provenance["chart"])
     return {
         "images": len(stack.sources),
         "height_px": stack.radiance.shape[1],
@@ -250,6 +274,7 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         "mean_radiance": [float(mean) for mean in stack.mean_radiance],
         "working_space": stack.provenance.get("working_space"),
         "profiles": stack.provenance.get("profiles") or [],
+        "chart": stack.provenance.get("chart"),
         "calibration": stack.provenance.get("calibration") or [],
         "warnings": stack.health.warnings,
         "time_s": time.perf_counter() - start,
@@ -277,6 +302,7 @@ def report(result: dict[str, Any]) -> str:
             for angle, mean, clipped, black, residual in rows
         ),
         *(f"profile: {name}, applied" for name in result["profiles"]),
+        *([f"chart: {chart_text(result['chart'])}"] if result["chart"] else []),
         *(f"calibration: {term['text']}" for term in result["calibration"]),
     ]
     return "\n".join(lines)

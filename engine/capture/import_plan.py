@@ -18,6 +18,11 @@ from numpy.typing import NDArray
 
 from engine.capture.calibration.estimate import Term
 from engine.capture.calibration.rig import TERMS
+from engine.capture.chart.correction import ColourCorrection
+from engine.capture.chart.file import as_json as chart_json
+from engine.capture.chart.file import read_chart
+from engine.capture.chart.file import text_of as chart_text
+from engine.capture.chart.find import find_chart
 from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread, usual_motion
 from engine.capture.lights.file_names import printable
 from engine.capture.lights.lamp_gains import lamp_gains
@@ -42,6 +47,15 @@ if TYPE_CHECKING:
 
 #: What can be estimated from the photographs themselves.
 CALIBRATED = (*TERMS, "motion", "lights")
+
+#: Photographs in which a colour chart is looked for, from the highest lamp.
+CHART_TRIES = 5
+
+_NO_CHART = (
+    "shows no colour chart whose patches can be measured",
+    "Photograph a classic chart of 24 patches, wholly in the image, sharp, and neither clipped nor mirroring a lamp; "
+    "name that photograph with --chart",
+)
 
 
 @dataclass(frozen=True)
@@ -75,6 +89,8 @@ class ImportSettings:
     bands : of images of several bands, from 1: one that becomes grey, or three that become red, green and blue; the
         colours of the files without any.
     lights_form : the form in which the list of lights is taken, see `engine.capture.lights.list_forms`.
+    chart : the colour chart by which colours are corrected: 'auto' for one that a photograph of the capture shows, the
+        file of another photograph under the same lamps, or a `.chart` file; None for no correction.
     """
 
     motion: str = "auto"
@@ -96,6 +112,7 @@ class ImportSettings:
     calibrate: Literal["auto", "none"] | tuple[str, ...] = "auto"
     lights_form: str = LISTED
     bands: tuple[int, ...] = ()
+    chart: Path | Literal["auto"] | None = None
 
     def __post_init__(self) -> None:
         check_form(self.lights_form)
@@ -137,6 +154,7 @@ class Plan:
     undecided_deg: tuple[float, float] | None = None
     suggested_form: str = LISTED
     suggested_transfer: Transfer | None = None
+    chart: tuple[ColourCorrection, str] | None = None
 
     @property
     def names(self) -> list[str]:
@@ -166,6 +184,7 @@ class Plan:
             "suggested_lights_form": self.suggested_form if self.suggested_form != LISTED else None,
             "suggested_transfer": self.suggested_transfer,
             "bands": list(self.settings.bands),
+            "chart": chart_json(*self.chart) if self.chart else None,
             "room_light": list(self.room_light) if self.room_light else None,
             "calibration": [term.as_json() for term in self.terms],
             "calibration_held_out": self.held_out,
@@ -198,7 +217,12 @@ class Plan:
     def shows_codes(self) -> bool:
         """True if radiance is the decoded code of one file: nothing was divided out, and no exposures merged."""
         frames, lights = self.calibration, self.sources.exposures
-        is_plain = frames.dark is None and frames.gain is None and not math.isfinite(frames.lamp_distance)
+        is_plain = (
+            self.chart is None
+            and frames.dark is None
+            and frames.gain is None
+            and not math.isfinite(frames.lamp_distance)
+        )
         factors = [*self.scale.factor.values(), *frames.balance, *self.gains.tolist()]
         return is_plain and all(len(light) == 1 for light in lights) and all(factor == 1.0 for factor in factors)
 
@@ -274,7 +298,40 @@ def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     sources = replace(sources, findings=(*sources.findings, *_about_near_lamp(distance, sources.azimuth)))
     options = {"white_balance": balance, **reading}
     calibration = yield from part(read_calibration(dark, flat, distance, for_images, options), 0.9, 1.0)
-    return Plan(sources, settings, dark, flat, calibration, scale, options, gains, _stated_terms(sources, settings))
+    chart = None
+    if settings.chart is not None:
+        chart = yield from part(_read_chart(settings.chart, sources, calibration, options), 0.95, 1.0)
+        sources = replace(sources, findings=(*sources.findings, Finding(Verdict.NOTE, chart_text(chart_json(*chart)))))
+    terms = _stated_terms(sources, settings)
+    return Plan(sources, settings, dark, flat, calibration, scale, options, gains, terms, chart=chart)
+
+
+def _read_chart(
+    chosen: Path | str, sources: Sources, calibration: Calibration, options: Mapping[str, Any]
+) -> Steps[tuple[ColourCorrection, str]]:
+    """The correction by a chart and the name of what shows it; InputError where no chart is found."""
+    if isinstance(chosen, Path) and chosen.suffix.lower() == ".chart":
+        return read_chart(chosen)
+    if isinstance(chosen, Path):
+        yield Step(0.0, "Looking for the colour chart")
+        plain = replace(calibration, lamp_distance=math.inf)
+        photograph = plain.applied(read_photograph(chosen, **options), 0.5 * math.pi, 0.0, 1.0)
+        found = find_chart(photograph.radiance, photograph.saturated)
+        if found is not None:
+            return found[1], printable(chosen)
+        raise InputError(chosen, *_NO_CHART)
+    order = np.argsort(-sources.elevation, kind="stable")[:CHART_TRIES]
+    for tried, index in enumerate(order):
+        yield Step(tried / len(order), "Looking for the colour chart")
+        path = sources.photographs[index]
+        azimuth = 0.0 if sources.azimuth is None else float(sources.azimuth[index])
+        photograph = calibration.applied(
+            read_photograph(path, **options), float(sources.elevation[index]), azimuth, 1.0
+        )
+        found = find_chart(photograph.radiance, photograph.saturated)
+        if found is not None:
+            return found[1], printable(path)
+    raise InputError(sources.photographs[0].parent, *_NO_CHART)
 
 
 def _stated_terms(sources: Sources, settings: ImportSettings) -> tuple[Term, ...]:

@@ -340,6 +340,8 @@ def _light(
             return None
         factor = plan.scale.factor.get(one.path, 1.0) / float(plan.gains[index]) if len(light) == 1 else 1.0
         photograph = plan.calibration.applied(photograph, *angles, factor)
+        if plan.chart is not None:
+            photograph = replace(photograph, radiance=plan.chart[0].apply(photograph.radiance))
         if len(light) > 1:
             merge.add(photograph.radiance, photograph.saturated, plan.scale.relative[one.path])
     read.photographs.append(tuple(originals))

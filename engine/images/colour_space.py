@@ -159,7 +159,7 @@ def from_chromaticities(xy: Sequence[float]) -> NDArray[np.float64] | None:
 
 
 _D65_XY = CHROMATICITIES[6:]
-REC2020 = (0.708, 0.292, 0.170, 0.797, 0.131, 0.046, *_D65_XY)
+REC_2020 = (0.708, 0.292, 0.170, 0.797, 0.131, 0.046, *_D65_XY)
 P3 = (0.680, 0.320, 0.265, 0.690, 0.150, 0.060)
 
 ADOBE_RGB = ColourSpace(

@@ -69,10 +69,10 @@ def read_profile(content: bytes) -> ColourSpace:
     if model == _GREY:
         if connection == b"Lab ":
             raise InvalidProfile(f"{name!r} states grey as lightness")
-        return ColourSpace(name, _settle((_checked(_curve(tags, b"kTRC")),)), is_grey=True)
+        return ColourSpace(name, _settle((_check_curve(_curve(tags, b"kTRC")),)), is_grey=True)
     if b"A2B1" in tags or b"A2B0" in tags:
         return _table(name, content)
-    curves = tuple(_checked(_curve(tags, tag)) for tag in (b"rTRC", b"gTRC", b"bTRC"))
+    curves = tuple(_check_curve(_curve(tags, tag)) for tag in (b"rTRC", b"gTRC", b"bTRC"))
     primaries = np.stack([_xyz(tags, tag) for tag in (b"rXYZ", b"gXYZ", b"bXYZ")], axis=1)
     _check_primaries(primaries, _xyz(tags, b"wtpt") if b"wtpt" in tags else D50)
     curves = curves[:1] if all(curve.is_like(curves[0]) for curve in curves) else curves
@@ -141,7 +141,7 @@ def _parametric(kind: int, numbers: list[float]) -> Curve:
     return Curve((g, a, b, c, d, e, f))
 
 
-def _checked(curve: Curve) -> Curve:
+def _check_curve(curve: Curve) -> Curve:
     """The curve; InvalidProfile for one that does not rise from black to white."""
     values = curve.linear(np.linspace(0.0, 1.0, 1025))
     if not np.isfinite(values).all() or (np.diff(values) < -1e-4).any():

@@ -14,14 +14,17 @@ import pytest
 import tifffile
 
 from app.cli import import_
+from engine.capture.chart.find import find_chart
+from engine.capture.stack import open_stack
 from engine.core.colour import LUMINANCE
 from engine.images.encode import encode_png
 from tests.app.command import replace_options
+from tests.engine.capture.chart.chart_images import photograph
 from tests.engine.images import profiles
 
 KEYS = [
     "images", "height_px", "width_px", "elevations_deg", "angle_source", "alignment_residual_px", "clipped_fraction",
-    "black_fraction", "mean_radiance", "working_space", "profiles", "calibration", "warnings", "time_s",
+    "black_fraction", "mean_radiance", "working_space", "profiles", "chart", "calibration", "warnings", "time_s",
     "peak_memory_bytes",
 ]  # fmt: skip
 
@@ -97,6 +100,38 @@ def test_a_colour_profile_is_applied_and_named_once(lightarc: Callable[..., Simp
     shutil.rmtree(tmp_path / "stack")
     text = lightarc(*arguments, "--transfer", "linear").out
     assert "profile: ProPhoto RGB with ProPhoto RGB curve, applied" in text
+
+
+def test_a_colour_chart_corrects_this_capture_and_the_next(
+    lightarc: Callable[..., SimpleNamespace], tmp_path: Path
+) -> None:
+    image, _ = photograph(np.random.default_rng(4), "A")
+    folder = tmp_path / "chart"
+    folder.mkdir()
+    for angle in (20, 50, 80):
+        codes = np.rint(65535 * np.clip(image * np.sin(np.radians(angle)), 0, 1)).astype(np.uint16)
+        tifffile.imwrite(folder / f"leaf_{angle}deg.tif", codes, photometric="rgb")
+    arguments = ("import", folder, "--no-align", "--transfer", "linear", "--json", "-o", tmp_path / "stack")
+    done = lightarc(*arguments, "--chart", "auto", "--write-chart", tmp_path / "lamps.chart")
+    result = json.loads(done.out)
+    assert result["chart"]["photograph"] == "leaf_80deg.tif"
+    assert result["chart"]["summary"]["after"]["mean"] < 1.0 < result["chart"]["summary"]["before"]["mean"]
+    stack = open_stack(tmp_path / "stack")
+    corrected = np.array(stack.radiance[-1], np.float64)
+    chart = find_chart(corrected.astype(np.float32), np.asarray(stack.saturated[-1]))
+    assert chart is not None
+    assert np.nanmean(chart[1].before) < 2.0  # the light on the chart is uneven, colours are right
+    done = lightarc(
+        *(*arguments, "--overwrite", "--chart", tmp_path / "lamps.chart", "--write-chart", tmp_path / "page.html")
+    )
+    assert json.loads(done.out)["chart"] == result["chart"]
+    np.testing.assert_array_equal(open_stack(tmp_path / "stack").radiance[-1], corrected)
+    assert "yellow green" in (tmp_path / "page.html").read_text()
+    none = lightarc(*arguments, "--overwrite", "--crop", "0,0,20,20", "--chart", folder / "leaf_20deg.tif", "--strict")
+    assert none.code == 0  # a crop is of the photographs of the sample, not of the chart's
+    refused = lightarc(*arguments, "--overwrite", "--write-chart", tmp_path / "a.chart")
+    assert refused.code == 2
+    assert "--chart" in refused.err
 
 
 def test_table_for_users(lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path) -> None:

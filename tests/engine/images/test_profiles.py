@@ -1,4 +1,4 @@
-"""Colour profiles are applied: radiance of every kind against published matrices and closed forms (C18)."""
+"""Colour profiles are applied: radiance of every kind against published matrices and closed forms."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ KINDS: dict[str, tuple[bytes, Callable[[Any], Any]]] = {
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_C18_radiance_of_every_kind_of_profile(kind: str) -> None:
+def test_radiance_of_every_kind_of_profile(kind: str) -> None:
     profile, truth = KINDS[kind]
     errors = {}
     for bits, codes in SAMPLES.items():
@@ -100,7 +100,7 @@ def test_C18_radiance_of_every_kind_of_profile(kind: str) -> None:
         np.testing.assert_allclose(white["pixels"], 1.0, atol=1e-4)
 
 
-def test_C18_grey_profiles() -> None:
+def test_grey_profiles() -> None:
     for curve, (formula, _) in profiles.CURVES.items():
         profile = profiles.grey_profile(curve)
         for bits, codes in SAMPLES.items():
@@ -171,7 +171,7 @@ def _invalid() -> dict[str, tuple[bytes, str]]:
 
 
 @pytest.mark.parametrize("kind", _invalid())
-def test_C18_invalid_profiles_are_refused_with_their_cause(kind: str) -> None:
+def test_invalid_profiles_are_refused_with_their_cause(kind: str) -> None:
     profile, cause = _invalid()[kind]
     for content in (png(SAMPLES[8], profile), tiff(SAMPLES[16], profile), jpeg(SAMPLES[8], profile)):
         with pytest.raises(InputError, match=cause) as caught:
