@@ -45,6 +45,10 @@ HIDDEN_PX = 0.1
 #: Rounds of refinement at most, the largest step in pixels, and the one at which they end.
 ROUNDS, LARGEST_STEP, SETTLED_PX = 12, 1.0, 0.01
 
+#: Turns of the refinement after which photographs are searched anew, and their held-out error over the median of all
+#: from which they are.
+SEARCHED, LOST = (1, 4), 1.6
+
 #: Smallest of the largest shifts, in pixels of the images, that is worth resampling.
 MIN_SHIFT = 0.05
 
@@ -207,12 +211,42 @@ def _refine(
             break
         steps = _steps(values, left * sample.brightness[:, None], windows)
         step = np.clip(np.median(steps, axis=0), -LARGEST_STEP, LARGEST_STEP)
+        if turn in SEARCHED:
+            step = _search(parts, left * sample.brightness[:, None], step)
         shifts = shifts + step - step[0]
-        if np.abs(step - step[0]).max() < SETTLED_PX:
+        if turn > max(SEARCHED) and np.abs(step - step[0]).max() < SETTLED_PX:
             rounds = turn + 1
     scatter = 1.2533 * steps.std(axis=0) / np.sqrt(max(len(steps), 1)) if rounds else np.zeros((len(images), 2))
     residual = np.hypot(np.hypot(*(2.0 * scatter + np.abs(np.median(steps, axis=0))).T), HIDDEN_PX)
+    residual *= np.maximum(_relative_errors(left) / LOST, 1.0) ** 2  # one that fits elsewhere scatters little there
     return Motion(shifts, residual, 0.0, float(np.mean(error)), False)
+
+
+def _relative_errors(left: Array) -> Array:
+    """(N,) held-out errors of photographs, of residuals (T, N), over their median."""
+    errors = np.median(np.abs(left), axis=0)
+    return np.asarray(errors / max(float(np.median(errors)), 1e-9))
+
+
+def _search(parts: Sequence[Grey], left: Array, step: Array) -> Array:
+    """`step` (N, 2) with those of photographs that fit badly, by correlation with what the others predict of them.
+
+    Grain that repeats, and highlights, make a photograph fit its neighbours some texels beside its place, from where no
+    small step leads back. `parts` are the windows (N, h, w) of all photographs, `left` (T, N) the residuals in them.
+    """
+    found = step.copy()
+    largest = max(range(len(parts)), key=lambda place: parts[place][0].size)
+    first = sum(part[0].size for part in parts[:largest])
+    shape = parts[largest].shape
+    off = left[first : first + parts[largest][0].size].T.reshape(shape)
+    taper = cv2.createHanningWindow(shape[:0:-1], cv2.CV_32F)
+    for index in np.flatnonzero(_relative_errors(left) > LOST):
+        seen = parts[largest][index]
+        shown = np.asarray(seen - off[index], np.float32)
+        shift, alike = _pair(_normalise(shown), _normalise(seen), taper)
+        if alike > 0.0:
+            found[index] = shift
+    return found
 
 
 def _align(images: Sequence[Grey], window: tuple[slice, slice], shifts: Array) -> NDArray[np.float32]:

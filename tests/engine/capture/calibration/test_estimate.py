@@ -78,6 +78,15 @@ def test_a_camera_that_moved_is_followed_and_one_that_stood_still_is_not() -> No
         assert off.max() < 0.6
 
 
+def test_photographs_that_fit_beside_their_place_are_searched_anew() -> None:
+    """Grain under four high lamps, which neighbours place 8 px away."""
+    rendered = render(draw(5000))
+    images = [np.ascontiguousarray(each.mean(axis=-1)) for each in rendered.photographs]
+    found = drain(camera_motion(images, rendered.directions))
+    off = np.hypot(*(found.shifts - (rendered.shifts - rendered.shifts[0])).T)
+    assert off.max() < 0.3
+
+
 def test_an_import_without_options_recovers_normals_of_a_near_unequal_dome(tmp_path: Path) -> None:
     rendered = render(Capture(seed=3, distance=2.5, gains=(0.6, 1.3), **SMALL))
     measured = measure(rendered, tmp_path)
