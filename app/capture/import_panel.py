@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -14,6 +15,7 @@ from app.document.document import ImportChoices
 from app.widgets.controls import ComboBox
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Fold, Rows, Segments, button, enable, keep_hint, text
+from engine.core.figure_text import number
 
 if TYPE_CHECKING:
     from engine.capture.registration.framing import Framing
@@ -39,13 +41,26 @@ IMPORT_CHOICES = {
     "transfer": (
         "Encoding",
         (("auto", "Automatic"), ("srgb", "sRGB"), ("linear", "Linear")),
-        "Transfer function of 8- and 16-bit files; automatic: sRGB unless capture.toml says linear",
+        "Transfer function of 8- and 16-bit files; automatic: that of their colour profile, without one sRGB unless "
+        "capture.toml says linear",
     ),
 }
 
 FRAMES = {
     "dark": ("Dark frame", "A photograph without light, which is subtracted"),
     "flat": ("Flat field", "A photograph of an even white surface, which is divided out"),
+    "chart": (
+        "Colour chart",
+        "A classic chart of 24 patches, by which colours are corrected: in a photograph of the capture, in a file of "
+        "its own under the same lamps, or a .chart file that was saved",
+    ),
+}
+
+#: Choices of a frame that no file is chosen for.
+_WITHOUT_FILE = {
+    "dark": (("As found", "auto"), ("None", "none")),
+    "flat": (("As found", "auto"), ("None", "none")),
+    "chart": (("None", "none"), ("In a photograph", "auto")),
 }
 
 #: Rows of the calibration that are lists.
@@ -79,7 +94,17 @@ FORMS = {
 }
 
 CALIBRATION = (
-    *("second_sphere", "equalise", "dark", "flat", "lamp_distance", "sphere", "without_estimates", "lights_form"),
+    *(
+        "second_sphere",
+        "equalise",
+        "dark",
+        "flat",
+        "chart",
+        "lamp_distance",
+        "sphere",
+        "without_estimates",
+        "lights_form",
+    ),
 )
 POINTS_HINT = "In the reference and in a photograph that is not aligned correctly"
 SPHERE_HINT = "Its outline, and the lamp's reflection in each photograph"
@@ -119,6 +144,8 @@ class ImportPanel(Rows):
         calibration = self.fold.rows
         for name, (label, hint) in FRAMES.items():
             self._box(name, label, hint, calibration)
+        self.chart = text("", "secondary", wrap=True)
+        calibration.wide(self.chart)
         for name, (label, choices, hint) in LISTS.items():
             box = self._box(name, label, hint, calibration)
             for value, words in choices:
@@ -207,6 +234,7 @@ class ImportPanel(Rows):
         self.lamp.choose("stated" if choices.lamp_distance is None else "near")
         if choices.lamp_distance is not None:
             self.distance.show_value(choices.lamp_distance)
+        self._show_chart()
         self._show_estimates()
         framing = choices.framing
         how = "all" if framing is None else "crop" if is_upright(framing) else "corners"
@@ -219,6 +247,16 @@ class ImportPanel(Rows):
         else:
             self.width_field.show_unknown()
             self.size_figure.setText("–")
+
+    def _show_chart(self) -> None:
+        """Say how far colours were from those of the chart before and after the last import."""
+        words = ""
+        with contextlib.suppress(KeyError, TypeError, ValueError):  # a record of a stack that is none
+            before, after = (self.provenance["chart"]["summary"][name] for name in ("before", "after"))
+            means = f"ΔE2000 {number(before['mean'])} → {number(after['mean'])} in the mean"
+            words = f"{means}, {number(after['largest'])} at most"
+        self.chart.setText(words)
+        self.chart.setVisible(bool(words))
 
     def _show_estimates(self) -> None:
         """Say what the last import found in the photographs, and which list of lights fits."""
@@ -273,12 +311,12 @@ class ImportPanel(Rows):
     def _fill_frame(self, name: str) -> None:
         box, value = self.boxes[name], getattr(self.choices, name)
         box.clear()
-        box.addItem("As found", "auto")
-        box.addItem("None", "none")
+        for words, choice in _WITHOUT_FILE[name]:
+            box.addItem(words, choice)
         if isinstance(value, Path):
             box.addItem(value.name, value)
         box.addItem("Choose a file…", "choose")
-        box.setCurrentIndex(2 if isinstance(value, Path) else 1 if value == "none" else 0)
+        box.setCurrentIndex(2 if isinstance(value, Path) else box.findData(value))
 
     def _fill_forms(self) -> None:
         current, suggested = self.choices.lights_form, self.suggested_form

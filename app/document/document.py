@@ -80,6 +80,8 @@ class ImportChoices:
     framing : the part of the photographs that becomes the image, and its size; None for all.
     without_estimates : what is not estimated from the photographs, of `engine.capture.import_plan.CALIBRATED`.
     lights_form : the form in which the list of lights is taken, see `engine.capture.lights.list_forms`.
+    chart : the colour chart by which colours are corrected: 'auto' for one that a photograph of the capture shows,
+        'none', or a file that shows one or that an import has written.
     trust_angles : take angles that nobody stated also where the photographs do not grow brighter with them.
     leave_out : leave photographs out that cannot be read or show nothing, where enough remain.
     use_all : use photographs that show nothing too: black ones, and ones that are clipped all over.
@@ -102,6 +104,7 @@ class ImportChoices:
     framing: Framing | None = None
     without_estimates: tuple[str, ...] = ()
     lights_form: str = "listed"
+    chart: Path | Literal["auto", "none"] = "none"
     trust_angles: bool = False
     leave_out: bool = False
     use_all: bool = False

@@ -52,6 +52,7 @@ def settings_of(choices: ImportChoices) -> ImportSettings:
         control_points=choices.control_points,
         calibrate=tuple(term for term in CALIBRATED if term not in choices.without_estimates),
         lights_form=choices.lights_form,
+        chart=None if choices.chart == "none" else choices.chart,
         trust_angles=choices.trust_angles,
         strict=not choices.leave_out,
         use_all=choices.use_all,

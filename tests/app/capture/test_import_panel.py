@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -126,6 +127,25 @@ def test_a_list_that_fits_better_is_offered_and_taken(panel: ImportPanel, qtbot:
         qtbot.keyClick(panel.form, Qt.Key.Key_Up)
     assert settings_of(panel.choices).lights_form == "listed"
     assert panel.take.isVisible()
+
+
+def test_a_colour_chart_is_chosen_and_its_figures_are_said(panel: ImportPanel, qtbot: Any, tmp_path: Path) -> None:
+    assert settings_of(panel.choices).chart is None
+    box = panel.boxes["chart"]
+    box.setFocus()
+    qtbot.keyClick(box, Qt.Key.Key_Down)
+    assert settings_of(panel.choices).chart == "auto"
+    panel.show_choices(dataclasses.replace(panel.choices, chart=tmp_path / "lamps.chart"), None)
+    assert box.currentText() == "lamps.chart"
+    assert settings_of(panel.choices).chart == tmp_path / "lamps.chart"
+    assert not panel.chart.isVisible()
+    figures = {name: {"mean": mean, "largest": 4 * mean} for name, mean in (("before", 9.5), ("after", 0.5))}
+    panel.show_choices(panel.choices, None, {"chart": {"summary": figures}})
+    assert panel.chart.text() == "ΔE2000 9.5 → 0.5 in the mean, 2 at most"
+    figures["after"] = {}
+    for wrong in (3, {"summary": 3}, {"summary": figures}):
+        panel.show_choices(panel.choices, None, {"chart": wrong})
+        assert not panel.chart.isVisible()
 
 
 @pytest.mark.parametrize("found", [3, [3, None, ["name"]], [{"name": []}], {"name": 1}])
