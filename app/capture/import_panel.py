@@ -253,8 +253,8 @@ class ImportPanel(Rows):
         words = ""
         with contextlib.suppress(KeyError, TypeError, ValueError):  # a record of a stack that is none
             before, after = (self.provenance["chart"]["summary"][name] for name in ("before", "after"))
-            means = f"ΔE2000 {number(before['mean'])} → {number(after['mean'])} in the mean"
-            words = f"{means}, {number(after['largest'])} at most"
+            means = f"ΔE2000 {number(before['mean'])} → {number(after['mean'])}"
+            words = f"{means}, largest {number(after['largest'])}"
         self.chart.setText(words)
         self.chart.setVisible(bool(words))
 

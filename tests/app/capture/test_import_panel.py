@@ -141,7 +141,7 @@ def test_a_colour_chart_is_chosen_and_its_figures_are_said(panel: ImportPanel, q
     assert not panel.chart.isVisible()
     figures = {name: {"mean": mean, "largest": 4 * mean} for name, mean in (("before", 9.5), ("after", 0.5))}
     panel.show_choices(panel.choices, None, {"chart": {"summary": figures}})
-    assert panel.chart.text() == "ΔE2000 9.5 → 0.5 in the mean, 2 at most"
+    assert panel.chart.text() == "ΔE2000 9.5 → 0.5, largest 2"
     figures["after"] = {}
     for wrong in (3, {"summary": 3}, {"summary": figures}):
         panel.show_choices(panel.choices, None, {"chart": wrong})

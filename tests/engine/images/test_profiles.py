@@ -134,9 +134,9 @@ def test_floats_beyond_white_are_not_lost() -> None:
 
 
 def test_samples_at_full_scale_are_masked_whatever_the_profile_makes_of_them() -> None:
-    codes = np.array([[[255, 0, 0], [254, 254, 254]]], np.uint8)
+    codes = np.array([[[255, 0, 0], [254, 254, 254], [0, 255, 0], [0, 0, 255]]], np.uint8)
     for profile in (profiles.matrix_profile("Adobe RGB", "Adobe RGB"), profiles.scanner_profile()):
-        assert read(png(codes, profile))["saturated"].tolist() == [[True, False]]
+        assert read(png(codes, profile))["saturated"].tolist() == [[True, False, True, True]]
 
 
 def _invalid() -> dict[str, tuple[bytes, str]]:

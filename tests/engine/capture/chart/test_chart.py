@@ -41,6 +41,10 @@ def test_the_published_pairs_of_ciede2000(one: Any, other: Any, difference: floa
     assert float(delta_e_2000(other, one)) == pytest.approx(difference, abs=1e-4)
 
 
+#: Middles of the patches of a chart from the front.
+POSITIONS = np.stack(np.meshgrid(np.arange(6.0), np.arange(4.0)), axis=-1).reshape(-1, 2)
+
+
 def find(image: Any) -> Any:
     image = np.minimum(image, 1.0)
     return find_chart(image, (image >= 1.0).any(axis=-1))
@@ -94,11 +98,26 @@ def test_clipped_patches_do_not_count_and_the_correction_keeps_the_luminance_of_
     assert fit_correction(clipped, chart.positions) is None
 
 
+def test_uneven_light_on_the_chart_is_told_from_its_colours() -> None:
+    light = np.linspace(0.7, 1.3, 6)[np.arange(24) % 6]
+    seen = 0.5 * (REFERENCE_RGB * light[:, None]) @ CAMERA.T
+    correction = fit_correction(seen, POSITIONS)
+    assert correction is not None
+    assert correction.after.max() < 0.5
+    assert correction.unevenness == pytest.approx(0.6, abs=0.08)
+
+
+def test_colours_that_are_only_like_those_of_a_chart_are_none() -> None:
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        assert fit_correction(REFERENCE_RGB * (1 + rng.normal(0, 0.03, (24, 3))), POSITIONS) is not None
+        assert fit_correction(REFERENCE_RGB * np.exp(rng.normal(0, 0.5, (24, 3))), POSITIONS) is None
+
+
 def test_a_camera_that_no_matrix_describes_gets_root_polynomials() -> None:
-    positions = np.stack(np.meshgrid(np.arange(6.0), np.arange(4.0)), axis=-1).reshape(-1, 2)
     red, green, blue = np.maximum(REFERENCE_RGB, 0).T
     bent = REFERENCE_RGB @ CAMERA.T + 0.25 * np.stack([np.sqrt(red * green), np.sqrt(green * blue), 0 * red], axis=-1)
-    correction = fit_correction(bent, positions)
+    correction = fit_correction(bent, POSITIONS)
     assert correction is not None
     assert correction.form == "root-polynomial"
     assert correction.held_out < 1.5
