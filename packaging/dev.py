@@ -40,8 +40,8 @@ LOG = ENVIRONMENT / "lightarc-setup.log"
 LOCKS = {"run": PROJECT / "packaging/requirements.lock", "test": PROJECT / "packaging/requirements-test.lock"}
 RESULTS = PROJECT / "build" / "demo"
 
-#: Each of the processes that run tests has a CPU to itself: threads of linear algebra and Mesa would only wait.
-ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "LP_NUM_THREADS": "1"}
+#: Each of the processes that run tests has a CPU to itself: threads of kernels, algebra and Mesa would only wait.
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "LP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
 
 #: Variables that tests do without: another display, and the wish for no bytecode, without which each process that they
 #: start compiles all modules again, and each run all tests.

@@ -66,7 +66,7 @@ OPERATORS: dict[type[ast.AST], type[ast.AST]] = {
 SECONDS = platformdirs.user_cache_path("lightarc-tests") / "seconds.json"
 
 #: Tests run beside other programs, in one thread.
-ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "LP_NUM_THREADS": "1"}
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "LP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
 
 #: Variables with which no OpenGL and no display are found.
 WITHOUT_OPENGL = {"__EGL_VENDOR_LIBRARY_FILENAMES": os.devnull, "LIBGL_DRIVERS_PATH": os.devnull}

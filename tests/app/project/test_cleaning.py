@@ -35,6 +35,7 @@ from engine.simulate.simulate import simulate
 from engine.storage import atomic
 from engine.storage.atomic import discard, make_folder
 from tests.app.command import Command
+from tests.threads import threads
 
 
 def make(path: Path, capture: Path, choices: ImportChoices) -> Path:
@@ -110,7 +111,8 @@ def test_aligned_raw_photographs_give_the_same_bits_on_one_thread(tmp_path: Path
     """Demosaicing, alignment and warping are repeated by another process, which has one thread."""
     angles = tuple(np.radians((15.0, 40.0, 65.0, 85.0)))
     drain(simulate(LightArc(elevation=angles, size=96, format="dng", interreflection=False), tmp_path / "raw"))
-    path = make(tmp_path / "a.lap", tmp_path / "raw", ImportChoices(trust_angles=True))
+    with threads(2):
+        path = make(tmp_path / "a.lap", tmp_path / "raw", ImportChoices(trust_angles=True))
     before = content(read(path).current)
     drain(clean_up(path))
     assert lacks_material(read(path).current)

@@ -68,7 +68,7 @@ def import_capture(capture: Path, target: Path, **environment: str) -> list[str]
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("LC_", "LANG"))}
     result = subprocess.run(
         [sys.executable, "-c", IMPORT, str(ROOT), str(capture), str(target)],
-        env={**kept, **environment},
+        env={**kept, "NUMBA_NUM_THREADS": "2", **environment},
         capture_output=True,
         text=True,
         check=False,

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 import pytest
 
 from engine.simulate import shading
 from engine.simulate.height_fields import Sample, sample
 from engine.surface import horizon as shadows
+from tests.threads import threads
 
 
 def surface(height: Any, albedo: float = 0.5, specular: float = 0.0, roughness: float = 1.0) -> Sample:
@@ -133,12 +133,8 @@ def test_near_lamp_lights_a_card_by_its_distance_and_its_angle(elevation_deg: in
 
 def test_result_does_not_depend_on_the_number_of_threads() -> None:
     field = sample("woven", 96)
-    threads = numba.get_num_threads()
     images = []
-    try:
-        for count in {1, threads}:
-            numba.set_num_threads(count)
+    for count in (1, 2):
+        with threads(count):
             images.append(light_up(field, math.radians(20), 0.4, 0.02))
-    finally:
-        numba.set_num_threads(threads)
-    assert np.array_equal(images[0], images[-1])
+    assert np.array_equal(*images)

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 import pytest
 
@@ -29,6 +28,7 @@ from engine.transport.gaussian.samples import glossy_surface
 from engine.transport.gaussian.transfer import diffuse_gain, diffuse_radiance
 from engine.transport.sh.lighting import project
 from tests.engine.transport.gaussian.test_samples import sphere
+from tests.threads import threads
 
 GLOSSY = "ashikhmin-shirley:kd=0.4/0.3/0.2,ks=0.05,nu=10,nv=30"
 QUICK = BakeSettings(samples=64, edge=16, fine=2)
@@ -97,13 +97,10 @@ def test_what_was_interrupted_ends_in_the_same_bytes(work: Work, file: Path, tmp
 
 
 def test_one_thread_and_two_make_the_same_bytes(work: Work, file: Path, tmp_path: Path) -> None:
-    threads = numba.get_num_threads()
-    numba.set_num_threads(1)
-    try:
-        drain(bake(tmp_path / "one", work))
-    finally:
-        numba.set_num_threads(threads)
-    assert (tmp_path / "one").read_bytes() == file.read_bytes()
+    for count in (1, 2):
+        with threads(count):
+            drain(bake(tmp_path / str(count), work))
+        assert (tmp_path / str(count)).read_bytes() == file.read_bytes()
 
 
 def test_the_diffuse_part_is_the_sum_over_the_light(file: Path) -> None:

@@ -20,6 +20,7 @@ from engine.transport.sh.basis import cosine_zonal, evaluate, turn_zonal
 from engine.transport.sh.lighting import lamp_coefficients, project, scene_coefficients, turn_about_y
 from tests.engine.scenes import scene
 from tests.engine.transport.sh.test_basis import random_directions
+from tests.threads import threads
 
 
 def noise(height: int, width: int, seed: int = 0) -> EnvironmentMap:
@@ -78,16 +79,11 @@ def test_H13_projection_is_linear_under_any_sun(sun: float) -> None:
 
 
 def test_sums_do_not_depend_on_threads() -> None:
-    import numba
-
     environment, cube = noise(64, 128), CubeMap(np.random.default_rng(1).uniform(0, 9, (6, 8, 8, 3)).astype("f4"))
-    many = project(environment, 6), project(cube, 6)
-    threads = numba.get_num_threads()
-    numba.set_num_threads(1)
-    try:
+    with threads(2):
+        many = project(environment, 6), project(cube, 6)
+    with threads(1):
         one = project(environment, 6), project(cube, 6)
-    finally:
-        numba.set_num_threads(threads)
     for a, b in zip(many, one, strict=True):
         np.testing.assert_array_equal(a, b)
 

@@ -7,7 +7,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
 
-import numba
 import numpy as np
 import pytest
 
@@ -41,6 +40,7 @@ from engine.transport.sh.transfer import (
     visibility_harmonics,
     with_table,
 )
+from tests.threads import threads
 
 EDGE = 16
 GLOSSY = "ggx:kd=0.3/0.5/0.2,alpha=0.4,f0=0.04"
@@ -290,20 +290,17 @@ def test_another_brdf_is_shown_without_a_bake_where_it_can_be(tmp_path: Path) ->
 def test_the_file_is_the_same_for_any_number_of_threads_and_after_a_pause(tmp_path: Path) -> None:
     brdf, settings = brdf_from_text(GLOSSY), replace(QUICK, bounces=1)
     ground = Ground(cells=4)
-    threads = numba.get_num_threads()
-    try:
-        numba.set_num_threads(1)
+    with threads(1):
         bake_transfer(small(), brdf, tmp_path / "one.transport", settings, ground)
-    finally:
-        numba.set_num_threads(threads)
-    work = drain(prepare(small(), brdf, settings, ground))
-    steps = bake(tmp_path / "two.transport", work)
-    for step in steps:
-        if "baking vertex" in step.note:
-            break
-    steps.close()
-    assert not (tmp_path / "two.transport").exists()
-    again = bake_transfer(small(), brdf, tmp_path / "two.transport", settings, ground)
+    with threads(2):
+        work = drain(prepare(small(), brdf, settings, ground))
+        steps = bake(tmp_path / "two.transport", work)
+        for step in steps:
+            if "baking vertex" in step.note:
+                break
+        steps.close()
+        assert not (tmp_path / "two.transport").exists()
+        again = bake_transfer(small(), brdf, tmp_path / "two.transport", settings, ground)
     assert again.resumed_chunks >= 1
     assert (tmp_path / "one.transport").read_bytes() == (tmp_path / "two.transport").read_bytes()
     assert work.size_bytes == (tmp_path / "two.transport").stat().st_size

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 import pytest
 import pywt
@@ -21,6 +20,7 @@ from engine.transport.wavelet.haar import (
     places,
     strongest,
 )
+from tests.threads import threads
 
 
 def random(*shape: int, seed: int = 1) -> np.ndarray:
@@ -83,13 +83,10 @@ def test_the_scaling_coefficient_is_the_sum_over_the_edge() -> None:
 
 def test_results_do_not_depend_on_the_number_of_threads() -> None:
     image = random(24, 64, 64)
-    together = haar(image)
-    before = numba.get_num_threads()
-    numba.set_num_threads(1)
-    try:
+    with threads(2):
+        together = haar(image)
+    with threads(1):
         assert np.array_equal(haar(image), together)
-    finally:
-        numba.set_num_threads(before)
 
 
 @pytest.mark.parametrize("edge", EDGES)

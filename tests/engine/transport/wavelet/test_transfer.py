@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any, cast
 
-import numba
 import numpy as np
 import pytest
 
@@ -29,6 +28,7 @@ from engine.transport.wavelet.transfer import (
     vectors_of,
     vertex_frames,
 )
+from tests.threads import threads
 
 EDGE = 16
 TEXELS = 6 * EDGE * EDGE
@@ -90,13 +90,10 @@ def test_Z4_vectors_do_not_depend_on_the_number_of_threads() -> None:
     factors = random_factors(2)
     frames, visible = frames_and_visibility(37)
     arguments = (frames, visible, 16, cube_texels(EDGE), factors.hemisphere_map, light_maps(factors), 30)
-    together = transport_vectors(*arguments)
-    before = numba.get_num_threads()
-    numba.set_num_threads(1)
-    try:
+    with threads(2):
+        together = transport_vectors(*arguments)
+    with threads(1):
         alone = transport_vectors(*arguments)
-    finally:
-        numba.set_num_threads(before)
     assert all(np.array_equal(together[name], alone[name]) for name in together)
 
 
