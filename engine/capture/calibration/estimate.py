@@ -50,6 +50,9 @@ HOPELESS = 0.18
 #: Held-out error below which a matte model is good enough, and the share of it that a glossy one may leave.
 MATTE_ENOUGH, CLEARLY_GLOSSY = 0.004, 0.8
 
+#: Held-out error of matte texels up to which the rig that they tell is as likely as that of glossy ones.
+MATTE_FITS = 0.008
+
 #: Inverse distances from which the fit of glossy texels starts as well.
 STARTS = (0.5,)
 
@@ -154,11 +157,12 @@ def _estimate(sample: Sample, directions: Array, allowed: Collection[str], start
     kind: Kind = "matte"
     errors = cross_validate(sample, directions, start, kind)
     kept = _choose_terms(tried, errors, sample)
-    if float(errors(kept).mean()) > MATTE_ENOUGH:
+    matte, matte_error = kept, float(errors(kept).mean())
+    if matte_error > MATTE_ENOUGH:
         few = _sparse(sample)
         others = cross_validate(few, directions, start, "glossy")
         terms = _choose_terms(tried, others, few)
-        if float(others(terms).mean()) < CLEARLY_GLOSSY * float(errors(kept).mean()):
+        if float(others(terms).mean()) < CLEARLY_GLOSSY * matte_error:
             kind, sample, errors, kept = "glossy", few, others, terms
     final = _fit_from_several(sample, directions, kept, start, kind)
     spread = _jackknife(sample, directions, kept, final, kind)
@@ -176,6 +180,9 @@ def _estimate(sample: Sample, directions: Array, allowed: Collection[str], start
             likely = np.exp(-0.5 * (max(share - UNDECIDED, 0.0) / LESS_LIKELY) ** 2)
             angle = likely * _angles_between(_fit_from_several(sample, directions, rival, start, kind), final)
             squares = np.maximum(squares, angle**2)
+    if kind == "glossy" and matte_error < MATTE_FITS:  # a gloss that is not there looks like weak room light
+        rig = fit(sample, directions, matte, start, "matte").rig
+        squares = np.maximum(squares, _angles_between(fit(sample, directions, (), rig, kind), final) ** 2)
     undecided = _by_distance(squares, sample.positions)
     said = tuple(_term(term, kept, errors, sample, final, spread, changes.get(term, 0.0)) for term in tried)
     return Estimate(final.rig if kept else start, said, left, kind, undecided)

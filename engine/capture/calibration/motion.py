@@ -45,9 +45,9 @@ HIDDEN_PX = 0.1
 #: Rounds of refinement at most, the largest step in pixels, and the one at which they end.
 ROUNDS, LARGEST_STEP, SETTLED_PX = 12, 1.0, 0.01
 
-#: Turns of the refinement after which photographs are searched anew, and their held-out error over the median of all
-#: from which they are.
-SEARCHED, LOST = (1, 4), 1.6
+#: Turns of the refinement after which photographs are searched anew, their held-out error over the median of all from
+#: which they are, and the factor by which the deviation of their shift grows with it at most.
+SEARCHED, LOST, MAX_GROWTH = (1, 4), 1.6, 3.0
 
 #: Smallest of the largest shifts, in pixels of the images, that is worth resampling.
 MIN_SHIFT = 0.05
@@ -218,7 +218,8 @@ def _refine(
             rounds = turn + 1
     scatter = 1.2533 * steps.std(axis=0) / np.sqrt(max(len(steps), 1)) if rounds else np.zeros((len(images), 2))
     residual = np.hypot(np.hypot(*(2.0 * scatter + np.abs(np.median(steps, axis=0))).T), HIDDEN_PX)
-    residual *= np.maximum(_relative_errors(left) / LOST, 1.0) ** 2  # one that fits elsewhere scatters little there
+    # a photograph that fits elsewhere scatters little there
+    residual *= np.clip((_relative_errors(left) / LOST) ** 2, 1.0, MAX_GROWTH)
     return Motion(shifts, residual, 0.0, float(np.mean(error)), False)
 
 

@@ -105,12 +105,16 @@ def test_normals_of_near_lamps_that_nobody_corrected_for_are_doubted(tmp_path: P
     assert any("Not corrected for: Lamps 2.5" in warning for warning in measured.surface.health.warnings)
 
 
-def test_weak_room_light_beside_near_lamps_is_in_the_stated_uncertainty(tmp_path: Path) -> None:
-    measured = measure(render(draw(3014)), tmp_path)
+@pytest.mark.parametrize(("seed", "largest"), [(3014, 1.0), (5015, 4.0)])
+def test_room_light_that_is_not_told_beside_near_lamps_is_in_the_uncertainty(
+    tmp_path: Path, seed: int, largest: float
+) -> None:
+    """Other sets of terms, or matte texels, show the photographs as well: 0.76 and 0.12 are covered without these."""
+    measured = measure(render(draw(seed)), tmp_path)
     accepted = {term["name"] for term in measured.stack.provenance["calibration"] if term["accepted"]}
     assert "ambient" not in accepted  # though it is there
-    assert measured.covered >= 0.95  # 0.76 where sets of terms that show the photographs better count as decided
-    assert np.median(measured.sigma_deg) < 1.0
+    assert measured.covered >= 0.95
+    assert np.median(measured.sigma_deg) < largest
 
 
 @pytest.mark.long
