@@ -42,6 +42,9 @@ from app import command_line
 from app.arguments.usage import BAD_FILE, DONE, MISSING, OUT_OF_MEMORY
 from app.project.project_file import is_waiting
 from app.project.report import describe
+from engine.capture.chart.correction import fit_correction
+from engine.capture.chart.file import as_json, read_chart, save_chart
+from engine.capture.chart.reference import REFERENCE_RGB
 from engine.capture.lights.light_file import read_lights
 from engine.core.errors import LightarcError
 from engine.factor.factor_file import read_factors
@@ -198,6 +201,8 @@ def _verbs() -> Iterator[Work]:
     yield Work("shade tiles", words + "--error-map {output}.png", None, "a.lightarc", lightarc.open_bundle, rare=True)
     lights = "import {inputs}/lamps -o {inputs}-stack --no-align --overwrite --write-lights {output}"
     yield Work("import lights", lights, None, "l.lights", read_lights)
+    chart = "import {inputs}/photographs -o {inputs}-stack --no-align --overwrite --chart {inputs}/lamps.chart"
+    yield Work("import chart", chart + " --write-chart {output}", None, "l.chart", read_chart)
     yield Work("simulate", "simulate --sample plain --size 16 --elevations-deg 30,60 -o {output}", None, "capture")
 
 
@@ -345,6 +350,9 @@ def prepare(inputs: Path, *, all_works: bool = True) -> None:
         (inputs / name).write_bytes(encode_png(np.full((16, 16, 3), value, np.uint8)))
     if not all_works:
         return
+    correction = fit_correction(0.5 * REFERENCE_RGB, np.indices((4, 6)).reshape(2, 24).T.astype(np.float64))
+    assert correction is not None
+    save_chart(inputs / "lamps.chart", as_json(correction, "chart.tif"))
     (inputs / "sky.png").write_bytes(encode_png(np.full((16, 32, 3), 100, np.uint8)))
     scenarios.prepare(inputs)
     for name in ("shade", "bake", "factor"):
