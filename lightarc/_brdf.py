@@ -246,7 +246,9 @@ def fit_brdf(
 def factor_brdf(
     brdf: BrdfLike,
     *,
-    method: Literal["auto", "symmetric", "svd", "power", "normalised", "homomorphic", "search"] = DEFAULT.method,
+    method: Literal[
+        "auto", "symmetric", "svd", "power", "nonnegative", "normalised", "homomorphic", "search"
+    ] = DEFAULT.method,
     terms: int = 0,
     size: int = 0,
     samples: int = DEFAULT.samples,
@@ -259,7 +261,7 @@ def factor_brdf(
     ----------
     brdf : str, path, Brdf or model class
         The BRDF.
-    method : {'auto', 'symmetric', 'svd', 'power', 'normalised', 'homomorphic', 'search'}
+    method : {'auto', 'symmetric', 'svd', 'power', 'nonnegative', 'normalised', 'homomorphic', 'search'}
         Sums of products of two textures (the first five), or products of projections.
     terms : int
         Terms at most; 0 for the method's own number.

@@ -16,13 +16,14 @@ from engine.factor.settings import DEFAULT, FactorSettings
 
 _DECLARED = {parameter.name: dict(parameter.offered) for parameter in parameters(FactorSettings)}
 
-#: The methods and what they are called; the first five give sums of products, the last two one product.
+#: The methods and what they are called; the last two give one product, the others sums of products.
 METHODS = _DECLARED["method"]
 METHOD_HINTS = {
     "auto": "Models: symmetric or singular values. Measurements: these or a search, by the error in held-out regions",
     "symmetric": "Eigenvectors: light and view maps are the same up to their sign (Wang, Tran and Luebke 2004)",
     "svd": "Singular vectors, for any BRDF",
     "power": "The same by block power iteration, as published",
+    "nonnegative": "Sums without a negative term: no black bands, and dark values are nearer (Lee and Seung 1999)",
     "normalised": "A product of two positive textures (Kautz and McCool 1999)",
     "homomorphic": "Textures of light, half vector and view, solved together (McCool, Ang and Ahmad 2001)",
     "search": "Textures of the best projections for this BRDF (Cole 2002)",

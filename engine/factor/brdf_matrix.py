@@ -94,6 +94,18 @@ class BrdfMatrix:
 
         return [sector(character) for character in self.characters]
 
+    def whole(self, channel: int, row_weight: Floats, column_weight: Floats) -> Sector:
+        """The matrix in one piece, weighted as in `sectors`; of rows that repeat, each once."""
+        if self.sampled is not None:
+            return self.sectors(channel, row_weight, column_weight)[0]
+        texels = len(column_weight)
+        matrix, moved = np.empty((texels, texels)), np.empty(texels, np.intp)
+        for member, image in enumerate(self.images):
+            for other, before in enumerate(self.images):
+                moved[before] = self.images[member ^ other]  # mirrors are their own inverse, and the order is of bits
+            matrix[image[:, None], moved[None]] = self.rows[channel]
+        return Sector(matrix * row_weight[:, None] * column_weight, lambda vectors: vectors, lambda vectors: vectors)
+
 
 def brdf_matrix(brdf: Brdf, hemisphere_map: HemisphereMap, parametrisation: Parametrisation) -> Steps[BrdfMatrix]:
     """Sample `brdf` at the texels of `hemisphere_map`.

@@ -1,6 +1,7 @@
 """Factor a BRDF by any method, with its error for every number of terms, live while it runs.
 
 symmetric, svd, power     sums of products of two textures (`separable`)
+nonnegative               such sums without a negative term (`solvers.nonnegative`)
 normalised                one such product, positive (`normalised`)
 homomorphic               products of textures of McCool's fixed projections (`homomorphic`)
 search                    products of textures of the projections that Cole's search finds
@@ -36,7 +37,7 @@ from engine.factor.hemisphere_map import KINDS, HemisphereMap, MapKind
 from engine.factor.homomorphic import HomomorphicFactors
 from engine.factor.normalised import normalise
 from engine.factor.projection_search import search
-from engine.factor.separable import METHODS, SeparableMethod, Separated, in_norms, norms_of
+from engine.factor.separable import NAMES, SeparableMethod, Separated, in_norms, norms_of
 from engine.factor.separable_factors import PARAMETRISATIONS, Parametrisation, SeparableFactors
 from engine.factor.settings import DEFAULT, MAX_TEXTURES, FactorSettings
 from engine.factor.solvers.regions import Parts, gaps, parts_of
@@ -299,7 +300,7 @@ def _in_norms(
         factors = yield from normalise(brdf, hemisphere_map, form, pairs)
         return [Separated(factors, "normalised", "cosine", 0.0, 1.0, 0.0, 1, True)]
     method: SeparableMethod = "auto"
-    if settings.method in METHODS and not (settings.method == "symmetric" and form == "half-diff"):
+    if settings.method in NAMES and not (settings.method == "symmetric" and form == "half-diff"):
         method = settings.method  # type: ignore[assignment]
     return (
         yield from in_norms(

@@ -26,7 +26,7 @@ from engine.factor.errors import Factorisation, HeldOut, Reference, TermError, c
 from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.homomorphic import HomomorphicFactors, LogSpace
 from engine.factor.projections import FixedProjection, Projection, mccool_projections
-from engine.factor.separable import Separated, in_norms
+from engine.factor.separable import SeparableMethod, Separated, in_norms
 from engine.factor.solvers.least_squares import DENSE_LIMIT, Fit, solve
 from engine.factor.solvers.least_squares_rows import predict
 from engine.factor.solvers.regions import PARTS, Parts
@@ -360,6 +360,8 @@ def sums_foretold(
     values = [np.zeros((each.factors.terms, *data.value.shape)) for each in found]
     measured = np.empty(brdf.measured.value.shape[0], np.intp)
     measured[data.measurement] = parts
+    method: SeparableMethod = "nonnegative" if found[0].method == "nonnegative" else "svd"
+    method = "power" if found[0].method == "power" else method
     for part in range(PARTS):
         kept = brdf.measured.part(measured != part)
         smooth = yield from relay(fit_scattered(kept, shape=brdf.shape), _still)
@@ -369,7 +371,7 @@ def sums_foretold(
                 hemisphere_map,
                 most,
                 [each.weighting for each in found],
-                method="power" if found[0].method == "power" else "svd",
+                method=method,
                 parametrisation=first.parametrisation,
                 seed=seed,
             ),

@@ -18,10 +18,11 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, get_args
+from functools import partial
+from typing import Literal, NamedTuple, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,7 @@ from engine.factor.brdf_matrix import BrdfMatrix, Sector, brdf_matrix
 from engine.factor.errors import Reference
 from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import Parametrisation, SeparableFactors
+from engine.factor.solvers.nonnegative import nonnegative
 from engine.factor.solvers.svd import (
     ASYMMETRY,
     ROUNDING,
@@ -48,11 +50,16 @@ from engine.factor.solvers.svd import (
 
 Floats = NDArray[np.float64]
 
-SeparableMethod = Literal["auto", "symmetric", "svd", "power"]
+Result = TypeVar("Result")
+
+SeparableMethod = Literal["auto", "symmetric", "svd", "power", "nonnegative"]
 Weighting = Literal["auto", "plain", "cosine"]
 WEIGHTINGS: tuple[Weighting, ...] = get_args(Weighting)
 
 METHODS = {"symmetric": symmetric, "svd": svd, "power": power}
+
+#: All methods; the last has no negative terms, and works on the matrix in one piece.
+NAMES = (*METHODS, "nonnegative")
 
 #: Sectors of up to this many rows are held to LAPACK's singular values, larger ones to those that were found.
 CHECKED = 640
@@ -114,9 +121,9 @@ def separate(
 ) -> Steps[Separated]:
     """Factors of `brdf` with up to `terms` terms.
 
-    `auto` is `symmetric` where the matrix is, else `svd`. `reference` is what the automatic weighting is judged by and
-    is needed for it. Raises UsageError where `terms` < 1, the values are not finite numbers, or the method `symmetric`
-    is asked for a matrix whose asymmetry exceeds 1e-12.
+    `auto` is `symmetric` where the matrix is, else `svd`; `nonnegative` has no term that is negative anywhere.
+    `reference` is what the automatic weighting is judged by and is needed for it. Raises UsageError where `terms` < 1,
+    the values are not finite numbers, or the method `symmetric` is asked for a matrix whose asymmetry exceeds 1e-12.
     """
     if weighting == "auto" and reference is None:
         raise ValueError("the automatic weighting needs pairs of directions to compare at")
@@ -197,20 +204,16 @@ def _separate(
 ) -> Steps[Separated]:
     hemisphere_map, parametrisation = matrix.hemisphere_map, matrix.parametrisation
     rows, columns = texel_weights(hemisphere_map, parametrisation, weighting)
-    sectors = [matrix.sectors(channel, rows, columns) for channel in _different(matrix.rows)]
-    pool = ThreadPoolExecutor(os.cpu_count() or 1)
-    try:
-        work = [[pool.submit(_sector_terms, sector, terms, method, seed) for sector in channel] for channel in sectors]
-        futures = [future for channel in work for future in channel]
-        while not all(future.done() for future in futures):
-            done = sum(future.done() for future in futures) / len(futures)
-            yield Step(done, f"finding terms in the {weighting} norm")
-            wait([future for future in futures if not future.done()], PACE_S, FIRST_COMPLETED)
-        found = [[future.result() for future in channel] for channel in work]
-    finally:
-        # who cancels does not wait for a call of LAPACK, which is bounded and whose result nobody wants
-        pool.shutdown(wait=False, cancel_futures=True)
-    cuts = [_cut(one, parts, terms) for one, parts in zip(sectors, found, strict=True)]
+    channels = _different(matrix.rows)
+    note = f"finding terms in the {weighting} norm"
+    if method == "nonnegative":
+        pieces = [matrix.whole(channel, rows, columns) for channel in channels]
+        cuts = yield from _run_all([partial(_positive_cut, piece, terms, seed) for piece in pieces], note)
+    else:
+        sectors = [matrix.sectors(channel, rows, columns) for channel in channels]
+        work = [partial(_find_terms, sector, terms, method, seed) for channel in sectors for sector in channel]
+        found = iter((yield from _run_all(work, note)))
+        cuts = [_cut(channel, [next(found) for _ in channel], terms) for channel in sectors]
     by_channel = [cuts[index] for index in _same_as(matrix.rows)]
     kept = max(1, *(int(np.count_nonzero(cut.value)) for cut in cuts))
     first, second = (np.empty((kept, *hemisphere_map.shape, 3), np.float32) for _ in range(2))
@@ -230,6 +233,26 @@ def _separate(
         iterations=max(cut.iterations for cut in cuts),
         converged=all(cut.converged for cut in cuts),
     )
+
+
+def _run_all(work: Sequence[Callable[[], Result]], note: str) -> Steps[list[Result]]:
+    """What all of `work` gives, on all CPUs."""
+    pool = ThreadPoolExecutor(os.cpu_count() or 1)
+    try:
+        futures = [pool.submit(each) for each in work]
+        while not all(future.done() for future in futures):
+            yield Step(sum(future.done() for future in futures) / len(futures), note)
+            wait([future for future in futures if not future.done()], PACE_S, FIRST_COMPLETED)
+        return [future.result() for future in futures]
+    finally:
+        # who cancels does not wait for a call of LAPACK, which is bounded and whose result nobody wants
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _positive_cut(piece: Sector, terms: int, seed: int) -> _Cut:
+    found = nonnegative(piece.matrix, min(terms, *piece.matrix.shape), seed)
+    sides = piece.left(found.left), piece.right(found.right)
+    return _Cut(*sides, found.value, found.error**2, found.optimum**2, found.iterations, found.converged)
 
 
 def _asymmetry(matrix: BrdfMatrix) -> float:
@@ -260,7 +283,7 @@ def _first_like(rows: Floats) -> list[int]:
     return [next(other for other in range(3) if np.array_equal(rows[other], rows[channel])) for channel in range(3)]
 
 
-def _sector_terms(sector: Sector, terms: int, method: str, seed: int) -> tuple[Decomposition, Floats | None]:
+def _find_terms(sector: Sector, terms: int, method: str, seed: int) -> tuple[Decomposition, Floats | None]:
     """The leading terms of a sector and, where it is small, all its singular values."""
     wanted = min(terms, *sector.matrix.shape)
     # what is symmetric but for rounding is made so: the method is gated by the asymmetry of the whole matrix

@@ -29,20 +29,22 @@ class FactorSettings:
     pass through them; `why_not` gives the reason, and `engine.factor.factor` refuses them.
     """
 
-    method: Literal["auto", "symmetric", "svd", "power", "normalised", "homomorphic", "search"] = choice(
+    method: Literal["auto", "symmetric", "svd", "power", "nonnegative", "normalised", "homomorphic", "search"] = choice(
         "auto",
-        ("auto", "symmetric", "svd", "power", "normalised", "homomorphic", "search"),
+        ("auto", "symmetric", "svd", "power", "nonnegative", "normalised", "homomorphic", "search"),
         offered=(
             ("auto", "Automatic"),
             ("symmetric", "Symmetric"),
             ("svd", "Singular values"),
             ("power", "Power iteration"),
+            ("nonnegative", "Non-negative"),
             ("normalised", "One positive term"),
             ("homomorphic", "Fixed (McCool)"),
             ("search", "Search (Cole)"),
         ),
         doc="auto: of a formula, symmetric if its matrix is symmetric, otherwise svd; of a measurement these or a "
-        "search, whichever is better in regions of directions that are left out",
+        "search, whichever is better in regions of directions that are left out; nonnegative: no pair of directions "
+        "is negative, and dark values are nearer, for some more squared error",
     )
     parametrisation: Literal["in-out", "half-diff", "auto"] = choice(
         "in-out",

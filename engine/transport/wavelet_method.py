@@ -181,7 +181,7 @@ def illuminate(file: TransportFile, light: Light, asked: WaveletLight, _brdf: st
         RelightWavelets(transport, rows),
         reported,
         lambda eye: radiance_from(transport, rows, eye).negative_rel,
-        "bake with more terms",
+        "factor the BRDF with --method nonnegative and bake these factors, which have no negative term",
     )
 
 

@@ -23,7 +23,7 @@ def factor_brdf(brdf: Any = PAINT, **settings: Any) -> Any:
     return drain(factor(brdf, FactorSettings(**{"samples": 2000, "side": 12, "products": 3, **settings})))
 
 
-@pytest.mark.parametrize("method", ["auto", "symmetric", "svd", "power", "normalised"])
+@pytest.mark.parametrize("method", ["auto", "symmetric", "svd", "power", "nonnegative", "normalised"])
 def test_a_term_errors_tells_the_errors_of_each_number_of_terms(method: Any) -> None:
     found = factor_brdf(method=method)
     assert found.method == ("symmetric" if method == "auto" else method)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
-from engine.core.directions import dot
+from engine.core.directions import dot, normalize
 from engine.core.steps import drain
 from engine.factor.brdf_matrix import brdf_matrix
 from engine.factor.errors import reference, rms_cosine_weighted
@@ -251,3 +251,26 @@ def test_W2_a_constant_has_one_term_whatever_its_sectors_round_to(weighting: Any
     )
     assert found.factors.terms == 1
     assert found.condition_number == 1.0
+
+
+@pytest.mark.parametrize("parametrisation", ["in-out", "half-diff"])
+@pytest.mark.parametrize("text", [BRUSHED, PAINT, "ashikhmin-shirley:kd=0.5,ks=0.75,nu=10,nv=100"])
+def test_nonnegative_factors_are_above_zero_everywhere(text: str, parametrisation: Any) -> None:
+    """The matrix in one piece is that of the mirrored sectors: the error that the solver states is the brute one."""
+    brdf, hemisphere_map = brdf_from_text(text), HemisphereMap("orthographic", 12)
+    found = separate_terms(brdf, 4, method="nonnegative", weighting="cosine", parametrisation=parametrisation)
+    inside = np.broadcast_to(hemisphere_map.mask, found.factors.first.shape[:3])
+    assert (found.factors.first[inside] > 0.0).all()
+    assert (found.factors.second[inside] > 0.0).all()
+    assert found.optimum_ratio >= 1.0 - 1e-6
+    wi, wo = normalize(np.random.default_rng(1).normal(size=(2, 500, 3)))
+    wi[:, 2], wo[:, 2] = np.abs(wi[:, 2]), np.abs(wo[:, 2])
+    assert (found.factors.sum_terms(wi, wo) > 0.0).all()
+    if parametrisation == "in-out":
+        rows, columns = texel_weights(hemisphere_map, "in-out", "cosine")
+        matrix = whole(brdf, hemisphere_map) * rows[:, None] * columns
+        first, second = (side[inside].reshape(4, -1, 3) for side in (found.factors.first, found.factors.second))
+        ours = np.einsum("kac,kbc->cab", first * rows[:, None], second * columns[:, None])
+        sigma = np.linalg.svd(matrix, compute_uv=False)
+        best = np.sqrt((sigma[:, 4:] ** 2).sum())
+        assert np.linalg.norm(matrix - ours) == pytest.approx(found.optimum_ratio * best, rel=1e-3)
