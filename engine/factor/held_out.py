@@ -43,6 +43,9 @@ MIN_SMOOTHING, MAX_SMOOTHING = 1e-8, 1.0
 #: Projections of each term whose λ is chosen too.
 FINALISTS = 3
 
+#: Methods of sums that are made again as they are without a region; all others by singular values.
+_REPEATED: dict[str, SeparableMethod] = {"power": "power", "nonnegative": "nonnegative"}
+
 #: Texels a side, at most, of the maps of sums that are made to be judged.
 LARGEST_JUDGED = 24
 
@@ -360,8 +363,6 @@ def sums_foretold(
     values = [np.zeros((each.factors.terms, *data.value.shape)) for each in found]
     measured = np.empty(brdf.measured.value.shape[0], np.intp)
     measured[data.measurement] = parts
-    method: SeparableMethod = "nonnegative" if found[0].method == "nonnegative" else "svd"
-    method = "power" if found[0].method == "power" else method
     for part in range(PARTS):
         kept = brdf.measured.part(measured != part)
         smooth = yield from relay(fit_scattered(kept, shape=brdf.shape), _still)
@@ -371,7 +372,7 @@ def sums_foretold(
                 hemisphere_map,
                 most,
                 [each.weighting for each in found],
-                method=method,
+                method=_REPEATED.get(found[0].method, "svd"),
                 parametrisation=first.parametrisation,
                 seed=seed,
             ),
