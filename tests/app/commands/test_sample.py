@@ -32,7 +32,7 @@ def test_the_sample_opens_ready_made_beside_the_project_and_can_be_rebuilt(
     qtbot.waitUntil(lambda: document.project.has_map, timeout=60_000)
     assert document.project.name == "Woven cloth"
     assert document.undo_stack.count() == 0
-    assert window.stack.currentWidget() is window.view
+    qtbot.waitUntil(lambda: window.stack.currentWidget() is window.view, timeout=60_000)
     assert read(tmp_path / "kept.lap").current.name == "Kept"
     window.new()
     bench.rebuild_sample()
