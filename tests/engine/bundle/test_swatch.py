@@ -10,8 +10,8 @@ import pytest
 from engine.bundle.bundle import BELOW_WHITE, SIDE, swatch
 from engine.core.colour import srgb_decode
 from engine.images.png import read_png
-from engine.scene.material import Material
-from tests.engine.exchange.materials import dome_material, linear_material, woven_material
+from engine.scene.material import Material, material_of_maps
+from tests.engine.exchange.materials import dome_material, linear_material, measure_maps, woven_material
 
 
 def test_it_has_the_hue_of_the_material_and_fills_the_range() -> None:
@@ -30,6 +30,14 @@ def test_every_form_of_a_material_has_one() -> None:
     assert halves > 1.2  # the left half of the dome's sample is twice as bright
     with pytest.raises(ValueError, match="without maps"):
         swatch(Material(None, None, brdf="lambert"))
+
+
+def test_maps_that_are_small_enough_are_shown_whole() -> None:
+    law = woven_material(24, 20).power_law
+    assert law is not None
+    assert read_png(swatch(Material(None, law, brdf="lambert")), "swatch.png").samples.shape[:2] == law.error_map.shape
+    maps = measure_maps()
+    assert read_png(swatch(material_of_maps(maps, "maps")), "swatch.png").samples.shape[:2] == maps.size
 
 
 def test_large_maps_are_thinned() -> None:

@@ -35,6 +35,24 @@ def test_every_built_in_map_is_light(name: str) -> None:
     assert 0.1 < luminance(irradiance(environment, normalize((0, 1, 1)))) < 30.0
 
 
+@pytest.mark.parametrize(
+    ("name", "lamps"),
+    [
+        ("studio", [(-0.6, 0.65, 0.55), (0.9, 0.2, 0.45), (0.35, 0.5, -0.85)]),
+        ("softboxes", [(-0.75, 0.55, 0.75), (0.95, 0.15, 0.6), (0.6, 0.6, -0.9)]),
+    ],
+)
+def test_lamps_of_rooms_stand_where_they_are_said_to(name: str, lamps: list[tuple[float, float, float]]) -> None:
+    """The middle of all light above that of the room, near each lamp, is the direction of that lamp."""
+    environment = open_environment(name)
+    height, width = environment.radiance.shape[:2]
+    directions, radiance = texel_directions(height, width), luminance(environment.radiance)
+    bright = np.where(radiance > 3.0 * np.median(radiance), radiance, 0.0) * solid_angles(height, width)
+    for towards in map(normalize, lamps):
+        near = bright * (directions @ towards > math.cos(math.radians(40)))
+        assert normalize((directions * near[..., None]).sum(axis=(0, 1))) @ towards > math.cos(math.radians(3))
+
+
 def test_unknown_names_list_the_known_ones() -> None:
     with pytest.raises(InputError, match="overcast"):
         open_environment("midnight")
