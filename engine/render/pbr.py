@@ -51,8 +51,10 @@ class Texels:
     def product(self, point: Indices, wi: Floats, wo: Floats) -> Floats:
         """f times the cosine (K, 3) at the points (K,) for directions (K, 3) in their bent frames, averaged over the
         normals that a point covers; `wi` may lie below the horizon of their mean."""
-        value = self.f(point, wi, wo) * wi[:, 2:]
-        spread = np.flatnonzero(self.spread[point, 0] + self.spread[point, 1] > ALIKE)
+        value, is_spread = np.empty((len(point), 3)), self.spread[point, 0] + self.spread[point, 1] > ALIKE
+        even, spread = np.flatnonzero(~is_spread), np.flatnonzero(is_spread)
+        if even.size:
+            value[even] = self.f(point[even], wi[even], wo[even]) * wi[even, 2:]
         if spread.size:
             at = point[spread]
             there = self.base_colour[at], self.roughness[at], self.metallic[at], self.f0[at]
@@ -83,9 +85,10 @@ def texels_at(levels: Levels, uv: Floats, detail: Floats) -> Texels:
     """The maps at `uv` (N, 2) with the mip levels `detail` (N,), from `engine.render.mip_maps.pbr_layers`."""
     base, gloss, mean, square = (filter_levels(levels, layer, uv, detail) for layer in range(4))
     # between texels of full size the surface is smooth, and normals of unit length
-    share = 1.0 - np.minimum(detail, 1.0)[:, None]
-    near = [filter_levels(levels[:1], layer, uv, np.zeros(len(uv))) for layer in (2, 3)]
+    close = np.flatnonzero(detail < 1.0)
+    share = 1.0 - detail[close, None]
+    near = [filter_levels(levels[:1], layer, uv[close], np.zeros(len(close))) for layer in (2, 3)]
     unit = normalize(near[0])
-    mean += share * (unit - near[0])
-    square += share * (np.stack([unit[:, 0] ** 2, unit[:, 1] ** 2, unit[:, 0] * unit[:, 1]], axis=1) - near[1])
+    mean[close] += share * (unit - near[0])
+    square[close] += share * (np.stack([unit[:, 0] ** 2, unit[:, 1] ** 2, unit[:, 0] * unit[:, 1]], axis=1) - near[1])
     return Texels(base, gloss[:, 0], gloss[:, 1], gloss[:, 2], normalize(mean), *spread_slopes(mean, square))

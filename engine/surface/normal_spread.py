@@ -8,7 +8,8 @@ axes. GGX over Gaussian slopes is not GGX: it is close to a generalised Trowbrid
 
 whose height is that of GGX under a Gaussian, in closed form, and whose exponent rises from 2 without a spread to that
 of a Gaussian. Its error is 1 to 4 % of the root mean square, and 12 % where all slopes lie along one line; GGX of the
-width M, as it is mostly taken, errs by up to 21 %. Shadowing is that of the normals that reflect, their mean given the
+width M, the usual choice, errs by up to 21 %. Two moments know nothing of slopes that are far from Gaussian: weaves and
+ripples are up to 25 % too bright or too dark. Shadowing is that of the normals that reflect, their mean given the
 half vector: the reflectance is averaged over normals as they are, each shaded in its own frame. Directions are in the
 frame of the mean normal, normal +z. Without a spread the values are those of `engine.surface.metallic_roughness`.
 Bound by arithmetic, some 0.3 µs a point.

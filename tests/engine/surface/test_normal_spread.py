@@ -86,7 +86,7 @@ def test_slopes_of_a_known_spread_are_told(widths: tuple[float, float]) -> None:
 def test_gaussian_slopes_reflect_as_their_sum(
     light: tuple[float, float], viewer: tuple[float, float], roughness: float, width: float
 ) -> None:
-    """Within 5 %, 10 % beside a peak. The mean normal alone would give 0.2 to 8 times the light."""
+    """Within 5 %, 10 % beside a peak."""
     normals = gaussian_normals((width, width))
     where = direction(*light), direction(*viewer)
     exact, found = (each(normals, *where, roughness, 0.2) for each in (summed, averaged))
