@@ -23,7 +23,7 @@ METHOD_HINTS = {
     "symmetric": "Eigenvectors: light and view maps are the same up to their sign (Wang, Tran and Luebke 2004)",
     "svd": "Singular vectors, for any BRDF",
     "power": "The same by block power iteration, as published",
-    "nonnegative": "Sums without a negative term: no black bands, and dark values are nearer (Lee and Seung 1999)",
+    "nonnegative": "Sums without a negative term, which are never black and nearer to dark values (Lee and Seung 1999)",
     "normalised": "A product of two positive textures (Kautz and McCool 1999)",
     "homomorphic": "Textures of light, half vector and view, solved together (McCool, Ang and Ahmad 2001)",
     "search": "Textures of the best projections for this BRDF (Cole 2002)",
