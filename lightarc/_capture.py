@@ -121,7 +121,12 @@ def simulate_capture(
 
 
 @public
-def open_capture(*paths: File, angles_deg: Sequence[float] | None = None, sphere: Outline | None = None) -> Sources:
+def open_capture(
+    *paths: File,
+    angles_deg: Sequence[float] | None = None,
+    sphere: Outline | None = None,
+    pair: File | Literal["auto", "none"] = "auto",
+) -> Sources:
     """Find photographs and the position of the light in each.
 
     Parameters
@@ -134,6 +139,9 @@ def open_capture(*paths: File, angles_deg: Sequence[float] | None = None, sphere
     sphere : 'auto' or (float, float, float), optional
         Measure the lights on a mirror sphere: found in the photographs, or with the outline (column, row, radius) in
         pixels.
+    pair : 'auto', 'none' or path
+        Pairs under parallel and crossed polarisers: told by names of files or folders, or the folder of the crossed
+        photographs; 'none' takes each photograph by itself.
 
     Returns
     -------
@@ -151,7 +159,8 @@ def open_capture(*paths: File, angles_deg: Sequence[float] | None = None, sphere
     >>> capture
     Sources(name='capture', photographs=3, angles='capture.toml')
     """
-    return drain(find_packed([Path(path) for path in paths], angles_deg, sphere=_outline(sphere)))
+    chosen: Any = pair if pair in ("auto", "none") else Path(pair)
+    return drain(find_packed([Path(path) for path in paths], angles_deg, sphere=_outline(sphere), pair=chosen))
 
 
 @public
@@ -180,6 +189,7 @@ def import_capture(
     calibrate: Literal["auto", "none"] | Sequence[str] = "auto",
     lights_form: str = "listed",
     chart: File | Literal["auto"] | None = None,
+    pair_gain: float | None = None,
     trust_angles: bool = False,
     strict: bool = False,
     use_all: bool = False,
@@ -238,6 +248,9 @@ def import_capture(
     chart : path or 'auto', optional
         Correct colours by a classic chart of 24 patches: in a photograph of the capture ('auto'), in another one under
         the same lamps, or as ``lightarc import --write-chart`` saved it. ``stack.provenance["chart"]`` has its figures.
+    pair_gain : float, optional
+        Of pairs under polarisers (see `open_capture`), the brightness of a matte white patch in crossed photographs
+        over that in parallel ones; without it, it is estimated. ``stack.provenance["polarisation"]`` has its figures.
     trust_angles : bool
         Take unstated angles also where the photographs do not grow brighter with them.
     strict : bool
@@ -293,6 +306,7 @@ def import_capture(
         calibrate=calibrate if calibrate in ("auto", "none") else tuple(calibrate),
         lights_form=lights_form,
         chart=None if chart is None else "auto" if chart == "auto" else Path(chart),
+        pair_gain=pair_gain,
         trust_angles=trust_angles,
         strict=strict,
         use_all=use_all,

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QFileDialog
 
@@ -15,6 +16,7 @@ from app.document.document import ImportChoices
 from app.widgets.controls import ComboBox
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Fold, Rows, Segments, button, enable, keep_hint, text
+from engine.capture.calibration.separation import MIN_GAIN, gain_text
 from engine.core.figure_text import number
 
 if TYPE_CHECKING:
@@ -100,6 +102,7 @@ CALIBRATION = (
         "dark",
         "flat",
         "chart",
+        "pair_gain",
         "lamp_distance",
         "sphere",
         "without_estimates",
@@ -107,6 +110,7 @@ CALIBRATION = (
     ),
 )
 POINTS_HINT = "In the reference and in a photograph that is not aligned correctly"
+PAIR_HINT = "Brightness of a matte white patch in the crossed photographs over that in the parallel ones"
 SPHERE_HINT = "Its outline, and the lamp's reflection in each photograph"
 FRAMINGS = (("all", "All that they share"), ("crop", "Crop"), ("corners", "Four corners"))
 
@@ -146,6 +150,21 @@ class ImportPanel(Rows):
             self._box(name, label, hint, calibration)
         self.chart = text("", "secondary", wrap=True)
         calibration.wide(self.chart)
+        self.pair = Segments(
+            (
+                ("estimated", "Estimated", "From the pairs themselves"),
+                ("stated", "Stated", "As measured on a matte white patch"),
+            )
+        )
+        self.pair.chosen.connect(self._pair_chosen)
+        calibration.row(
+            "Polarisers", self.pair, "How the crossed photographs of the pairs compare with the parallel ones"
+        )
+        self.pair_gain = NumberField(0.5, MIN_GAIN, 1.0 / MIN_GAIN, log=True)
+        self.pair_gain.edited.connect(self._pair_gain_edited)
+        calibration.row("Gain", self.pair_gain, PAIR_HINT)
+        self.pair_text = text("", "secondary", wrap=True)
+        calibration.wide(self.pair_text)
         for name, (label, choices, hint) in LISTS.items():
             box = self._box(name, label, hint, calibration)
             for value, words in choices:
@@ -211,11 +230,16 @@ class ImportPanel(Rows):
         return box
 
     def show_choices(
-        self, choices: ImportChoices, size: tuple[int, int] | None, provenance: Mapping[str, Any] = MappingProxyType({})
+        self,
+        choices: ImportChoices,
+        size: tuple[int, int] | None,
+        provenance: Mapping[str, Any] = MappingProxyType({}),
+        has_pairs: bool = False,
     ) -> None:
         """Show `choices` without emitting, and what the import of this `provenance` estimated.
 
-        `size` is that of the imported image, None where there is none.
+        `size` is that of the imported image, None where there is none. `has_pairs` is True for photographs in pairs
+        under polarisers.
         """
         self.choices, self.imported_size, self.provenance = choices, size, provenance
         plain = ImportChoices()
@@ -235,6 +259,7 @@ class ImportPanel(Rows):
         if choices.lamp_distance is not None:
             self.distance.show_value(choices.lamp_distance)
         self._show_chart()
+        self._show_pairs(has_pairs)
         self._show_estimates()
         framing = choices.framing
         how = "all" if framing is None else "crop" if is_upright(framing) else "corners"
@@ -257,6 +282,21 @@ class ImportPanel(Rows):
             words = f"{means}, largest {number(after['largest'])}"
         self.chart.setText(words)
         self.chart.setVisible(bool(words))
+
+    def _show_pairs(self, has_pairs: bool) -> None:
+        """Say what the last import found of the pairs under polarisers."""
+        rows, stated = self.fold.rows, self.choices.pair_gain
+        rows.show_row(self.pair, has_pairs)
+        rows.show_row(self.pair_gain, has_pairs)
+        self.pair.choose("estimated" if stated is None else "stated")
+        label = ""
+        with contextlib.suppress(KeyError, TypeError, ValueError):  # a record of a stack that is none
+            label = gain_text(self.provenance["polarisation"])
+            self.pair_gain.show_value(float(np.mean(self.provenance["polarisation"]["gain"])))
+        if stated is not None:
+            self.pair_gain.show_value(stated)
+        self.pair_text.setText(label)
+        self.pair_text.setVisible(bool(label) and has_pairs)
 
     def _show_estimates(self) -> None:
         """Say what the last import found in the photographs, and which list of lights fits."""
@@ -298,7 +338,9 @@ class ImportPanel(Rows):
         for name, box in self.boxes.items():
             enable(box, why_not, _words(name)[-1])
         enable(self.spheres, why_not or ("" if measured else "The lights are not measured on a sphere"))
-        for segments in (self.sphere, self.lamp):
+        stated = "" if self.choices.pair_gain is not None else "The gain is estimated from the pairs"
+        enable(self.pair_gain, why_not or stated, PAIR_HINT)
+        for segments in (self.sphere, self.lamp, self.pair):
             enable(segments, why_not)
         for widget in (self.form, *self.estimates.values()):
             enable(widget, why_not or ("Only lamps on several sides tell it" if one_sided else ""))
@@ -349,6 +391,13 @@ class ImportPanel(Rows):
     def _lights_chosen(self, how: str) -> None:
         alone = {} if how == "sphere" else {"second_sphere": False}
         self.chosen.emit("Lights", {"sphere": how == "sphere", **alone})
+
+    def _pair_chosen(self, how: str) -> None:
+        self.chosen.emit("Gain of pairs", {"pair_gain": self.pair_gain.value if how == "stated" else None})
+
+    def _pair_gain_edited(self, gain: float, final: bool) -> None:
+        if final:
+            self.chosen.emit("Gain of pairs", {"pair_gain": gain})
 
     def _lamp_chosen(self, how: str) -> None:
         self.chosen.emit("Lamp", {"lamp_distance": self.distance.value if how == "near" else None})

@@ -78,7 +78,9 @@ class CapturePanel(Panel):
         """Show the import choices; returns the reason why they cannot be changed, or ""."""
         stack = project.stack
         size = (stack.radiance.shape[2], stack.radiance.shape[1]) if stack is not None else None
-        self.options.show_choices(project.import_choices, size, stack.provenance if stack is not None else {})
+        provenance = stack.provenance if stack is not None else {}
+        has_pairs = project.sources is not None and bool(project.sources.crossed)
+        self.options.show_choices(project.import_choices, size, provenance, has_pairs)
         points = points_of(project)
         self.options.show_points({name: len(pairs) for name, pairs in points.items()}, find_unaligned(stack))
         why_not = "" if project.sources is not None and stack is not None else "Needs the photographs"

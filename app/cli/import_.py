@@ -13,6 +13,7 @@ import psutil
 
 from app.arguments.results import CHART, LIGHTS, STACK, Input, Output
 from app.session.settings import close_session, open_session
+from engine.capture.calibration.separation import gain_text
 from engine.capture.chart.file import save_chart
 from engine.capture.chart.file import text_of as chart_text
 from engine.capture.import_plan import CALIBRATED
@@ -96,6 +97,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="also write the correction by the chart: .chart for later captures under the same lamps, or .html as a "
         "report of all patches",
+    )
+    parser.add_argument(
+        "--pair",
+        default="auto",
+        type=_pair,
+        metavar="auto|none|FOLDER",
+        help="pairs under parallel and crossed polarisers: told by names of files or folders (auto: par and cross, "
+        "parallel and crossed, and the like), or the folder of the crossed photographs where the others are parallel; "
+        "none: each photograph by itself",
+    )
+    parser.add_argument(
+        "--pair-gain",
+        type=float,
+        metavar="GAIN",
+        help="brightness of a matte white patch in crossed photographs over that in parallel ones; without it, it is "
+        "estimated from the pairs",
     )
     parser.add_argument(
         "--crop", type=_crop, metavar="LEFT,TOP,WIDTH,HEIGHT", help="part to keep, in pixels of the photographs"
@@ -210,8 +227,9 @@ elevations_deg, mean_radiance, clipped_fraction, black_fraction and alignment_re
 photograph, by rising elevation. A residual is null where it was not measured. profiles are the names of colour profiles
 that were applied, and working_space is that of the stack. chart is null without --chart; else it holds the form and
 matrix of the correction, ΔE2000 of every patch and in summary before and after, held_out of patches left out, and the
-grades of the field's guides. calibration lists what was looked for
-in the photographs themselves: name, accepted, text, held_out_before and held_out_after in 8-bit levels,
+grades of the field's guides. polarisation is null without pairs; else it holds gain of crossed photographs and
+gain_sigma for red, green and blue, leak and leak_sigma, and shifts_px of crossed photographs. calibration lists what
+was looked for in the photographs themselves: name, accepted, text, held_out_before and held_out_after in 8-bit levels,
 normals_change_deg, and sigma (of the inverse distance in widths, of the logarithm of gains, of room light over a lamp,
 of shifts in pixels). peak_memory_bytes is the largest resident memory of this process plus that of its decoder
 processes."""
@@ -236,7 +254,9 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
     chart: Path | Literal["auto"] | None = "auto" if arguments.chart == Path("auto") else arguments.chart
     frames = [path for path in (arguments.dark, arguments.flat, chart) if isinstance(path, Path)]
     outline, angles_deg = _outline(arguments.sphere), arguments.angles_deg
-    sources = drain(find_packed(arguments.photographs, angles_deg, sphere=outline, aside=frames, scratch=scratch), show)
+    pair = arguments.pair if arguments.pair in ("auto", "none") else Path(arguments.pair)
+    finding = find_packed(arguments.photographs, angles_deg, sphere=outline, aside=frames, pair=pair, scratch=scratch)
+    sources = drain(finding, show)
     settings = ImportSettings(
         motion="none" if arguments.no_align else arguments.motion,
         white_balance=_balance(arguments.white_balance),
@@ -256,6 +276,7 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         calibrate=arguments.calibrate,
         lights_form=arguments.lights_form,
         chart=chart,
+        pair_gain=arguments.pair_gain,
     )
     stack = drain(import_stack(sources, settings, arguments.output), memory)
     if arguments.write_lights is not None:
@@ -275,6 +296,7 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         "working_space": stack.provenance.get("working_space"),
         "profiles": stack.provenance.get("profiles") or [],
         "chart": stack.provenance.get("chart"),
+        "polarisation": stack.provenance.get("polarisation"),
         "calibration": stack.provenance.get("calibration") or [],
         "warnings": stack.health.warnings,
         "time_s": time.perf_counter() - start,
@@ -303,6 +325,7 @@ def report(result: dict[str, Any]) -> str:
         ),
         *(f"profile: {name}, applied" for name in result["profiles"]),
         *([f"chart: {chart_text(result['chart'])}"] if result["chart"] else []),
+        *([f"pairs: {gain_text(result['polarisation'])}"] if result["polarisation"] else []),
         *(f"calibration: {term['text']}" for term in result["calibration"]),
     ]
     return "\n".join(lines)
@@ -395,6 +418,12 @@ def _bands(text: str) -> tuple[int, ...]:
     if len(bands) not in (1, 3) or len(bands) != text.count(",") + 1 or min(bands) < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is neither one band nor three, which count from 1")
     return bands
+
+
+def _pair(text: str) -> str:
+    if text not in ("auto", "none") and not Path(text).is_dir():
+        raise argparse.ArgumentTypeError(f"{text!r} is neither auto, none nor the folder of the crossed photographs")
+    return text
 
 
 def _balance(choice: Any) -> Any:

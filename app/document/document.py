@@ -82,6 +82,7 @@ class ImportChoices:
     lights_form : the form in which the list of lights is taken, see `engine.capture.lights.list_forms`.
     chart : the colour chart by which colours are corrected: 'auto' for one that a photograph of the capture shows,
         'none', or a file that shows one or that an import has written.
+    pair_gain : of pairs under polarisers, the brightness of crossed over parallel photographs; None to estimate it.
     trust_angles : take angles that nobody stated also where the photographs do not grow brighter with them.
     leave_out : leave photographs out that cannot be read or show nothing, where enough remain.
     use_all : use photographs that show nothing too: black ones, and ones that are clipped all over.
@@ -105,6 +106,7 @@ class ImportChoices:
     without_estimates: tuple[str, ...] = ()
     lights_form: str = "listed"
     chart: Path | Literal["auto", "none"] = "none"
+    pair_gain: float | None = None
     trust_angles: bool = False
     leave_out: bool = False
     use_all: bool = False

@@ -53,6 +53,7 @@ def settings_of(choices: ImportChoices) -> ImportSettings:
         calibrate=tuple(term for term in CALIBRATED if term not in choices.without_estimates),
         lights_form=choices.lights_form,
         chart=None if choices.chart == "none" else choices.chart,
+        pair_gain=choices.pair_gain,
         trust_angles=choices.trust_angles,
         strict=not choices.leave_out,
         use_all=choices.use_all,
@@ -120,6 +121,7 @@ def with_file(sources: Sources, place: int, path: Path) -> Sources:
         exposures=_with(sources.exposures, place, (Exposure(path, None),)),
         highlights_px=_with(sources.highlights_px, place, None) if sources.highlights_px else (),
         control_points=points,
+        crossed={path if each == old else each: other for each, other in sources.crossed.items()},
         reference=None if sources.reference == old else sources.reference,
         findings=tuple(finding for finding in sources.findings if finding.source != printable(old)),
     )

@@ -119,6 +119,7 @@ ARRAYS: Mapping[str, Mapping[str, str]] = {
     "ImageStack": {
         "radiance": "N H W 3",
         "saturated": "N H W",
+        "diffuse": "N H W 3",
         "elevation": "N!",
         "azimuth": "N!",
         "mean_radiance": "N!",
@@ -170,7 +171,7 @@ RANGES: Mapping[str, Mapping[str, tuple[float, float]]] = {
     "Run": {"identity": (0, 11), "number": (0, RUN_NUMBERS - 1)},
     "Kernel": {"length": (1e-9, 1e9), "noise": (0.0, 1e9)},
     "Circle": {"column": (-1e7, 1e7), "row": (-1e7, 1e7), "radius": (0.0, 1e7)},
-    "ImportChoices": {"lamp_distance": (0.0, 1e9)},
+    "ImportChoices": {"lamp_distance": (0.0, 1e9), "pair_gain": (1e-3, 1e3)},
     "Exposure": {"exposure_s": (0.0, 1e9)},
 }
 

@@ -78,6 +78,7 @@ def _files_of(sources: Sources) -> Iterator[Path]:
     yield from sources.photographs
     for exposures in sources.exposures:
         yield from (exposure.path for exposure in exposures)
+    yield from (sources.crossed[path] for path in sources.photographs if path in sources.crossed)
     yield from (path for path in (sources.dark, sources.flat, sources.reference) if path is not None)
 
 

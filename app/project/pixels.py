@@ -16,7 +16,7 @@ from typing import BinaryIO
 
 from app.project.values import MAX_HEADER, name_of
 from app.session import cache
-from engine.capture.stack import RADIANCE, RECORD, SATURATED, ImageStack, open_stack, read_record
+from engine.capture.stack import DIFFUSE, RADIANCE, RECORD, SATURATED, ImageStack, open_stack, read_record
 from engine.capture.stack_record import StackRecord
 from engine.core.errors import FileError, InputError, UnreadableError
 from engine.core.steps import Step, Steps
@@ -30,9 +30,10 @@ log = logging.getLogger(__name__)
 #: Ending of compressed pixels.
 PACKED = ".packed"
 
-FILES = (RADIANCE, SATURATED)
+#: Files of pixels; the first is there only for pairs under polarisers, and is written before the others.
+FILES = (DIFFUSE, RADIANCE, SATURATED)
 
-_ITEM_BYTES = {RADIANCE: 4, SATURATED: 1}
+_ITEM_BYTES = {DIFFUSE: 4, RADIANCE: 4, SATURATED: 1}
 _RECORD_LIMIT_BYTES = 64 << 20
 
 #: Bytes that the header of an array of pixels may take.
@@ -45,7 +46,7 @@ def open_kept(folder: Path, *, verify: bool = False) -> ImageStack:
     With `verify` pixels are read; those of the cache that are damaged are then gone. Raises InputError where the record
     is gone or damaged, or with `verify`, where pixels that the project holds are.
     """
-    if all((folder / name).exists() for name in FILES):
+    if all((folder / name).exists() for name in (RADIANCE, SATURATED)):
         return open_stack(folder, verify=verify)
     place = place_of(read_record(folder), folder)
     if place != folder and cache.use(place) and verify:
@@ -66,18 +67,19 @@ def place_of(record: StackRecord, folder: Path) -> Path:
         return folder
     size = f"{len(record.sources)}x{record.height_px}x{record.width_px}"
     own = f"-{name_of(str(folder).encode())[:16]}" if are_packed(folder) else ""
-    place = cache.entry(f"pixels-{record.radiance_crc32:08x}{record.saturated_crc32:08x}-{size}{own}")
+    crc = (record.radiance_crc32, record.saturated_crc32, record.diffuse_crc32)
+    place = cache.entry(f"pixels-{''.join(f'{each:08x}' for each in crc if each is not None)}-{size}{own}")
     return place if place is not None else folder
 
 
 def are_there(stack: ImageStack) -> bool:
     """True if the pixels of a stack can be read now."""
-    return all(not isinstance(array, FileArray) or array.is_there for array in (stack.radiance, stack.saturated))
+    return all(not isinstance(array, FileArray) or array.is_there for array in stack.pixels.values())
 
 
 def are_packed(folder: Path) -> bool:
     """True if the project holds the compressed pixels of this stack."""
-    return all((folder / f"{name}{PACKED}").is_file() for name in FILES)
+    return all((folder / f"{name}{PACKED}").is_file() for name in (RADIANCE, SATURATED))
 
 
 def take_in(made: Path, target: Path, project: Path, photographs: Iterable[Path]) -> ImageStack:
@@ -110,7 +112,7 @@ def take_again(made: Path, stack: ImageStack, project: Path, photographs: Iterab
             stack.folder, f"was imported {why} other values of its photographs", "Import the photographs again"
         )
     if place == stack.folder:
-        for name in FILES:
+        for name in stack.pixels:
             perform("rename", place / name, lambda name=name: (made / name).replace(place / name))  # type: ignore[misc]
         discard(made)
         return
@@ -120,7 +122,7 @@ def take_again(made: Path, stack: ImageStack, project: Path, photographs: Iterab
 
 def _is_same(one: StackRecord, other: StackRecord) -> bool:
     """True for equal pixels."""
-    names = ("radiance_crc32", "saturated_crc32", "height_px", "width_px")
+    names = ("radiance_crc32", "saturated_crc32", "diffuse_crc32", "height_px", "width_px")
     return len(one.sources) == len(other.sources) and all(getattr(one, at) == getattr(other, at) for at in names)
 
 
@@ -134,7 +136,7 @@ def _move(made: Path, place: Path) -> None:
                 raise
         cache.use(place)
     for name in FILES:
-        if made.is_dir() and _outline(place / name) != _outline(made / name):
+        if (made / name).exists() and _outline(place / name) != _outline(made / name):
             perform("rename", place / name, lambda name=name: (made / name).replace(place / name))  # type: ignore[misc]
     discard(made)
     cache.keep_within()
@@ -168,12 +170,12 @@ def keep_pixels(stack: ImageStack) -> Steps[bool]:
         return folder is not None
     if not are_there(stack):
         return False
-    for at, (name, array) in enumerate(zip(FILES, (stack.radiance, stack.saturated), strict=True)):
+    for at, (name, array) in enumerate(stack.pixels.items()):
         assert isinstance(array, FileArray)
         size = array.path.stat().st_size
         with array.path.open("rb") as source, atomic_file(folder / f"{name}{PACKED}") as file:
             for done in pack(file, iter(lambda source=source: source.read(1 << 22), b""), size, _ITEM_BYTES[name]):  # type: ignore[misc]
-                yield Step((at + done) / 2, "compressing the photographs")
+                yield Step((at + done) / len(stack.pixels), "compressing the photographs")
     return True
 
 
@@ -194,7 +196,7 @@ def unpack_pixels(stack: ImageStack) -> Steps[None]:
 def check_pixels(stack: ImageStack) -> Steps[None]:
     """Read the compressed pixels of a stack in the project. Raises InputError where they are damaged."""
     if stack.folder is not None and are_packed(stack.folder):
-        for name, array in zip(FILES, (stack.radiance, stack.saturated), strict=True):
+        for name, array in stack.pixels.items():
             with _open(stack.folder / f"{name}{PACKED}") as source:
                 for _ in PackedFile(stack.folder / f"{name}{PACKED}", source, MAX_HEADER + array.nbytes).chunks():
                     yield Step(0.0, "reading the photographs")
@@ -202,7 +204,7 @@ def check_pixels(stack: ImageStack) -> Steps[None]:
 
 def _unpack(stack: ImageStack, target: Path) -> Steps[None]:
     assert stack.folder is not None
-    for at, (name, array) in enumerate(zip(FILES, (stack.radiance, stack.saturated), strict=True)):
+    for at, (name, array) in enumerate(stack.pixels.items()):
         assert isinstance(array, FileArray)
         size = array.offset_bytes + array.nbytes
         path = stack.folder / f"{name}{PACKED}"
@@ -212,7 +214,7 @@ def _unpack(stack: ImageStack, target: Path) -> Steps[None]:
                 raise InputError(path, f"is damaged: it has {packed.size_bytes:,} bytes, not {size:,}", "Import again")
             for chunk in packed.chunks():
                 file.write(chunk.data)
-                yield Step((at + file.tell() / size) / 2, "unpacking the photographs")
+                yield Step((at + file.tell() / size) / len(stack.pixels), "unpacking the photographs")
 
 
 def _open(path: Path) -> BinaryIO:

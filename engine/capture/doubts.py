@@ -86,7 +86,7 @@ def without_unreadable(sources: Sources, error: InputError, of_first: int, stric
     That is where `strict` refuses it, or where fewer remain of the `of_first` lights than a material needs.
     """
     path = Path(error.path)
-    lit = [any(one.path == path for one in light) for light in sources.exposures]
+    lit = [path in sources.files(light) for light in range(len(sources.photographs))]
     left = len(lit) - sum(lit)
     if not any(lit) or left < max(FEWEST, MAX_OF_THEM * of_first):
         raise error

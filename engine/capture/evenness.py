@@ -64,7 +64,7 @@ def even_out(stack: ImageStack) -> Steps[tuple[ImageStack, Health]]:
         radiance[place] = divide(photograph, coefficients)
         means[place] = radiance[place].mean(axis=(0, 1), dtype=np.float64) @ LUMINANCE
         release(radiance)
-    return dataclasses.replace(stack, radiance=radiance, mean_radiance=means), _health(stack, unevenness)
+    return dataclasses.replace(stack, radiance=radiance, mean_radiance=means, diffuse=None), _health(stack, unevenness)
 
 
 def slow_change(photograph: NDArray[np.float32]) -> NDArray[np.float64]:

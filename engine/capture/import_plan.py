@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 
 from engine.capture.calibration.estimate import Term
 from engine.capture.calibration.rig import TERMS
+from engine.capture.calibration.separation import MIN_GAIN, Separation
 from engine.capture.chart.correction import ColourCorrection
 from engine.capture.chart.file import as_json as chart_json
 from engine.capture.chart.file import read_chart
 from engine.capture.chart.file import text_of as chart_text
 from engine.capture.chart.find import find_chart
 from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread, usual_motion
-from engine.capture.lights.file_names import printable
+from engine.capture.lights.file_names import join_names, printable
 from engine.capture.lights.lamp_gains import lamp_gains
 from engine.capture.lights.list_forms import LISTED, check_form, in_form
 from engine.capture.lights.mirror_sphere import Circle
@@ -33,10 +34,11 @@ from engine.capture.lights.sources import Pairs, Sources
 from engine.capture.lights.sphere_lights import measure_lights
 from engine.capture.photograph.calibration import Calibration, read_calibration
 from engine.capture.photograph.decode import Unreadable, WhiteBalance, read_photograph
-from engine.capture.photograph.exposures import Noted, Scale, exposure_scale, read_noted_exposure
+from engine.capture.photograph.exposures import Exposure, Noted, Scale, exposure_scale, read_noted_exposure
 from engine.capture.photograph.grey_patch import GreyPatch, balance_of
 from engine.capture.registration.framing import Corners, Framing
 from engine.capture.registration.pair_motion import MOTIONS
+from engine.capture.registration.polarised_shift import PairShift
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Step, Steps, part
@@ -91,6 +93,8 @@ class ImportSettings:
     lights_form : the form in which the list of lights is taken, see `engine.capture.lights.list_forms`.
     chart : the colour chart by which colours are corrected: 'auto' for one that a photograph of the capture shows, the
         file of another photograph under the same lamps, or a `.chart` file; None for no correction.
+    pair_gain : of pairs under polarisers, the brightness of crossed photographs over the diffuse part of parallel ones,
+        as measured on a matte white patch; None to estimate it.
     """
 
     motion: str = "auto"
@@ -113,6 +117,7 @@ class ImportSettings:
     lights_form: str = LISTED
     bands: tuple[int, ...] = ()
     chart: Path | Literal["auto"] | None = None
+    pair_gain: float | None = None
 
     def __post_init__(self) -> None:
         check_form(self.lights_form)
@@ -132,6 +137,8 @@ class ImportSettings:
             Framing(self.framing, 1, 1)
         if self.equalise is not None and self.equalise != "object" and not isinstance(self.equalise, GreyPatch):
             raise UsageError(f"lamps are equalised by a white patch or by the object, not by {self.equalise!r}")
+        if self.pair_gain is not None and not MIN_GAIN <= self.pair_gain <= 1.0 / MIN_GAIN:
+            raise UsageError(f"pair_gain {self.pair_gain:g} is not between {MIN_GAIN:g} and {1.0 / MIN_GAIN:g}")
         if self.lamp_distance is not None and not self.lamp_distance > 0.5:
             raise UsageError(f"lamp_distance {self.lamp_distance:g} is not above half a width of the image")
 
@@ -155,6 +162,27 @@ class Plan:
     suggested_form: str = LISTED
     suggested_transfer: Transfer | None = None
     chart: tuple[ColourCorrection, str] | None = None
+    separation: Separation | None = None
+    pair_shift: PairShift | None = None
+
+    @property
+    def has_pairs(self) -> bool:
+        """True where the photographs are pairs under parallel and crossed polarisers."""
+        return bool(self.sources.crossed)
+
+    def crossed_matrices(self, matrices: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """(N, 3, 3) from pixels of the reference to those of crossed photographs, of those to parallel ones; None where
+        both lie on each other."""
+        if self.pair_shift is None or not self.pair_shift.shifts.any():
+            return None
+        beside = np.tile(np.eye(3), (len(matrices), 1, 1))
+        beside[:, :2, 2] = self.pair_shift.shifts
+        return np.asarray(beside @ matrices)
+
+    @property
+    def files(self) -> list[Path]:
+        """All photographs in the order in which they are read."""
+        return [path for light in range(len(self.sources.photographs)) for path in self.sources.files(light)]
 
     @property
     def names(self) -> list[str]:
@@ -186,11 +214,19 @@ class Plan:
             "bands": list(self.settings.bands),
             "chart": chart_json(*self.chart) if self.chart else None,
             "room_light": list(self.room_light) if self.room_light else None,
+            "polarisation": self._polarisation(),
             "calibration": [term.as_json() for term in self.terms],
             "calibration_held_out": self.held_out,
             "calibration_undecided_deg": self.undecided_deg,
             "control_points_px": {name: [list(map(float, one)) for one in pairs] for name, pairs in marked.items()},
         }
+
+    def _polarisation(self) -> dict[str, Any] | None:
+        if self.separation is None:
+            return None
+        shift = self.pair_shift.as_json() if self.pair_shift is not None else {}
+        crossed = {printable(one): printable(other) for one, other in self.sources.crossed.items()}
+        return {**self.separation.as_json(), **shift, "crossed": {name: crossed[name] for name in self.names}}
 
     def _highlights(self) -> dict[str, list[float]]:
         """The lamp's reflections that a user corrected, where they counted."""
@@ -219,6 +255,7 @@ class Plan:
         frames, lights = self.calibration, self.sources.exposures
         is_plain = (
             self.chart is None
+            and not self.has_pairs
             and frames.dark is None
             and frames.gain is None
             and not math.isfinite(frames.lamp_distance)
@@ -268,12 +305,14 @@ def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     elif settings.second_sphere is not None:
         place, remedy = sources.photographs[0].parent, "Give --sphere COLUMN,ROW,RADIUS or auto as well"
         raise InputError(place, "has no first mirror sphere that a second could add to", remedy)
+    _refuse_incomplete_pairs(sources, settings)
     sources = in_form(sources, settings.lights_form)
     if settings.lights is not None:
         sources = select(sources, settings.lights)
     settings = _decide(settings, sources)
     noted = yield from part(_note(sources), 0.5, 0.6)
-    scale = exposure_scale(sources.exposures, noted)
+    crossed = [(Exposure(sources.crossed[path], None),) for path in sources.photographs if path in sources.crossed]
+    scale = exposure_scale([*sources.exposures, *crossed], noted)
     _refuse_unknown_exposures(sources, scale)
     _refuse_unknown_names(settings, sources)
     gains = np.array([sources.lamp_gains.get(printable(path), 1.0) for path in sources.photographs])
@@ -392,8 +431,8 @@ def _about_near_lamp(distance: float, azimuth: NDArray[np.float64] | None) -> li
 
 def _note(sources: Sources) -> Steps[dict[Path, Noted]]:
     """Exposures that cameras noted, if `capture.toml` does not give all of them."""
-    paths = [one.path for light in sources.exposures for one in light]
-    if all(one.exposure_s for light in sources.exposures for one in light):
+    paths = [path for light in range(len(sources.photographs)) for path in sources.files(light)]
+    if not sources.crossed and all(one.exposure_s for light in sources.exposures for one in light):
         return {}
     noted = {}
     for index, path in enumerate(paths):
@@ -419,6 +458,16 @@ def _refuse_unknown_names(settings: ImportSettings, sources: Sources) -> None:
     if unknown:
         problem = f"holds no {', '.join(unknown)}, for which control points are given"
         raise InputError(sources.photographs[0].parent, problem, "Mark points in the photographs that are there")
+
+
+def _refuse_incomplete_pairs(sources: Sources, settings: ImportSettings) -> None:
+    place = sources.photographs[0].parent
+    alone = [printable(path) for path in sources.photographs if path not in sources.crossed]
+    if sources.crossed and alone:
+        problem = f"holds pairs under polarisers, but {join_names(alone)} has no crossed photograph"
+        raise InputError(place, problem, "Add it, or take the parallel one out")
+    if settings.pair_gain is not None and not sources.crossed:
+        raise InputError(place, "holds no pairs under polarisers, of which a gain is stated", "Import it without")
 
 
 def _refuse_unknown_exposures(sources: Sources, scale: Scale) -> None:

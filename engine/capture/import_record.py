@@ -6,7 +6,7 @@ Cost: none worth mentioning; all figures were taken while the pixels were read a
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -50,11 +50,7 @@ def refuse_equal_images(photographs: Sequence[Path], images: Sequence[NDArray[np
             first = seen.setdefault(image.tobytes(), printable(path))
             if first != printable(path):
                 problem = f"{first} and {printable(path)} are the same image"
-                remedy = (
-                    "Leave one of them out; of pairs under parallel and crossed polarisers, import each half in a "
-                    "folder of its own"
-                )
-                raise InputError(path.parent, problem, remedy)
+                raise InputError(path.parent, problem, "Leave one of them out")
 
 
 def contradictions(lights: Sequence[Light]) -> list[Finding]:
@@ -121,10 +117,12 @@ def qualities(
     ]
 
 
-def about_lights(lights: Sequence[Light], alignment: Alignment, members: Mapping[str, str]) -> list[dict[str, Any]]:
+def about_lights(
+    lights: Sequence[Light], alignment: Alignment, members: Mapping[str, str], crossed: Collection[Path] = ()
+) -> list[dict[str, Any]]:
     """JSON values: what was assumed of the photographs of each light, and how they were moved.
 
-    `members` are the places of files in the archive that they come from.
+    `members` are the places of files in the archive that they come from, `crossed` those under crossed polarisers.
     """
     return [
         {
@@ -144,7 +142,16 @@ def about_lights(lights: Sequence[Light], alignment: Alignment, members: Mapping
             "exposures": [
                 {"file": printable(one.path), **_member(one.path, members), "exposure_s": one.exposure_s}
                 for one in light
+                if one.path not in crossed
             ],
+            "crossed": next(
+                (
+                    {"file": printable(one.path), **_member(one.path, members), "exposure_s": one.exposure_s}
+                    for one in light
+                    if one.path in crossed
+                ),
+                None,
+            ),
             "alignment_matrix": [float(value) for value in matrix.ravel()],
         }
         for light, matrix in zip(lights, alignment.matrix, strict=True)

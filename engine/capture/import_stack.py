@@ -2,8 +2,13 @@
 
 The order of steps is that of the light's way back: decode, dark frame, flat field, near lamp, exposure, merge, align
 and cut. One light is in memory at a time, while the next photographs are decoded. Photographs of a camera that stood
-still are written at once; others go through a scratch file, and from there, once all motions are known, warped in
-bands of rows into `radiance.npy`. Every number is independent of the height of the bands.
+still are written at once, unless they are pairs under polarisers; others go through a scratch file, and from there,
+once all motions are known, warped in bands of rows into `radiance.npy`. Every number is independent of the height of
+the bands.
+
+Of pairs the crossed photograph is read after the parallel one. What brings both together is found in small copies of
+all (`engine.capture.calibration.polarisation`), and the parts are taken apart as they are written: the stack shows the
+sample without polarisers, and `diffuse.npy` its diffuse part.
 
 Radiance 1 is the white level of the reference exposure (`engine.capture.photograph.exposures`).
 Cost: without alignment that of decoding the photographs on two cores; ten of 24 megapixels need 1.8 GiB, decoders
@@ -21,7 +26,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import cv2
 import numpy as np
@@ -33,7 +38,9 @@ from engine.capture.calibration.correction import Correction, room_light, room_s
 from engine.capture.calibration.estimate import Estimate, Term, estimate, levels, sample_texels
 from engine.capture.calibration.light_list import ListCheck, check_list
 from engine.capture.calibration.motion import camera_motion
+from engine.capture.calibration.polarisation import PairTexels, separate, texel_grid
 from engine.capture.calibration.rig import TERMS, Rig, lamp_vectors
+from engine.capture.calibration.separation import Separation, gain_text
 from engine.capture.calibration.transfer import check_transfer
 from engine.capture.doubts import check_angles, without_empty, without_unreadable
 from engine.capture.empty import empty
@@ -58,8 +65,9 @@ from engine.capture.photograph.radiometry import ExposureMerge
 from engine.capture.registration.align import align
 from engine.capture.registration.control_points import choose_marked_kind, with_control_points
 from engine.capture.registration.pair_motion import Alignment
+from engine.capture.registration.polarised_shift import decide_shifts, measure_shift
 from engine.capture.registration.texture import Grey, reduce, reduction
-from engine.capture.registration.warp import warp
+from engine.capture.registration.warp import move_points, sample_points, warp
 from engine.capture.report import (
     grain,
     grid_step,
@@ -69,12 +77,12 @@ from engine.capture.report import (
     noise_beside_grain,
     report,
 )
-from engine.capture.stack import RADIANCE, RECORD, SATURATED, ImageStack, npy_header, open_stack
+from engine.capture.stack import DIFFUSE, RADIANCE, RECORD, SATURATED, ImageStack, npy_header, open_stack
 from engine.capture.stack_record import StackRecord, write_record
 from engine.capture.tally import Tally
 from engine.core.colour import LUMINANCE, WORKING_SPACE, to_display8
 from engine.core.directions import surface_direction
-from engine.core.errors import InputError
+from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import number, percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
@@ -87,6 +95,9 @@ __all__ = ["ImportSettings", "ThumbnailReady", "import_stack", "printable"]
 
 #: Bytes of a pixel of a light: three numbers of radiance in single precision, and one that says where it is clipped.
 PIXEL_BYTES = 13
+
+#: The same of a pair, in the stack and where it waits.
+PAIR_BYTES = 25
 
 _BAND_PIXELS = 1 << 20
 _RECORD_BYTES = 1 << 20
@@ -105,6 +116,10 @@ class ThumbnailReady:
     thumbnail: NDArray[np.uint8]
 
 
+#: Radiance of a light, where it is clipped, and of pairs the crossed photograph.
+_Waiting = tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float32] | None]
+
+
 @dataclass(eq=False)
 class _Read:
     """Lights of which all photographs have been read: pixels in files, the rest in memory."""
@@ -116,7 +131,10 @@ class _Read:
     thumbnails: list[NDArray[np.float32]] = field(default_factory=list)
     clipped: list[NDArray[np.float32]] = field(default_factory=list)
     greys: list[Grey] = field(default_factory=list)
-    waiting: deque[tuple[NDArray[np.float32], NDArray[np.bool_]]] = field(default_factory=deque)
+    crossed: list[NDArray[np.float32]] = field(default_factory=list)
+    crossed_clipped: list[NDArray[np.float32]] = field(default_factory=list)
+    pair_shifts: list[NDArray[np.float64]] = field(default_factory=list)
+    waiting: deque[_Waiting] = field(default_factory=deque)
     scratch: Path | None = None
     output: _Output | None = None
 
@@ -127,14 +145,28 @@ class _Read:
 
 
 class _Output:
-    """The two .npy files of a stack, to which lights are added in order.
+    """The .npy files of a stack, to which lights are added in order; pairs need the `separation` of their parts.
 
     `given_back` are bytes on the same disk that are free again by and by, as lights are added.
     """
 
-    def __init__(self, files: ExitStack, place: Path, count: int, view: View, given_back: int = 0) -> None:
+    def __init__(
+        self,
+        files: ExitStack,
+        place: Path,
+        count: int,
+        view: View,
+        given_back: int = 0,
+        separation: Separation | None = None,
+    ) -> None:
         shape = (count, view.region.height, view.region.width)
-        require_space(place, max(0, math.prod(shape) * PIXEL_BYTES - given_back) + _RECORD_BYTES)
+        pixel_bytes = PIXEL_BYTES if separation is None else PAIR_BYTES
+        require_space(place, max(0, math.prod(shape) * pixel_bytes - given_back) + _RECORD_BYTES)
+        self._separation = separation
+        self.diffuse_crc32: int | None = None
+        if separation is not None:
+            self.diffuse_crc32 = 0
+            self._diffuse = self._start(files, place / DIFFUSE, npy_header((*shape, 3), np.float32))
         self.view = view
         self.tallies: list[Tally] = []
         self.radiance_crc32 = self.saturated_crc32 = 0
@@ -150,16 +182,28 @@ class _Output:
         return file
 
     def add(
-        self, radiance: NDArray[np.float32], saturated: NDArray[np.bool_], matrix: NDArray[np.float64]
+        self, waiting: _Waiting, matrix: NDArray[np.float64], beside: NDArray[np.float64] | None = None
     ) -> Steps[None]:
-        """Warp one light by its alignment `matrix` and the view at once, band by band, into the files."""
+        """Warp one light by its alignment `matrix` and the view at once, band by band, into the files.
+
+        `beside` (3, 3) takes pixels of a parallel photograph to those of the crossed one.
+        """
+        radiance, saturated, crossed = waiting
         view, region, index = self.view, self.view.region, len(self.tallies)
         whole = matrix @ view.matrix
         tally = Tally(grid_step(region.height, region.width))
         rows = max(1, _BAND_PIXELS // region.width)
         for first in range(0, region.height, rows):
             yield Step((index + first / region.height) / self._count, f"Writing {index + 1} of {self._count}")
-            band, mask = warp(radiance, saturated, whole, region, first, min(first + rows, region.height), view.samples)
+            last = min(first + rows, region.height)
+            band, mask = warp(radiance, saturated, whole, region, first, last, view.samples)
+            if crossed is not None and self._separation is not None and self.diffuse_crc32 is not None:
+                of_crossed = whole if beside is None else beside @ whole
+                other, _ = warp(crossed, saturated, of_crossed, region, first, last, view.samples)
+                band, diffuse = (np.ascontiguousarray(part) for part in self._separation.apply(band, other))
+                self._diffuse.write(diffuse.data)
+                self.diffuse_crc32 = zlib.crc32(diffuse.data, self.diffuse_crc32)
+                release(crossed)
             self._radiance.write(band.data)
             self._saturated.write(mask.data)
             self.radiance_crc32 = zlib.crc32(band.data, self.radiance_crc32)
@@ -236,6 +280,7 @@ def _align_record(plan: Plan, read: _Read, place: Path, files: ExitStack, starte
         plan = _check_transfer(plan, read, small)
         found = _estimate(plan, small)
         plan = _with_estimate(plan, found)
+        plan = _with_separation(plan, read, alignment, found)
         correction = yield from part(_correct(plan, read, alignment, small, found), 0.75, 0.8)
         yield from part(_write_aligned(plan, read, alignment, correction, place, files), 0.8, 1.0)
     assert read.output is not None
@@ -267,6 +312,7 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
         mean_radiance=[float(mean) for mean in mean_radiance],
         radiance_crc32=output.radiance_crc32,
         saturated_crc32=output.saturated_crc32,
+        diffuse_crc32=output.diffuse_crc32,
         quality=quality,
         provenance={
             "software": f"lightarc {engine.__version__}",
@@ -277,7 +323,10 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
             "aligned_to": names[alignment.reference] if alignment.aligned.any() else None,
             **output.view.as_json(),
             "photographs": about_lights(
-                read.photographs, alignment, sources.unpacked.members if sources.unpacked else {}
+                read.photographs,
+                alignment,
+                sources.unpacked.members if sources.unpacked else {},
+                set(sources.crossed.values()),
             ),
         },
         health=HealthRecord.of(health),
@@ -292,19 +341,19 @@ def _degrees(angles: NDArray[np.float64]) -> list[float]:
 def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
     """Read, calibrate and merge all lights; those of a still camera are written at once."""
     read, lights = _Read(), plan.sources.exposures
-    flat = [one.path for light in lights for one in light]
-    with closing(ReadAhead(flat, **plan.options)) as ahead:
+    with closing(ReadAhead(plan.files, **plan.options)) as ahead:
         for index, light in enumerate(lights):
             start, stop = index / len(lights), (index + 1) / len(lights)
             photograph = yield from part(_light(plan, index, light, ahead, read), start, (start + stop) / 2)
             if photograph is not None:
                 refuse_larger(light[0].path, photograph.radiance)  # as calibration and exposures have scaled it
+                crossed = yield from part(_crossed(plan, index, photograph, ahead, read), (start + stop) / 2, stop)
                 _note(read, photograph, plan.still and "motion" not in plan.calibrated)
-                yield from part(_keep(plan, read, photograph, place, files), (start + stop) / 2, stop)
+                yield from part(_keep(plan, read, photograph, crossed, place, files), (start + stop) / 2, stop)
                 ready = ThumbnailReady(
                     light[0].path, float(plan.sources.elevation[index]), to_display8(read.thumbnails[-1])
                 )
-                del photograph
+                del photograph, crossed
                 yield Step(stop, f"Read {index + 1} of {len(lights)}", ready)
     sizes = {len(each) for each in read.grains}
     comparable = len(sizes) == 1 and 0 not in sizes and len(read.grains) > 1
@@ -317,8 +366,11 @@ def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
 
 
 def _refuse_contradictions(plan: Plan, read: _Read) -> None:
-    refuse_different_sizes([one.path for light in plan.sources.exposures for one in light], read.sizes)
+    refuse_different_sizes(plan.files, read.sizes)
     refuse_equal_images(plan.sources.photographs, read.thumbnails)
+    if read.crossed and all(np.array_equal(*pair) for pair in zip(read.thumbnails, read.crossed, strict=True)):
+        problem = "holds pairs under polarisers of which both photographs are the same image"
+        raise InputError(plan.sources.photographs[0].parent, problem, "Give the crossed photographs")
 
 
 def _light(
@@ -353,6 +405,31 @@ def _light(
     return replace(photograph, radiance=merged.radiance, saturated=merged.saturated)
 
 
+def _crossed(plan: Plan, index: int, photograph: Photograph, ahead: ReadAhead, read: _Read) -> Steps[Photograph | None]:
+    """The photograph under crossed polarisers that belongs to `photograph`, calibrated alike; None without one."""
+    path = plan.sources.crossed.get(plan.sources.photographs[index])
+    if path is None:
+        return None
+    crossed = yield from ahead.next_photograph(0.0, f"Reading {index + 1} of {len(plan.names)}, crossed")
+    read.sizes.append((crossed.saturated.shape[1], crossed.saturated.shape[0]))
+    read.photographs[-1] = (*read.photographs[-1], _without_pixels(crossed, None))
+    if read.sizes[-1] != read.sizes[0]:
+        return None
+    azimuth = float(plan.sources.azimuth[index]) if plan.sources.azimuth is not None else 0.0
+    factor = plan.scale.factor.get(path, 1.0) / float(plan.gains[index])
+    crossed = plan.calibration.applied(crossed, float(plan.sources.elevation[index]), azimuth, factor)
+    if plan.chart is not None:
+        crossed = replace(crossed, radiance=plan.chart[0].apply(crossed.radiance))
+    refuse_larger(path, crossed.radiance)
+    read.crossed.append(_small(crossed.radiance))
+    read.crossed_clipped.append(_small(crossed.saturated))
+    if plan.settings.motion != "none" or "motion" in plan.calibrated:
+        greys = [_luminance(each.radiance) for each in (photograph, crossed)]
+        factor_px = reduction(*greys[0].shape)
+        read.pair_shifts.append(measure_shift(*(reduce(each, factor_px) for each in greys)))
+    return crossed
+
+
 def _without_pixels(photograph: Photograph, exposure_s: float | None) -> Photograph:
     nothing = np.empty((0, 0, 3), np.float32)
     known = exposure_s if exposure_s is not None else photograph.exposure_s
@@ -371,25 +448,35 @@ def _note(read: _Read, photograph: Photograph, still: bool) -> None:
         read.greys.append(reduce(luminance, reduction(*luminance.shape)).copy())
 
 
-def _keep(plan: Plan, read: _Read, photograph: Photograph, place: Path, files: ExitStack) -> Steps[None]:
+def _keep(
+    plan: Plan, read: _Read, photograph: Photograph, crossed: Photograph | None, place: Path, files: ExitStack
+) -> Steps[None]:
     """Write the pixels: of a still camera to the stack, else where they wait for the alignment."""
     count = len(plan.names)
     if _direct(plan):
         if read.output is None:
             read.output = _output(plan, _find_unmoved(count), read.shape, place, files)
-        yield from read.output.add(photograph.radiance, photograph.saturated, np.eye(3))
+        yield from read.output.add((photograph.radiance, photograph.saturated, None), np.eye(3))
         return
-    light_bytes = math.prod(read.shape) * PIXEL_BYTES
+    if plan.has_pairs and crossed is None:
+        return  # of another size, which is refused when all are read
+    light_bytes = math.prod(read.shape) * (PAIR_BYTES if plan.has_pairs else PIXEL_BYTES)
     if not read.waiting:
         require_space(place, (count + 1) * light_bytes + _RECORD_BYTES)
         read.scratch = scratch_place(count * light_bytes, place.parent)
-    read.waiting.append(
-        (array_in(read.scratch, (*read.shape, 3), np.float32), array_in(read.scratch, read.shape, np.bool_))
-    )
+    colour = (*read.shape, 3)
+    radiance, saturated = array_in(read.scratch, colour, np.float32), array_in(read.scratch, read.shape, np.bool_)
+    clipped = photograph.saturated if crossed is None else photograph.saturated | crossed.saturated
+    copies: list[tuple[NDArray[Any], NDArray[Any]]] = [(radiance, photograph.radiance), (saturated, clipped)]
+    other = None
+    if crossed is not None:
+        other = array_in(read.scratch, colour, np.float32)
+        copies.append((other, crossed.radiance))
+    read.waiting.append((radiance, saturated, other))
     rows = max(1, _BAND_PIXELS // read.shape[1])
     for first in range(0, read.shape[0], rows):
         band = np.s_[first : first + rows]
-        for scratch, pixels in zip(read.waiting[-1], (photograph.radiance, photograph.saturated), strict=True):
+        for scratch, pixels in copies:
             scratch[band] = pixels[band]
             release(scratch)
 
@@ -404,7 +491,7 @@ def _align(plan: Plan, read: _Read) -> Steps[Alignment]:
 
 def _direct(plan: Plan) -> bool:
     """Whether photographs are written as they are read: nothing moves them, and nothing is to be estimated."""
-    return plan.still and not plan.calibrated
+    return plan.still and not plan.calibrated and not plan.has_pairs
 
 
 def _check(plan: Plan, read: _Read, alignment: Alignment) -> Plan:
@@ -489,9 +576,77 @@ def _followed(plan: Plan, read: _Read, alignment: Alignment) -> Steps[tuple[Plan
 
 
 def _directions(plan: Plan) -> NDArray[np.float64]:
-    """(N, 3) of the lamps."""
-    assert plan.sources.azimuth is not None
-    return surface_direction(0.5 * np.pi - plan.sources.elevation, plan.sources.azimuth)
+    """(N, 3) of the lamps; on the right where the azimuth of their arc is not known."""
+    azimuth = plan.sources.azimuth if plan.sources.azimuth is not None else np.zeros(len(plan.names))
+    return surface_direction(0.5 * np.pi - plan.sources.elevation, azimuth)
+
+
+def _with_separation(plan: Plan, read: _Read, alignment: Alignment, rig: Estimate | None) -> Plan:
+    """The plan with what takes the parts of pairs apart; InputError where the photographs do not tell it."""
+    if not plan.has_pairs:
+        return plan
+    plan = replace(
+        plan, pair_shift=decide_shifts(read.pair_shifts, reduction(*read.shape)) if read.pair_shifts else None
+    )
+    try:
+        found = separate(_pair_texels(plan, read, alignment, rig), plan.settings.pair_gain)
+    except UsageError as error:
+        problem = f"holds pairs under polarisers whose parts cannot be taken apart: {error}"
+        remedy = (
+            "State how bright a matte white patch is in a crossed photograph over the parallel one with --pair-gain, "
+            "or import the photographs as they are with --pair none"
+        )
+        raise InputError(plan.sources.photographs[0].parent, problem, remedy) from None
+    shift = plan.pair_shift.text() if plan.pair_shift is not None else ""
+    said = [Finding(Verdict.NOTE, text) for text in (gain_text(found.as_json()), shift) if text]
+    return replace(plan, separation=found, sources=replace(plan.sources, findings=(*plan.sources.findings, *said)))
+
+
+def _pair_texels(plan: Plan, read: _Read, alignment: Alignment, rig: Estimate | None) -> PairTexels:
+    """Texels of the pairs that wait, in whole photographs."""
+    height, width = read.shape
+    rows, columns, block = texel_grid(height, width)
+    crossed = plan.crossed_matrices(alignment.matrix)
+    beside = alignment.matrix if crossed is None else crossed
+    values: tuple[list[NDArray[np.float32]], list[NDArray[np.float32]]] = ([], [])
+    usable = []
+    for index, (radiance, saturated, other) in enumerate(read.waiting):
+        assert other is not None
+        for side, (pixels, matrix) in enumerate(((radiance, alignment.matrix[index]), (other, beside[index]))):
+            values[side].append(sample_points(pixels, *move_points(columns, rows, matrix)))
+            release(pixels)
+        x, y = move_points(columns, rows, alignment.matrix[index])
+        inside = (x >= 1.0) & (y >= 1.0) & (x < width - 2.0) & (y < height - 2.0)
+        near = [np.clip(each.astype(np.int64), 1, size - 3) for each, size in ((y, height), (x, width))]
+        clipped = np.any([saturated[near[0] + i, near[1] + j] for i in range(-1, 3) for j in range(-1, 3)], axis=0)
+        usable.append(inside & ~clipped)
+        release(saturated)
+    both = [np.stack(each, axis=1).astype(np.float64) for each in values]
+    room = None
+    if rig is not None and "ambient" in rig.accepted:
+        share = room_share(_small_aligned(read, alignment)[0], _directions(plan), rig.rig, rig.kind)
+        at = (columns + 0.5) * share.shape[1] / width - 0.5, (rows + 0.5) * share.shape[0] / height - 0.5
+        room = sample_points(share, *at) * both[1].mean(axis=1)
+    lights = _lights(plan, rows, columns, read.shape)
+    return PairTexels(both[0], both[1], np.stack(usable, axis=1), lights, block, room)
+
+
+def _lights(
+    plan: Plan, rows: NDArray[np.int64], columns: NDArray[np.int64], shape: tuple[int, int]
+) -> NDArray[np.float64]:
+    """(N, T or 1, 3) irradiance over π of texels (T,) of photographs of `shape` by the lamps, as far as nothing of it
+    has been taken off yet."""
+    directions, (height, width) = _directions(plan), shape
+    found = {term.name for term in plan.terms if term.accepted} & set(plan.calibrated)
+    gains = plan.gains if "gains" in found else np.ones(len(directions))
+    nearness = 1.0 / plan.calibration.lamp_distance
+    if not nearness:
+        return np.asarray((gains[:, None] * directions)[:, None])
+    positions = np.stack([(columns + 0.5) / width - 0.5, (0.5 * height - 0.5 - rows) / width], axis=1)
+    vectors = lamp_vectors(directions, positions, nearness).swapaxes(0, 1)
+    if "distance" not in found:  # photographs were multiplied with the cube of the distance
+        vectors = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True) ** 1.5
+    return np.asarray(gains[:, None, None] * vectors)
 
 
 def _estimate(plan: Plan, small: _Small) -> Estimate | None:
@@ -541,20 +696,23 @@ def _correct(
     room, matrix = None, alignment.matrix if alignment.aligned.any() else None
     if "ambient" in found.accepted:
         share = room_share(small[0], _directions(plan), found.rig, found.kind)
-        room = yield from part(room_light([radiance for radiance, _ in read.waiting], share, matrix), 0.3, 1.0)
+        whole = [radiance if crossed is None else crossed for radiance, _, crossed in read.waiting]
+        room = yield from part(room_light(whole, share, matrix), 0.3, 1.0)
     nearness = found.rig.nearness if "distance" in found.accepted else 0.0
     return Correction(_relative_gains(found), nearness, plan.sources.elevation, azimuth, room, matrix)
 
 
 def _small_aligned(read: _Read, alignment: Alignment) -> _Small:
-    """The thumbnails and their shares of clipped samples, as the reference shows the sample."""
+    """The thumbnails and their shares of clipped samples, as the reference shows the sample; of pairs the crossed ones,
+    which show no highlights."""
+    images, shares = (read.crossed, read.crossed_clipped) if read.crossed else (read.thumbnails, read.clipped)
     if not alignment.aligned.any():
-        return read.thumbnails, read.clipped
-    height, width = read.thumbnails[0].shape[:2]
+        return images, shares
+    height, width = images[0].shape[:2]
     scale = np.diag([width / read.shape[1], height / read.shape[0], 1.0])
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     found: _Small = ([], [])
-    for image, clipped, matrix in zip(read.thumbnails, read.clipped, alignment.matrix, strict=True):
+    for image, clipped, matrix in zip(images, shares, alignment.matrix, strict=True):
         small = scale @ matrix @ np.linalg.inv(scale)
         found[0].append(cv2.warpPerspective(image, small, (width, height), flags=flags))
         found[1].append(cv2.warpPerspective(clipped, small, (width, height), flags=flags, borderValue=1.0))
@@ -564,20 +722,28 @@ def _small_aligned(read: _Read, alignment: Alignment) -> _Small:
 def _write_aligned(
     plan: Plan, read: _Read, alignment: Alignment, correction: Correction | None, place: Path, files: ExitStack
 ) -> Steps[None]:
-    given_back = (len(read.waiting) - 1) * math.prod(read.shape) * PIXEL_BYTES
+    given_back = (len(read.waiting) - 1) * math.prod(read.shape) * (PAIR_BYTES if plan.has_pairs else PIXEL_BYTES)
+    beside = plan.crossed_matrices(np.tile(np.eye(3), (len(plan.names), 1, 1)))
+    of_crossed = correction
+    if correction is not None and correction.room is not None and plan.separation is not None:
+        correction = replace(correction, room=correction.room * (1.0 / plan.separation.gain).astype(np.float32))
     read.output = _output(plan, alignment, read.shape, place, files, given_back)
     for index, matrix in enumerate(alignment.matrix):
-        radiance, saturated = read.waiting.popleft()  # which goes when it has been written
+        waiting = read.waiting.popleft()  # which goes when it has been written
         if correction is not None:
-            correction.apply(index, radiance)
-        yield from read.output.add(radiance, saturated, matrix)
+            correction.apply(index, waiting[0])
+        if of_crossed is not None and waiting[2] is not None:
+            of_crossed.apply(index, waiting[2])
+        yield from read.output.add(waiting, matrix, None if beside is None else beside[index])
 
 
 def _output(
     plan: Plan, alignment: Alignment, size: tuple[int, int], place: Path, files: ExitStack, given_back: int = 0
 ) -> _Output:
-    view = view_of(plan.settings, alignment.matrix, size, plan.sources.photographs[0].parent)
-    return _Output(files, place, len(plan.names), view, given_back)
+    crossed = plan.crossed_matrices(alignment.matrix)
+    matrices = alignment.matrix if crossed is None else np.concatenate([alignment.matrix, crossed])
+    view = view_of(plan.settings, matrices, size, plan.sources.photographs[0].parent)
+    return _Output(files, place, len(plan.names), view, given_back, plan.separation)
 
 
 def _find_unmoved(count: int, reference: int = 0) -> Alignment:

@@ -1,6 +1,7 @@
 """The stack of linear photographs that everything after the import works on, and the folder that holds it.
 
-A stack folder holds `stack.json` (`engine.capture.stack_record`), `radiance.npy` and `saturated.npy`. It is treated
+A stack folder holds `stack.json` (`engine.capture.stack_record`), `radiance.npy` and `saturated.npy`, and
+`diffuse.npy` where the photographs are pairs under polarisers. It is treated
 as hostile when it is opened: sizes, shapes and kinds are compared with the record, then the checksums of all pixels
 (about 0.5 s for a gigabyte). Stacks of before there were checksums open as well, with a note in their health. The
 pixels stay on disk and are read when they are needed.
@@ -36,7 +37,7 @@ from engine.storage.untrusted import read_bytes
 if TYPE_CHECKING:
     from engine.capture.stack_record import StackRecord
 
-RECORD, RADIANCE, SATURATED = "stack.json", "radiance.npy", "saturated.npy"
+RECORD, RADIANCE, SATURATED, DIFFUSE = "stack.json", "radiance.npy", "saturated.npy", "diffuse.npy"
 
 _RECORD_LIMIT_BYTES = 64 << 20
 _AGAIN = "Import the photographs again"
@@ -62,6 +63,8 @@ class ImageStack(Summary):
     health : counts and findings; the report of the import.
     quality : (N,) figures of each photograph, empty for a stack made in memory.
     folder : where the stack lies on disk, None for one in memory.
+    diffuse : (N, H, W, 3) float32 part of the radiance that lost its polarisation, where the photographs are pairs
+        under parallel and crossed polarisers; the rest is specular. None where it is not known.
     """
 
     radiance: NDArray[np.float32] | FileArray
@@ -75,6 +78,13 @@ class ImageStack(Summary):
     health: Health = field(default_factory=Health)
     quality: tuple[Quality, ...] = ()
     folder: Path | None = None
+    diffuse: NDArray[np.float32] | FileArray | None = None
+
+    @property
+    def pixels(self) -> dict[str, NDArray[Any] | FileArray]:
+        """Return the arrays of the photographs by the names of their files."""
+        found: dict[str, NDArray[Any] | FileArray] = {} if self.diffuse is None else {DIFFUSE: self.diffuse}
+        return {**found, RADIANCE: self.radiance, SATURATED: self.saturated}
 
     @property
     def elevation_deg(self) -> NDArray[np.float64]:
@@ -135,7 +145,9 @@ def open_stack(
     files: list[tuple[str, tuple[int, ...], DTypeLike, int | None]]
     files = [(RADIANCE, (*shape, 3), np.float32, record.radiance_crc32)]
     files.append((SATURATED, shape, np.bool_, record.saturated_crc32))
-    radiance, saturated = (
+    if record.diffuse_crc32 is not None:
+        files.append((DIFFUSE, (*shape, 3), np.float32, record.diffuse_crc32))
+    radiance, saturated, *diffuse = (
         _check(place / name, full, kind, crc32 if verify else None)
         if pixels is None
         else _elsewhere(Path(pixels) / name, full, kind, crc32, verify)
@@ -153,6 +165,7 @@ def open_stack(
         health=_health(record, is_sealed),
         quality=tuple(record.quality),
         folder=place,
+        diffuse=diffuse[0] if diffuse else None,
     )
 
 

@@ -49,6 +49,7 @@ class StackRecord(BaseModel):
     mean_radiance: list[float]
     radiance_crc32: int | None = Field(None, ge=0, lt=1 << 32)
     saturated_crc32: int | None = Field(None, ge=0, lt=1 << 32)
+    diffuse_crc32: int | None = Field(None, ge=0, lt=1 << 32)
     quality: list[Quality]
     provenance: dict[str, Any]
     health: HealthRecord

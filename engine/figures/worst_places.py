@@ -128,9 +128,13 @@ def _texels(stack: ImageStack, used: NDArray[np.int64], rows: slice, columns: sl
     lines, across = range(height)[rows], np.arange(width)[columns]
     radiance = np.empty((len(used), len(lines), len(across), 3), np.float32)
     usable = np.empty(radiance.shape[:3], np.bool_)
+    diffuse = None if stack.diffuse is None else np.empty_like(radiance)
     for place, photograph in enumerate(used):
         radiance[place] = stack.radiance[int(photograph), rows, columns]
+        if diffuse is not None and stack.diffuse is not None:
+            diffuse[place] = stack.diffuse[int(photograph), rows, columns]
         usable[place] = ~np.asarray(stack.saturated[int(photograph), rows, columns])
     row, column = np.meshgrid(np.array(lines), across, indexing="ij")
     count = len(used)
-    return Texels(radiance.reshape(count, -1, 3), usable.reshape(count, -1), row.ravel(), column.ravel())
+    parts = None if diffuse is None else diffuse.reshape(count, -1, 3)
+    return Texels(radiance.reshape(count, -1, 3), usable.reshape(count, -1), row.ravel(), column.ravel(), parts)

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.calibration.separation import gain_sigma_of
 from engine.capture.stack import ImageStack
 from engine.core.figure_text import number
 from engine.core.health import Finding, Health, Verdict
@@ -101,6 +102,10 @@ def recover(
     for channel in range(3):
         own = planes.sigma["base_colour"][..., channel]
         np.minimum(np.hypot(own, np.sqrt(lens_variance(planes.base_colour[..., channel], blur))), 1.0, out=own)
+    of_gain = np.float32(gain_sigma_of(stack.provenance))
+    if of_gain:  # the diffuse part is as bright as the gain of the pairs says
+        own = planes.sigma["base_colour"]
+        np.minimum(np.hypot(own, of_gain * planes.base_colour), 1.0, out=own)
     # roughness is alpha^(1/2), so that alpha² is out by 4 roughness³ times its error
     of_relief = estimate_unresolved(planes.slope, blur) / (4.0 * planes.roughness**3)
     planes.sigma["roughness"] = np.minimum(np.hypot(planes.sigma["roughness"], of_relief), 0.5).astype(np.float32)

@@ -11,18 +11,25 @@ by which all variances of a kind grow.
 
 Radiance has the unit of a white card that faces a lamp. `white` says how bright it is in the photographs: the white
 level, unless texels are brighter, whose reflectance would then exceed one.
+
+Pairs under polarisers tell both parts apart: the crossed photograph shows the diffuse part alone, the parallel one the
+diffuse and twice the specular part (`engine.capture.calibration.polarisation`). Both are fitted together, so that
+slopes and ρ follow from photographs without highlights, and roughness and F from what the other has more.
 Memory: the block of rows that is being fitted, and the maps.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.stack import ImageStack
 from engine.core.steps import Step, Steps, part
+from engine.shading.directional.left_out import Texels
+from engine.storage.file_array import FileArray
 from engine.surface.lamps import Lamps
 from engine.surface.pbr_maps import DIELECTRIC_F0
 from engine.texel.kernel import (
@@ -97,6 +104,9 @@ F0_SPREAD, METAL_EVIDENCE = 0.02, 9.0
 #: Largest f0 of a dielectric, of index 2.6.
 BRIGHTEST_F0 = 0.2
 
+#: Shares of the diffuse and of the specular part that photographs through crossed and parallel polarisers show.
+CROSSED, PARALLEL = (1.0, 0.0), (1.0, 2.0)
+
 #: Values of metallic that are tried.
 METALLIC = np.linspace(0.0, 1.0, 21)
 
@@ -135,42 +145,48 @@ class Reflectance:
     f0_sigma: Array
 
 
-def texels(
-    stack: ImageStack, used: NDArray[np.int64], first: int, last: int, step: int = 1
-) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.int64], NDArray[np.int64]]:
-    """Radiance (N, T, 3), where it is usable (N, T), and rows and columns of every `step`-th texel of rows."""
+def texels(stack: ImageStack, used: NDArray[np.int64], first: int, last: int, step: int = 1) -> Texels:
+    """Every `step`-th texel of rows."""
     width = stack.radiance.shape[2]
     lines, columns = range(first, last, step), np.arange(step // 2, width, step)
     shape = (len(used), len(lines), len(columns))
-    radiance, clipped = np.empty((*shape, 3), np.float32), np.empty(shape, np.bool_)
-    if step == 1:
-        radiance, clipped = np.asarray(stack.radiance[used, first:last]), np.asarray(stack.saturated[used, first:last])
-    else:
+
+    def read(array: NDArray[Any] | FileArray) -> NDArray[Any]:
+        if step == 1:
+            return np.asarray(array[used, first:last])
+        found = np.empty((*shape, *array.shape[3:]), array.dtype)
         for place, photograph in enumerate(used):
-            radiance[place] = stack.radiance[int(photograph), first:last:step][:, columns]
-            clipped[place] = stack.saturated[int(photograph), first:last:step][:, columns]
+            found[place] = array[int(photograph), first:last:step][:, columns]
+        return found
+
     rows, across = np.meshgrid(np.array(lines), columns, indexing="ij")
     count = len(used)
-    return radiance.reshape(count, -1, 3), ~clipped.reshape(count, -1), rows.ravel(), across.ravel()
+    return Texels(
+        read(stack.radiance).reshape(count, -1, 3),
+        ~read(stack.saturated).reshape(count, -1),
+        rows.ravel(),
+        across.ravel(),
+        None if stack.diffuse is None else read(stack.diffuse).reshape(count, -1, 3),
+    )
 
 
-def fit(
-    values: NDArray[np.float32],
-    usable: NDArray[np.bool_],
-    towards: Array,
-    lamps: Lamps,
-    kinds: Kinds,
-    lambertian: bool = False,
-) -> Array:
-    """(T, COLUMNS) of `engine.texel.kernel` for radiance (N, T, 3) under the light (N, T or 1, 3)."""
-    found = np.zeros((values.shape[1], COLUMNS))
+def fit(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds, lambertian: bool = False) -> Array:
+    """(T, COLUMNS) of `engine.texel.kernel` for texels under the light (N, T or 1, 3)."""
+    found = np.zeros((texels.radiance.shape[1], COLUMNS))
+    values, usable, shares = texels.radiance, texels.usable, np.ones((len(texels.radiance), 2))
+    if texels.diffuse is not None and lambertian:
+        values = texels.diffuse
+    elif texels.diffuse is not None:
+        values = np.concatenate([texels.diffuse, 2.0 * values - texels.diffuse])
+        usable, towards = np.concatenate([usable, usable]), np.concatenate([towards, towards])
+        shares = np.repeat(np.array([CROSSED, PARALLEL]), len(texels.radiance), axis=0)
     scaled = np.ascontiguousarray(values / np.float32(kinds.white))
-    both, kind = lamps.observed.kind == "both", kinds.of(values)
+    both, kind = lamps.observed.kind == "both", kinds.of(texels.radiance)
     usable = np.ascontiguousarray(usable)
-    fit_texels(scaled, usable, towards, both, kinds.priors, kind, lambertian, found)
+    fit_texels(scaled, usable, towards, shares, both, kinds.priors, kind, lambertian, found)
     if kinds.matte is not None and not lambertian and kinds.matte[kind].any():
         matte, plain = kinds.matte[kind], np.zeros_like(found)
-        fit_texels(scaled, usable, towards, both, kinds.priors, kind, True, plain)
+        fit_texels(scaled, usable, towards, shares, both, kinds.priors, kind, True, plain)
         for column in (A, B, VAR_A, VAR_B, COV_AB):
             found[matte, column] = plain[matte, column]
     growth = kinds.growth[kind]
@@ -192,15 +208,15 @@ def kinds(stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, white: float
     height, width = stack.radiance.shape[1:3]
     step = max(1, int(np.ceil(np.sqrt(height * width / SAMPLE))))
     yield Step(0.0, "looking for texels that are alike")
-    values, usable, rows, columns = texels(stack, used, step // 2, height, step)
-    towards = lamps.observe_from(rows, columns, height, width)
-    colour = _colour(values)
+    some = texels(stack, used, step // 2, height, step)
+    towards = lamps.observe_from(some.rows, some.columns, height, width)
+    colour = _colour(some.radiance)
     count = min(KINDS, len(np.unique(colour, axis=0)))
     centres, label = kmeans2(colour, count, minit="++", seed=1)
     start = np.array([WIDE if len(used) >= ENOUGH else NARROW])
     one = Kinds(np.zeros((1, 3)), start, white or 1.0, np.ones((1, 4)))
     yield Step(0.2, "fitting a sample of texels")
-    found = fit(values, usable, towards, lamps, one, len(used) < FEWEST_FOR_GLOSS)
+    found = fit(some, towards, lamps, one, len(used) < FEWEST_FOR_GLOSS)
     if white is None:
         brightest = float(np.quantile(found[:, DIFFUSE : DIFFUSE + 3].max(axis=1), 1.0 - ABOVE_WHITE))
         one = Kinds(one.colour, start, max(1.0, brightest), one.growth)
@@ -210,9 +226,10 @@ def kinds(stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, white: float
         return Kinds(centres, np.repeat(start, count, axis=0), one.white, np.ones((count, 4)))
 
     def unexplained(found: Array) -> Array:
-        return np.asarray(of_kind @ _measure_unexplained(values, usable, towards, found, one.white))
+        return np.asarray(of_kind @ _measure_unexplained(some, towards, found, one.white))
 
-    bare = unexplained(fit(values, usable, towards, lamps, one, True))
+    is_separated = some.diffuse is not None  # slopes follow from photographs without highlights
+    bare = np.full(count, np.inf) if is_separated else unexplained(fit(some, towards, lamps, one, True))
     if len(used) < ENOUGH:
         matte = bare < MATTE_AS_WELL[0] * unexplained(found)
         return Kinds(centres, np.repeat(start, count, axis=0), one.white, np.ones((count, 4)), matte=matte)
@@ -220,7 +237,7 @@ def kinds(stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, white: float
     plain = priors[:, 2] < BRIGHTEST_DIELECTRIC
     if plain.any():
         trying = [replace(one, priors=np.array([prior])) for prior in (NARROW, GLOSSY)]
-        narrow, glossy = (fit(values, usable, towards, lamps, each) for each in trying)
+        narrow, glossy = (fit(some, towards, lamps, each) for each in trying)
         left, least = unexplained(narrow), unexplained(found)
         upper = [np.quantile(found[texels, SPECULAR : SPECULAR + 3], 0.75) for texels in of_kind]
         for kind in np.flatnonzero(plain):
@@ -229,29 +246,27 @@ def kinds(stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, white: float
             else:
                 priors[kind] = *_prior(narrow[of_kind[kind]], start[0], 1.0)[:2], *NARROW[2:]
     alike = Kinds(centres, priors, one.white, np.ones((count, 4)))
-    matte = bare < MATTE_AS_WELL[1] * unexplained(fit(values, usable, towards, lamps, alike))
+    matte = bare < MATTE_AS_WELL[1] * unexplained(fit(some, towards, lamps, alike))
     alike = replace(alike, matte=matte)
-    growth = yield from part(_growth(values, usable, towards, lamps, alike), 0.5, 1.0)
+    growth = yield from part(_growth(some, towards, lamps, alike), 0.5, 1.0)
     return replace(alike, growth=growth, deviation=ROUGHNESS_DEVIATION)
 
 
-def _measure_unexplained(
-    values: NDArray[np.float32], usable: NDArray[np.bool_], towards: Array, found: Array, white: float
-) -> Array:
+def _measure_unexplained(texels: Texels, towards: Array, found: Array, white: float) -> Array:
     """(T,) sums of absolute residuals of texels `found` by the kernel, in units of white."""
     diffuse, specular = found[:, DIFFUSE : DIFFUSE + 3], found[:, SPECULAR : SPECULAR + 3]
-    shown = np.empty(values.shape, np.float32)
+    shown = np.empty(texels.radiance.shape, np.float32)
     show_texels(found[:, :2], found[:, ROUGHNESS], diffuse, specular, towards, shown)
-    off = np.abs(values / np.float32(white) - shown).sum(axis=-1, where=usable[..., None], dtype=np.float64)
+    off = np.abs(texels.radiance / np.float32(white) - shown)
+    off = off.sum(axis=-1, where=texels.usable[..., None], dtype=np.float64)
     return np.asarray(off.sum(axis=0))
 
 
-def _growth(
-    values: NDArray[np.float32], usable: NDArray[np.bool_], towards: Array, lamps: Lamps, kinds: Kinds
-) -> Steps[Array]:
+def _growth(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds) -> Steps[Array]:
     """(K, 4) how many times larger variances are than those of independent residuals, by a jackknife of blocks."""
-    count, growth = min(BLOCKS, len(values) // FEWEST_IN_BLOCK), np.ones_like(kinds.growth)
-    values, usable = values[:, ::EVERY], usable[:, ::EVERY]
+    total = len(texels.radiance)
+    count, growth = min(BLOCKS, total // FEWEST_IN_BLOCK), np.ones_like(kinds.growth)
+    texels = texels.choose(slice(None), EVERY)
     towards = towards[:, ::EVERY] if towards.shape[1] > 1 else towards
     both = lamps.observed.kind == "both"
     order = np.argsort(np.arctan2(lamps.direction[:, 1], lamps.direction[:, 0]) if both else towards[:, 0, 0])
@@ -259,8 +274,8 @@ def _growth(
     for block, out in enumerate(np.array_split(order, count)):
         yield Step(block / count, "leaving neighbouring lamps out")
         others = np.setdiff1d(order, out)
-        apart.append(fit(values[others], usable[others], towards[others], lamps, kinds))
-    stated = fit(values, usable, towards, lamps, kinds)
+        apart.append(fit(texels.choose(others), towards[others], lamps, kinds))
+    stated = fit(texels, towards, lamps, kinds)
     squares = (count - 1) * np.var(np.stack(apart)[..., : SPECULAR + 3], axis=0)
     slopes = (squares[:, 0] + squares[:, 1]) / (stated[:, VAR_A] + (stated[:, VAR_B] if both else 0.0))
     factors = np.column_stack(
@@ -271,7 +286,7 @@ def _growth(
             squares[:, SPECULAR:].mean(axis=1) / stated[:, VAR_SPECULAR],
         ]
     )
-    kind = kinds.of(values)
+    kind = kinds.of(texels.radiance)
     for each in range(len(growth)):
         known = factors[(kind == each) & np.isfinite(factors).all(axis=1)]
         if len(known) >= MIN_KNOWN:
@@ -354,11 +369,12 @@ def fit_rows(
 ) -> Steps[None]:
     """Fit block after block of rows; each step's `partial` is (first, last, found)."""
     count, height, width = len(used), stack.radiance.shape[1], stack.radiance.shape[2]
-    block = max(1, BLOCK_VALUES // (3 * count * width))
+    block = max(1, BLOCK_VALUES // (3 * count * width * (1 if stack.diffuse is None else 2)))
     for first in range(0, height, block):
         last = min(first + block, height)
-        values, usable, rows, columns = texels(stack, used, first, last)
-        found = fit(values, usable, lamps.observe_from(rows, columns, height, width), lamps, kinds, lambertian)
+        some = texels(stack, used, first, last)
+        towards = lamps.observe_from(some.rows, some.columns, height, width)
+        found = fit(some, towards, lamps, kinds, lambertian)
         yield Step(last / height, "finding slopes and reflectance", (first, last, found))
 
 

@@ -82,7 +82,7 @@ def predicting(stack: ImageStack, used: NDArray[np.int64], *, lambertian: bool =
     def predict(texels: Texels, out: int) -> Array:
         others = np.flatnonzero(np.arange(len(used)) != out)
         towards = seen.observe_from(texels.rows, texels.columns, height, width)
-        found = fit(texels.radiance[others], texels.usable[others], towards[others], seen, alike, lambertian)
+        found = fit(texels.choose(others), towards[others], seen, alike, lambertian)
         return np.asarray(_codes(_predict(found, towards[out : out + 1], alike, lambertian))[0], np.float64)
 
     return predict
@@ -93,12 +93,12 @@ def measure_relight_errors(
 ) -> Steps[RelitErrors]:
     """The same where lamps and kinds are known."""
     inside, mean, fit_s, count = 0.0, 0.0, 0.0, len(used)
-    for values, usable, towards in _grid(stack, used, seen, GRID):
+    for some, towards in _grid(stack, used, seen, GRID):
         yield Step(0.1, "comparing with the photographs")
         started = time.perf_counter()
-        found = fit(values, usable, towards, seen, alike, lambertian)
+        found = fit(some, towards, seen, alike, lambertian)
         fit_s += (time.perf_counter() - started) * stack.radiance.shape[1] * stack.radiance.shape[2] / len(found)
-        wanted = _codes(values)
+        wanted = _codes(some.radiance)
         inside += float(((_codes(_predict(found, towards, alike, lambertian)) - wanted) ** 2).mean(dtype=np.float64))
         average = wanted.mean(axis=0)
         mean += float(((wanted - average) ** 2).mean(dtype=np.float64)) * (count / max(count - 1, 1)) ** 2
@@ -106,24 +106,24 @@ def measure_relight_errors(
     if count > 4:
         out = 0.0
         folds = np.unique(np.linspace(0, count - 1, min(count, FOLDS)).round().astype(np.int64))
-        for values, usable, towards in _grid(stack, used, seen, LEFT_OUT_GRID):
+        for some, towards in _grid(stack, used, seen, LEFT_OUT_GRID):
             for at, fold in enumerate(folds):
                 yield Step(0.3 + 0.7 * at / len(folds), "leaving photographs out")
                 others = np.flatnonzero(np.arange(count) != fold)
-                found = fit(values[others], usable[others], towards[others], seen, alike, lambertian)
+                found = fit(some.choose(others), towards[others], seen, alike, lambertian)
                 shown = _codes(_predict(found, towards[fold : fold + 1], alike, lambertian))
-                out += float(((shown - _codes(values[fold : fold + 1])) ** 2).mean(dtype=np.float64)) / len(folds)
+                out += float(((shown - _codes(some.radiance[fold : fold + 1])) ** 2).mean(dtype=np.float64)) / len(
+                    folds
+                )
     return RelitErrors(float(np.sqrt(inside)), float(np.sqrt(out)), float(np.sqrt(mean)), fit_s)
 
 
-def _grid(
-    stack: ImageStack, used: NDArray[np.int64], seen: Lamps, most: int
-) -> list[tuple[NDArray[np.float32], NDArray[np.bool_], Array]]:
-    """Radiance, usable and lamps of the texels of a regular grid of at most `most`, as one block."""
+def _grid(stack: ImageStack, used: NDArray[np.int64], seen: Lamps, most: int) -> list[tuple[Texels, Array]]:
+    """Texels of a regular grid of at most `most` and their lamps, as one block."""
     height, width = stack.radiance.shape[1:3]
     step = max(1, int(np.ceil(np.sqrt(height * width / most))))
-    values, usable, rows, columns = texels(stack, used, step // 2, height, step)
-    return [(values, usable, seen.observe_from(rows, columns, height, width))]
+    some = texels(stack, used, step // 2, height, step)
+    return [(some, seen.observe_from(some.rows, some.columns, height, width))]
 
 
 def _predict(found: Array, towards: Array, alike: Kinds, lambertian: bool) -> NDArray[np.float32]:

@@ -78,7 +78,8 @@ def _examine_photographs(
     """The same, and the held-out error, where what the photographs tell of the rig was not corrected for."""
     height, width = stack.radiance.shape[1:3]
     step = max(1, math.ceil(math.sqrt(height * width / SAMPLE)))
-    radiance, usable, rows, columns = texels(stack, used, step // 2, height, step)
+    some = texels(stack, used, step // 2, height, step)
+    radiance, rows, columns = some.radiance if some.diffuse is None else some.diffuse, some.rows, some.columns
     values = radiance.mean(axis=-1, dtype=np.float64).T
     mean = values.mean(axis=1)
     positions = np.stack([(columns + 0.5) / width - 0.5, (0.5 * height - 0.5 - rows) / width], axis=1)
@@ -86,7 +87,7 @@ def _examine_photographs(
     lit = mean > max(0.003, 0.03 * float(np.quantile(mean, 0.98)))
     if lit.sum() < 40:
         return 0.0, 0.0, None, []
-    sample = Sample(values[lit] / mean[lit, None], usable.T[lit], positions[lit], mean[lit], block[lit])
+    sample = Sample(values[lit] / mean[lit, None], some.usable.T[lit], positions[lit], mean[lit], block[lit])
     start = Rig(seen.nearness, np.zeros(len(used)), np.zeros(3))
     if seen.nearness:  # the import has taken the fall-off off the photographs
         length = np.linalg.norm(lamp_vectors(seen.direction, sample.positions, seen.nearness), axis=-1)

@@ -5,11 +5,14 @@ The model of a texel of slopes (a, b) = (n_x, n_y) / n_z under the light v of la
     I_i = ρ c_i + F s_i,   c = max(n·v, 0),   s = π D G₂ / (4 n·l n·v) c
 
 with GGX and Smith's height-correlated shadowing (Heitz2014 Eq. 99) of alpha = roughness²; v has the length of the
-irradiance over π. Schlick's term is left out: seen from above it is below 2·10⁻³ for lamps at 5° and more.
+irradiance over π. Schlick's term is left out: seen from above it is below 2·10⁻³ for lamps at 5° and more. A photograph
+may show another share of either part, as one taken through a polariser does: c and s of a lamp are then those shares of
+the above.
 
-1. Lambertian and robust. The fifth of the photographs that is darkest in the texel (shadows) and the fifth that is
-   brightest (highlights) are left out by rank; then least squares, reweighted with Tukey's biweight, which ends at
-   3 deviations below the fit and at 2 above it. The deviation is 1.4826 times the median of the absolute residuals.
+1. Lambertian and robust, of photographs without a specular part where there are any. The fifth of the photographs that
+   is darkest in the texel (shadows) and the fifth that is brightest (highlights) are left out by rank; then least
+   squares, reweighted with Tukey's biweight, which ends at 3 deviations below the fit and at 2 above it. The deviation
+   is 1.4826 times the median of the absolute residuals.
 2. All parameters by Levenberg-Marquardt, from these slopes or from the direction of the highlight. ρ and F of each
    channel are linear and are eliminated from the normal equations (Golub1973), so that a 3 × 3 system for a, b and the
    roughness remains. Residuals are divided by the root of the model, as photons scatter, and reweighted by the biweight
@@ -66,6 +69,7 @@ def fit_texels(
     values: Floats,
     usable: Bools,
     lights: Floats,
+    shares: Floats,
     across_free: bool,
     priors: Floats,
     kind: Integers,
@@ -74,38 +78,47 @@ def fit_texels(
 ) -> None:
     """Fill `found` (T, COLUMNS) float64.
 
-    `values` (N, T, 3) float32 radiance, `usable` (N, T) bool, `lights` (N, T or 1, 3) float64, `priors` (K, 4) means
-    and deviations of roughness and F, `kind` (T,) which of them a texel has. Where `across_free` is False, b is zero.
-    Where `lambertian` is True, F is zero.
+    `values` (N, T, 3) float32 radiance, `usable` (N, T) bool, `lights` (N, T or 1, 3) float64, `shares` (N, 2) of the
+    diffuse and the specular part that each photograph shows, the diffuse ones positive, `priors` (K, 4) means and
+    deviations of roughness and F, `kind` (T,) which of them a texel has. Where `across_free` is False, b is zero. Where
+    `lambertian` is True, F is zero.
     """
     count, texels = usable.shape
     rows = 64
     for chunk in prange((texels + rows - 1) // rows):
-        value, lamp = np.empty((3, count)), np.empty((5, count))
+        value, lamp = np.empty((3, count)), np.empty((7, count))
         grey, weight, scratch = np.empty(count), np.empty(count), np.empty((3, count))
         lobe, products = np.empty((2, 7, count)), np.empty((7, 10))
-        is_usable = np.empty(count, np.bool_)
+        is_usable, is_matte = np.empty(count, np.bool_), np.empty(count, np.bool_)
+        is_separated = False
+        for i in range(count):
+            is_separated = is_separated or shares[i, 1] == 0.0
         for texel in range(chunk * rows, min(texels, (chunk + 1) * rows)):
             if lights.shape[1] > 1 or texel == chunk * rows:
                 _place(lights, texel if lights.shape[1] > 1 else 0, lamp)
+                for i in range(count):
+                    lamp[5, i], lamp[6, i] = shares[i, 0], shares[i, 1]
             for i in range(count):
                 is_usable[i] = usable[i, texel]
+                is_matte[i] = usable[i, texel] and (shares[i, 1] == 0.0 or not is_separated)
                 for channel in range(3):
                     value[channel, i] = values[i, texel, channel]
                 grey[i] = (value[0, i] + value[1, i] + value[2, i]) / 3.0
             row, prior = found[texel], priors[kind[texel]]
-            _lambertian(grey, is_usable, lamp, across_free, weight, scratch[0], row)
+            _lambertian(grey, is_matte, lamp, across_free, weight, scratch[0], row)
             _refine(value, grey, is_usable, lamp, across_free, prior, lambertian, weight, scratch, lobe, products, row)
 
 
 @scalar
 def _place(lights: Floats, place: int | np.int64, lamp: Floats) -> None:
-    """Fill `lamp` (5, N): the light, the inverse of its length, and that of its unit vector plus (0, 0, 1)."""
+    """Fill `lamp` (7, N): the light, the inverse of its length, that of its unit vector plus (0, 0, 1), and shares of
+    one of the diffuse and the specular part."""
     for i in range(len(lights)):
         x, y, z = lights[i, place, 0], lights[i, place, 1], lights[i, place, 2]
         length = math.sqrt(x * x + y * y + z * z)
         lamp[0, i], lamp[1, i], lamp[2, i] = x, y, z
         lamp[3, i], lamp[4, i] = 1.0 / length, 1.0 / math.sqrt(2.0 + 2.0 * z / length)
+        lamp[5, i], lamp[6, i] = 1.0, 1.0
 
 
 @scalar
@@ -144,7 +157,7 @@ def show_texels(
 def differentiate(slopes: Floats, roughness: Floats, lights: Floats, found: Floats) -> None:
     """Fill `found` (T, 7, N) with c, s and their derivatives, rows as of `evaluate`, for lights (N, T or 1, 3)."""
     for texel in prange(len(slopes)):
-        lamp = np.empty((5, len(lights)))
+        lamp = np.empty((7, len(lights)))
         _place(lights, np.int64(texel) if lights.shape[1] > 1 else np.int64(0), lamp)
         evaluate(slopes[texel, 0], slopes[texel, 1], roughness[texel], lamp, found[texel])
 
@@ -220,7 +233,7 @@ def _solve(
 
 @scalar
 def evaluate(a: float, b: float, roughness: float, lamp: Floats, lobe: Floats) -> None:
-    """Fill `lobe` (7, N) for the lamps (5, N) of `_place`: c and s as in `lobes`, and their derivatives."""
+    """Fill `lobe` (7, N) for the lamps (7, N) of `_place`: c and s as in `lobes`, and their derivatives."""
     n_z = 1.0 / math.sqrt(1.0 + a * a + b * b)
     z_a, z_b = -a * n_z * n_z * n_z, -b * n_z * n_z * n_z
     squared = roughness * roughness * roughness * roughness
@@ -238,12 +251,12 @@ def evaluate(a: float, b: float, roughness: float, lamp: Floats, lobe: Floats) -
         n_h = (n_l + n_z) * lamp[4, i]
         spread = 1.0 / (1.0 - n_h * n_h * rest)
         visible = 1.0 / (n_z * root_l + n_l * root_v)
-        gloss = 0.5 * squared * spread * spread * visible
+        gloss = lamp[6, i] * 0.5 * squared * spread * spread * visible
         s = gloss * received
         by_h, by_l = 4.0 * n_h * rest * spread * lamp[4, i], n_z * n_l * rest / root_l + root_v
         own = root_l + n_l * by_z
-        lobe[C, i], lobe[S, i] = received, s
-        lobe[C_A, i], lobe[C_B, i] = c_a, c_b
+        lobe[C, i], lobe[S, i] = lamp[5, i] * received, s
+        lobe[C_A, i], lobe[C_B, i] = lamp[5, i] * c_a, lamp[5, i] * c_b
         lobe[S_A, i] = s * (by_h * (l_a + z_a) - (own * z_a + by_l * l_a) * visible) + gloss * c_a
         lobe[S_B, i] = s * (by_h * (l_b + z_b) - (own * z_b + by_l * l_b) * visible) + gloss * c_b
         by_square = 1.0 / squared - 2.0 * n_h * n_h * spread
@@ -472,7 +485,7 @@ def _start(
     for i in range(count):
         if is_usable[i]:
             strength = 1.0 / lamp[3, i]
-            square = grey[i] * grey[i] * lamp[4, i] / strength
+            square = lamp[6, i] * grey[i] * grey[i] * lamp[4, i] / strength
             half_x, half_y = half_x + square * lamp[0, i], half_y + square * lamp[1, i]
             half_z += square * (lamp[2, i] + strength)
     first_a, first_b, second_a, second_b = row[A], row[B], half_x / half_z, half_y / half_z

@@ -350,7 +350,7 @@ def _glossy(sample: Sample, directions: Array, rig: Rig, before: Model | None) -
     found = np.zeros((len(sample.values), COLUMNS))
     alike = GLOSSY if before is None or before.alike is None else before.alike
     kind, lit = np.zeros(len(found), np.int64), lights(rig.nearness)
-    fit_texels(values, usable, lit, True, alike[None], kind, False, found)
+    fit_texels(values, usable, lit, np.ones((len(directions), 2)), True, alike[None], kind, False, found)
     own = np.empty((len(found), 7, len(directions)))
     differentiate(found[:, :2], found[:, ROUGHNESS], lit, own)
     diffuse, specular = found[:, DIFFUSE, None], found[:, SPECULAR, None]

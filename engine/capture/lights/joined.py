@@ -36,6 +36,9 @@ def join(one: Sources, other: Sources) -> Sources:
     if "assumed" in (one.angle_source, other.angle_source):
         both = find([*_files(one), *_files(other), *_frames(one, other)])
         return replace(both, unpacked=_unpack(one, other))
+    if bool(one.crossed) != bool(other.crossed):
+        problem = "has pairs under polarisers, and the other photographs have none"
+        raise InputError((new if other.crossed else one.photographs[0]).parent, problem, "Open it by itself")
     order = np.argsort([*one.elevation, *other.elevation], kind="stable")
     elevation = np.concatenate([one.elevation, other.elevation])[order]
     azimuth = _azimuth(one, other, order)
@@ -59,6 +62,7 @@ def join(one: Sources, other: Sources) -> Sources:
         reference=one.reference or other.reference,
         control_points={**one.control_points, **other.control_points},
         transfer=one.transfer or other.transfer,
+        crossed={**one.crossed, **other.crossed},
         notes="\n".join(filter(None, (one.notes, other.notes))),
         unpacked=_unpack(one, other),
         findings=tuple(dict.fromkeys((*one.findings, *other.findings))),

@@ -282,7 +282,8 @@ def about_repeats(lights: list[list[Lit]]) -> list[Finding]:
     if len(number) > 2 and set(number.values()) == {2}:
         text = (
             "Every direction of light occurs twice, and each photograph counts as a measurement. If these are pairs "
-            "under parallel and crossed polarisers, import each half in a folder of its own"
+            "under parallel and crossed polarisers, put each half into a folder called parallel or crossed, or give "
+            "the folder of the crossed half with --pair"
         )
     return [Finding(Verdict.WARNING, text)]
 

@@ -13,7 +13,7 @@ import stat
 import string
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
@@ -34,8 +34,9 @@ from engine.capture.lights.folder import (
     is_sidecar,
     one_of_each_shot,
 )
-from engine.capture.lights.light_angles import LIGHT_SUFFIXES, about_repeats, by_light, read_stated_lights
+from engine.capture.lights.light_angles import LIGHT_SUFFIXES, Stated, about_repeats, by_light, read_stated_lights
 from engine.capture.lights.mirror_sphere import Circle
+from engine.capture.lights.polarised_pairs import PolarisedPairs, folders_of_pairs, pair_by_names, pair_of_folders
 from engine.capture.photograph.exposures import Exposure
 from engine.capture.photograph.kinds import photograph_suffixes, unread_suffixes
 from engine.core.errors import InputError, OutputError
@@ -90,6 +91,7 @@ class Sources(Summary):
     reference : the photograph that the others are to be aligned to, where `capture.toml` says so.
     control_points : by photograph, points (x and y in the reference, x and y in it) that `capture.toml` gives.
     transfer : 'srgb' or 'linear' where `capture.toml` says so.
+    crossed : of pairs under polarisers, the photograph under crossed ones by the one under parallel ones.
     notes : the capture's notes.
     unpacked : what is known of the archive that the photographs come from, if they do.
     findings : what was set aside, assumed, or needs a look.
@@ -112,6 +114,7 @@ class Sources(Summary):
     control_points: Mapping[Path, Pairs] = field(default_factory=dict)
     transfer: Literal["srgb", "linear"] | None = None
     notes: str = ""
+    crossed: Mapping[Path, Path] = field(default_factory=dict)
     unpacked: Unpacked | None = None
     findings: tuple[Finding, ...] = ()
 
@@ -120,6 +123,11 @@ class Sources(Summary):
         """Name of the folder or archive of the photographs."""
         place = capture_folder(self.photographs[0].parent)
         return place.name if self.unpacked is None else place.name.split(".", 1)[0]
+
+    def files(self, light: int) -> tuple[Path, ...]:
+        """Return the files of light number `light`: its exposures, and the photograph under crossed polarisers."""
+        crossed = self.crossed.get(self.photographs[light])
+        return (*(one.path for one in self.exposures[light]), *([] if crossed is None else [crossed]))
 
     def summary(self) -> dict[str, Any]:
         """Return what `repr` says."""
@@ -141,15 +149,19 @@ def find(
     *,
     sphere: Circle | Literal["auto"] | None = None,
     aside: Sequence[Path] = (),
+    pair: Path | Literal["auto", "none"] = "auto",
 ) -> Sources:
     """The capture that `paths` (one folder, or files) hold.
 
     `angles_deg` are the user's elevations in degrees, in the natural order of the file names; `sphere` is the mirror
-    sphere from which they are to be measured instead; files `aside` are not photographs of the sample. Raises
+    sphere from which they are to be measured instead; files `aside` are not photographs of the sample. `pair` is the
+    folder of the photographs under crossed polarisers where `paths` hold those under parallel ones; 'auto' where names
+    tell pairs (`engine.capture.lights.polarised_pairs`), 'none' where each photograph is one of its own. Raises
     InputError where there are fewer than two lights, where angles do not fit the photographs, or where two share one
     direction of light and are not known to be exposures of different length.
     """
     place = paths[0] if len(paths) == 1 else Path(os.path.commonpath([path.absolute() for path in paths]))
+    paths, crossed = _set_crossed_apart(paths, pair)
     expanded, looked_into = _look_into(place, _expand(paths))
     capture = _capture_file(place, expanded)
     files = _sort_out(place, _without(expanded, aside), capture)
@@ -161,11 +173,21 @@ def find(
     photographs, left_out = one_of_each_shot(photographs, _list_named(capture))
     if len(photographs) < 2:
         raise InputError(place, f"holds {_count(photographs)}", _list_needed(files.findings))
+    every = photographs
+    pairs = _pair(place, photographs, crossed, pair, aside)
+    if pairs is not None:
+        photographs = list(pairs.parallel)
     _refuse_equal_names(place, photographs)
     if angles_deg is None and sphere is None and capture is not None:
         sphere = _outline(capture)
-    stated = read_stated_lights(place, files.kept, photographs, capture, angles_deg, sphere)
+
+    def read_lights(chosen: list[Path]) -> Stated:
+        return read_stated_lights(place, files.kept, chosen, capture, angles_deg, sphere)
+
+    stated = _read_lights_of_pairs(place, photographs, every, pairs, read_lights)
     lights = by_light(stated.lit, sphere is not None)
+    if pairs is not None:
+        _refuse_exposures(place, lights)
     azimuths = [light[0].azimuth_deg for light in lights if light[0].azimuth_deg is not None]
     azimuth = np.radians(azimuths) if len(azimuths) == len(lights) else None
     return Sources(
@@ -185,16 +207,92 @@ def find(
         reference=_find_stated(place, files.kept, capture.reference) if capture and capture.reference else None,
         control_points=_control_points(photographs, capture),
         transfer=capture.transfer if capture else None,
+        crossed=pairs.crossed if pairs is not None else {},
         notes=capture.notes if capture else "",
         findings=(
             *looked_into,
             *files.findings,
             *left_out,
             *stated.findings,
+            *(pairs.findings if pairs is not None else ()),
             *about_repeats(lights),
             *about_azimuth(azimuth),
         ),
     )
+
+
+def _set_crossed_apart(
+    paths: Sequence[Path], pair: Path | Literal["auto", "none"]
+) -> tuple[Sequence[Path], Path | None]:
+    """The paths without the folder of photographs under crossed polarisers, and that folder."""
+    if isinstance(pair, Path):
+        return paths, pair
+    if pair == "none" or not all(path.is_dir() for path in paths):
+        return paths, None
+    if len(paths) == 2:
+        both = folders_of_pairs([path.name for path in paths])
+        if both is not None:
+            parallel, crossed = (next(path for path in paths if path.name == name) for name in both)
+            return [parallel], crossed
+    if len(paths) == 1 and not any(_is_photograph(entry) for entry in _entries(paths[0])):
+        folders = [entry for entry in _entries(paths[0]) if entry.is_dir() and not is_made_by_program(entry.name)]
+        filled = [folder.name for folder in folders if any(_is_photograph(entry) for entry in _entries(folder))]
+        both = folders_of_pairs(filled)
+        if both is not None:
+            return [paths[0], paths[0] / both[0]], paths[0] / both[1]
+    return paths, None
+
+
+def _pair(
+    place: Path,
+    photographs: list[Path],
+    crossed: Path | None,
+    pair: Path | Literal["auto", "none"],
+    aside: Sequence[Path],
+) -> PolarisedPairs | None:
+    """Pairs of `photographs` with those in the folder `crossed`, or of which names tell; None where there are none."""
+    if crossed is None:
+        return pair_by_names(photographs) if pair == "auto" else None
+    if not crossed.is_dir():
+        raise InputError(crossed, "is not a folder", "Give the folder of the photographs under crossed polarisers")
+    inside = _sort_out(crossed, _without(_expand([crossed]), aside), None).kept
+    others, _ = one_of_each_shot([path for path in inside if path.suffix.lower() in photograph_suffixes()], set())
+    for path in others:
+        _refuse_irregular(path)
+    return pair_of_folders(photographs, others, place)
+
+
+def _read_lights_of_pairs(
+    place: Path,
+    photographs: list[Path],
+    every: list[Path],
+    pairs: PolarisedPairs | None,
+    read: Callable[[list[Path]], Stated],
+) -> Stated:
+    """The lights of photographs, of pairs those of the parallel ones, also where a list names all of them."""
+    try:
+        return read(photographs)
+    except InputError as error:
+        if pairs is None or len(every) != 2 * len(photographs):
+            raise
+        try:
+            stated = read(every)
+        except InputError:
+            raise error from None
+    lit = {one.path: one for one in stated.lit}
+    for path, crossed in pairs.crossed.items():
+        if lit[path].direction != lit[crossed].direction:
+            problem = f"lists other lights for {path.name} and {crossed.name}, which are a pair under polarisers"
+            raise InputError(place, problem, "Correct the list, or import each photograph by itself with --pair none")
+    return stated._replace(lit=[lit[path] for path in photographs])
+
+
+def _refuse_exposures(place: Path, lights: Sequence[Sequence[Any]]) -> None:
+    several = next((light for light in lights if len(light) > 1), None)
+    if several is not None:
+        names = join_names([one.path.name for one in several])
+        problem = f"holds several exposures of one light ({names}) in pairs under polarisers, which are not merged"
+        raise InputError(place, problem, "Keep one exposure of each light and polariser")
 
 
 def _without(files: list[Path], aside: Sequence[Path]) -> list[Path]:
@@ -359,6 +457,7 @@ def find_packed(
     *,
     sphere: Circle | Literal["auto"] | None = None,
     aside: Sequence[Path] = (),
+    pair: Path | Literal["auto", "none"] = "auto",
     scratch: Path | None = None,
     keep: Path | None = None,
 ) -> Steps[Sources]:
@@ -371,7 +470,7 @@ def find_packed(
     yield Step(0.0, "Looking for photographs")
     archives = [path for path in paths if is_archive(path)]
     if not archives:
-        return find(paths, angles_deg, sphere=sphere, aside=aside)
+        return find(paths, angles_deg, sphere=sphere, aside=aside, pair=pair)
     (archive, *others) = archives
     if others or len(paths) > 1:
         raise InputError(archive, "is an archive among other files", "Give one archive alone, or files and folders")
@@ -382,7 +481,7 @@ def find_packed(
         place, left_out = make_folder(top / archive.name), list[str]()
         members = yield from unpack(archive, place, lambda names: _choose(archive, names, left_out), _PROCESS)
         with name_members(Unpacked(archive, members)):
-            sources = find([place], angles_deg, sphere=sphere, aside=aside)
+            sources = find([place], angles_deg, sphere=sphere, aside=aside, pair=pair)
         is_whole = True
     finally:
         if keep is not None and not is_whole:

@@ -76,6 +76,37 @@ def warp(
     return moved, mask
 
 
+def move_points(
+    x: NDArray[np.number], y: NDArray[np.number], matrix: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The points (T,) of the reference in a photograph, by its `matrix` (3, 3)."""
+    across, down, scale = matrix @ np.stack([x, y, np.ones(len(x))])
+    return across / scale, down / scale
+
+
+def sample_points(image: NDArray[np.float32], x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float32]:
+    """(T, C) values of an image (H, W, C) at points, by cubic convolution, which softens less than `warp`."""
+    height, width = image.shape[:2]
+    column, row = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
+    found = np.zeros((len(x), image.shape[2]))
+    weights = [_cubic(each - whole) for each, whole in ((y, row), (x, column))]
+    for i in range(4):
+        for j in range(4):
+            taken = image[np.clip(row + i - 1, 0, height - 1), np.clip(column + j - 1, 0, width - 1)]
+            found += (weights[0][i] * weights[1][j])[:, None] * taken
+    return found.astype(np.float32)
+
+
+def _cubic(t: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    """Weights of the four neighbours at -1, 0, 1 and 2 of a point at t in [0, 1) (Keys1981 with a = -1/2)."""
+    return (
+        ((-0.5 * t + 1.0) * t - 0.5) * t,
+        (1.5 * t - 2.5) * t * t + 1.0,
+        ((-1.5 * t + 2.0) * t + 0.5) * t,
+        (0.5 * t - 0.5) * t * t,
+    )
+
+
 @parallel
 def _warp(
     image: np.ndarray,

@@ -25,12 +25,24 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Texels:
-    """Some texels in N photographs: radiance (N, T, 3), where it is usable (N, T), and rows and columns (T,)."""
+    """Some texels in N photographs: radiance (N, T, 3), where it is usable (N, T), and rows and columns (T,); of pairs
+    under polarisers also the diffuse part of the radiance (N, T, 3)."""
 
     radiance: NDArray[np.float32]
     usable: NDArray[np.bool_]
     rows: NDArray[np.int64]
     columns: NDArray[np.int64]
+    diffuse: NDArray[np.float32] | None = None
+
+    def choose(self, photographs: NDArray[np.int64] | slice, every: int = 1) -> Texels:
+        """Return `every`-th texel in some of the photographs."""
+        return Texels(
+            self.radiance[photographs, ::every],
+            self.usable[photographs, ::every],
+            self.rows[::every],
+            self.columns[::every],
+            None if self.diffuse is None else self.diffuse[photographs, ::every],
+        )
 
     @cached_property
     def codes(self) -> NDArray[np.float32]:

@@ -161,7 +161,8 @@ def test_normals_err_as_they_say_where_lamps_of_one_side_err_alike(dimmed: float
 def test_a_sample_of_texels_holds_those_of_its_rows_and_columns() -> None:
     """In a stack that is taller than wide."""
     photographs = dome(4, height=23, width=11)
-    radiance, usable, rows, columns = texels(photographs, np.array([0, 2]), 1, 23, 3)
+    some = texels(photographs, np.array([0, 2]), 1, 23, 3)
+    radiance, usable, rows, columns = some.radiance, some.usable, some.rows, some.columns
     assert (rows.max(), columns.max(), len(rows)) == (22, 10, 8 * 4)
     np.testing.assert_array_equal(radiance, photographs.radiance[[0, 2]][:, rows, columns])
     assert usable.all()
