@@ -18,6 +18,7 @@ from engine.core.errors import InputError, UsageError
 from engine.core.params import parameters
 from engine.core.steps import drain
 from engine.figures.papers.catalogue import FIGURES
+from engine.geometry.brushing import parse_brushing
 from engine.geometry.ground import Ground
 from engine.images.encode import encode_exr, encode_png, rgb_channels
 from engine.light.lamps import Lamp
@@ -84,6 +85,7 @@ def make_scene(
     environment_rotation_deg: float = DEFAULTS.environment_rotation_deg,
     irradiance: float = DEFAULTS.irradiance,
     ground_albedo: float | None = None,
+    brushing: str | None = None,
     camera: CameraLike = "",
     repeats: float = DEFAULTS.repeats,
     size: tuple[int, int] = (512, 384),
@@ -111,6 +113,9 @@ def make_scene(
         Irradiance of the light on a surface that faces it, or the factor on the environment.
     ground_albedo : float, optional
         Albedo of a diffuse ground under the model; None for no ground.
+    brushing : str, optional
+        Direction of an anisotropic BRDF: 'u' along the texture, 'x', 'y', 'z' or a vector as '1,0,0', projected into
+        the surface, each with an angle in degrees behind a colon, 'y:30'; None for that of the model.
     camera : str or Camera
         'eye=0,0,4 target=0,0,0 up=0,1,0 fov_deg=35'; what is left out frames the model.
     repeats : float
@@ -157,6 +162,7 @@ def make_scene(
         environment_rotation_deg=environment_rotation_deg,
         lamps=lamps,
         ground_albedo=ground_albedo,
+        brushing=None if brushing is None else parse_brushing(brushing),
         repeats=repeats,
         **options,
     )
@@ -174,6 +180,7 @@ def render(
     environment_rotation_deg: float = DEFAULTS.environment_rotation_deg,
     irradiance: float = DEFAULTS.irradiance,
     ground_albedo: float | None = None,
+    brushing: str | None = None,
     camera: CameraLike = "",
     repeats: float = DEFAULTS.repeats,
     size: tuple[int, int] = (512, 384),
@@ -187,7 +194,7 @@ def render(
 
     Parameters
     ----------
-    model, material, brdf, ground_albedo, repeats, camera
+    model, material, brdf, ground_albedo, brushing, repeats, camera
         The scene, as `make_scene` takes it; or a Scene in place of the model, and nothing else of these.
     light, light_deg, environment, environment_rotation_deg, irradiance
         Its light, as `make_scene` takes it.
@@ -248,6 +255,7 @@ def render(
             environment_rotation_deg=environment_rotation_deg,
             irradiance=irradiance,
             ground_albedo=ground_albedo,
+            brushing=brushing,
             camera=camera,
             repeats=repeats,
             size=size,
@@ -369,6 +377,7 @@ def bake(
     *,
     method: str = "wavelet",
     ground_albedo: float | None = None,
+    brushing: str | None = None,
     progress: Progress | None = None,
     **settings: Any,
 ) -> Path:
@@ -388,6 +397,8 @@ def bake(
         'sh', 'wavelet', 'gaussian', or a method that a plug-in adds.
     ground_albedo : float, optional
         Albedo of a diffuse ground under the model; None for no ground.
+    brushing : str, optional
+        Direction of an anisotropic BRDF, as that of `make_scene`.
     progress : callable, optional
         Called with a step.
     **settings
@@ -427,7 +438,8 @@ def bake(
     if unknown := sorted(settings.keys() - set(known)):
         raise UsageError(f"{method} has no setting {unknown[0]!r}; choose from {', '.join(known)}")
     ground = None if ground_albedo is None else Ground(albedo=ground_albedo)
-    subject = Subject(as_mesh(model), as_brdf(brdf), ground)
+    mesh = as_mesh(model) if brushing is None else as_mesh(model).brushed(parse_brushing(brushing))
+    subject = Subject(mesh, as_brdf(brdf), ground)
     work = drain(chosen.baking.prepare(subject, chosen.settings(**settings)), progress)
     drain(chosen.baking.bake(path, work), progress)
     return Path(path)

@@ -25,9 +25,10 @@ from engine.bundle.manifest import MAPS_PROCESS, describe_bundle
 from engine.core.colour import Operator
 from engine.core.errors import FileError, UsageError
 from engine.core.steps import Step, Steps, part
+from engine.geometry.brushing import Brushing, parse_brushing
 from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
-from engine.geometry.shapes import FLAT, SHAPES, flat_image
+from engine.geometry.shapes import FLAT, SHAPES, flat_image, shape
 from engine.light.lamps import LampSettings
 from engine.light.near_lamps import NearLampSettings
 from engine.light.sky import SKIES
@@ -86,6 +87,8 @@ def view_of(project: Project, bundle: Path) -> dict[str, Any]:
     said["model"] = _reference(name, files.get(name), bundle)
     if project.mesh is not None and project.mesh.health.figures.get("flipped"):
         said["model"]["flipped"] = True
+    if project.mesh is not None and project.mesh.brushing != Brushing():
+        said["model"]["brushing"] = str(project.mesh.brushing)
     light = project.environment
     said["environment"] = None if light is None else _reference(light.name, files.get(light.name), bundle)
     return said
@@ -156,6 +159,8 @@ def find_referred(provenance: Mapping[str, Any], bundle: Path, size: tuple[int, 
                 mesh = None if is_own else (yield from part(load_shape(source), 0.0, 0.7))
             if mesh is not None and view["model"].get("flipped") is True:
                 mesh = mesh.flipped()
+            if (brushing := _brushing(view["model"].get("brushing"))) is not None:
+                mesh = (mesh or shape(DEFAULT_MODEL)).brushed(brushing)
             parts |= {"mesh": mesh, "camera": _camera(view.get("camera"))}
             files |= {mesh.name: Path(source)} if mesh is not None and source not in (*SHAPES, FLAT) else {}
         except FileError as error:
@@ -175,6 +180,14 @@ def find_referred(provenance: Mapping[str, Any], bundle: Path, size: tuple[int, 
         missing.append(f"The light {name} is not where it was")
     parts["came_from"] = files
     return Referred(parts, tuple(missing))
+
+
+def _brushing(said: object) -> Brushing | None:
+    """The direction of brushing that a view says; None where it says none that there can be."""
+    try:
+        return parse_brushing(said) if isinstance(said, str) else None
+    except UsageError:
+        return None
 
 
 def _source(said: object, bundle: Path, built_in: tuple[str, ...], endings: tuple[str, ...]) -> tuple[str, str]:

@@ -60,6 +60,7 @@ CLASSES = {
     "engine.factor.projections": ("FixedProjection", "LinearProjection"),
     "engine.factor.separable_factors": ("SeparableFactors",),
     "engine.factor.settings": ("FactorSettings",),
+    "engine.geometry.brushing": ("Brushing",),
     "engine.geometry.camera": ("Camera",),
     "engine.geometry.ground": ("Ground",),
     "engine.geometry.mesh": ("Mesh",),

@@ -11,14 +11,16 @@ from PySide6.QtWidgets import QCheckBox, QFileDialog
 from app.commands.workbench import Workbench
 from app.document.document import Look, Project
 from app.document.scene import DEFAULT_MODEL
+from app.jobs.newest import Latest
 from app.widgets.controls import ComboBox
 from app.widgets.panels import Rows, button
 from app.widgets.param_form import ParamForm
 from app.widgets.report import Report
 from engine.core.steps import Step, Steps
+from engine.geometry.brushing import AXES, Brushing
 from engine.geometry.mesh import Mesh
 from engine.geometry.mesh_repair import INSIDE_OUT
-from engine.geometry.shapes import FLAT, SHAPES
+from engine.geometry.shapes import FLAT, SHAPES, shape
 from engine.storage.readers import dialog_filter, suffixes
 
 MODEL_NAMES = {
@@ -28,6 +30,13 @@ MODEL_NAMES = {
     "cloth": "Draped cloth",
     "blob": "Abstract bust",
     FLAT: "Flat, once",
+}
+
+
+#: Words for directions of brushing, and their vectors; None for the texture's.
+BRUSHINGS: dict[str, tuple[float, float, float] | None] = {
+    "Along the texture": None,
+    **{f"Along {axis.upper()}": vector for axis, vector in AXES.items()},
 }
 
 
@@ -52,6 +61,15 @@ class ScenePanel(Rows):
         self.wide(self.flip)
         self.repeats = ParamForm(look, {"repeats": "Tiling"})
         self.wide(self.repeats)
+        self.brushing = ComboBox()
+        for words, along in BRUSHINGS.items():
+            self.brushing.addItem(words, along)
+        self.brushing.activated.connect(lambda _: self._brush(self._brushing_chosen(), final=True))
+        self.row("Brushing", self.brushing, "The direction along which an anisotropic BRDF runs")
+        self.angle = ParamForm(Brushing(), {"angle_deg": "Angle"})
+        self.angle.edited.connect(self._brush)
+        self.wide(self.angle)
+        self.brushed = Latest(bench.jobs, "Brushing the model")
         self.ground = QCheckBox("Ground")
         self.ground.setToolTip("A level diffuse surface under the model")
         self.ground.clicked.connect(self._ground_clicked)
@@ -67,12 +85,43 @@ class ScenePanel(Rows):
             form.show_instance(project.look)
         self.ground.setChecked(project.look.has_ground)
         self._show_models(project)
+        self._show_brushing(project)
         for widget in (self.repeats, self.ground):
             widget.setHidden(project.is_flat)
         self.albedo.setHidden(project.is_flat or not project.look.has_ground)
         if project.mesh is not self.mesh or project.mesh is None:
             self.mesh = project.mesh
             self._show_health(project.mesh)
+
+    def _show_brushing(self, project: Project) -> None:
+        """The direction of the brushing, where the BRDF has one."""
+        brushing = project.mesh.brushing if project.mesh is not None else Brushing()
+        is_brushed = not project.material.reflectance.isotropic
+        self.show_row(self.brushing, is_brushed)
+        self.angle.setVisible(is_brushed)
+        self.angle.show_instance(brushing)
+        while self.brushing.count() > len(BRUSHINGS):
+            self.brushing.removeItem(len(BRUSHINGS))
+        known = list(BRUSHINGS.values())
+        if brushing.along not in known:
+            self.brushing.addItem(f"Along {Brushing(brushing.along)}", brushing.along)
+        self.brushing.setCurrentIndex(known.index(brushing.along) if brushing.along in known else len(known))
+
+    def _brushing_chosen(self) -> Brushing:
+        along = self.brushing.currentData()
+        return dataclasses.replace(self.angle.instance, along=None if along is None else tuple(along))
+
+    def _brush(self, brushing: Brushing, final: bool) -> None:
+        document = self.bench.document
+        mesh = document.project.mesh
+
+        def show(brushed: Mesh) -> None:
+            if document.project.mesh is mesh or (mesh is not None and document.project.mesh is self.mesh):
+                document.change("Brushing", gesture="brushing", mesh=brushed)
+                if final:
+                    document.end_gesture()
+
+        self.brushed.ask(lambda: _brush_mesh(mesh, brushing), show)
 
     def _show_health(self, mesh: Mesh | None) -> None:
         findings = mesh.health.findings if mesh is not None else ()
@@ -121,6 +170,14 @@ class ScenePanel(Rows):
     def _ground_clicked(self, on: bool) -> None:
         look = self.bench.document.project.look
         self.set_look.emit("Ground", dataclasses.replace(look, has_ground=on))
+
+
+def _brush_mesh(mesh: Mesh | None, brushing: Brushing) -> Steps[Mesh]:
+    """`mesh`, or the model of projects without one, brushed in another direction, with its tangents."""
+    yield Step(0.0, "brushing the model")
+    brushed = (mesh or shape(DEFAULT_MODEL)).brushed(brushing)
+    brushed.tangents.flags.writeable = False
+    return brushed
 
 
 def _flip_mesh(mesh: Mesh) -> Steps[Mesh]:

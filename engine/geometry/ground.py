@@ -74,6 +74,7 @@ def with_ground(mesh: Mesh, ground: Ground) -> tuple[Mesh, int]:
         faces,
         mesh.name,
         mesh.health,
+        mesh.brushing,
     )
     return both, len(mesh.faces)
 

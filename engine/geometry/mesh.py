@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,7 @@ from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.summary import Summary
 from engine.geometry import polygons
+from engine.geometry.brushing import Brushing
 from engine.geometry.mesh_repair import (
     INSIDE_OUT,
     LARGEST,
@@ -85,6 +86,7 @@ class Mesh(Summary):
     faces : (F, 3) int32, counter-clockwise seen from the side that the normals point to.
     name : shown to users.
     health : what was dropped or filled while reading.
+    brushing : the direction along which anisotropic materials run.
     """
 
     positions: NDArray[np.float64]
@@ -93,6 +95,7 @@ class Mesh(Summary):
     faces: NDArray[np.int32]
     name: str
     health: Health = field(default_factory=Health)
+    brushing: Brushing = field(default_factory=Brushing)
 
     def __post_init__(self) -> None:
         count = len(self.positions)
@@ -115,13 +118,19 @@ class Mesh(Summary):
 
     @cached_property
     def tangents(self) -> NDArray[np.float32]:
-        """(V, 3) float32 unit vectors along which brushed materials run: dP/du where the mesh came with coordinates.
+        """(V, 3) float32 unit vectors along which brushed materials run, as `brushing` says.
 
-        Where texture coordinates were made, they are those of `world_from_tangent`.
+        Along the texture they are dP/du, or those of `world_from_tangent` where texture coordinates were made. A
+        constant vector is that vector, which is projected into the surface where it is used.
         """
+        normals = normalize(self.normals)
         if self.health.figures.get("texture_coordinates_made"):
-            return world_from_tangent(normalize(self.normals))[..., 0].astype(np.float32)
-        return uv_tangents(self.positions, self.normals, self.uv, self.faces)[0].astype(np.float32)
+            textured = world_from_tangent(normals)[..., 0]
+        elif self.brushing.along is None:
+            textured = uv_tangents(self.positions, self.normals, self.uv, self.faces)[0]
+        else:
+            textured = normals  # which the constant vector takes the place of
+        return self.brushing.rotate(normals, textured)
 
     @cached_property
     def topology(self) -> Topology:
@@ -135,7 +144,11 @@ class Mesh(Summary):
         findings = tuple(finding for finding in self.health.findings if finding.text != INSIDE_OUT)
         health = Health(MappingProxyType(figures), findings)
         faces = np.ascontiguousarray(self.faces[:, ::-1])
-        return Mesh(self.positions, -self.normals, self.uv, faces, self.name, health)
+        return replace(self, normals=-self.normals, faces=faces, health=health)
+
+    def brushed(self, brushing: Brushing) -> Mesh:
+        """The same surface, brushed in another direction."""
+        return self if brushing == self.brushing else replace(self, brushing=brushing)
 
     def summary(self) -> dict[str, Any]:
         """Return what `repr` says."""

@@ -35,6 +35,7 @@ from engine.brdf.brdf import Brdf, brdf_from_text
 from engine.core.cached import cached_property
 from engine.core.directions import normalize, world_direction
 from engine.core.errors import UsageError
+from engine.geometry.brushing import Brushing
 from engine.geometry.camera import Camera, Vector
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
@@ -237,6 +238,7 @@ def make_scene(
     environment_rotation_deg: float = DEFAULTS.environment_rotation_deg,
     lamps: Sequence[Lamp] = (),
     ground_albedo: float | None = None,
+    brushing: Brushing | None = None,
     **options: Any,
 ) -> Scene:
     """Make the scene of what a user names; the command line and the library share it.
@@ -247,12 +249,13 @@ def make_scene(
     light_deg : angles of the one light from +Y, and from +Z towards +X. Where lamps alone are given, it is out.
     irradiance : of the light, or the factor on the environment.
     ground_albedo : of a ground below the model; None for no ground.
+    brushing : direction of an anisotropic BRDF; None for that of the model.
     **options : further fields of `Scene`.
     """
     only_lamps = bool(lamps) and environment is None and light_deg is None
     options.setdefault("light", direction_of(light_deg))
     return Scene(
-        mesh=mesh,
+        mesh=mesh if brushing is None else mesh.brushed(brushing),
         camera=camera,
         brdf=brdf or (material.reflectance if material is not None else brdf_from_text("phong")),
         material=material,

@@ -87,6 +87,7 @@ LINES = {
 
 #: Options that hold several numbers, or a text with numbers in it, each with a place for an extreme one.
 TEXTS = {
+    "--brushing": ("{},1,0", "0,{},1:4", "y:{}"),
     "--bands": ("{}", "1,{},2"),
     "--calibrate": ("{}", "gains,{}"),
     "--elevations": ("{}",),

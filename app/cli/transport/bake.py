@@ -68,6 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"{hints}; {AUTO}: the mode that 'lightarc plan' chooses ({transport.DEFAULT})",
     )
     scene_options.add_ground(parser)
+    scene_options.add_brushing(parser)
     parser.add_argument(
         "--ground-cells", type=int, default=64, metavar="N", help="cells along a side of the ground (64)"
     )

@@ -16,6 +16,7 @@ from engine.core.figure_text import size_text, time_text
 from engine.core.steps import Step, Steps, drain, part
 from engine.factor.factor_file import open_reflectance
 from engine.geometry.ground import Ground
+from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import open_mesh
 from engine.storage.resumable import discard_unfinished, find_unfinished
 from engine.transport.method import Baked, Subject, Work
@@ -26,12 +27,16 @@ def subject_of(arguments: argparse.Namespace) -> Subject:
     if project_input.is_given(arguments):
         scene = project_input.setup_of(arguments).scene
         ground = None if scene.ground is None else replace(scene.ground, cells=arguments.ground_cells)
-        return Subject(scene.mesh, scene.brdf, ground)
+        return Subject(_brush(scene.mesh, arguments), scene.brdf, ground)
     ground = None
     if arguments.ground is not None:
         ground = Ground(albedo=arguments.ground, cells=arguments.ground_cells)
     brdf = open_reflectance(arguments.brdf)
-    return Subject(open_mesh(arguments.mesh), brdf, ground)
+    return Subject(_brush(open_mesh(arguments.mesh), arguments), brdf, ground)
+
+
+def _brush(mesh: Mesh, arguments: argparse.Namespace) -> Mesh:
+    return mesh if arguments.brushing is None else mesh.brushed(arguments.brushing)
 
 
 def carry_out(

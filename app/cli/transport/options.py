@@ -13,6 +13,7 @@ from app.document.variation import as_baked, find_varied_in
 from engine.core.directions import world_direction
 from engine.core.errors import UsageError
 from engine.core.figure_text import number
+from engine.geometry.brushing import Brushing, parse_brushing
 from engine.light.environment_file import open_environment
 from engine.light.lamps import Lamp, lamp_from_text
 from engine.light.near_lamps import near_lamp_from_text
@@ -39,6 +40,11 @@ def angles_argument(text: str) -> tuple[float, float]:
     if not (math.isfinite(theta) and math.isfinite(phi)):
         raise argparse.ArgumentTypeError(f"{text!r} is not finite")
     return theta, phi
+
+
+def brushing_argument(text: str) -> Brushing:
+    """The direction that --brushing names; the parser's error otherwise."""
+    return _argument(parse_brushing, text)
 
 
 def lamp_argument(text: str) -> Lamp:

@@ -73,6 +73,8 @@ def _with_options(scene: Scene, arguments: argparse.Namespace) -> Scene:
         parts["irradiance"] = intensity
     if (turn_deg := getattr(arguments, "env_rotation_deg", None)) is not None:
         parts["environment_rotation"] = math.radians(turn_deg)
+    if (brushing := getattr(arguments, "brushing", None)) is not None:
+        parts["mesh"] = scene.mesh.brushed(brushing)
     for option, part in PARTS.items():
         if (value := getattr(arguments, option, None)) is not None:
             parts[part] = value

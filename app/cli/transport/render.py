@@ -135,6 +135,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "directional light",
     )
     scene_options.add_ground(parser)
+    scene_options.add_brushing(parser)
     parser.add_argument(
         "--directions", type=int, metavar="N", help="number of lights that represent the environment (64)"
     )
@@ -323,6 +324,7 @@ def _scene(arguments: argparse.Namespace, material: Material | None) -> Scene:
         environment_rotation_deg=arguments.env_rotation_deg,
         lamps=arguments.lamp,
         ground_albedo=arguments.ground,
+        brushing=arguments.brushing,
         source=arguments.source,
         lookup=arguments.lookup,
         above=arguments.above,

@@ -89,7 +89,9 @@ def scene_of_bake(relit: RelightTransport, light: Light, camera: Camera, argumen
     mesh, ground = both, None
     if first < len(both.positions):
         faces = both.faces[(both.faces < first).all(axis=1)]
-        mesh = Mesh(both.positions[:first], both.normals[:first], both.uv[:first], faces, both.name, both.health)
+        mesh = Mesh(
+            both.positions[:first], both.normals[:first], both.uv[:first], faces, both.name, both.health, both.brushing
+        )
         square = both.positions[first:]
         ground = Ground(
             height=float(square[0, 1]),

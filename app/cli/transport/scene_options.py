@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from app.arguments.results import Input
 from app.cli.transport import project_input
+from app.cli.transport.options import brushing_argument
 from engine.exchange.readers.documents_child import has_textured_material
 from engine.exchange.readers.read import holds_pbr_maps, open_material
 from engine.factor.factor_file import open_reflectance
@@ -48,6 +49,17 @@ def add_ground(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_brushing(parser: argparse.ArgumentParser) -> None:
+    """The direction along which an anisotropic BRDF runs."""
+    parser.add_argument(
+        "--brushing",
+        type=brushing_argument,
+        metavar="DIRECTION",
+        help="direction of an anisotropic BRDF: u along the texture, x, y, z or a vector as 1,0,0 projected into the "
+        "surface, each with an angle in degrees behind a colon: y:30 (u, or the project's)",
+    )
+
+
 def add_surroundings(parser: argparse.ArgumentParser) -> None:
     """Environment, ground and camera, as `scene_of` reads them."""
     parser.add_argument(
@@ -55,6 +67,7 @@ def add_surroundings(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--env-rotation-deg", type=float, metavar="A", help="rotation of the environment about +Y (0)")
     add_ground(parser)
+    add_brushing(parser)
     parser.add_argument(
         "--camera", type=str, metavar="TEXT", help="as for lightarc render; otherwise the model is framed"
     )
@@ -108,6 +121,7 @@ def scene_of(arguments: argparse.Namespace, verb: str) -> Scene:
         environment=open_environment(arguments.env),
         environment_rotation_deg=arguments.env_rotation_deg,
         ground_albedo=arguments.ground,
+        brushing=arguments.brushing,
     )
 
 

@@ -27,8 +27,9 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 import engine
-from engine.core.errors import InputError
+from engine.core.errors import InputError, UsageError
 from engine.core.health import Health
+from engine.geometry.brushing import TEXTURE, Brushing, parse_brushing
 from engine.geometry.mesh import Mesh
 from engine.storage.atomic import atomic_file
 from engine.storage.resumable import Resumable, resumable_file
@@ -99,11 +100,13 @@ class TransportFile:
 
 
 def mesh_fingerprint(mesh: Mesh) -> str:
-    """SHA-256 of the arrays of a mesh as they lie in a file."""
+    """SHA-256 of the arrays of a mesh as they lie in a file, and of its brushing where it has one."""
     digest = hashlib.sha256()
     for name, array in _mesh_arrays(mesh).items():
         digest.update(f"{name} {array.shape} ".encode())
         digest.update(np.ascontiguousarray(array).data)
+    if mesh.brushing != Brushing():
+        digest.update(f"brushing {mesh.brushing}".encode())
     return digest.hexdigest()
 
 
@@ -139,6 +142,7 @@ def plan_transport(
         mesh_name=mesh.name[:1000],
         mesh_sha256=mesh_fingerprint(mesh),
         texture_coordinates_made=bool(mesh.health.figures.get("texture_coordinates_made")),
+        brushing=str(mesh.brushing) if mesh.brushing != Brushing() else None,
         settings={**settings, "software": f"lightarc {engine.__version__}"},
         chunks=chunks,
         table_offset=0,
@@ -257,7 +261,7 @@ def open_transport(path: str | os.PathLike[str], mesh: Mesh | None = None) -> Tr
     check_content(place, content, header, arrays)
     try:
         found = _mesh_of(header, arrays)
-    except (KeyError, ValueError, IndexError) as error:
+    except (KeyError, ValueError, IndexError, UsageError) as error:
         raise InputError(place, f"holds a mesh that cannot be ({str(error)[:120]})", REMEDY) from None
     rest = {name: array for name, array in arrays.items() if name not in (*MESH_ARRAYS, BOUNDS)}
     return TransportFile(
@@ -305,7 +309,8 @@ def _mesh_of(header: Header, arrays: Mapping[str, NDArray[Any]]) -> Mesh:
     made = float(header.texture_coordinates_made)
     health = Health(MappingProxyType({"texture_coordinates_made": made}))
     positions, normals, uv, faces = (arrays[name] for name in MESH_ARRAYS)
-    return Mesh(positions, normals, uv, faces, header.mesh_name, health)
+    brushing = parse_brushing(header.brushing or TEXTURE)
+    return Mesh(positions, normals, uv, faces, header.mesh_name, health, brushing)
 
 
 def _array(content: NDArray[np.uint8], array: Array) -> NDArray[Any]:

@@ -69,6 +69,7 @@ class Header(_Strict):
     mesh_name: Annotated[str, Field(max_length=1000)]
     mesh_sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
     texture_coordinates_made: bool
+    brushing: Annotated[str, Field(max_length=100)] | None = None
     settings: dict[str, JsonValue]
     chunks: Annotated[int, Field(ge=0, le=1 << 26)]
     table_offset: _Count
@@ -93,7 +94,10 @@ def _align(offset: int) -> int:
 
 
 def header_text(header: Header) -> bytes:
-    return json.dumps(header.model_dump(), ensure_ascii=True, allow_nan=False, sort_keys=True).encode()
+    said = header.model_dump()
+    if header.brushing is None:  # as in files of versions that know none
+        del said["brushing"]
+    return json.dumps(said, ensure_ascii=True, allow_nan=False, sort_keys=True).encode()
 
 
 REMEDY = "Bake the mesh again"

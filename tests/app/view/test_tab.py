@@ -23,6 +23,7 @@ from app.viewport.gl_surface import GlSurface
 from app.widgets.fitting import Fitting
 from app.window.main_window import MainWindow
 from engine.core.colour import srgb_encode
+from engine.geometry.brushing import Brushing
 from engine.geometry.mesh_repair import INSIDE_OUT
 from engine.geometry.shapes import shape
 from engine.light.lamps import LampSettings
@@ -400,6 +401,28 @@ def test_the_ground_is_part_of_the_project_and_of_the_image(view: MainWindow, qt
     view.undo.trigger()
     wait(qtbot, lambda: view.view.viewport.surface.is_finished)
     assert np.abs(pixel(show(view), 0.02, 0.98) - 0x18).max() <= 1
+
+
+def test_an_anisotropic_brdf_is_brushed_in_another_direction(view: MainWindow, qtbot: Any) -> None:
+    panel, document = view.view.model, view.bench.document
+    assert not panel.brushing.isVisible()
+    plain = dataclasses.replace(document.project.material, brdf="ggx:alpha_x=0.1,alpha_y=0.5,f0=0.9")
+    document.change("Anisotropic", material=plain)
+    assert panel.brushing.isVisible()
+    count = document.undo_stack.count()
+    panel.brushing.setCurrentIndex(panel.brushing.findText("Along Y"))
+    panel.brushing.activated.emit(panel.brushing.currentIndex())
+    wait(qtbot, lambda: document.undo_stack.count() == count + 1)
+    assert present(document.project.mesh).brushing == Brushing((0.0, 1.0, 0.0))
+    for angle_deg, is_final in ((10.0, False), (20.0, False), (30.0, True)):
+        panel.angle.edited.emit(dataclasses.replace(panel.angle.instance, angle_deg=angle_deg), is_final)
+    wait(qtbot, lambda: present(document.project.mesh).brushing == Brushing((0.0, 1.0, 0.0), 30.0))
+    assert document.undo_stack.count() == count + 2
+    view.undo.trigger()
+    assert panel.brushing.currentText() == "Along Y"
+    assert present(document.project.mesh).brushing.angle_deg == 0.0
+    view.undo.trigger()
+    assert panel.brushing.currentText() == "Along the texture"
 
 
 def test_what_is_doubtful_about_a_mesh_is_shown_and_it_is_flipped_in_one_step(

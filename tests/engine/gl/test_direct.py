@@ -15,6 +15,7 @@ import pytest
 from engine.brdf.brdf import brdf_from_text
 from engine.core.colour import OPERATORS
 from engine.core.steps import drain
+from engine.geometry.brushing import parse_brushing
 from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import shape
@@ -372,3 +373,15 @@ def test_off_screen_drawing_reports_time_and_device(gl: Any) -> None:
     assert frame_s > 0.0
     assert name
     assert messages == []
+
+
+@pytest.mark.parametrize("brushing", ["y", "1,2,0", "u:35", "x:70"])
+def test_a_brushed_surface_is_that_of_the_cpu(gl: Any, brushing: str) -> None:
+    what = scene("torus-knot", brdf="ggx:alpha_x=0.1,alpha_y=0.5,kd=0.1,f0=0.9")
+    what = dataclasses.replace(what, mesh=what.mesh.brushed(parse_brushing(brushing)))
+    image, expected = draw(gl, what), drain(radiance(what, SIZE, samples=1))
+    inside = (image[..., 3] == 1.0) & (expected[..., 3] == 1.0)
+    error = np.abs(image[inside] - expected[inside])
+    assert np.quantile(error, 0.995) < 2e-3 * expected[inside].max()
+    plain = draw(gl, dataclasses.replace(what, mesh=shape("torus-knot")))
+    assert np.abs(plain - image)[inside].mean() > 10.0 * error.mean()
