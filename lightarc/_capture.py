@@ -18,6 +18,7 @@ from engine.capture.photograph.grey_patch import GreyPatch
 from engine.capture.registration.framing import Framing
 from engine.capture.registration.framing import crop as crop_to_size
 from engine.capture.registration.warp import Region
+from engine.capture.scale import ChartPitch, KnownLength, ScaleChoice
 from engine.capture.stack import open_stack as read_stack
 from engine.core.errors import UsageError
 from engine.core.steps import drain
@@ -190,6 +191,8 @@ def import_capture(
     lights_form: str = "listed",
     chart: File | Literal["auto"] | None = None,
     pair_gain: float | None = None,
+    scale: float | tuple[Sequence[float], Sequence[float], float] | None = None,
+    chart_pitch_mm: float | None = None,
     trust_angles: bool = False,
     strict: bool = False,
     use_all: bool = False,
@@ -251,6 +254,11 @@ def import_capture(
     pair_gain : float, optional
         Of pairs under polarisers (see `open_capture`), the brightness of a matte white patch in crossed photographs
         over that in parallel ones; without it, it is estimated. ``stack.provenance["polarisation"]`` has its figures.
+    scale : float or (point, point, float), optional
+        Millimetres per pixel of the photographs; or two points (x, y) in pixels of the one that the others are aligned
+        to, and the millimetres between them. ``stack.provenance["scale"]`` has the size of a texel.
+    chart_pitch_mm : float, optional
+        In its place, the millimetres between the middles of neighbouring patches of the `chart`.
     trust_angles : bool
         Take unstated angles also where the photographs do not grow brighter with them.
     strict : bool
@@ -307,12 +315,26 @@ def import_capture(
         lights_form=lights_form,
         chart=None if chart is None else "auto" if chart == "auto" else Path(chart),
         pair_gain=pair_gain,
+        scale=_scale(scale, chart_pitch_mm),
         trust_angles=trust_angles,
         strict=strict,
         use_all=use_all,
     )
     with capture_of(capture, angles_deg, lights, _outline(sphere)) as sources:
         return drain(import_stack(sources, settings, folder), progress)
+
+
+def _scale(scale: Any, chart_pitch_mm: float | None) -> ScaleChoice | None:
+    """Return the size of a pixel, or what tells it, as the engine takes it."""
+    if scale is not None and chart_pitch_mm is not None:
+        raise UsageError("give scale or chart_pitch_mm, not both")
+    if chart_pitch_mm is not None:
+        return ChartPitch(float(chart_pitch_mm))
+    if scale is None or isinstance(scale, int | float):
+        return None if scale is None else float(scale)
+    first, second, length = scale
+    (x0, y0), (x1, y1) = (map(float, numeric(each, "scale", 2)) for each in (first, second))
+    return KnownLength((x0, y0), (x1, y1), float(length))
 
 
 def _outline(sphere: Circle | Literal["auto"] | ArrayLike | None) -> Any:

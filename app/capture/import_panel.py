@@ -103,6 +103,8 @@ CALIBRATION = (
         "flat",
         "chart",
         "pair_gain",
+        "scale_mm",
+        "chart_pitch_mm",
         "lamp_distance",
         "sphere",
         "without_estimates",
@@ -111,6 +113,7 @@ CALIBRATION = (
 )
 POINTS_HINT = "In the reference and in a photograph that is not aligned correctly"
 PAIR_HINT = "Brightness of a matte white patch in the crossed photographs over that in the parallel ones"
+LENGTH_HINT = "Per pixel of the photographs, or from the middle of one patch of the chart to that of the next"
 SPHERE_HINT = "Its outline, and the lamp's reflection in each photograph"
 FRAMINGS = (("all", "All that they share"), ("crop", "Crop"), ("corners", "Four corners"))
 
@@ -150,6 +153,18 @@ class ImportPanel(Rows):
             self._box(name, label, hint, calibration)
         self.chart = text("", "secondary", wrap=True)
         calibration.wide(self.chart)
+        self.scale = Segments(
+            (
+                ("unknown", "Unknown", "Sizes are in texels"),
+                ("pixel", "Per pixel", "Millimetres per pixel of the photographs are known"),
+                ("chart", "By chart", "The distance of the patches of the colour chart is known"),
+            )
+        )
+        self.scale.chosen.connect(self._scale_chosen)
+        calibration.row("Scale", self.scale, "Size of the sample, for heights and exports in millimetres")
+        self.millimetres = NumberField(0.1, 1e-4, 100.0, unit="mm", log=True)
+        self.millimetres.edited.connect(self._millimetres_edited)
+        calibration.row("Length", self.millimetres, LENGTH_HINT)
         self.pair = Segments(
             (
                 ("estimated", "Estimated", "From the pairs themselves"),
@@ -260,6 +275,10 @@ class ImportPanel(Rows):
             self.distance.show_value(choices.lamp_distance)
         self._show_chart()
         self._show_pairs(has_pairs)
+        by_chart, per_pixel = choices.chart_pitch_mm, choices.scale_mm
+        self.scale.choose("chart" if by_chart is not None else "unknown" if per_pixel is None else "pixel")
+        if by_chart is not None or per_pixel is not None:
+            self.millimetres.show_value(float(by_chart if by_chart is not None else per_pixel or 0.0))
         self._show_estimates()
         framing = choices.framing
         how = "all" if framing is None else "crop" if is_upright(framing) else "corners"
@@ -340,7 +359,9 @@ class ImportPanel(Rows):
         enable(self.spheres, why_not or ("" if measured else "The lights are not measured on a sphere"))
         stated = "" if self.choices.pair_gain is not None else "The gain is estimated from the pairs"
         enable(self.pair_gain, why_not or stated, PAIR_HINT)
-        for segments in (self.sphere, self.lamp, self.pair):
+        known = self.choices.scale_mm is not None or self.choices.chart_pitch_mm is not None
+        enable(self.millimetres, why_not or ("" if known else "The scale is not known"), LENGTH_HINT)
+        for segments in (self.sphere, self.lamp, self.pair, self.scale):
             enable(segments, why_not)
         for widget in (self.form, *self.estimates.values()):
             enable(widget, why_not or ("Only lamps on several sides tell it" if one_sided else ""))
@@ -391,6 +412,21 @@ class ImportPanel(Rows):
     def _lights_chosen(self, how: str) -> None:
         alone = {} if how == "sphere" else {"second_sphere": False}
         self.chosen.emit("Lights", {"sphere": how == "sphere", **alone})
+
+    def _scale_chosen(self, how: str) -> None:
+        if how == "chart" and self.choices.chart == "none":
+            self.scale.choose("unknown")
+            self.chosen.emit("Scale", {"scale_mm": None, "chart_pitch_mm": 40.0, "chart": "auto"})
+            return
+        self._emit_scale(how, 40.0 if how == "chart" else 0.1)
+
+    def _millimetres_edited(self, value: float, final: bool) -> None:
+        if final:
+            self._emit_scale("chart" if self.choices.chart_pitch_mm is not None else "pixel", value)
+
+    def _emit_scale(self, how: str, value: float) -> None:
+        parts = {"scale_mm": value if how == "pixel" else None, "chart_pitch_mm": value if how == "chart" else None}
+        self.chosen.emit("Scale", parts)
 
     def _pair_chosen(self, how: str) -> None:
         self.chosen.emit("Gain of pairs", {"pair_gain": self.pair_gain.value if how == "stated" else None})

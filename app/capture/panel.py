@@ -14,6 +14,8 @@ from app.jobs.jobs import Job
 from app.widgets.panels import Panel, button, enable, text
 from app.widgets.report import Report
 from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread
+from engine.capture.scale import mm_per_texel
+from engine.core.figure_text import number
 
 if TYPE_CHECKING:
     from app.commands.workbench import Workbench
@@ -58,9 +60,7 @@ class CapturePanel(Panel):
     def show_figures(self, project: Project) -> None:
         """Show the figures of the stack, or without one those of the photographs."""
         stack = project.stack
-        self.resolution.setText(
-            f"{stack.radiance.shape[2]} × {stack.radiance.shape[1]} px" if stack is not None else "–"
-        )
+        self.resolution.setText("–" if stack is None else size_of(stack))
         cameras = stack.provenance.get("cameras") or stack.provenance.get("camera") if stack is not None else None
         unknown = "not recorded" if stack is not None else "–"
         camera = ", ".join(map(str, cameras)) if isinstance(cameras, (list, tuple)) else str(cameras or unknown)
@@ -120,6 +120,14 @@ class CapturePanel(Panel):
         """Redraw what does not follow the palette by itself."""
         self.options.fold.apply_theme()
         self.report.show_health(self.report.health)
+
+
+def size_of(stack: ImageStack) -> str:
+    """The size of the images of a stack, in millimetres as well where their scale is known."""
+    height, width = stack.radiance.shape[1:3]
+    texel = mm_per_texel(stack.provenance)
+    mm = "" if texel is None else f", {number(texel * width, 3)} × {number(texel * height, 3)} mm"
+    return f"{width} × {height} px{mm}"
 
 
 def find_unaligned(stack: ImageStack | None) -> tuple[str, ...]:

@@ -75,12 +75,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=("opengl", "directx"),
         help="y of normals up or down; otherwise as the program of the preset reads them",
     )
-    page = parser.add_argument_group("web page")
-    page.add_argument(
+    parser.add_argument(
         "--width-mm",
         type=float,
         metavar="MM",
-        help="width of the sample, from the left edge of its maps to the right one, for a scale bar",
+        help="width of the sample, from the left edge of its maps to the right one, for units, heights and scale bars "
+        "(without it that of lightarc import --scale, where the photographs or the bundle have it)",
     )
 
 
@@ -96,8 +96,11 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from engine.exchange.export import export
     from engine.exchange.subject import Settings
 
-    settings = Settings(arguments.preset, arguments.coding, arguments.normal, arguments.width_mm)
     material, stack, project = _open(arguments)
+    width_mm = arguments.width_mm
+    if width_mm is None and stack is None and project is None:
+        width_mm = _find_width_mm(arguments.source, material)
+    settings = Settings(arguments.preset, arguments.coding, arguments.normal, width_mm)
     if arguments.proof:
         from engine.proof.proof import prove
 
@@ -116,6 +119,22 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     )
     record = drain(exporting, show)
     return _select_reported(material, record)
+
+
+def _find_width_mm(source: str, material: Material) -> float | None:
+    """The width that the provenance of a bundle tells, None for anything else."""
+    from engine.bundle.manifest import MAPS_PROCESS, describe_bundle
+    from engine.capture.scale import mm_per_texel
+
+    if is_project(source) or not material.has_map or (material.pbr is not None and not _is_bundle(source)):
+        return None
+    size = mm_per_texel(describe_bundle(source, MAPS_PROCESS)["provenance"])
+    return None if size is None else size * material.size[1]
+
+
+def _is_bundle(source: str) -> bool:
+    path = Path(source)
+    return (path / "manifest.json").is_file() if path.is_dir() else path.suffix.lower() == ".lightarc"
 
 
 def _select_reported(material: Material, record: dict[str, Any]) -> dict[str, Any]:

@@ -26,6 +26,7 @@ from engine.capture.photograph.grey_patch import GreyPatch
 from engine.capture.registration.framing import Framing
 from engine.capture.registration.framing import crop as crop_to_size
 from engine.capture.registration.warp import Region
+from engine.capture.scale import ChartPitch, KnownLength, ScaleChoice, scale_text
 from engine.capture.stack import lights_of
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, time_text
@@ -97,6 +98,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="also write the correction by the chart: .chart for later captures under the same lamps, or .html as a "
         "report of all patches",
+    )
+    parser.add_argument(
+        "--scale",
+        type=_scale,
+        metavar="MM|X,Y,X,Y=MM|chart=MM",
+        help="millimetres per pixel of the photographs; or two points of the photograph that the others are aligned "
+        "to, and the millimetres between them; or the millimetres between the middles of neighbouring patches of the "
+        "chart, with --chart",
     )
     parser.add_argument(
         "--pair",
@@ -228,7 +237,8 @@ photograph, by rising elevation. A residual is null where it was not measured. p
 that were applied, and working_space is that of the stack. chart is null without --chart; else it holds the form and
 matrix of the correction, ΔE2000 of every patch and in summary before and after, held_out of patches left out, and the
 grades of the field's guides. polarisation is null without pairs; else it holds gain of crossed photographs and
-gain_sigma for red, green and blue, leak and leak_sigma, and shifts_px of crossed photographs. calibration lists what
+gain_sigma for red, green and blue, leak and leak_sigma, and shifts_px of crossed photographs. scale is null
+without --scale; else it holds mm_per_texel, sigma_mm and source. calibration lists what
 was looked for in the photographs themselves: name, accepted, text, held_out_before and held_out_after in 8-bit levels,
 normals_change_deg, and sigma (of the inverse distance in widths, of the logarithm of gains, of room light over a lamp,
 of shifts in pixels). peak_memory_bytes is the largest resident memory of this process plus that of its decoder
@@ -277,6 +287,7 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         lights_form=arguments.lights_form,
         chart=chart,
         pair_gain=arguments.pair_gain,
+        scale=arguments.scale,
     )
     stack = drain(import_stack(sources, settings, arguments.output), memory)
     if arguments.write_lights is not None:
@@ -297,6 +308,7 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         "profiles": stack.provenance.get("profiles") or [],
         "chart": stack.provenance.get("chart"),
         "polarisation": stack.provenance.get("polarisation"),
+        "scale": stack.provenance.get("scale"),
         "calibration": stack.provenance.get("calibration") or [],
         "warnings": stack.health.warnings,
         "time_s": time.perf_counter() - start,
@@ -325,6 +337,11 @@ def report(result: dict[str, Any]) -> str:
         ),
         *(f"profile: {name}, applied" for name in result["profiles"]),
         *([f"chart: {chart_text(result['chart'])}"] if result["chart"] else []),
+        *(
+            [f"scale: {scale_text(result['scale'], result['width_px'], result['height_px'])}"]
+            if result["scale"]
+            else []
+        ),
         *([f"pairs: {gain_text(result['polarisation'])}"] if result["polarisation"] else []),
         *(f"calibration: {term['text']}" for term in result["calibration"]),
     ]
@@ -418,6 +435,22 @@ def _bands(text: str) -> tuple[int, ...]:
     if len(bands) not in (1, 3) or len(bands) != text.count(",") + 1 or min(bands) < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is neither one band nor three, which count from 1")
     return bands
+
+
+def _scale(text: str) -> ScaleChoice:
+    points, equals, length = text.rpartition("=")
+    try:
+        if not equals:
+            return float(text)
+        if points == "chart":
+            return ChartPitch(float(length))
+        x0, y0, x1, y1 = _numbers(points)
+        return KnownLength((x0, y0), (x1, y1), float(length))
+    except ValueError as error:
+        reason = f": {error}" if isinstance(error, UsageError) else ""
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is neither millimetres per pixel, X,Y,X,Y=MM nor chart=MM{reason}"
+        ) from None
 
 
 def _pair(text: str) -> str:

@@ -68,6 +68,10 @@ def report(result: dict[str, Any]) -> str:
         sigma = found["median_sigma"]
         if sigma is not None and name != "normal":
             lines.append(f"{name.replace('_', ' '):12} median error {number(sigma)}")
+    if result["height_range_mm"] is not None:
+        low, high = result["height_range_mm"]
+        texel = number(result["texel_mm"], 4)
+        lines.append(f"heights from {number(low)} to {number(high)} mm, {texel} mm per texel")
     if result["in_sample_rmse_srgb8"] is not None:
         own, mean = number(result["in_sample_rmse_srgb8"]), number(result["mean_picture_rmse_srgb8"])
         lines.append(f"photographs: error {own} 8-bit levels, of their mean image {mean}")

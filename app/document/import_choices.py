@@ -21,6 +21,7 @@ from engine.core.errors import InputError
 if TYPE_CHECKING:
     from app.document.open_document import Document
     from engine.capture.import_stack import ImportSettings
+    from engine.capture.scale import ChartPitch
 
 Each = TypeVar("Each")
 
@@ -54,10 +55,19 @@ def settings_of(choices: ImportChoices) -> ImportSettings:
         lights_form=choices.lights_form,
         chart=None if choices.chart == "none" else choices.chart,
         pair_gain=choices.pair_gain,
+        scale=_scale_of(choices),
         trust_angles=choices.trust_angles,
         strict=not choices.leave_out,
         use_all=choices.use_all,
     )
+
+
+def _scale_of(choices: ImportChoices) -> float | ChartPitch | None:
+    from engine.capture.scale import ChartPitch
+
+    if choices.chart_pitch_mm is not None and choices.chart != "none":
+        return ChartPitch(choices.chart_pitch_mm)
+    return choices.scale_mm
 
 
 def choose_lights_of(sources: Sources, choices: ImportChoices) -> Sources:

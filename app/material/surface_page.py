@@ -26,6 +26,7 @@ from app.widgets.panels import Pages, Panel, Segments, button, enable, text
 from app.widgets.plots import ColourBar, colour_table
 from app.widgets.report import Report
 from app.widgets.workspace import bar_of_choices, beside, side_by_side, under
+from engine.capture.scale import mm_per_texel
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps
 from engine.surface.pbr_maps import ObservedSlopes
@@ -48,6 +49,7 @@ MAPS = (
 UNITS = {
     "normal": ("normal", "°", math.degrees(1.0)),
     "height": ("height", " texel", 1.0),
+    "height_mm": ("height", " mm", 1.0),
     "base_colour": ("colour", " of full white", 1.0),
     "roughness": ("roughness", "", 1.0),
     "specular": ("F0", "", 1.0),
@@ -75,15 +77,18 @@ class Shown:
     error: str
 
 
-def show(surface: Surface, name: str, of_error: bool) -> Steps[Shown]:
-    """The map `name`, or its standard deviation."""
+def show(surface: Surface, name: str, of_error: bool, texel_mm: float | None = None) -> Steps[Shown]:
+    """The map `name`, or its standard deviation; heights in millimetres where the size of a texel is known."""
     yield Step(0.0, "preparing the map")
     from engine.surface.write import find_known_maps, preview  # with scipy, 40 MB
 
     known = find_known_maps(surface.maps)
     values, sigma = known[name], known[f"{name}_sigma"]
-    _, unit, factor = UNITS[name]
-    said = (_range(name, values), error_words(name, sigma))
+    key = name
+    if name == "height" and texel_mm is not None:
+        key, values, sigma = "height_mm", np.float32(texel_mm) * values, np.float32(texel_mm) * sigma
+    _, unit, factor = UNITS[key]
+    said = (_range(key, values), error_words(key, sigma))
     if of_error:
         spread = factor * (sigma.mean(axis=2) if sigma.ndim == 3 else sigma)
         high = max(float(np.quantile(_sample(spread), 0.99)), 1e-6)
@@ -98,7 +103,8 @@ def show(surface: Surface, name: str, of_error: bool) -> Steps[Shown]:
         high = max(float(np.quantile(_sample(values), 0.995)), 1e-3)
     span = max(high - low, 1e-6)
     image = yield from scalar_map(np.asarray(values - np.float32(low), np.float32), span, GREY)
-    return Shown(image, GREY, span, "texels" if name == "height" else "", *said)
+    caption = {"height": "texels", "height_mm": "mm"}.get(key, "")
+    return Shown(image, GREY, span, caption, *said)
 
 
 def error_words(name: str, sigma: Values) -> str:
@@ -159,6 +165,7 @@ class SurfacePage(QWidget):
         self.bench = bench
         self.latest = Latest(bench.jobs, "Preparing the map")
         self.surface: Surface | None = None
+        self.texel_mm: float | None = None
         self.making: Job | None = None
         self.saving: Job | None = None
         self.image = ImageView()
@@ -238,15 +245,18 @@ class SurfacePage(QWidget):
         if project.white is not None:
             self.white.show_value(project.white)
         self.pages.setCurrentIndex(0 if found is None else 1)
-        if found is self.surface:
+        stack = project.surface_from[0] if project.surface_from else None
+        texel_mm = mm_per_texel(stack.provenance) if stack is not None else None
+        if found is self.surface and texel_mm == self.texel_mm:
             return
-        self.surface = found
+        self.surface, self.texel_mm = found, texel_mm
         if found is None:
             self._show_nothing()
             return
         maps, errors = found.maps, found.maps.errors
         height, width = maps.size
-        self.resolution.setText(f"{width} × {height} px")
+        size_mm = "" if texel_mm is None else f", {number(texel_mm * width, 3)} × {number(texel_mm * height, 3)} mm"
+        self.resolution.setText(f"{width} × {height} px{size_mm}")
         self.lamps.setText(str(len(found.lamps.direction)))
         self.slopes.setText(SLOPES[maps.observed.kind])
         self.one_arc.setText(arc_words(maps.observed))
@@ -275,7 +285,8 @@ class SurfacePage(QWidget):
     def _load(self) -> None:
         found, name, of_error = self.surface, self.which.value, self.show_what.value == "error"
         if found is not None:
-            self.latest.ask(lambda: show(found, name, of_error), self._show)
+            texel_mm = self.texel_mm
+            self.latest.ask(lambda: show(found, name, of_error, texel_mm), self._show)
 
     def _show(self, made: Shown) -> None:
         self.image.show_image(made.image)

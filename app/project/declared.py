@@ -172,7 +172,12 @@ RANGES: Mapping[str, Mapping[str, tuple[float, float]]] = {
     "Run": {"identity": (0, 11), "number": (0, RUN_NUMBERS - 1)},
     "Kernel": {"length": (1e-9, 1e9), "noise": (0.0, 1e9)},
     "Circle": {"column": (-1e7, 1e7), "row": (-1e7, 1e7), "radius": (0.0, 1e7)},
-    "ImportChoices": {"lamp_distance": (0.0, 1e9), "pair_gain": (1e-3, 1e3)},
+    "ImportChoices": {
+        "lamp_distance": (0.0, 1e9),
+        "pair_gain": (1e-3, 1e3),
+        "scale_mm": (1e-5, 100.0),
+        "chart_pitch_mm": (0.1, 1000.0),
+    },
     "Exposure": {"exposure_s": (0.0, 1e9)},
 }
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture import scale as physical
 from engine.capture.calibration.estimate import Term
 from engine.capture.calibration.rig import TERMS
 from engine.capture.calibration.separation import MIN_GAIN, Separation
@@ -23,7 +24,7 @@ from engine.capture.chart.correction import ColourCorrection
 from engine.capture.chart.file import as_json as chart_json
 from engine.capture.chart.file import read_chart
 from engine.capture.chart.file import text_of as chart_text
-from engine.capture.chart.find import find_chart
+from engine.capture.chart.find import Chart, find_chart
 from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread, usual_motion
 from engine.capture.lights.file_names import join_names, printable
 from engine.capture.lights.lamp_gains import lamp_gains
@@ -39,6 +40,7 @@ from engine.capture.photograph.grey_patch import GreyPatch, balance_of
 from engine.capture.registration.framing import Corners, Framing
 from engine.capture.registration.pair_motion import MOTIONS
 from engine.capture.registration.polarised_shift import PairShift
+from engine.capture.scale import ChartPitch, ScaleChoice, check_scale, scale_of, scale_of_chart
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Step, Steps, part
@@ -93,6 +95,8 @@ class ImportSettings:
     lights_form : the form in which the list of lights is taken, see `engine.capture.lights.list_forms`.
     chart : the colour chart by which colours are corrected: 'auto' for one that a photograph of the capture shows, the
         file of another photograph under the same lamps, or a `.chart` file; None for no correction.
+    scale : millimetres per pixel of the photographs, or a length or chart that tells it (`engine.capture.scale`); None
+        where it is not known.
     pair_gain : of pairs under polarisers, the brightness of crossed photographs over the diffuse part of parallel ones,
         as measured on a matte white patch; None to estimate it.
     """
@@ -118,8 +122,12 @@ class ImportSettings:
     bands: tuple[int, ...] = ()
     chart: Path | Literal["auto"] | None = None
     pair_gain: float | None = None
+    scale: ScaleChoice | None = None
 
     def __post_init__(self) -> None:
+        check_scale(self.scale)
+        if isinstance(self.scale, ChartPitch) and self.chart is None:
+            raise UsageError("a scale by the chart needs a photograph that shows one: give chart as well")
         check_form(self.lights_form)
         if self.calibrate not in ("auto", "none") and not set(self.calibrate) <= set(CALIBRATED):
             raise UsageError(f"unknown calibration {self.calibrate!r}; choose from auto, none, {', '.join(CALIBRATED)}")
@@ -163,6 +171,7 @@ class Plan:
     suggested_transfer: Transfer | None = None
     chart: tuple[ColourCorrection, str] | None = None
     separation: Separation | None = None
+    size_of_pixel: physical.Scale | None = None
     pair_shift: PairShift | None = None
 
     @property
@@ -337,27 +346,45 @@ def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     sources = replace(sources, findings=(*sources.findings, *_about_near_lamp(distance, sources.azimuth)))
     options = {"white_balance": balance, **reading}
     calibration = yield from part(read_calibration(dark, flat, distance, for_images, options), 0.9, 1.0)
-    chart = None
+    chart, size_of_pixel = None, None
     if settings.chart is not None:
-        chart = yield from part(_read_chart(settings.chart, sources, calibration, options), 0.95, 1.0)
+        chart, found = yield from part(_read_chart(settings.chart, sources, calibration, options), 0.95, 1.0)
+        if isinstance(settings.scale, ChartPitch):
+            size_of_pixel = _scale_by_chart(settings.scale, found, Path(chart[1]))
         sources = replace(sources, findings=(*sources.findings, Finding(Verdict.NOTE, chart_text(chart_json(*chart)))))
+    if settings.scale is not None and not isinstance(settings.scale, ChartPitch):
+        size_of_pixel = scale_of(settings.scale)
     terms = _stated_terms(sources, settings)
-    return Plan(sources, settings, dark, flat, calibration, scale, options, gains, terms, chart=chart)
+    plan = Plan(sources, settings, dark, flat, calibration, scale, options, gains, terms, chart=chart)
+    return replace(plan, size_of_pixel=size_of_pixel)
+
+
+def _scale_by_chart(choice: ChartPitch, found: Chart | None, place: Path) -> physical.Scale:
+    if found is None:
+        problem = "does not say where the patches of the chart are in the photographs"
+        raise InputError(place, problem, "Name a photograph that shows the chart with --chart, not a .chart file")
+    try:
+        return scale_of_chart(found.positions, choice.pitch_mm)
+    except UsageError as error:
+        raise InputError(place, f"does not tell the scale: {error}", "Lay it flat beside the sample") from None
 
 
 def _read_chart(
     chosen: Path | str, sources: Sources, calibration: Calibration, options: Mapping[str, Any]
-) -> Steps[tuple[ColourCorrection, str]]:
-    """The correction by a chart and the name of what shows it; InputError where no chart is found."""
+) -> Steps[tuple[tuple[ColourCorrection, str], Chart | None]]:
+    """The correction by a chart and the name of what shows it, and the chart where a photograph shows it.
+
+    Raises InputError where no chart is found.
+    """
     if isinstance(chosen, Path) and chosen.suffix.lower() == ".chart":
-        return read_chart(chosen)
+        return read_chart(chosen), None
     if isinstance(chosen, Path):
         yield Step(0.0, "Looking for the colour chart")
         plain = replace(calibration, lamp_distance=math.inf)
         photograph = plain.applied(read_photograph(chosen, **options), 0.5 * math.pi, 0.0, 1.0)
         found = find_chart(photograph.radiance, photograph.saturated)
         if found is not None:
-            return found[1], printable(chosen)
+            return (found[1], printable(chosen)), found[0]
         raise InputError(chosen, *_NO_CHART)
     order = np.argsort(-sources.elevation, kind="stable")[:CHART_TRIES]
     for tried, index in enumerate(order):
@@ -369,7 +396,7 @@ def _read_chart(
         )
         found = find_chart(photograph.radiance, photograph.saturated)
         if found is not None:
-            return found[1], printable(path)
+            return (found[1], printable(path)), found[0]
     raise InputError(sources.photographs[0].parent, *_NO_CHART)
 
 

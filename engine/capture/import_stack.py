@@ -77,6 +77,7 @@ from engine.capture.report import (
     noise_beside_grain,
     report,
 )
+from engine.capture.scale import magnification_of, scale_text
 from engine.capture.stack import DIFFUSE, RADIANCE, RECORD, SATURATED, ImageStack, npy_header, open_stack
 from engine.capture.stack_record import StackRecord, write_record
 from engine.capture.tally import Tally
@@ -290,6 +291,12 @@ def _align_record(plan: Plan, read: _Read, place: Path, files: ExitStack, starte
 
 def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> StackRecord:
     region, sources, names = output.view.region, plan.sources, plan.names
+    scale = None
+    if plan.size_of_pixel is not None:
+        larger = magnification_of(output.view.matrix, region.width, region.height)
+        scale = plan.size_of_pixel.as_json(larger)
+        said = Finding(Verdict.NOTE, f"Scale: {scale_text(scale, region.width, region.height)}")
+        sources = replace(sources, findings=(*sources.findings, said))
     pixels = region.width * region.height
     mean_radiance = np.array([one.mean_radiance(pixels) for one in output.tallies])
     grid = np.stack([np.concatenate(one.grid) for one in output.tallies])
@@ -322,6 +329,7 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
             **plan.as_json(),
             "aligned_to": names[alignment.reference] if alignment.aligned.any() else None,
             **output.view.as_json(),
+            "scale": scale,
             "photographs": about_lights(
                 read.photographs,
                 alignment,

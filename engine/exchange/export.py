@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
 from types import MappingProxyType
@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import engine
+from engine.capture.scale import mm_per_texel
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part, without_partials
@@ -38,7 +39,7 @@ from engine.exchange.loss import (
     statement,
 )
 from engine.exchange.pbr_from_material import cavity, nearest_maps
-from engine.exchange.subject import Contents, Settings, Subject
+from engine.exchange.subject import WIDTHS_MM, Contents, Settings, Subject
 from engine.exchange.targets import EXPORTERS
 from engine.scene.material import Material, compute_fit_error
 from engine.storage.atomic import atomic_folder, make_folder, write_bytes
@@ -349,6 +350,7 @@ def _make(
     Equal representations are measured once. UsageError where the target cannot hold the material.
     """
     subject = leaving.subject
+    settings = with_known_width(settings, subject)
     if why_not := cannot_hold(target.name, subject.material, subject.stack):
         raise UsageError(why_not)
     others: dict[str, Any] = {}
@@ -367,6 +369,7 @@ def _make(
         "files": [f"{target.name}/{name}" for name in contents.files],
         "bytes": 0,
         "white_radiance": subject.white,
+        "width_mm": settings.width_mm,
         "bytes_per_texel": contents.bytes_per_texel,
         **errors,
         "errors_are": meaning(errors),
@@ -375,6 +378,15 @@ def _make(
         **contents.record,
     }
     return contents, entry, values
+
+
+def with_known_width(settings: Settings, subject: Subject) -> Settings:
+    """`settings` with the width of the sample that its photographs know, unless a user states one."""
+    size = mm_per_texel(subject.stack.provenance) if subject.stack is not None else None
+    if settings.width_mm is not None or size is None:
+        return settings
+    width = size * subject.maps.size[1]
+    return replace(settings, width_mm=width) if WIDTHS_MM[0] <= width <= WIDTHS_MM[1] else settings
 
 
 def _measure(shown: Shown | None, leaving: Departure) -> Steps[Measured]:

@@ -36,7 +36,7 @@ _LINEAR, _LINEAR_MIPMAP_LINEAR, _REPEAT = 9729, 9987, 10497
 _SHARED = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 2}}}
 
 
-def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
+def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]:
     """`NAME.glb`."""
     yield Step(0.0, "writing images")
     orm = pack(subject, ("occlusion", "roughness", "metallic"), "png8")
@@ -57,7 +57,7 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     if extensions:
         material["extensions"] = extensions
     yield Step(0.7, "writing the ball")
-    file = glb(shape("sphere"), material, images, REPEATS, loss)
+    file = glb(shape("sphere"), material, images, REPEATS, loss, settings.width_mm)
     return Contents({f"{subject.name}.glb": file}, 9.0, common_warnings(subject, ("occlusion",)))
 
 
@@ -75,8 +75,22 @@ def _extensions(subject: Subject, images: dict[str, bytes]) -> dict[str, Any]:
     return extensions
 
 
-def glb(mesh: Mesh, material: dict[str, Any], images: dict[str, bytes], repeats: float, loss: str) -> bytes:
-    """The file: a header, a chunk of JSON and one of bytes, both a multiple of four bytes long."""
+def glb(
+    mesh: Mesh,
+    material: dict[str, Any],
+    images: dict[str, bytes],
+    repeats: float,
+    loss: str,
+    width_mm: float | None = None,
+) -> bytes:
+    """The file: a header, a chunk of JSON and one of bytes, both a multiple of four bytes long.
+
+    `width_mm` is that of the sample, which then has its true size on the ball: glTF counts in metres.
+    """
+    node: dict[str, Any] = {"mesh": 0, "name": "preview"}
+    if width_mm is not None:
+        node["scale"] = [ball_radius_m(width_mm, repeats)] * 3
+        material = {**material, "extras": {**material.get("extras", {}), "lightarc_width_mm": width_mm}}
     attributes = {
         "POSITION": mesh.positions.astype(np.float32),
         "NORMAL": normalize(mesh.normals).astype(np.float32),
@@ -111,7 +125,7 @@ def glb(mesh: Mesh, material: dict[str, Any], images: dict[str, bytes], repeats:
         "asset": {"version": "2.0", "generator": f"Lightarc {engine.__version__}", "extras": {"lightarc_loss": loss}},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0, "name": "preview"}],
+        "nodes": [node],
         "meshes": [
             {
                 "primitives": [
@@ -140,6 +154,12 @@ def glb(mesh: Mesh, material: dict[str, Any], images: dict[str, bytes], repeats:
     text = _pad(json.dumps(document, ensure_ascii=False, allow_nan=False).encode(), b" ")
     chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(body), b"BIN\0") + body
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+def ball_radius_m(width_mm: float, repeats: float) -> float:
+    """The radius in metres of a ball on which a sample of this width has its true size along the equator, round which
+    two units of texture coordinates go."""
+    return 2.0 * repeats * width_mm / 1000.0 / (2.0 * np.pi)
 
 
 def _accessor(values: NDArray[Any], view: int) -> dict[str, Any]:

@@ -185,6 +185,9 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     record: dict[str, Any] = {"preset": settings.preset, "coding": settings.coding, "normal": handedness}
     if height is not None:
         record["height_range_texels"] = [float(height.min()), float(height.max())]
+        if settings.width_mm is not None:
+            texel_mm = settings.width_mm / subject.maps.size[1]
+            record["height_range_mm"] = [texel_mm * each for each in record["height_range_texels"]]
     return Contents(Files(files), float(read), warnings, record)
 
 

@@ -20,7 +20,7 @@ import engine
 from engine.core.directions import normalize
 from engine.core.steps import Step, Steps
 from engine.exchange.coding import encode
-from engine.exchange.gltf import REPEATS
+from engine.exchange.gltf import REPEATS, ball_radius_m
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, pack
 from engine.geometry.shapes import shape
@@ -47,7 +47,7 @@ _OPEN_PBR = {
 _MATERIALX_VALUES = {"color3": "color3f", "float": "float", "vector3": "float3"}
 
 
-def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
+def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]:
     """`NAME.usdz`."""
     known = [entry for entry in _MAPS if entry[0] != "occlusion" or subject.maps.occlusion is not None]
     images: dict[str, bytes] = {}
@@ -57,7 +57,7 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     mean = subject.mean_f0
     warnings = (*common_warnings(subject, ("occlusion",)), *mean_f0_warnings(subject, "the layer"))
     yield Step(0.9, "writing the ball")
-    layer = "\n".join([*_layer(subject, [entry[1:] for entry in known], ior_of(mean), loss), ""])
+    layer = "\n".join([*_layer(subject, [entry[1:] for entry in known], ior_of(mean), loss, settings.width_mm), ""])
     over = "\n".join([*_materialx_layer(subject, [entry[1] for entry in known], ior_of(mean)), ""])
     files = {
         f"{subject.name}.usdz": usdz({f"{subject.name}.usda": layer.encode(), **images}),
@@ -84,7 +84,9 @@ def _padding(start: int) -> bytes:
     return count.to_bytes(2, "little") + bytes(count)
 
 
-def _layer(subject: Subject, maps: list[tuple[str, str, str, str]], ior: float, loss: str) -> Iterator[str]:
+def _layer(
+    subject: Subject, maps: list[tuple[str, str, str, str]], ior: float, loss: str, width_mm: float | None
+) -> Iterator[str]:
     root = subject.name.replace("-", "_")
     yield from (
         *(
@@ -96,6 +98,10 @@ def _layer(subject: Subject, maps: list[tuple[str, str, str, str]], ior: float, 
         *("    metersPerUnit = 1", '    upAxis = "Y"', ")", ""),
         *(f'def Xform "{root}" (', '    kind = "component"', ")", "{"),
     )
+    if width_mm is not None:  # the sample has its true size on the ball
+        radius = f"{ball_radius_m(width_mm, REPEATS):.6g}"
+        yield f"    float3 xformOp:scale = ({radius}, {radius}, {radius})"
+        yield '    uniform token[] xformOpOrder = ["xformOp:scale"]'
     yield from _sphere(root)
     yield from ("", '    def Material "material"', "    {")
     material = f"/{root}/material"

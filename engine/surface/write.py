@@ -1,8 +1,9 @@
 """The folder of maps: an EXR for each map and each standard deviation, PNG previews, and `surface.json`.
 
 EXR maps are linear: colours are linear sRGB, normals components in [−1, 1] (x right, y up, z out of the image),
-heights widths of a texel. Previews are for looking: colours, also that of the highlight, in sRGB codes (a specular of
-0.04 is code 56), normals as (n + 1) / 2, and height from its lowest to its highest.
+heights widths of a texel, whose size in millimetres the record states where it is known. Previews are for looking:
+colours, also that of the highlight, in sRGB codes (a specular of 0.04 is code 56), normals as (n + 1) / 2, and height
+from its lowest to its highest.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.scale import mm_per_texel
 from engine.core.colour import srgb_encode
 from engine.core.steps import Step, Steps
 from engine.images.encode import encode_png, rgb_channels, write_exr
@@ -72,6 +74,7 @@ def preview(name: str, values: NDArray[np.float32]) -> NDArray[np.uint8]:
 def record(surface: Surface, provenance: Mapping[str, Any]) -> dict[str, Any]:
     """The figures of a surface, as `surface.json` and `--json` state them."""
     maps, known = surface.maps, find_known_maps(surface.maps)
+    texel_mm = mm_per_texel(provenance)
     errors, azimuth = maps.errors, maps.observed.azimuth
     return {
         "lightarc_surface": 1,
@@ -82,6 +85,10 @@ def record(surface: Surface, provenance: Mapping[str, Any]) -> dict[str, Any]:
         "arc_azimuth_deg": None if azimuth is None else math.degrees(azimuth),
         "lamp_distance_widths": 1.0 / surface.lamps.nearness if surface.lamps.nearness else None,
         "white_radiance": surface.white,
+        "texel_mm": texel_mm,
+        "height_range_mm": None
+        if texel_mm is None or maps.height is None
+        else [texel_mm * float(maps.height.min()), texel_mm * float(maps.height.max())],
         "in_sample_rmse_srgb8": _finite(errors.in_sample),
         "leave_one_out_rmse_srgb8": _finite(errors.left_out),
         "mean_picture_rmse_srgb8": _finite(errors.mean_picture),

@@ -111,3 +111,12 @@ def test_reflectance_other_than_usual_is_stated() -> None:
     varied = document_of(file_of(make_varied_subject()))
     assert varied["extensionsUsed"] == ["KHR_materials_ior", "KHR_materials_specular"]
     assert varied["images"][3]["name"] == "specularColor"
+
+
+def test_a_sample_of_known_width_has_its_true_size_on_the_ball() -> None:
+    """Four repeats of 50 mm go round the ball; glTF counts in metres."""
+    file = drain(contents(measure_subject(), Settings(width_mm=50.0), "")).files["A_cloth_woven.glb"]
+    document = document_of(file)
+    assert document["nodes"][0]["scale"] == pytest.approx([4 * 0.05 / (2 * np.pi)] * 3)
+    assert document["materials"][0]["extras"]["lightarc_width_mm"] == 50.0
+    assert "scale" not in document_of(file_of(measure_subject()))["nodes"][0]
