@@ -355,7 +355,7 @@ def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
             photograph = yield from part(_light(plan, index, light, ahead, read), start, (start + stop) / 2)
             if photograph is not None:
                 refuse_larger(light[0].path, photograph.radiance)  # as calibration and exposures have scaled it
-                crossed = yield from part(_crossed(plan, index, photograph, ahead, read), (start + stop) / 2, stop)
+                crossed = yield from part(_read_crossed(plan, index, photograph, ahead, read), (start + stop) / 2, stop)
                 _note(read, photograph, plan.still and "motion" not in plan.calibrated)
                 yield from part(_keep(plan, read, photograph, crossed, place, files), (start + stop) / 2, stop)
                 ready = ThumbnailReady(
@@ -413,7 +413,9 @@ def _light(
     return replace(photograph, radiance=merged.radiance, saturated=merged.saturated)
 
 
-def _crossed(plan: Plan, index: int, photograph: Photograph, ahead: ReadAhead, read: _Read) -> Steps[Photograph | None]:
+def _read_crossed(
+    plan: Plan, index: int, photograph: Photograph, ahead: ReadAhead, read: _Read
+) -> Steps[Photograph | None]:
     """The photograph under crossed polarisers that belongs to `photograph`, calibrated alike; None without one."""
     path = plan.sources.crossed.get(plan.sources.photographs[index])
     if path is None:
