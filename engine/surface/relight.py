@@ -18,7 +18,6 @@ from engine.core.colour import srgb_encode
 from engine.core.steps import Step, Steps
 from engine.shading.directional.left_out import Predict, Texels
 from engine.surface.lamps import Lamps, lamps
-from engine.surface.pbr_maps import PbrMaps
 from engine.surface.reflectance import Array, Kinds, fit, kinds, metallic_roughness, texels
 from engine.texel.kernel import (
     COV_REFLECTANCE,
@@ -50,17 +49,6 @@ class RelitErrors:
     left_out: float
     mean_picture: float
     fit_s: float
-
-
-def relight_transport(maps: PbrMaps, light: tuple[float, float, float]) -> NDArray[np.float32]:
-    """(H, W, 3) radiance under a distant lamp in the direction `light`, over that of a white card that faces it."""
-    towards = np.array([[light]], np.float64) / np.linalg.norm(light)
-    slopes = maps.normal[..., :2].reshape(-1, 2) / np.maximum(maps.normal[..., 2:].reshape(-1, 1), 1e-3)
-    image = np.empty((1, len(slopes), 3), np.float32)
-    f0, metallic = maps.f0.reshape(-1, 1), maps.metallic.reshape(-1, 1)
-    diffuse, specular = _coefficients(maps.base_colour.reshape(-1, 3), metallic, f0)
-    show_texels(slopes.astype(np.float64), maps.roughness.ravel(), diffuse, specular, towards, image)
-    return image[0].reshape(*maps.size, 3)
 
 
 def errors(stack: ImageStack, used: NDArray[np.int64], *, lambertian: bool = False) -> Steps[RelitErrors]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import threading
 from dataclasses import dataclass
 from typing import Any, cast
@@ -288,6 +289,10 @@ def test_passes_hold_all_samples(samples: int) -> None:
     assert image.samples == samples
     assert image.passes == len(lengths)
     assert (image.variance is None) == (samples == 1)
+
+
+def test_passes_without_end_begin_small_and_double() -> None:
+    assert list(itertools.islice(pass_lengths(None, 2), 10)) == [1, 1, 1, 1, 2, 2, 4, 4, 8, 8]
 
 
 def test_without_end_all_parts_have_as_many_samples_and_tell_the_error_of_any_image(

@@ -116,6 +116,7 @@ def test_a_grid_without_extent_is_a_point_and_a_flat_one_has_one_layer() -> None
     assert [len(nodes) for nodes in grid(flat, 5)] == [5, 1, 2]
     assert [len(nodes) for nodes in grid(flat[:1], 5)] == [1, 1, 1]
     assert [len(nodes) for nodes in grid(flat, 1)] == [1, 1, 1]
+    assert grid(flat, 5)[1] == pytest.approx([2.0])
     assert len(near_light([NearLamp((0.0, 0.0, 0.0), WHITE)], np.zeros((0, 3)), 3).coefficients) == 0
 
 
