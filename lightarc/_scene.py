@@ -438,7 +438,7 @@ def bake(
     if unknown := sorted(settings.keys() - set(known)):
         raise UsageError(f"{method} has no setting {unknown[0]!r}; choose from {', '.join(known)}")
     ground = None if ground_albedo is None else Ground(albedo=ground_albedo)
-    mesh = as_mesh(model) if brushing is None else as_mesh(model).brushed(parse_brushing(brushing))
+    mesh = as_mesh(model) if brushing is None else as_mesh(model).brush(parse_brushing(brushing))
     subject = Subject(mesh, as_brdf(brdf), ground)
     work = drain(chosen.baking.prepare(subject, chosen.settings(**settings)), progress)
     drain(chosen.baking.bake(path, work), progress)

@@ -160,7 +160,7 @@ def find_referred(provenance: Mapping[str, Any], bundle: Path, size: tuple[int, 
             if mesh is not None and view["model"].get("flipped") is True:
                 mesh = mesh.flipped()
             if (brushing := _brushing(view["model"].get("brushing"))) is not None:
-                mesh = (mesh or shape(DEFAULT_MODEL)).brushed(brushing)
+                mesh = (mesh or shape(DEFAULT_MODEL)).brush(brushing)
             parts |= {"mesh": mesh, "camera": _camera(view.get("camera"))}
             files |= {mesh.name: Path(source)} if mesh is not None and source not in (*SHAPES, FLAT) else {}
         except FileError as error:

@@ -175,7 +175,7 @@ class ScenePanel(Rows):
 def _brush_mesh(mesh: Mesh | None, brushing: Brushing) -> Steps[Mesh]:
     """`mesh`, or the model of projects without one, brushed in another direction, with its tangents."""
     yield Step(0.0, "brushing the model")
-    brushed = (mesh or shape(DEFAULT_MODEL)).brushed(brushing)
+    brushed = (mesh or shape(DEFAULT_MODEL)).brush(brushing)
     brushed.tangents.flags.writeable = False
     return brushed
 

@@ -146,7 +146,7 @@ class Mesh(Summary):
         faces = np.ascontiguousarray(self.faces[:, ::-1])
         return replace(self, normals=-self.normals, faces=faces, health=health)
 
-    def brushed(self, brushing: Brushing) -> Mesh:
+    def brush(self, brushing: Brushing) -> Mesh:
         """The same surface, brushed in another direction."""
         return self if brushing == self.brushing else replace(self, brushing=brushing)
 

@@ -255,7 +255,7 @@ def make_scene(
     only_lamps = bool(lamps) and environment is None and light_deg is None
     options.setdefault("light", direction_of(light_deg))
     return Scene(
-        mesh=mesh if brushing is None else mesh.brushed(brushing),
+        mesh=mesh if brushing is None else mesh.brush(brushing),
         camera=camera,
         brdf=brdf or (material.reflectance if material is not None else brdf_from_text("phong")),
         material=material,

@@ -36,7 +36,7 @@ def subject_of(arguments: argparse.Namespace) -> Subject:
 
 
 def _brush(mesh: Mesh, arguments: argparse.Namespace) -> Mesh:
-    return mesh if arguments.brushing is None else mesh.brushed(arguments.brushing)
+    return mesh if arguments.brushing is None else mesh.brush(arguments.brushing)
 
 
 def carry_out(

@@ -74,7 +74,7 @@ def _with_options(scene: Scene, arguments: argparse.Namespace) -> Scene:
     if (turn_deg := getattr(arguments, "env_rotation_deg", None)) is not None:
         parts["environment_rotation"] = math.radians(turn_deg)
     if (brushing := getattr(arguments, "brushing", None)) is not None:
-        parts["mesh"] = scene.mesh.brushed(brushing)
+        parts["mesh"] = scene.mesh.brush(brushing)
     for option, part in PARTS.items():
         if (value := getattr(arguments, option, None)) is not None:
             parts[part] = value

@@ -197,14 +197,14 @@ def _row(
     )
     panels = []
     for number, ((words, parameters, _), light) in enumerate(zip(columns, arriving, strict=True)):
-        value = _radiance(table.reduce_order(parameters["order"]), light, local)
+        value = sum_at_vertices(table.reduce_order(parameters["order"]), light, local)
         panels.append((words, {**parameters, "nu": exponents[0], "nv": exponents[1]}, view.image(value)))
         yield Step(0.8 + 0.2 * (number + 1) / len(columns), f"drawing {words}")
     return ShownRow(f"Exponents {exponents[0]} and {exponents[1]}", compare_with(panels, expected, "reference"))
 
 
-def _radiance(table: BrdfTable, light: NDArray[np.float32], local: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(V, 3) towards `local` (V, 3), a few vertices at a time: a row of a table of order 15 takes 5 kB."""
+def sum_at_vertices(table: BrdfTable, light: NDArray[np.float32], local: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Radiance (V, 3) towards `local` (V, 3), a few vertices at a time: a row of a table of order 15 takes 5 kB."""
     some = [slice(start, start + AT_ONCE) for start in range(0, len(local), AT_ONCE)]
     return np.concatenate([table.radiance(light[each], local[each]) for each in some])
 

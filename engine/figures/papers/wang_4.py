@@ -21,6 +21,7 @@ from engine.factor.separable_factors import SeparableFactors
 from engine.figures.contact_sheet import Panel, Row
 from engine.figures.figure import Figure, Image, Settings, Shown, ShownRow, camera_of, compare_with, reference_of
 from engine.figures.papers.vertex_images import View, view_of
+from engine.figures.papers.wang_2 import BRDF
 from engine.figures.papers.wavelet_rays import Kept, bake_together
 from engine.figures.plot import Curve, curves
 from engine.light.environment_file import open_environment
@@ -29,9 +30,9 @@ from engine.transport.wavelet.bake import MAP_SIZE, factors_for
 from engine.transport.wavelet.lighting import Lighting, lighting_of, tuples
 from engine.transport.wavelet.transfer import WaveletTransport, sum_signed_radiance
 
-#: The paper's four: model, what it is, and text. The paper has no numbers for its plastic.
+#: The paper's four: model, what it is, and text. The paper has no numbers for its plastic, which is therefore ours.
 BRDFS = (
-    ("Ashikhmin–Shirley", "brushed", "ashikhmin-shirley:kd=0.3,ks=0.3,nu=10,nv=60"),
+    ("Ashikhmin–Shirley", "brushed", BRDF),
     ("GGX", "brown plastic", "ggx:kd=0.45/0.28/0.16,alpha=0.25,f0=0.04"),
     ("Lafortune", "clay", "lafortune:preset=clay"),
     ("Lafortune", "skin", "lafortune:preset=skin"),
@@ -72,8 +73,8 @@ def wang_4(settings: Settings) -> Steps[Figure]:
     return Figure(
         "wang-4",
         "Reflectances as sums of products",
-        f"{mesh.name} under {environment.name}, after Wang, Tran and Luebke 2004, Figure 4; errors are relative RMSE "
-        "against the reference",
+        f"{mesh.name} (the paper: Bunny) under {environment.name}, after Wang, Tran and Luebke 2004, Figure 4; the "
+        "paper has no numbers for its plastic; errors are relative RMSE against the reference",
         (ShownRow(f"Drawn with {DRAWN} terms", tuple(drawn)),),
         plots,
         tuple(table),

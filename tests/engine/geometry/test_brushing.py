@@ -50,17 +50,17 @@ def test_a_constant_vector_is_projected_into_the_surface() -> None:
     up = np.array([0.0, 1.0, 0.0])
     away = np.abs(normal[:, 1]) < 0.999
     expected = normalize(up - normal[:, 1:2] * normal)  # Kautz et al. 2002, Sec. 6
-    found = tangents(SPHERE.brushed(parse_brushing("0,5,0")))
+    found = tangents(SPHERE.brush(parse_brushing("0,5,0")))
     assert np.allclose(found[away], expected[away], atol=1e-5)
     assert np.isfinite(found).all()
-    rotated = tangents(SPHERE.brushed(parse_brushing("y:90")))
+    rotated = tangents(SPHERE.brush(parse_brushing("y:90")))
     assert np.allclose(rotated[away], np.cross(normal, expected)[away], atol=1e-5)
 
 
 def test_an_angle_rotates_anticlockwise_seen_from_outside() -> None:
     square = shape("plane")
     assert np.allclose(tangents(square), [1.0, 0.0, 0.0], atol=1e-6)
-    assert np.allclose(tangents(square.brushed(parse_brushing("u:30"))), [np.sqrt(0.75), 0.5, 0.0], atol=1e-6)
+    assert np.allclose(tangents(square.brush(parse_brushing("u:30"))), [np.sqrt(0.75), 0.5, 0.0], atol=1e-6)
 
 
 def test_a_quarter_turn_exchanges_the_axes_of_a_brdf() -> None:
@@ -73,7 +73,7 @@ def test_a_quarter_turn_exchanges_the_axes_of_a_brdf() -> None:
 
 
 def test_a_bake_keeps_the_direction_of_its_model(tmp_path: Path) -> None:
-    square = shape("plane").brushed(parse_brushing("x:20"))
+    square = shape("plane").brush(parse_brushing("x:20"))
     for brushing, name in ((None, "texture"), ("x:20", "brushed")):
         path = tmp_path / f"{name}.transport"
         lightarc.bake("plane", "ward:alpha_x=0.2,alpha_y=0.5", path, method="sh", order=3, brushing=brushing)

@@ -378,7 +378,7 @@ def test_off_screen_drawing_reports_time_and_device(gl: Any) -> None:
 @pytest.mark.parametrize("brushing", ["y", "1,2,0", "u:35", "x:70"])
 def test_a_brushed_surface_is_that_of_the_cpu(gl: Any, brushing: str) -> None:
     what = scene("torus-knot", brdf="ggx:alpha_x=0.1,alpha_y=0.5,kd=0.1,f0=0.9")
-    what = dataclasses.replace(what, mesh=what.mesh.brushed(parse_brushing(brushing)))
+    what = dataclasses.replace(what, mesh=what.mesh.brush(parse_brushing(brushing)))
     image, expected = draw(gl, what), drain(radiance(what, SIZE, samples=1))
     inside = (image[..., 3] == 1.0) & (expected[..., 3] == 1.0)
     error = np.abs(image[inside] - expected[inside])

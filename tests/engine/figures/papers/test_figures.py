@@ -20,8 +20,9 @@ from engine.factor.separable import separate
 from engine.figures import figure as figures
 from engine.figures.figure import Figure, Settings, Shown, ShownRow, coarse_bust, error_text, records, sheet_of
 from engine.figures.papers.kautz_6 import kautz_6, light_at_vertices
+from engine.figures.papers.kautz_7 import kautz_7
 from engine.figures.papers.vertex_images import view_of
-from engine.figures.papers.wang_2 import wang_2
+from engine.figures.papers.wang_2 import wang_2, wang_5
 from engine.figures.papers.wang_3 import wang_3
 from engine.figures.papers.wang_4 import wang_4
 from engine.figures.papers.wavelet_rays import Kept, bake_together
@@ -101,10 +102,29 @@ def errors_of(figure: Figure) -> list[float]:
 
 
 def test_more_terms_come_nearer_to_the_analytic_model() -> None:
-    found = errors_of(drain(wang_2(small())))
-    assert len(found) == 3
-    assert found == sorted(found, reverse=True)
-    assert found[0] > 0.1
+    for row in drain(wang_2(small())).rows:
+        found = [shown.error.rmse_rel for shown in row.images if shown.error is not None]
+        assert len(found) == 3
+        assert found == sorted(found, reverse=True)
+        assert found[0] > 0.1
+
+
+def test_terms_weighted_by_cosines_come_nearer_than_a_diffuse_surface_and_than_terms_over_a_polar_map() -> None:
+    rows = {
+        row.heading: [shown.error.rmse_rel for shown in row.images if shown.error]
+        for row in drain(wang_5(small())).rows
+    }
+    weighted = rows["Polar map, weighted by cosines"]
+    assert weighted == sorted(weighted, reverse=True)
+    assert weighted[1] < rows["Polar map, texels count alike"][1]
+
+
+def test_a_brushed_surface_is_nearest_to_the_reference_of_its_own_direction() -> None:
+    figure = drain(kautz_7(small()))
+    images = [[shown.image for shown in row.images] for row in figure.rows]
+    for own, other in ((1, 2), (2, 1)):
+        apart = [np.abs(images[own][1] - images[which][-1]).mean() for which in (own, other)]
+        assert apart[0] < 0.85 * apart[1]
 
 
 def test_more_coefficients_come_nearer_to_the_reference() -> None:
