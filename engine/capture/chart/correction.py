@@ -55,6 +55,7 @@ class ColourCorrection:
     held_out : mean difference of patches that were left out of the fit.
     measured, corrected : (24, 3) linear Rec. 709, with the light on the chart evened out, 1 for a perfect white.
     unevenness : difference of the light across the chart, as a share of its middle.
+    crops : (24,) PNG of each patch as photographed, as bright as `measured`; empty where none were kept.
     """
 
     form: Form
@@ -65,6 +66,7 @@ class ColourCorrection:
     measured: NDArray[np.float64]
     corrected: NDArray[np.float64]
     unevenness: float
+    crops: tuple[bytes, ...] = ()
 
     def apply(self, radiance: NDArray[np.float32]) -> NDArray[np.float32]:
         """Corrected colours (H, W, 3), block of rows by block."""

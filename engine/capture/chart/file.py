@@ -11,6 +11,7 @@ is graded by the guides of the field, whose tolerances are those for ΔE2000:
 
 from __future__ import annotations
 
+import base64
 import html
 import json
 import os
@@ -18,7 +19,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from engine.capture.chart.correction import ColourCorrection, Form
 from engine.capture.chart.reference import NAMES, REFERENCE_RGB
@@ -41,6 +42,8 @@ METAMORFOZE = (("Full", 3.0, 7.0), ("Light", 4.0, 14.0))
 _FADGI_SOURCE = "FADGI Technical Guidelines, 3rd edition, 2023: mean and 90th percentile of ΔE2000"
 _METAMORFOZE_SOURCE = "Metamorfoze Preservation Imaging Guidelines 2.0, draft of 2023: mean and largest ΔE2000"
 
+_PNG = b"\x89PNG\r\n\x1a\n"
+
 _Colour = tuple[float, float, float]
 
 
@@ -52,6 +55,14 @@ class _Patch(BaseModel):
     after: float | None = Field(ge=0, le=1000)
     measured: _Colour | None
     corrected: _Colour | None
+    crop: str | None = Field(None, max_length=32_768)
+
+    @field_validator("crop")
+    @classmethod
+    def _is_png(cls, crop: str | None) -> str | None:
+        if crop is not None and not base64.b64decode(crop, validate=True).startswith(_PNG):
+            raise ValueError("an image of a patch is no PNG")
+        return crop
 
 
 class _File(BaseModel):
@@ -83,6 +94,7 @@ def as_json(correction: ColourCorrection, photograph: str) -> dict[str, Any]:
             "after": _as_number(correction.after[at]),
             "measured": _colour(correction.measured[at]),
             "corrected": _colour(correction.corrected[at]),
+            "crop": base64.b64encode(correction.crops[at]).decode() if correction.crops else None,
         }
         for at, name in enumerate(NAMES)
     ]
@@ -159,7 +171,10 @@ def read_chart(path: Path) -> tuple[ColourCorrection, str]:
     )
     matrix = np.array(record["matrix"], np.float64)
     held_out, unevenness = record["held_out"], record["unevenness"]
-    correction = ColourCorrection(record["form"], matrix, before, after, held_out, measured, corrected, unevenness)
+    images = [each["crop"] for each in patches]
+    crops = tuple(map(base64.b64decode, images)) if all(images) else ()
+    form = record["form"]
+    correction = ColourCorrection(form, matrix, before, after, held_out, measured, corrected, unevenness, crops)
     return correction, record["photograph"]
 
 
@@ -186,14 +201,16 @@ def _colour(colour: Any) -> list[float] | None:
 
 
 def _page(record: dict[str, Any]) -> str:
-    """The report, with every patch as measured, corrected and published."""
+    """The report, with every patch as photographed, measured, corrected and published."""
     rows = []
     for patch, reference in zip(record["patches"], REFERENCE_RGB, strict=True):
         cells = "".join(_swatch(each) for each in (patch["measured"], patch["corrected"], reference))
         figures = "".join(
             f"<td>{number(patch[key]) if patch[key] is not None else 'clipped'}</td>" for key in ("before", "after")
         )
-        rows.append(f"<tr><th>{patch['name']}</th>{cells}{figures}</tr>")
+        crop = patch.get("crop")
+        image = f'<img alt="" width="48" height="48" src="data:image/png;base64,{crop}">' if crop else ""
+        rows.append(f"<tr><th>{patch['name']}</th><td>{image}</td>{cells}{figures}</tr>")
     grades = "".join(
         f"<li>{each['guide']}: <b>{each['grade'] or 'below all levels'}</b> ({html.escape(each['source'])})</li>"
         for each in record["summary"]["grades"]
@@ -203,11 +220,13 @@ def _page(record: dict[str, Any]) -> str:
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
 body {{ font: 15px/1.5 system-ui, sans-serif; max-width: 46rem; margin: 2rem auto; padding: 0 1rem; color: #222 }}
 table {{ border-collapse: collapse }} th, td {{ padding: .2rem .7rem; text-align: right }} th {{ text-align: left }}
-i {{ display: block; width: 5rem; height: 1.6rem }}
+td {{ min-width: 4rem }} img {{ display: block }}
 </style></head><body><h1>{title}</h1><p>{html.escape(text_of(record))}.</p><ul>{grades}</ul>
 <p>The light on the chart differs by {percent(record["unevenness"])}, which is evened out. References are those that
 X-Rite publishes for charts made since the end of 2014 (L*a*b* under D50).</p>
-<table><tr><th>Patch</th><th>Measured</th><th>Corrected</th><th>Published</th><th>ΔE2000 before</th><th>after</th></tr>
+<table>
+<tr><th>Patch</th><th>Photograph</th><th>Measured</th><th>Corrected</th><th>Published</th>
+<th>ΔE2000 before</th><th>after</th></tr>
 {chr(10).join(rows)}
 </table></body></html>"""
 
@@ -216,4 +235,4 @@ def _swatch(colour: Any) -> str:
     if colour is None:
         return "<td></td>"
     red, green, blue = to_display8(np.array([[colour]]))[0, 0]
-    return f'<td><i style="background: rgb({red}, {green}, {blue})"></i></td>'
+    return f'<td style="background-color: rgb({red}, {green}, {blue})"></td>'

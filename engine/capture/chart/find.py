@@ -5,7 +5,7 @@ Cost: a tenth of a second for the small image in which it is looked for.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -13,12 +13,16 @@ from numpy.typing import NDArray
 
 from engine.capture.chart.correction import ColourCorrection, fit_correction
 from engine.core.colour import to_display8
+from engine.images.encode import encode_png
 
 #: Longest side of the image in which a chart is looked for.
 _SIDE = 1000
 
 #: Share of a patch that is measured, around its middle, and of clipped samples from which it does not count.
 _INNER, _CLIPPED = 0.7, 0.02
+
+#: Side of a crop of a patch in pixels, and what it shows over the patch.
+_CROP_PX, _SHOWN = 48, 1.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +67,30 @@ def find_chart(radiance: NDArray[np.float32], saturated: NDArray[np.bool_]) -> t
     corners = (found + 0.5) * [width / size[0], height / size[1]] - 0.5
     chart = Chart(corners, _measure(radiance, saturated, corners))
     correction = fit_correction(chart.colours, chart.positions)
-    return None if correction is None else (chart, correction)
+    if correction is None:
+        return None
+    with np.errstate(divide="ignore", invalid="ignore"):
+        exposure = float(np.nanmedian(correction.measured / chart.colours))
+    return chart, replace(correction, crops=tuple(_crop(radiance, patch, exposure) for patch in corners))
+
+
+def _crop(radiance: NDArray[np.float32], corners: NDArray[np.float64], exposure: float) -> bytes:
+    """A PNG of a patch with what is around it, upright as the chart lies, in display colours `exposure` times as
+    bright."""
+    middle = corners.mean(axis=0)
+    around = (middle + _SHOWN * (corners - middle)).astype(np.float32)
+    square = np.array([[0, 0], [_CROP_PX, 0], [_CROP_PX, _CROP_PX], [0, _CROP_PX]], np.float32) - np.float32(0.5)
+    side = max(float(np.linalg.norm(around[1] - around[0])), float(np.linalg.norm(around[2] - around[1])))
+    blur = 0.4 * side / _CROP_PX
+    left, top = np.maximum(np.floor(around.min(axis=0)).astype(int) - 8, 0)
+    right, bottom = np.ceil(around.max(axis=0)).astype(int) + 9
+    part = np.ascontiguousarray(radiance[top:bottom, left:right] * np.float32(exposure))
+    if 0 in part.shape:
+        part, left, top = np.zeros((1, 1, 3), np.float32), 0, 0
+    if blur > 0.5:
+        part = cv2.GaussianBlur(part, (0, 0), blur)
+    matrix = cv2.getPerspectiveTransform(around - np.array([left, top], np.float32), square)
+    return encode_png(to_display8(cv2.warpPerspective(part, matrix, (_CROP_PX, _CROP_PX), flags=cv2.INTER_LINEAR)))
 
 
 def _measure(

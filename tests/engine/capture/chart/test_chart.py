@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,7 @@ from engine.capture.chart.correction import fit_correction, lab_of
 from engine.capture.chart.file import as_json, read_chart, save_chart, summary
 from engine.capture.chart.find import find_chart
 from engine.capture.chart.reference import LAB, REFERENCE_RGB
-from engine.core.colour import LUMINANCE
+from engine.core.colour import LUMINANCE, to_display8
 from engine.core.colour_difference import delta_e_2000
 from engine.core.errors import InputError, UsageError
 from tests.engine.capture.chart.chart_images import CAMERA, ILLUMINANTS, photograph
@@ -136,6 +138,12 @@ def test_a_correction_in_a_file(tmp_path: Path) -> None:
     save_chart(tmp_path / "report.html", record)
     page = (tmp_path / "report.html").read_text()
     assert page.count("<tr>") == 25
+    images = [base64.b64decode(each) for each in re.findall(r"data:image/png;base64,([^\"]*)", page)]
+    shown = [cv2.imdecode(np.frombuffer(each, np.uint8), cv2.IMREAD_COLOR)[20:28, 20:28, ::-1] for each in images]
+    near = [to_display8(each[None, None])[0, 0] for each in found[1].measured]
+    off = [np.abs(one.mean(axis=(0, 1)) - other).max() for one, other in zip(shown, near, strict=True)]
+    assert len(off) == 24
+    assert max(off) < 16.0  # vignetting, which the measured colours are without
     assert "chart &lt;b&gt;.tif" in page
     assert "<b>.tif" not in page
     with pytest.raises(UsageError, match=r"not to \.txt"):
@@ -145,6 +153,8 @@ def test_a_correction_in_a_file(tmp_path: Path) -> None:
         {"matrix": [[1e9, 0, 0]] * 3},
         {"matrix": [[1, 0]] * 3},
         {"patches": []},
+        {"patches": [{**record["patches"][0], "crop": "A"}, *record["patches"][1:]]},
+        {"patches": [{**record["patches"][0], "crop": '"><script>'}, *record["patches"][1:]]},
     ]
     for change in changes:
         (tmp_path / "wrong.chart").write_text(json.dumps({**record, **change}))
