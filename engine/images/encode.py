@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.colour import CHROMATICITIES
+from engine.images.icc import write_profile
 from engine.images.png import LINEAR_GAMMA, SIGNATURE
 from engine.images.raster import Transfer
 from engine.storage.atomic import atomic_file
@@ -105,7 +106,8 @@ def rgb_channels(image: NDArray[Any], layer: str = "") -> dict[str, NDArray[Any]
 
 
 def write_tiff16(path: str | os.PathLike[str], codes: NDArray[np.uint16], *, transfer: Transfer) -> None:
-    """Write uint16 codes (H, W) or (H, W, 3) as TIFF; its description says how they are coded."""
+    """Write uint16 codes (H, W) or (H, W, 3) as TIFF; its description says how they are coded, and of colours an ICC
+    profile."""
     import tifffile
 
     if codes.dtype != np.uint16 or codes.ndim not in (2, 3):
@@ -121,4 +123,5 @@ def write_tiff16(path: str | os.PathLike[str], codes: NDArray[np.uint16], *, tra
             description=description,
             metadata=None,
             software="Lightarc",
+            iccprofile=write_profile(transfer) if codes.ndim == 3 else None,
         )

@@ -8,16 +8,20 @@ the perceptual one (A2B0), and a table before curves and primaries, as the stand
 from __future__ import annotations
 
 import struct
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from engine.core.colour import XYZ_FROM_SRGB
 from engine.images.colour_space import (
     D50,
+    D65,
     LINEAR_CURVE,
     SRGB_CURVE,
     ColourSpace,
     Curve,
+    adaptation,
     apply_table,
     from_xyz,
     gamma,
@@ -69,14 +73,54 @@ def read_profile(content: bytes) -> ColourSpace:
     if model == _GREY:
         if connection == b"Lab ":
             raise InvalidProfile(f"{name!r} states grey as lightness")
-        return ColourSpace(name, _settle((_check_curve(_curve(tags, b"kTRC")),)), is_grey=True)
+        return ColourSpace(name, settle_curves((check_curve(_curve(tags, b"kTRC")),)), is_grey=True)
     if b"A2B1" in tags or b"A2B0" in tags:
         return _table(name, content)
-    curves = tuple(_check_curve(_curve(tags, tag)) for tag in (b"rTRC", b"gTRC", b"bTRC"))
+    curves = tuple(check_curve(_curve(tags, tag)) for tag in (b"rTRC", b"gTRC", b"bTRC"))
     primaries = np.stack([_xyz(tags, tag) for tag in (b"rXYZ", b"gXYZ", b"bXYZ")], axis=1)
     _check_primaries(primaries, _xyz(tags, b"wtpt") if b"wtpt" in tags else D50)
     curves = curves[:1] if all(curve.is_like(curves[0]) for curve in curves) else curves
-    return ColourSpace(name, _settle(curves), from_xyz(primaries))
+    return ColourSpace(name, settle_curves(curves), from_xyz(primaries))
+
+
+def write_profile(transfer: Literal["srgb", "linear"]) -> bytes:
+    """The ICC profile (version 4.3) of Rec. 709 primaries with the curve of sRGB, or with none: ever the same bytes."""
+    from_d65 = adaptation(D65, D50)
+    primaries = (from_d65 @ XYZ_FROM_SRGB).T
+    numbers = (1.0,) if transfer == "linear" else (2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045)
+    curve = b"para" + struct.pack(">I2H", 0, 0 if transfer == "linear" else 3, 0) + _fixed(numbers)
+    name = "Linear Rec. 709" if transfer == "linear" else "sRGB IEC61966-2.1"
+    bodies = {
+        b"desc": _words(name),
+        b"cprt": _words("No rights reserved"),
+        b"wtpt": b"XYZ " + bytes(4) + _fixed(D50),
+        b"chad": b"sf32" + bytes(4) + _fixed(from_d65.ravel()),
+        **{
+            tag: b"XYZ " + bytes(4) + _fixed(each)
+            for tag, each in zip((b"rXYZ", b"gXYZ", b"bXYZ"), primaries, strict=True)
+        },
+        **dict.fromkeys((b"rTRC", b"gTRC", b"bTRC"), curve),
+    }
+    at = _HEADER_BYTES + 4 + _TAG_BYTES * len(bodies)
+    table, data, places = b"", b"", dict[bytes, int]()
+    for tag, body in bodies.items():
+        if body not in places:
+            places[body] = at + len(data)
+            data += body + bytes(-len(body) % 4)
+        table += struct.pack(">4s2I", tag, places[body], len(body))
+    head = struct.pack(">I4sI", at + len(data), bytes(4), 0x04300000) + b"mntrRGB XYZ "
+    head += struct.pack(">6H", 2026, 1, 1, 0, 0, 0) + b"acsp" + bytes(28) + _fixed(D50)
+    return head.ljust(_HEADER_BYTES, b"\0") + struct.pack(">I", len(bodies)) + table + data
+
+
+def _fixed(numbers: ArrayLike) -> bytes:
+    """Numbers as signed fixed point of 16 bits after the point."""
+    return np.rint(65536 * np.asarray(numbers, np.float64)).astype(">i4").tobytes()
+
+
+def _words(text: str) -> bytes:
+    body = text.encode("utf-16-be")
+    return b"mluc" + struct.pack(">5I", 0, 1, 12, 0x656E5553, len(body)) + struct.pack(">I", 28) + body
 
 
 def _tags(content: bytes) -> dict[bytes, bytes]:
@@ -141,7 +185,7 @@ def _parametric(kind: int, numbers: list[float]) -> Curve:
     return Curve((g, a, b, c, d, e, f))
 
 
-def _check_curve(curve: Curve) -> Curve:
+def check_curve(curve: Curve) -> Curve:
     """The curve; InvalidProfile for one that does not rise from black to white."""
     values = curve.linear(np.linspace(0.0, 1.0, 1025))
     if not np.isfinite(values).all() or (np.diff(values) < -1e-4).any():
@@ -151,7 +195,7 @@ def _check_curve(curve: Curve) -> Curve:
     return curve
 
 
-def _settle(curves: tuple[Curve, ...]) -> tuple[Curve, ...]:
+def settle_curves(curves: tuple[Curve, ...]) -> tuple[Curve, ...]:
     """The exact curve in place of one that is it but for rounding."""
     for exact in (SRGB_CURVE, LINEAR_CURVE):
         if all(curve.is_like(exact) for curve in curves):

@@ -20,7 +20,10 @@ import numpy as np
 import tifffile
 from numpy.typing import NDArray
 
+from engine.core.colour import CHROMATICITIES
 from engine.core.errors import InputError
+from engine.images.colour_space import LINEAR_CURVE, SRGB_CURVE, ColourSpace, Curve, from_chromaticities
+from engine.images.icc import InvalidProfile, check_curve, settle_curves
 from engine.images.jpeg import check_jpeg
 from engine.images.raster import UNWANTED, Raster, Transfer, check_size, white_code
 from engine.images.tiff_directories import TYPE_BYTES, check_directories
@@ -32,6 +35,7 @@ SIGNATURES = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 #: Mark of our own linear TIFFs in ImageDescription.
 LINEAR_MARK = '"transfer": "linear"'
 
+_WHITE_POINT, _PRIMARIES, _TRANSFER_FUNCTION = 318, 319, 301
 _STRIP_OFFSETS, _TILE_OFFSETS, _EXIF_DIRECTORY = 273, 324, 34665
 _NONE, _JPEG, _LOGLUV = 1, 7, (34676, 34677)
 
@@ -209,7 +213,71 @@ def _raster(page: tifffile.TiffPage, samples: NDArray[Any], warnings: tuple[str,
         warnings += ("has 1 bit per pixel: black and white only",)
     bits = 16 if page.photometric == _PALETTE else page.bitspersample
     white = white_code(samples, bits) if bits == 16 and page.photometric != _PALETTE else (1 << bits) - 1
-    return Raster(samples, white, page.bitspersample, _transfer(page), "TIFF", warnings, profile=profile)
+    space, invalid = None, ""
+    try:
+        space = None if profile else _stated_space(page)
+    except InvalidProfile as error:
+        invalid = str(error)
+    return Raster(
+        samples,
+        white,
+        page.bitspersample,
+        _transfer(page),
+        "TIFF",
+        warnings,
+        profile=profile,
+        space=space,
+        invalid_space=invalid,
+    )
+
+
+def _stated_space(page: tifffile.TiffPage) -> ColourSpace | None:
+    """The space of the tags WhitePoint, PrimaryChromaticities and TransferFunction (TIFF 6.0, section 20) of an image
+    without an ICC profile, None where they state no other than sRGB; InvalidProfile for one that no image has."""
+    if page.photometric not in (_RGB, _BLACK_IS_ZERO):
+        return None
+    primaries = _rationals(page, _PRIMARIES, 6) if page.photometric == _RGB else None
+    white = _rationals(page, _WHITE_POINT, 2) if page.photometric == _RGB else None
+    curves = _transfer_functions(page)
+    matrix = None
+    if primaries is not None or white is not None:
+        rgb = CHROMATICITIES[:6] if primaries is None else primaries
+        try:
+            matrix = from_chromaticities((*rgb, *(CHROMATICITIES[6:] if white is None else white)))
+        except ValueError:
+            raise InvalidProfile("states primaries that no colours have") from None
+    if curves is None and matrix is None:
+        return None
+    plain = LINEAR_CURVE if _transfer(page) == "linear" else SRGB_CURVE
+    return ColourSpace("the colour tags of the TIFF", curves or (plain,), matrix)
+
+
+def _rationals(page: tifffile.TiffPage, tag: int, count: int) -> tuple[float, ...] | None:
+    """The numbers of a tag of fractions, None where there is none; InvalidProfile where it holds others."""
+    found = page.tags.get(tag)
+    if found is None:
+        return None
+    values = np.asarray(found.value, np.float64).ravel()
+    if len(values) != 2 * count or (values[1::2] == 0.0).any():
+        raise InvalidProfile("states primaries that no colours have")
+    return tuple((values[::2] / values[1::2]).tolist())
+
+
+def _transfer_functions(page: tifffile.TiffPage) -> tuple[Curve, ...] | None:
+    """Curves of the tag TransferFunction: one table of the linear values of all codes, or three."""
+    found = page.tags.get(_TRANSFER_FUNCTION)
+    if found is None or page.sampleformat != _UNSIGNED or page.bitspersample > 16:
+        return None
+    values = np.asarray(found.value, np.float64).ravel()
+    size = 1 << page.bitspersample
+    if len(values) not in (size, 3 * size):
+        raise InvalidProfile("has a transfer function (TIFF tag 301) of another length than its samples need")
+    tables = values.reshape(-1, size) / 65535.0
+    if len(tables) == 3 and page.photometric != _RGB:
+        tables = tables[:1]
+    curves = tuple(check_curve(Curve(samples=table)) for table in tables)
+    curves = curves[:1] if all(curve.is_like(curves[0]) for curve in curves) else curves
+    return settle_curves(curves)
 
 
 def _transfer(page: tifffile.TiffPage) -> Transfer:

@@ -17,7 +17,7 @@ from PIL import Image as PillowImage
 
 from engine.core.errors import InputError
 from engine.images import decode, encode
-from engine.images.icc import MAX_PROFILE_BYTES
+from engine.images.icc import MAX_PROFILE_BYTES, write_profile
 from engine.storage.untrusted import decode_in_child
 from tests.engine.images import profiles
 
@@ -303,3 +303,66 @@ def mutate(profile: bytes, rng: np.random.Generator) -> bytes:
         at = int(rng.integers(len(damaged) if rng.random() < 0.3 else min(len(damaged), 700)))
         damaged[at] = int(rng.choice([0, 1, 127, 128, 255, int(rng.integers(256))]))
     return bytes(damaged[: int(rng.integers(len(damaged)))] if rng.random() < 0.1 else damaged)
+
+
+def tagged(codes: Any, tags: list[tuple[int, str, int, Any]]) -> bytes:
+    stream = io.BytesIO()
+    extra = [(*tag, True) for tag in tags]
+    tifffile.imwrite(stream, codes, photometric="rgb", metadata=None, extratags=extra)
+    return stream.getvalue()
+
+
+def fractions(*numbers: float) -> tuple[int, ...]:
+    return tuple(part for number in numbers for part in (round(number * 10000), 10000))
+
+
+@pytest.mark.parametrize("bits", [8, 16])
+def test_colour_tags_of_tiff_say_what_a_profile_says(bits: int) -> None:
+    """Display P3 with a power of 1.8, in the tags WhitePoint, PrimaryChromaticities and TransferFunction."""
+    codes = SAMPLES[bits]
+    levels = np.arange(1 << bits) / ((1 << bits) - 1)
+    table = np.rint(65535 * levels**1.8).astype(np.uint16)
+    p3 = (0.680, 0.320, 0.265, 0.690, 0.150, 0.060)
+    tags = [(318, "2I", 2, fractions(0.3127, 0.3290)), (319, "2I", 6, fractions(*p3))]
+    found = read(tagged(codes, [*tags, (301, "H", 3 << bits, tuple(np.tile(table, 3)))]))
+    values = (codes / np.iinfo(codes.dtype).max) ** 1.8
+    from_p3 = np.array([[1.2249, -0.2247, 0.0], [-0.0420, 1.0419, 0.0], [-0.0197, -0.0786, 1.0979]])
+    assert worst(found["pixels"], values @ from_p3.T) < 0.005
+    assert found["profile"] == "the colour tags of the TIFF"
+    primaries_alone = read(tagged(codes, tags))["pixels"]
+    assert (
+        worst(primaries_alone, profiles.matrix_truth("Display P3", "sRGB", codes / np.iinfo(codes.dtype).max)) < 0.005
+    )
+
+
+def test_colour_tags_that_no_image_has_are_refused() -> None:
+    codes = SAMPLES[8]
+    for tags in (
+        [(319, "2I", 6, fractions(0.3, 0.3, 0.3, 0.3, 0.3, 0.3))],
+        [(301, "H", 100, tuple(range(100)))],
+        [(301, "H", 256, tuple(range(65535, 65535 - 256, -1)))],
+    ):
+        with pytest.raises(InputError, match="colour profile that cannot be applied"):
+            read(tagged(codes, tags))
+
+
+@pytest.mark.parametrize("transfer", ["srgb", "linear"])
+def test_tiff_of_our_own_says_its_colours_to_other_programs(tmp_path: Path, transfer: Any) -> None:
+    """Little CMS reads the profile as that of sRGB, and as linear with its primaries."""
+    from PIL import ImageCms
+
+    encode.write_tiff16(tmp_path / "a.tif", SAMPLES[16], transfer=transfer)
+    with tifffile.TiffFile(tmp_path / "a.tif") as file:
+        content = bytes(file.pages[0].iccprofile)
+    own = ImageCms.ImageCmsProfile(io.BytesIO(content))
+    standard = ImageCms.createProfile("sRGB")
+    shown = np.arange(256, dtype=np.uint8)
+    image = PillowImage.fromarray(np.stack(np.broadcast_arrays(shown[:, None], shown[None], np.uint8(100)), axis=-1))
+    through = np.asarray(ImageCms.profileToProfile(image, own, standard), int)
+    straight = np.asarray(image, float) / 255
+    coded = np.where(straight <= 0.0031308, 12.92 * straight, 1.055 * straight ** (1 / 2.4) - 0.055)
+    wanted = 255 * (straight if transfer == "srgb" else coded)
+    assert np.abs(through - wanted).max() <= 2
+    assert content == write_profile(transfer)
+    found = read((tmp_path / "a.tif").read_bytes())
+    assert found["transfer"] == transfer

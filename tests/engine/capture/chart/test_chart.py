@@ -139,7 +139,9 @@ def test_a_correction_in_a_file(tmp_path: Path) -> None:
     page = (tmp_path / "report.html").read_text()
     assert page.count("<tr>") == 25
     images = [base64.b64decode(each) for each in re.findall(r"data:image/png;base64,([^\"]*)", page)]
-    shown = [cv2.imdecode(np.frombuffer(each, np.uint8), cv2.IMREAD_COLOR)[20:28, 20:28, ::-1] for each in images]
+    decoded = [np.asarray(cv2.imdecode(np.frombuffer(each, np.uint8), cv2.IMREAD_COLOR)) for each in images]
+    shown = [each[20:28, 20:28, ::-1] for each in decoded]
+    assert found is not None
     near = [to_display8(each[None, None])[0, 0] for each in found[1].measured]
     off = [np.abs(one.mean(axis=(0, 1)) - other).max() for one, other in zip(shown, near, strict=True)]
     assert len(off) == 24
