@@ -88,15 +88,15 @@ def write_profile(transfer: Literal["srgb", "linear"]) -> bytes:
     from_d65 = adaptation(D65, D50)
     primaries = (from_d65 @ XYZ_FROM_SRGB).T
     numbers = (1.0,) if transfer == "linear" else (2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045)
-    curve = b"para" + struct.pack(">I2H", 0, 0 if transfer == "linear" else 3, 0) + _fixed(numbers)
+    curve = b"para" + struct.pack(">I2H", 0, 0 if transfer == "linear" else 3, 0) + _to_fixed_point(numbers)
     name = "Linear Rec. 709" if transfer == "linear" else "sRGB IEC61966-2.1"
     bodies = {
         b"desc": _words(name),
         b"cprt": _words("No rights reserved"),
-        b"wtpt": b"XYZ " + bytes(4) + _fixed(D50),
-        b"chad": b"sf32" + bytes(4) + _fixed(from_d65.ravel()),
+        b"wtpt": b"XYZ " + bytes(4) + _to_fixed_point(D50),
+        b"chad": b"sf32" + bytes(4) + _to_fixed_point(from_d65.ravel()),
         **{
-            tag: b"XYZ " + bytes(4) + _fixed(each)
+            tag: b"XYZ " + bytes(4) + _to_fixed_point(each)
             for tag, each in zip((b"rXYZ", b"gXYZ", b"bXYZ"), primaries, strict=True)
         },
         **dict.fromkeys((b"rTRC", b"gTRC", b"bTRC"), curve),
@@ -109,11 +109,11 @@ def write_profile(transfer: Literal["srgb", "linear"]) -> bytes:
             data += body + bytes(-len(body) % 4)
         table += struct.pack(">4s2I", tag, places[body], len(body))
     head = struct.pack(">I4sI", at + len(data), bytes(4), 0x04300000) + b"mntrRGB XYZ "
-    head += struct.pack(">6H", 2026, 1, 1, 0, 0, 0) + b"acsp" + bytes(28) + _fixed(D50)
+    head += struct.pack(">6H", 2026, 1, 1, 0, 0, 0) + b"acsp" + bytes(28) + _to_fixed_point(D50)
     return head.ljust(_HEADER_BYTES, b"\0") + struct.pack(">I", len(bodies)) + table + data
 
 
-def _fixed(numbers: ArrayLike) -> bytes:
+def _to_fixed_point(numbers: ArrayLike) -> bytes:
     """Numbers as signed fixed point of 16 bits after the point."""
     return np.rint(65536 * np.asarray(numbers, np.float64)).astype(">i4").tobytes()
 

@@ -215,7 +215,7 @@ def _raster(page: tifffile.TiffPage, samples: NDArray[Any], warnings: tuple[str,
     white = white_code(samples, bits) if bits == 16 and page.photometric != _PALETTE else (1 << bits) - 1
     space, invalid = None, ""
     try:
-        space = None if profile else _stated_space(page)
+        space = None if profile else _space_of_tags(page)
     except InvalidProfile as error:
         invalid = str(error)
     return Raster(
@@ -231,7 +231,7 @@ def _raster(page: tifffile.TiffPage, samples: NDArray[Any], warnings: tuple[str,
     )
 
 
-def _stated_space(page: tifffile.TiffPage) -> ColourSpace | None:
+def _space_of_tags(page: tifffile.TiffPage) -> ColourSpace | None:
     """The space of the tags WhitePoint, PrimaryChromaticities and TransferFunction (TIFF 6.0, section 20) of an image
     without an ICC profile, None where they state no other than sRGB; InvalidProfile for one that no image has."""
     if page.photometric not in (_RGB, _BLACK_IS_ZERO):
