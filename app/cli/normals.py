@@ -60,7 +60,9 @@ def report(result: dict[str, Any]) -> str:
     size = f"{result['width_px']} × {result['height_px']} texels"
     lines = [f"maps of {size} in {result['folder']}, from {result['photographs']} photographs"]
     if result["observed_slopes"] == "both":
-        lines.append(f"normals to {number(result['normal_sigma_deg'])}° (median), and the height")
+        count = result["height_regions"]
+        regions = f" of {count} regions, the steps between which are unknown" if count > 1 else ""
+        lines.append(f"normals to {number(result['normal_sigma_deg'])}° (median), and the height{regions}")
     else:
         azimuth = number(result["arc_azimuth_deg"])
         lines.append(f"the slope along {azimuth}° to {number(result['normal_sigma_deg'])}° (median); no height")

@@ -60,6 +60,9 @@ UNITS = {
 #: Texels at most of which shares are taken.
 SAMPLED = 1 << 18
 
+#: Colour of texels of unknown height.
+UNKNOWN = (230, 166, 60)
+
 GREY = np.repeat(np.arange(256, dtype=np.uint8)[:, None], 3, axis=1)
 
 Values = NDArray[np.float32]
@@ -67,10 +70,11 @@ Values = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """An image, its colours from 0 to `high` (0: no scale) with a caption, the values of the map and its error."""
+    """An image, its colours from `low` to `high` (equal: no scale), a caption, the values of the map and its error."""
 
     image: Image
     table: NDArray[np.uint8]
+    low: float
     high: float
     caption: str
     values: str
@@ -88,23 +92,35 @@ def show(surface: Surface, name: str, of_error: bool, texel_mm: float | None = N
     if name == "height" and texel_mm is not None:
         key, values, sigma = "height_mm", np.float32(texel_mm) * values, np.float32(texel_mm) * sigma
     _, unit, factor = UNITS[key]
-    said = (_range(key, values), error_words(key, sigma))
+    said = (_range(key, values), " ".join([error_words(key, sigma), *_explain_regions(name, surface.maps.region)]))
     if of_error:
         spread = factor * (sigma.mean(axis=2) if sigma.ndim == 3 else sigma)
-        high = max(float(np.quantile(_sample(spread), 0.99)), 1e-6)
+        sample = _sample(spread)
+        high = max(float(np.quantile(sample[np.isfinite(sample)], 0.99)), 1e-6) if np.isfinite(sample).any() else 1e-6
         image = yield from scalar_map(spread, high, colour_table())
-        return Shown(image, colour_table(), high, f"± {unit.split()[-1]}" if unit.strip() else "±", *said)
+        return Shown(image, colour_table(), 0.0, high, f"± {unit.split()[-1]}" if unit.strip() else "±", *said)
     if values.ndim == 3:
-        return Shown(pixels_image(preview(name, values)), GREY, 0.0, "", *said)
+        return Shown(pixels_image(preview(name, values)), GREY, 0.0, 0.0, "", *said)
     low, high = 0.0, 1.0
     if name == "height":
         low, high = (float(each) for each in np.quantile(_sample(values), (0.001, 0.999)))
     elif name == "specular":
         high = max(float(np.quantile(_sample(values), 0.995)), 1e-3)
     span = max(high - low, 1e-6)
-    image = yield from scalar_map(np.asarray(values - np.float32(low), np.float32), span, GREY)
-    caption = {"height": "texels", "height_mm": "mm"}.get(key, "")
-    return Shown(image, GREY, span, caption, *said)
+    above = np.asarray(values - np.float32(low), np.float32)
+    if name == "height":
+        caption = "texels" if key == name else "mm"
+        return Shown(_draw_height(above / span, sigma), GREY, low, low + span, caption, *said)
+    image = yield from scalar_map(above, span, GREY)
+    return Shown(image, GREY, low, low + span, "", *said)
+
+
+def _draw_height(share: Values, sigma: Values) -> Image:
+    """Shares (H, W) of the scale in grey, and texels of unknown height, which lie on depth edges, in colour."""
+    grey = (255.0 * np.clip(share, 0.0, 1.0)).astype(np.uint8)
+    pixels = np.repeat(grey[..., None], 3, axis=2)
+    pixels[~np.isfinite(sigma)] = UNKNOWN
+    return pixels_image(pixels)
 
 
 def error_words(name: str, sigma: Values) -> str:
@@ -116,6 +132,14 @@ def error_words(name: str, sigma: Values) -> str:
         return f"The {what} is unknown at most texels."
     further = f"95\u00a0% below {number(most)}{unit}" if most < 1e9 else "unknown at more than 5\u00a0% of the texels"
     return f"Median {what} uncertainty {number(half)}{unit} (1 sigma), {further}."
+
+
+def _explain_regions(name: str, region: Values | None) -> list[str]:
+    """What the uncertainty of a height with depth edges is relative to; empty for other maps."""
+    if name != "height" or region is None:
+        return []
+    count = int(region.max()) + 1
+    return [f"Each of {count} regions counts from its own mean: the steps between them, along the lines, are unknown."]
 
 
 def _range(name: str, values: Values) -> str:
@@ -291,8 +315,8 @@ class SurfacePage(QWidget):
     def _show(self, made: Shown) -> None:
         self.image.show_image(made.image)
         self.bar.table = made.table
-        self.bar.setVisible(made.high > 0.0)
-        self.bar.show_scale(made.high, made.caption)
+        self.bar.setVisible(made.high > made.low)
+        self.bar.show_scale(made.high, made.caption, made.low)
         self.values.setText(made.values)
         self.error.setText(made.error)
         self.error.show()

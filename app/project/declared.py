@@ -147,6 +147,7 @@ ARRAYS: Mapping[str, Mapping[str, str]] = {
         "f0": "H W!",
         "height": "H W!",
         "occlusion": "H W!",
+        "region": "H W!",
     },
     "Uncertainty": {
         "base_colour": "H W 3",

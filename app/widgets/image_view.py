@@ -77,7 +77,7 @@ def pixels_image(pixels: NDArray[np.uint8]) -> Image:
 def scalar_map(values: NDArray[np.float32], high: float, table: NDArray[np.uint8]) -> Steps[Image]:
     """The image of (H, W) values in [0, high] through a colour `table` (256, 3)."""
     yield Step(0.0, "preparing the map")
-    index = np.clip(np.nan_to_num(values) * (255.0 / max(high, 1e-30)), 0, 255).astype(np.uint8)
+    index = np.clip(np.clip(np.nan_to_num(values), 0.0, high) * (255.0 / max(high, 1e-30)), 0, 255).astype(np.uint8)
     return pixels_image(table[index])
 
 

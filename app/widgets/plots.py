@@ -215,25 +215,25 @@ class TexelPlot(Plot):
 
 
 class ColourBar(QWidget):
-    """The scale of a map: colours from 0 to `high`, with figures."""
+    """The scale of a map: colours from `low` to `high`, with figures."""
 
     def __init__(self, table: NDArray[np.uint8]) -> None:
         super().__init__()
         self.table = table
-        self.high = 0.0
+        self.low = self.high = 0.0
         self.caption = ""
         self.setFixedWidth(84)
 
-    def show_scale(self, high: float, caption: str) -> None:
-        """The value of the last colour, and what the colours mean."""
-        self.high, self.caption = high, caption
+    def show_scale(self, high: float, caption: str, low: float = 0.0) -> None:
+        """The values of the last and the first colour, and what the colours mean; no scale where they are equal."""
+        self.low, self.high, self.caption = low, high, caption
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self)
         colours = theme.current()
         painter.fillRect(self.rect(), QColor(colours.canvas))
-        if self.high <= 0:
+        if self.high <= self.low:
             return
         top, bottom = 40, self.height() - 24
         for y in range(top, bottom):
@@ -245,7 +245,7 @@ class ColourBar(QWidget):
         painter.setPen(QColor(colours.text))
         for share in (0.0, 0.25, 0.5, 0.75, 1.0):
             place = bottom - share * (bottom - top)
-            painter.drawText(QPointF(26, place + 4), plain(float(f"{share * self.high:.2g}")))
+            painter.drawText(QPointF(26, place + 4), plain(float(f"{self.low + share * (self.high - self.low):.2g}")))
 
 
 def colour_table(name: str = "cividis") -> NDArray[np.uint8]:

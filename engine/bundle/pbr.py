@@ -81,6 +81,9 @@ def _channels(maps: PbrMaps) -> dict[str, Maps]:
     for prefix, source in sources.items():
         for name in (*_ALWAYS, *_WHERE_KNOWN):
             values = getattr(source, name)
+            if name == "height" and source is maps.uncertainty and maps.region is not None:
+                # bundles hold no regions: heights of others than the largest are unknown to it
+                values = np.where(maps.region == 0.0, values, np.float32(np.inf))
             if values is not None:
                 planes = np.moveaxis(values, 2, 0) if values.ndim == 3 else [values]
                 channels |= zip(_names(f"{prefix}{name}"), planes, strict=True)

@@ -21,7 +21,7 @@ from engine.core.steps import Step, Steps
 from engine.exchange.coding import Coding, Handedness, Map, code, encode, round_values
 from engine.exchange.loss import Shown, maps_shown
 from engine.exchange.subject import Contents, Files, Settings, Subject
-from engine.surface.pbr_maps import DIELECTRIC_F0
+from engine.surface.pbr_maps import DIELECTRIC_F0, count_regions
 
 
 @dataclass(frozen=True)
@@ -226,6 +226,9 @@ def common_warnings(subject: Subject, places: Collection[str]) -> tuple[str, ...
             said = ("normals are flat: they are measured on photographs of these texels, and none were given",)
     if maps.observed.kind == "along the arc":
         said = ("normals tilt along the arc of the lamps alone",)
+    if maps.region is not None and "height" in places:
+        count = count_regions(maps)
+        said = (*said, f"the height has {count} regions, and the steps between them are unknown")
     if float(np.mean(maps.metallic * maps.roughness, dtype=np.float64)) > ROUGH_METAL:
         said = (*said, "rough metal looks up to half brighter where light between facets is added, as three.js does")
     left_out = [words for name, words in _NAMES.items() if name not in places and source(subject, name) is not None]

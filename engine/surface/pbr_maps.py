@@ -91,6 +91,9 @@ class PbrMaps(Summary):
     height : (H, W) in widths of a texel, mean 0; None where the slopes are not known.
     occlusion : (H, W) share of the hemisphere's diffuse light that relief leaves, in [0, 1]; None where not known.
     uncertainty : one standard deviation of each; None for maps of unknown origin.
+    region : (H, W) number of the region of a texel, from 0 by falling size; None for one region. Depth edges divide the
+        surface into regions, between which the step of the height is unknown. The height's standard deviation is that
+        from the mean of its region, and inf on the edges.
     """
 
     base_colour: Map
@@ -103,6 +106,7 @@ class PbrMaps(Summary):
     uncertainty: Uncertainty | None = None
     observed: ObservedSlopes = ObservedSlopes("both")
     errors: MapErrors = MapErrors()
+    region: Map | None = None
 
     def __post_init__(self) -> None:
         shape = self.roughness.shape
@@ -112,6 +116,7 @@ class PbrMaps(Summary):
             _check(name, getattr(self, name), shape, 0.0, 1.0)
         _check("normal", self.normal, shape, -1.0 - UNIT, 1.0 + UNIT)
         _check("height", self.height, shape, -np.inf, np.inf)
+        _check("region", self.region, shape, 0.0, shape[0] * shape[1])
         lengths = np.einsum("ijk,ijk->ij", self.normal, self.normal)
         if not np.abs(lengths - 1.0).max(initial=0.0) < 2.0 * UNIT:
             raise ValueError("normals must be unit vectors")
@@ -130,14 +135,19 @@ class PbrMaps(Summary):
     @property
     def size_bytes(self) -> int:
         """Bytes of all maps and their uncertainty."""
-        names = ("base_colour", "normal", "roughness", "metallic", "f0", "height", "occlusion")
-        found = [getattr(source, name) for source in (self, self.uncertainty) for name in names if source is not None]
+        names = ("base_colour", "normal", "roughness", "metallic", "f0", "height", "occlusion", "region")
+        found = [getattr(source, name, None) for source in (self, self.uncertainty) for name in names]
         return sum(values.nbytes for values in found if values is not None)
 
     def summary(self) -> dict[str, Any]:
         """Return what `repr` says."""
         height, width = self.size
         return {"size": f"{width} × {height} texels", "height": self.height is not None}
+
+
+def count_regions(maps: PbrMaps) -> int:
+    """Number of regions between which the steps of the height are unknown, at least 1."""
+    return 1 if maps.region is None else int(maps.region.max()) + 1
 
 
 @dataclass(frozen=True, eq=False)

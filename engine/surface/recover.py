@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 
 from engine.capture.calibration.separation import gain_sigma_of
 from engine.capture.stack import ImageStack
-from engine.core.figure_text import number
+from engine.core.figure_text import number, percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
 from engine.core.summary import Summary
+from engine.surface.depth_edges import add_torn, divide, find_beside, find_depth_edges
 from engine.surface.height import (
     LENS,
     disagreement,
@@ -30,13 +31,14 @@ from engine.surface.height import (
     height_deviation,
     height_from_slopes,
     lens_variance,
+    measure_relief,
     shift_variance,
 )
 from engine.surface.horizon import openness
 from engine.surface.lamps import Lamps, lamps
-from engine.surface.pbr_maps import DIELECTRIC_F0, Map, MapErrors, PbrMaps, Uncertainty
+from engine.surface.pbr_maps import DIELECTRIC_F0, Map, MapErrors, PbrMaps, Uncertainty, count_regions
 from engine.surface.reflectance import FEWEST_FOR_GLOSS, Array, fit_rows, kinds, metallic_roughness
-from engine.surface.relight import measure_relight_errors
+from engine.surface.relight import coefficients, measure_relight_errors
 from engine.surface.rig_error import rig_error
 from engine.texel.kernel import (
     COV_AB,
@@ -49,6 +51,7 @@ from engine.texel.kernel import (
     VAR_DIFFUSE,
     VAR_ROUGHNESS,
     VAR_SPECULAR,
+    show_texels,
 )
 
 #: Texels beyond the border that are mirrored for the shadows of relief, and the lowest light that counts there.
@@ -92,12 +95,20 @@ def recover(
     alike = yield from part(kinds(stack, used, seen, white), 0.0, 0.05)
     planes = _Planes(stack.radiance.shape[1], stack.radiance.shape[2], seen)
     diffuse_only = len(used) < FEWEST_FOR_GLOSS
-    for step in fit_rows(stack, used, seen, alike, diffuse_only):
+    shadows = beside = None
+    if seen.observed.kind == "both":
+        shadows = yield from part(find_depth_edges(stack, used, seen.direction), 0.05, 0.1)
+        beside = (
+            find_beside(shadows.mark((stack.radiance.shape[1], stack.radiance.shape[2])))
+            if len(shadows.places)
+            else None
+        )
+    for step in fit_rows(stack, used, seen, alike, diffuse_only, beside):
         first, last, found = step.partial
         if diffuse_only:
             found[:, SPECULAR : SPECULAR + 3] = DIELECTRIC_F0
         planes.put(first, last, found)
-        yield Step(0.05 + 0.55 * step.done, step.note)
+        yield Step(0.1 + 0.5 * step.done, step.note)
     blur, shift = _alignment_errors(stack, used)
     for channel in range(3):
         own = planes.sigma["base_colour"][..., channel]
@@ -110,9 +121,10 @@ def recover(
     of_relief = estimate_unresolved(planes.slope, blur) / (4.0 * planes.roughness**3)
     planes.sigma["roughness"] = np.minimum(np.hypot(planes.sigma["roughness"], of_relief), 0.5).astype(np.float32)
     fitted = time.perf_counter()
-    height = height_sigma = occlusion = occlusion_sigma = None
+    height = height_sigma = occlusion = occlusion_sigma = region = None
     doubts: list[Finding] = []
-    if seen.observed.kind == "both":
+    if shadows is not None:
+        edges = shadows.confirm(planes.slope, planes.predict)
         right, up = -planes.slope[..., 0].astype(np.float64), -planes.slope[..., 1].astype(np.float64)
         blurred, moved = (
             0.5 * (measure(planes.slope[..., 0], size) + measure(planes.slope[..., 1], size))
@@ -122,21 +134,31 @@ def recover(
         of_image = (blurred + moved) * (steep + 1.0) / steep**2
         planes.sigma["normal"] = np.sqrt(planes.sigma["normal"] ** 2 + of_image).astype(np.float32)
         variance = planes.variance + blurred + moved
-        solved = yield from part(height_from_slopes(right, up, variance), 0.6, 0.75)
-        excess = disagreement(solved, right, up, variance)
+        division = divide(edges)
+        solved = yield from part(height_from_slopes(right, up, variance, division), 0.6, 0.7)
+        excess, off = disagreement(solved, right, up, variance, division)
+        torn = add_torn(edges, off, excess)
+        if (torn & ~edges).any():
+            division = divide(torn)
+            again = height_from_slopes(right, up, variance, division, solved)
+            solved = yield from part(again, 0.7, 0.75)
+            excess, _ = disagreement(solved, right, up, variance, division)
+        if division is not None and division.count > 1:
+            region = division.region.astype(np.float32)
         planes.sigma["normal"] = np.minimum(planes.sigma["normal"] * np.sqrt(excess), 0.5 * np.pi).astype(np.float32)
         height = solved.astype(np.float32)
-        deviation = yield from part(height_deviation(excess * variance), 0.75, 0.8)
+        deviation = yield from part(height_deviation(excess * variance, division), 0.75, 0.8)
         yield Step(0.8, "estimating errors of the rig")
         of_rig, doubts = rig_error(stack, used, seen)
         normal_sigma = np.hypot(planes.sigma["normal"], of_rig)
         planes.sigma["normal"] = np.minimum(normal_sigma, 0.5 * np.pi).astype(np.float32)
         # what the lens flattens, it flattens everywhere: heights are short by the same part as slopes
         share = float(np.sqrt(2.0 * blurred.mean(dtype=np.float64) / max((right**2 + up**2).mean(), 1e-12)))
+        relief = measure_relief(solved, division)
         # slopes that err alike over the image bend it: their error times half the way from its middle
         rows, columns = (np.arange(size) - 0.5 * (size - 1) for size in solved.shape)
         bent = 0.5 * of_rig * np.hypot(rows[:, None], columns[None])
-        height_sigma = np.sqrt(deviation**2 + (share * solved) ** 2 + bent**2).astype(np.float32)
+        height_sigma = np.sqrt(deviation**2 + (share * relief) ** 2 + bent**2).astype(np.float32)
         occlusion = yield from part(_open_part(height), 0.8, 0.85)
         # the open part is the mean of cos² of horizons, which err as the normals do
         hidden = np.sqrt(occlusion * (1.0 - occlusion))
@@ -157,6 +179,7 @@ def recover(
         Uncertainty(**planes.sigma, height=height_sigma, occlusion=occlusion_sigma),
         seen.observed,
         figures,
+        region,
     )
     seconds = {"fit": fitted - start, "height": solved_at - fitted, "errors": time.perf_counter() - solved_at}
     return Surface(maps, seen, alike.white, _health(maps, alike.white, len(used), doubts), seconds)
@@ -228,6 +251,18 @@ class _Planes:
         self.sigma["metallic"][rows], self.sigma["f0"][rows] = reshape(made.metallic_sigma), reshape(made.f0_sigma)
         self.sigma["roughness"][rows] = reshape(np.minimum(np.sqrt(found[:, VAR_ROUGHNESS]), 0.5))
 
+    def predict(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Array:
+        """(N, E) radiance of texels at `rows` and `columns` (E,) under each lamp, as the maps show it."""
+        at = (rows, columns)
+        diffuse, specular = coefficients(self.base_colour[at], self.metallic[at][:, None], self.f0[at][:, None])
+        cosine, sine = np.cos(self.seen.turn), np.sin(self.seen.turn)
+        right, up = self.slope[at].T.astype(np.float64)
+        turned = np.stack([cosine * right + sine * up, cosine * up - sine * right], axis=1)
+        towards = self.seen.observe_from(rows, columns, *self.roughness.shape)
+        image = np.empty((len(towards), len(rows), 3), np.float32)
+        show_texels(turned, self.roughness[at], diffuse, specular, towards, image)
+        return np.asarray(image.mean(axis=-1), np.float64)
+
 
 def _angle(along: Array, across: Array, a: Array, b: Array, c: Array) -> Array:
     """Root mean square angle (radians) by which normals err, for slopes with variances a and b and covariance c.
@@ -256,6 +291,10 @@ def _health(maps: PbrMaps, white: float, photographs: int, doubts: list[Finding]
         azimuth = number(math.degrees(maps.observed.azimuth))
         text = f"the lamps stand on one arc: only the slope along {azimuth}° is observed, across it the surface is "
         findings.append(Finding(Verdict.WARNING, text + "shown as flat, and there is no height"))
+    if maps.region is not None:
+        share = percent(float(np.mean(maps.region == 0.0)))
+        text = f"depth edges divide the surface into {count_regions(maps)} regions, the largest with {share} of it: "
+        findings.append(Finding(Verdict.WARNING, f"{text}the height steps between them by amounts that are unknown"))
     if photographs < FEWEST_FOR_GLOSS:
         text = f"{photographs} photographs do not tell highlights: roughness and reflectance are those of plastic"
         findings.append(Finding(Verdict.WARNING, text))

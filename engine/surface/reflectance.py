@@ -30,6 +30,7 @@ from engine.capture.stack import ImageStack
 from engine.core.steps import Step, Steps, part
 from engine.shading.directional.left_out import Texels
 from engine.storage.file_array import FileArray
+from engine.surface.depth_edges import find_shadows
 from engine.surface.lamps import Lamps
 from engine.surface.pbr_maps import DIELECTRIC_F0
 from engine.texel.kernel import (
@@ -93,6 +94,9 @@ ROUGHNESS_DEVIATION = 0.03
 
 #: Blocks of neighbouring lamps, the photographs in one at least, and every which texel of the sample they are tried on.
 BLOCKS, FEWEST_IN_BLOCK, EVERY = 8, 2, 4
+
+#: Mean residual of a fit without shadows, over that with them, below which it counts.
+EXPLAINED_BETTER = 0.8
 
 #: Share of texels that may be brighter than white.
 ABOVE_WHITE = 1e-3
@@ -365,9 +369,18 @@ def _evaluate_metallic(
 
 
 def fit_rows(
-    stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, kinds: Kinds, lambertian: bool = False
+    stack: ImageStack,
+    used: NDArray[np.int64],
+    lamps: Lamps,
+    kinds: Kinds,
+    lambertian: bool = False,
+    beside_edges: NDArray[np.bool_] | None = None,
 ) -> Steps[None]:
-    """Fit block after block of rows; each step's `partial` is (first, last, found)."""
+    """Fit block after block of rows; each step's `partial` is (first, last, found).
+
+    Texels `beside_edges` (H, W) are fitted without the photographs in which they are dark, where these show the others
+    far better: where more than half of the lamps are hidden, a robust fit takes those that are not for outliers.
+    """
     count, height, width = len(used), stack.radiance.shape[1], stack.radiance.shape[2]
     block = max(1, BLOCK_VALUES // (3 * count * width * (1 if stack.diffuse is None else 2)))
     for first in range(0, height, block):
@@ -375,6 +388,20 @@ def fit_rows(
         some = texels(stack, used, first, last)
         towards = lamps.observe_from(some.rows, some.columns, height, width)
         found = fit(some, towards, lamps, kinds, lambertian)
+        if beside_edges is not None and beside_edges[first:last].any():
+            shadows = find_shadows(stack, used, first, last)
+            at = np.flatnonzero(beside_edges[first:last].ravel() & shadows.any(axis=0))
+            own = towards[:, at] if towards.shape[1] > 1 else towards
+            near = some.take(at)
+            lit = replace(near, usable=near.usable & ~shadows[:, at])
+            other = fit(lit, own, lamps, kinds, lambertian)
+            # what is dark beside the highlight of a metal is no shadow, and explained with the rest
+            left = [
+                _measure_unexplained(each, own, values, kinds.white) / np.maximum(each.usable.sum(axis=0), 1)
+                for each, values in ((near, found[at]), (lit, other))
+            ]
+            better = left[1] < EXPLAINED_BETTER * left[0]
+            found[at[better]] = other[better]
         yield Step(last / height, "finding slopes and reflectance", (first, last, found))
 
 

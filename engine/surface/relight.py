@@ -120,13 +120,13 @@ def _predict(found: Array, towards: Array, alike: Kinds, lambertian: bool) -> ND
     if not lambertian:
         variance = found[:, (VAR_DIFFUSE, VAR_SPECULAR, COV_REFLECTANCE)]
         made = metallic_roughness(diffuse, specular, variance)
-        diffuse, specular = _coefficients(made.base_colour, made.metallic[:, None], made.f0[:, None])
+        diffuse, specular = coefficients(made.base_colour, made.metallic[:, None], made.f0[:, None])
     image = np.empty((len(towards), len(found), 3), np.float32)
     show_texels(np.ascontiguousarray(found[:, :2]), found[:, ROUGHNESS], diffuse, specular, towards, image)
     return image * np.float32(alike.white)
 
 
-def _coefficients(base: Values, metallic: Values, f0: Values) -> tuple[Array, Array]:
+def coefficients(base: Values, metallic: Values, f0: Values) -> tuple[Array, Array]:
     """ρ and F (T, 3) of metallic-roughness."""
     specular = f0 * (1.0 - metallic) + base * metallic
     return np.asarray(base * (1.0 - metallic) * (1.0 - specular), np.float64), np.asarray(specular, np.float64)

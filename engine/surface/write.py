@@ -1,9 +1,10 @@
 """The folder of maps: an EXR for each map and each standard deviation, PNG previews, and `surface.json`.
 
 EXR maps are linear: colours are linear sRGB, normals components in [−1, 1] (x right, y up, z out of the image),
-heights widths of a texel, whose size in millimetres the record states where it is known. Previews are for looking:
-colours, also that of the highlight, in sRGB codes (a specular of 0.04 is code 56), normals as (n + 1) / 2, and height
-from its lowest to its highest.
+heights widths of a texel, whose size in millimetres the record states where it is known. Where depth edges divide the
+surface into regions, between which the height steps by an unknown amount, `region` holds their numbers from 0. Previews
+are for looking: colours, also that of the highlight, in sRGB codes (a specular of 0.04 is code 56), normals as
+(n + 1) / 2, and height from its lowest to its highest.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from engine.core.colour import srgb_encode
 from engine.core.steps import Step, Steps
 from engine.images.encode import encode_png, rgb_channels, write_exr
 from engine.storage.atomic import atomic_folder, write_bytes, write_json
-from engine.surface.pbr_maps import PbrMaps
+from engine.surface.pbr_maps import PbrMaps, count_regions
 from engine.surface.recover import Surface
 
 #: By this file a folder of maps is known.
@@ -36,6 +37,7 @@ FILES = {
     "f0": "specular",
     "height": "height",
     "occlusion": "occlusion",
+    "region": "region",
 }
 
 #: Standard deviations at which previews of uncertainty are white.
@@ -50,7 +52,7 @@ def find_known_maps(maps: PbrMaps) -> dict[str, NDArray[np.float32]]:
         if values is None:
             continue
         found[name] = values
-        if maps.uncertainty is not None:
+        if maps.uncertainty is not None and field != "region":
             found[f"{name}_sigma"] = getattr(maps.uncertainty, field)
     return found
 
@@ -64,6 +66,9 @@ def preview(name: str, values: NDArray[np.float32]) -> NDArray[np.uint8]:
     elif name == "height":
         low, high = np.quantile(values, (0.001, 0.999))
         shown = (values - low) / max(float(high - low), 1e-9)
+    elif name == "region":
+        # neighbouring numbers get grey levels that are far apart
+        shown = np.where(values > 0.0, 0.25 + 0.75 * (0.618034 * values % 1.0), 0.0)
     elif name.endswith("_sigma"):
         shown = values / WHITE_SIGMA.get(name.removesuffix("_sigma"), 0.25)
     else:
@@ -92,6 +97,7 @@ def record(surface: Surface, provenance: Mapping[str, Any]) -> dict[str, Any]:
         "in_sample_rmse_srgb8": _finite(errors.in_sample),
         "leave_one_out_rmse_srgb8": _finite(errors.left_out),
         "mean_picture_rmse_srgb8": _finite(errors.mean_picture),
+        "height_regions": None if maps.height is None else count_regions(maps),
         "normal_sigma_deg": _finite(math.degrees(errors.normal_sigma)),
         "maps": {
             name: {
@@ -100,7 +106,7 @@ def record(surface: Surface, provenance: Mapping[str, Any]) -> dict[str, Any]:
                 "median_sigma": _finite(float(np.median(known[f"{name}_sigma"]))) if f"{name}_sigma" in known else None,
             }
             for name, values in known.items()
-            if not name.endswith("_sigma")
+            if not name.endswith("_sigma") and name != "region"
         },
         "seconds": surface.seconds,
         "warnings": surface.health.warnings,

@@ -44,6 +44,16 @@ class Texels:
             None if self.diffuse is None else self.diffuse[photographs, ::every],
         )
 
+    def take(self, at: NDArray[np.int64]) -> Texels:
+        """Return the texels at the positions `at`."""
+        return Texels(
+            np.ascontiguousarray(self.radiance[:, at]),
+            self.usable[:, at],
+            self.rows[at],
+            self.columns[at],
+            None if self.diffuse is None else np.ascontiguousarray(self.diffuse[:, at]),
+        )
+
     @cached_property
     def codes(self) -> NDArray[np.float32]:
         """(N, T, 3) codes of 8-bit sRGB as real numbers, up to the white level."""

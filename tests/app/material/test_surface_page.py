@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QFileDialog
 
 from app.commands.surface import surface_of
 from app.document.document import Project
-from app.material.surface_page import error_words
+from app.material.surface_page import UNKNOWN, error_words, show
 from app.project.project_file import History, Writer, read
 from app.window.main_window import MainWindow
 from engine.capture.stack import ImageStack
@@ -55,6 +55,15 @@ def make_dome() -> tuple[ImageStack, Surface]:
     """A dome and its maps."""
     stack = dome()
     return stack, drain(recover(stack, np.arange(len(stack.sources))))
+
+
+def divide(surface: Surface) -> Surface:
+    """The surface with its left part as a region of its own, beyond a column of unknown height."""
+    maps = surface.maps
+    region, sigma = np.zeros(maps.size, np.float32), np.ones(maps.size, np.float32)
+    region[:, :3], sigma[:, 3] = 1.0, np.inf
+    uncertainty = dataclasses.replace(present(maps.uncertainty), height=sigma)
+    return dataclasses.replace(surface, maps=dataclasses.replace(maps, uncertainty=uncertainty, region=region))
 
 
 def list_given(window: MainWindow, qtbot: Any) -> None:
@@ -181,7 +190,7 @@ def test_maps_are_written_to_a_folder(
 
 
 def test_maps_are_read_from_a_project_as_they_were_written(tmp_path: Path) -> None:
-    _, surface = make_dome()
+    surface = divide(make_dome()[1])
     path = tmp_path / "dome.lap"
     writer = Writer(path)
     writer.write(History(Project(surface=surface, name="Coin")))
@@ -194,6 +203,23 @@ def test_maps_are_read_from_a_project_as_they_were_written(tmp_path: Path) -> No
     before, after = find_known_maps(surface.maps), find_known_maps(again.maps)
     assert before.keys() == after.keys()
     assert all(np.array_equal(before[name], after[name]) for name in before)
+
+
+def test_heights_have_their_scale_and_regions_are_explained() -> None:
+    surface = divide(make_dome()[1])
+    rows, columns = np.indices(surface.maps.size)
+    height = (rows - 3.0 * columns - 5.0).astype(np.float32)
+    surface = dataclasses.replace(surface, maps=dataclasses.replace(surface.maps, height=height))
+    shown = drain(show(surface, "height", of_error=False))
+    assert (shown.low, shown.high) == pytest.approx(np.quantile(height.astype(float), (0.001, 0.999)))
+    assert shown.values == f"{number(shown.low)} to {number(shown.high)}"
+    assert "2 regions counts from its own mean" in shown.error
+    image = present(shown.image).levels[0]
+    unknown, known = image.pixelColor(3, 2), image.pixelColor(4, 2)
+    assert (unknown.red(), unknown.green(), unknown.blue()) == UNKNOWN
+    assert known.red() == known.blue()
+    assert np.isfinite(drain(show(surface, "height", of_error=True)).high)
+    assert "regions" not in drain(show(surface, "normal", of_error=False)).error
 
 
 def test_errors_are_said_in_words() -> None:

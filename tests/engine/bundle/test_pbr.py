@@ -62,6 +62,21 @@ def test_every_bit_comes_back(maps: PbrMaps, name: str, tmp_path: Path) -> None:
     assert verify_bundle(path).problems == ()
 
 
+def test_heights_of_other_regions_than_the_largest_are_unknown_in_a_bundle(tmp_path: Path) -> None:
+    maps = uncertain_maps()
+    region = np.zeros(maps.size, np.float32)
+    region[:, :2] = 1.0
+    material = material_of_maps(dataclasses.replace(maps, region=region), "rock")
+    found = open_bundle(drain(save_bundle(tmp_path / "rock.lightarc", material))).pbr
+    assert found is not None
+    assert found.uncertainty is not None
+    assert found.uncertainty.height is not None
+    np.testing.assert_array_equal(np.isinf(found.uncertainty.height[:, :2]), True)
+    assert maps.uncertainty is not None
+    assert maps.uncertainty.height is not None
+    np.testing.assert_array_equal(found.uncertainty.height[:, 2:], maps.uncertainty.height[:, 2:])
+
+
 def test_maps_without_height_stay_without(tmp_path: Path) -> None:
     maps = dataclasses.replace(measure_maps(), height=None, occlusion=None)
     found = open_bundle(drain(save_bundle(tmp_path / "flat.lightarc", material_of_maps(maps, "flat")))).pbr

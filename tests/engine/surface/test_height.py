@@ -8,6 +8,7 @@ from scipy import sparse
 from scipy.sparse.linalg import lsqr
 
 from engine.core.steps import drain
+from engine.surface.depth_edges import Division
 from engine.surface.height import _bound, disagreement, height_deviation, height_from_slopes
 
 
@@ -82,8 +83,8 @@ def test_slopes_of_no_height_disagree_and_noise_as_stated_does_not() -> None:
     right, up = 0.1 * rng.standard_normal((2, 96, 96))
     variance = np.full((96, 96), 0.01)
     height = drain(height_from_slopes(right, up, variance))
-    assert np.median(disagreement(height, right, up, variance)) < 1.25
-    assert np.median(disagreement(height, right, up, variance / 16.0)) > 4.0
+    assert np.median(disagreement(height, right, up, variance)[0]) < 1.25
+    assert np.median(disagreement(height, right, up, variance / 16.0)[0]) > 4.0
 
 
 def test_variances_of_nothing_but_zeros_stay_positive() -> None:
@@ -91,3 +92,39 @@ def test_variances_of_nothing_but_zeros_stay_positive() -> None:
     bounded = _bound(np.zeros((2, 3)))
     assert (bounded > 0.0).all()
     assert np.isfinite(1.0 / bounded).all()
+
+
+def test_steps_between_regions_leave_the_height_of_each_as_it_is() -> None:
+    row, column = np.mgrid[:48, :64]
+    height = 2.0 * np.sin(row / 9.0) + 0.1 * column
+    out = np.hypot(column - 30, row - 24)
+    division = Division(np.abs(out - 12.0) < 1.5, (out < 12.0).astype(np.int32))
+    right, up = slopes(height)
+    torn = right + 3.0 * division.edges * np.sign(column - 30)  # slopes on the border mean nothing
+    variance = np.full(height.shape, 1e-4)
+    found = drain(height_from_slopes(torn, up, variance, division))
+    for each in range(2):
+        inner = (division.region == each) & ~division.edges
+        off = (found - height)[inner]
+        assert np.abs(off - off.mean()).max() < 0.05
+    assert np.abs((found - height) - (found - height).mean()).max() < 2.0  # regions lie on one level
+    whole = drain(height_from_slopes(torn, up, variance))
+    assert np.ptp((whole - height)[~division.edges]) > 0.3
+    excess, off = disagreement(whole, torn, up, variance)
+    assert (off[division.edges] > 0.2).mean() > 0.3
+    assert np.median(disagreement(found, torn, up, variance, division)[0]) < 1.5 < np.median(excess)
+
+
+def test_the_deviation_in_a_region_counts_from_its_own_mean() -> None:
+    rng = np.random.default_rng(5)
+    variance = np.full((40, 60), 0.04)
+    division = Division(np.zeros((40, 60), np.bool_), np.zeros((40, 60), np.int32))
+    division.edges[:, 39:42], division.region[:, 41:] = True, 1
+    errors = 0.2 * rng.standard_normal((24, 2, 40, 60))
+    drawn = np.array([drain(height_from_slopes(right, up, variance, division)) for right, up in errors])
+    stated = drain(height_deviation(variance, division))
+    assert np.isinf(stated[division.edges]).all()
+    for part in (np.s_[:, :39], np.s_[:, 42:]):
+        own = drawn[(slice(None), *part)]
+        own = own - own.mean(axis=(1, 2), keepdims=True)
+        assert np.sqrt(np.mean(stated[part] ** 2)) == pytest.approx(np.std(own), rel=0.35)

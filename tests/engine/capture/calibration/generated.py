@@ -119,7 +119,7 @@ def render(capture: Capture) -> Rendered:
     places = np.stack(
         [(columns + 0.5) * unit - 0.5, (0.5 * capture.height - 0.5 - rows) * unit, height - height.mean()], axis=-1
     )
-    colour = _colour(height.shape, random)
+    colour = draw_colour(height.shape, random)
     directions = dome(capture.lamps, random)
     gains = random.uniform(*capture.gains, capture.lamps)
     shifts = _shifts(capture, random)
@@ -127,7 +127,7 @@ def render(capture: Capture) -> Rendered:
     room = capture.room * _room(places, normals, colour, side, unit)
     photographs = []
     for direction, gain, shift in zip(directions, gains, shifts, strict=True):
-        lit = room + gain * _find_lit(places, normals, colour, direction, capture, unit)
+        lit = room + gain * find_lit(places, normals, colour, direction, capture, unit)
         if capture.motion_px:
             lit = np.stack(
                 [ndimage.shift(lit[..., band], shift[::-1], order=3, mode="nearest") for band in range(3)], -1
@@ -231,7 +231,7 @@ def _height(capture: Capture, random: np.random.Generator) -> Array:
     return found * (capture.steepness / math.sqrt(float((down**2 + right**2).mean()))) / capture.width
 
 
-def _colour(shape: tuple[int, int], random: np.random.Generator) -> Array:
+def draw_colour(shape: tuple[int, int], random: np.random.Generator) -> Array:
     """(H, W, 3) reflectance: broad patches of colour with a fine grain."""
     broad = [ndimage.gaussian_filter(random.standard_normal(shape), 12.0, mode="nearest") for _ in range(3)]
     fine = ndimage.gaussian_filter(random.standard_normal(shape), 1.2, mode="nearest")
@@ -249,7 +249,7 @@ def _shifts(capture: Capture, random: np.random.Generator) -> Array:
     return np.clip(np.cumsum(steps, axis=0), -MARGIN + 2.0, MARGIN - 2.0)
 
 
-def _find_lit(places: Array, normals: Array, colour: Array, direction: Array, capture: Capture, unit: float) -> Array:
+def find_lit(places: Array, normals: Array, colour: Array, direction: Array, capture: Capture, unit: float) -> Array:
     """(H, W, 3) radiance under a lamp of unit intensity."""
     if math.isfinite(capture.distance):
         way = capture.distance * direction - places
