@@ -229,7 +229,8 @@ def import_capture(
     size : (int, int), optional
         (width, height) of the images in the stack, with `crop` or `corners`.
     dark, flat : path, 'auto' or 'none'
-        Photographs without light, and of an even white surface; 'auto' for those found beside the photographs.
+        Photographs without light, and of an even white surface; 'auto' for those found beside the photographs. A folder
+        has one of each lamp, named as the photographs or in their order.
     lamp_distance : float, optional
         Distance of a near lamp from the middle of the photograph, in its widths.
     equalise : 'object' or tuple, optional

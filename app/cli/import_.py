@@ -137,11 +137,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--size", type=_size, metavar="WIDTHxHEIGHT", help="size of the images in the stack, with --corners or --crop"
     )
     parser.add_argument(
-        "--dark", type=Input(Path), metavar="FILE", help="photograph without light, which is subtracted"
+        "--dark",
+        type=Input(Path),
+        metavar="FILE|FOLDER",
+        help="photograph without light, which is subtracted; or a folder with one of each lamp, named as the "
+        "photographs or in their order",
     )
     flat = parser.add_mutually_exclusive_group()
     flat.add_argument(
-        "--flat", type=Input(Path), metavar="FILE", help="photograph of an even white surface, which is divided out"
+        "--flat",
+        type=Input(Path),
+        metavar="FILE|FOLDER",
+        help="photograph of an even white surface, which is divided out; or a folder with one under each lamp, which "
+        "divides out the intensity and the fall-off of each as well",
     )
     flat.add_argument("--no-flat", action="store_true", help="do not use the flat field beside the photographs")
     parser.add_argument(

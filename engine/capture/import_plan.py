@@ -26,14 +26,14 @@ from engine.capture.chart.file import read_chart
 from engine.capture.chart.file import text_of as chart_text
 from engine.capture.chart.find import Chart, find_chart
 from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread, usual_motion
-from engine.capture.lights.file_names import join_names, printable
+from engine.capture.lights.file_names import join_names, natural, printable, stem_of
 from engine.capture.lights.lamp_gains import lamp_gains
 from engine.capture.lights.list_forms import LISTED, check_form, in_form
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.selection import Selection, select
-from engine.capture.lights.sources import Pairs, Sources
+from engine.capture.lights.sources import Pairs, Sources, photographs_in
 from engine.capture.lights.sphere_lights import measure_lights
-from engine.capture.photograph.calibration import Calibration, read_calibration
+from engine.capture.photograph.calibration import Calibration, measure_level, read_calibration
 from engine.capture.photograph.decode import Unreadable, WhiteBalance, read_photograph
 from engine.capture.photograph.exposures import Exposure, Noted, Scale, exposure_scale, read_noted_exposure
 from engine.capture.photograph.grey_patch import GreyPatch, balance_of
@@ -80,7 +80,8 @@ class ImportSettings:
     control_points : by file name, pairs (x and y in the reference photograph, x and y in this one) that a user
         marked where alignment fails; they are added to those that the sources give, or replace them. No pairs for a
         name take those away that the sources give.
-    dark, flat : calibration frames: 'auto' for those found among the sources, 'none', or a file.
+    dark, flat : calibration frames: 'auto' for those found among the sources, 'none', a file, or a folder with a frame
+        of each lamp, named as the photographs or in their order.
     lamp_distance : of a near lamp in widths of the image, infinite for a distant one; None for what the sources say.
     lights : the lights that are kept, None for all.
     second_sphere : outline of a second mirror sphere, or 'auto'; with it the lamps are near, and their positions known.
@@ -175,6 +176,13 @@ class Plan:
     pair_shift: PairShift | None = None
 
     @property
+    def nearness(self) -> float:
+        """Inverse distance of the lamps in widths of the image, 0 for distant ones."""
+        if not self.calibration.flats:
+            return 1.0 / self.calibration.lamp_distance
+        return 1.0 / (self.settings.lamp_distance or self.sources.lamp_distance or math.inf)
+
+    @property
     def has_pairs(self) -> bool:
         """True where the photographs are pairs under parallel and crossed polarisers."""
         return bool(self.sources.crossed)
@@ -200,6 +208,8 @@ class Plan:
     def as_json(self) -> dict[str, Any]:
         """The settled choices as JSON, for the provenance."""
         patch, sphere, distance = self.settings.white_balance, self.sources.sphere, self.calibration.lamp_distance
+        if self.calibration.flats:
+            distance = 1.0 / self.nearness if self.nearness else math.inf
         marked, unpacked = self.settings.control_points, self.sources.unpacked
         return {
             "notes": self.sources.notes,
@@ -209,6 +219,8 @@ class Plan:
             "highlights_px": self._highlights(),
             "dark": printable(self.dark) if self.dark else None,
             "flat": printable(self.flat) if self.flat else None,
+            "flat_of_lamps": self._names_of_frames(self.calibration.flats),
+            "dark_of_lamps": self._names_of_frames(self.calibration.darks),
             "lamp_distance_widths": distance if math.isfinite(distance) else None,
             "reference_exposure_s": self.scale.reference,
             "grey_patch_px": [patch.left, patch.top, patch.width, patch.height]
@@ -229,6 +241,9 @@ class Plan:
             "calibration_undecided_deg": self.undecided_deg,
             "control_points_px": {name: [list(map(float, one)) for one in pairs] for name, pairs in marked.items()},
         }
+
+    def _names_of_frames(self, frames: Mapping[Path, Path]) -> dict[str, str] | None:
+        return {printable(path): printable(frames[path]) for path in self.sources.photographs if path in frames} or None
 
     def _polarisation(self) -> dict[str, Any] | None:
         if self.separation is None:
@@ -267,6 +282,8 @@ class Plan:
             and not self.has_pairs
             and frames.dark is None
             and frames.gain is None
+            and not frames.flats
+            and not frames.darks
             and not math.isfinite(frames.lamp_distance)
         )
         factors = [*self.scale.factor.values(), *frames.balance, *self.gains.tolist()]
@@ -288,9 +305,13 @@ class Plan:
             return ()
         chosen = CALIBRATED if self.settings.calibrate == "auto" else self.settings.calibrate
         stated = {
-            "distance": self.settings.lamp_distance is not None or self.sources.lamp_distance is not None,
-            "gains": self.settings.equalise is not None or bool(self.sources.lamp_gains),
-            "ambient": self.dark is not None,
+            "distance": self.settings.lamp_distance is not None
+            or self.sources.lamp_distance is not None
+            or bool(self.calibration.flats),
+            "gains": self.settings.equalise is not None
+            or bool(self.sources.lamp_gains)
+            or bool(self.calibration.flats),
+            "ambient": self.dark is not None or bool(self.calibration.darks),
             "motion": bool(self.settings.control_points),
             "lights": self.sources.sphere is not None or self.settings.lights_form != LISTED,
         }
@@ -328,9 +349,13 @@ def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     if settings.equalise is not None:
         gains = yield from part(lamp_gains(sources, settings.equalise, scale, reading), 0.6, 0.7)
         sources = replace(sources, findings=(*sources.findings, _about_gains(settings, gains)))
+    darks, flats = (_frames_of_lamps(choice, sources) for choice in (settings.dark, settings.flat))
     dark, flat = (
-        _frame(choice, found) for choice, found in ((settings.dark, sources.dark), (settings.flat, sources.flat))
+        None if apart else _frame(choice, found)
+        for apart, choice, found in ((darks, settings.dark, sources.dark), (flats, settings.flat, sources.flat))
     )
+    if flats and dark is not None:
+        darks, dark = dict.fromkeys(sources.photographs, dark), None
     balance: WhiteBalance = "none"
     for_images = (1.0, 1.0, 1.0)
     if isinstance(settings.white_balance, GreyPatch):
@@ -345,7 +370,21 @@ def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     distance = settings.lamp_distance or sources.lamp_distance or math.inf
     sources = replace(sources, findings=(*sources.findings, *_about_near_lamp(distance, sources.azimuth)))
     options = {"white_balance": balance, **reading}
-    calibration = yield from part(read_calibration(dark, flat, distance, for_images, options), 0.9, 1.0)
+    fall_off = math.inf if flats else distance  # which the flat field of a lamp shows as well
+    calibration = yield from part(read_calibration(dark, flat, fall_off, for_images, options), 0.9, 0.95)
+    if flats or darks:
+        of_pairs = [(one, other) for one, other in sources.crossed.items() if one in sources.photographs]
+        flats, darks = (
+            {**frames, **{other: frames[one] for one, other in of_pairs if one in frames}} for frames in (flats, darks)
+        )
+        calibration = replace(calibration, flats=flats, darks=darks, options=options)
+    if flats:
+        elevations = dict(zip(sources.photographs, sources.elevation.tolist(), strict=True))
+        own = {path: flats[path] for path in sources.photographs}
+        level = yield from part(measure_level(own, darks, elevations, options), 0.95, 0.97)
+        calibration = replace(calibration, level=level)
+        text = "Each lamp was divided by its own flat field, so that all are equally bright and even over the sample"
+        sources = replace(sources, findings=(*sources.findings, Finding(Verdict.NOTE, text)))
     chart, size_of_pixel = None, None
     if settings.chart is not None:
         chart, found = yield from part(_read_chart(settings.chart, sources, calibration, options), 0.95, 1.0)
@@ -423,6 +462,27 @@ def _about_gains(settings: ImportSettings, gains: NDArray[np.float64]) -> Findin
         f"Lamps were equalised by {source}: their intensities were {gains.min():.2f} to {gains.max():.2f} of the median"
     )
     return Finding(Verdict.NOTE, text + of_object)
+
+
+def _frames_of_lamps(choice: Path | str, sources: Sources) -> dict[Path, Path]:
+    """The frame of each lamp by its photograph, from a folder; empty where a choice is no folder.
+
+    InputError for a folder whose files do not belong to the photographs.
+    """
+    if not isinstance(choice, Path) or not choice.is_dir():
+        return {}
+    if any(len(light) > 1 for light in sources.exposures):
+        problem = "holds frames of each lamp, and the photographs are several exposures of each"
+        raise InputError(choice, problem, "Give one frame for all, or one exposure of each light")
+    frames = photographs_in(choice)
+    names = {stem_of(frame): frame for frame in frames}
+    if len(names) == len(frames) and {stem_of(path) for path in sources.photographs} <= names.keys():
+        return {path: names[stem_of(path)] for path in sources.photographs}
+    if len(frames) != len(sources.photographs):
+        problem = f"holds {len(frames)} frames for {len(sources.photographs)} photographs, with other names"
+        raise InputError(choice, problem, "Give one frame for each photograph, with its name or in the same order")
+    ordered = sorted(sources.photographs, key=lambda path: natural(path.name))
+    return dict(zip(ordered, frames, strict=True))
 
 
 def _frame(choice: Path | str, found: Path | None) -> Path | None:

@@ -58,6 +58,15 @@ def contradictions(lights: Sequence[Light]) -> list[Finding]:
     photographs = [photograph for light in lights for photograph in light]
     findings = [finding for warning, names in _by_warning(photographs).items() for finding in _about(warning, names)]
     findings += [Finding(Verdict.NOTE, f"Colour profile {name} was applied") for name in profiles(lights)]
+    findings += [
+        Finding(
+            Verdict.NOTE,
+            f"Colours of {camera} were converted to linear Rec.709 by the camera matrix of {source}, without a profile",
+        )
+        for camera, source in sorted(
+            {(one.camera or "the camera", one.matrix_source) for one in photographs if one.matrix_source}
+        )
+    ]
     for text, key in (
         ("Bit depths differ: {}. Each is scaled by its own white level", lambda p: f"{p.bit_depth} bit"),
         ("Cameras differ: {}. Leave out those that do not belong", lambda p: p.camera or "unknown"),
@@ -139,6 +148,8 @@ def about_lights(
             "black_level": list(light[0].black_level),
             "white_level": list(light[0].white_level),
             "white_balance": list(light[0].white_balance),
+            "camera_matrix": list(light[0].camera_matrix) or None,
+            "matrix_source": light[0].matrix_source or None,
             "exposures": [
                 {"file": printable(one.path), **_member(one.path, members), "exposure_s": one.exposure_s}
                 for one in light

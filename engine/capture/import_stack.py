@@ -649,7 +649,7 @@ def _lights(
     directions, (height, width) = _directions(plan), shape
     found = {term.name for term in plan.terms if term.accepted} & set(plan.calibrated)
     gains = plan.gains if "gains" in found else np.ones(len(directions))
-    nearness = 1.0 / plan.calibration.lamp_distance
+    nearness = plan.nearness
     if not nearness:
         return np.asarray((gains[:, None] * directions)[:, None])
     positions = np.stack([(columns + 0.5) / width - 0.5, (0.5 * height - 0.5 - rows) / width], axis=1)
@@ -665,7 +665,7 @@ def _estimate(plan: Plan, small: _Small) -> Estimate | None:
     if not terms:
         return None
     directions = _directions(plan)
-    start = replace(Rig.plain(len(directions)), nearness=1.0 / plan.calibration.lamp_distance)
+    start = replace(Rig.plain(len(directions)), nearness=plan.nearness)
     sample = sample_texels(*small)
     if start.nearness:  # the fall-off of stated lamps has been taken off the photographs
         vectors = lamp_vectors(directions, sample.positions, start.nearness)

@@ -20,6 +20,11 @@ def comparable(name: str) -> str:
     return unicodedata.normalize("NFC", re.split(r"[/\\]", name)[-1])
 
 
+def stem_of(path: Path) -> str:
+    """A file name without its extension, as `comparable` has it and in small letters."""
+    return Path(comparable(path.name)).stem.casefold()
+
+
 def join_names(names: Sequence[str], limit: int = 5) -> str:
     """The names with commas, the first few of many."""
     more = f" and {len(names) - limit} more" if len(names) > limit else ""

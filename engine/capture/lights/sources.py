@@ -287,6 +287,14 @@ def _read_lights_of_pairs(
     return stated._replace(lit=[lit[path] for path in photographs])
 
 
+def photographs_in(folder: Path) -> list[Path]:
+    """The photographs of a folder in the order of their names, one of each shot."""
+    found = [path for path in _expand([folder]) if path.suffix.lower() in photograph_suffixes()]
+    for path in found:
+        _refuse_irregular(path)
+    return one_of_each_shot(found, set())[0]
+
+
 def _refuse_exposures(place: Path, lights: Sequence[Sequence[Any]]) -> None:
     several = next((light for light in lights if len(light) > 1), None)
     if several is not None:

@@ -2,29 +2,36 @@
 
     radiance = (sample - dark) * flat-field gain * near-lamp gain * balance * exposure factor
 
-in the terms of `engine.capture.photograph.calibrate`. What the flat field cannot tell, and where it was at white, joins
-the saturation mask.
-Cost: for 24 megapixels 0.5 s a photograph, and 0.3 GB for each frame.
+in the terms of `engine.capture.photograph.calibrate`. Frames of each lamp take the place of those of all: the flat
+field F_i of lamp i, at the elevation e_i, gives (sample - dark_i) m sin(e_i) / (F_i - dark_i), with m the median over
+lamps of mean(F_i - dark_i) / sin(e_i). That is the radiance under lamps of equal intensity without fall-off, whatever
+their distance, since a white card shows the irradiance d sin(e) / |v|³ itself. What the flat field cannot tell, and
+where it was at white, joins the saturation mask.
+Cost: for 24 megapixels 0.5 s a photograph, and 0.3 GB for each frame; frames of each lamp are decoded once more.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.photograph.calibrate import flat_field_gain, near_lamp_gain
-from engine.capture.photograph.decode import Photograph, ReadAhead
+from engine.capture.photograph.calibrate import DARKEST_FLAT, flat_field_gain, near_lamp_gain
+from engine.capture.photograph.decode import Photograph, ReadAhead, read_photograph
 from engine.core.errors import InputError, UsageError
-from engine.core.steps import Steps
+from engine.core.steps import Step, Steps
 from engine.storage.scratch import release, scratch_array
 
 _BAND_ROWS = 128
+
+#: Elevation (radians) below which a flat field is not divided by less: its lamp grazes the card.
+MIN_ELEVATION = math.radians(3.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +43,8 @@ class Calibration:
     dark, gain : (H, W, 3) float32 dark frame and gain of the flat field, None where there is none.
     unknown : (H, W) bool, where the flat field cannot tell.
     lamp_distance : of a near lamp in widths of the image, infinite for a distant one.
+    flats, darks : the frame of each lamp by the photograph that it belongs to, in place of the above; `level` (3,) is
+        m of the flat fields. They are read with `options` when they are needed.
     balance : (3,) factors of red, green, blue for photographs that are not RAW, whose decoder balances them.
     """
 
@@ -44,12 +53,34 @@ class Calibration:
     unknown: NDArray[np.bool_] | None = None
     lamp_distance: float = math.inf
     balance: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    flats: Mapping[Path, Path] = field(default_factory=dict)
+    darks: Mapping[Path, Path] = field(default_factory=dict)
+    level: NDArray[np.float64] | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def of_lamp(self, photograph: Path, elevation: float) -> Calibration:
+        """The calibration of one photograph, with the frames of its lamp read."""
+        dark, gain, unknown = self.dark, self.gain, self.unknown
+        if photograph in self.darks:
+            dark = read_photograph(self.darks[photograph], **self.options).radiance
+        if photograph in self.flats and self.level is not None:
+            white = read_photograph(self.flats[photograph], **self.options)
+            if dark is not None and dark.shape != white.radiance.shape:
+                raise InputError(white.path, "has not the size of its dark frame", "Give frames of the same camera")
+            light = white.radiance.astype(np.float64) - (0.0 if dark is None else dark)
+            wanted = self.level * math.sin(max(elevation, MIN_ELEVATION))
+            unknown = white.saturated | (light < DARKEST_FLAT * light.mean(axis=(0, 1))).any(axis=-1)
+            gain = np.where(unknown[..., None], 1.0, wanted / np.where(unknown[..., None], 1.0, light))
+            gain = gain.astype(np.float32)
+        return replace(self, dark=dark, gain=gain, unknown=unknown, flats={}, darks={})
 
     def applied(self, photograph: Photograph, elevation: float, azimuth: float, factor: float) -> Photograph:
         """`photograph` of a lamp at these angles (radians), corrected; `factor` brings it to the scale of the stack.
 
         Raises InputError where its size is not that of the calibration frames.
         """
+        if photograph.path in self.flats or photograph.path in self.darks:
+            return self.of_lamp(photograph.path, elevation).applied(photograph, elevation, azimuth, factor)
         factors = np.full(3, factor) * (1.0 if photograph.container == "RAW" else np.array(self.balance))
         near = math.isfinite(self.lamp_distance)
         if self.dark is None and self.gain is None and not near and (factors == 1).all():
@@ -80,6 +111,27 @@ class Calibration:
                 sizes = [f"{shape[1]} × {shape[0]} px" for shape in (photograph.radiance.shape, frame.shape)]
                 problem = f"has {sizes[0]}, but the {kind} has {sizes[1]}"
                 raise InputError(photograph.path, problem, "Give frames of the same camera, or leave them out")
+
+
+def measure_level(
+    flats: Mapping[Path, Path], darks: Mapping[Path, Path], elevations: Mapping[Path, float], options: dict[str, Any]
+) -> Steps[NDArray[np.float64]]:
+    """(3,) median over lamps of the mean of a flat field over the sine of the lamp's elevation.
+
+    InputError names a flat field without light.
+    """
+    found: list[NDArray[np.float64]] = []
+    for photograph, path in flats.items():
+        yield Step(len(found) / len(flats), f"Reading {path.name}")
+        light = read_photograph(path, half_size=True, **options).radiance.mean(axis=(0, 1), dtype=np.float64)
+        if photograph in darks:
+            dark = read_photograph(darks[photograph], half_size=True, **options)
+            light = light - dark.radiance.mean(axis=(0, 1), dtype=np.float64)
+        if not (light > 0.0).all():
+            raise InputError(path, "is a flat field without light", "Give one of an even white surface under its lamp")
+        found.append(light / math.sin(max(elevations[photograph], MIN_ELEVATION)))
+    level: NDArray[np.float64] = np.median(found, axis=0)
+    return level
 
 
 def read_calibration(

@@ -60,6 +60,7 @@ class Photograph:
     camera_matrix : (9,) row by row, from balanced camera colours to linear sRGB (RAW), else empty.
     orientation : EXIF orientation of the file, 1 for RAW. largest_code : largest sample of an integer image, else 0.
     profile : name of the colour space that the file states and that was applied, else ''.
+    matrix_source : of RAW files, what the camera matrix comes from: 'LibRaw', 'the file', or '' where there is none.
     """
 
     radiance: NDArray[np.float32]
@@ -80,6 +81,7 @@ class Photograph:
     orientation: int = 1
     largest_code: int = 0
     profile: str = ""
+    matrix_source: str = ""
 
 
 def read_photograph(

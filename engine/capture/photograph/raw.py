@@ -61,7 +61,7 @@ def decode_raw(content: bytes, name: str, white_balance: WhiteBalance, half_size
         black, white = _levels(raw, sites)
         _check_filled(samples, black, white, name)
         multipliers = _multipliers(raw, white_balance, warnings)
-        camera = _matrix(raw, warnings)
+        camera, matrix_source = _matrix(raw, warnings)
         matrix = (camera * multipliers).astype(np.float32)
         colours = None if samples.ndim == 3 else _colours(raw, sites, name)
         try:
@@ -81,6 +81,7 @@ def decode_raw(content: bytes, name: str, white_balance: WhiteBalance, half_size
         "transfer": "linear",
         "white_balance": multipliers.tolist(),
         "camera_matrix": camera.ravel().tolist(),
+        "matrix_source": matrix_source,
         "warnings": warnings,
     }
 
@@ -228,16 +229,17 @@ def _multipliers(raw: rawpy.RawPy, choice: WhiteBalance, warnings: list[str]) ->
     return multipliers
 
 
-def _matrix(raw: rawpy.RawPy, warnings: list[str]) -> NDArray[np.float64]:
-    """Camera RGB to linear sRGB: from LibRaw's table of cameras, else as the file states it."""
+def _matrix(raw: rawpy.RawPy, warnings: list[str]) -> tuple[NDArray[np.float64], str]:
+    """Camera RGB to linear sRGB and its source: what LibRaw knows of the camera or the DNG, else what the file states
+    otherwise."""
     tabulated = srgb_from_camera(raw.rgb_xyz_matrix[:3])
     if tabulated is not None:
-        return tabulated
+        return tabulated, "LibRaw"
     stated = np.asarray(raw.color_matrix[:, :3], float)
     if invertible(stated):
-        return stated
+        return stated, "the file"
     warnings.append("has no usable colour matrix; camera colours are taken as sRGB")
-    return np.eye(3)
+    return np.eye(3), ""
 
 
 def _exposure(raw: rawpy.RawPy, exif: Exif, warnings: list[str]) -> dict[str, Any]:

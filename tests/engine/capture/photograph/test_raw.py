@@ -136,6 +136,8 @@ def test_R11_orientation_of_raw(read: Callable[..., Any], orientation: int) -> N
 def test_CO2_singular_camera_matrix_falls_back_to_srgb(read: Callable[..., Any], matrix: Any) -> None:
     photograph = read(np.full((64, 80), 1064, np.uint16), camera_from_xyz=matrix)
     assert any("colour matrix" in warning for warning in photograph.warnings)
+    assert photograph.matrix_source == ""
+    assert read(np.full((64, 80), 1064, np.uint16)).matrix_source == "the file"
     assert photograph.radiance == pytest.approx(1000 / 4031, rel=1e-6)
 
 
