@@ -309,7 +309,7 @@ def test_the_real_tape_reflects_back(shared_data: Callable[[str], Path]) -> None
         (TABLE.replace("0.4 ", "0.4x "), "line 7 has '0.4x' where a number is needed"),
         (TABLE.replace("0.4 ", "0,4 "), "line 7 has a decimal comma in '0,4'. Write decimal points"),
         (TABLE.replace("0.4 ", "1_0 "), "line 7 has '1_0' where a number"),
-        (TABLE.replace("3\n400 550\n700", "3\n400 700\n550"), "wavelengths that do not rise"),
+        (TABLE.replace("3\n400 550\n700", "3\n400 700\n550"), "line 3 has wavelengths that do not rise"),
         (TABLE[:20], "wavelengths, but 3 are announced|holds no measurement"),
         (ASTM.replace("NUM_POINTS 2", "NUM_POINTS 1000000000000"), "announces 1000000000000 points, but 2 follow"),
         (ASTM.replace("NUM_POINTS 2", "NUM_POINTS 1"), "announces 1 points, but 2 follow"),

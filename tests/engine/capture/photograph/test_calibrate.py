@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from engine.capture.photograph.calibrate import flat_field_gain, near_lamp_gain
+from engine.capture.photograph.calibration import Calibration
+from engine.capture.photograph.decode import read_photograph
+from engine.images.encode import write_exr
 
 
 def test_vignetting_and_dark_current_are_divided_out() -> None:
@@ -67,3 +72,12 @@ def test_a_distant_lamp_needs_no_gain(distance: float) -> None:
 def test_a_lamp_on_the_sample_is_refused() -> None:
     with pytest.raises(ValueError, match="touch"):
         near_lamp_gain(8, 8, 0.4, 0.7)
+
+
+def test_a_flat_field_alone_is_applied_and_an_empty_calibration_changes_nothing(tmp_path: Path) -> None:
+    write_exr(tmp_path / "a.exr", {name: np.full((3, 4), 0.25, np.float32) for name in "RGB"})
+    photograph = read_photograph(tmp_path / "a.exr")
+    assert Calibration().applied(photograph, 1.0, 0.0, 1.0) is photograph
+    gain = np.linspace(0.5, 2.0, 36, dtype=np.float32).reshape(3, 4, 3)
+    found = Calibration(gain=gain).applied(photograph, 1.0, 0.0, 1.0)
+    np.testing.assert_allclose(found.radiance, 0.25 * gain, rtol=1e-6)
