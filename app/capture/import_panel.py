@@ -153,14 +153,10 @@ class ImportPanel(Rows):
             self._box(name, label, hint, calibration)
         self.chart = text("", "secondary", wrap=True)
         calibration.wide(self.chart)
-        self.scale = Segments(
-            (
-                ("unknown", "Unknown", "Sizes are in texels"),
-                ("pixel", "Per pixel", "Millimetres per pixel of the photographs are known"),
-                ("chart", "By chart", "The distance of the patches of the colour chart is known"),
-            )
-        )
-        self.scale.chosen.connect(self._scale_chosen)
+        self.scale = ComboBox()
+        for how, words in (("unknown", "Unknown"), ("pixel", "Per pixel"), ("chart", "By the colour chart")):
+            self.scale.addItem(words, how)
+        self.scale.activated.connect(lambda _: self._scale_chosen(self.scale.currentData()))
         calibration.row("Scale", self.scale, "Size of the sample, for heights and exports in millimetres")
         self.millimetres = NumberField(0.1, 1e-4, 100.0, unit="mm", log=True)
         self.millimetres.edited.connect(self._millimetres_edited)
@@ -276,7 +272,8 @@ class ImportPanel(Rows):
         self._show_chart()
         self._show_pairs(has_pairs)
         by_chart, per_pixel = choices.chart_pitch_mm, choices.scale_mm
-        self.scale.choose("chart" if by_chart is not None else "unknown" if per_pixel is None else "pixel")
+        how = "chart" if by_chart is not None else "unknown" if per_pixel is None else "pixel"
+        self.scale.setCurrentIndex(self.scale.findData(how))
         if by_chart is not None or per_pixel is not None:
             self.millimetres.show_value(float(by_chart if by_chart is not None else per_pixel or 0.0))
         self._show_estimates()
@@ -415,7 +412,7 @@ class ImportPanel(Rows):
 
     def _scale_chosen(self, how: str) -> None:
         if how == "chart" and self.choices.chart == "none":
-            self.scale.choose("unknown")
+            self.scale.setCurrentIndex(self.scale.findData("unknown"))
             self.chosen.emit("Scale", {"scale_mm": None, "chart_pitch_mm": 40.0, "chart": "auto"})
             return
         self._emit_scale(how, 40.0 if how == "chart" else 0.1)

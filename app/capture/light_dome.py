@@ -195,12 +195,14 @@ def dot_colour(share: float) -> tuple[int, int, int]:
 class LightDome(QWidget):
     """The disk, the range of azimuth and elevation that picks lamps, and what can be done with those that are picked.
 
-    `chosen` is one lamp to look at, `picked` the lamps that are selected, `used` those that alone shall remain.
+    `chosen` is one lamp to look at, `picked` the lamps that are selected, `used` those that alone shall remain;
+    `save_wanted` asks for a file of all.
     """
 
     chosen = Signal(int)
     picked = Signal(list)
     used = Signal(list)
+    save_wanted = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -223,6 +225,8 @@ class LightDome(QWidget):
         self.every = button("Use all")
         self.only.clicked.connect(lambda: self.used.emit(sorted(self.image.selection)))
         self.every.clicked.connect(lambda: self.used.emit(list(range(len(self.image.lamps)))))
+        self.save = button("Save the lights…", hint="For later captures under the same lamps")
+        self.save.clicked.connect(self.save_wanted)
         self.count = text("", "secondary")
         self._lay_out()
 
@@ -241,6 +245,7 @@ class LightDome(QWidget):
         beside.addWidget(self.count)
         beside.addWidget(self.only)
         beside.addWidget(self.every)
+        beside.addWidget(self.save)
         beside.addStretch(1)
         outer = QHBoxLayout(self)
         outer.setContentsMargins(PADDING, PADDING, PADDING, PADDING)

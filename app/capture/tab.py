@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence, QShortcut
-from PySide6.QtWidgets import QSplitter, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFileDialog, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
 from app.capture.framing import Corners, FramingView, begin, frame
 from app.capture.image_bar import ImageBar
@@ -24,16 +25,18 @@ from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.document.following import Following
 from app.document.import_choices import choose, path_of, reference_of, transfer_of, with_angle
+from app.jobs.jobs import Job
 from app.project.pixels import are_there
 from app.widgets import theme
 from app.widgets.elevation_plot import ElevationPlot
 from app.widgets.empty_state import EmptyState, with_empty_state
 from app.widgets.image_view import Image, photograph, rgb_image
 from app.widgets.workspace import side_by_side
-from engine.capture.stack import ImageStack
+from engine.capture.lights.light_file import WRITTEN, save_lights
+from engine.capture.stack import ImageStack, lights_of
 from engine.core.errors import InputError
 from engine.core.figure_text import format_fixed
-from engine.core.steps import Step
+from engine.core.steps import Step, Steps
 
 if TYPE_CHECKING:
     from engine.capture.import_stack import ThumbnailReady
@@ -52,6 +55,8 @@ def _photographs_of(project: Project) -> tuple[Any, ...]:
         return tuple(project.sources.photographs)
     return tuple(project.stack.sources) if project.stack is not None else ()
 
+
+LIGHT_FILES = "Lights with intensities (*.lights);;Directions alone (*.lp)"
 
 #: What stands in place of the photographs of a project that keeps none of their pixels.
 NOT_IMPORTED = "These photographs are not imported. Import again reads them."
@@ -96,6 +101,7 @@ class CaptureTab(QWidget):
         self.dome.chosen.connect(self.list.choose)
         self.dome.picked.connect(self.list.pick)
         self.dome.used.connect(self._use_only)
+        self.dome.save_wanted.connect(self._ask_for_lights)
         self.list.picked.connect(self._show_selection)
         self._make_tools()
         self.empty = self._make_empty()
@@ -286,6 +292,26 @@ class CaptureTab(QWidget):
         current = stack.sources.index(self.current) if self.current in stack.sources else None
         self.plot.show_means(stack.elevation_deg, stack.mean_radiance, excluded, current)
         self.dome.show_lamps(lamps_of(stack, project.excluded), current, self.list.selection)
+
+    def _ask_for_lights(self) -> None:
+        """Ask for a file of the lights, whose ending says what it holds."""
+        proposed = f"{self.bench.propose('lamps')}.lights"
+        chosen, kind = QFileDialog.getSaveFileName(self, "Save the lights", proposed, LIGHT_FILES)
+        if chosen:
+            path = Path(chosen)
+            if path.suffix.lower() not in WRITTEN:
+                path = path.with_name(path.name + next(each for each in WRITTEN if f"*{each}" in (kind or "*.lights")))
+            self.bench.write_into(path.parent)
+            self.save_lights(path)
+
+    def save_lights(self, path: Path) -> Job | None:
+        """Write the lights of the stack, as the ending of `path` says, in a job; None without a stack."""
+        stack = self.bench.document.project.stack
+        if stack is None:
+            return None
+        job = self.bench.jobs.submit(f"Saving {path.name}", lambda: _write_lights(path, stack), lane="save")
+        job.succeeded.connect(self.bench.said.emit)
+        return job
 
     def _choose(self, place: int) -> None:
         rows = self.list.photographs.rows
@@ -518,3 +544,10 @@ class CaptureTab(QWidget):
         self.plot.apply_theme()
         self.dome.apply_theme()
         self._show_plot()
+
+
+def _write_lights(path: Path, stack: ImageStack) -> Steps[str]:
+    """Write the lights of `stack`; returns a sentence about it."""
+    yield Step(0.0, "saving the lights")
+    save_lights(path, lights_of(stack))
+    return f"Saved {len(stack.sources)} lights as {path.name}"

@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog
 
 from app.capture.light_dome import DOT, Lamp, LightDome, dot_colour, lamps_of
 from app.widgets import theme
 from app.window.main_window import MainWindow
+from engine.capture.lights.light_file import read_lights
 from tests.app.captures import open_path
 from tests.present import present
 
@@ -39,6 +41,21 @@ def lasso(window: MainWindow, corners: list[QPointF]) -> None:
     for point in points[1:]:
         QTest.mouseMove(image, point)
     QTest.mouseRelease(image, LEFT, pos=points[-1])
+
+
+def test_the_lights_are_saved_as_the_ending_says(
+    dome: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stack = present(dome.bench.document.project.stack)
+    for name, kind in (("dome.lights", ""), ("dome", "Directions alone (*.lp)"), ("nowhere/dome.lights", "")):
+        monkeypatch.setattr(
+            QFileDialog, "getSaveFileName", lambda *_, name=name, kind=kind: (str(tmp_path / name), kind)
+        )
+        QTest.mouseClick(dome.capture.dome.save, LEFT)
+        qtbot.waitUntil(lambda: not any(job.lane == "save" for job in dome.bench.jobs.active), timeout=10_000)
+    assert [light.name for light in read_lights(tmp_path / "dome.lights").lights] == sorted(stack.sources)
+    assert (tmp_path / "dome.lp").read_text().startswith(f"{len(stack.sources)}\n")
+    assert not (tmp_path / "nowhere").exists()
 
 
 def test_lamps_lie_as_seen_from_above() -> None:
