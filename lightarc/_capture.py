@@ -193,6 +193,7 @@ def import_capture(
     pair_gain: float | None = None,
     scale: float | tuple[Sequence[float], Sequence[float], float] | None = None,
     chart_pitch_mm: float | None = None,
+    lens: File | None = None,
     trust_angles: bool = False,
     strict: bool = False,
     use_all: bool = False,
@@ -260,6 +261,8 @@ def import_capture(
         to, and the millimetres between them. ``stack.provenance["scale"]`` has the size of a texel.
     chart_pitch_mm : float, optional
         In its place, the millimetres between the middles of neighbouring patches of the `chart`.
+    lens : path, optional
+        Take off the distortion of the lens: a folder of photographs of a chessboard, or a ``.lens`` file.
     trust_angles : bool
         Take unstated angles also where the photographs do not grow brighter with them.
     strict : bool
@@ -317,6 +320,7 @@ def import_capture(
         chart=None if chart is None else "auto" if chart == "auto" else Path(chart),
         pair_gain=pair_gain,
         scale=_scale(scale, chart_pitch_mm),
+        lens=None if lens is None else Path(lens),
         trust_angles=trust_angles,
         strict=strict,
         use_all=use_all,

@@ -254,6 +254,7 @@ CHART = Kind(
     (".chart", ".html"),
     is_earlier=lambda path: _holds(path, b'"lightarc_chart"', 1 << 8) or _holds(path, b"<title>Colour chart", 1 << 8),
 )
+LENS = Kind("a file of a lens", (".lens",), is_earlier=lambda path: _holds(path, b'"lightarc_lens"', 1 << 8))
 LIGHTS = Kind(
     "a file of lights", (".lights", ".lp"), is_earlier=lambda path: _holds(path, b'"lightarc_lights"', 1 << 8)
 )

@@ -49,6 +49,7 @@ IMPORT_CHOICES = {
 }
 
 FRAMES = {
+    "lens": ("Lens", "A .lens file that an import has written, by which the distortion of the lens is taken off"),
     "dark": ("Dark frame", "A photograph without light, which is subtracted"),
     "flat": ("Flat field", "A photograph of an even white surface, which is divided out"),
     "chart": (
@@ -60,6 +61,7 @@ FRAMES = {
 
 #: Choices of a frame that no file is chosen for.
 _WITHOUT_FILE = {
+    "lens": (("As it is", "none"),),
     "dark": (("As found", "auto"), ("None", "none")),
     "flat": (("As found", "auto"), ("None", "none")),
     "chart": (("None", "none"), ("In a photograph", "auto")),
@@ -102,6 +104,7 @@ CALIBRATION = (
         "dark",
         "flat",
         "chart",
+        "lens",
         "pair_gain",
         "scale_mm",
         "chart_pitch_mm",
@@ -376,7 +379,7 @@ class ImportPanel(Rows):
         if isinstance(value, Path):
             box.addItem(value.name, value)
         box.addItem("Choose a file…", "choose")
-        box.setCurrentIndex(2 if isinstance(value, Path) else box.findData(value))
+        box.setCurrentIndex(len(_WITHOUT_FILE[name]) if isinstance(value, Path) else box.findData(value))
 
     def _fill_forms(self) -> None:
         current, suggested = self.choices.lights_form, self.suggested_form

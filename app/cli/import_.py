@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 import psutil
 
-from app.arguments.results import CHART, LIGHTS, STACK, Input, Output
+from app.arguments.results import CHART, LENS, LIGHTS, STACK, Input, Output
 from app.session.settings import close_session, open_session
 from engine.capture.calibration.separation import gain_text
 from engine.capture.chart.file import save_chart
@@ -23,6 +23,7 @@ from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.selection import Arc, Azimuth, Listed
 from engine.capture.lights.sources import find_packed
 from engine.capture.photograph.grey_patch import GreyPatch
+from engine.capture.photograph.lens import save_lens
 from engine.capture.registration.framing import Framing
 from engine.capture.registration.framing import crop as crop_to_size
 from engine.capture.registration.warp import Region
@@ -98,6 +99,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="also write the correction by the chart: .chart for later captures under the same lamps, or .html as a "
         "report of all patches",
+    )
+    parser.add_argument(
+        "--lens",
+        type=Input(Path),
+        metavar="FOLDER|FILE",
+        help="take off the distortion of the lens: a folder of photographs of a chessboard in five tilted positions or "
+        "more, or a .lens file; other options are then in pixels of the straight photographs",
+    )
+    parser.add_argument(
+        "--write-lens",
+        type=Output(LENS, Path),
+        metavar="FILE",
+        help="also write the lens that was measured, as a .lens file for later captures with it",
     )
     parser.add_argument(
         "--scale",
@@ -244,7 +258,8 @@ elevations_deg, mean_radiance, clipped_fraction, black_fraction and alignment_re
 photograph, by rising elevation. A residual is null where it was not measured. profiles are the names of colour profiles
 that were applied, and working_space is that of the stack. chart is null without --chart; else it holds the form and
 matrix of the correction, ΔE2000 of every patch and in summary before and after, held_out of patches left out, and the
-grades of the field's guides. polarisation is null without pairs; else it holds gain of crossed photographs and
+grades of the field's guides. lens is null without --lens; else it holds camera_px, distortion (k1, k2, p1, p2, k3),
+residual_px and boards. polarisation is null without pairs; else it holds gain of crossed photographs and
 gain_sigma for red, green and blue, leak and leak_sigma, and shifts_px of crossed photographs. scale is null
 without --scale; else it holds mm_per_texel, sigma_mm and source. calibration lists what
 was looked for in the photographs themselves: name, accepted, text, held_out_before and held_out_after in 8-bit levels,
@@ -269,6 +284,8 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
     memory = _Memory(show)
     if arguments.write_chart is not None and arguments.chart is None:
         raise UsageError("--write-chart needs --chart, by which colours are corrected")
+    if arguments.write_lens is not None and arguments.lens is None:
+        raise UsageError("--write-lens needs --lens, by which it is measured")
     chart: Path | Literal["auto"] | None = "auto" if arguments.chart == Path("auto") else arguments.chart
     frames = [path for path in (arguments.dark, arguments.flat, chart) if isinstance(path, Path)]
     outline, angles_deg = _outline(arguments.sphere), arguments.angles_deg
@@ -296,12 +313,15 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         chart=chart,
         pair_gain=arguments.pair_gain,
         scale=arguments.scale,
+        lens=arguments.lens,
     )
     stack = drain(import_stack(sources, settings, arguments.output), memory)
     if arguments.write_lights is not None:
         save_lights(arguments.write_lights, lights_of(stack))
     if arguments.write_chart is not None:
         save_chart(arguments.write_chart, stack.provenance["chart"])
+    if arguments.write_lens is not None:
+        save_lens(arguments.write_lens, stack.provenance["lens"])
     return {
         "images": len(stack.sources),
         "height_px": stack.radiance.shape[1],
@@ -315,6 +335,7 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         "working_space": stack.provenance.get("working_space"),
         "profiles": stack.provenance.get("profiles") or [],
         "chart": stack.provenance.get("chart"),
+        "lens": stack.provenance.get("lens"),
         "polarisation": stack.provenance.get("polarisation"),
         "scale": stack.provenance.get("scale"),
         "calibration": stack.provenance.get("calibration") or [],

@@ -82,6 +82,7 @@ class ImportChoices:
     lights_form : the form in which the list of lights is taken, see `engine.capture.lights.list_forms`.
     chart : the colour chart by which colours are corrected: 'auto' for one that a photograph of the capture shows,
         'none', or a file that shows one or that an import has written.
+    lens : a `.lens` file, whose distortion is taken off, or 'none'.
     scale_mm, chart_pitch_mm : millimetres per pixel of the photographs, or between the middles of neighbouring patches
         of the chart, which tells it; None where it is not known.
     pair_gain : of pairs under polarisers, the brightness of crossed over parallel photographs; None to estimate it.
@@ -109,6 +110,7 @@ class ImportChoices:
     lights_form: str = "listed"
     chart: Path | Literal["auto", "none"] = "none"
     pair_gain: float | None = None
+    lens: Path | Literal["none"] = "none"
     scale_mm: float | None = None
     chart_pitch_mm: float | None = None
     trust_angles: bool = False

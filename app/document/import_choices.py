@@ -56,6 +56,7 @@ def settings_of(choices: ImportChoices) -> ImportSettings:
         chart=None if choices.chart == "none" else choices.chart,
         pair_gain=choices.pair_gain,
         scale=_scale_of(choices),
+        lens=None if choices.lens == "none" else choices.lens,
         trust_angles=choices.trust_angles,
         strict=not choices.leave_out,
         use_all=choices.use_all,

@@ -65,7 +65,7 @@ def photographs(project: Project) -> tuple[Path, ...]:
     if project.sources is None:
         return ()
     choices = (project.import_choices, project.imported_with)
-    frames = (frame for each in choices if each is not None for frame in (each.dark, each.flat, each.chart))
+    frames = (frame for each in choices if each is not None for frame in (each.dark, each.flat, each.chart, each.lens))
     return tuple(dict.fromkeys((*_files_of(project.sources), *(each for each in frames if isinstance(each, Path)))))
 
 

@@ -37,6 +37,7 @@ from engine.capture.photograph.calibration import Calibration, measure_level, re
 from engine.capture.photograph.decode import Unreadable, WhiteBalance, read_photograph
 from engine.capture.photograph.exposures import Exposure, Noted, Scale, exposure_scale, read_noted_exposure
 from engine.capture.photograph.grey_patch import GreyPatch, balance_of
+from engine.capture.photograph.lens import Lens, measure_lens, read_lens
 from engine.capture.registration.framing import Corners, Framing
 from engine.capture.registration.pair_motion import MOTIONS
 from engine.capture.registration.polarised_shift import PairShift
@@ -98,6 +99,8 @@ class ImportSettings:
         file of another photograph under the same lamps, or a `.chart` file; None for no correction.
     scale : millimetres per pixel of the photographs, or a length or chart that tells it (`engine.capture.scale`); None
         where it is not known.
+    lens : a `.lens` file, or a folder of photographs of a chessboard by the same lens, whose distortion is taken off;
+        None for none.
     pair_gain : of pairs under polarisers, the brightness of crossed photographs over the diffuse part of parallel ones,
         as measured on a matte white patch; None to estimate it.
     """
@@ -124,6 +127,7 @@ class ImportSettings:
     chart: Path | Literal["auto"] | None = None
     pair_gain: float | None = None
     scale: ScaleChoice | None = None
+    lens: Path | None = None
 
     def __post_init__(self) -> None:
         check_scale(self.scale)
@@ -235,6 +239,7 @@ class Plan:
             "bands": list(self.settings.bands),
             "chart": chart_json(*self.chart) if self.chart else None,
             "room_light": list(self.room_light) if self.room_light else None,
+            "lens": self.calibration.lens.as_json() if self.calibration.lens is not None else None,
             "polarisation": self._polarisation(),
             "calibration": [term.as_json() for term in self.terms],
             "calibration_held_out": self.held_out,
@@ -282,6 +287,7 @@ class Plan:
             and not self.has_pairs
             and frames.dark is None
             and frames.gain is None
+            and frames.lens is None
             and not frames.flats
             and not frames.darks
             and not math.isfinite(frames.lamp_distance)
@@ -385,6 +391,10 @@ def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
         calibration = replace(calibration, level=level)
         text = "Each lamp was divided by its own flat field, so that all are equally bright and even over the sample"
         sources = replace(sources, findings=(*sources.findings, Finding(Verdict.NOTE, text)))
+    if settings.lens is not None:
+        lens = yield from part(_read_lens(settings.lens, options), 0.95, 0.97)
+        calibration = replace(calibration, lens=lens)
+        sources = replace(sources, findings=(*sources.findings, Finding(Verdict.NOTE, lens.text())))
     chart, size_of_pixel = None, None
     if settings.chart is not None:
         chart, found = yield from part(_read_chart(settings.chart, sources, calibration, options), 0.95, 1.0)
@@ -396,6 +406,13 @@ def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     terms = _stated_terms(sources, settings)
     plan = Plan(sources, settings, dark, flat, calibration, scale, options, gains, terms, chart=chart)
     return replace(plan, size_of_pixel=size_of_pixel)
+
+
+def _read_lens(choice: Path, options: Mapping[str, Any]) -> Steps[Lens]:
+    if choice.is_dir():
+        return (yield from measure_lens(photographs_in(choice), choice, dict(options)))
+    yield Step(0.0, "Reading the lens")
+    return read_lens(choice)
 
 
 def _scale_by_chart(choice: ChartPitch, found: Chart | None, place: Path) -> physical.Scale:

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from engine.capture.photograph.calibrate import DARKEST_FLAT, flat_field_gain, near_lamp_gain
 from engine.capture.photograph.decode import Photograph, ReadAhead, read_photograph
+from engine.capture.photograph.lens import Lens
 from engine.core.errors import InputError, UsageError
 from engine.core.steps import Step, Steps
 from engine.storage.scratch import release, scratch_array
@@ -43,6 +44,7 @@ class Calibration:
     dark, gain : (H, W, 3) float32 dark frame and gain of the flat field, None where there is none.
     unknown : (H, W) bool, where the flat field cannot tell.
     lamp_distance : of a near lamp in widths of the image, infinite for a distant one.
+    lens : distortion that is taken off after the frames, None for none.
     flats, darks : the frame of each lamp by the photograph that it belongs to, in place of the above; `level` (3,) is
         m of the flat fields. They are read with `options` when they are needed.
     balance : (3,) factors of red, green, blue for photographs that are not RAW, whose decoder balances them.
@@ -57,6 +59,7 @@ class Calibration:
     darks: Mapping[Path, Path] = field(default_factory=dict)
     level: NDArray[np.float64] | None = None
     options: Mapping[str, Any] = field(default_factory=dict)
+    lens: Lens | None = None
 
     def of_lamp(self, photograph: Path, elevation: float) -> Calibration:
         """The calibration of one photograph, with the frames of its lamp read."""
@@ -81,6 +84,10 @@ class Calibration:
         """
         if photograph.path in self.flats or photograph.path in self.darks:
             return self.of_lamp(photograph.path, elevation).applied(photograph, elevation, azimuth, factor)
+        if self.lens is not None:
+            frames = replace(self, lens=None, lamp_distance=math.inf)
+            photograph = self._straighten(frames.applied(photograph, elevation, azimuth, factor))
+            return Calibration(lamp_distance=self.lamp_distance).applied(photograph, elevation, azimuth, 1.0)
         factors = np.full(3, factor) * (1.0 if photograph.container == "RAW" else np.array(self.balance))
         near = math.isfinite(self.lamp_distance)
         if self.dark is None and self.gain is None and not near and (factors == 1).all():
@@ -103,6 +110,20 @@ class Calibration:
         for frame in (self.dark, self.gain):
             if frame is not None:
                 release(frame)
+        return replace(photograph, radiance=radiance, saturated=saturated)
+
+    def _straighten(self, photograph: Photograph) -> Photograph:
+        lens = self.lens
+        assert lens is not None
+        height, width = photograph.saturated.shape
+        if (width, height) != (lens.width, lens.height):
+            sizes = (
+                f"has {width} × {height} px",
+                f"the lens was measured in photographs of {lens.width} × {lens.height} px",
+            )
+            problem = ", but ".join(sizes)
+            raise InputError(photograph.path, problem, "Measure it with the same camera, in the same orientation")
+        radiance, saturated = lens.straighten(photograph.radiance, photograph.saturated)
         return replace(photograph, radiance=radiance, saturated=saturated)
 
     def _check_size(self, photograph: Photograph) -> None:
