@@ -20,7 +20,7 @@ from app.document.document import Project
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.widgets.empty_state import EmptyState
-from app.widgets.image_view import Image, ImageView, pixels_image, scalar_map
+from app.widgets.image_view import Image, ImageView, pixels_image, scalar_pixels
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Pages, Panel, Segments, button, enable, text
 from app.widgets.plots import ColourBar, colour_table
@@ -60,8 +60,8 @@ UNITS = {
 #: Texels at most of which shares are taken.
 SAMPLED = 1 << 18
 
-#: Colour of texels of unknown height.
-UNKNOWN = (230, 166, 60)
+#: Colours of texels of unknown height, and of background.
+UNKNOWN, BACKGROUND = (230, 166, 60), (48, 52, 58)
 
 GREY = np.repeat(np.arange(256, dtype=np.uint8)[:, None], 3, axis=1)
 
@@ -92,35 +92,36 @@ def show(surface: Surface, name: str, of_error: bool, texel_mm: float | None = N
     if name == "height" and texel_mm is not None:
         key, values, sigma = "height_mm", np.float32(texel_mm) * values, np.float32(texel_mm) * sigma
     _, unit, factor = UNITS[key]
-    said = (_range(key, values), " ".join([error_words(key, sigma), *_explain_regions(name, surface.maps.region)]))
+    mask = surface.maps.mask
+    inside = np.s_[:] if mask is None or not mask.any() else mask > 0.0
+    known_values, known_sigma = (each if mask is None else each[inside][None] for each in (values, sigma))
+    regions = _explain_regions(name, surface.maps.region)
+    said = (_range(key, known_values), " ".join([error_words(key, known_sigma), *regions]))
     if of_error:
         spread = factor * (sigma.mean(axis=2) if sigma.ndim == 3 else sigma)
-        sample = _sample(spread)
+        sample = _sample(spread if mask is None else spread[inside][None])
         high = max(float(np.quantile(sample[np.isfinite(sample)], 0.99)), 1e-6) if np.isfinite(sample).any() else 1e-6
-        image = yield from scalar_map(spread, high, colour_table())
+        image = pixels_image(_hide(scalar_pixels(spread, high, colour_table()), mask))
         return Shown(image, colour_table(), 0.0, high, f"± {unit.split()[-1]}" if unit.strip() else "±", *said)
     if values.ndim == 3:
-        return Shown(pixels_image(preview(name, values)), GREY, 0.0, 0.0, "", *said)
+        return Shown(pixels_image(_hide(preview(name, values), mask)), GREY, 0.0, 0.0, "", *said)
     low, high = 0.0, 1.0
     if name == "height":
-        low, high = (float(each) for each in np.quantile(_sample(values), (0.001, 0.999)))
+        sample = _sample(known_values)
+        low, high = (float(each) for each in np.quantile(sample, (0.001, 0.999)))
     elif name == "specular":
         high = max(float(np.quantile(_sample(values), 0.995)), 1e-3)
     span = max(high - low, 1e-6)
-    above = np.asarray(values - np.float32(low), np.float32)
+    pixels = scalar_pixels(np.asarray(values - np.float32(low), np.float32), span, GREY)
     if name == "height":
-        caption = "texels" if key == name else "mm"
-        return Shown(_draw_height(above / span, sigma), GREY, low, low + span, caption, *said)
-    image = yield from scalar_map(above, span, GREY)
-    return Shown(image, GREY, low, low + span, "", *said)
+        pixels[~np.isfinite(sigma)] = UNKNOWN  # on depth edges
+    caption = "" if name != "height" else "texels" if key == name else "mm"
+    return Shown(pixels_image(_hide(pixels, mask)), GREY, low, low + span, caption, *said)
 
 
-def _draw_height(share: Values, sigma: Values) -> Image:
-    """Shares (H, W) of the scale in grey, and texels of unknown height, which lie on depth edges, in colour."""
-    grey = (255.0 * np.clip(share, 0.0, 1.0)).astype(np.uint8)
-    pixels = np.repeat(grey[..., None], 3, axis=2)
-    pixels[~np.isfinite(sigma)] = UNKNOWN
-    return pixels_image(pixels)
+def _hide(pixels: NDArray[np.uint8], mask: Values | None) -> NDArray[np.uint8]:
+    """Pixels (H, W, 3) in which background, where the mask (H, W) is 0, has one colour."""
+    return pixels if mask is None else np.where((mask > 0.0)[..., None], pixels, np.array(BACKGROUND, np.uint8))
 
 
 def error_words(name: str, sigma: Values) -> str:

@@ -148,6 +148,7 @@ ARRAYS: Mapping[str, Mapping[str, str]] = {
         "height": "H W!",
         "occlusion": "H W!",
         "region": "H W!",
+        "mask": "H W!",
     },
     "Uncertainty": {
         "base_colour": "H W 3",

@@ -77,8 +77,13 @@ def pixels_image(pixels: NDArray[np.uint8]) -> Image:
 def scalar_map(values: NDArray[np.float32], high: float, table: NDArray[np.uint8]) -> Steps[Image]:
     """The image of (H, W) values in [0, high] through a colour `table` (256, 3)."""
     yield Step(0.0, "preparing the map")
+    return pixels_image(scalar_pixels(values, high, table))
+
+
+def scalar_pixels(values: NDArray[np.float32], high: float, table: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """(H, W, 3) colours of values (H, W) in [0, high] through a colour `table` (256, 3)."""
     index = np.clip(np.clip(np.nan_to_num(values), 0.0, high) * (255.0 / max(high, 1e-30)), 0, 255).astype(np.uint8)
-    return pixels_image(table[index])
+    return np.asarray(table[index])
 
 
 def rgb_image(pixels: NDArray[np.uint8]) -> QImage:

@@ -39,11 +39,16 @@ UPPER, SATURATED, UNKNOWN = 160, 254, 255
 #: Least radiance of the upper brightness, over the white level.
 MIN_RADIANCE = 0.004
 
+#: Brightness of a texel that no lamp lights: its share of the brightest, and over the white level; and the share of the
+#: image of the smallest part that is lit or not.
+UNLIT_SHARE, MAX_UNLIT, MIN_PART = 0.01, 0.003, 5e-4
+
 #: Level from which a texel is lit, and share of it below which the next but one is in a shadow.
 LIT, DARK_SHARE = 24, 0.3
 
-#: Lamps on one side that must show an edge: their number, and their share of those that light the texel before it.
-MIN_LAMPS, MIN_LAMP_SHARE = 2, 0.5
+#: Lamps on one side that must show an edge: their number, and their share of those that light the texel before it; a
+#: smaller share is enough where a line goes on.
+MIN_LAMPS, MIN_LAMP_SHARE, MIN_SHARE_ON_A_LINE = 2, 0.5, 0.25
 
 #: Brightness of a texel in a shadow over that of the lit one before it, by the fit, from which the shadow is one that
 #: is cast; cosine over that of a flat texel from which it faces the lamp; and the share of the lamps for which both
@@ -85,11 +90,12 @@ class Division:
 @dataclass(frozen=True, eq=False)
 class ShadowEdges:
     """Texels on which shadows begin: their rows and columns (E, 2), and under which lamps (E, N); and the lamps'
-    directions (N, 3)."""
+    directions (N, 3). `upper` (H, W) is the radiance of each texel of which a fifth of the lamps show more."""
 
     places: NDArray[np.int64]
     shadowed: NDArray[np.bool_]
     directions: Array
+    upper: NDArray[np.float32]
 
     def mark(self, shape: tuple[int, int]) -> NDArray[np.bool_]:
         """(H, W) the texels."""
@@ -147,6 +153,7 @@ def find_depth_edges(stack: ImageStack, used: NDArray[np.int64], directions: Arr
     height, width = stack.radiance.shape[1:3]
     places, shadowed = [np.empty((0, 2), np.int64)], [np.empty((0, len(used)), np.bool_)]
     side, towards = _towards(directions)
+    upper, share = np.empty((height, width), np.float32), np.zeros((height, width), np.float32)
     block = max(2 * ROWS, BLOCK_VALUES // (3 * len(used) * width))
     for first in range(0, height, block):
         yield Step(first / height, "looking for depth edges")
@@ -154,14 +161,22 @@ def find_depth_edges(stack: ImageStack, used: NDArray[np.int64], directions: Arr
         top, bottom = max(first - ROWS, 0), min(last + ROWS, height)
         radiance = np.asarray(stack.radiance[used, top:bottom])
         levels = np.empty(radiance.shape[:3], np.uint8)
-        _rank(radiance, np.asarray(stack.saturated[used, top:bottom]), levels)
-        seen = np.zeros(levels.shape[1:], np.bool_)
+        brightness = np.empty(radiance.shape[1:3], np.float32)
+        _rank(radiance, np.asarray(stack.saturated[used, top:bottom]), levels, brightness)
+        upper[first:last] = brightness[first - top : last - top]
+        seen = np.zeros(levels.shape[1:], np.float32)
         _find_edges(levels, side, towards, seen)
-        seen[: first - top] = seen[last - top :] = False
-        rows, columns = np.nonzero(seen)
+        seen[: first - top] = seen[last - top :] = 0.0
+        share[first:last] = seen[first - top : last - top]
+        rows, columns = np.nonzero(seen >= MIN_SHARE_ON_A_LINE)
         places.append(np.stack([rows + top, columns], axis=1))
         shadowed.append(_find_shadowing(levels, towards, rows, columns))
-    return ShadowEdges(np.concatenate(places), np.concatenate(shadowed), directions)
+    lines, number = ndimage.label(share >= MIN_SHARE_ON_A_LINE, np.ones((3, 3)))
+    holds = np.zeros(number + 1, np.bool_)
+    holds[lines[share >= MIN_LAMP_SHARE]] = True
+    at = np.concatenate(places)
+    kept = holds[lines[at[:, 0], at[:, 1]]]
+    return ShadowEdges(at[kept], np.concatenate(shadowed)[kept], directions, upper)
 
 
 def _find_shadowing(
@@ -175,6 +190,20 @@ def _find_shadowing(
         near, far = (levels[i, r[inside], c[inside]].astype(np.float64) for r, c in ends)
         found[inside, i] = (near >= LIT) & (near < UNKNOWN) & (far < DARK_SHARE * near)
     return found
+
+
+def find_unlit(upper: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """(H, W) texels of the upper brightness (H, W) that hardly any light reaches, in parts of some size.
+
+    They are black beside the brightest, and of a brightness of which a photograph of 8 bits shows some ten levels:
+    what differs from lamp to lamp in them is noise and compression.
+    """
+    unlit = upper < min(UNLIT_SHARE * float(np.quantile(upper, 0.99)), MAX_UNLIT)
+    for dark in (False, True):  # specks of the one in the other
+        parts, _ = ndimage.label(unlit == dark)
+        sizes = np.bincount(parts.ravel())
+        unlit ^= (parts > 0) & (sizes < max(MIN_REGION, MIN_PART * unlit.size))[parts]
+    return np.asarray(unlit)
 
 
 def find_beside(edges: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -196,15 +225,15 @@ def find_shadows(stack: ImageStack, used: NDArray[np.int64], first: int, last: i
     top, bottom = max(first - 1, 0), min(last + 1, stack.radiance.shape[1])
     radiance = np.asarray(stack.radiance[used, top:bottom])
     levels = np.empty(radiance.shape[:3], np.uint8)
-    _rank(radiance, np.asarray(stack.saturated[used, top:bottom]), levels)
+    _rank(radiance, np.asarray(stack.saturated[used, top:bottom]), levels, np.empty(radiance.shape[1:3], np.float32))
     dark = np.stack([cv2.erode(each, np.ones((3, 3), np.uint8)) for each in levels])[:, first - top : last - top] < LIT
     dark &= (~dark).sum(axis=0) >= max(MIN_LIT, len(used) // 6)
     return np.asarray(dark.reshape(len(used), -1))
 
 
 @parallel
-def _rank(radiance: np.ndarray, saturated: np.ndarray, levels: np.ndarray) -> None:
-    """Fill `levels` (N, R, W) with the brightness of texels over their upper one."""
+def _rank(radiance: np.ndarray, saturated: np.ndarray, levels: np.ndarray, brightness: np.ndarray) -> None:
+    """Fill `levels` (N, R, W) with the brightness of texels over their upper one, which is put into `brightness`."""
     count, rows, columns = levels.shape
     for row in prange(rows):
         grey, scratch = np.empty(count), np.empty(count)
@@ -213,6 +242,7 @@ def _rank(radiance: np.ndarray, saturated: np.ndarray, levels: np.ndarray) -> No
                 grey[i] = radiance[i, row, column, 0] + radiance[i, row, column, 1] + radiance[i, row, column, 2]
                 scratch[i] = grey[i]
             upper = nth_smallest(scratch, count, count - 1 - count // 5)
+            brightness[row, column] = upper / 3.0
             for i in range(count):
                 if upper < 3.0 * MIN_RADIANCE:
                     levels[i, row, column] = UNKNOWN
@@ -224,7 +254,8 @@ def _rank(radiance: np.ndarray, saturated: np.ndarray, levels: np.ndarray) -> No
 
 @parallel
 def _find_edges(levels: np.ndarray, side: np.ndarray, towards: np.ndarray, seen: np.ndarray) -> None:
-    """Fill `seen` (R, W) where lamps light a texel and leave the next but one, away from them, in a shadow."""
+    """Fill `seen` (R, W) with the share of lamps that light a texel and leave the next but one, away from them, in a
+    shadow, of those on one side that light it."""
     count, rows, columns = levels.shape
     for row in prange(rows):
         number, right, up = np.zeros(columns), np.zeros(columns), np.zeros(columns)
@@ -257,7 +288,8 @@ def _find_edges(levels: np.ndarray, side: np.ndarray, towards: np.ndarray, seen:
                 if LIT <= near < UNKNOWN and far < UNKNOWN:
                     tell += 1
                     agree += far < DARK_SHARE * near
-            seen[row, column] = agree >= MIN_LAMPS and agree >= MIN_LAMP_SHARE * tell
+            if agree >= MIN_LAMPS:
+                seen[row, column] = agree / tell
 
 
 def add_torn(edges: NDArray[np.bool_], off: Array, excess: Array) -> NDArray[np.bool_]:

@@ -94,6 +94,7 @@ class PbrMaps(Summary):
     region : (H, W) number of the region of a texel, from 0 by falling size; None for one region. Depth edges divide the
         surface into regions, between which the step of the height is unknown. The height's standard deviation is that
         from the mean of its region, and inf on the edges.
+    mask : (H, W) 1 where the surface is, 0 for background, of which nothing is known; None where all is surface.
     """
 
     base_colour: Map
@@ -107,6 +108,7 @@ class PbrMaps(Summary):
     observed: ObservedSlopes = ObservedSlopes("both")
     errors: MapErrors = MapErrors()
     region: Map | None = None
+    mask: Map | None = None
 
     def __post_init__(self) -> None:
         shape = self.roughness.shape
@@ -116,6 +118,7 @@ class PbrMaps(Summary):
             _check(name, getattr(self, name), shape, 0.0, 1.0)
         _check("normal", self.normal, shape, -1.0 - UNIT, 1.0 + UNIT)
         _check("height", self.height, shape, -np.inf, np.inf)
+        _check("mask", self.mask, shape, 0.0, 1.0)
         _check("region", self.region, shape, 0.0, shape[0] * shape[1])
         lengths = np.einsum("ijk,ijk->ij", self.normal, self.normal)
         if not np.abs(lengths - 1.0).max(initial=0.0) < 2.0 * UNIT:
@@ -135,7 +138,7 @@ class PbrMaps(Summary):
     @property
     def size_bytes(self) -> int:
         """Bytes of all maps and their uncertainty."""
-        names = ("base_colour", "normal", "roughness", "metallic", "f0", "height", "occlusion", "region")
+        names = ("base_colour", "normal", "roughness", "metallic", "f0", "height", "occlusion", "region", "mask")
         found = [getattr(source, name, None) for source in (self, self.uncertainty) for name in names]
         return sum(values.nbytes for values in found if values is not None)
 

@@ -3,8 +3,8 @@
 The steps: the lamps and what they tell (`lamps`), kinds of texels and their priors, slopes and reflectance of each
 texel (`reflectance`, `engine.texel.kernel`), height (`height`), occlusion by relief (`horizon`), and the error against
 the photographs (`relight`).
-Memory, by the arrays and not measured: maps with their uncertainties take 100 bytes a texel, the height 100 more; 24
-megapixels would need some 5 GiB.
+Memory, by the arrays and not measured: maps with their uncertainties take 150 bytes a texel, the height 100 more; 24
+megapixels would need some 6 GiB.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from engine.core.figure_text import number, percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
 from engine.core.summary import Summary
-from engine.surface.depth_edges import add_torn, divide, find_beside, find_depth_edges
+from engine.surface.depth_edges import add_torn, divide, find_beside, find_depth_edges, find_unlit
 from engine.surface.height import (
     LENS,
     disagreement,
@@ -37,15 +37,18 @@ from engine.surface.height import (
 from engine.surface.horizon import openness
 from engine.surface.lamps import Lamps, lamps
 from engine.surface.pbr_maps import DIELECTRIC_F0, Map, MapErrors, PbrMaps, Uncertainty, count_regions
-from engine.surface.reflectance import FEWEST_FOR_GLOSS, Array, fit_rows, kinds, metallic_roughness
+from engine.surface.reflectance import FEWEST_FOR_GLOSS, METAL_EVIDENCE, Array, fit_rows, kinds, metallic_roughness
+from engine.surface.regularise import smooth_roughness, weigh_neighbours
 from engine.surface.relight import coefficients, measure_relight_errors
 from engine.surface.rig_error import rig_error
 from engine.texel.kernel import (
     COV_AB,
     COV_REFLECTANCE,
     DIFFUSE,
+    DIFFUSE_BY_R,
     ROUGHNESS,
     SPECULAR,
+    SPECULAR_BY_R,
     VAR_A,
     VAR_B,
     VAR_DIFFUSE,
@@ -59,6 +62,20 @@ BORDER, LOWEST = 64, math.radians(5.0)
 
 #: Held-out error over that of the mean image, and median deviation of normals (radians), that need attention.
 NOT_BETTER, MAX_NORMAL_SIGMA = 0.8, math.radians(5.0)
+
+#: Columns of ρ and F, their variances and covariance, and how they move with the roughness.
+COEFFICIENTS = [
+    *range(DIFFUSE, DIFFUSE + 3),
+    *range(SPECULAR, SPECULAR + 3),
+    VAR_DIFFUSE,
+    VAR_SPECULAR,
+    COV_REFLECTANCE,
+    DIFFUSE_BY_R,
+    SPECULAR_BY_R,
+]
+
+#: Texels that are converted at once.
+BLOCK_TEXELS = 1 << 18
 
 #: Share of texels whose colour may exceed one before it is worth a word.
 WORTH_A_WORD = 0.001
@@ -92,23 +109,24 @@ def recover(
     """
     start = time.perf_counter()
     seen = lamps(stack, used)
-    alike = yield from part(kinds(stack, used, seen, white), 0.0, 0.05)
-    planes = _Planes(stack.radiance.shape[1], stack.radiance.shape[2], seen)
+    shape = (stack.radiance.shape[1], stack.radiance.shape[2])
+    planes = _Planes(*shape, seen)
     diffuse_only = len(used) < FEWEST_FOR_GLOSS
+    outside = np.zeros(shape, np.bool_)
     shadows = beside = None
     if seen.observed.kind == "both":
-        shadows = yield from part(find_depth_edges(stack, used, seen.direction), 0.05, 0.1)
-        beside = (
-            find_beside(shadows.mark((stack.radiance.shape[1], stack.radiance.shape[2])))
-            if len(shadows.places)
-            else None
-        )
-    for step in fit_rows(stack, used, seen, alike, diffuse_only, beside):
+        shadows = yield from part(find_depth_edges(stack, used, seen.direction), 0.0, 0.05)
+        outside |= find_unlit(shadows.upper)
+        outside &= not outside.all()
+        beside = find_beside(shadows.mark(shape)) if len(shadows.places) else None
+    alike = yield from part(kinds(stack, used, seen, white, outside), 0.05, 0.1)
+    for step in fit_rows(stack, used, seen, alike, diffuse_only, beside, outside):
         first, last, found = step.partial
         if diffuse_only:
             found[:, SPECULAR : SPECULAR + 3] = DIELECTRIC_F0
         planes.put(first, last, found)
         yield Step(0.1 + 0.5 * step.done, step.note)
+    planes.finish(outside)
     blur, shift = _alignment_errors(stack, used)
     for channel in range(3):
         own = planes.sigma["base_colour"][..., channel]
@@ -134,6 +152,7 @@ def recover(
         of_image = (blurred + moved) * (steep + 1.0) / steep**2
         planes.sigma["normal"] = np.sqrt(planes.sigma["normal"] ** 2 + of_image).astype(np.float32)
         variance = planes.variance + blurred + moved
+        edges |= outside
         division = divide(edges)
         solved = yield from part(height_from_slopes(right, up, variance, division), 0.6, 0.7)
         excess, off = disagreement(solved, right, up, variance, division)
@@ -146,6 +165,8 @@ def recover(
         if division is not None and division.count > 1:
             region = division.region.astype(np.float32)
         planes.sigma["normal"] = np.minimum(planes.sigma["normal"] * np.sqrt(excess), 0.5 * np.pi).astype(np.float32)
+        if outside.any():
+            solved[outside] = solved[~outside].min()
         height = solved.astype(np.float32)
         deviation = yield from part(height_deviation(excess * variance, division), 0.75, 0.8)
         yield Step(0.8, "estimating errors of the rig")
@@ -164,9 +185,10 @@ def recover(
         hidden = np.sqrt(occlusion * (1.0 - occlusion))
         occlusion_sigma = np.minimum(2.0 * hidden * planes.sigma["normal"], 1.0).astype(np.float32)
     solved_at = time.perf_counter()
-    figures = MapErrors(normal_sigma=float(np.median(planes.sigma["normal"])))
+    figures = MapErrors(normal_sigma=float(np.median(planes.sigma["normal"][~outside])))
     if left_out:
-        apart = yield from part(measure_relight_errors(stack, used, seen, alike, lambertian=diffuse_only), 0.85, 1.0)
+        comparing = measure_relight_errors(stack, used, seen, alike, lambertian=diffuse_only, outside=outside)
+        apart = yield from part(comparing, 0.85, 1.0)
         figures = MapErrors(apart.in_sample, apart.left_out, apart.mean_picture, figures.normal_sigma)
     maps = PbrMaps(
         planes.base_colour,
@@ -180,6 +202,7 @@ def recover(
         seen.observed,
         figures,
         region,
+        (~outside).astype(np.float32) if outside.any() else None,
     )
     seconds = {"fit": fitted - start, "height": solved_at - fitted, "errors": time.perf_counter() - solved_at}
     return Surface(maps, seen, alike.white, _health(maps, alike.white, len(used), doubts), seconds)
@@ -214,7 +237,8 @@ class _Planes:
         self.seen = seen
         plane, colour = (height, width), (height, width, 3)
         self.slope = np.zeros((height, width, 2), np.float32)
-        self.variance = np.zeros(plane, np.float32)
+        self.variance, self.evidence = np.zeros(plane, np.float32), np.zeros(plane, np.float32)
+        self.coefficients = np.zeros((*plane, len(COEFFICIENTS)), np.float32)
         self.base_colour, self.normal = np.zeros(colour, np.float32), np.zeros(colour, np.float32)
         self.roughness, self.metallic, self.f0 = (np.zeros(plane, np.float32) for _ in range(3))
         self.sigma: dict[str, Map] = {
@@ -240,16 +264,43 @@ class _Planes:
             b, c = np.zeros_like(b), np.zeros_like(c)
         self.variance[rows] = reshape(0.5 * (a + b))
         self.sigma["normal"][rows] = reshape(_angle(along, across, a, b, c))
-        made = metallic_roughness(
-            found[:, DIFFUSE : DIFFUSE + 3],
-            found[:, SPECULAR : SPECULAR + 3],
-            found[:, (VAR_DIFFUSE, VAR_SPECULAR, COV_REFLECTANCE)],
-        )
-        self.base_colour[rows], self.metallic[rows] = reshape(made.base_colour), reshape(made.metallic)
-        self.f0[rows], self.roughness[rows] = reshape(made.f0), reshape(found[:, ROUGHNESS])
-        self.sigma["base_colour"][rows] = reshape(made.base_colour_sigma)
-        self.sigma["metallic"][rows], self.sigma["f0"][rows] = reshape(made.metallic_sigma), reshape(made.f0_sigma)
+        self.coefficients[rows] = reshape(found[:, COEFFICIENTS])
+        self.roughness[rows] = reshape(found[:, ROUGHNESS])
         self.sigma["roughness"][rows] = reshape(np.minimum(np.sqrt(found[:, VAR_ROUGHNESS]), 0.5))
+        self._convert(rows, METAL_EVIDENCE)
+
+    def finish(self, outside: NDArray[np.bool_]) -> None:
+        """Let neighbours decide what texels do not tell, and say that nothing is known of texels `outside` (H, W)."""
+        found, sigma = smooth_roughness(self.roughness, self.sigma["roughness"], outside)
+        # ρ and F move with the roughness
+        moved = (found - self.roughness)[..., None] * self.coefficients[..., 9:]
+        self.coefficients[..., :3] = np.maximum(self.coefficients[..., :3] + moved[..., :1], 0.0)
+        self.coefficients[..., 3:6] = np.maximum(self.coefficients[..., 3:6] + moved[..., 1:], 0.0)
+        self.roughness, self.sigma["roughness"] = found, sigma
+        threshold = weigh_neighbours(self.evidence, METAL_EVIDENCE, outside)
+        rows = max(1, BLOCK_TEXELS // self.roughness.shape[1])
+        for first in range(0, len(self.roughness), rows):
+            self._convert(slice(first, first + rows), threshold[first : first + rows])
+        for name, values, unknown in (
+            ("roughness", self.roughness, 0.5),
+            ("metallic", self.metallic, 0.5),
+            ("f0", self.f0, DIELECTRIC_F0),
+        ):
+            values[outside] = DIELECTRIC_F0 if name == "f0" else 0.5 if name == "roughness" else 0.0
+            self.sigma[name][outside] = unknown
+        self.base_colour[outside], self.sigma["base_colour"][outside] = 0.0, 1.0
+
+    def _convert(self, rows: slice, evidence: float | Map) -> None:
+        """Metallic-roughness of the coefficients of some rows; a metal needs this evidence."""
+        flat = self.coefficients[rows].reshape(-1, 11).astype(np.float64)
+        needed = evidence if isinstance(evidence, float) else evidence.ravel().astype(np.float64)
+        made = metallic_roughness(flat[:, :3], flat[:, 3:6], flat[:, 6:9], needed)
+        shape = self.roughness[rows].shape
+        self.base_colour[rows], self.metallic[rows] = made.base_colour.reshape(*shape, 3), made.metallic.reshape(shape)
+        self.f0[rows], self.evidence[rows] = made.f0.reshape(shape), made.metal_evidence.reshape(shape)
+        self.sigma["base_colour"][rows] = made.base_colour_sigma.reshape(*shape, 3)
+        self.sigma["metallic"][rows] = made.metallic_sigma.reshape(shape)
+        self.sigma["f0"][rows] = made.f0_sigma.reshape(shape)
 
     def predict(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Array:
         """(N, E) radiance of texels at `rows` and `columns` (E,) under each lamp, as the maps show it."""
@@ -292,9 +343,13 @@ def _health(maps: PbrMaps, white: float, photographs: int, doubts: list[Finding]
         text = f"the lamps stand on one arc: only the slope along {azimuth}° is observed, across it the surface is "
         findings.append(Finding(Verdict.WARNING, text + "shown as flat, and there is no height"))
     if maps.region is not None:
-        share = percent(float(np.mean(maps.region == 0.0)))
+        inside = maps.region == maps.region if maps.mask is None else maps.mask > 0.0
+        share = percent(float(np.mean(maps.region[inside] == 0.0)))
         text = f"depth edges divide the surface into {count_regions(maps)} regions, the largest with {share} of it: "
         findings.append(Finding(Verdict.WARNING, f"{text}the height steps between them by amounts that are unknown"))
+    if maps.mask is not None:
+        share = percent(float(1.0 - maps.mask.mean(dtype=np.float64)))
+        findings.append(Finding(Verdict.NOTE, f"{share} of the image is background, of which nothing is said"))
     if photographs < FEWEST_FOR_GLOSS:
         text = f"{photographs} photographs do not tell highlights: roughness and reflectance are those of plastic"
         findings.append(Finding(Verdict.WARNING, text))

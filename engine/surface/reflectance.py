@@ -139,7 +139,8 @@ class Kinds:
 
 @dataclass(frozen=True, eq=False)
 class Reflectance:
-    """Metallic-roughness of texels and one standard deviation of each, (T, …) as in `PbrMaps`."""
+    """Metallic-roughness of texels and one standard deviation of each, (T, …) as in `PbrMaps`, and by how many squared
+    deviations a metal explains each better than a dielectric."""
 
     base_colour: Array
     metallic: Array
@@ -147,6 +148,7 @@ class Reflectance:
     base_colour_sigma: Array
     metallic_sigma: Array
     f0_sigma: Array
+    metal_evidence: Array
 
 
 def texels(stack: ImageStack, used: NDArray[np.int64], first: int, last: int, step: int = 1) -> Texels:
@@ -172,6 +174,14 @@ def texels(stack: ImageStack, used: NDArray[np.int64], first: int, last: int, st
         across.ravel(),
         None if stack.diffuse is None else read(stack.diffuse).reshape(count, -1, 3),
     )
+
+
+def leave_out(texels: Texels, outside: NDArray[np.bool_] | None) -> Texels:
+    """The texels that are not `outside` (H, W); all where none would be left."""
+    if outside is None or not outside.any():
+        return texels
+    inside = np.flatnonzero(~outside[texels.rows, texels.columns])
+    return texels.take(inside) if len(inside) else texels
 
 
 def fit(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds, lambertian: bool = False) -> Array:
@@ -205,14 +215,20 @@ def fit(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds, lambertian: 
     return found
 
 
-def kinds(stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, white: float | None = None) -> Steps[Kinds]:
-    """The kinds of a stack's texels, from a sample; `white` where it is known."""
+def kinds(
+    stack: ImageStack,
+    used: NDArray[np.int64],
+    lamps: Lamps,
+    white: float | None = None,
+    outside: NDArray[np.bool_] | None = None,
+) -> Steps[Kinds]:
+    """The kinds of a stack's texels, from a sample without those `outside` (H, W); `white` where it is known."""
     from scipy.cluster.vq import kmeans2
 
     height, width = stack.radiance.shape[1:3]
     step = max(1, int(np.ceil(np.sqrt(height * width / SAMPLE))))
     yield Step(0.0, "looking for texels that are alike")
-    some = texels(stack, used, step // 2, height, step)
+    some = leave_out(texels(stack, used, step // 2, height, step), outside)
     towards = lamps.observe_from(some.rows, some.columns, height, width)
     colour = _colour(some.radiance)
     count = min(KINDS, len(np.unique(colour, axis=0)))
@@ -298,12 +314,14 @@ def _growth(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds) -> Steps
     return growth
 
 
-def metallic_roughness(diffuse: Array, specular: Array, variance: Array) -> Reflectance:
+def metallic_roughness(
+    diffuse: Array, specular: Array, variance: Array, evidence: float | Array = METAL_EVIDENCE
+) -> Reflectance:
     """The metallic-roughness nearest to the coefficients ρ and F (T, 3), in the metric of their errors.
 
     `variance` (T, 3) are the variances of ρ and F and their covariance. A texel is a dielectric unless a metal explains
-    it better by `METAL_EVIDENCE`, and then a pure metal unless a mixture does. ρ = base (1 − metallic) (1 − F) and
-    F = f0 (1 − metallic) + base metallic.
+    it better by `evidence`, in squared deviations, and then a pure metal unless a mixture does. ρ = base (1 − metallic)
+    (1 − F) and F = f0 (1 − metallic) + base metallic.
     """
     a, b, c = variance[:, 0], variance[:, 1], variance[:, 2]
     a, b = np.clip(np.nan_to_num(a, posinf=1.0), 1e-10, 1.0), np.clip(np.nan_to_num(b, posinf=1.0), 1e-10, 1.0)
@@ -316,7 +334,7 @@ def metallic_roughness(diffuse: Array, specular: Array, variance: Array) -> Refl
     index, step = np.arange(len(a)), METALLIC[1]
     metal = 1 + cost[1:].argmin(axis=0)
     metal = np.where(cost[-1] < cost[metal, index] + METAL_EVIDENCE, len(METALLIC) - 1, metal)
-    best = np.where(cost[metal, index] + METAL_EVIDENCE < cost[0], metal, 0)
+    best = np.where(cost[metal, index] + evidence < cost[0], metal, 0)
     inside = np.clip(best, 1, len(METALLIC) - 2)
     low, middle, high = cost[inside - 1, index], cost[inside, index], cost[inside + 1, index]
     bend = np.maximum(low - 2.0 * middle + high, 1e-12)
@@ -331,7 +349,15 @@ def metallic_roughness(diffuse: Array, specular: Array, variance: Array) -> Refl
         for side in (-1, 1)
     ]
     base_variance += np.where(metallic > 0.0, 0.25, 0.0)[:, None] * (moved[1] - moved[0]) ** 2
-    return Reflectance(base, metallic, f0, np.minimum(np.sqrt(base_variance), 1.0), sigma, np.sqrt(f0_variance))
+    return Reflectance(
+        base,
+        metallic,
+        f0,
+        np.minimum(np.sqrt(base_variance), 1.0),
+        sigma,
+        np.sqrt(f0_variance),
+        cost[0] - cost[1:].min(axis=0),
+    )
 
 
 def _evaluate_metallic(
@@ -375,17 +401,23 @@ def fit_rows(
     kinds: Kinds,
     lambertian: bool = False,
     beside_edges: NDArray[np.bool_] | None = None,
+    outside: NDArray[np.bool_] | None = None,
 ) -> Steps[None]:
     """Fit block after block of rows; each step's `partial` is (first, last, found).
 
     Texels `beside_edges` (H, W) are fitted without the photographs in which they are dark, where these show the others
-    far better: where more than half of the lamps are hidden, a robust fit takes those that are not for outliers.
+    far better: where more than half of the lamps are hidden, a robust fit takes those that are not for outliers. Texels
+    `outside` (H, W) are taken to be black.
     """
     count, height, width = len(used), stack.radiance.shape[1], stack.radiance.shape[2]
     block = max(1, BLOCK_VALUES // (3 * count * width * (1 if stack.diffuse is None else 2)))
     for first in range(0, height, block):
         last = min(first + block, height)
         some = texels(stack, used, first, last)
+        if outside is not None and outside[first:last].any():
+            covered = ~outside[first:last].ravel()[:, None]
+            diffuse = None if some.diffuse is None else some.diffuse * covered
+            some = replace(some, radiance=some.radiance * covered, diffuse=diffuse)
         towards = lamps.observe_from(some.rows, some.columns, height, width)
         found = fit(some, towards, lamps, kinds, lambertian)
         if beside_edges is not None and beside_edges[first:last].any():

@@ -18,7 +18,7 @@ from engine.core.colour import srgb_encode
 from engine.core.steps import Step, Steps
 from engine.shading.directional.left_out import Predict, Texels
 from engine.surface.lamps import Lamps, lamps
-from engine.surface.reflectance import Array, Kinds, fit, kinds, metallic_roughness, texels
+from engine.surface.reflectance import Array, Kinds, fit, kinds, leave_out, metallic_roughness, texels
 from engine.texel.kernel import (
     COV_REFLECTANCE,
     DIFFUSE,
@@ -77,11 +77,17 @@ def predicting(stack: ImageStack, used: NDArray[np.int64], *, lambertian: bool =
 
 
 def measure_relight_errors(
-    stack: ImageStack, used: NDArray[np.int64], seen: Lamps, alike: Kinds, *, lambertian: bool = False
+    stack: ImageStack,
+    used: NDArray[np.int64],
+    seen: Lamps,
+    alike: Kinds,
+    *,
+    lambertian: bool = False,
+    outside: NDArray[np.bool_] | None = None,
 ) -> Steps[RelitErrors]:
-    """The same where lamps and kinds are known."""
+    """The same where lamps and kinds are known, without texels `outside` (H, W)."""
     inside, mean, fit_s, count = 0.0, 0.0, 0.0, len(used)
-    for some, towards in _grid(stack, used, seen, GRID):
+    for some, towards in _grid(stack, used, seen, GRID, outside):
         yield Step(0.1, "comparing with the photographs")
         started = time.perf_counter()
         found = fit(some, towards, seen, alike, lambertian)
@@ -94,7 +100,7 @@ def measure_relight_errors(
     if count > 4:
         out = 0.0
         folds = np.unique(np.linspace(0, count - 1, min(count, FOLDS)).round().astype(np.int64))
-        for some, towards in _grid(stack, used, seen, LEFT_OUT_GRID):
+        for some, towards in _grid(stack, used, seen, LEFT_OUT_GRID, outside):
             for at, fold in enumerate(folds):
                 yield Step(0.3 + 0.7 * at / len(folds), "leaving photographs out")
                 others = np.flatnonzero(np.arange(count) != fold)
@@ -106,11 +112,13 @@ def measure_relight_errors(
     return RelitErrors(float(np.sqrt(inside)), float(np.sqrt(out)), float(np.sqrt(mean)), fit_s)
 
 
-def _grid(stack: ImageStack, used: NDArray[np.int64], seen: Lamps, most: int) -> list[tuple[Texels, Array]]:
-    """Texels of a regular grid of at most `most` and their lamps, as one block."""
+def _grid(
+    stack: ImageStack, used: NDArray[np.int64], seen: Lamps, most: int, outside: NDArray[np.bool_] | None
+) -> list[tuple[Texels, Array]]:
+    """Texels of a regular grid of at most `most` that are not `outside`, and their lamps, as one block."""
     height, width = stack.radiance.shape[1:3]
     step = max(1, int(np.ceil(np.sqrt(height * width / most))))
-    some = texels(stack, used, step // 2, height, step)
+    some = leave_out(texels(stack, used, step // 2, height, step), outside)
     return [(some, seen.observe_from(some.rows, some.columns, height, width))]
 
 

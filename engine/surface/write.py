@@ -38,6 +38,7 @@ FILES = {
     "height": "height",
     "occlusion": "occlusion",
     "region": "region",
+    "mask": "mask",
 }
 
 #: Standard deviations at which previews of uncertainty are white.
@@ -52,7 +53,7 @@ def find_known_maps(maps: PbrMaps) -> dict[str, NDArray[np.float32]]:
         if values is None:
             continue
         found[name] = values
-        if maps.uncertainty is not None and field != "region":
+        if maps.uncertainty is not None and field not in ("region", "mask"):
             found[f"{name}_sigma"] = getattr(maps.uncertainty, field)
     return found
 
@@ -97,16 +98,17 @@ def record(surface: Surface, provenance: Mapping[str, Any]) -> dict[str, Any]:
         "in_sample_rmse_srgb8": _finite(errors.in_sample),
         "leave_one_out_rmse_srgb8": _finite(errors.left_out),
         "mean_picture_rmse_srgb8": _finite(errors.mean_picture),
+        "background_share": None if maps.mask is None else float(1.0 - maps.mask.mean(dtype=np.float64)),
         "height_regions": None if maps.height is None else count_regions(maps),
         "normal_sigma_deg": _finite(math.degrees(errors.normal_sigma)),
         "maps": {
             name: {
                 "file": f"{name}.exr",
                 "mean": _finite(float(values.mean(dtype=np.float64))),
-                "median_sigma": _finite(float(np.median(known[f"{name}_sigma"]))) if f"{name}_sigma" in known else None,
+                "median_sigma": _median(known[f"{name}_sigma"], maps.mask) if f"{name}_sigma" in known else None,
             }
             for name, values in known.items()
-            if not name.endswith("_sigma") and name != "region"
+            if not name.endswith("_sigma") and name not in ("region", "mask")
         },
         "seconds": surface.seconds,
         "warnings": surface.health.warnings,
@@ -132,6 +134,11 @@ def write_surface(folder: Path, surface: Surface, provenance: Mapping[str, Any],
             files += [f"{name}.exr", f"{name}.png"]
         write_json(partial / RECORD, record(surface, provenance))
     return [RECORD, *files]
+
+
+def _median(sigma: NDArray[np.float32], mask: NDArray[np.float32] | None) -> float | None:
+    """The median over the surface, None where it is not known."""
+    return _finite(float(np.median(sigma if mask is None else sigma[mask > 0.0])))
 
 
 def _finite(value: float) -> float | None:

@@ -89,7 +89,7 @@ def test_a_steep_surface_that_turns_away_from_lamps_is_no_edge() -> None:
     maps = drain(recover(made, np.arange(28), left_out=False)).maps
     height = rendered.heights * capture.width
     assert maps.height is not None
-    assert np.sqrt(np.mean((maps.height - (height - height.mean())) ** 2)) < 0.06
+    assert np.sqrt(np.mean((maps.height - (height - height.mean())) ** 2)) < 0.08
     seen = drain(find_depth_edges(made, np.arange(28), towards)).mark((80, 96))
     assert seen.mean() > 0.02  # which only the fit tells from edges
 
