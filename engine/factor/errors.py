@@ -136,6 +136,14 @@ class Reference:
         weight = np.maximum(self.wo[:, 2], 0.0)
         return float(np.sqrt(weight @ (difference * difference).mean(axis=1) / weight.sum()))
 
+    def measure_held_out(self, approximation: Brdf, epsilon: float = EPSILON) -> HeldOut:
+        """Both errors at these pairs, which are none of those that a factorisation is made from."""
+        value = approximation.f(self.wi, self.wo)
+        missed = (value - self.value) * self.wi[:, 2:]
+        space = LogSpace.of(self.value, epsilon) if self.value.max() > 0.0 else LogSpace(np.ones(3), epsilon)
+        log = space.forward(np.maximum(value, 0.0)) - space.forward(self.value)
+        return HeldOut(float(np.sqrt((missed * missed).mean())), float((log * log).mean()))
+
     def miss(self, rms_by_band: tuple[float, ...]) -> float:
         """Errors in bands relative to the BRDF itself: their median.
 

@@ -341,7 +341,7 @@ class _Run:
         most = max((each["terms"] for each in settings if "terms" in each.parameters), default=1)
         if most > 1:
             if most not in self.factors:
-                self.factors[most] = yield from factors_for(self.scene.brdf, most)
+                self.factors[most] = yield from factors_for(self.scene.brdf, most, signs="signed")
             most = self.factors[most].terms
         return list(dict.fromkeys(reduce(each, most) for each in settings))
 

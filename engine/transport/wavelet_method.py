@@ -46,7 +46,9 @@ def prepare(
     yield Step(0.0, "factoring the BRDF")
     bases = []
     for number, brdf in enumerate(brdfs):
-        steps = wavelet_bake.factors_for(brdf, settings.terms, kind=settings.map, weighting=settings.weighting)
+        steps = wavelet_bake.factors_for(
+            brdf, settings.terms, kind=settings.map, weighting=settings.weighting, signs=settings.signs
+        )
         base = yield from part(steps, number / len(brdfs), (number + 1) / len(brdfs))
         if tested is not None:
             base = base.truncate((yield from part(best_terms(base, brdf, tested), 1.0, 1.0)))
@@ -73,6 +75,7 @@ def parameters(work: wavelet_bake.Work, settings: WaveletSettings) -> dict[str, 
         "occluder_cells": work.settings.occluder_cells,
         "map": work.factors.hemisphere_map.kind,
         "weighting": settings.weighting,
+        "signs": settings.signs,
         "blend": list(settings.blend),
         "albedo": settings.albedo,
     }
@@ -181,7 +184,7 @@ def illuminate(file: TransportFile, light: Light, asked: WaveletLight, _brdf: st
         RelightWavelets(transport, rows),
         reported,
         lambda eye: radiance_from(transport, rows, eye).negative_rel,
-        "factor the BRDF with --method nonnegative and bake these factors, which have no negative term",
+        "bake the BRDF with --signs nonnegative, or factor it with --method nonnegative: those have no negative term",
     )
 
 

@@ -49,7 +49,7 @@ def wang_2(settings: Settings) -> Steps[Figure]:
     lit = _Lit(settings)
     expected = yield from part(reference_of(lit.scene, settings), 0.0, 0.3)
     counts = [terms for terms in TERMS if terms <= (4 if settings.quick else TERMS[-1])]
-    factors = yield from part(factors_for(brdf, counts[-1]), 0.3, 0.5)
+    factors = yield from part(factors_for(brdf, counts[-1], signs="signed"), 0.3, 0.5)
     signed = [(f"K = {terms}", {"terms": terms}, lit.draw(factors.truncate(terms))) for terms in counts]
     positive = []
     for number, terms in enumerate(counts):

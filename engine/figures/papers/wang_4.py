@@ -55,7 +55,7 @@ def wang_4(settings: Settings) -> Steps[Figure]:
     for number, (title, name, text, brdf) in enumerate(models):
         start, stop = 0.3 * number / len(models), 0.3 * (number + 1) / len(models)
         sweep, shown = yield from part(_curves(brdf, settings), start, stop)
-        kept.append(Kept((yield from part(factors_for(brdf, DRAWN), stop, stop))))
+        kept.append(Kept((yield from part(factors_for(brdf, DRAWN, signs="signed"), stop, stop))))
         table += [{"brdf": text, **line} for line in sweep]
         plots[f"rms-{name.replace(' ', '-')}"] = _plot(title, sweep)
         textures = tuple(_texture(shown, term) for term in range(SHOWN))

@@ -164,8 +164,8 @@ def can_be_factored(brdf: Brdf) -> bool:
 
 @remember(16)
 def _factors(brdf: Brdf) -> dict[int, SeparableFactors]:
-    """The factors of bakes by their number of terms."""
-    return drain(factors_of_each(brdf, TERMS))
+    """The signed factors of bakes by their number of terms; non-negative ones err about as much, and take seconds."""
+    return drain(factors_of_each(brdf, TERMS, signs="signed"))
 
 
 def _wavelets(scene: Scenery) -> dict[tuple[int, int], float]:

@@ -10,6 +10,9 @@ from engine.core.params import check, choice, flag, text, texts, whole
 if TYPE_CHECKING:
     pass
 
+#: Signs of the terms of a factorisation.
+Signs = Literal["auto", "signed", "nonnegative"]
+
 #: Bounces between parts of the model, where interreflection is asked for.
 BOUNCES = 3
 
@@ -117,6 +120,12 @@ class WaveletSettings:
         "auto",
         ("auto", "plain", "cosine"),
         doc="norm in which terms are found; auto: the one with the lower cosine-weighted error",
+    )
+    signs: Literal["auto", "signed", "nonnegative"] = choice(
+        "auto",
+        ("auto", "signed", "nonnegative"),
+        doc="signed terms have the least squared error and may sum to less than black; nonnegative ones never do, and "
+        "are nearer to dark values; auto: nonnegative ones where their errors are smaller",
     )
     blend: tuple[str, ...] = texts(
         metavar="BRDF:SOURCE",

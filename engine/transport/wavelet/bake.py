@@ -21,7 +21,7 @@ from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
 from engine.core.figure_text import size_text
 from engine.core.params import check_values
 from engine.core.steps import Step, Steps, part
-from engine.factor.errors import reference
+from engine.factor.errors import Reference, reference
 from engine.factor.hemisphere_map import HemisphereMap, MapKind
 from engine.factor.normalised import normalise
 from engine.factor.separable import Weighting, separate
@@ -41,7 +41,7 @@ from engine.transport.baking.file import (
     writing,
 )
 from engine.transport.baking.occluder import Occluder, simplify
-from engine.transport.baking.settings import WaveletSettings
+from engine.transport.baking.settings import Signs, WaveletSettings
 from engine.transport.baking.visibility import Receivers, portion, visibility_shares
 from engine.transport.wavelet.haar import FACES, check_edge
 from engine.transport.wavelet.transfer import (
@@ -63,6 +63,10 @@ MAP_SIZE = 48
 
 #: Terms that are made at least, of which a bake takes the first.
 NESTED = 8
+
+#: Share of the light below zero up to which signed terms are taken as they are, and linear error of non-negative ones,
+#: over that of signed ones, up to which these are taken in their place.
+MAX_BELOW_ZERO, MORE_ERROR = 1e-4, 1.05
 
 #: Visibility counts of a chunk of the file, roughly.
 CHUNK_TEXELS = 1 << 21
@@ -131,17 +135,27 @@ class Baked:
 
 
 def factors_for(
-    brdf: Brdf, terms: int, *, kind: MapKind = "orthographic", weighting: Weighting = "auto"
+    brdf: Brdf,
+    terms: int,
+    *,
+    kind: MapKind = "orthographic",
+    weighting: Weighting = "auto",
+    signs: Signs = "auto",
 ) -> Steps[SeparableFactors]:
     """The factors of `brdf` that a bake takes: its own where it is one, otherwise up to `terms` new ones.
 
     ValueError where the factors are over half and difference vectors.
     """
-    return (yield from factors_of_each(brdf, (terms,), kind=kind, weighting=weighting))[terms]
+    return (yield from factors_of_each(brdf, (terms,), kind=kind, weighting=weighting, signs=signs))[terms]
 
 
 def factors_of_each(
-    brdf: Brdf, counts: Sequence[int], *, kind: MapKind = "orthographic", weighting: Weighting = "auto"
+    brdf: Brdf,
+    counts: Sequence[int],
+    *,
+    kind: MapKind = "orthographic",
+    weighting: Weighting = "auto",
+    signs: Signs = "auto",
 ) -> Steps[dict[int, SeparableFactors]]:
     """The same for several numbers of terms, in one decomposition.
 
@@ -149,6 +163,11 @@ def factors_of_each(
     let more terms be worse. Of a measurement, whose highlights may lie between the texels of a map, more may be worse
     in images although they meet the matrix better: then these are left out. A single term is the better of the first
     and Kautz and McCool's normalised term, by their errors in most bands of the viewer's elevation.
+
+    These are `signed`: sums that are negative in places, which are drawn black. In their place come `nonnegative` ones
+    of as many terms, which are not nested; `auto` takes them where the others are negative, the product of linear and
+    logarithmic error at pairs of directions that made neither is smaller, and the linear one at most `MORE_ERROR`
+    times as large.
     """
     if isinstance(brdf, SeparableFactors):
         check_factors(brdf)
@@ -166,7 +185,18 @@ def factors_of_each(
         positive = yield from part(normalise(brdf, hemisphere_map, "in-out", pairs), share, 1.0)
         other = replace(positive, name=name)
         first[1] = min(first[1], other, key=lambda each: pairs.miss(pairs.rms(each)[1]))
+    for terms in counts if signs != "signed" else ():
+        if first[terms].negative_energy(pairs.wi, pairs.wo) > (0.0 if signs == "nonnegative" else MAX_BELOW_ZERO):
+            steps = separate(brdf, hemisphere_map, terms, method="nonnegative", weighting=weighting, reference=pairs)
+            positive = replace((yield from part(steps, 1.0, 1.0)).factors, name=name)
+            if signs == "nonnegative" or _is_better(positive, first[terms], pairs):
+                first[terms] = positive
     return first
+
+
+def _is_better(positive: SeparableFactors, signed: SeparableFactors, pairs: Reference) -> bool:
+    one, other = pairs.measure_held_out(positive), pairs.measure_held_out(signed)
+    return one.score < other.score and one.rms_cosine_weighted <= MORE_ERROR * other.rms_cosine_weighted
 
 
 def prepare(

@@ -13,6 +13,7 @@ from engine.brdf.brdf import brdf_from_text
 from engine.core.directions import normalize
 from engine.core.errors import InputError
 from engine.core.steps import drain
+from engine.factor.errors import reference
 from engine.factor.factor_file import open_reflectance
 from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
@@ -193,7 +194,7 @@ def test_files_of_other_kinds_meshes_and_lies_are_refused(small: Work, tmp_path:
 def test_fewer_terms_are_the_first_of_more() -> None:
     """A norm for each number of terms would let four be worse than two."""
     paint = brdf_from_text("ggx:kd=0.3,alpha=0.3,f0=0.04")
-    few, many = (drain(factors_for(paint, terms)) for terms in (4, 8))
+    few, many = (drain(factors_for(paint, terms, signs="signed")) for terms in (4, 8))
     assert np.array_equal(few.second, many.second[:4])
 
 
@@ -204,3 +205,21 @@ def test_a_peak_at_the_horizon_does_not_choose_a_term_for_all_views(shared_data:
     wi, wo = (normalize(rng.normal(size=(500, 3)) * 0.4 + np.array([0.0, 0.0, 1.0])) for _ in range(2))
     value = paper.f(wi, wo)
     assert np.linalg.norm(one.f(wi, wo) - value) < 0.1 * np.linalg.norm(value)
+
+
+@pytest.mark.parametrize("text", ["ashikhmin-shirley:kd=0.5,ks=0.75,nu=10,nv=100", "ggx:kd=0.3,alpha=0.2,f0=0.04"])
+def test_terms_that_would_be_black_are_replaced_by_nonnegative_ones(text: str) -> None:
+    brdf = brdf_from_text(text)
+    pairs = reference(brdf, seed=5)
+    signed, chosen = (drain(factors_for(brdf, 4, signs=signs)) for signs in ("signed", "auto"))
+    assert signed.negative_energy(pairs.wi, pairs.wo) > 0.01
+    assert chosen.negative_energy(pairs.wi, pairs.wo) == 0.0
+    before, after = pairs.measure_held_out(signed), pairs.measure_held_out(chosen)
+    assert after.sq_log < 0.5 * before.sq_log
+    assert after.rms_cosine_weighted < 1.05 * before.rms_cosine_weighted
+
+
+def test_terms_that_are_nowhere_negative_stay_those_of_least_squares() -> None:
+    brdf = brdf_from_text("phong:exponent=20")
+    signed, chosen = (drain(factors_for(brdf, 4, signs=signs)) for signs in ("signed", "auto"))
+    assert np.array_equal(signed.first, chosen.first)
