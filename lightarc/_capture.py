@@ -190,6 +190,7 @@ def import_capture(
     calibrate: Literal["auto", "none"] | Sequence[str] = "auto",
     lights_form: str = "listed",
     chart: File | Literal["auto"] | None = None,
+    mask: File | Literal["alpha"] | None = None,
     pair_gain: float | None = None,
     scale: float | tuple[Sequence[float], Sequence[float], float] | None = None,
     chart_pitch_mm: float | None = None,
@@ -253,6 +254,9 @@ def import_capture(
     chart : path or 'auto', optional
         Correct colours by a classic chart of 24 patches: in a photograph of the capture ('auto'), in another one under
         the same lamps, or as ``lightarc import --write-chart`` saved it. ``stack.provenance["chart"]`` has its figures.
+    mask : path or 'alpha', optional
+        An image, drawn on a photograph, whose white pixels show the object, or the alpha channel of the photographs:
+        surface maps have no background.
     pair_gain : float, optional
         Of pairs under polarisers (see `open_capture`), the brightness of a matte white patch in crossed photographs
         over that in parallel ones; without it, it is estimated. ``stack.provenance["polarisation"]`` has its figures.
@@ -318,6 +322,7 @@ def import_capture(
         calibrate=calibrate if calibrate in ("auto", "none") else tuple(calibrate),
         lights_form=lights_form,
         chart=None if chart is None else "auto" if chart == "auto" else Path(chart),
+        mask=None if mask is None else "alpha" if mask == "alpha" else Path(mask),
         pair_gain=pair_gain,
         scale=_scale(scale, chart_pitch_mm),
         lens=None if lens is None else Path(lens),

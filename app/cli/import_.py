@@ -151,6 +151,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--size", type=_size, metavar="WIDTHxHEIGHT", help="size of the images in the stack, with --corners or --crop"
     )
     parser.add_argument(
+        "--mask",
+        type=Input(Path),
+        metavar="FILE|alpha",
+        help="an image, drawn on a photograph, whose white pixels show the object, or the alpha channel of the "
+        "photographs; 'lightarc normals' makes no maps of the background",
+    )
+    parser.add_argument(
         "--dark",
         type=Input(Path),
         metavar="FILE|FOLDER",
@@ -287,7 +294,8 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
     if arguments.write_lens is not None and arguments.lens is None:
         raise UsageError("--write-lens needs --lens, by which it is measured")
     chart: Path | Literal["auto"] | None = "auto" if arguments.chart == Path("auto") else arguments.chart
-    frames = [path for path in (arguments.dark, arguments.flat, chart) if isinstance(path, Path)]
+    mask: Path | Literal["alpha"] | None = "alpha" if arguments.mask == Path("alpha") else arguments.mask
+    frames = [path for path in (arguments.dark, arguments.flat, chart, mask) if isinstance(path, Path)]
     outline, angles_deg = _outline(arguments.sphere), arguments.angles_deg
     pair = arguments.pair if arguments.pair in ("auto", "none") else Path(arguments.pair)
     finding = find_packed(arguments.photographs, angles_deg, sphere=outline, aside=frames, pair=pair, scratch=scratch)
@@ -310,6 +318,7 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         use_all=arguments.use_all,
         calibrate=arguments.calibrate,
         lights_form=arguments.lights_form,
+        mask=mask,
         chart=chart,
         pair_gain=arguments.pair_gain,
         scale=arguments.scale,

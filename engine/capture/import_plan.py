@@ -97,6 +97,8 @@ class ImportSettings:
     lights_form : the form in which the list of lights is taken, see `engine.capture.lights.list_forms`.
     chart : the colour chart by which colours are corrected: 'auto' for one that a photograph of the capture shows, the
         file of another photograph under the same lamps, or a `.chart` file; None for no correction.
+    mask : an image whose white pixels show the object, or 'alpha' for the opaque pixels of the photographs; None where
+        all is object.
     scale : millimetres per pixel of the photographs, or a length or chart that tells it (`engine.capture.scale`); None
         where it is not known.
     lens : a `.lens` file, or a folder of photographs of a chessboard by the same lens, whose distortion is taken off;
@@ -125,6 +127,7 @@ class ImportSettings:
     lights_form: str = LISTED
     bands: tuple[int, ...] = ()
     chart: Path | Literal["auto"] | None = None
+    mask: Path | Literal["alpha"] | None = None
     pair_gain: float | None = None
     scale: ScaleChoice | None = None
     lens: Path | None = None

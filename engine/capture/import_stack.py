@@ -58,6 +58,7 @@ from engine.capture.import_record import (
 from engine.capture.lights.file_names import printable
 from engine.capture.lights.list_forms import LISTED, name_order
 from engine.capture.lights.sources import Sources, name_members
+from engine.capture.mask import ALPHA, pack, read_mask
 from engine.capture.output_region import View, view_of
 from engine.capture.photograph.decode import Photograph, ReadAhead, Unreadable
 from engine.capture.photograph.exposures import Exposure
@@ -330,6 +331,7 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
             "aligned_to": names[alignment.reference] if alignment.aligned.any() else None,
             **output.view.as_json(),
             "scale": scale,
+            "mask": _pack_mask(plan, read, alignment, output.view),
             "photographs": about_lights(
                 read.photographs,
                 alignment,
@@ -339,6 +341,15 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
         },
         health=HealthRecord.of(health),
     )
+
+
+def _pack_mask(plan: Plan, read: _Read, alignment: Alignment, view: View) -> str | None:
+    """The mask that the settings ask for, as the stack shows it; None for none."""
+    chosen = plan.settings.mask
+    if chosen is None:
+        return None
+    path = plan.sources.photographs[alignment.reference] if chosen == ALPHA else Path(chosen)
+    return pack(read_mask(path, chosen == ALPHA, read.shape, view))
 
 
 def _degrees(angles: NDArray[np.float64]) -> list[float]:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.calibration.separation import gain_sigma_of
+from engine.capture.mask import mask_of
 from engine.capture.stack import ImageStack
 from engine.core.figure_text import number, percent
 from engine.core.health import Finding, Health, Verdict
@@ -112,12 +113,14 @@ def recover(
     shape = (stack.radiance.shape[1], stack.radiance.shape[2])
     planes = _Planes(*shape, seen)
     diffuse_only = len(used) < FEWEST_FOR_GLOSS
-    outside = np.zeros(shape, np.bool_)
+    drawn = mask_of(stack)
+    outside = np.zeros(shape, np.bool_) if drawn is None else ~drawn
     shadows = beside = None
     if seen.observed.kind == "both":
         shadows = yield from part(find_depth_edges(stack, used, seen.direction), 0.0, 0.05)
         outside |= find_unlit(shadows.upper)
-        outside &= not outside.all()
+        if outside.all():
+            outside = np.zeros(shape, np.bool_)
         beside = find_beside(shadows.mark(shape)) if len(shadows.places) else None
     alike = yield from part(kinds(stack, used, seen, white, outside), 0.05, 0.1)
     for step in fit_rows(stack, used, seen, alike, diffuse_only, beside, outside):

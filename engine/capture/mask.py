@@ -1,0 +1,72 @@
+"""The mask of a capture: the texels that show the object, from a file or from the alpha of the photographs.
+
+A mask is drawn on a photograph, so it goes the way of the photograph that the others are aligned to. Its texels are
+kept with the record of a stack, as bits that are compressed.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import zlib
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.output_region import View
+from engine.capture.registration.warp import warp
+from engine.capture.stack import ImageStack
+from engine.core.errors import InputError
+from engine.images.decode import read_image
+from engine.storage.untrusted import decode_in_child
+
+Mask = NDArray[np.bool_]
+
+#: Value of the setting that takes the alpha of the photographs.
+ALPHA = "alpha"
+
+
+def read_mask(path: Path, is_alpha: bool, size: tuple[int, int], view: View) -> Mask:
+    """(H, W) True where the image at `path` shows the object, in the pixels that a stack shows.
+
+    The object is white, or opaque where `is_alpha`. `size` is the height and width of the photographs. Raises
+    InputError for an image of another size, without an alpha channel, or that leaves nothing.
+    """
+    if is_alpha:
+        values = decode_in_child("engine.images.decode:decode_alpha", path)["alpha"]
+    else:
+        values = read_image(path, transfer="linear").pixels
+        values = values.reshape(*values.shape[:2], -1).mean(axis=2)
+    if values.shape[:2] != size:
+        own, theirs = (f"{width} × {height}" for height, width in (values.shape[:2], size))
+        problem = f"is a mask of {own} pixels for photographs of {theirs}"
+        raise InputError(path, problem, "Draw the mask on one of the photographs")
+    drawn = np.repeat(np.asarray(values > 0.5 * float(values.max(initial=0.0)), np.float32)[..., None], 3, axis=2)
+    found, _ = warp(drawn, np.zeros(size, np.bool_), view.matrix, view.region, samples=view.samples)
+    mask = np.asarray(found[..., 0] > 0.5)
+    if not mask.any():
+        raise InputError(path, "is a mask that leaves nothing of the photographs", "Draw the object white")
+    return mask
+
+
+def pack(mask: Mask) -> str:
+    """A mask as text."""
+    return base64.b64encode(zlib.compress(np.packbits(mask).tobytes())).decode("ascii")
+
+
+def mask_of(stack: ImageStack) -> Mask | None:
+    """(H, W) True where the stack shows the object; None where it has no mask. InputError for a damaged one."""
+    packed = stack.provenance.get("mask")
+    if packed is None:
+        return None
+    shape = (stack.radiance.shape[1], stack.radiance.shape[2])
+    length = -(-shape[0] * shape[1] // 8)
+    try:
+        content = zlib.decompressobj().decompress(base64.b64decode(packed, validate=True), length + 1)
+    except (zlib.error, binascii.Error, TypeError, ValueError):
+        content = b""
+    if len(content) != length:
+        raise InputError(stack.folder or "the stack", "holds a damaged mask", "Import the photographs again")
+    bits = np.unpackbits(np.frombuffer(content, np.uint8), count=shape[0] * shape[1])
+    return np.asarray(bits.reshape(shape) > 0)
