@@ -122,6 +122,9 @@ class Sources(Summary):
     def name(self) -> str:
         """Name of the folder or archive of the photographs."""
         place = capture_folder(self.photographs[0].parent)
+        crossed = self.crossed.get(self.photographs[0])
+        if crossed is not None and folders_of_pairs([place.name, crossed.parent.name]) is not None:
+            place = place.parent
         return place.name if self.unpacked is None else place.name.split(".", 1)[0]
 
     def files(self, light: int) -> tuple[Path, ...]:

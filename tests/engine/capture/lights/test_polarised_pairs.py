@@ -59,6 +59,7 @@ def test_names_of_folders_tell_pairs_by_equal_names_else_by_order(tmp_path: Path
     put(tmp_path / "c", [f"{side}/IMG_{at}.tif" for side in ("Parallel", "crossed") for at in (1, 2, 10)])
     put(tmp_path / "c", [], [f"IMG_{at}.tif" for at in (1, 2, 10)])
     assert pairs_of(tmp_path / "c") == {f"Parallel/IMG_{at}.tif": f"c/crossed/IMG_{at}.tif" for at in (1, 2, 10)}
+    assert find([tmp_path / "c"]).name == "c"
     other = put(
         tmp_path / "d", [*(f"p par/{at}.tif" for at in (8, 9, 10)), *(f"x cross/{at}.tif" for at in (98, 99, 100))]
     )
