@@ -1,0 +1,59 @@
+"""Colours against the library colour-science: differences, L*a*b*, spaces and references of the chart."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine.capture.chart.reference import LAB, NAMES
+from engine.core.colour_difference import delta_e_2000, lab_from_xyz
+from engine.images.colour_space import ADOBE_RGB, BT709_CURVE, D50, P3, REC_2020, SRGB_CURVE, from_chromaticities
+
+colour: Any = pytest.importorskip("colour", reason="colour-science is the independent reference")
+
+RNG = np.random.default_rng(2000)
+
+
+def test_differences_of_random_colours() -> None:
+    one = RNG.uniform((0, -100, -100), (100, 100, 100), (5000, 3))
+    other = one + RNG.normal(0, (4, 8, 8), one.shape) * RNG.choice([0.1, 1.0, 5.0], (5000, 1))
+    np.testing.assert_allclose(delta_e_2000(one, other), colour.delta_E(one, other, method="CIE 2000"), atol=1e-9)
+
+
+def test_lightness_and_chroma_under_d50() -> None:
+    xyz = RNG.uniform(0, 1, (1000, 3)) * D50
+    white = colour.XYZ_to_xy(D50)
+    np.testing.assert_allclose(lab_from_xyz(xyz), colour.XYZ_to_Lab(xyz, white), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "matrix"),
+    [
+        ("Adobe RGB (1998)", ADOBE_RGB.matrix),
+        ("ITU-R BT.2020", from_chromaticities(REC_2020)),
+        ("Display P3", from_chromaticities((*P3, 0.3127, 0.3290))),
+        ("ProPhoto RGB", from_chromaticities((0.7347, 0.2653, 0.1596, 0.8404, 0.0366, 0.0001, 0.3457, 0.3585))),
+    ],
+)
+def test_matrices_of_spaces(name: str, matrix: Any) -> None:
+    """With Bradford's adaptation, to the digits to which standards round their whites."""
+    source, target = colour.RGB_COLOURSPACES[name], colour.RGB_COLOURSPACES["sRGB"]
+    wanted = colour.matrix_RGB_to_RGB(source, target, chromatic_adaptation_transform="Bradford")
+    np.testing.assert_allclose(matrix, wanted, atol=5e-4)
+    np.testing.assert_allclose(matrix.sum(axis=1), 1.0, atol=1e-6)
+
+
+def test_curves_of_spaces() -> None:
+    """But at 0.081, where the two branches of BT.709 do not meet."""
+    codes = np.delete(np.linspace(0, 1, 1001), 81)
+    np.testing.assert_allclose(SRGB_CURVE.linear(codes), colour.models.eotf_sRGB(codes), atol=2e-6)
+    np.testing.assert_allclose(BT709_CURVE.linear(codes), colour.models.oetf_inverse_BT709(codes), atol=2e-5)
+
+
+def test_references_of_the_chart() -> None:
+    chart = colour.CCS_COLOURCHECKERS["ColorChecker24 - After November 2014"]
+    wanted = [colour.XYZ_to_Lab(colour.xyY_to_XYZ(xyy), chart.illuminant) for xyy in chart.data.values()]
+    assert len(NAMES) == len(wanted)
+    assert np.max(delta_e_2000(LAB, np.array(wanted))) < 0.05
