@@ -191,6 +191,7 @@ def import_capture(
     lights_form: str = "listed",
     chart: File | Literal["auto"] | None = None,
     mask: File | Literal["alpha"] | None = None,
+    estimate_lights: bool = False,
     pair_gain: float | None = None,
     scale: float | tuple[Sequence[float], Sequence[float], float] | None = None,
     chart_pitch_mm: float | None = None,
@@ -257,6 +258,9 @@ def import_capture(
     mask : path or 'alpha', optional
         An image, drawn on a photograph, whose white pixels show the object, or the alpha channel of the photographs:
         surface maps have no background.
+    estimate_lights : bool
+        Estimate the lights from the photographs alone, as equally bright lamps on several sides over a matte sample
+        that lies flat; ``stack.angle_source`` is then 'photographs'.
     pair_gain : float, optional
         Of pairs under polarisers (see `open_capture`), the brightness of a matte white patch in crossed photographs
         over that in parallel ones; without it, it is estimated. ``stack.provenance["polarisation"]`` has its figures.
@@ -323,6 +327,7 @@ def import_capture(
         lights_form=lights_form,
         chart=None if chart is None else "auto" if chart == "auto" else Path(chart),
         mask=None if mask is None else "alpha" if mask == "alpha" else Path(mask),
+        estimate_lights=estimate_lights,
         pair_gain=pair_gain,
         scale=_scale(scale, chart_pitch_mm),
         lens=None if lens is None else Path(lens),

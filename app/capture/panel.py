@@ -30,6 +30,7 @@ ANGLES = {
     "assumed": "assumed",
     "user": "entered",
     "mirror sphere": "mirror sphere",
+    "photographs": "estimated from the photographs",
 }
 
 

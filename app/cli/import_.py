@@ -151,6 +151,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--size", type=_size, metavar="WIDTHxHEIGHT", help="size of the images in the stack, with --corners or --crop"
     )
     parser.add_argument(
+        "--estimate-lights",
+        action="store_true",
+        help="estimate the lights from the photographs alone, as equally bright lamps on several sides over a matte "
+        "sample that lies flat; marked as an estimate",
+    )
+    parser.add_argument(
         "--mask",
         type=Input(Path),
         metavar="FILE|alpha",
@@ -319,6 +325,7 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         calibrate=arguments.calibrate,
         lights_form=arguments.lights_form,
         mask=mask,
+        estimate_lights=arguments.estimate_lights,
         chart=chart,
         pair_gain=arguments.pair_gain,
         scale=arguments.scale,

@@ -33,6 +33,7 @@ from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.selection import Selection, select
 from engine.capture.lights.sources import Pairs, Sources, photographs_in
 from engine.capture.lights.sphere_lights import measure_lights
+from engine.capture.lights.uncalibrated import estimate_lights
 from engine.capture.photograph.calibration import Calibration, measure_level, read_calibration
 from engine.capture.photograph.decode import Unreadable, WhiteBalance, read_photograph
 from engine.capture.photograph.exposures import Exposure, Noted, Scale, exposure_scale, read_noted_exposure
@@ -99,6 +100,7 @@ class ImportSettings:
         file of another photograph under the same lamps, or a `.chart` file; None for no correction.
     mask : an image whose white pixels show the object, or 'alpha' for the opaque pixels of the photographs; None where
         all is object.
+    estimate_lights : estimate the lights from the photographs alone (`engine.capture.lights.uncalibrated`).
     scale : millimetres per pixel of the photographs, or a length or chart that tells it (`engine.capture.scale`); None
         where it is not known.
     lens : a `.lens` file, or a folder of photographs of a chessboard by the same lens, whose distortion is taken off;
@@ -128,6 +130,7 @@ class ImportSettings:
     bands: tuple[int, ...] = ()
     chart: Path | Literal["auto"] | None = None
     mask: Path | Literal["alpha"] | None = None
+    estimate_lights: bool = False
     pair_gain: float | None = None
     scale: ScaleChoice | None = None
     lens: Path | None = None
@@ -240,6 +243,9 @@ class Plan:
             "suggested_lights_form": self.suggested_form if self.suggested_form != LISTED else None,
             "suggested_transfer": self.suggested_transfer,
             "bands": list(self.settings.bands),
+            "lights_sigma_deg": math.degrees(self.sources.lamp_sigma["directions"])
+            if "directions" in self.sources.lamp_sigma
+            else None,
             "chart": chart_json(*self.chart) if self.chart else None,
             "room_light": list(self.room_light) if self.room_light else None,
             "lens": self.calibration.lens.as_json() if self.calibration.lens is not None else None,
@@ -313,6 +319,8 @@ class Plan:
         if self.settings.calibrate == "none" or azimuth_spread(self.sources.azimuth) <= ONE_ARC:
             return ()
         chosen = CALIBRATED if self.settings.calibrate == "auto" else self.settings.calibrate
+        if self.settings.estimate_lights:  # whose assumptions are those of the terms
+            chosen = tuple(term for term in chosen if term == "motion")
         stated = {
             "distance": self.settings.lamp_distance is not None
             or self.sources.lamp_distance is not None
@@ -341,6 +349,8 @@ def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     reading: dict[str, Any] = {"transfer": transfer, "bands": settings.bands}
     if sources.sphere is not None:
         sources = yield from part(measure_lights(sources, transfer, settings.second_sphere), 0.0, 0.5)
+    elif settings.estimate_lights:
+        sources = yield from part(estimate_lights(sources, transfer), 0.0, 0.5)
     elif settings.second_sphere is not None:
         place, remedy = sources.photographs[0].parent, "Give --sphere COLUMN,ROW,RADIUS or auto as well"
         raise InputError(place, "has no first mirror sphere that a second could add to", remedy)
@@ -467,7 +477,7 @@ def _stated_terms(sources: Sources, settings: ImportSettings) -> tuple[Term, ...
         "distance": f"The file of lights states that the lamps are {near:.3g} image widths away",
         "gains": "The file of lights states the intensity of each lamp",
     }
-    stated = {name: sigma for name, sigma in sources.lamp_sigma.items() if not overridden[name]}
+    stated = {name: sigma for name, sigma in sources.lamp_sigma.items() if not overridden.get(name, True)}
     return tuple(Term(name, True, texts[name], 0.0, 0.0, 0.0, sigma) for name, sigma in stated.items())
 
 

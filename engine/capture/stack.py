@@ -58,7 +58,8 @@ class ImageStack(Summary):
     azimuth : (N,) float64 radians, or None where the light moves along one arc of unknown azimuth.
     mean_radiance : (N,) float64, mean luminance of each photograph over the crop, summed in float64.
     sources : (N,) file names of the photographs.
-    angle_source : 'capture.toml', 'lp', 'dome', 'lights', 'file names', 'user', 'assumed' or 'mirror sphere'.
+    angle_source : 'capture.toml', 'lp', 'dome', 'lights', 'file names', 'user', 'assumed', 'mirror sphere' or
+        'photographs'.
     provenance : what was assumed and done: camera, levels, white balance, alignment, software.
     health : counts and findings; the report of the import.
     quality : (N,) figures of each photograph, empty for a stack made in memory.

@@ -45,7 +45,9 @@ class StackRecord(BaseModel):
     sources: list[str] = Field(min_length=2, max_length=100_000)
     elevations_deg: list[float]
     azimuths_deg: list[float] | None
-    angle_source: Literal["capture.toml", "lp", "dome", "lights", "file names", "user", "assumed", "mirror sphere"]
+    angle_source: Literal[
+        "capture.toml", "lp", "dome", "lights", "file names", "user", "assumed", "mirror sphere", "photographs"
+    ]
     mean_radiance: list[float]
     radiance_crc32: int | None = Field(None, ge=0, lt=1 << 32)
     saturated_crc32: int | None = Field(None, ge=0, lt=1 << 32)

@@ -67,7 +67,11 @@ def lamps(stack: ImageStack, used: NDArray[np.int64]) -> Lamps:
     where = stack.folder or "the stack"
     if stack.azimuth is None:
         problem = "does not know the azimuth of its lamps, so it is not known in which direction slopes lie"
-        raise InputError(where, problem, "Import it with a light list (.lp), or with azimuth_deg in a capture.toml")
+        raise InputError(
+            where,
+            problem,
+            "Import it with a light list (.lp), with azimuth_deg in a capture.toml, or with --estimate-lights",
+        )
     direction = surface_direction(0.5 * np.pi - stack.elevation[used], stack.azimuth[used])
     count = _apart(direction)
     if count < FEWEST:

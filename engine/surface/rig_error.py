@@ -53,6 +53,13 @@ def rig_error(stack: ImageStack, used: NDArray[np.int64], seen: Lamps) -> tuple[
     x = (np.arange(width) + 0.5) / width - 0.5
     y = (0.5 * height - 0.5 - np.arange(height)) / width
     distance = np.hypot(x[None], y[:, None])
+    estimated = stack.provenance.get("lights_sigma_deg")
+    if isinstance(estimated, int | float):
+        alike = math.hypot(alike, math.radians(estimated))
+        text = (
+            f"The lights were estimated from the photographs alone: normals may err alike by {estimated:.0f}° (1 sigma)"
+        )
+        findings = [*findings, Finding(Verdict.WARNING, text)]
     squares = (apart**2 + more_apart**2) * distance**2 + alike**2 + more_alike**2 + misfit**2
     return np.sqrt(squares), findings
 

@@ -79,7 +79,8 @@ class Sources(Summary):
     photographs : (N,) paths, N ≥ 2, one per light: the shortest of its exposures.
     elevation : (N,) float64, radians above the sample plane, in [0, π/2]; 0 while a mirror sphere is to be asked.
     azimuth : (N,) float64 radians, 0 = right, π/2 = up in the image; None where unknown.
-    angle_source : 'user', 'capture.toml', 'lp', 'dome', 'lights', 'file names', 'assumed' or 'mirror sphere'.
+    angle_source : 'user', 'capture.toml', 'lp', 'dome', 'lights', 'file names', 'assumed', 'mirror sphere' or
+        'photographs'.
     exposure_s : (N,) what `capture.toml` says of `photographs`, None where it is silent.
     exposures : (N,) all photographs of each light, by rising exposure.
     dark, flat : photographs without light and of an even white surface.
