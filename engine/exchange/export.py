@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 import engine
 from engine.capture.scale import mm_per_texel
 from engine.core.errors import UsageError
-from engine.core.figure_text import percent
+from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps, part, without_partials
 from engine.exchange import blender, brdf, gltf, materialx, rti, shaders, textures, usd, web
 from engine.exchange.loss import (
@@ -44,6 +44,8 @@ from engine.exchange.targets import EXPORTERS
 from engine.scene.material import Material, compute_fit_error
 from engine.storage.atomic import atomic_folder, make_folder, write_bytes
 from engine.surface.lamps import shows_slopes
+from engine.surface.metallic_roughness import SMOOTHEST
+from engine.surface.pbr_maps import PbrMaps
 from engine.surface.recover import recover
 
 if TYPE_CHECKING:
@@ -67,6 +69,7 @@ class Target:
     contents : the files, from subject, settings and the sentence that states the errors.
     others : further look-ups that the same files hold, by the names under which the record states their errors; each
         is None where a material has none.
+    averages_normals : whether programs that read the files average normals without widening highlights by their spread.
     """
 
     name: str
@@ -74,6 +77,7 @@ class Target:
     shown: Callable[[Subject, Settings], Shown | None]
     contents: Callable[[Subject, Settings, str], Steps[Contents]]
     others: tuple[tuple[str, Callable[[Subject, Settings], Shown | None]], ...] = ()
+    averages_normals: bool = False
 
 
 def in_8_bits(subject: Subject, _settings: Settings) -> Shown:
@@ -87,16 +91,35 @@ def with_one_f0(subject: Subject, _settings: Settings) -> Shown:
 
 
 TARGETS: tuple[Target, ...] = (
-    Target("textures", "PBR textures, named and packed for a program", textures.show, textures.contents),
-    Target("materialx", "MaterialX: OpenPBR and glTF PBR surfaces", with_one_f0, materialx.contents),
-    Target("gltf", "glTF: a ball with the material, as .glb", in_8_bits, gltf.contents),
-    Target("usd", "USD: a ball with UsdPreviewSurface, as .usdz", with_one_f0, usd.contents),
+    Target(
+        "textures",
+        "PBR textures, named and packed for a program",
+        textures.show,
+        textures.contents,
+        averages_normals=True,
+    ),
+    Target(
+        "materialx",
+        "MaterialX: OpenPBR and glTF PBR surfaces",
+        with_one_f0,
+        materialx.contents,
+        averages_normals=True,
+    ),
+    Target("gltf", "glTF: a ball with the material, as .glb", in_8_bits, gltf.contents, averages_normals=True),
+    Target(
+        "usd",
+        "USD: a ball with UsdPreviewSurface, as .usdz",
+        with_one_f0,
+        usd.contents,
+        averages_normals=True,
+    ),
     Target(
         "blender",
         "Blender: a script and, where Blender is at hand, a .blend",
         blender.show,
         blender.contents,
         (("power_law", blender.power_law_shown),),
+        averages_normals=True,
     ),
     Target(
         "shaders",
@@ -109,6 +132,9 @@ TARGETS: tuple[Target, ...] = (
     Target("rti", "RTI: .ptm, .rti and a tree for web viewers", rti.show, rti.contents),
     Target("brdf", "BRDF tables (CSV, ALTA, MERL, RGL) and the nearest model", brdf.show, brdf.contents),
 )
+
+#: Ratio of the peaks of highlights from which averaged normals are remarked on.
+MUCH_LOWER = 2.0
 
 NAMES = tuple(target.name for target in TARGETS)
 
@@ -374,10 +400,32 @@ def _make(
         **errors,
         "errors_are": meaning(errors),
         **others,
-        "warnings": [*away(errors, others), *contents.warnings, *leaving.remark],
+        "warnings": [
+            *away(errors, others),
+            *(warn_of_averaged_normals(subject.maps) if target.averages_normals else ()),
+            *contents.warnings,
+            *leaving.remark,
+        ],
         **contents.record,
     }
     return contents, entry, values
+
+
+def warn_of_averaged_normals(maps: PbrMaps) -> list[str]:
+    """A sentence on highlights of maps whose texels are smaller than pixels, where normals are averaged; else none.
+
+    The peak of GGX over normals whose slopes have the covariance S is lower by √|1 + 2 S / α²| (Olano2010).
+    """
+    slope = maps.normal[..., :2].reshape(-1, 2) / np.maximum(maps.normal[..., 2:].reshape(-1, 1), 0.2)
+    alpha2 = float(np.mean(np.maximum(maps.roughness, SMOOTHEST).astype(np.float64) ** 2)) ** 2
+    lower = float(np.sqrt(np.linalg.det(np.eye(2) + 2.0 * np.cov(slope.T.astype(np.float64)) / alpha2)))
+    if lower < MUCH_LOWER:
+        return []
+    return [
+        f"where a pixel covers many texels, other programs show highlights up to {number(lower, 2)} times too bright: "
+        "they average normals, and these files cannot hold how far they differ; there, take maps of fewer texels and "
+        "more roughness"
+    ]
 
 
 def with_known_width(settings: Settings, subject: Subject) -> Settings:
