@@ -629,6 +629,7 @@ def _pair_texels(plan: Plan, read: _Read, alignment: Alignment, rig: Estimate | 
     rows, columns, block = texel_grid(height, width)
     crossed = plan.crossed_matrices(alignment.matrix)
     beside = alignment.matrix if crossed is None else crossed
+    moved = crossed is not None or bool(alignment.aligned.any())
     values: tuple[list[NDArray[np.float32]], list[NDArray[np.float32]]] = ([], [])
     usable = []
     for index, (radiance, saturated, other) in enumerate(read.waiting):
@@ -636,6 +637,10 @@ def _pair_texels(plan: Plan, read: _Read, alignment: Alignment, rig: Estimate | 
         for side, (pixels, matrix) in enumerate(((radiance, alignment.matrix[index]), (other, beside[index]))):
             values[side].append(sample_points(pixels, *move_points(columns, rows, matrix)))
             release(pixels)
+        if not moved:
+            usable.append(~np.asarray(saturated[rows, columns]))
+            release(saturated)
+            continue
         x, y = move_points(columns, rows, alignment.matrix[index])
         inside = (x >= 1.0) & (y >= 1.0) & (x < width - 2.0) & (y < height - 2.0)
         near = [np.clip(each.astype(np.int64), 1, size - 3) for each, size in ((y, height), (x, width))]
@@ -649,7 +654,7 @@ def _pair_texels(plan: Plan, read: _Read, alignment: Alignment, rig: Estimate | 
         at = (columns + 0.5) * share.shape[1] / width - 0.5, (rows + 0.5) * share.shape[0] / height - 0.5
         room = sample_points(share, *at) * both[1].mean(axis=1)
     lights = _lights(plan, rows, columns, read.shape)
-    return PairTexels(both[0], both[1], np.stack(usable, axis=1), lights, block, room)
+    return PairTexels(both[0], both[1], np.stack(usable, axis=1), lights, block, room, moved)
 
 
 def _lights(

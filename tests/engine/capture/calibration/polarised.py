@@ -99,7 +99,7 @@ def photograph(pairs: Pairs) -> Photographs:
 
 
 def save(found: Photographs, folder: Path, names: str = "names", lights: str = "both") -> Path:
-    """TIFF of floats in `folder`, told by 'names' or 'folders'; `lights` of 'both' or of 'parallel' ones are listed."""
+    """TIFF of 16 bits in `folder`, by 'names' or 'folders'; `lights` of 'both' or of 'parallel' ones are listed."""
     folder.mkdir(parents=True, exist_ok=True)
     lines = []
     for side, images in (("parallel", found.parallel), ("crossed", found.crossed)):
@@ -107,7 +107,8 @@ def save(found: Photographs, folder: Path, names: str = "names", lights: str = "
         place.mkdir(exist_ok=True)
         for index, image in enumerate(images):
             name = f"img_{index:03d}_{side}.tif" if names == "names" else f"img_{index:03d}.tif"
-            assert cv2.imwrite(str(place / name), image[..., ::-1].astype(np.float32))
+            coded = np.where(image <= 0.0031308, 12.92 * image, 1.055 * np.maximum(image, 1e-9) ** (1 / 2.4) - 0.055)
+            assert cv2.imwrite(str(place / name), np.rint(65535.0 * coded[..., ::-1]).astype(np.uint16))
             if lights == "both" or side == "parallel":
                 lines.append(f"{name} {' '.join(f'{value:.9f}' for value in found.directions[index])}")
     (folder / "lights.lp").write_text("\n".join([str(len(lines)), *lines, ""]))
