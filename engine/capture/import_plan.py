@@ -320,7 +320,7 @@ class Plan:
             return ()
         chosen = CALIBRATED if self.settings.calibrate == "auto" else self.settings.calibrate
         if self.settings.estimate_lights:  # whose assumptions are those of the terms
-            chosen = tuple(term for term in chosen if term == "motion")
+            return ()
         stated = {
             "distance": self.settings.lamp_distance is not None
             or self.sources.lamp_distance is not None

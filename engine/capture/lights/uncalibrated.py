@@ -55,6 +55,9 @@ HIGHLIGHTS = 0.2
 #: Standard deviation of directions in degrees, and its growth with the residual, found on generated domes.
 SIGMA_DEG, SIGMA_BY_RESIDUAL_DEG = 1.0, 300.0
 
+#: Condition of the equations up to which that holds, and the deviation (radians) above which the lamps are not told.
+USUAL_CONDITION, MAX_SIGMA = 2.5, math.radians(20.0)
+
 #: Largest condition of the equations for equal lamps, and correlation of depth and shadows that decides.
 MAX_CONDITION, MIN_CORRELATION = 2e3, 0.05
 
@@ -112,17 +115,23 @@ class EstimatedLamps:
     ----------
     directions : (N, 3) unit vectors: x to the right, y up, z to the camera.
     residual : root mean square of what the factors leave, over the mean brightness.
+    condition : condition number of the equations for equal lamps, 2 for lamps of a whole dome.
     is_convex_assumed : whether hills were told from valleys by assumption, not by shadows.
     """
 
     directions: Array
     residual: float
+    condition: float
     is_convex_assumed: bool
 
     @property
     def sigma(self) -> float:
-        """Standard deviation of the directions in radians: gloss, which leaves a residual, bends the factors."""
-        return math.radians(SIGMA_DEG + SIGMA_BY_RESIDUAL_DEG * self.residual)
+        """Standard deviation of the directions in radians.
+
+        Gloss, which leaves a residual, bends the factors, the more so the smaller the part of the sky with lamps is.
+        """
+        spread = max(1.0, self.condition / USUAL_CONDITION)
+        return math.radians(SIGMA_DEG + SIGMA_BY_RESIDUAL_DEG * self.residual) * spread
 
 
 def estimate_lamps(images: NDArray[np.float32]) -> EstimatedLamps:
@@ -138,7 +147,7 @@ def estimate_lamps(images: NDArray[np.float32]) -> EstimatedLamps:
     lamps, texels, cast, residual = _factorise(values[:, lit] / upper[lit])
     if not (np.isfinite(lamps).all() and np.isfinite(texels).all()):
         raise NotTold("some of them show too little")
-    between = _equal_lamps(lamps)
+    between, condition = _equal_lamps(lamps)
     lamps, texels = lamps @ between, np.linalg.inv(between).astype(np.float64) @ texels
     normals = texels / np.maximum(np.linalg.norm(texels, axis=0), 1e-9)
     turn = _upright(normals, lamps)
@@ -163,7 +172,10 @@ def estimate_lamps(images: NDArray[np.float32]) -> EstimatedLamps:
         raise NotTold("the lamps that would explain them stand behind the sample")
     directions[:, 2] = np.maximum(directions[:, 2], 0.02)
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    return EstimatedLamps(directions, residual, is_assumed)
+    found = EstimatedLamps(directions, residual, condition, is_assumed)
+    if found.sigma > MAX_SIGMA:
+        raise NotTold(f"the directions would be uncertain by {math.degrees(found.sigma):.0f}°")
+    return found
 
 
 def _factorise(values: Array) -> tuple[Array, Array, Array, float]:
@@ -194,12 +206,13 @@ def _factorise(values: Array) -> tuple[Array, Array, Array, float]:
     return lamps, texels, cast, residual
 
 
-def _equal_lamps(lamps: Array) -> Array:
-    """A (3, 3) with which all lamps S A have the length one, as nearly as they can."""
+def _equal_lamps(lamps: Array) -> tuple[Array, float]:
+    """A (3, 3) with which all lamps S A have the length one, as nearly as they can, and the equations' condition."""
     scale = float(np.sqrt((lamps**2).sum(axis=1).mean()))
     x, y, z = (lamps / scale).T
     system = np.stack([x * x, y * y, z * z, 2.0 * x * y, 2.0 * x * z, 2.0 * y * z], axis=1)
-    if np.linalg.cond(system) > MAX_CONDITION:
+    condition = float(np.linalg.cond(system))
+    if condition > MAX_CONDITION:
         raise NotTold("the lamps stand at one elevation or in one plane")
     weight = np.ones(len(lamps))
     for _ in range(20):  # lamps that differ count less
@@ -211,7 +224,7 @@ def _equal_lamps(lamps: Array) -> Array:
     size, axes = np.linalg.eigh(metric)
     if size[0] <= 1e-4 * size[2]:
         raise NotTold("no lamps of equal brightness explain them")
-    return np.asarray(axes * np.sqrt(size) / scale)
+    return np.asarray(axes * np.sqrt(size) / scale), condition
 
 
 def _upright(normals: Array, lamps: Array) -> Array:
