@@ -68,7 +68,8 @@ def check_angles(sources: Sources, images: Sequence[NDArray[np.float32]], truste
     problem = f"nothing says where the lamp stood, and {doubt}, as they would on an arc"
     remedy = (
         "Give the elevations in the order of the names (--angles-deg 10,20,30), add an .lp file or capture.toml, "
-        "measure them on a mirror sphere (--sphere auto), or say that they are right (--trust-angles)"
+        "measure them on a mirror sphere (--sphere auto), estimate them (--estimate-lights), or say that these are "
+        "right (--trust-angles)"
     )
     raise Doubtful(sources.photographs[0].parent, problem, remedy, "trust_angles")
 

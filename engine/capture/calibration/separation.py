@@ -67,7 +67,7 @@ def gain_text(record: Mapping[str, Any]) -> str:
         f". They show {100.0 * record['leak']:.2g} % of the highlights, which was taken off" if record["leak"] else ""
     )
     return (
-        f"Crossed photographs are {gain:.4g} times as bright as the diffuse part of parallel ones, {found}{tint}{leak}"
+        f"Crossed photographs are {gain:.3f} times as bright as the diffuse part of parallel ones, {found}{tint}{leak}"
     )
 
 
