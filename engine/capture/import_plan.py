@@ -246,6 +246,7 @@ class Plan:
             "lights_sigma_deg": math.degrees(self.sources.lamp_sigma["directions"])
             if "directions" in self.sources.lamp_sigma
             else None,
+            "lights_convex_assumed": "convexity" in self.sources.lamp_sigma or None,
             "chart": chart_json(*self.chart) if self.chart else None,
             "room_light": list(self.room_light) if self.room_light else None,
             "lens": self.calibration.lens.as_json() if self.calibration.lens is not None else None,

@@ -175,6 +175,9 @@ def recover(
         yield Step(0.8, "estimating errors of the rig")
         of_rig, doubts = rig_error(stack, used, seen)
         normal_sigma = np.hypot(planes.sigma["normal"], of_rig)
+        if stack.provenance.get("lights_convex_assumed"):  # normals and heights may as well be those of the other side
+            normal_sigma = np.hypot(normal_sigma, np.arccos(np.clip(planes.normal[..., 2], 0.0, 1.0)))
+            deviation = np.hypot(deviation, np.abs(solved - solved.mean(dtype=np.float64)))
         planes.sigma["normal"] = np.minimum(normal_sigma, 0.5 * np.pi).astype(np.float32)
         # what the lens flattens, it flattens everywhere: heights are short by the same part as slopes
         share = float(np.sqrt(2.0 * blurred.mean(dtype=np.float64) / max((right**2 + up**2).mean(), 1e-12)))

@@ -86,7 +86,8 @@ class Sources(Summary):
     dark, flat : photographs without light and of an even white surface.
     lamp_distance : of a near lamp, in widths of the image; None for a distant one.
     lamp_gains : intensities over the median by file name, where a file of lights states them.
-    lamp_sigma : standard deviations of those ('gains') and of the inverse distance ('distance') that it states.
+    lamp_sigma : standard deviations of those ('gains') and of the inverse distance ('distance') that it states; of
+        estimated lights those of 'directions' in radians, and 'convexity' where hills and valleys may be exchanged.
     sphere : outline of a mirror sphere from which the lights are to be measured, 'auto' to find it, or None.
     highlights_px : (N,) column and row of the lamp's reflection where `capture.toml` corrects it.
     reference : the photograph that the others are to be aligned to, where `capture.toml` says so.

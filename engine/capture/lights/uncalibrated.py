@@ -91,7 +91,10 @@ def estimate_lights(sources: Sources, transfer: TransferChoice) -> Steps[Sources
         "those of equally bright distant lamps over a matte sample that lies flat"
     )
     if found.is_convex_assumed:
-        text += ". Hills and valleys were told apart by assumption: the sample bulges towards the camera"
+        text += (
+            ". Hills and valleys were told apart by assumption: the sample bulges towards the camera; if it is hollow, "
+            "all slopes are reversed"
+        )
     kept = [finding for finding in sources.findings if not finding.text.startswith((ASSUMED, FROM_NAMES))]
     return replace(
         sources,
@@ -102,7 +105,11 @@ def estimate_lights(sources: Sources, transfer: TransferChoice) -> Steps[Sources
         elevation=elevation[order],
         azimuth=azimuth[order],
         angle_source=FROM_PHOTOGRAPHS,
-        lamp_sigma={**sources.lamp_sigma, "directions": found.sigma},
+        lamp_sigma={
+            **sources.lamp_sigma,
+            "directions": found.sigma,
+            **({"convexity": 1.0} if found.is_convex_assumed else {}),
+        },
         findings=(*kept, Finding(Verdict.WARNING, text), *about_azimuth(azimuth)),
     )
 

@@ -75,6 +75,20 @@ def test_an_import_without_lights_is_marked_as_an_estimate(tmp_path: Path) -> No
         drain(import_stack(find([few]), ImportSettings(estimate_lights=True), tmp_path / "other"))
 
 
+def test_normals_whose_side_was_assumed_cover_the_other_one(tmp_path: Path) -> None:
+    """The relief of seed 2004 is told by assumption, and its lamps come out on the wrong side."""
+    made = dome(2004, "relief", "matte", 20)
+    folder = write(made, tmp_path / "photographs")
+    (folder / "lights.lp").unlink()
+    stack = drain(import_stack(find([folder]), ImportSettings(estimate_lights=True), tmp_path / "stack"))
+    assert any("all slopes are reversed" in text for text in stack.health.warnings)
+    maps = drain(recover(stack, np.arange(len(stack.sources)), left_out=False)).maps
+    assert maps.uncertainty is not None
+    sides = (maps.normal * (s, s, 1.0) for s in (1.0, -1.0))
+    covered = [np.mean(angles_deg(n, made.normals) < 2.0 * np.degrees(maps.uncertainty.normal)) for n in sides]
+    assert min(covered) > 0.95
+
+
 @pytest.mark.long
 def test_lamps_of_twenty_domes() -> None:
     """Hills and valleys aside where they are told by assumption."""
