@@ -174,7 +174,7 @@ SHOWS = (
 
 #: Sources of the radiance of the white reference.
 WHITES = (
-    ("found", "Estimated", "The white level of the photographs, or more where texels are brighter"),
+    ("found", "Found", "The white level of the photographs, or more where texels are brighter"),
     ("known", "Measured", "The radiance of a white reference that faces a lamp, as you measured it in a photograph"),
 )
 
@@ -237,7 +237,7 @@ class SurfacePage(QWidget):
         self.slopes = seen.figure("Slopes", "The slopes that the lamps of the capture can tell")
         self.whites = Segments(WHITES)
         self.whites.chosen.connect(self._white_chosen)
-        seen.row("White reference", self.whites)
+        seen.row("White", self.whites, "The white reference, of which reflectance is a share")
         self.white = NumberField(1.0, 1e-3, 1e3, log=True)
         self.white.edited.connect(self._white_edited)
         seen.row("Radiance", self.white)
