@@ -15,6 +15,7 @@ from app.commands.surface import material_with_surface
 from app.document.exporting import Exporting
 from app.project.project_file import data_folder
 from app.project.setup import is_project
+from engine.capture.scale import mm_per_texel
 from engine.capture.stack import open_stack
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import number, percent, size_text
@@ -124,7 +125,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 def _find_width_mm(source: str, material: Material) -> float | None:
     """The width that the provenance of a bundle tells, None for anything else."""
     from engine.bundle.manifest import MAPS_PROCESS, describe_bundle
-    from engine.capture.scale import mm_per_texel
 
     if is_project(source) or not material.has_map or (material.pbr is not None and not _is_bundle(source)):
         return None

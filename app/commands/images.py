@@ -18,6 +18,7 @@ import numpy as np
 
 from engine.core.errors import MissingCapability, UsageError
 from engine.core.steps import Step, Steps, part
+from engine.gl.context import create_context
 from engine.render.background import blur, in_front_of
 from engine.render.display import display as display_image
 from engine.render.display import display_apart
@@ -183,7 +184,6 @@ class _Device:
 
     def _make(self) -> tuple[Context, SceneRenderer] | None:
         """The context and its renderer, made when they are first asked for; None where there is no OpenGL."""
-        from engine.gl.context import create_context
         from engine.gl.scene_renderer import SceneRenderer
 
         if not self.is_asked:

@@ -16,13 +16,12 @@ from engine.capture.lights.file_names import printable
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.sources import Sources
 from engine.capture.photograph.exposures import Exposure
+from engine.capture.scale import ChartPitch
 from engine.core.errors import InputError
 
 if TYPE_CHECKING:
     from app.document.open_document import Document
     from engine.capture.import_stack import ImportSettings
-    from engine.capture.scale import ChartPitch
-
 Each = TypeVar("Each")
 
 

@@ -17,6 +17,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+import psutil
 from numpy.typing import NDArray
 
 from engine.core.kernels import intrinsic, scalar
@@ -241,7 +242,6 @@ _SIGNATURES: dict[str, tuple[Any, ...]] = {
 
 def _libraries() -> Iterator[ctypes.CDLL]:
     """embreex's module, through which most systems find what it depends on; and libraries of that name in memory."""
-    import psutil
     from embreex import rtcore
 
     yield ctypes.CDLL(rtcore.__file__)

@@ -20,9 +20,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from engine.capture.stack import ImageStack
 from engine.core.kernels import parallel, prange
@@ -208,8 +211,6 @@ def find_unlit(upper: NDArray[np.float32]) -> NDArray[np.bool_]:
 
 def find_beside(edges: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(H, W) texels within `SHADOW_REACH` of edges (H, W)."""
-    import cv2
-
     distance = cv2.distanceTransform((~edges).astype(np.uint8), cv2.DIST_L2, 3)
     return np.asarray(distance < SHADOW_REACH)
 
@@ -220,8 +221,6 @@ def find_shadows(stack: ImageStack, used: NDArray[np.int64], first: int, last: i
     Beside a depth edge more than half of the lamps may be hidden, more than a robust fit takes for outliers. Where
     hardly any lamp is left, nothing is taken for a shadow.
     """
-    import cv2
-
     top, bottom = max(first - 1, 0), min(last + 1, stack.radiance.shape[1])
     radiance = np.asarray(stack.radiance[used, top:bottom])
     levels = np.empty(radiance.shape[:3], np.uint8)
@@ -331,8 +330,6 @@ def divide(edges: NDArray[np.bool_]) -> Division | None:
 
 def _find_regions(edges: NDArray[np.bool_]) -> Labels:
     """(H, W) regions that edges (H, W) divide the image into."""
-    import cv2
-
     distance = cv2.distanceTransform((~edges).astype(np.uint8), cv2.DIST_L2, 3)
     seeds, number = ndimage.label(distance > GAP)
     parts, _ = ndimage.label(~edges)
@@ -354,8 +351,6 @@ def _find_regions(edges: NDArray[np.bool_]) -> Labels:
 
 def _grow(markers: Labels, depth: NDArray[np.uint8]) -> Labels:
     """(H, W) labels from 0 of markers from 1 that grow over all texels of 0, those of small `depth` first."""
-    import cv2
-
     grown = cv2.watershed(np.repeat(depth[..., None], 3, axis=2), markers.copy())
     # the watershed leaves lines of −1, also around the image
     missing = grown < 1
@@ -366,9 +361,6 @@ def _grow(markers: Labels, depth: NDArray[np.uint8]) -> Labels:
 
 def _join(regions: Labels, edges: NDArray[np.bool_]) -> Labels:
     """Regions with those made one whose border is seen along less than `SEEN_SHARE` of it."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     count = int(regions.max()) + 1
     pairs, seen = [], []
     for one, other in ((np.s_[:, 1:], np.s_[:, :-1]), (np.s_[1:], np.s_[:-1])):

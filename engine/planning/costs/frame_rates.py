@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import nnls
 
 from engine.brdf.brdf import brdf_from_text
 from engine.core.errors import MissingCapability
@@ -75,8 +76,6 @@ def frame_rates(tables: dict[str, Rates]) -> Steps[str]:
 
 def _parts(rows: NDArray[np.float64], times: NDArray[np.float64]) -> list[float]:
     """Share of each column in the `times`, by least squares of relative errors, none below 0."""
-    from scipy.optimize import nnls
-
     relative = rows / times[:, None]
     size = np.linalg.norm(relative, axis=0)
     found, _ = nnls(relative / size, np.ones(len(times)))
