@@ -46,6 +46,7 @@ from engine.capture.chart.correction import fit_correction
 from engine.capture.chart.file import as_json, read_chart, save_chart
 from engine.capture.chart.reference import REFERENCE_RGB
 from engine.capture.lights.light_file import read_lights
+from engine.capture.photograph.lens import Lens, read_lens, save_lens
 from engine.core.errors import LightarcError
 from engine.factor.factor_file import read_factors
 from engine.images.decode import read_image
@@ -202,6 +203,8 @@ def _verbs() -> Iterator[Work]:
     lights = "import {inputs}/lamps -o {inputs}-stack --no-align --overwrite --write-lights {output}"
     yield Work("import lights", lights, None, "l.lights", read_lights)
     chart = "import {inputs}/photographs -o {inputs}-stack --no-align --overwrite --chart {inputs}/lamps.chart"
+    lens = "import {inputs}/photographs -o {inputs}-stack --no-align --overwrite --lens {inputs}/a.lens"
+    yield Work("import lens", lens + " --write-lens {output}", None, "l.lens", read_lens)
     yield Work("import chart", chart + " --write-chart {output}", None, "l.chart", read_chart)
     yield Work("simulate", "simulate --sample plain --size 16 --elevations-deg 30,60 -o {output}", None, "capture")
 
@@ -352,6 +355,8 @@ def prepare(inputs: Path, *, all_works: bool = True) -> None:
         return
     correction = fit_correction(0.5 * REFERENCE_RGB, np.indices((4, 6)).reshape(2, 24).T.astype(np.float64))
     assert correction is not None
+    slight = Lens(24, 18, (24.0, 24.0, 12.0, 9.0), (-0.01, 0.0, 0.0, 0.0, 0.0), 0.1, 6)
+    save_lens(inputs / "a.lens", slight.as_json())
     save_chart(inputs / "lamps.chart", as_json(correction, "chart.tif"))
     (inputs / "sky.png").write_bytes(encode_png(np.full((16, 32, 3), 100, np.uint8)))
     scenarios.prepare(inputs)

@@ -33,6 +33,7 @@ from numpy.typing import NDArray
 
 from engine.capture.calibration.separation import Separation
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent
 from engine.texel.kernel import COLUMNS, DIFFUSE, S_R, C, S, differentiate, fit_texels
 
 Array = NDArray[np.float64]
@@ -131,7 +132,7 @@ def separate(texels: PairTexels, gain: float | None) -> Separation:
     sigma = deviations / inverse * found
     if not (np.isfinite(sigma).all() and (sigma <= MAX_GAIN_SIGMA * found).all()):
         worst = float(np.nanmax(sigma / found)) if np.isfinite(sigma).any() else float("inf")
-        raise UsageError(f"their brightness over each other is known to {100 * worst:.2g} % only")
+        raise UsageError(f"their brightness over each other is known to {percent(worst)} only")
     return Separation(found, sigma, *_leak(some, found))
 
 

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.figure_text import percent
+
 Array = NDArray[np.float64]
 Image = NDArray[np.float32]
 
@@ -63,9 +65,7 @@ def gain_text(record: Mapping[str, Any]) -> str:
     interval = f"95 % interval {gain - 2.0 * sigma:.4g} to {gain + 2.0 * sigma:.4g}"
     found = "as stated" if record["stated"] else f"as estimated ({interval})"
     tint = f"; red, green, blue {', '.join(f'{each:.4g}' for each in gains)}" if np.ptp(gains) > 0.005 * gain else ""
-    leak = (
-        f". They show {100.0 * record['leak']:.2g} % of the highlights, which was taken off" if record["leak"] else ""
-    )
+    leak = f". They show {percent(record['leak'])} of the highlights, which was taken off" if record["leak"] else ""
     return (
         f"Crossed photographs are {gain:.3f} times as bright as the diffuse part of parallel ones, {found}{tint}{leak}"
     )

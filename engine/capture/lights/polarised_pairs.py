@@ -22,7 +22,7 @@ CROSSED = frozenset(
     ("cross", "crossed", "crosspol", "crosspolarised", "crosspolarized", "xpol", "xp", "cpol", "cp", "perp")
 )
 
-_PARTS = re.compile(r"[^\W_]+")
+_PARTS = re.compile(r"[^\W_]{1,255}")
 
 
 @dataclass(frozen=True)

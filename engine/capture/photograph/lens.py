@@ -30,7 +30,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from engine.capture.photograph.decode import ReadAhead
 from engine.core.colour import luminance, to_display8
 from engine.core.errors import InputError
-from engine.core.figure_text import number
+from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps
 from engine.storage.atomic import write_bytes
 from engine.storage.text import utf8
@@ -160,7 +160,7 @@ def lens_of_boards(images: Sequence[NDArray[np.uint8]], place: Path) -> Lens:
     middle = np.array([0.5 * (width - 1), 0.5 * (height - 1)])
     reach = max(float(np.hypot(*(corners - middle).T).max()) for _, corners in found) / float(np.hypot(*middle))
     if reach < MIN_REACH:
-        problem = f"shows boards within {100.0 * reach:.0f} % of the way to the corners of the image only"
+        problem = f"shows boards within {percent(reach)} of the way to the corners of the image only"
         raise InputError(place, problem, "Photograph the board near the edges of the image as well")
     grids = [grid.astype(np.float32) for grid, _ in found]
     shown = [corners.astype(np.float32) for _, corners in found]
