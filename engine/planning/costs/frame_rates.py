@@ -25,6 +25,7 @@ from engine.core.stopwatch import shortest
 from engine.geometry.camera import Camera, frame
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import caster_of
+from engine.gl.context import create_context, renderer_name
 from engine.light.environment_file import open_environment
 from engine.planning.costs.cost_model import PARTS
 from engine.planning.costs.load import Rates, shade
@@ -89,7 +90,6 @@ def _frame_s(draw: Draw, what: RelightTransport | Scene, camera: Camera, side: i
 @contextmanager
 def _drawing() -> Iterator[tuple[str, Draw]]:
     """The name of what draws, and how."""
-    from engine.gl.context import create_context, renderer_name
     from engine.gl.direct import DirectRenderer
     from engine.gl.transported import TransportRenderer
 
