@@ -116,7 +116,8 @@ class ScenePanel(Rows):
         mesh = document.project.mesh
 
         def show(brushed: Mesh) -> None:
-            if document.project.mesh is mesh or (mesh is not None and document.project.mesh is self.mesh):
+            now = document.project.mesh
+            if now is mesh or (now is not None and now.faces is brushed.faces):  # brushed meanwhile, and no other model
                 document.change("Brushing", gesture="brushing", mesh=brushed)
                 if final:
                     document.end_gesture()

@@ -423,6 +423,10 @@ def test_an_anisotropic_brdf_is_brushed_in_another_direction(view: MainWindow, q
     assert present(document.project.mesh).brushing.angle_deg == 0.0
     view.undo.trigger()
     assert panel.brushing.currentText() == "Along the texture"
+    panel.angle.edited.emit(Brushing((0.0, 1.0, 0.0), 45.0), True)
+    document.change("Another model", mesh=shape("sphere"))  # while the plane is being brushed
+    wait(qtbot, lambda: not panel.brushed.busy)
+    assert document.project.mesh is shape("sphere")
 
 
 def test_what_is_doubtful_about_a_mesh_is_shown_and_it_is_flipped_in_one_step(
