@@ -19,11 +19,12 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft, ndimage
+from scipy import ndimage
 
 from engine.capture.calibration.rig import Array, Rig, Sample, fit
 from engine.capture.lights.list_forms import AXES, LISTED, change
 from engine.core.one_thread import one_thread
+from engine.core.slopes import integrate_slopes
 
 #: Longer side of the images that are compared, texels of the fit, and least number of lamps.
 SIDE, TEXELS, FEWEST = 56, 160, 8
@@ -145,7 +146,7 @@ def _rise_in_shadows(sample: Sample, directions: Array, rig: Rig, size: tuple[in
     model = found.model.values
     normals = found.albedo_normals / np.maximum(np.linalg.norm(found.albedo_normals, axis=1), 1e-12)[:, None]
     steep = np.maximum(normals[:, 2], 0.2)
-    height = _integrated((-normals[:, 0] / steep).reshape(size), (-normals[:, 1] / steep).reshape(size))
+    height = integrate_slopes((-normals[:, 0] / steep).reshape(size), (-normals[:, 1] / steep).reshape(size))
     shadow = (sample.values < 0.5 * model) & (model > 0.2) & sample.usable
     rows, columns = np.mgrid[: size[0], : size[1]]
     total, number = 0.0, 0
@@ -162,22 +163,6 @@ def _rise_in_shadows(sample: Sample, directions: Array, rig: Rig, size: tuple[in
         total += float(rise[dark].mean() - rise[~dark].mean()) * across / z * int(dark.sum())
         number += int(dark.sum())
     return total / number if number >= 20 else 0.0
-
-
-def _integrated(right: Array, up: Array) -> Array:
-    """(H, W) height in texels of slopes, by cosines (Frankot1988)."""
-    flow = np.zeros_like(right)
-    across, down = 0.5 * (right[:, 1:] + right[:, :-1]), -0.5 * (up[1:] + up[:-1])
-    flow[:, 1:] += across
-    flow[:, :-1] -= across
-    flow[1:] += down
-    flow[:-1] -= down
-    rows, columns = flow.shape
-    values = (2.0 - 2.0 * np.cos(np.pi * np.arange(rows) / rows))[:, None] + (
-        2.0 - 2.0 * np.cos(np.pi * np.arange(columns) / columns)
-    )
-    values[0, 0] = np.inf
-    return np.asarray(fft.idctn(fft.dctn(flow, norm="ortho") / values, norm="ortho"))
 
 
 def _dense(

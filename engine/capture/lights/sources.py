@@ -134,6 +134,12 @@ class Sources(Summary):
         crossed = self.crossed.get(self.photographs[light])
         return (*(one.path for one in self.exposures[light]), *([] if crossed is None else [crossed]))
 
+    def reorder(self, order: NDArray[np.int64]) -> Sources:
+        """These with the photographs in another order (N,); their angles stay, for whoever found others."""
+        parts = ("photographs", "exposure_s", "exposures", "highlights_px")
+        moved: dict[str, Any] = {name: tuple(getattr(self, name)[index] for index in order) for name in parts}
+        return replace(self, **moved)
+
     def summary(self) -> dict[str, Any]:
         """Return what `repr` says."""
         return {"name": self.name, "photographs": len(self.photographs), "angles": self.angle_source}

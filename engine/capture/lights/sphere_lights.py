@@ -87,11 +87,7 @@ def measure_lights(
     findings += _disagreements(sources, elevation)
     order = np.argsort(elevation, kind="stable")
     return replace(
-        sources,
-        photographs=tuple(sources.photographs[index] for index in order),
-        exposure_s=tuple(sources.exposure_s[index] for index in order),
-        exposures=tuple(sources.exposures[index] for index in order),
-        highlights_px=tuple(sources.highlights_px[index] for index in order),
+        sources.reorder(order),
         elevation=elevation[order],
         azimuth=azimuth[order],
         sphere=outline,

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft, ndimage
+from scipy import ndimage
 
 from engine.capture.lights.azimuth_spread import about_azimuth
 from engine.capture.lights.light_angles import ASSUMED, FROM_NAMES
@@ -30,6 +30,7 @@ from engine.capture.lights.sources import Sources
 from engine.capture.lights.sphere_lights import luminances
 from engine.core.errors import InputError
 from engine.core.health import Finding, Verdict
+from engine.core.slopes import integrate_slopes
 from engine.core.steps import Step, Steps
 
 if TYPE_CHECKING:
@@ -97,11 +98,7 @@ def estimate_lights(sources: Sources, transfer: TransferChoice) -> Steps[Sources
         )
     kept = [finding for finding in sources.findings if not finding.text.startswith((ASSUMED, FROM_NAMES))]
     return replace(
-        sources,
-        photographs=tuple(sources.photographs[index] for index in order),
-        exposure_s=tuple(sources.exposure_s[index] for index in order),
-        exposures=tuple(sources.exposures[index] for index in order),
-        highlights_px=tuple(sources.highlights_px[index] for index in order),
+        sources.reorder(order),
         elevation=elevation[order],
         azimuth=azimuth[order],
         angle_source=FROM_PHOTOGRAPHS,
@@ -280,7 +277,7 @@ def _integrable(slopes: Array) -> tuple[float, float]:
 def _tell_hills(slopes: Array, shadows: Array, lit: NDArray[np.bool_]) -> tuple[float, bool]:
     """1, or −1 where hills are valleys, and whether that was assumed."""
     right, up = np.where(lit, slopes, 0.0)
-    height = _integrate(np.nan_to_num(right), np.nan_to_num(up))
+    height = integrate_slopes(np.nan_to_num(right), np.nan_to_num(up))
     inner = ndimage.binary_erosion(lit, iterations=2)
     wide = 0.1 * max(height.shape)
     depth = height - ndimage.gaussian_filter(height, wide, mode="nearest")
@@ -292,19 +289,3 @@ def _tell_hills(slopes: Array, shadows: Array, lit: NDArray[np.bool_]) -> tuple[
     rows, columns = np.mgrid[: height.shape[0], : height.shape[1]]
     out = np.hypot(rows - rows[lit].mean(), columns - columns[lit].mean())
     return (1.0 if np.corrcoef(height[lit], out[lit])[0, 1] < 0.0 else -1.0), True
-
-
-def _integrate(right: Array, up: Array) -> Array:
-    """(H, W) height of slopes by cosine transforms (Frankot1988)."""
-    across, down = 0.5 * (right[:, :-1] + right[:, 1:]), -0.5 * (up[:-1] + up[1:])
-    flow = np.zeros_like(right)
-    flow[:, 1:] += across
-    flow[:, :-1] -= across
-    flow[1:] += down
-    flow[:-1] -= down
-    rows, columns = right.shape
-    values = (2.0 - 2.0 * np.cos(np.pi * np.arange(rows) / rows))[:, None] + (
-        2.0 - 2.0 * np.cos(np.pi * np.arange(columns) / columns)
-    )
-    values[0, 0] = np.inf
-    return np.asarray(fft.idctn(fft.dctn(flow, norm="ortho") / values, norm="ortho"))
