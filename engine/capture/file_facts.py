@@ -1,6 +1,7 @@
 """What all files of a capture tell together: bits of their samples, and how the camera was held.
 
-Programs store 12 and 14 bits in files of 16 without saying so. A camera that looks down tags some photographs as turned
+Programs store 12 and 14 bits in files of 16 without saying so. Floating-point files state no white level, but keep the
+plateau at which a converter or the sensor clipped. A camera that looks down tags some photographs as turned
 by chance. Neither can be seen in one file, so that the import begins anew where the files together say otherwise.
 """
 
@@ -22,6 +23,12 @@ from engine.images.exif import orient
 
 #: Bits that are stored in files of 16, and the share of their full scale that a sample has to reach.
 NARROW, REACHED = (12, 14), 0.25
+
+#: Photographs that share a plateau, so that it is where samples are clipped; one is enough at 1, where programs clip.
+MIN_PLATEAUS = 2
+
+#: Part of a photograph that a plateau has at most, but at 1: what shows nothing else is evenly bright, not clipped.
+MAX_PLATEAU_SHARE = 0.5
 
 #: Correlation by which photographs that were turned as tagged have to fit the others better than as they are.
 CLEARLY_TURNED = 0.1
@@ -45,6 +52,11 @@ def decide_files(plan: Plan, lights: Sequence[Sequence[Photograph]], thumbnails:
             f"with {options['white_code']} as the white level"
         )
         said.append(Finding(Verdict.WARNING, text))
+    white = _white_of_floats(files)
+    if white and not options.get("white_samples"):
+        options["white_samples"] = white
+        text = _about_plateaus(files, white)
+        said.append(Finding(Verdict.WARNING, text))
     tags = Counter(photograph.orientation for photograph in files)
     if len(tags) > 1 and plan.still_camera:
         options["orientation"], number = tags.most_common(1)[0]
@@ -65,6 +77,40 @@ def _narrow_bits(files: Sequence[Photograph]) -> int:
         return 0
     largest = max(each.largest_code for each in files)
     return next((bits for bits in NARROW if REACHED * (1 << bits) <= largest < 1 << bits), 0)
+
+
+def _white_of_floats(files: Sequence[Photograph]) -> tuple[float, ...]:
+    """Samples of red, green and blue at which floating-point files are clipped, infinite for a channel that is not;
+    empty where none is."""
+    floats = [each for each in files if each.largest_samples]
+    if not floats:
+        return ()
+    tops = [max(each.largest_samples[channel] for each in floats) for channel in range(3)]
+    clipped = set()
+    for channel, top in enumerate(tops):
+        number = sum(_clipped_at(each, channel, top) for each in floats)
+        if number >= (1 if top == 1.0 else MIN_PLATEAUS):
+            clipped.add(top)
+    return tuple(top if top in clipped else np.inf for top in tops) if clipped else ()
+
+
+def _clipped_at(photograph: Photograph, channel: int, top: float) -> bool:
+    share = photograph.plateaus[channel]
+    return photograph.largest_samples[channel] == top and 0.0 < share <= (1.0 if top == 1.0 else MAX_PLATEAU_SHARE)
+
+
+def _about_plateaus(files: Sequence[Photograph], white: Sequence[float]) -> str:
+    floats = [each for each in files if each.largest_samples]
+    number = sum(any(_clipped_at(each, channel, white[channel]) for channel in range(3)) for each in floats)
+    if len(set(white)) == 1:
+        where = f"{white[0]:.4g}"
+    else:
+        names = zip(("red", "green", "blue"), white, strict=True)
+        where = ", ".join(f"{name} {value:.4g}" for name, value in names if value < np.inf)
+    return (
+        f"Many samples of {number} of {len(files)} floating-point photographs are exactly the largest value ({where}), "
+        "and none is above it: they are taken as clipped"
+    )
 
 
 def _refuse_turned(

@@ -41,6 +41,9 @@ _COUNTED = ("EXR", "HDR")
 #: Pixels of which the double precision is in memory at once.
 _BLOCK_PIXELS = 1 << 20
 
+#: Samples that a plateau has at least, as a number and as a share; what is near its value, as a share of it.
+_MIN_PLATEAU, _MIN_PLATEAU_SHARE, _NEAR_TOP = 4, 1e-5, 0.01
+
 #: Code values from which a lookup table is cheaper than the power function.
 _TABLE_LIMIT = 1 << 16
 
@@ -62,6 +65,8 @@ class Image:
     warnings : what was ignored or assumed, in words.
     environment : 'latlong' or 'cube' where the file says that it is an environment map in that layout, else ''.
     largest_code : largest sample of an integer file.
+    largest_samples, plateaus : of a floating-point file the largest finite sample of red, green and blue, and the
+        share of samples equal to it where they are so many that the channel looks clipped, else 0; empty for integers.
     profile : name of the colour space that the file states and that was applied, else ''.
     """
 
@@ -74,6 +79,8 @@ class Image:
     warnings: tuple[str, ...]
     environment: str = ""
     largest_code: int = 0
+    largest_samples: tuple[float, ...] = ()
+    plateaus: tuple[float, ...] = ()
     profile: str = ""
 
 
@@ -97,7 +104,8 @@ def refuse_larger(path: str | os.PathLike[str], radiance: NDArray[np.float32]) -
 def image_from_reply(reply: dict[str, Any]) -> Image:
     for name in ("pixels", "saturated"):
         reply[name].flags.writeable = False
-    return Image(**{**reply, "exif": Exif(**reply["exif"]), "warnings": tuple(reply["warnings"])})
+    lists = {name: tuple(reply[name]) for name in ("warnings", "largest_samples", "plateaus")}
+    return Image(**{**reply, "exif": Exif(**reply["exif"]), **lists})
 
 
 #: First bytes of files that are not photographs, and what to say of them.
@@ -135,10 +143,12 @@ def decode(
     white_code: int = 0,
     bands: Sequence[int] = (),
     keep_primaries: bool = False,
+    white_samples: Sequence[float] = (),
 ) -> dict[str, Any]:
     """The decoder that runs in the child: fields of `Image` as arrays and JSON values.
 
     `orientation` is taken instead of the file's, and `white_code` for full scale of 16 bits, where they are not 0.
+    Floating-point samples of red, green and blue from `white_samples` on, where there are any, are saturated.
     Of `bands`, which count from 1, one becomes grey, and three red, green and blue; without any the file's colours do.
     A stated `transfer` overrides all that the file says of colours, or with `keep_primaries` its curve alone.
     """
@@ -155,6 +165,11 @@ def decode(
     stated: Transfer | None = None if transfer == "auto" or (raster.white is None and transfer == "srgb") else transfer
     space, of_colours = _decide_space(raster, photographed, stated, bool(bands), keep_primaries, name)
     pixels, saturated, broken = _linear(raster, space, turn)
+    largest, plateaus = ([], []) if raster.white is not None else _find_plateaus(raster.samples)
+    if white_samples and raster.white is None:
+        samples = raster.samples if raster.samples.ndim == 3 else raster.samples[..., None]
+        clipped = np.logical_or.reduce(samples >= np.asarray(white_samples, samples.dtype), axis=2)
+        saturated |= exif.orient(clipped, turn)
     rows = [] if raster.container in _COUNTED else _about_rows(raster.samples)
     warnings = [*raster.warnings, *of_colours, *of_bands, *rows]
     if broken:
@@ -174,6 +189,8 @@ def decode(
         "warnings": warnings,
         "environment": raster.environment,
         "largest_code": int(raster.samples.max(initial=0)) if raster.white is not None else 0,
+        "largest_samples": largest,
+        "plateaus": plateaus,
     }
 
 
@@ -292,6 +309,24 @@ def _from_codes(
         return
     saturated[...] = (samples >= white).any(axis=2)
     _fill_linear(samples, white, space, pixels)
+
+
+def _find_plateaus(samples: NDArray[np.floating[Any]]) -> tuple[list[float], list[float]]:
+    """The largest finite sample of red, green and blue, and the share of samples on the plateau there; 0 for none.
+
+    Samples of light thin out towards the largest. A plateau has more samples at the largest itself than lie just below
+    it, and more than a few.
+    """
+    largest, plateaus = [], []
+    for channel in (samples,) * 3 if samples.ndim == 2 else np.moveaxis(samples, -1, 0):
+        finite = channel[np.isfinite(channel)]
+        top = finite.max(initial=0.0)
+        at_top = int(np.count_nonzero(finite == top))
+        near = int(np.count_nonzero(finite >= top * (1.0 - _NEAR_TOP))) - at_top
+        largest.append(float(top))
+        is_plateau = top > 0.0 and at_top >= max(_MIN_PLATEAU, finite.size * _MIN_PLATEAU_SHARE, 2 * near)
+        plateaus.append(at_top / finite.size if is_plateau else 0.0)
+    return largest, plateaus
 
 
 def _fill_linear(samples: NDArray[Any], white: float, space: ColourSpace, pixels: NDArray[np.float32]) -> None:

@@ -59,6 +59,8 @@ class Photograph:
     white_balance : multipliers of red, green, blue that were applied.
     camera_matrix : (9,) row by row, from balanced camera colours to linear sRGB (RAW), else empty.
     orientation : EXIF orientation of the file, 1 for RAW. largest_code : largest sample of an integer image, else 0.
+    largest_samples, plateaus : of a floating-point image the largest sample of red, green and blue, and the share of
+        samples equal to it where the channel looks clipped (`engine.images.decode.Image`), else empty.
     profile : name of the colour space that the file states and that was applied, else ''.
     matrix_source : of RAW files, what the camera matrix comes from: 'LibRaw', 'the file', or '' where there is none.
     """
@@ -80,6 +82,8 @@ class Photograph:
     warnings: tuple[str, ...]
     orientation: int = 1
     largest_code: int = 0
+    largest_samples: tuple[float, ...] = ()
+    plateaus: tuple[float, ...] = ()
     profile: str = ""
     matrix_source: str = ""
 
@@ -93,6 +97,7 @@ def read_photograph(
     orientation: int = 0,
     white_code: int = 0,
     bands: Sequence[int] = (),
+    white_samples: Sequence[float] = (),
 ) -> Photograph:
     """Decode one photograph; Unreadable for what cannot be decoded whole.
 
@@ -103,10 +108,12 @@ def read_photograph(
         says linear. A stated one overrides the curve of a profile, of which the primaries are applied all the same.
     half_size : average 2×2 pixels, for previews.
     orientation, white_code : EXIF orientation, and full scale of 16 bits, instead of those of an image, where not 0.
+    white_samples : samples of red, green and blue from which on a floating-point image is saturated; none without.
     bands : of an image, from 1: one that becomes grey, or three that become red, green and blue; its colours without.
     """
     options: dict[str, Any] = {"white_balance": white_balance, "transfer": transfer, "half_size": half_size}
-    with closing(Reading(path, **options, orientation=orientation, white_code=white_code, bands=bands)) as reading:
+    more: dict[str, Any] = {"white_code": white_code, "bands": bands, "white_samples": white_samples}
+    with closing(Reading(path, **options, orientation=orientation, **more)) as reading:
         return reading.photograph()
 
 
@@ -123,6 +130,7 @@ class Reading:
         orientation: int = 0,
         white_code: int = 0,
         bands: Sequence[int] = (),
+        white_samples: Sequence[float] = (),
     ) -> None:
         if isinstance(white_balance, str) and white_balance not in ("camera", "none"):
             raise ValueError(f"unknown white balance {white_balance!r}")
@@ -136,6 +144,7 @@ class Reading:
             orientation=orientation,
             white_code=white_code,
             bands=list(bands),
+            white_samples=[float(value) for value in white_samples],
             memory_bytes=_MEMORY_BYTES,
         )
 
@@ -170,6 +179,7 @@ def decode_photograph(
     orientation: int = 0,
     white_code: int = 0,
     bands: Sequence[int] = (),
+    white_samples: Sequence[float] = (),
 ) -> dict[str, Any]:
     """The decoder that runs in the child."""
     if _is_raw(content, name):
@@ -178,7 +188,8 @@ def decode_photograph(
         if bands:
             raise InputError(name, "is camera RAW, which has no bands to choose", "Leave --bands out")
         return decode_raw(content, name, white_balance, half_size)
-    image = images.decode(content, name, transfer, half_size, orientation, white_code, bands, keep_primaries=True)
+    more: dict[str, Any] = {"bands": bands, "keep_primaries": True, "white_samples": white_samples}
+    image = images.decode(content, name, transfer, half_size, orientation, white_code, **more)
     images.refuse_larger(name, image["pixels"])
     if Path(name).suffix.lower() in RAW_SUFFIXES:
         image["warnings"].append(f"is a {image['container']} inside, not camera RAW")

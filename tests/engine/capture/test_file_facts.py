@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+import tifffile
 
 from engine.capture.import_plan import ImportSettings
 from engine.capture.import_stack import import_stack
@@ -14,6 +15,7 @@ from engine.capture.lights.sources import find
 from engine.capture.stack import ImageStack
 from engine.core.errors import InputError
 from engine.core.steps import drain
+from engine.images.encode import rgb_channels, write_exr
 
 LIGHTS = [(0.6, 0.0), (-0.6, 0.0), (0.0, 0.6), (0.0, -0.6), (0.4, 0.4)]
 STILL = ImportSettings(motion="none", calibrate="none")
@@ -25,10 +27,11 @@ def _images() -> list[np.ndarray]:
     return [albedo * (0.9 - 0.1 * index) + 0.01 * random.random((40, 60, 3)) for index in range(len(LIGHTS))]
 
 
-def _write(folder: Path, images: list[np.ndarray], suffix: str) -> None:
+def _write(folder: Path, images: list[np.ndarray], suffix: str, is_written: bool = False) -> None:
     lines = [str(len(images))]
     for index, (image, (x, y)) in enumerate(zip(images, LIGHTS, strict=True)):
-        cv2.imwrite(str(folder / f"p{index}.{suffix}"), image)
+        if not is_written:
+            cv2.imwrite(str(folder / f"p{index}.{suffix}"), image)
         lines.append(f"p{index}.{suffix} {x} {y} {np.sqrt(1.0 - x * x - y * y):.6f}")
     (folder / "lights.lp").write_text("\n".join(lines))
 
@@ -46,6 +49,36 @@ def test_narrow_samples_in_files_of_16_bits_have_their_own_white(tmp_path: Path,
     assert 0.1 < stack.radiance[:].mean() < 0.5
     assert said in " ".join(stack.health.warnings)
     assert ("bits" in " ".join(stack.health.warnings)) == bool(said)
+
+
+@pytest.mark.parametrize(
+    ("white", "suffix", "said"),
+    [
+        ((0.4, 0.4, 0.4), "tif", "(0.4)"),
+        ((0.3, 0.4, np.inf), "exr", "(red 0.3, green 0.4)"),
+        ((np.inf,) * 3, "tif", ""),
+    ],
+)
+def test_floating_point_samples_at_a_shared_maximum_are_clipped(
+    tmp_path: Path, white: tuple[float, ...], suffix: str, said: str
+) -> None:
+    (tmp_path / "in").mkdir()
+    falling = np.linspace(1.0, 0.3, 60)[:, None]
+    images = [np.minimum(falling * image, white).astype(np.float32) for image in _images()]
+    for index, image in enumerate(images):
+        path = tmp_path / "in" / f"p{index}.{suffix}"
+        if suffix == "exr":
+            write_exr(path, rgb_channels(image), half=False)
+        else:
+            tifffile.imwrite(path, image, photometric="rgb", metadata=None)
+    _write(tmp_path / "in", images, suffix, is_written=True)
+    stack = _import(tmp_path / "in", tmp_path)
+    clipped = np.stack([(image >= np.asarray(white, np.float32)).any(axis=-1) for image in images])
+    order = [int(name[1]) for name in stack.sources]
+    np.testing.assert_array_equal(stack.saturated[:], clipped[order])
+    told = [warning for warning in stack.health.warnings if "taken as clipped" in warning]
+    assert len(told) == bool(said)
+    assert said in " ".join(told)
 
 
 def _tag(path: Path, orientation: int) -> None:
