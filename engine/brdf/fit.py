@@ -264,7 +264,7 @@ def fit(
     fixed: tuple[str, ...] = (),
     seed: int = 0,
 ) -> Steps[Fit]:
-    """Fit the model of which `start` is an instance; its parameters named in `fixed` keep their values.
+    """Fit the model of which `start` is an instance; parameters in `fixed`, or never fitted, keep their values.
 
     Yields steps whose `partial` is the best BRDF so far. Raises UsageError for a parameter that does not exist, and
     where nothing is left to fit.
@@ -276,10 +276,11 @@ def fit(
     unknown = [name for name in fixed if name not in names]
     if unknown:
         raise UsageError(f"unknown parameter {unknown[0]!r}; choose from {', '.join(names)}")
-    free = tuple(parameter for parameter in parameters(start) if parameter.name not in fixed)
+    free = tuple(each for each in parameters(start) if each.fitted and each.name not in fixed)
     if not free:
         raise UsageError("all parameters are fixed, so that nothing is left to fit")
-    space = _Space(type(start), free, {name: getattr(start, name) for name in fixed})
+    kept = {each.name: getattr(start, each.name) for each in parameters(start) if each not in free}
+    space = _Space(type(start), free, kept)
     objective, few = _Objective(data, weighting), _Objective(data.first(FEW), weighting)
     low, high = space.bounds()
     usual_low, usual_high = space.usual()

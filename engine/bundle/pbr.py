@@ -46,6 +46,7 @@ def pbr_record(maps: PbrMaps | None, white: float | None = None) -> PbrRecord | 
         observed_slopes=maps.observed.kind,
         observed_azimuth=None if maps.observed.azimuth is None else float(maps.observed.azimuth),
         errors=PbrErrorsRecord(**errors),
+        multiple_scattering=maps.multiple_scattering,
         white_radiance=white,
     )
 
@@ -72,6 +73,7 @@ def read_pbr(archive: Archive, manifest: Manifest) -> PbrMaps | None:
         uncertainty=Uncertainty(**sigma) if record.uncertainty else None,  # type: ignore[arg-type]
         observed=ObservedSlopes(record.observed_slopes, record.observed_azimuth),
         errors=MapErrors(**errors),
+        multiple_scattering=record.multiple_scattering,
     )
 
 

@@ -33,7 +33,8 @@ class Parameter:
     values : all that are allowed; empty for the whole range.
     sweep : values of a sweep, cheapest first; empty for what is not swept.
     offered : values of a form, with their words. words : its label, where the name is none.
-    option : of the command line, without dashes, where that is not the name.
+    option : of the command line, without dashes, where that is not the name. fitted : False for a parameter of a BRDF
+        that a fit leaves as it is.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Parameter:
     words: str = ""
     option: str = ""
     metavar: str = "N"
+    fitted: bool = True
 
     @property
     def is_colour(self) -> bool:
@@ -103,8 +105,12 @@ def param(
     unit: str = "",
     slider: tuple[float, float] | None = None,
     log: bool = False,
+    fitted: bool = True,
 ) -> Any:
-    """Declare a dataclass field as a parameter in [low, high]; a tuple default makes it a linear RGB colour."""
+    """Declare a dataclass field as a parameter in [low, high]; a tuple default makes it a linear RGB colour.
+
+    One that is not `fitted` keeps its value in fits.
+    """
     if not low <= high:
         raise ValueError(f"empty parameter range [{low}, {high}]")
     declaration = {
@@ -114,6 +120,7 @@ def param(
         "unit": unit,
         "doc": doc,
         "log": log,
+        "fitted": fitted,
     }
     return dataclasses.field(default=default, metadata={"parameter": declaration})
 

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import engine
+from engine.brdf.models.multiple_scattering import SMOOTHEST
 from engine.capture.scale import mm_per_texel
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent
@@ -44,7 +45,6 @@ from engine.exchange.targets import EXPORTERS
 from engine.scene.material import Material, compute_fit_error
 from engine.storage.atomic import atomic_folder, make_folder, write_bytes
 from engine.surface.lamps import shows_slopes
-from engine.surface.metallic_roughness import SMOOTHEST
 from engine.surface.pbr_maps import PbrMaps
 from engine.surface.recover import recover
 

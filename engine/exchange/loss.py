@@ -171,6 +171,7 @@ def maps_shown(maps: PbrMaps, gain: float = 1.0) -> Shown:
                 maps.roughness[there],
                 maps.metallic[there],
                 maps.f0[there],
+                maps.multiple_scattering,
             )
             value[lit] += f * wi[:, 2:] * irradiance
         return gain * value

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf
+from engine.brdf.models.multiple_scattering import SMOOTHEST
 from engine.brdf.resample import SHAPE, table_from, whole_turn
 from engine.brdf.table import HalfDifferenceTable
 from engine.core.figure_text import percent
@@ -31,7 +32,6 @@ from engine.factor.projections import KINDS, LinearProjection
 from engine.gl.context import Limits
 from engine.gl.program import find_uniform
 from engine.render.mip_maps import pbr_layers
-from engine.surface.metallic_roughness import SMOOTHEST
 from engine.surface.pbr_maps import PbrMaps
 
 if TYPE_CHECKING:
@@ -185,10 +185,12 @@ class PbrTextures:
         self._texture.build_mipmaps()
         self._texture.filter = (context.LINEAR_MIPMAP_LINEAR, context.LINEAR)
         self._texture.repeat_x = self._texture.repeat_y = True
+        self._multiple_scattering = maps.multiple_scattering
 
     def bind(self, program: moderngl.Program) -> None:
         self._texture.use(UNIT)
         find_uniform(program, "pbr_maps").value = UNIT
+        find_uniform(program, "pbr_multiple_scattering").value = self._multiple_scattering
         find_uniform(program, "pbr_smoothest").value = SMOOTHEST
 
     def release(self) -> None:

@@ -148,9 +148,10 @@ class Shader:
     ) -> Array:
         """Radiance (N, 3) of PBR maps; where normals within a pixel differ much, it is looked up in four parts."""
         detail = level_of_detail(self._levels, along)
+        scatters_again = self.scene.pbr is not None and self.scene.pbr.multiple_scattering
 
         def shade(at: Indices | slice, shift: Array, finer: float) -> tuple[Texels, Array]:
-            texels = texels_at(self._levels, place[at] + shift, np.maximum(detail[at] - finer, 0.0))
+            texels = texels_at(self._levels, place[at] + shift, np.maximum(detail[at] - finer, 0.0), scatters_again)
             bent = texels.bend_frames(frame[at], axes[at], wo[at])
             return texels, _sum_of_texels(texels, lights, bent, np.einsum("nij,ni->nj", bent, wo[at]))
 

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.brdf.models.multiple_scattering import SMOOTHEST
 from engine.core.directions import dot, frames_along, normalize
 from engine.render.mip_maps import Levels, filter_levels
-from engine.surface.metallic_roughness import SMOOTHEST, reflectance
+from engine.surface.metallic_roughness import reflectance
 from engine.surface.normal_spread import ALIKE, reflect_spread, spread_slopes
 
 Floats = NDArray[np.float64]
@@ -33,6 +34,7 @@ MUCH = 0.1
 class Texels:
     """The maps at N points: `base_colour` (N, 3), `roughness`, `metallic` and `f0` (N,), `normal` (N, 3) unit,
     with the covariance `spread` (N, 3) of the slopes that a point covers, and the `length` (N,) of their mean normal.
+    `scatters_again` is `PbrMaps.multiple_scattering`.
     """
 
     base_colour: Floats
@@ -42,6 +44,7 @@ class Texels:
     normal: Floats
     spread: Floats
     length: Floats
+    scatters_again: bool = False
 
     @property
     def differ_within(self) -> NDArray[np.bool_]:
@@ -58,13 +61,15 @@ class Texels:
         if spread.size:
             at = point[spread]
             there = self.base_colour[at], self.roughness[at], self.metallic[at], self.f0[at]
-            value[spread] = reflect_spread(wi[spread], wo[spread], *there, self.spread[at], self.length[at])
+            value[spread] = reflect_spread(
+                wi[spread], wo[spread], *there, self.spread[at], self.length[at], self.scatters_again
+            )
         return value
 
     def f(self, point: Indices, wi: Floats, wo: Floats) -> Floats:
         """Values (K, 3) in 1/sr at the points (K,) for directions (K, 3) in their bent frames."""
         there = self.base_colour[point], self.roughness[point], self.metallic[point], self.f0[point]
-        return reflectance(wi, wo, *there)
+        return reflectance(wi, wo, *there, self.scatters_again)
 
     def bend_frames(self, frame: Floats, axes: Floats, wo: Floats) -> Floats:
         """Frames (N, 3, 3) about the normals of the map, along the axes of the texture, from those of the surface.
@@ -81,8 +86,11 @@ class Texels:
         return bent
 
 
-def texels_at(levels: Levels, uv: Floats, detail: Floats) -> Texels:
-    """The maps at `uv` (N, 2) with the mip levels `detail` (N,), from `engine.render.mip_maps.pbr_layers`."""
+def texels_at(levels: Levels, uv: Floats, detail: Floats, scatters_again: bool = False) -> Texels:
+    """The maps at `uv` (N, 2) with the mip levels `detail` (N,), from `engine.render.mip_maps.pbr_layers`.
+
+    `scatters_again` is `PbrMaps.multiple_scattering`.
+    """
     base, gloss, mean, square = (filter_levels(levels, layer, uv, detail) for layer in range(4))
     # between texels of full size the surface is smooth, and normals of unit length
     close = np.flatnonzero(detail < 1.0)
@@ -91,4 +99,6 @@ def texels_at(levels: Levels, uv: Floats, detail: Floats) -> Texels:
     unit = normalize(near[0])
     mean[close] += share * (unit - near[0])
     square[close] += share * (np.stack([unit[:, 0] ** 2, unit[:, 1] ** 2, unit[:, 0] * unit[:, 1]], axis=1) - near[1])
-    return Texels(base, gloss[:, 0], gloss[:, 1], gloss[:, 2], normalize(mean), *spread_slopes(mean, square))
+    return Texels(
+        base, gloss[:, 0], gloss[:, 1], gloss[:, 2], normalize(mean), *spread_slopes(mean, square), scatters_again
+    )

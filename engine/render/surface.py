@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS
+from engine.brdf.models.multiple_scattering import SMOOTHEST
 from engine.brdf.models.sampling import sampler_of, samples_itself
 from engine.brdf.models.sampling_lobes import BELOW_ONE, CosineLobe, Mixture, VisibleGgxLobe
 from engine.core.kernels import scalar
@@ -32,7 +33,6 @@ from engine.render.mip_maps import mip_levels_of
 from engine.render.pbr import Texels, texels_at
 from engine.scene.scene import Scene
 from engine.shading.directional.planes import DirectionalMap
-from engine.surface.metallic_roughness import SMOOTHEST
 
 #: Least cosine between the normal that shades and the direction of view.
 MIN_FACING = 0.01
@@ -226,7 +226,7 @@ class Reflector:
         face = at.face if ground is None else np.where(ground, 0, at.face)
         corners = texture_coordinates(scene, scene.mesh.faces[face])
         uv = np.einsum("nc,nci->ni", at.barycentric, corners)
-        texels = texels_at(self._levels[:1], uv, np.zeros(len(uv)))
+        texels = texels_at(self._levels[:1], uv, np.zeros(len(uv)), scene.pbr.multiple_scattering)
         axes = texture_axes(scene.mesh.positions[scene.mesh.faces[face]], corners, at.frame[..., 2])
         frame = texels.bend_frames(at.frame, axes, away)
         frame = frame if ground is None else np.where(ground[:, None, None], at.frame, frame)

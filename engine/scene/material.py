@@ -106,7 +106,9 @@ def material_of_maps(maps: PbrMaps, name: str, health: Health | None = None) -> 
     """A material of PBR maps, whose one BRDF is the model `metallic-roughness` at their mean."""
     base = tuple(round(float(mean), 5) for mean in maps.base_colour.mean(axis=(0, 1), dtype=np.float64))
     metallic, roughness = (round(float(each.mean(dtype=np.float64)), 5) for each in (maps.metallic, maps.roughness))
-    mean = MetallicRoughness((base[0], base[1], base[2]), metallic, max(roughness, 0.01))
+    mean = MetallicRoughness(
+        (base[0], base[1], base[2]), metallic, max(roughness, 0.01), float(maps.multiple_scattering)
+    )
     return Material(None, None, brdf_to_text(mean), name=name, health=health or Health(), pbr=maps)
 
 

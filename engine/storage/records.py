@@ -170,6 +170,7 @@ class PbrRecord(_Strict):
     """The numbers of PBR maps; their pixels are in pbr_maps.exr, `maps` by name, and one sigma of each if known.
 
     `white_radiance` is that of the white card which maps beside a shading map or a directional map are relative to.
+    `multiple_scattering` says whether light that facets scatter more than once is added to the highlight.
     """
 
     height_px: Side
@@ -180,6 +181,7 @@ class PbrRecord(_Strict):
     observed_azimuth: Finite | None
     errors: PbrErrorsRecord
     white_radiance: Positive | None = None
+    multiple_scattering: bool = False
 
 
 Direction = Annotated[list[Annotated[float, Field(ge=-1, le=1)]], Field(min_length=3, max_length=3)]

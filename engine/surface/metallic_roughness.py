@@ -12,10 +12,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Floats = NDArray[np.float64]
+from engine.brdf.models.multiple_scattering import SMOOTHEST, multiple_scattering
 
-#: Least roughness that is drawn: below it the highlight is narrower than any light.
-SMOOTHEST = 0.02
+Floats = NDArray[np.float64]
 
 
 def lobe_and_grazing(wi: Floats, wo: Floats, roughness: ArrayLike) -> tuple[Floats, Floats]:
@@ -31,11 +30,18 @@ def lobe_and_grazing(wi: Floats, wo: Floats, roughness: ArrayLike) -> tuple[Floa
 
 
 def reflectance(
-    wi: Floats, wo: Floats, base_colour: ArrayLike, roughness: ArrayLike, metallic: ArrayLike, f0: ArrayLike
+    wi: Floats,
+    wo: Floats,
+    base_colour: ArrayLike,
+    roughness: ArrayLike,
+    metallic: ArrayLike,
+    f0: ArrayLike,
+    scatters_again: bool = False,
 ) -> Floats:
     """f (N, 3) in 1/sr without the cosine, 0 where a direction is below the surface.
 
-    `base_colour` is (N, 3) or (3,), the others are (N,) or a number; directions are unit vectors (N, 3).
+    `base_colour` is (N, 3) or (3,), the others are (N,) or a number; directions are unit vectors (N, 3). With
+    `scatters_again`, light that facets scatter more than once is added (`engine.brdf.models.multiple_scattering`).
     """
     wi, wo = np.broadcast_arrays(np.asarray(wi, np.float64), np.asarray(wo, np.float64))
     seen = (wi[..., 2] > 0.0) & (wo[..., 2] > 0.0)
@@ -47,7 +53,15 @@ def reflectance(
     at_normal = np.asarray(f0, np.float64)[..., None] * (1.0 - metal) + base * metal
     fresnel = at_normal + (1.0 - at_normal) * grazing[..., None]
     value = (1.0 - fresnel) * ((1.0 - metal) / np.pi * base) + fresnel * lobe[..., None]
+    if scatters_again:
+        value = value + multiple_scattering_of(wi[..., 2], wo[..., 2], roughness, at_normal)
     return np.asarray(np.where(seen[..., None], value, 0.0))
+
+
+def multiple_scattering_of(cosine_i: Floats, cosine_o: Floats, roughness: ArrayLike, f0: Floats) -> Floats:
+    """Light that facets scatter more than once, (N, 3) in 1/sr without the cosine, for f0 (N, 3)."""
+    alpha = np.maximum(np.asarray(roughness, np.float64), SMOOTHEST) ** 2
+    return np.moveaxis(multiple_scattering(cosine_i, cosine_o, alpha, np.moveaxis(f0, -1, 0)), 0, -1)
 
 
 def _smith(cosine: Floats, alpha2: Floats) -> Floats:

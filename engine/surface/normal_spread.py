@@ -20,7 +20,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.surface.metallic_roughness import SMOOTHEST
+from engine.brdf.models.multiple_scattering import SMOOTHEST
+from engine.surface.metallic_roughness import multiple_scattering_of
 
 Array = NDArray[np.float64]
 
@@ -71,11 +72,12 @@ def reflect_spread(
     f0: Array,
     spread: Array,
     length: Array,
+    scatters_again: bool = False,
 ) -> Array:
     """f times cosine (N, 3), averaged over the normals of each point.
 
     `base_colour` is (N, 3), `roughness`, `metallic` and `f0` are (N,), `spread` (N, 3) and `length` (N,)
-    are those of `spread_slopes`; directions are unit vectors.
+    are those of `spread_slopes`; directions are unit vectors. `scatters_again` is that of `reflectance`.
     """
     both = wi + wo
     half = both / np.maximum(np.linalg.norm(both, axis=1, keepdims=True), 1e-12)
@@ -85,7 +87,11 @@ def reflect_spread(
     fresnel = at_normal + (1.0 - at_normal) * grazing[:, None]
     cosine = np.maximum(wi[:, 2], 0.0) * length
     diffuse = (1.0 - fresnel) * (1.0 - metal) * base_colour * (cosine / np.pi)[:, None]
-    return np.asarray(diffuse + fresnel * _spread_lobe(wi, wo, half, roughness, spread)[:, None])
+    value = diffuse + fresnel * _spread_lobe(wi, wo, half, roughness, spread)[:, None]
+    if scatters_again:
+        above, viewer = np.maximum(wi[:, 2], 0.0), np.maximum(wo[:, 2], 0.0)
+        value = value + cosine[:, None] * multiple_scattering_of(above, viewer, roughness, at_normal)
+    return np.asarray(value)
 
 
 def _spread_lobe(wi: Array, wo: Array, half: Array, roughness: Array, spread: Array) -> Array:

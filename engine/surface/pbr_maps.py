@@ -95,6 +95,8 @@ class PbrMaps(Summary):
         surface into regions, between which the step of the height is unknown. The height's standard deviation is that
         from the mean of its region, and inf on the edges.
     mask : (H, W) 1 where the surface is, 0 for background, of which nothing is known; None where all is surface.
+    multiple_scattering : True if light that facets scatter more than once is beside their highlight, as materials of
+        other programs want it; False for maps that were fitted to photographs, whose highlight holds it already.
     """
 
     base_colour: Map
@@ -109,6 +111,7 @@ class PbrMaps(Summary):
     errors: MapErrors = MapErrors()
     region: Map | None = None
     mask: Map | None = None
+    multiple_scattering: bool = False
 
     def __post_init__(self) -> None:
         shape = self.roughness.shape

@@ -25,6 +25,7 @@ from engine.brdf.models.evaluate import (
     sum_of_directions,
 )
 from engine.brdf.models.model import DiffusePart, Model
+from engine.brdf.models.multiple_scattering import SMOOTHEST, mean_loss, multiple_scattering
 from engine.brdf.models.sampling import FRESNEL, Lobes, grey
 from engine.brdf.models.sampling_lobes import GaussianHalfVectors, HalfVectorLobe, PowerHalfVectors, VisibleGgxLobe
 from engine.core.params import Colour, param
@@ -133,7 +134,8 @@ class MetallicRoughness(Model):
 
     c = (1 − metallic) base_color, f0 = lerp(0.04, base_color, metallic), F Schlick(f0),
     f = (1 − F) c/π + F D G/(4 n·l n·v) with the appendix's G, the product of two Smith terms. This is the appendix's
-    combined form; mixing its metal and its dielectric gives the same at metallic 0 and 1.
+    combined form; mixing its metal and its dielectric gives the same at metallic 0 and 1. The appendix loses light that
+    facets scatter more than once; `multiple_scattering` is the share of it that is added (Kulla2017).
     """
 
     name: ClassVar[str] = "metallic-roughness"
@@ -142,6 +144,13 @@ class MetallicRoughness(Model):
     base_color: Colour = param((0.5, 0.5, 0.5), 0.0, 1.0, doc="Colour of the diffuse part, or of the metal.")
     metallic: float = param(0.0, 0.0, 1.0, doc="0 for dielectrics, 1 for metals.")
     roughness: float = param(0.5, 0.01, 1.0, doc="Root of the width of the highlight.", slider=(0.1, 1.0))
+    multiple_scattering: float = param(
+        0.0,
+        0.0,
+        1.0,
+        doc="Share of the light scattered again between facets that is added: 0 in glTF, 1 in full.",
+        fitted=False,
+    )
 
     @property
     def energy_conserving(self) -> bool:
@@ -151,7 +160,8 @@ class MetallicRoughness(Model):
     def sampling_lobes(self) -> Lobes:
         alpha, base = self.roughness**2, grey(self.base_color)
         f0 = 0.04 + (base - 0.04) * self.metallic
-        return [(VisibleGgxLobe(alpha, alpha), FRESNEL + f0)], base * (1.0 - self.metallic)
+        again = self.multiple_scattering * f0**2 * float(mean_loss(max(alpha, SMOOTHEST**2)))
+        return [(VisibleGgxLobe(alpha, alpha), FRESNEL + f0)], base * (1.0 - self.metallic) + again
 
     def formula(self, wi: Floats, wo: Floats) -> Floats:
         alpha = self.roughness**2
@@ -161,7 +171,11 @@ class MetallicRoughness(Model):
         base = channels(self.base_color)
         f0 = 0.04 + (base - 0.04) * self.metallic
         fresnel = f0 + (1.0 - f0) * schlick(wi, wo, length)
-        return (1.0 - fresnel) * ((1.0 - self.metallic) / np.pi * base) + fresnel * lobe
+        value = (1.0 - fresnel) * ((1.0 - self.metallic) / np.pi * base) + fresnel * lobe
+        if self.multiple_scattering == 0.0:
+            return value
+        width = max(alpha, SMOOTHEST**2)
+        return value + self.multiple_scattering * multiple_scattering(wi[2], wo[2], width, f0)
 
 
 def _fresnel(f0: Colour, grazing: Floats) -> Floats:

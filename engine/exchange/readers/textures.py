@@ -154,6 +154,7 @@ def maps_of(described: Described) -> Steps[tuple[PbrMaps, Health]]:
         occlusion=None
         if described.occlusion is None
         else _limit(_number(described.occlusion, found.get("occlusion"), size), "occlusion", notes),
+        multiple_scattering=True,
     )
     return maps, Health(findings=tuple(Finding(Verdict.WARNING, note) for note in notes))
 

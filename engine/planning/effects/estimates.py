@@ -363,7 +363,7 @@ def _evaluate_texels(
     base, roughness, metallic, f0 = (
         each[row, column][:, None, None] for each in (maps.base_colour, maps.roughness, maps.metallic, maps.f0)
     )
-    f = reflectance(light[:, None], viewer[:, :, None], base, roughness, metallic, f0)
+    f = reflectance(light[:, None], viewer[:, :, None], base, roughness, metallic, f0, maps.multiple_scattering)
     return np.asarray(f * np.maximum(light[:, None, :, 2:], 0.0))
 
 

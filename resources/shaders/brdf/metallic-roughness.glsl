@@ -1,12 +1,15 @@
-// glTF 2.0, Appendix B.3: (1-F) (1-metallic) base_color/pi + F D G / (4 n.l n.v), G the product of two Smith terms.
+// glTF 2.0, Appendix B.3: (1-F) (1-metallic) base_color/pi + F D G / (4 n.l n.v), G the product of two Smith terms,
+// and beside it a share of the light that facets scatter more than once.
 // in: wi to the light, wo to the viewer, unit, surface frame (normal +z); out: 1/sr, no cosine, 0 below the horizon.
 
 #include "brdf/highlight.glsl"
 #include "brdf/microfacet.glsl"
+#include "brdf/multiple_scattering.glsl"
 
 uniform vec3 brdf_base_color;
 uniform float brdf_metallic;
 uniform float brdf_roughness;
+uniform float brdf_multiple_scattering;
 
 vec3 brdf(vec3 wi, vec3 wo)
 {
@@ -19,5 +22,8 @@ vec3 brdf(vec3 wi, vec3 wo)
     vec3 f0 = 0.04 + (brdf_base_color - 0.04) * brdf_metallic;
     vec3 fresnel = f0 + (1.0 - f0) * schlick(wi, wo, size);
     vec3 diffuse = (1.0 - fresnel) * ((1.0 - brdf_metallic) * 0.31830988618379067 * brdf_base_color);
-    return diffuse + fresnel * (ggx_distribution(both / size, alpha) / shadowing);
+    vec3 value = diffuse + fresnel * (ggx_distribution(both / size, alpha) / shadowing);
+    if (brdf_multiple_scattering > 0.0)
+        value += brdf_multiple_scattering * multiple_scattering(wi.z, wo.z, alpha.x, f0);
+    return value;
 }

@@ -38,6 +38,7 @@ TEXTS = (
     "poulin-fournier:kd=0.1,ks=0.5,exponent=300,spacing=4,floor=0.6",
     "metallic-roughness:base_color=0.2/0.5/0.9,metallic=0.4,roughness=0.5",
     "metallic-roughness:base_color=0.9,metallic=1,roughness=0.01",
+    "metallic-roughness:base_color=1/0.6/0.3,metallic=0.9,roughness=0.8,multiple_scattering=1",
 )
 
 

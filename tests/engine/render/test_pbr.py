@@ -15,6 +15,7 @@ from engine.core.steps import drain
 from engine.geometry.camera import Camera, frame
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import shape
+from engine.light.environment import EnvironmentMap
 from engine.light.lamps import Lamp
 from engine.render.direct import radiance
 from engine.render.reference import reference
@@ -119,15 +120,30 @@ def test_reference_agrees_with_direct_light_where_nothing_casts_a_shadow() -> No
 def test_opengl_shows_what_the_cpu_shows(gl: Any) -> None:
     from engine.gl.direct import DirectRenderer
 
-    scene = scene_of(vary(), shape("cloth"), lamps=(Lamp((-0.5, 0.7, 0.5), (0.5, 0.5, 1.0)),))
     renderer = DirectRenderer(gl)
     try:
-        theirs = renderer.radiance(scene, (48, 48))
+        for again in (False, True):
+            maps = dataclasses.replace(vary(), multiple_scattering=again)
+            scene = scene_of(maps, shape("cloth"), lamps=(Lamp((-0.5, 0.7, 0.5), (0.5, 0.5, 1.0)),))
+            theirs = renderer.radiance(scene, (48, 48))
+            ours = drain(radiance(scene, (48, 48)))
+            assert np.abs(ours - theirs).mean() < 1e-5 * ours.mean() + 1e-6
+            assert np.quantile(np.abs(ours - theirs), 0.999) < 1e-3
     finally:
         renderer.release()
-    ours = drain(radiance(scene, (48, 48)))
-    assert np.abs(ours - theirs).mean() < 1e-5 * ours.mean() + 1e-6
-    assert np.quantile(np.abs(ours - theirs), 0.999) < 1e-3
+
+
+def test_rough_white_metal_vanishes_in_even_light() -> None:
+    """A flat square under light from everywhere, path-traced and summed, is as bright as the light: 0.99 … 1."""
+    white = MetallicRoughness((1.0, 1.0, 1.0), 1.0, 0.9)
+    maps = dataclasses.replace(maps_like(white), multiple_scattering=True)
+    even = EnvironmentMap(np.ones((16, 32, 3), np.float32))
+    scene = scene_of(maps, square(), environment=even, directions=512, repeats=1.0)
+    inside = (slice(10, -10), slice(10, -10), 0)
+    assert drain(radiance(scene, (32, 32), samples=1))[inside].mean() == pytest.approx(0.995, abs=0.008)
+    assert drain(reference(scene, (32, 32), samples=64)).image[inside].mean() == pytest.approx(0.995, abs=0.008)
+    lost = dataclasses.replace(scene, material=material_of_maps(maps_like(white), "lossy"))
+    assert drain(radiance(lost, (32, 32), samples=1))[inside].mean() < 0.7
 
 
 def test_ground_beside_maps_stays_what_it_is() -> None:
@@ -172,7 +188,9 @@ def test_relief_reflects_alike_from_any_distance(light: tuple[float, float, floa
 def test_opengl_averages_normals_as_the_cpu_does(gl: Any) -> None:
     from engine.gl.direct import DirectRenderer
 
-    scene = scene_of(bumpy(), shape("sphere"), repeats=6.0, light=(0.4, 0.3, 0.86))
+    scene = scene_of(
+        dataclasses.replace(bumpy(), multiple_scattering=True), shape("sphere"), repeats=6.0, light=(0.4, 0.3, 0.86)
+    )
     ours = drain(radiance(scene, (48, 48)))
     renderer = DirectRenderer(gl)
     try:

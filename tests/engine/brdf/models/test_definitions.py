@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text, model_name
+from engine.brdf.models.multiple_scattering import LOSS, MEAN_LOSS, MEAN_LOSS_LOG
 from engine.core.directions import normalize
 from engine.core.params import parameters
 from tests.engine.brdf.all_models import TEXTS, pairs
@@ -139,7 +140,9 @@ def ggx_isotropic(w: Frame, kd: Number, alpha: Number, f0: Number) -> tuple[Numb
     return ggx(w, kd, f0, alpha, alpha)
 
 
-def metallic_roughness(w: Frame, base_color: Number, metallic: Number, roughness: Number) -> tuple[Number, Number]:
+def metallic_roughness(
+    w: Frame, base_color: Number, metallic: Number, roughness: Number, multiple_scattering: Number
+) -> tuple[Number, Number]:
     a2 = roughness**4
     c_diff = base_color * (1 - metallic)
     f0 = mpmath.mpf(0.04) * (1 - metallic) + base_color * metallic
@@ -150,7 +153,23 @@ def metallic_roughness(w: Frame, base_color: Number, metallic: Number, roughness
         return 2 * c / (c + mpmath.sqrt(a2 + (1 - a2) * c**2))
 
     specular = fresnel * distribution * half_g(w.nl) * half_g(w.nv) / (4 * w.nl * w.nv)
-    return (1 - fresnel) / mpmath.pi * c_diff + specular, 0
+    single = (1 - fresnel) / mpmath.pi * c_diff + specular
+
+    def loss(c: Number) -> tuple[Number, Number]:
+        """The polynomial, and how much larger the sum of its terms' sizes is, by which rounding grows."""
+        s = c / (c + roughness**2)
+        terms = [mpmath.mpf(float(LOSS[i, j])) * s**i * roughness**j for i in range(6) for j in range(5)]
+        return (1 - s) ** 2 * mpmath.fsum(terms), mpmath.fsum(map(abs, terms)) / abs(mpmath.fsum(terms))
+
+    if multiple_scattering == 0:
+        return single, 0
+    terms = [*(mpmath.mpf(c) * roughness**j for j, c in enumerate(MEAN_LOSS)), MEAN_LOSS_LOG * mpmath.log(roughness)]
+    mean, growth = mpmath.fsum(terms), mpmath.fsum(map(abs, terms)) / mpmath.fsum(terms)
+    average = f0 + (1 - f0) / 21
+    again = average**2 * (1 - a2 * mean) / (1 - average * a2 * mean)
+    (light, light_growth), (viewer, viewer_growth) = loss(w.nl), loss(w.nv)
+    lobe = multiple_scattering * again * light * viewer / (mpmath.pi * a2 * mean)
+    return single + lobe, growth + light_growth + viewer_growth
 
 
 PRINTED: dict[str, Callable[..., tuple[Number, Number]]] = {
