@@ -6,7 +6,7 @@ import dataclasses
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
 
 from app.commands import brdf as commands_brdf
 from app.commands.drawable import Drawable
@@ -20,6 +20,7 @@ from app.widgets.panels import Rows, Segments
 from app.widgets.param_form import ParamForm
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, brdf_to_text, label_of, model_name
 from engine.core.params import parameters
+from engine.scene.material import set_multiple_scattering
 from engine.scene.scene import Scene
 
 LOOKUPS = (
@@ -50,6 +51,10 @@ class BrdfPanel(Rows):
         holder = QWidget()
         holder.setLayout(self.forms)
         self.wide(holder)
+        self.again = QCheckBox("Multiple scattering")
+        self.again.setToolTip("Add the light that rough facets of the PBR maps scatter more than once")
+        self.again.clicked.connect(self._set_multiple_scattering)
+        self.wide(self.again)
 
     @property
     def is_measured(self) -> bool:
@@ -81,6 +86,12 @@ class BrdfPanel(Rows):
             self.form.follow(self.choice)
         self.form.show_instance(brdf)
         self.form.setVisible(measured is None)
+        self.again.setVisible(project.material.pbr is not None)
+        self.again.setChecked(project.material.pbr is not None and project.material.pbr.multiple_scattering)
+
+    def _set_multiple_scattering(self, on: bool) -> None:
+        document = self.bench.document
+        document.change("Multiple scattering", material=set_multiple_scattering(document.project.material, on))
 
     def _on_chosen(self, _index: int) -> None:
         name = self.choice.currentData()

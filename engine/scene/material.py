@@ -112,6 +112,14 @@ def material_of_maps(maps: PbrMaps, name: str, health: Health | None = None) -> 
     return Material(None, None, brdf_to_text(mean), name=name, health=health or Health(), pbr=maps)
 
 
+def set_multiple_scattering(material: Material, on: bool) -> Material:
+    """The material whose PBR maps have the light that facets scatter more than once, or not; ValueError without any."""
+    if material.pbr is None:
+        raise ValueError("multiple scattering is that of PBR maps")
+    maps = replace(material.pbr, multiple_scattering=on)
+    return replace(material, pbr=maps, brdf=material_of_maps(maps, material.name).brdf)
+
+
 def error_figures(material: Material) -> dict[str, Any]:
     """Amounts and errors of compression and tiling, for the manifest of a bundle and for scripts.
 

@@ -43,6 +43,7 @@ from engine.render.environment_error import environment_error
 from engine.render.layers import layers as all_layers
 from engine.render.path import check_scene
 from engine.render.reference import reference
+from engine.scene.material import set_multiple_scattering
 from engine.scene.mode import DIRECT, MODES, REFERENCE, is_traced
 from engine.scene.scene import Scene, make_scene
 from engine.scene.settings import DEFAULTS as scene_defaults
@@ -136,6 +137,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     scene_options.add_ground(parser)
     scene_options.add_brushing(parser)
+    parser.add_argument(
+        "--single-scattering",
+        action="store_true",
+        help="draw PBR maps without the light that rough facets scatter more than once, as glTF's own formula has it",
+    )
     parser.add_argument(
         "--directions", type=int, metavar="N", help="number of lights that represent the environment (64)"
     )
@@ -269,7 +275,11 @@ def _needs_map(arguments: argparse.Namespace) -> bool:
 
 
 def _adapt(scene: Scene, arguments: argparse.Namespace) -> Scene:
-    """The scene as the mode draws it."""
+    """The scene as the mode draws it, with the PBR maps that are asked for."""
+    if arguments.single_scattering:
+        if scene.material is None or scene.pbr is None:
+            raise UsageError("--single-scattering needs a material of PBR maps")
+        scene = replace(scene, material=set_multiple_scattering(scene.material, on=False))
     return MODES[arguments.mode].adapt(scene) if arguments.mode in MODES else scene
 
 

@@ -46,3 +46,17 @@ def test_dropped_textures_are_the_material(filled: MainWindow, qtbot: Any) -> No
     assert page.mean.text() == "0.400"
     assert page.resolution.text() == "8 × 8 px"
     assert any("normal flat" in text for text in project.material.health.warnings)
+
+
+def test_multiple_scattering_is_switched_and_undone(filled: MainWindow) -> None:
+    filled.show_workspace("view")
+    again, document = filled.view.brdf_panel.again, filled.bench.document
+    assert again.isVisibleTo(filled)
+    assert again.isChecked()
+    again.click()
+    material = document.project.material
+    assert material.pbr is not None
+    assert not material.pbr.multiple_scattering
+    assert "multiple_scattering=0" in material.brdf
+    document.undo_stack.undo()
+    assert again.isChecked()

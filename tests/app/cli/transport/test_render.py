@@ -19,6 +19,7 @@ from engine.core.errors import MissingCapability
 from engine.core.steps import drain
 from engine.exchange import loss
 from engine.images.decode import read_image
+from engine.images.encode import encode_exr, encode_png
 from engine.light.environment import DistantLights
 from engine.scene.material import material_of_maps
 from tests.engine.brdf.test_table import direction_table
@@ -230,6 +231,37 @@ def test_a_reference_that_does_not_fit_in_memory_is_refused(
 def test_one_sample_has_no_known_noise(capsys: Any, tmp_path: Path) -> None:
     result = render(capsys, "plane", "-o", tmp_path / "a.png", *HEAD_ON, *SMALL, "--mode", "reference", "--samples", 1)
     assert result["noise"] is None
+
+
+def test_rough_metal_keeps_its_light_unless_one_reflection_is_asked_for(capsys: Any, tmp_path: Path) -> None:
+    """White metal of roughness 1 loses 69 % of the light from above where it is seen from above."""
+    textures = tmp_path / "metal"
+    textures.mkdir()
+    for name in ("base_color", "roughness", "metallic"):
+        (textures / f"metal_{name}.png").write_bytes(encode_png(np.full((4, 4, 3), 255, np.uint8)))
+    even = tmp_path / "even.exr"
+    images: list[Path] = []
+    even.write_bytes(encode_exr(dict.fromkeys("RGB", np.ones((8, 16), np.float32))))
+    words = (
+        "plane",
+        "--material",
+        textures,
+        "--env",
+        even,
+        "--directions",
+        1024,
+        "--camera",
+        "eye=0,0,2 fov_deg=10",
+        *SMALL,
+    )
+    for more in ((), ("--single-scattering",)):
+        images.append(tmp_path / f"{len(images)}.exr")
+        render(capsys, *words, *more, "-o", images[-1])
+    whole, single = (exr(path).mean() for path in images)
+    assert whole == pytest.approx(0.995, abs=0.02)
+    assert single == pytest.approx(0.31, abs=0.02)
+    said = render(capsys, "plane", "--single-scattering", "-o", tmp_path / "x.exr", *SMALL, code=2)
+    assert "--single-scattering needs a material of PBR maps" in said
 
 
 def test_the_reference_shows_the_material(capsys: Any, tmp_path: Path, bundle: Path) -> None:
