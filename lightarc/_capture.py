@@ -174,6 +174,7 @@ def import_capture(
     motion: Literal["auto", "none", "translation", "euclidean", "affine", "homography"] = "auto",
     white_balance: Literal["camera", "none"] | tuple[float, float, float] | tuple[int, int, int, int] = "camera",
     transfer: Literal["auto", "srgb", "linear"] = "auto",
+    working_space: Literal["rec709", "rec2020", "acescg", "auto"] = "rec709",
     bands: Sequence[int] = (),
     crop: tuple[int, int, int, int] | None = None,
     corners: ArrayLike | None = None,
@@ -222,6 +223,10 @@ def import_capture(
     transfer : {'auto', 'srgb', 'linear'}
         Transfer function of 8- and 16-bit files; 'auto' is that of their colour profile. A stated one overrides the
         curve of a profile, not its primaries.
+    working_space : {'rec709', 'rec2020', 'acescg', 'auto'}
+        Linear space in which maps of the capture are made, since colours beyond it do not fit between 0 and 1; 'auto'
+        is Rec.2020 where colours go beyond Rec.709. Radiance is linear Rec.709 all the same, with negative components
+        beyond. ``stack.provenance["gamut"]`` says how many texels are.
     bands : sequence of int
         Of images with more bands than colours, the one that becomes grey, or the three that become red, green and
         blue; the first is 1.
@@ -314,6 +319,7 @@ def import_capture(
         motion=motion,
         white_balance=patch(white_balance),
         transfer=transfer,
+        working_space=working_space,
         bands=tuple(bands),
         crop=crop if size is None else None,
         framing=_framing(crop, corners, size),

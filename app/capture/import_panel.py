@@ -46,6 +46,12 @@ IMPORT_CHOICES = {
         "Transfer function of 8- and 16-bit files; automatic: that of their colour profile, without one sRGB unless "
         "capture.toml says linear",
     ),
+    "working_space": (
+        "Maps in",
+        (("rec709", "Rec.709"), ("auto", "Rec.2020 if needed"), ("rec2020", "Rec.2020"), ("acescg", "ACEScg")),
+        "Colour space in which maps of the surface are made: colours beyond it do not fit between 0 and 1. Images are "
+        "shown in that of the screen",
+    ),
 }
 
 FRAMES = {

@@ -16,6 +16,7 @@ from app.session.settings import close_session, open_session
 from engine.capture.calibration.separation import gain_text
 from engine.capture.chart.file import save_chart
 from engine.capture.chart.file import text_of as chart_text
+from engine.capture.gamut import CHOICES, gamut_text
 from engine.capture.import_plan import CALIBRATED
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.lights.light_file import save_lights
@@ -77,6 +78,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=("auto", "srgb", "linear"),
         help="transfer function of 8- and 16-bit files (auto: of their colour profile, else sRGB); a stated one "
         "overrides the curve of a profile, not its primaries",
+    )
+    parser.add_argument(
+        "--working-space",
+        default="rec709",
+        choices=CHOICES,
+        help="linear space in which maps of the capture are made, since colours beyond it do not fit between 0 and 1; "
+        "auto: rec2020 where colours go beyond Rec.709, else rec709 (rec709)",
     )
     parser.add_argument(
         "--bands",
@@ -269,7 +277,8 @@ JSON_HELP = """\
 JSON: images, height_px, width_px, angle_source, warnings, time_s and peak_memory_bytes are about the stack;
 elevations_deg, mean_radiance, clipped_fraction, black_fraction and alignment_residual_px are lists with one entry per
 photograph, by rising elevation. A residual is null where it was not measured. profiles are the names of colour profiles
-that were applied, and working_space is that of the stack. chart is null without --chart; else it holds the form and
+that were applied, working_space is that of maps of the stack, and gamut holds the shares of texels beyond Rec.709 and
+beyond that space, and the greatest distance from Rec.709. chart is null without --chart; else it holds the form and
 matrix of the correction, ΔE2000 of every patch and in summary before and after, held_out of patches left out, and the
 grades of the field's guides. lens is null without --lens; else it holds camera_px, distortion (k1, k2, p1, p2, k3),
 residual_px and boards. polarisation is null without pairs; else it holds gain of crossed photographs and
@@ -310,6 +319,7 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         motion="none" if arguments.no_align else arguments.motion,
         white_balance=_balance(arguments.white_balance),
         transfer=arguments.transfer,
+        working_space=arguments.working_space,
         bands=arguments.bands,
         crop=arguments.crop if arguments.size is None else None,
         framing=_framing(arguments.crop, arguments.corners, arguments.size),
@@ -349,6 +359,7 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         "black_fraction": [quality.black_fraction for quality in stack.quality],
         "mean_radiance": [float(mean) for mean in stack.mean_radiance],
         "working_space": stack.provenance.get("working_space"),
+        "gamut": stack.provenance.get("gamut"),
         "profiles": stack.provenance.get("profiles") or [],
         "chart": stack.provenance.get("chart"),
         "lens": stack.provenance.get("lens"),
@@ -381,6 +392,7 @@ def report(result: dict[str, Any]) -> str:
             for angle, mean, clipped, black, residual in rows
         ),
         *(f"profile: {name}, applied" for name in result["profiles"]),
+        *([f"colours: {said}"] if (said := gamut_text(result)) else []),
         *([f"chart: {chart_text(result['chart'])}"] if result["chart"] else []),
         *(
             [f"scale: {scale_text(result['scale'], result['width_px'], result['height_px'])}"]

@@ -89,6 +89,7 @@ class ImportChoices:
     trust_angles : take angles that nobody stated also where the photographs do not grow brighter with them.
     leave_out : leave photographs out that cannot be read or show nothing, where enough remain.
     use_all : use photographs that show nothing too: black ones, and ones that are clipped all over.
+    working_space : the linear space in which maps are made, or 'auto' (`engine.capture.gamut`).
     """
 
     motion: str = "auto"
@@ -116,11 +117,13 @@ class ImportChoices:
     trust_angles: bool = False
     leave_out: bool = False
     use_all: bool = False
+    working_space: Literal["rec709", "rec2020", "acescg", "auto"] = "rec709"
 
     @property
     def for_another_capture(self) -> ImportChoices:
         """The choices that hold for other photographs too: no positions in these images, no frames, no lamps."""
-        return ImportChoices(self.motion, self.white_balance, self.transfer)
+        space = self.working_space
+        return ImportChoices(self.motion, self.white_balance, self.transfer, working_space=space)
 
 
 _SLIDER_OF_STRENGTH: dict[str, Any] = {"high": 100.0, "slider": (0.1, 10.0), "log": True}

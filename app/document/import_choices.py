@@ -54,6 +54,7 @@ def settings_of(choices: ImportChoices) -> ImportSettings:
         lights_form=choices.lights_form,
         chart=None if choices.chart == "none" else choices.chart,
         pair_gain=choices.pair_gain,
+        working_space=choices.working_space,
         scale=_scale_of(choices),
         lens=None if choices.lens == "none" else choices.lens,
         trust_angles=choices.trust_angles,

@@ -75,7 +75,7 @@ CLASSES = {
     "engine.shading.power_law": ("PowerLawMap", "Storage"),
     "engine.shading.shading_map": ("ShadingMap",),
     "engine.surface.lamps": ("Lamps",),
-    "engine.surface.pbr_maps": ("MapErrors", "ObservedSlopes", "PbrMaps", "SurfaceMaps", "Uncertainty"),
+    "engine.surface.pbr_maps": ("MapErrors", "ObservedSlopes", "PbrMaps", "SurfaceMaps", "Uncertainty", "WideColours"),
     "engine.surface.recover": ("Surface",),
     "engine.tradeoff.point": ("Point",),
 }
@@ -150,6 +150,7 @@ ARRAYS: Mapping[str, Mapping[str, str]] = {
         "region": "H W!",
         "mask": "H W!",
     },
+    "WideColours": {"base_colour": "H W 3!", "sigma": "H W 3"},
     "Uncertainty": {
         "base_colour": "H W 3",
         "normal": "H W",

@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.core.colour import SRGB_FROM_XYZ, XYZ_FROM_SRGB, srgb_from_xyz
+from engine.core.colour import D65, SRGB_FROM_XYZ, adaptation, srgb_from_xyz
 from engine.core.errors import UsageError
 
 Illuminant = Literal["D65", "E"]
@@ -31,7 +31,6 @@ VISIBLE_NM = (380.0, 780.0)
 _TABLE = Path(__file__).resolve().parents[2] / "resources" / "spectra" / "cie1931_d65.csv"
 
 #: Cone responses of the Bradford transform (Lam1985; ICC.1:2022, annex E).
-_BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 
 
 @cache
@@ -62,7 +61,7 @@ def srgb_weights(wavelengths_nm: ArrayLike, illuminant: Illuminant = "D65") -> N
     step[[0, -1]] /= 2.0
     light *= step[:, None]
     white = light.sum(axis=0)
-    rgb = light / white[1] @ _adaptation(white / white[1]).T @ SRGB_FROM_XYZ.T
+    rgb = light / white[1] @ adaptation(white / white[1], D65).T @ SRGB_FROM_XYZ.T
     weights = _transpose_interpolation(nodes, measured, rgb)
     balanced: NDArray[np.float64] = weights / weights.sum(axis=0)
     return balanced
@@ -91,13 +90,6 @@ def srgb_from_measured_xyz(xyz: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     invalid = (xyz < 0.0).any(axis=1, keepdims=True)
     return np.where(invalid, xyz, np.maximum(srgb_from_xyz(xyz), 0.0))
-
-
-def _adaptation(white: NDArray[np.float64]) -> NDArray[np.float64]:
-    """XYZ → XYZ (3, 3) that takes `white` to the white of sRGB."""
-    target = XYZ_FROM_SRGB.sum(axis=1)
-    gain = (_BRADFORD @ target) / (_BRADFORD @ white)
-    return np.linalg.solve(_BRADFORD, gain[:, None] * _BRADFORD)
 
 
 def _transpose_interpolation(

@@ -344,7 +344,10 @@ def _pbr_maps(material: Material) -> PbrMaps | None:
     return material.surface.maps if material.surface is not None else material.pbr
 
 
-def _schema_of(material: Material) -> Literal[1, 2, 3, 4]:
+def _schema_of(material: Material) -> Literal[1, 2, 3, 4, 5]:
+    maps = _pbr_maps(material)
+    if maps is not None and maps.wide is not None:
+        return 5
     if material.surface is not None:
         return 4
     if material.pbr is not None:

@@ -1,7 +1,8 @@
 """The PBR maps of a bundle: one OpenEXR of 32-bit floats, which gives every bit back.
 
 Its channels are base_colour.R, G, B, normal.R, G, B (x, y, z), roughness, metallic and f0, height and occlusion where
-they are known, and with `sigma.` before their names one standard deviation of each, where that is.
+they are known, and with `sigma.` before their names one standard deviation of each, where that is. Base colours in a
+wider space than Rec.709 are `wide.base_colour` beside them.
 """
 
 from __future__ import annotations
@@ -14,14 +15,15 @@ from engine.bundle.maps import Produce, maps_member
 from engine.core.errors import InputError
 from engine.images.exr_strips import Planes
 from engine.storage.archive import Archive
-from engine.storage.records import Manifest, PbrErrorsRecord, PbrRecord
-from engine.surface.pbr_maps import MapErrors, ObservedSlopes, PbrMaps, Uncertainty
+from engine.storage.records import Manifest, PbrErrorsRecord, PbrRecord, WideColoursRecord
+from engine.surface.pbr_maps import MapErrors, ObservedSlopes, PbrMaps, Uncertainty, WideColours, space_of
 
 _ALWAYS, _WHERE_KNOWN = ("base_colour", "normal", "roughness", "metallic", "f0"), ("height", "occlusion")
 _SIGMA = "sigma."
 
 #: Maps of three channels; of the uncertainties, that of normals is one angle.
-_COLOURS = ("base_colour", "normal", f"{_SIGMA}base_colour")
+_WIDE = "wide.base_colour"
+_COLOURS = ("base_colour", "normal", f"{_SIGMA}base_colour", _WIDE, f"{_SIGMA}{_WIDE}")
 
 _UNITS = "base_colour: linear sRGB; normal: x right, y up, z out; roughness: alpha is its square; height: texels"
 
@@ -30,7 +32,8 @@ Maps = NDArray[np.float32]
 
 def pbr_members(maps: PbrMaps) -> dict[str, Produce]:
     """Producer of the member."""
-    return {PBR: lambda: Planes(_channels(maps), {"unit": _UNITS})}
+    units = _UNITS if maps.wide is None else f"{_UNITS}; {_WIDE}: {space_of(maps).label}"
+    return {PBR: lambda: Planes(_channels(maps), {"unit": units})}
 
 
 def pbr_record(maps: PbrMaps | None, white: float | None = None) -> PbrRecord | None:
@@ -48,7 +51,16 @@ def pbr_record(maps: PbrMaps | None, white: float | None = None) -> PbrRecord | 
         errors=PbrErrorsRecord(**errors),
         multiple_scattering=maps.multiple_scattering,
         white_radiance=white,
+        wide=_wide_record(maps.wide),
     )
+
+
+def _wide_record(wide: WideColours | None) -> WideColoursRecord | None:
+    if wide is None:
+        return None
+    share, distance = wide.clipped
+    known = wide.sigma is not None
+    return WideColoursRecord(space=wide.space, sigma=known, beyond_rec709=share, distance=distance)  # type: ignore[arg-type]
 
 
 def read_pbr(archive: Archive, manifest: Manifest) -> PbrMaps | None:
@@ -61,6 +73,9 @@ def read_pbr(archive: Archive, manifest: Manifest) -> PbrMaps | None:
     ):
         raise InputError(archive.path, f"{PBR} has other maps than those of a BRDF", "Export the bundle again")
     names = [*record.maps, *(f"{_SIGMA}{name}" for name in record.maps if record.uncertainty)]
+    wide = record.wide
+    if wide is not None:
+        names += [_WIDE, f"{_SIGMA}{_WIDE}"] if wide.sigma else [_WIDE]
     planes = [channel for name in names for channel in _names(name)]
     pixels = dict(
         zip(planes, maps_member(archive, manifest, PBR, planes, record.height_px, record.width_px), strict=True)
@@ -68,12 +83,16 @@ def read_pbr(archive: Archive, manifest: Manifest) -> PbrMaps | None:
     found = {name: _join([pixels[channel] for channel in _names(name)]) for name in names}
     sigma = {name: found.get(f"{_SIGMA}{name}") for name in record.maps}
     errors = {name: np.nan if value is None else value for name, value in record.errors.model_dump().items()}
+    maps: dict[str, Maps] = {name: found[name] for name in record.maps}
     return PbrMaps(
-        **{name: found[name] for name in record.maps},
+        **maps,
         uncertainty=Uncertainty(**sigma) if record.uncertainty else None,  # type: ignore[arg-type]
         observed=ObservedSlopes(record.observed_slopes, record.observed_azimuth),
         errors=MapErrors(**errors),
         multiple_scattering=record.multiple_scattering,
+        wide=None
+        if wide is None
+        else WideColours(wide.space, found[_WIDE], found.get(f"{_SIGMA}{_WIDE}"), (wide.beyond_rec709, wide.distance)),
     )
 
 
@@ -89,6 +108,10 @@ def _channels(maps: PbrMaps) -> dict[str, Maps]:
             if values is not None:
                 planes = np.moveaxis(values, 2, 0) if values.ndim == 3 else [values]
                 channels |= zip(_names(f"{prefix}{name}"), planes, strict=True)
+    if maps.wide is not None:
+        for prefix, values in (("", maps.wide.base_colour), (_SIGMA, maps.wide.sigma)):
+            if values is not None:
+                channels |= zip(_names(f"{prefix}{_WIDE}"), np.moveaxis(values, 2, 0), strict=True)
     return channels
 
 

@@ -25,6 +25,7 @@ from engine.capture.chart.file import as_json as chart_json
 from engine.capture.chart.file import read_chart
 from engine.capture.chart.file import text_of as chart_text
 from engine.capture.chart.find import Chart, find_chart
+from engine.capture.gamut import CHOICES, SpaceChoice
 from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread, usual_motion
 from engine.capture.lights.file_names import join_names, natural, printable, stem_of
 from engine.capture.lights.lamp_gains import lamp_gains
@@ -105,6 +106,8 @@ class ImportSettings:
         where it is not known.
     lens : a `.lens` file, or a folder of photographs of a chessboard by the same lens, whose distortion is taken off;
         None for none.
+    working_space : the space in which maps of the capture are made, 'auto' for Rec.2020 where colours go beyond Rec.709
+        (`engine.capture.gamut`).
     pair_gain : of pairs under polarisers, the brightness of crossed photographs over the diffuse part of parallel ones,
         as measured on a matte white patch; None to estimate it.
     """
@@ -134,9 +137,12 @@ class ImportSettings:
     pair_gain: float | None = None
     scale: ScaleChoice | None = None
     lens: Path | None = None
+    working_space: SpaceChoice = "rec709"
 
     def __post_init__(self) -> None:
         check_scale(self.scale)
+        if self.working_space not in CHOICES:
+            raise UsageError(f"unknown working space {self.working_space!r}; choose from {', '.join(CHOICES)}")
         if isinstance(self.scale, ChartPitch) and self.chart is None:
             raise UsageError("a scale by the chart needs a photograph that shows one: give chart as well")
         check_form(self.lights_form)

@@ -45,6 +45,7 @@ from engine.capture.calibration.transfer import check_transfer
 from engine.capture.doubts import check_angles, without_empty, without_unreadable
 from engine.capture.empty import empty
 from engine.capture.file_facts import decide_files
+from engine.capture.gamut import about_gamut, gamut_record, measure_gamut
 from engine.capture.import_plan import ImportSettings, Plan
 from engine.capture.import_plan import plan as plan_import
 from engine.capture.import_record import (
@@ -82,7 +83,7 @@ from engine.capture.scale import magnification_of, scale_text
 from engine.capture.stack import DIFFUSE, RADIANCE, RECORD, SATURATED, ImageStack, npy_header, open_stack
 from engine.capture.stack_record import StackRecord, write_record
 from engine.capture.tally import Tally
-from engine.core.colour import LUMINANCE, WORKING_SPACE, to_display8
+from engine.core.colour import LUMINANCE, to_display8
 from engine.core.directions import surface_direction
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import number, percent
@@ -302,10 +303,11 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
     mean_radiance = np.array([one.mean_radiance(pixels) for one in output.tallies])
     grid = np.stack([np.concatenate(one.grid) for one in output.tallies])
     errors = leave_one_out(grid, mean_radiance)
+    space, gamut = measure_gamut(grid.reshape(len(grid), -1, 3), plan.settings.working_space)
     quality = qualities(output.tallies, pixels, read.noise_and_sharpness, alignment, errors)
     azimuths = compare_azimuths(grid, mean_radiance, sources.azimuth)
     findings = [*sources.findings, *plan.scale.findings, *contradictions(read.photographs)]
-    findings += [azimuths.finding()] if azimuths else []
+    findings += [*([azimuths.finding()] if azimuths else []), *about_gamut(space, gamut)]
     health = Health(findings=(*findings, *alignment.findings)).merge(
         report(names, mean_radiance, quality, sources.azimuth)
     )
@@ -324,7 +326,7 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
         quality=quality,
         provenance={
             "software": f"lightarc {engine.__version__}",
-            "working_space": WORKING_SPACE,
+            **gamut_record(space, gamut),
             "profiles": profiles(read.photographs),
             "cameras": sorted({one.camera for light in read.photographs for one in light if one.camera}),
             **plan.as_json(),

@@ -14,7 +14,7 @@ import os
 import stat
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -27,7 +27,7 @@ from engine.capture.lights.light_file import CalibratedLights
 from engine.capture.lights.light_positions import Light
 from engine.capture.report import Quality
 from engine.capture.stack_record import parse_record
-from engine.core.colour import to_display8
+from engine.core.colour import REC_709, WORKING_SPACES, WorkingSpace, to_display8, working_space
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.summary import Summary
@@ -51,8 +51,8 @@ class ImageStack(Summary):
 
     Attributes
     ----------
-    radiance : (N, H, W, 3) float32, linear sRGB, 1 = the photographs' white level. In memory, or
-        in a file that is read as far as it is indexed: by photographs and rows (`FileArray`).
+    radiance : (N, H, W, 3) float32, linear Rec.709, negative where a colour lies beyond it, 1 = the photographs' white
+        level. In memory, or in a file that is read as far as it is indexed: by photographs and rows (`FileArray`).
     saturated : (N, H, W) bool, True where any channel of the original sample was at the white level; as `radiance`.
     elevation : (N,) float64, radians above the sample plane.
     azimuth : (N,) float64 radians, or None where the light moves along one arc of unknown azimuth.
@@ -80,6 +80,15 @@ class ImageStack(Summary):
     quality: tuple[Quality, ...] = ()
     folder: Path | None = None
     diffuse: NDArray[np.float32] | FileArray | None = None
+
+    @property
+    def working_space(self) -> WorkingSpace:
+        """Return the space in which maps of the photographs are made; the radiance itself is linear Rec.709."""
+        return working_space(self.provenance.get("working_space") or REC_709.label)
+
+    def with_working_space(self, space: WorkingSpace) -> ImageStack:
+        """Return the stack of which maps are made in another space."""
+        return replace(self, provenance=MappingProxyType({**self.provenance, "working_space": space.label}))
 
     @property
     def pixels(self) -> dict[str, NDArray[Any] | FileArray]:
@@ -142,6 +151,9 @@ def open_stack(
     """
     place = Path(folder)
     record, is_sealed = _read_record(place)
+    space = record.provenance.get("working_space")
+    if space is not None and space not in [known.label for known in WORKING_SPACES]:
+        raise InputError(place / RECORD, "states a working space that is not known", f"Update Lightarc, or {_AGAIN}")
     shape = (len(record.sources), record.height_px, record.width_px)
     files: list[tuple[str, tuple[int, ...], DTypeLike, int | None]]
     files = [(RADIANCE, (*shape, 3), np.float32, record.radiance_crc32)]

@@ -1,13 +1,16 @@
 """Colour: sRGB coding, RGB and XYZ, camera matrices, tone mapping and the last step to the display.
 
-Working space is linear sRGB (primaries of IEC 61966-2-1, white D65), arrays of shape (…, 3). Negative and large
-values are legal everywhere except in what `to_display8` returns. Khronos PBR Neutral: Khronos 3D Commerce working
-group 2024, "Khronos PBR Neutral Tone Mapper". ACES: the fit by S. Hill of the RRT and sRGB ODT (BakingLab, 2017).
+Radiance is linear Rec.709, which is linear sRGB (primaries of IEC 61966-2-1, white D65), arrays of shape (…, 3).
+Negative and large values are legal everywhere except in what `to_display8` returns, so that radiance holds colours
+beyond the gamut without loss. Reflectance between 0 and 1 cannot; maps of it are made in a `WorkingSpace`. Khronos PBR
+Neutral: Khronos 3D Commerce working group 2024, "Khronos PBR Neutral Tone Mapper". ACES: the fit by S. Hill of the RRT
+and sRGB ODT (BakingLab, 2017).
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -36,11 +39,64 @@ XYZ_FROM_SRGB = _xyz_from_primaries()
 SRGB_FROM_XYZ = np.linalg.inv(XYZ_FROM_SRGB)
 LUMINANCE = XYZ_FROM_SRGB[1]
 
-#: What files call the space of all radiance.
-WORKING_SPACE = "linear Rec.709"
-
 #: x and y of red, green, blue and white, as OpenEXR's `chromaticities` attribute lists them.
 CHROMATICITIES = tuple(float(v) for v in (*_PRIMARIES_XY.ravel(), *_WHITE_XY))
+
+D65 = XYZ_FROM_SRGB.sum(axis=1)
+
+_BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
+
+
+def adaptation(white: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Matrix (3, 3) by which XYZ seen under `white` looks alike under `target`, by Bradford (Lam1985)."""
+    scale = (_BRADFORD @ target) / (_BRADFORD @ white)
+    adapted: NDArray[np.float64] = np.linalg.inv(_BRADFORD) @ (scale[:, None] * _BRADFORD)
+    return adapted
+
+
+@dataclass(frozen=True)
+class WorkingSpace:
+    """A linear space in which reflectance is bounded.
+
+    Attributes
+    ----------
+    name : as options and functions take it. label : as records and users see it.
+    chromaticities : x and y of red, green, blue and white.
+    """
+
+    name: str
+    label: str
+    chromaticities: tuple[float, ...]
+
+    @property
+    def to_rec709(self) -> NDArray[np.float64]:
+        """Matrix (3, 3) from colours of the space to linear Rec.709, whites adapted by Bradford."""
+        if self.chromaticities == CHROMATICITIES:
+            return np.eye(3)
+        points = _xyz(np.array(self.chromaticities).reshape(4, 2))
+        primaries = points[:3].T
+        scaled = primaries * np.linalg.solve(primaries, points[3])
+        return np.asarray(SRGB_FROM_XYZ @ adaptation(points[3], D65) @ scaled, np.float64)
+
+    @property
+    def from_rec709(self) -> NDArray[np.float64]:
+        """Matrix (3, 3) from linear Rec.709 to colours of the space."""
+        return np.asarray(np.linalg.inv(self.to_rec709), np.float64)
+
+
+REC_709 = WorkingSpace("rec709", "linear Rec.709", CHROMATICITIES)
+REC_2020 = WorkingSpace("rec2020", "linear Rec.2020", (0.708, 0.292, 0.170, 0.797, 0.131, 0.046, *CHROMATICITIES[6:]))
+ACESCG = WorkingSpace("acescg", "ACEScg", (0.713, 0.293, 0.165, 0.830, 0.128, 0.044, 0.32168, 0.33767))
+WORKING_SPACES = (REC_709, REC_2020, ACESCG)
+
+
+def working_space(name: str) -> WorkingSpace:
+    """The working space of this name or label; ValueError for another."""
+    found = next((space for space in WORKING_SPACES if name in (space.name, space.label)), None)
+    if found is None:
+        names = ", ".join(space.name for space in WORKING_SPACES)
+        raise ValueError(f"unknown working space {name!r}; choose from {names}")
+    return found
 
 
 def _floating(values: ArrayLike) -> Floats:

@@ -1,8 +1,8 @@
 """PBR maps as codes of images, and back as a reader gets them.
 
-Base colour is sRGB-coded in PNG and linear in OpenEXR; all else is linear data. Normals are (n + 1) / 2 in PNG and n in
-OpenEXR, y up (OpenGL) or down (DirectX). Heights are stretched to [0, 1] in PNG and plain in OpenEXR. Compression of
-PNG bounds the time, some 30 MB/s.
+Base colour is sRGB-coded in PNG and linear in OpenEXR, there in the working space of the maps; all else is linear data.
+Normals are (n + 1) / 2 in PNG and n in OpenEXR, y up (OpenGL) or down (DirectX). Heights are stretched to [0, 1] in PNG
+and plain in OpenEXR. Compression of PNG bounds the time, some 30 MB/s.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core.colour import srgb_decode, srgb_encode
+from engine.core.colour import REC_709, WorkingSpace, srgb_decode, srgb_encode
 from engine.images.encode import encode_exr, encode_png, rgb_channels
-from engine.surface.pbr_maps import PbrMaps
+from engine.surface.pbr_maps import PbrMaps, space_of
 
 Map = NDArray[np.float32]
 
@@ -52,6 +52,15 @@ def encode(image: NDArray[Any], loss: str = "") -> bytes:
     if image.ndim == 3 and image.shape[2] == 4:
         channels["A"] = image[..., 3]
     return encode_exr(channels, attributes={"comments": loss} if loss else None)
+
+
+def encode_base_colour(maps: PbrMaps, space: WorkingSpace, loss: str = "") -> bytes:
+    """An OpenEXR file of half floats with the base colours in `space`, which its chromaticities state."""
+    values, held = (maps.base_colour, REC_709) if maps.wide is None else (maps.wide.base_colour, space_of(maps))
+    if held != space:
+        values = values @ (space.from_rec709 @ held.to_rec709).T.astype(np.float32)
+    attributes = {"comments": loss} if loss else None
+    return encode_exr(rgb_channels(values.astype(np.float16)), attributes=attributes, space=space)
 
 
 def round_values(maps: PbrMaps, coding: Coding) -> PbrMaps:

@@ -1,9 +1,10 @@
 """MaterialX 1.39: one document with the material as an OpenPBR surface and as a glTF PBR surface, textures beside it.
 
-Both read the same nodes: base colour as `srgb_texture`, roughness, metallic and normals as raw data. OpenPBR's diffuse
-lobe at roughness 0 is Lambert's, and its dielectric of `specular_ior` reflects f0 at normal incidence by Fresnel's
-equations where glTF takes Schlick's, so that the two differ at grazing angles. The document is written as text: it is
-some fifty lines, and the library of MaterialX, some 35 MB, would be needed for nothing else.
+Both read the same nodes: base colour as `srgb_texture`, or where colours are kept beyond Rec.709 as OpenEXR in
+`acescg`, the one space of the standard that holds those of Rec.2020; roughness, metallic and normals as raw data.
+OpenPBR's diffuse lobe at roughness 0 is Lambert's, and its dielectric of `specular_ior` reflects f0 at normal incidence
+by Fresnel's equations where glTF takes Schlick's, so that the two differ at grazing angles. The document is written as
+text: it is some fifty lines, and the library of MaterialX, some 35 MB, would be needed for nothing else.
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ from functools import partial
 from xml.sax.saxutils import quoteattr
 
 import engine
+from engine.core.colour import ACESCG
 from engine.core.steps import Step, Steps
-from engine.exchange.coding import encode
+from engine.exchange.coding import encode, encode_base_colour
 from engine.exchange.subject import Contents, Files, Settings, Subject
 from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, pack
 
@@ -32,8 +34,13 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     """`NAME.mtlx` and the folder `textures`."""
     known = [entry for entry in _MAPS if entry[2] != "occlusion" or subject.maps.occlusion is not None]
     yield Step(0.0, "writing the document")
-    files = {_file(subject, node): partial(texture_file, subject, source, loss) for node, _, source, _ in known}
-    warnings = (*common_warnings(subject, ("occlusion",)), *mean_f0_warnings(subject, "the document"))
+    if subject.maps.wide is not None:
+        known = [(*entry[:3], "acescg" if entry[2] == "base_colour" else entry[3]) for entry in known]
+    files = {
+        _file(subject, node, space): partial(texture_file, subject, source, space, loss)
+        for node, _, source, space in known
+    }
+    warnings = (*common_warnings(subject, ("occlusion",), holds_wide=True), *mean_f0_warnings(subject, "the document"))
     if subject.maps.occlusion is not None:
         warnings = (*warnings, "the OpenPBR surface has no ambient occlusion; the glTF PBR surface has it")
     nodes = [(node, kind, space) for node, kind, _, space in known]
@@ -42,13 +49,15 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     return Contents(Files({**document, **files}), 8.0, warnings)
 
 
-def texture_file(subject: Subject, source: str, loss: str) -> bytes:
-    """A map of the subject as a PNG of 8 bits."""
+def texture_file(subject: Subject, source: str, space: str, loss: str) -> bytes:
+    """A map of the subject as a PNG of 8 bits, in ACEScg as OpenEXR."""
+    if space == "acescg":
+        return encode_base_colour(subject.maps, ACESCG, loss)
     return encode(pack(subject, (source,), "png8"), loss)
 
 
-def _file(subject: Subject, node: str) -> str:
-    return f"textures/{subject.name}_{node.removesuffix('_texture')}.png"
+def _file(subject: Subject, node: str, space: str) -> str:
+    return f"textures/{subject.name}_{node.removesuffix('_texture')}.{'exr' if space == 'acescg' else 'png'}"
 
 
 def _document(subject: Subject, maps: list[tuple[str, str, str]], ior: float, loss: str) -> Iterator[str]:
@@ -59,7 +68,7 @@ def _document(subject: Subject, maps: list[tuple[str, str, str]], ior: float, lo
     for node, kind, space in maps:
         coding = f' colorspace="{space}"' if space else ""
         yield f'    <tiledimage name="{node}" type="{kind}">'
-        yield f'      <input name="file" type="filename" value="{_file(subject, node)}"{coding} />'
+        yield f'      <input name="file" type="filename" value="{_file(subject, node, space)}"{coding} />'
         yield "    </tiledimage>"
     yield '    <normalmap name="normal" type="vector3">'
     yield '      <input name="in" type="vector3" nodename="normal_texture" />'

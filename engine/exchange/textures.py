@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
-from engine.exchange.coding import Coding, Handedness, Map, code, encode, round_values
+from engine.exchange.coding import Coding, Handedness, Map, code, encode, encode_base_colour, round_values
 from engine.exchange.loss import Shown, maps_shown
 from engine.exchange.subject import Contents, Files, Settings, Subject
-from engine.surface.pbr_maps import DIELECTRIC_F0, count_regions
+from engine.surface.pbr_maps import DIELECTRIC_F0, count_regions, space_of, wide_text
 
 
 @dataclass(frozen=True)
@@ -176,13 +176,19 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
         files[name] = partial(_file, subject, texture, settings.coding, handedness, loss)
         read += _channels(texture) * (1 if settings.coding == "png8" else 2)
     places = [name for texture in preset.textures for name in texture.sources]
-    warnings = (*common_warnings(subject, places), *_unknown(subject, places))
+    holds_wide = settings.coding == "exr"
+    warnings = (*common_warnings(subject, places, holds_wide=holds_wide), *_unknown(subject, places))
+    if subject.maps.wide is not None and holds_wide:
+        label = space_of(subject.maps).label
+        text = f"base colours are in {label}, as their chromaticities say: choose {label} for this image in the program"
+        warnings = (*warnings, text)
     if source(subject, "specular") is not None and not _has_specular(preset):
         warnings = (*warnings, "these textures hold no f0, and importers take 0.04")
     elif _has_specular(preset) and _is_beyond_full(subject):
         warnings = (*warnings, f"f0 is up to {float(subject.maps.f0.max()):.3f}, of which a specular level says 0.08")
     height = subject.maps.height
     record: dict[str, Any] = {"preset": settings.preset, "coding": settings.coding, "normal": handedness}
+    record["base_colour_space"] = space_of(subject.maps).label if holds_wide else "sRGB"
     if height is not None:
         record["height_range_texels"] = [float(height.min()), float(height.max())]
         if settings.width_mm is not None:
@@ -192,6 +198,8 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
 
 
 def _file(subject: Subject, texture: Texture, coding: Coding, handedness: Handedness, loss: str) -> bytes:
+    if coding == "exr" and texture.sources == ("base_colour",):
+        return encode_base_colour(subject.maps, space_of(subject.maps), loss)
     return encode(pack(subject, texture.sources, coding, handedness), loss)
 
 
@@ -217,8 +225,11 @@ def ior_of(f0: float) -> float:
     return (1.0 + root) / (1.0 - root)
 
 
-def common_warnings(subject: Subject, places: Collection[str]) -> tuple[str, ...]:
-    """Sentences about maps that every target of them has to say; `places` names those that it holds."""
+def common_warnings(subject: Subject, places: Collection[str], *, holds_wide: bool = False) -> tuple[str, ...]:
+    """Sentences about maps that every target of them has to say; `places` names those that it holds.
+
+    `holds_wide` says that the target holds base colours in the working space.
+    """
     maps, said = subject.maps, tuple[str, ...]()
     if maps.observed.kind == "none":
         said = ("normals are flat: lamps on one arc do not show the side that a slope faces",)
@@ -231,8 +242,15 @@ def common_warnings(subject: Subject, places: Collection[str]) -> tuple[str, ...
         said = (*said, f"the height has {count} regions, and the steps between them are unknown")
     if float(np.mean(maps.metallic * maps.roughness, dtype=np.float64)) > ROUGH_METAL:
         said = (*said, "rough metal looks up to half brighter where light between facets is added, as three.js does")
+    if not holds_wide:
+        said = (*said, *wide_warnings(subject))
     left_out = [words for name, words in _NAMES.items() if name not in places and source(subject, name) is not None]
     return (*said, f"left out: {', '.join(left_out)}") if left_out else said
+
+
+def wide_warnings(subject: Subject) -> tuple[str, ...]:
+    """A sentence on base colours that a target of Rec.709 clips; none where the maps are in that space."""
+    return () if subject.maps.wide is None else (wide_text(subject.maps.wide),)
 
 
 def mean_f0_warnings(subject: Subject, holder: str) -> tuple[str, ...]:

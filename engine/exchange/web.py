@@ -14,6 +14,7 @@ from engine.core.steps import Step, Steps
 from engine.exchange.loss import Shown, material_shown
 from engine.exchange.shaders import law_alone_shown
 from engine.exchange.subject import Contents, Settings, Subject, fit_warnings
+from engine.exchange.textures import wide_warnings
 
 _EMBED = """<iframe src="strict/index.html" title="{name}" width="900" height="600" loading="lazy"
   style="border: 0" sandbox="allow-scripts allow-same-origin"></iframe>
@@ -36,7 +37,7 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     page, parts = viewer_and_parts(subject.material, extras)
     files = {f"{subject.name}.html": page.encode(), **{f"strict/{path}": content for path, content in parts.items()}}
     files["embed.html"] = _EMBED.format(name=subject.name).encode()
-    return Contents(files, 24.0, (*fit_warnings(subject), *_round(subject)))
+    return Contents(files, 24.0, (*fit_warnings(subject), *_round(subject), *wide_warnings(subject)))
 
 
 def _round(subject: Subject) -> list[str]:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core.colour import CHROMATICITIES, SRGB_FROM_XYZ, XYZ_FROM_SRGB, srgb_decode
+from engine.core.colour import D65, REC_2020, SRGB_FROM_XYZ, WORKING_SPACES, adaptation, srgb_decode
 
 Floats = NDArray[np.floating[Any]]
 
@@ -35,16 +35,6 @@ _COLORIMETRIC = 1
 
 #: XYZ of the white of ICC's connection space.
 D50 = np.array([0.9642, 1.0, 0.8249])
-D65 = XYZ_FROM_SRGB.sum(axis=1)
-
-_BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
-
-
-def adaptation(white: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Matrix (3, 3) by which XYZ seen under `white` looks alike under `target`, by Bradford."""
-    scale = (_BRADFORD @ target) / (_BRADFORD @ white)
-    adapted: NDArray[np.float64] = np.linalg.inv(_BRADFORD) @ (scale[:, None] * _BRADFORD)
-    return adapted
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,13 +148,18 @@ def from_chromaticities(xy: Sequence[float]) -> NDArray[np.float64] | None:
     return from_xyz(primaries * np.linalg.solve(primaries, white))
 
 
-_D65_XY = CHROMATICITIES[6:]
-REC_2020 = (0.708, 0.292, 0.170, 0.797, 0.131, 0.046, *_D65_XY)
+_D65_XY = REC_2020.chromaticities[6:]
 P3 = (0.680, 0.320, 0.265, 0.690, 0.150, 0.060)
 
 ADOBE_RGB = ColourSpace(
     "Adobe RGB (1998)", (gamma(563 / 256),), from_chromaticities((0.64, 0.33, 0.21, 0.71, 0.15, 0.06, *_D65_XY))
 )
+
+
+def linear_space(xy: Sequence[float]) -> ColourSpace:
+    """The linear space of these chromaticities, named where it is a working space; ValueError as above."""
+    known = next((space for space in WORKING_SPACES if np.allclose(xy, space.chromaticities, atol=1e-3)), None)
+    return ColourSpace(known.label if known else "other primaries", (LINEAR_CURVE,), from_chromaticities(xy))
 
 
 def apply_table(profile: bytes, samples: Floats) -> NDArray[np.float32]:

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core.colour import CHROMATICITIES
+from engine.core.colour import REC_709, WorkingSpace
 from engine.images.icc import write_profile
 from engine.images.png import LINEAR_GAMMA, SIGNATURE
 from engine.images.raster import Transfer
@@ -61,18 +61,23 @@ def write_exr(
     *,
     half: bool = True,
     attributes: Mapping[str, Any] | None = None,
+    space: WorkingSpace = REC_709,
 ) -> None:
     """Write linear channels (H, W) as scan-line OpenEXR: half for images, float for tables.
 
-    Names are R, G, B or layer.R; `attributes` are text or numbers. Half cannot hold more than 65504 and would turn it
-    into infinity: larger finite values are stored as 65504.
+    Names are R, G, B or layer.R; `attributes` are text or numbers; `space` is that of colours. Half cannot hold more
+    than 65504 and would turn it into infinity: larger finite values are stored as 65504.
     """
     with atomic_file(path) as file:
-        file.write(encode_exr(channels, half=half, attributes=attributes))
+        file.write(encode_exr(channels, half=half, attributes=attributes, space=space))
 
 
 def encode_exr(
-    channels: Mapping[str, NDArray[Any]], *, half: bool = True, attributes: Mapping[str, Any] | None = None
+    channels: Mapping[str, NDArray[Any]],
+    *,
+    half: bool = True,
+    attributes: Mapping[str, Any] | None = None,
+    space: WorkingSpace = REC_709,
 ) -> bytes:
     """The content of the file that `write_exr` writes."""
     import OpenEXR
@@ -83,7 +88,7 @@ def encode_exr(
     header = {
         "compression": OpenEXR.ZIP_COMPRESSION,
         "type": OpenEXR.scanlineimage,
-        "chromaticities": CHROMATICITIES,
+        "chromaticities": space.chromaticities,
         **(attributes or {}),
     }
     stored = {name: as_half(channel) if half else np.float32(channel) for name, channel in channels.items()}

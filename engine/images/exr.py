@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from engine.core.colour import CHROMATICITIES, srgb_from_xyz
 from engine.core.errors import InputError
+from engine.images.colour_space import ColourSpace, linear_space
 from engine.images.raster import Raster, check_size
 from engine.storage.untrusted import AGAIN
 
@@ -46,18 +47,23 @@ def read_exr(content: bytes, name: str) -> Raster:
         warnings += ("has channels X, Y, Z, which are taken as CIE tristimulus values",)
         with np.errstate(over="ignore", invalid="ignore"):
             samples = srgb_from_xyz(samples).astype(np.float32)
-    elif not _are_srgb(header.get("chromaticities")):
-        warnings += ("states primaries other than sRGB's, which are not applied",)
-    return Raster(
-        samples, None, bits, "linear", "EXR", warnings, environment=_ENVIRONMENTS.get(header.get("envmap"), "")
-    )
+    space, invalid = (None, "") if len(planes) == 1 or names == _TRISTIMULUS else _space(header.get("chromaticities"))
+    environment = _ENVIRONMENTS.get(header.get("envmap"), "")
+    stated: dict[str, Any] = {"environment": environment, "space": space, "invalid_space": invalid}
+    return Raster(samples, None, bits, "linear", "EXR", warnings, **stated)
 
 
-def _are_srgb(stated: object) -> bool:
-    """True if chromaticities, if any, are those of sRGB; a hundredth off is as good."""
+def _space(stated: object) -> tuple[ColourSpace | None, str]:
+    """The linear space of the attribute `chromaticities`, None for that of sRGB or where nothing is stated, a hundredth
+    off being as good; or else why the statement cannot be applied."""
     if not isinstance(stated, tuple) or len(stated) != len(CHROMATICITIES):
-        return True
-    return bool(np.allclose(stated, CHROMATICITIES, atol=0.01))
+        return None, ""
+    if np.allclose(stated, CHROMATICITIES, atol=0.01):
+        return None, ""
+    try:
+        return linear_space(stated), ""
+    except ValueError as error:
+        return None, f"states {error}"
 
 
 def read_exr_channels(content: bytes, name: str) -> dict[str, Any]:

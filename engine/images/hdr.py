@@ -15,6 +15,7 @@ import numpy as np
 
 from engine.core.colour import srgb_from_xyz
 from engine.core.errors import InputError
+from engine.images.colour_space import ColourSpace, linear_space
 from engine.images.raster import Raster, check_size
 from engine.storage.untrusted import AGAIN
 
@@ -38,34 +39,44 @@ def read_hdr(content: bytes, name: str) -> Raster:
     samples = _upright(samples, size) / _exposure(header, name)
     if b"FORMAT=32-bit_rle_xyze" in header:
         samples = srgb_from_xyz(samples).astype(np.float32)
-    return Raster(samples, None, 32, "linear", "HDR", _list_ignored(header))
+        space, invalid = None, ""
+    else:
+        space, invalid = _space(header)
+    return Raster(samples, None, 32, "linear", "HDR", _list_ignored(header), space=space, invalid_space=invalid)
 
 
 def _list_ignored(header: bytes) -> tuple[str, ...]:
-    """Warnings of what the header says and nobody reads: a gamma, other primaries than those of sRGB."""
-    warnings = []
+    """A warning of a gamma, which the header states and nobody applies."""
     gamma = b"".join(_find_stated(header, b"GAMMA")[:1]).strip()
     if gamma not in (b"", b"1", b"1.0", b"1.00"):
-        warnings.append(f"states a gamma of {gamma[:20].decode('ascii', 'replace')}, which is not applied")
+        return (f"states a gamma of {gamma[:20].decode('ascii', 'replace')}, which is not applied",)
+    return ()
+
+
+def _space(header: bytes) -> tuple[ColourSpace | None, str]:
+    """The space of the line PRIMARIES, None for that of sRGB, that which Radiance takes for its own (equal energy), and
+    where nothing is stated; or else why the statement cannot be applied."""
     primaries = _find_stated(header, b"PRIMARIES")
-    if primaries and not _are_srgb(primaries[0]):
-        warnings.append("states primaries other than sRGB's, which are not applied")
-    return tuple(warnings)
+    if not primaries:
+        return None, ""
+    try:
+        stated = [float(each) for each in primaries[0].split()]
+    except ValueError:
+        stated = []
+    if len(stated) != 8:
+        return None, "states primaries that are not eight numbers"
+    known = ((0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290), (0.64, 0.33, 0.29, 0.60, 0.15, 0.06, 0.333, 0.333))
+    if not any(stated) or any(np.allclose(stated, one, atol=0.011) for one in known):  # zeros are Photoshop's
+        return None, ""
+    try:
+        return linear_space(stated), ""
+    except ValueError as error:
+        return None, f"states {error}"
 
 
 def _find_stated(header: bytes, key: bytes) -> list[bytes]:
     """Values of the lines `key=value`, in their order."""
     return [line.partition(b"=")[2] for line in header.split(b"\n") if line.startswith(key + b"=")]
-
-
-def _are_srgb(primaries: bytes) -> bool:
-    """True if the four chromaticities are those of sRGB, or those that Radiance takes for its own (equal energy)."""
-    try:
-        stated = [float(word) for word in primaries.split()]
-    except ValueError:
-        return False
-    known = ((0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290), (0.64, 0.33, 0.29, 0.60, 0.15, 0.06, 0.333, 0.333))
-    return any(len(stated) == 8 and np.allclose(stated, one, atol=0.011) for one in known)
 
 
 def _plain(body: bytes, lines: int, columns: int, name: str) -> bytes:

@@ -13,15 +13,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.core.colour import XYZ_FROM_SRGB
+from engine.core.colour import D65, XYZ_FROM_SRGB, adaptation
 from engine.images.colour_space import (
     D50,
-    D65,
     LINEAR_CURVE,
     SRGB_CURVE,
     ColourSpace,
     Curve,
-    adaptation,
     apply_table,
     from_xyz,
     gamma,

@@ -12,13 +12,12 @@ from typing import Any
 import cv2
 import numpy as np
 
-from engine.core.colour import CHROMATICITIES
+from engine.core.colour import CHROMATICITIES, REC_2020
 from engine.core.errors import InputError
 from engine.images.colour_space import (
     BT709_CURVE,
     LINEAR_CURVE,
     P3,
-    REC_2020,
     SRGB_CURVE,
     ColourSpace,
     from_chromaticities,
@@ -35,7 +34,12 @@ LINEAR_GAMMA = struct.pack(">I", 100000)
 #: Gamma that programs state beside sRGB samples; others have to be between these.
 _SRGB_GAMMA, _GAMMAS = 45455, (20000, 200000)
 
-_CODED_PRIMARIES = {1: CHROMATICITIES, 9: REC_2020, 11: (*P3, 0.314, 0.351), 12: (*P3, *CHROMATICITIES[6:])}
+_CODED_PRIMARIES = {
+    1: CHROMATICITIES,
+    9: REC_2020.chromaticities,
+    11: (*P3, 0.314, 0.351),
+    12: (*P3, *CHROMATICITIES[6:]),
+}
 _CODED_CURVES = {
     1: BT709_CURVE,
     4: gamma(2.2),

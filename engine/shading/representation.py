@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.gamut import about_radiance_maps
 from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread
 from engine.capture.stack import ImageStack
 from engine.core.errors import InputError
@@ -47,6 +48,7 @@ class Chosen:
     fit_s : seconds that its fit took.
     bytes_per_texel : of all candidates by name, before compression.
     outliers : findings about photographs that the others contradict.
+    colours : findings about colours that the map does not hold.
     """
 
     map: ShadingMap | DirectionalMap
@@ -55,6 +57,7 @@ class Chosen:
     fit_s: float
     bytes_per_texel: dict[str, int]
     outliers: tuple[Finding, ...] = ()
+    colours: tuple[Finding, ...] = ()
 
     @property
     def name(self) -> str:
@@ -70,7 +73,7 @@ class Chosen:
             figures[f"{stem}_leave_one_out_rmse_srgb8"] = shown.leave_one_out
             figures[f"{stem}_in_sample_rmse_srgb8"] = shown.in_sample
             figures[f"{stem}_bytes_per_texel"] = self.bytes_per_texel[name]
-        return Health(MappingProxyType(figures), (self.shown.finding(knows), *self.outliers))
+        return Health(MappingProxyType(figures), (self.shown.finding(knows), *self.outliers, *self.colours))
 
 
 def choose(
@@ -80,7 +83,13 @@ def choose(
 
     InputError where a directional map is wanted of a stack that cannot have one, and as `build` raises it.
     """
-    used = include(stack, excluded)
+    found = yield from _choose(stack, slices, include(stack, excluded), excluded, wanted)
+    return replace(found, colours=about_radiance_maps(stack.provenance, found.name == "directional"))
+
+
+def _choose(
+    stack: ImageStack, slices: int, used: NDArray[np.int64], excluded: Collection[str], wanted: Representation
+) -> Steps[Chosen]:
     if wanted == "directional":
         _check_directions(stack, used)
         return (yield from _directional(stack, used))

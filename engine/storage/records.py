@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import os
 
 FORMAT: Literal["lightarc-bundle"] = "lightarc-bundle"
-SCHEMA_VERSION: Literal[4] = 4
+SCHEMA_VERSION: Literal[5] = 5
 
 #: The member that holds a measured BRDF (`engine.brdf.readers.table_file`), where there is one.
 TABLE = "brdf_table.exr"
@@ -166,10 +166,23 @@ class PbrErrorsRecord(_Strict):
     normal_sigma: NonNegative | None = None
 
 
+class WideColoursRecord(_Strict):
+    """Base colours of PBR maps in a wider space than Rec.709, `wide.base_colour` in pbr_maps.exr.
+
+    `beyond_rec709` is the share of texels that base_colour shows clipped, and `distance` by how much at most.
+    """
+
+    space: Literal["rec2020", "acescg"]
+    sigma: bool
+    beyond_rec709: Annotated[float, Field(ge=0, le=1)]
+    distance: NonNegative
+
+
 class PbrRecord(_Strict):
     """The numbers of PBR maps; their pixels are in pbr_maps.exr, `maps` by name, and one sigma of each if known.
 
-    `white_radiance` is that of the white card which maps beside a shading map or a directional map are relative to.
+    `white_radiance` is that of the white card which maps beside a shading map or a directional map are relative to;
+    `wide` is of base colours in a wider space.
     `multiple_scattering` says whether light that facets scatter more than once is added to the highlight.
     """
 
@@ -182,6 +195,7 @@ class PbrRecord(_Strict):
     errors: PbrErrorsRecord
     white_radiance: Positive | None = None
     multiple_scattering: bool = False
+    wide: WideColoursRecord | None = None
 
 
 Direction = Annotated[list[Annotated[float, Field(ge=-1, le=1)]], Field(min_length=3, max_length=3)]
@@ -208,7 +222,7 @@ class Manifest(_Strict):
     """Everything of a bundle that is not pixels."""
 
     format: Literal["lightarc-bundle"] = FORMAT
-    schema_version: Literal[1, 2, 3, 4] = 1
+    schema_version: Literal[1, 2, 3, 4, 5] = 1
     name: Text
     brdf: Text
     sigma: Positive | None
@@ -227,6 +241,10 @@ class Manifest(_Strict):
     @model_validator(mode="after")
     def _has_its_schema(self) -> Manifest:
         looked_up = self.shading_map is not None or self.power_law is not None
+        if (self.schema_version == 5) != (self.pbr is not None and self.pbr.wide is not None):
+            raise ValueError("schema 5 is of PBR maps with base colours in a wider space")
+        if self.schema_version == 5:
+            return self
         if self.schema_version == 4:
             if self.pbr is None or self.pbr.white_radiance is None or not (looked_up or self.directional is not None):
                 raise ValueError("schema 4 is of maps of a surface beside a shading map or a directional map")
@@ -256,6 +274,8 @@ def write_manifest(manifest: Manifest) -> bytes:
     value = manifest.model_dump(exclude=absent)
     if manifest.pbr is not None and manifest.pbr.white_radiance is None:
         del value["pbr"]["white_radiance"]  # as versions before schema 4 wrote and sealed it
+    if manifest.pbr is not None and manifest.pbr.wide is None:
+        del value["pbr"]["wide"]  # as versions before schema 5 did
     sealed = {**value, "manifest_sha256": seal(value)}
     return (json.dumps(sealed, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
 

@@ -14,12 +14,17 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.colour import REC_709, WorkingSpace, working_space
+from engine.core.figure_text import number, percent
 from engine.core.summary import Summary
 
 Map = NDArray[np.float32]
 
 #: Largest distance of the length of a normal from one.
 UNIT = 1e-3
+
+#: Distance of a colour from Rec.709 that counts as clipped.
+WORTH_SAYING = 0.01
 
 #: Reflectance of a dielectric of index 1.5 at normal incidence.
 DIELECTRIC_F0 = 0.04
@@ -77,13 +82,36 @@ class Uncertainty:
     occlusion: Map | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class WideColours:
+    """Base colours in a space wider than Rec.709, and one standard deviation of each, in the same space.
+
+    Attributes
+    ----------
+    space : name of the `engine.core.colour.WorkingSpace`, other than 'rec709'.
+    base_colour : (H, W, 3) float32 in [0, 1]. sigma : the same shape, 0 or more; None where it is not known.
+    clipped : share of texels that lie beyond Rec.709, and the largest distance of a component from what Rec.709 holds.
+    """
+
+    space: str
+    base_colour: Map
+    sigma: Map | None = None
+    clipped: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if working_space(self.space) == REC_709:
+            raise ValueError("colours in Rec.709 are not wide")
+        _check("base_colour", self.base_colour, self.base_colour.shape[:2], 0.0, 1.0)
+        _check_sigma("base_colour", self.sigma, self.base_colour.shape)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class PbrMaps(Summary):
     """Metallic-roughness maps of one flat sample, all float32; ValueError for another shape, range or kind.
 
     Attributes
     ----------
-    base_colour : (H, W, 3) linear sRGB in [0, 1].
+    base_colour : (H, W, 3) linear sRGB in [0, 1], clipped where `wide` has more.
     normal : (H, W, 3) unit vectors: x to the right of the image, y up, z out of the surface.
     roughness : (H, W) in [0, 1], GGX alpha is its square.
     metallic : (H, W) in [0, 1].
@@ -97,6 +125,7 @@ class PbrMaps(Summary):
     mask : (H, W) 1 where the surface is, 0 for background, of which nothing is known; None where all is surface.
     multiple_scattering : True if light that facets scatter more than once is beside their highlight, as materials of
         other programs want it; False for maps that were fitted to photographs, whose highlight holds it already.
+    wide : the base colours in a wider space, in which the maps were made; None for Rec.709.
     """
 
     base_colour: Map
@@ -112,11 +141,14 @@ class PbrMaps(Summary):
     region: Map | None = None
     mask: Map | None = None
     multiple_scattering: bool = False
+    wide: WideColours | None = None
 
     def __post_init__(self) -> None:
         shape = self.roughness.shape
         if len(shape) != 2:
             raise ValueError(f"maps must be (H, W), got {shape}")
+        if self.wide is not None and self.wide.base_colour.shape[:2] != shape:
+            raise ValueError(f"wide colours must be of {shape}, got {self.wide.base_colour.shape}")
         for name in ("base_colour", "roughness", "metallic", "f0", "occlusion"):
             _check(name, getattr(self, name), shape, 0.0, 1.0)
         _check("normal", self.normal, shape, -1.0 - UNIT, 1.0 + UNIT)
@@ -143,12 +175,43 @@ class PbrMaps(Summary):
         """Bytes of all maps and their uncertainty."""
         names = ("base_colour", "normal", "roughness", "metallic", "f0", "height", "occlusion", "region", "mask")
         found = [getattr(source, name, None) for source in (self, self.uncertainty) for name in names]
+        found += [] if self.wide is None else [self.wide.base_colour, self.wide.sigma]
         return sum(values.nbytes for values in found if values is not None)
 
     def summary(self) -> dict[str, Any]:
         """Return what `repr` says."""
         height, width = self.size
         return {"size": f"{width} × {height} texels", "height": self.height is not None}
+
+
+def clip_wide(space: WorkingSpace, wide: Map, sigma: Map | None) -> tuple[Map, Map | None, WideColours | None]:
+    """Base colours (H, W, 3) of a space and their deviations, in Rec.709 clipped to [0, 1], and as they are.
+
+    Deviations are taken to be independent. The last is None for Rec.709.
+    """
+    if space == REC_709:
+        return wide, sigma, None
+    matrix = space.to_rec709.astype(np.float32)
+    plain = wide @ matrix.T
+    clipped = np.clip(plain, 0.0, 1.0)
+    outside = np.abs(plain - clipped).max(axis=2)
+    lost = float((outside > WORTH_SAYING).mean()), float(outside.max(initial=0.0))
+    of_plain = None if sigma is None else np.minimum(np.sqrt(sigma**2 @ (matrix**2).T), 1.0)
+    return clipped, of_plain, WideColours(space.name, wide, sigma, lost)
+
+
+def space_of(maps: PbrMaps) -> WorkingSpace:
+    """The space of the base colours of maps, wide ones where there are any."""
+    return REC_709 if maps.wide is None else working_space(maps.wide.space)
+
+
+def wide_text(wide: WideColours) -> str:
+    """A sentence on base colours beyond Rec.709."""
+    label, (share, distance) = working_space(wide.space).label, wide.clipped
+    if not share:
+        return f"base colours are kept in {label}; none lies beyond Rec.709"
+    clipped = f"{percent(share)} of them lie beyond Rec.709 and are clipped by up to {number(distance)} of white"
+    return f"base colours are kept in {label}; {clipped} in images and in exports that hold Rec.709 alone"
 
 
 def count_regions(maps: PbrMaps) -> int:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from engine.capture.calibration.separation import gain_sigma_of
 from engine.capture.mask import mask_of
 from engine.capture.stack import ImageStack
+from engine.core.colour import WorkingSpace
 from engine.core.figure_text import number, percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
@@ -37,7 +38,16 @@ from engine.surface.height import (
 )
 from engine.surface.horizon import openness
 from engine.surface.lamps import Lamps, lamps
-from engine.surface.pbr_maps import DIELECTRIC_F0, Map, MapErrors, PbrMaps, Uncertainty, count_regions
+from engine.surface.pbr_maps import (
+    DIELECTRIC_F0,
+    Map,
+    MapErrors,
+    PbrMaps,
+    Uncertainty,
+    clip_wide,
+    count_regions,
+    wide_text,
+)
 from engine.surface.reflectance import FEWEST_FOR_GLOSS, METAL_EVIDENCE, Array, fit_rows, kinds, metallic_roughness
 from engine.surface.regularise import smooth_roughness, weigh_neighbours
 from engine.surface.relight import coefficients, measure_relight_errors
@@ -111,7 +121,7 @@ def recover(
     start = time.perf_counter()
     seen = lamps(stack, used)
     shape = (stack.radiance.shape[1], stack.radiance.shape[2])
-    planes = _Planes(*shape, seen)
+    planes = _Planes(*shape, seen, stack.working_space)
     diffuse_only = len(used) < FEWEST_FOR_GLOSS
     drawn = mask_of(stack)
     outside = np.zeros(shape, np.bool_) if drawn is None else ~drawn
@@ -196,19 +206,22 @@ def recover(
         comparing = measure_relight_errors(stack, used, seen, alike, lambertian=diffuse_only, outside=outside)
         apart = yield from part(comparing, 0.85, 1.0)
         figures = MapErrors(apart.in_sample, apart.left_out, apart.mean_picture, figures.normal_sigma)
+    base_colour, base_sigma, wide = clip_wide(stack.working_space, planes.base_colour, planes.sigma.pop("base_colour"))
+    assert base_sigma is not None
     maps = PbrMaps(
-        planes.base_colour,
+        base_colour,
         planes.normal,
         planes.roughness,
         planes.metallic,
         planes.f0,
         height,
         occlusion,
-        Uncertainty(**planes.sigma, height=height_sigma, occlusion=occlusion_sigma),
+        Uncertainty(base_sigma, **planes.sigma, height=height_sigma, occlusion=occlusion_sigma),
         seen.observed,
         figures,
         region,
         (~outside).astype(np.float32) if outside.any() else None,
+        wide=wide,
     )
     seconds = {"fit": fitted - start, "height": solved_at - fitted, "errors": time.perf_counter() - solved_at}
     return Surface(maps, seen, alike.white, _health(maps, alike.white, len(used), doubts), seconds)
@@ -237,10 +250,10 @@ def _alignment_errors(stack: ImageStack, used: NDArray[np.int64]) -> tuple[float
 
 
 class _Planes:
-    """The maps of a stack as they are filled block by block of rows."""
+    """The maps of a stack as they are filled block by block of rows, colours in its working space."""
 
-    def __init__(self, height: int, width: int, seen: Lamps) -> None:
-        self.seen = seen
+    def __init__(self, height: int, width: int, seen: Lamps, space: WorkingSpace) -> None:
+        self.seen, self.space = seen, space
         plane, colour = (height, width), (height, width, 3)
         self.slope = np.zeros((height, width, 2), np.float32)
         self.variance, self.evidence = np.zeros(plane, np.float32), np.zeros(plane, np.float32)
@@ -318,7 +331,7 @@ class _Planes:
         towards = self.seen.observe_from(rows, columns, *self.roughness.shape)
         image = np.empty((len(towards), len(rows), 3), np.float32)
         show_texels(turned, self.roughness[at], diffuse, specular, towards, image)
-        return np.asarray(image.mean(axis=-1), np.float64)
+        return np.asarray((image @ self.space.to_rec709.T).mean(axis=-1), np.float64)
 
 
 def _angle(along: Array, across: Array, a: Array, b: Array, c: Array) -> Array:
@@ -356,6 +369,8 @@ def _health(maps: PbrMaps, white: float, photographs: int, doubts: list[Finding]
     if maps.mask is not None:
         share = percent(float(1.0 - maps.mask.mean(dtype=np.float64)))
         findings.append(Finding(Verdict.NOTE, f"{share} of the image is background, of which nothing is said"))
+    if maps.wide is not None:
+        findings.append(Finding(Verdict.NOTE, wide_text(maps.wide)))
     if photographs < FEWEST_FOR_GLOSS:
         text = f"{photographs} photographs do not tell highlights: roughness and reflectance are those of plastic"
         findings.append(Finding(Verdict.WARNING, text))

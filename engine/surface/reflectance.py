@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.stack import ImageStack
+from engine.core.colour import REC_709
 from engine.core.steps import Step, Steps, part
 from engine.shading.directional.left_out import Texels
 from engine.storage.file_array import FileArray
@@ -152,7 +153,7 @@ class Reflectance:
 
 
 def texels(stack: ImageStack, used: NDArray[np.int64], first: int, last: int, step: int = 1) -> Texels:
-    """Every `step`-th texel of rows."""
+    """Every `step`-th texel of rows, in the working space of the stack."""
     width = stack.radiance.shape[2]
     lines, columns = range(first, last, step), np.arange(step // 2, width, step)
     shape = (len(used), len(lines), len(columns))
@@ -166,13 +167,19 @@ def texels(stack: ImageStack, used: NDArray[np.int64], first: int, last: int, st
         return found
 
     rows, across = np.meshgrid(np.array(lines), columns, indexing="ij")
-    count = len(used)
+    count, space = len(used), stack.working_space
+    matrix = space.from_rec709.T.astype(np.float32)
+
+    def colours(array: NDArray[Any] | FileArray) -> NDArray[np.float32]:
+        values = read(array).reshape(count, -1, 3)
+        return values if space == REC_709 else np.ascontiguousarray(values @ matrix)
+
     return Texels(
-        read(stack.radiance).reshape(count, -1, 3),
+        colours(stack.radiance),
         ~read(stack.saturated).reshape(count, -1),
         rows.ravel(),
         across.ravel(),
-        None if stack.diffuse is None else read(stack.diffuse).reshape(count, -1, 3),
+        None if stack.diffuse is None else colours(stack.diffuse),
     )
 
 

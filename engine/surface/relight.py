@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.stack import ImageStack
-from engine.core.colour import srgb_encode
+from engine.core.colour import REC_709, srgb_encode
 from engine.core.steps import Step, Steps
 from engine.shading.directional.left_out import Predict, Texels
 from engine.surface.lamps import Lamps, lamps
@@ -52,18 +52,18 @@ class RelitErrors:
 
 
 def errors(stack: ImageStack, used: NDArray[np.int64], *, lambertian: bool = False) -> Steps[RelitErrors]:
-    """The errors of maps that are made of the photographs `used`, as a row beside other representations.
+    """The errors of maps in Rec.709 that are made of the photographs `used`, as a row beside other representations.
 
     Kinds of texels and the brightness of white are those of all photographs, also where one is left out.
     """
-    seen = lamps(stack, used)
+    stack, seen = stack.with_working_space(REC_709), lamps(stack, used)
     alike = yield from kinds(stack, used, seen)
     return (yield from measure_relight_errors(stack, used, seen, alike, lambertian=lambertian))
 
 
 def predicting(stack: ImageStack, used: NDArray[np.int64], *, lambertian: bool = False) -> Steps[Predict]:
-    """A function that shows a photograph as maps that are made of the others do, for some texels."""
-    seen = lamps(stack, used)
+    """A function that shows a photograph as maps in Rec.709 that are made of the others do, for some texels."""
+    stack, seen = stack.with_working_space(REC_709), lamps(stack, used)
     alike = yield from kinds(stack, used, seen)
     height, width = stack.radiance.shape[1:3]
 
@@ -87,13 +87,18 @@ def measure_relight_errors(
 ) -> Steps[RelitErrors]:
     """The same where lamps and kinds are known, without texels `outside` (H, W)."""
     inside, mean, fit_s, count = 0.0, 0.0, 0.0, len(used)
+    matrix = stack.working_space.to_rec709.T.astype(np.float32)
+
+    def codes(radiance: NDArray[np.float32]) -> NDArray[np.float32]:
+        return _codes(radiance if stack.working_space == REC_709 else radiance @ matrix)
+
     for some, towards in _grid(stack, used, seen, GRID, outside):
         yield Step(0.1, "comparing with the photographs")
         started = time.perf_counter()
         found = fit(some, towards, seen, alike, lambertian)
         fit_s += (time.perf_counter() - started) * stack.radiance.shape[1] * stack.radiance.shape[2] / len(found)
-        wanted = _codes(some.radiance)
-        inside += float(((_codes(_predict(found, towards, alike, lambertian)) - wanted) ** 2).mean(dtype=np.float64))
+        wanted = codes(some.radiance)
+        inside += float(((codes(_predict(found, towards, alike, lambertian)) - wanted) ** 2).mean(dtype=np.float64))
         average = wanted.mean(axis=0)
         mean += float(((wanted - average) ** 2).mean(dtype=np.float64)) * (count / max(count - 1, 1)) ** 2
     out = np.nan
@@ -105,10 +110,8 @@ def measure_relight_errors(
                 yield Step(0.3 + 0.7 * at / len(folds), "leaving photographs out")
                 others = np.flatnonzero(np.arange(count) != fold)
                 found = fit(some.choose(others), towards[others], seen, alike, lambertian)
-                shown = _codes(_predict(found, towards[fold : fold + 1], alike, lambertian))
-                out += float(((shown - _codes(some.radiance[fold : fold + 1])) ** 2).mean(dtype=np.float64)) / len(
-                    folds
-                )
+                shown = codes(_predict(found, towards[fold : fold + 1], alike, lambertian))
+                out += float(((shown - codes(some.radiance[fold : fold + 1])) ** 2).mean(dtype=np.float64)) / len(folds)
     return RelitErrors(float(np.sqrt(inside)), float(np.sqrt(out)), float(np.sqrt(mean)), fit_s)
 
 

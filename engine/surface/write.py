@@ -1,10 +1,10 @@
 """The folder of maps: an EXR for each map and each standard deviation, PNG previews, and `surface.json`.
 
-EXR maps are linear: colours are linear sRGB, normals components in [−1, 1] (x right, y up, z out of the image),
-heights widths of a texel, whose size in millimetres the record states where it is known. Where depth edges divide the
-surface into regions, between which the height steps by an unknown amount, `region` holds their numbers from 0. Previews
-are for looking: colours, also that of the highlight, in sRGB codes (a specular of 0.04 is code 56), normals as
-(n + 1) / 2, and height from its lowest to its highest.
+EXR maps are linear: colours are in the working space that the record and the chromaticities of the files state, normals
+components in [−1, 1] (x right, y up, z out of the image), heights widths of a texel, whose size in millimetres the
+record states where it is known. Where depth edges divide the surface into regions, between which the height steps by an
+unknown amount, `region` holds their numbers from 0. Previews are for looking: colours, also that of the highlight, in
+sRGB codes (a specular of 0.04 is code 56), normals as (n + 1) / 2, and height from its lowest to its highest.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.scale import mm_per_texel
-from engine.core.colour import srgb_encode
+from engine.core.colour import REC_709, srgb_encode
 from engine.core.steps import Step, Steps
 from engine.images.encode import encode_png, rgb_channels, write_exr
 from engine.storage.atomic import atomic_folder, write_bytes, write_json
-from engine.surface.pbr_maps import PbrMaps, count_regions
+from engine.surface.pbr_maps import PbrMaps, count_regions, space_of
 from engine.surface.recover import Surface
 
 #: By this file a folder of maps is known.
@@ -46,7 +46,10 @@ WHITE_SIGMA = {"normal": math.radians(10.0), "height": 1.0}
 
 
 def find_known_maps(maps: PbrMaps) -> dict[str, NDArray[np.float32]]:
-    """The maps that are known by the names of their files, and their deviations as `NAME_sigma`."""
+    """The maps that are known by the names of their files, and their deviations as `NAME_sigma`.
+
+    Colours are in the working space.
+    """
     found = {}
     for field, name in FILES.items():
         values = getattr(maps, field)
@@ -55,6 +58,10 @@ def find_known_maps(maps: PbrMaps) -> dict[str, NDArray[np.float32]]:
         found[name] = values
         if maps.uncertainty is not None and field not in ("region", "mask"):
             found[f"{name}_sigma"] = getattr(maps.uncertainty, field)
+    if maps.wide is not None:
+        found["base_colour"] = maps.wide.base_colour
+        if maps.wide.sigma is not None:
+            found["base_colour_sigma"] = maps.wide.sigma
     return found
 
 
@@ -91,6 +98,8 @@ def record(surface: Surface, provenance: Mapping[str, Any]) -> dict[str, Any]:
         "arc_azimuth_deg": None if azimuth is None else math.degrees(azimuth),
         "lamp_distance_widths": 1.0 / surface.lamps.nearness if surface.lamps.nearness else None,
         "white_radiance": surface.white,
+        "working_space": space_of(maps).label,
+        "beyond_rec709_share": 0.0 if maps.wide is None else maps.wide.clipped[0],
         "texel_mm": texel_mm,
         "height_range_mm": None
         if texel_mm is None or maps.height is None
@@ -129,8 +138,10 @@ def write_surface(folder: Path, surface: Surface, provenance: Mapping[str, Any],
             yield Step(index / len(known), f"writing {name}")
             channels = rgb_channels(values) if values.ndim == 3 else {"Y": values}
             half = name in ("base_colour", "roughness", "metallic", "specular", "occlusion")
-            write_exr(partial / f"{name}.exr", channels, half=half)
-            write_bytes(partial / f"{name}.png", encode_png(preview(name, values), software=software))
+            space = space_of(surface.maps) if name.startswith("base_colour") else REC_709
+            write_exr(partial / f"{name}.exr", channels, half=half, space=space)
+            shown = surface.maps.base_colour if name == "base_colour" else values
+            write_bytes(partial / f"{name}.png", encode_png(preview(name, shown), software=software))
             files += [f"{name}.exr", f"{name}.png"]
         write_json(partial / RECORD, record(surface, provenance))
     return [RECORD, *files]

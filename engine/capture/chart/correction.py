@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from engine.capture.chart.reference import LAB, REFERENCE_RGB, WHITE
-from engine.core.colour import LUMINANCE, XYZ_FROM_SRGB
+from engine.core.colour import D65, LUMINANCE, XYZ_FROM_SRGB, adaptation
 from engine.core.colour_difference import delta_e_2000, lab_from_xyz
-from engine.images.colour_space import D50, D65, adaptation
+from engine.images.colour_space import D50
 
 Form = Literal["white", "matrix", "root-polynomial"]
 FORMS: tuple[Form, ...] = ("white", "matrix", "root-polynomial")

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from engine.core.colour import SRGB_FROM_XYZ
+from engine.core.colour import D65, SRGB_FROM_XYZ, adaptation
 from engine.core.colour_difference import D50, xyz_from_lab
-from engine.images.colour_space import D65, adaptation
 
 ROWS, COLUMNS = 4, 6
 

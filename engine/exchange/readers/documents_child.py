@@ -80,6 +80,7 @@ def _describe(image: Image) -> dict[str, Any]:
         "name": image.name,
         "transfer": image.transfer,
         "channel": image.channel,
+        "space": image.space,
     }
 
 
@@ -94,7 +95,8 @@ def _input(path: Path, kind: Kind, said: dict[str, Any], reply: dict[str, Any]) 
         place = file_beside(path, image["file"], _REMEDIES[kind])
         content = None if image["part"] is None else _part(path, place, *image["part"])
     name, transfer, channel = image["name"], image["transfer"], image["channel"]
-    return Input(factor, Image(place if content is None else path, name, transfer, channel, content), inverted)
+    found = Image(place if content is None else path, name, transfer, channel, content, space=str(image["space"]))
+    return Input(factor, found, inverted)
 
 
 def _part(path: Path, place: Path, start: int, length: int) -> bytes:

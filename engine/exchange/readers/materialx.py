@@ -17,7 +17,7 @@ from typing import Literal
 from xml.etree import ElementTree
 
 from engine.core.errors import InputError
-from engine.exchange.readers.textures import Described, Image, Input
+from engine.exchange.readers.textures import Channel, Described, Image, Input
 from engine.images.decode import TransferChoice
 from engine.storage.untrusted import AGAIN
 
@@ -90,6 +90,13 @@ SURFACES = {
 _IMAGES = ("image", "tiledimage", "gltf_image", "gltf_colorimage", "UsdUVTexture", "hextiledimage")
 _THROUGH = ("normalmap", "gltf_normalmap", "convert", "dot", "output")
 _CHANNELS = {"r": 0, "x": 0, "g": 1, "y": 1, "b": 2, "z": 2}
+_SRGB = ("srgb_texture", "srgb", "srgb_rec709_scene", "srgb_tx")
+
+#: Working spaces by the names that documents give them.
+_WIDE = {
+    **dict.fromkeys(("acescg", "lin_ap1", "lin_ap1_scene"), "acescg"),
+    **dict.fromkeys(("lin_rec2020", "lin_rec2020_scene"), "rec2020"),
+}
 _LINEAR = ("lin_rec709", "lin_srgb", "linear", "raw", "none", "scene-linear rec.709-srgb", "lin_rec709_scene")
 
 
@@ -274,14 +281,18 @@ class _Document:
         named = named.replace("\\", "/")
         space = next((each.get("colorspace", "") for each in [file, *self._around(file)] if each.get("colorspace")), "")
         transfer: TransferChoice = "linear"
-        if colour:
+        wide = _WIDE.get(space.lower(), "") if colour else ""
+        if colour and not wide:
             transfer = "auto" if not space else "linear" if space.lower() in _LINEAR else "srgb"
+            if transfer == "srgb" and space.lower() not in _SRGB:
+                self.notes.append(f"the colour space {space[:40]!r} is taken as sRGB")
         asked = (given.get("output") or "")[-1:] if node.tag == "UsdUVTexture" else ""
         channel = None if colour or node.get("type") in ("vector3", "color3") else 0
         if asked in _CHANNELS and not colour:
             channel = _CHANNELS[asked] if given.get("output") in ("r", "g", "b") else channel
         shown = PurePosixPath(named).name
-        return Input(image=Image(Path(named), shown, transfer, None if channel is None else (0, 1, 2)[channel]))
+        chosen: Channel = None if channel is None else (0, 1, 2)[channel]
+        return Input(image=Image(Path(named), shown, transfer, chosen, space=wide))
 
     def _around(self, element: Element) -> list[Element]:
         """The elements around one, the nearest first."""

@@ -23,14 +23,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core.colour import luminance
+from engine.core.colour import ACESCG, REC_2020, luminance, working_space
 from engine.core.errors import InputError
 from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.images.decode import TransferChoice, image_from_reply
 from engine.storage.untrusted import FILE_LIMIT_BYTES, decode_content, open_checked, read_bytes
-from engine.surface.pbr_maps import DIELECTRIC_F0, PbrMaps
+from engine.surface.pbr_maps import DIELECTRIC_F0, WORTH_SAYING, PbrMaps, WideColours, clip_wide, wide_text
 
 Map = NDArray[np.float32]
 
@@ -59,6 +59,7 @@ class Image:
 
     `channel` is 0, 1 or 2 for one channel as a number, 'alpha' for that of a PNG, None for the colour. `part` is the
     first byte and the length of an image within the file `path`. In a decoder `path` is as the document names it.
+    `space` is the name of the working space of linear samples that a document states, '' for what the file says.
     """
 
     path: Path
@@ -67,11 +68,12 @@ class Image:
     channel: Channel = None
     content: bytes | None = field(default=None, repr=False)
     part: tuple[int, int] | None = None
+    space: str = ""
 
     @property
-    def key(self) -> tuple[Path, str, TransferChoice, bool]:
+    def key(self) -> tuple[Path, str, TransferChoice, bool, str]:
         """Images of equal keys are decoded once."""
-        return self.path, self.name, self.transfer, self.channel == "alpha"
+        return self.path, self.name, self.transfer, self.channel == "alpha", self.space
 
 
 @dataclass(frozen=True)
@@ -144,8 +146,9 @@ def maps_of(described: Described) -> Steps[tuple[PbrMaps, Health]]:
     if share is not None and share.ndim == 3:
         share = luminance(share).astype(np.float32)
     normal = _normals(described, found.get("normal"), size, notes)
+    base_colour, wide = _keep_wide(base, notes)
     maps = PbrMaps(
-        base_colour=_limit(base, "base colour", notes),
+        base_colour=base_colour,
         normal=normal,
         roughness=_limit(_number(described.roughness, found.get("roughness"), size), "roughness", notes),
         metallic=_limit(_number(described.metallic, found.get("metallic"), size), "metallic", notes),
@@ -155,6 +158,7 @@ def maps_of(described: Described) -> Steps[tuple[PbrMaps, Health]]:
         if described.occlusion is None
         else _limit(_number(described.occlusion, found.get("occlusion"), size), "occlusion", notes),
         multiple_scattering=True,
+        wide=wide,
     )
     return maps, Health(findings=tuple(Finding(Verdict.WARNING, note) for note in notes))
 
@@ -167,7 +171,8 @@ def _decode(image: Image) -> Map:
         alpha: Map = decode_content("engine.images.decode:decode_alpha", name, content)["alpha"]
         return alpha
     reply = decode_content("engine.images.decode:decode", name, content, transfer=image.transfer)
-    return image_from_reply(reply).pixels
+    pixels = image_from_reply(reply).pixels
+    return np.asarray(pixels @ working_space(image.space).to_rec709.T, np.float32) if image.space else pixels
 
 
 def _read_channel(pixels: Map, image: Image) -> Map:
@@ -218,6 +223,20 @@ def _number(given: Input, values: Map | None, size: tuple[int, int]) -> Map:
         return np.full(size, factor, np.float32)
     values = values[..., 0] if values.ndim == 3 else values
     return (1.0 - values if given.inverted else values) * factor
+
+
+def _keep_wide(base: Map, notes: list[str]) -> tuple[Map, WideColours | None]:
+    """Base colours in [0, 1], and in the first wider space that holds them, where Rec.709 does not."""
+    whole = np.nan_to_num(base, nan=0.0, posinf=1.0, neginf=0.0)
+    if whole.min(initial=0.0) < -WORTH_SAYING:
+        for space in (REC_2020, ACESCG):
+            values = np.asarray(whole @ space.from_rec709.T, np.float32)
+            held = np.ascontiguousarray(np.clip(values, 0.0, 1.0))
+            if np.abs(values - held).max() < WORTH_SAYING:
+                clipped, _, wide = clip_wide(space, held, None)
+                notes += [] if wide is None else [wide_text(wide)]
+                return clipped, wide
+    return _limit(base, "base colour", notes), None
 
 
 def _limit(values: Map, name: str, notes: list[str]) -> Map:

@@ -24,7 +24,7 @@ from tests.engine.images import profiles
 
 KEYS = [
     "images", "height_px", "width_px", "elevations_deg", "angle_source", "alignment_residual_px", "clipped_fraction",
-    "black_fraction", "mean_radiance", "working_space", "profiles", "chart", "lens", "polarisation", "scale",
+    "black_fraction", "mean_radiance", "working_space", "gamut", "profiles", "chart", "lens", "polarisation", "scale",
     "calibration", "warnings", "time_s", "peak_memory_bytes",
 ]  # fmt: skip
 

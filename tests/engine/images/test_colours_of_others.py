@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from engine.capture.chart.reference import LAB, NAMES
+from engine.core.colour import REC_2020, WORKING_SPACES, WorkingSpace
 from engine.core.colour_difference import delta_e_2000, lab_from_xyz
-from engine.images.colour_space import ADOBE_RGB, BT709_CURVE, D50, P3, REC_2020, SRGB_CURVE, from_chromaticities
+from engine.core.errors import InputError
+from engine.images.colour_space import ADOBE_RGB, BT709_CURVE, D50, P3, SRGB_CURVE, from_chromaticities
+from engine.images.decode import read_image
+from engine.images.encode import rgb_channels, write_exr
 
 colour: Any = pytest.importorskip("colour", reason="colour-science is the independent reference")
 
@@ -32,7 +37,7 @@ def test_lightness_and_chroma_under_d50() -> None:
     ("name", "matrix"),
     [
         ("Adobe RGB (1998)", ADOBE_RGB.matrix),
-        ("ITU-R BT.2020", from_chromaticities(REC_2020)),
+        ("ITU-R BT.2020", from_chromaticities(REC_2020.chromaticities)),
         ("Display P3", from_chromaticities((*P3, 0.3127, 0.3290))),
         ("ProPhoto RGB", from_chromaticities((0.7347, 0.2653, 0.1596, 0.8404, 0.0366, 0.0001, 0.3457, 0.3585))),
     ],
@@ -57,3 +62,24 @@ def test_references_of_the_chart() -> None:
     wanted = [colour.XYZ_to_Lab(colour.xyY_to_XYZ(xyy), chart.illuminant) for xyy in chart.data.values()]
     assert len(NAMES) == len(wanted)
     assert np.max(delta_e_2000(LAB, np.array(wanted))) < 0.05
+
+
+@pytest.mark.parametrize(("space", "name"), list(zip(WORKING_SPACES, ("sRGB", "ITU-R BT.2020", "ACEScg"), strict=True)))
+def test_working_spaces(space: WorkingSpace, name: str, tmp_path: Path) -> None:
+    """Their matrices, and images in OpenEXR that state their primaries."""
+    source, target = colour.RGB_COLOURSPACES[name], colour.RGB_COLOURSPACES["sRGB"]
+    wanted = colour.matrix_RGB_to_RGB(source, target, chromatic_adaptation_transform="Bradford")
+    np.testing.assert_allclose(space.to_rec709, wanted, atol=3e-4)
+    image = RNG.uniform(0, 1, (5, 7, 3)).astype(np.float32)
+    write_exr(tmp_path / "image.exr", rgb_channels(image), half=False, space=space)
+    found = read_image(tmp_path / "image.exr")
+    np.testing.assert_allclose(found.pixels, image @ wanted.T, atol=1e-3)
+    assert (found.profile, found.warnings) == ("" if name == "sRGB" else space.label, ())
+
+
+def test_primaries_of_openexr_that_no_colour_has_are_refused(tmp_path: Path) -> None:
+    image = RNG.uniform(0, 1, (5, 7, 3)).astype(np.float32)
+    flat = WorkingSpace("flat", "flat", (0.3, 0.3, 0.3, 0.3, 0.3, 0.3, 0.3127, 0.3290))
+    write_exr(tmp_path / "image.exr", rgb_channels(image), space=flat)
+    with pytest.raises(InputError, match="primaries without extent"):
+        read_image(tmp_path / "image.exr")

@@ -307,7 +307,9 @@ def test_exr_of_tristimulus_values_and_of_other_primaries(read: Callable[..., An
     assert "tristimulus" in image.warnings[0]
     rgb = dict.fromkeys("RGB", white)
     wide = (0.708, 0.292, 0.17, 0.797, 0.131, 0.046, 0.3127, 0.329)
-    assert "primaries" in read(exr(rgb, chromaticities=wide)).warnings[0]
+    found = read(exr({**rgb, "G": 0 * white, "B": 0 * white}, chromaticities=wide))
+    assert (found.profile, found.warnings) == ("linear Rec.2020", ())
+    assert found.pixels[0, 0] == pytest.approx((1.6605, -0.1246, -0.0182), abs=1e-3)
     assert not read(exr(rgb, chromaticities=(0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.329))).warnings
 
 
@@ -380,7 +382,12 @@ def test_EN8_what_the_header_says_of_colour(read: Callable[..., Any]) -> None:
     assert np.array_equal(corrected, plain.pixels / np.array((4, 2, 1), np.float32))
     assert "gamma of 2.2" in read(b"#?RADIANCE\nGAMMA=2.2\n\n" + body).warnings[0]
     wide = b"#?RADIANCE\nPRIMARIES=0.708 0.292 0.17 0.797 0.131 0.046 0.3127 0.329\n\n"
-    assert "primaries" in read(wide + body).warnings[0]
+    found = read(wide + body)
+    assert (found.profile, found.warnings) == ("linear Rec.2020", ())
+    matrix = np.array([(1.6605, -0.5876, -0.0728), (-0.1246, 1.1329, -0.0083), (-0.0182, -0.1006, 1.1187)])
+    np.testing.assert_allclose(found.pixels, plain.pixels @ matrix.T, atol=1e-3 * plain.pixels.max())
+    with pytest.raises(InputError, match="states primaries that are not eight numbers"):
+        read(b"#?RADIANCE\nPRIMARIES=wide\n\n" + body)
     srgb = b"#?RADIANCE\nGAMMA=1\nPRIMARIES=0.64 0.33 0.30 0.60 0.15 0.06 0.3127 0.329\n\n"
     assert not read(srgb + body).warnings
     for line in (b"EXPOSURE=bright", b"COLORCORR=1 2", b"EXPOSURE=nan", b"EXPOSURE=1e99"):
