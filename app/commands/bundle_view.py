@@ -24,6 +24,7 @@ from app.project.made import hash_of
 from engine.bundle.manifest import MAPS_PROCESS, describe_bundle
 from engine.core.colour import Operator
 from engine.core.errors import FileError, UsageError
+from engine.core.params import parameters
 from engine.core.steps import Step, Steps, part
 from engine.geometry.brushing import Brushing, parse_brushing
 from engine.geometry.camera import Camera
@@ -133,8 +134,13 @@ def with_view(look: Look, provenance: Mapping[str, Any]) -> Look:
 
 
 def _lamp(said: Mapping[str, Any], settings: type[Any]) -> Any:
+    """The settings of a lamp; what bundles of earlier versions do not say has its default."""
     red, green, blue = (float(channel) for channel in said["colour"])
-    others = {each.name: float(said[each.name]) for each in dataclasses.fields(settings) if each.name != "colour"}
+    others = {
+        each.name: said[each.name] if each.kind == "choice" else float(said[each.name])
+        for each in parameters(settings)
+        if each.name != "colour" and each.name in said
+    }
     return settings(**others, colour=(red, green, blue))
 
 

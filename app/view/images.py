@@ -310,8 +310,9 @@ class ViewImages(QObject):
         """The reason why there is nothing to compare the image with; empty where there is."""
         if self._project is None:
             return ""
-        if self._project.look.near_lamps and any(shows_near_lamps(mode) for mode in self.modes):
-            return "The reference leaves out the lamps near the model"
+        without = [mode.label for mode in self.modes if not shows_near_lamps(mode)]
+        if self._project.look.near_lamps and without:
+            return f"{without[0]} leaves out the lamps near the model, which the reference shows"
         if self._project.variations and any(self._shows_variations(mode) for mode in self.modes):
             return "The reference leaves out how the BRDF varies over the model"
         return next((why_not(mode, self._project) for mode in modes() if mode.progressive), "")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from math import pi, radians
+from math import degrees, pi, radians
 from typing import Any
 
 import numpy as np
@@ -18,12 +18,12 @@ from app.widgets import theme
 from app.widgets.controls import ComboBox
 from app.widgets.panels import Rows, enable, scroll_to, small_button, with_buttons
 from app.widgets.param_form import ParamForm, display_colour
-from engine.core.directions import Vectors, world_direction
+from engine.core.directions import Vectors, world_angles, world_direction
 from engine.core.params import Colour, parameters
 from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
 from engine.light.lamps import LampSettings
-from engine.light.near_lamps import NearLampSettings
+from engine.light.near_lamps import PARAMETERS, NearLampSettings
 from engine.light.sky import SKIES
 from engine.scene.scene import MAX_LAMPS
 from engine.storage.readers import dialog_filter, radiance_suffixes
@@ -40,7 +40,12 @@ BEHIND: dict[Behind, tuple[str, float]] = {
 }
 
 #: Labels of the angles of a light, as everywhere in the window.
-ANGLES = {"theta_deg": "Elevation", "phi_deg": "Azimuth"}
+ANGLES = {
+    "theta_deg": "Elevation",
+    "phi_deg": "Azimuth",
+    "facing_theta_deg": "Facing elevation",
+    "facing_phi_deg": "Facing azimuth",
+}
 
 #: Values of the menu that are not environment.
 ONE_LIGHT, ONLY_LAMPS, OPEN = "", "only lamps", "open"
@@ -99,7 +104,7 @@ class LightPanel(Rows):
     def _make_lamps(self) -> None:
         about = "Lights beside the one above; drag their suns in the image"
         self.lamps = LampRows("Lamps", "Lamp", about, "a lamp: directional, or a disc with soft shadows", NEW_LAMP)
-        about = "Spheres of light near the model, which spherical harmonics show; drag their rings in the image"
+        about = "Spheres, rectangles and discs of light near the model; drag their rings in the image"
         self.near = LampRows("Near lights", "Near lamp", about, "a lamp near the model", NearLampSettings())
         for rows, add, remove, edited in (
             (self.lamps, self.add_lamp, self.remove_lamp, self._lamp_edited),
@@ -139,7 +144,6 @@ class LightPanel(Rows):
         self.behind.setCurrentIndex(self.behind.findData(look.behind))
         self.lamps.show_lamps(look.lamps)
         self.near.show_lamps(look.near_lamps)
-        self.near.setHidden(project.is_flat and not look.near_lamps)  # only baked modes show them
 
     def handles(self, project: Project) -> tuple[Handle, ...]:
         """The light handles that can be dragged in the image."""
@@ -163,7 +167,8 @@ class LightPanel(Rows):
         middle, size = _middle_and_size(mesh)
         for axis, centre in zip("xyz", middle, strict=True):
             self.near.form.reach(axis, (float(f"{centre - 2 * size:.3g}"), float(f"{centre + 2 * size:.3g}")))
-        self.near.form.reach("radius", (0.0, float(f"{0.5 * size:.3g}")))
+        for name, longest in (("radius", 0.5), ("width", 2.0), ("height", 2.0)):
+            self.near.form.reach(name, (0.0, float(f"{longest * size:.3g}")))
         power = _power_at(size)
         self.near.form.reach("power", (float(f"{0.01 * power:.3g}"), float(f"{10.0 * power:.3g}")))
 
@@ -187,8 +192,21 @@ class LightPanel(Rows):
         lamps = self.look.near_lamps
         middle, size = _middle_and_size(self._mesh)
         place = middle + NEAR * size * np.asarray(world_direction(radians(50.0), radians(-70.0 + 100.0 * len(lamps))))
-        x, y, z, radius, power = (float(f"{value:.3g}") for value in (*place, 0.05 * size, _power_at(size)))
-        new = NearLampSettings(x, y, z, radius, power)
+        theta, phi = world_angles(middle - place)
+        x, y, z, radius, side, power = (
+            float(f"{value:.3g}") for value in (*place, 0.05 * size, 0.3 * size, _power_at(size))
+        )
+        new = NearLampSettings(
+            x=x,
+            y=y,
+            z=z,
+            radius=radius,
+            width=side,
+            height=side,
+            power=power,
+            facing_theta_deg=round(degrees(theta), 1),
+            facing_phi_deg=round(degrees(phi), 1),
+        )
         self.near.chosen = len(lamps)
         self._set("Add a near lamp", near_lamps=(*lamps, new))
         scroll_to(self.near)
@@ -291,11 +309,19 @@ class LampRows(Rows):
         enable(self.add, "" if count < MAX_LAMPS else f"There are {MAX_LAMPS} {self.name.lower()}s already")
         self.form.setVisible(count > 0)
         if count:
-            self.form.show_instance(lamps[self.chosen])
+            self._show_chosen()
 
     def _choose(self, place: int) -> None:
         self.chosen = place
-        self.form.show_instance(self._lamps[place])
+        self._show_chosen()
+
+    def _show_chosen(self) -> None:
+        """Show the settings of the chosen lamp, and of these the ones that its shape has."""
+        lamp = self._lamps[self.chosen]
+        self.form.show_instance(lamp)
+        if isinstance(lamp, NearLampSettings):
+            for name in set().union(*PARAMETERS.values()):
+                self.form.show_row(self.form.editors[name], name in PARAMETERS[lamp.shape])
 
     def with_chosen(self, lamps: Sequence[Any], lamp: Any) -> tuple[Any, ...]:
         """`lamps` with `lamp` in the place of the chosen one."""

@@ -16,7 +16,7 @@ from PySide6.QtGui import QColor, QIcon, QPixmap
 from PySide6.QtWidgets import QColorDialog, QHBoxLayout, QPushButton, QWidget
 
 from app.widgets import theme
-from app.widgets.controls import TICKS, Slider
+from app.widgets.controls import TICKS, ComboBox, Slider
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Rows
 from app.widgets.theme import ROW, STEP
@@ -26,8 +26,12 @@ from engine.core.params import Colour, Parameter, parameters
 if TYPE_CHECKING:
     pass
 
-#: The hint of an elevation.
-ABOVE_HORIZON = "Angle of the light above the horizon"
+#: Angles from straight up that are shown as elevations, and the hints of these.
+ELEVATIONS = {
+    "theta_deg": "Angle of the light above the horizon",
+    "light_theta_deg": "Angle of the light above the horizon",
+    "facing_theta_deg": "Elevation of the direction that the lamp faces; −90° is straight down",
+}
 
 #: Widths of a number field, as it is and where its panel is narrow.
 FIELD_WIDTH, NARROW_FIELD = 72, 56
@@ -42,7 +46,7 @@ class ParamForm(Rows):
         """`labels` names the parameters to show and their words; without it all are shown under their own names."""
         super().__init__()
         self.instance = instance
-        self.editors: dict[str, NumberEditor | ElevationEditor | ColourEditor] = {}
+        self.editors: dict[str, Editor] = {}
         for parameter in parameters(instance):
             if labels is not None and parameter.name not in labels:
                 continue
@@ -51,7 +55,7 @@ class ParamForm(Rows):
             editor = _editor(parameter)
             editor.edited.connect(lambda value, final, name=parameter.name: self._on_edited(name, value, final))
             self.editors[parameter.name] = editor
-            hint = ABOVE_HORIZON if isinstance(editor, ElevationEditor) else parameter.doc
+            hint = ELEVATIONS[parameter.name] if isinstance(editor, ElevationEditor) else parameter.doc
             self.row(labels[parameter.name] if labels else parameter.label, editor, hint)
         self.show_instance(instance)
 
@@ -75,7 +79,7 @@ class ParamForm(Rows):
         for name, editor in self.editors.items():
             editor.show_value(getattr(instance, name))
 
-    def _on_edited(self, name: str, value: float | Colour, final: bool) -> None:
+    def _on_edited(self, name: str, value: str | float | Colour, final: bool) -> None:
         self.instance = dataclasses.replace(self.instance, **{name: value})
         self.edited.emit(self.instance, final)
 
@@ -174,11 +178,30 @@ def complement_deg(angle_deg: float) -> float:
     return round(90.0 - angle_deg, 9)
 
 
-def _editor(parameter: Parameter) -> NumberEditor | ElevationEditor | ColourEditor:
+def _editor(parameter: Parameter) -> Editor:
+    if parameter.kind == "choice":
+        return ChoiceEditor(parameter)
     if parameter.is_colour:
         return ColourEditor(parameter)
-    is_of_light = parameter.name in ("theta_deg", "light_theta_deg")  # limits, as max_theta_deg, are from the normal
+    is_of_light = parameter.name in ELEVATIONS  # limits, as max_theta_deg, are from the normal
     return ElevationEditor(parameter) if is_of_light else NumberEditor(parameter)
+
+
+class ChoiceEditor(ComboBox):
+    """A list of the values of a parameter that is one of several."""
+
+    edited = Signal(str, bool)
+
+    def __init__(self, parameter: Parameter) -> None:
+        super().__init__()
+        for value, label in parameter.offered:
+            self.addItem(label, value)
+        self.stops: tuple[QWidget, ...] = (self,)
+        self.activated.connect(lambda _index: self.edited.emit(self.currentData(), True))
+
+    def show_value(self, value: str) -> None:
+        """Show `value` without emitting."""
+        self.setCurrentIndex(self.findData(value))
 
 
 class ColourEditor(QWidget):
@@ -247,3 +270,6 @@ def swatch(colour: QColor) -> QIcon:
     square = QPixmap(16, 16)
     square.fill(colour)
     return QIcon(square)
+
+
+Editor = NumberEditor | ElevationEditor | ColourEditor | ChoiceEditor

@@ -248,18 +248,21 @@ def check_values(of: object, **values: Any) -> None:
 
 
 def parse(of: type[Instance], text: str) -> Instance:
-    """Make an instance from `name=value,name=value`; a colour is one number or `r/g/b`.
+    """Make an instance from `name=value,name=value`; a colour is one number or `r/g/b`, a choice one of its words.
 
     Raises UsageError, naming the parameters that exist, for an unknown name, a bad number or a value out of range.
     """
     declared = {parameter.name: parameter for parameter in parameters(of)}
-    values: dict[str, float | tuple[float, ...]] = {}
+    values: dict[str, str | float | tuple[float, ...]] = {}
     for item in filter(None, (piece.strip() for piece in text.split(","))):
         name, equals, number = (piece.strip() for piece in item.partition("="))
         if not equals or name not in declared:
             raise UsageError(f"unknown parameter {name[:40]!r}; choose from {', '.join(declared)}")
         if name in values:
             raise UsageError(f"{name} is given twice")
+        if declared[name].kind == "choice":
+            values[name] = number
+            continue
         try:
             numbers = tuple(float(channel) for channel in number.split("/"))
         except ValueError:
@@ -275,7 +278,9 @@ def parse(of: type[Instance], text: str) -> Instance:
 def unparse(instance: object) -> str:
     """The text that `parse` turns back into `instance`."""
 
-    def number(value: float | Colour) -> str:
+    def number(value: str | float | Colour) -> str:
+        if isinstance(value, str):
+            return value
         return "/".join(repr(channel) for channel in value) if isinstance(value, tuple) else repr(value)
 
     return ",".join(f"{p.name}={number(getattr(instance, p.name))}" for p in parameters(instance))

@@ -58,7 +58,7 @@ def error_ladder(
     """The errors of several numbers of directions against one reference."""
     if scene.environment is None:
         raise ValueError("a scene without an environment has no directions to choose")
-    shade = Shader(scene, size)
+    shade = Shader(dataclasses.replace(scene, near_lamps=()), size)  # directions do not stand for near lamps
     row, column = _pixels(shade, size, pixels, seed)
     lights = all_lights(scene.environment, REFERENCE_ROWS)
     dense = DistantLights(lights.direction, lights.irradiance * scene.irradiance).rotate(scene.environment_rotation)

@@ -6,8 +6,9 @@ number of points of the surface that light may touch: 1 is direct light with sha
 environment and from lamps that are discs is found in two ways, by directions drawn from the light and by those drawn
 from the BRDF, weighted by the power heuristic (Veach1997 Sec. 9.2). The weights compare the light's density with
 that of the highlights alone: directions drawn from the light already follow the cosine, and what is diffuse is left to
-them, for two estimates of it would be worse than one. Directional lights are found by themselves. From the fourth
-point on, paths end at random, the dark ones sooner.
+them, for two estimates of it would be worse than one. Directional lights are found by themselves. Lights near the
+model are found in both ways as well, and shadowed by what is between them and the surface; they hide nothing, and no
+ray of the camera sees them. From the fourth point on, paths end at random, the dark ones sooner.
 
 The surface is opaque and alike on both sides; `engine.render.surface` says how it is shaded. A triangle neither
 lights itself nor is lit from behind. With a material, f cos is replaced by the look-up of `engine.scene.scene` at full
@@ -20,6 +21,7 @@ by their arithmetic or by rays; about 2 µs a path with direct light on one core
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +32,7 @@ from engine.core.errors import UsageError
 from engine.core.kernels import scalar
 from engine.geometry.ray_caster import caster_of, offset_origins
 from engine.light.lamps import Lamp
+from engine.light.near_lamps import NearLamp
 from engine.render.light_sampling import (
     EnvironmentSampler,
     disc_density,
@@ -37,6 +40,7 @@ from engine.render.light_sampling import (
     environment_sampler,
     in_disc,
 )
+from engine.render.near_light_sampling import draw_towards, light_along
 from engine.render.sobol import SOBOL, mix, pair, pairs
 from engine.render.surface import Points, Reflector, surface_points, to_local, to_world
 from engine.scene.scene import Scene
@@ -86,12 +90,12 @@ class Paths:
         surface = scene.surface
         self._caster = caster_of(surface)
         self._normals, self._tangents = surface.normals, None if scene.brdf.isotropic else surface.tangents
-        self._environment, self._lamps = _lights(scene)
+        self._environment, self._lamps, self._near_lamps = _lights(scene)
         self._reflector = Reflector(scene)
 
     def __call__(self, state: np.uint64, pixel: Indices, sample: Indices) -> Traced:
         """Trace a path for each pair of a pixel (row × width + column) and a sample; `state` is of `seed_state`."""
-        numbers = Numbers(state, pixel, sample, 3 + len(self._lamps))
+        numbers = Numbers(state, pixel, sample, 3 + len(self._lamps) + len(self._near_lamps))
         traced = _Gathered(len(pixel))
         eye = np.broadcast_to(np.asarray(self.scene.camera.eye), (len(pixel), 3))
         direction = self._camera_directions(state, pixel, sample)
@@ -120,13 +124,13 @@ class Paths:
         weight: Floats,
         *,
         coherent: bool = False,
-    ) -> tuple[Front, Indices]:
-        """The rays that meet the surface, and which do not."""
+    ) -> tuple[Front, Indices, Floats]:
+        """The rays that meet the surface, which do not, and the distances (N,) after which they do, or infinity."""
         hits = self._caster.intersect(origin, direction, coherent=coherent)
         traced.rays += len(origin)
         met = np.flatnonzero(hits.face >= 0)
         front = Front(path[met], hits.face[met], hits.barycentric[met], direction[met], weight[met])
-        return front, np.flatnonzero(hits.face < 0)
+        return front, np.flatnonzero(hits.face < 0), hits.distance
 
     def _points(self, front: Front) -> Points:
         caster = self._caster
@@ -153,20 +157,35 @@ class Paths:
                 direction = draw_in_disc(numbers.pair(3 + number), np.asarray(lamp.direction), lamp.radius)
                 density = np.full(len(direction), disc_density(lamp.radius))
                 self._add_lit(traced, front, at, direction, np.asarray(lamp.radiance), density)
+        for number, near in enumerate(self._near_lamps, 3 + len(self._lamps)):
+            direction, distance, light, found = draw_towards(near, numbers.pair(number), at.origin)
+            self._add_lit(traced, front, at, direction, light, found, distance)
 
     def _add_lit(
-        self, traced: _Gathered, front: Front, at: Points, direction: Floats, light: Floats, density: Floats | None
+        self,
+        traced: _Gathered,
+        front: Front,
+        at: Points,
+        direction: Floats,
+        light: Floats,
+        density: Floats | None,
+        distance: Floats | None = None,
     ) -> None:
-        """Add `light` from `direction`, found with `density`; None for a light that nothing else finds."""
+        """Add `light` from `direction`, found with `density`; None for a light that nothing else finds.
+
+        It stands at a `distance` (M,), None for a distant one.
+        """
         wi = to_local(at.frame, direction)
-        above = np.flatnonzero(wi[:, 2] > 0.0)
+        is_lit = wi[:, 2] > 0.0
+        above = np.flatnonzero(is_lit if density is None else is_lit & (density > 0.0))
         wi = wi[above]
         light = light[above] if light.ndim == 2 else light
         value = front.weight[above] * self._reflector.product(at, above, wi) * light
         if density is not None:
             own = density[above]
             value *= (power_weight(own, self._reflector.highlight(at, above, wi)) / own)[:, None]
-        self._add_seen(traced, front.path[above], at.origin[above], direction[above], value)
+        far = None if distance is None else distance[above]
+        self._add_seen(traced, front.path[above], at.origin[above], direction[above], value, far)
 
     def _go_on(self, traced: _Gathered, numbers: NumbersAt, front: Front, at: Points, *, last: bool) -> Front:
         """Follow directions drawn from the BRDF: add the light that they find, and return those that meet the surface.
@@ -190,16 +209,36 @@ class Paths:
         if last:
             value = weight * self._light_along(direction, highlight, normal)
             self._add_seen(traced, front.path[above], at.origin[above], direction, value)
+            for light, distance in self._near_light_along(at.origin[above], direction, highlight):
+                self._add_seen(traced, front.path[above], at.origin[above], direction, weight * light, distance)
             return _nothing()
-        reached, missed = self._find_surface_points(traced, front.path[above], at.origin[above], direction, weight)
+        reached, missed, free = self._find_surface_points(
+            traced, front.path[above], at.origin[above], direction, weight
+        )
         light = self._light_along(direction[missed], highlight[missed], normal[missed])
         traced.add(front.path[above[missed]], weight[missed] * light)
+        for light, distance in self._near_light_along(at.origin[above], direction, highlight):
+            traced.add(front.path[above], (distance < free)[:, None] * weight * light)
         return self._surviving(reached, front.face[above], missed, other[above, 1], numbers.depth)
 
-    def _add_seen(self, traced: _Gathered, path: Indices, origin: Floats, direction: Floats, value: Floats) -> None:
-        """Add `value` where nothing stands in the way; nothing is asked where there is nothing to add."""
+    def _add_seen(
+        self,
+        traced: _Gathered,
+        path: Indices,
+        origin: Floats,
+        direction: Floats,
+        value: Floats,
+        distance: Floats | None = None,
+    ) -> None:
+        """Add `value` where nothing stands in the way, up to a `distance` (M,) if there is one.
+
+        Nothing is asked where there is nothing to add.
+        """
         counts = np.flatnonzero(value.any(axis=1))
-        shadowed = self._caster.occluded(origin[counts], direction[counts])
+        if distance is None:
+            shadowed = self._caster.occluded(origin[counts], direction[counts])
+        else:
+            shadowed = self._caster.intersect(origin[counts], direction[counts]).distance < distance[counts]
         traced.rays += len(counts)
         counts = counts[~shadowed]
         traced.add(path[counts], value[counts])
@@ -216,6 +255,13 @@ class Paths:
                 share = power_weight(density[inside], np.full(len(inside), disc_density(lamp.radius)))
                 found[inside] += share[:, None] * lamp.radiance
         return found
+
+    def _near_light_along(self, origin: Floats, direction: Floats, density: Floats) -> Iterator[tuple[Floats, Floats]]:
+        """For each light near the model: as `_light_along`, and its distances (N,), infinite where there is none."""
+        for lamp in self._near_lamps:
+            if not lamp.is_point:
+                light, other, distance = light_along(lamp, origin, direction)
+                yield light * power_weight(density, other)[:, None], distance
 
     def _surviving(self, reached: Front, left: NDArray[np.int32], missed: Indices, u: Floats, depth: int) -> Front:
         """Without rays that meet the triangle they left, and from `CERTAIN_DEPTH` on without some others."""
@@ -251,14 +297,18 @@ def power_weight(own: Floats, other: Floats) -> Floats:
     return one * one / np.maximum(one * one + two * two, 1e-300)
 
 
-def _lights(scene: Scene) -> tuple[EnvironmentSampler | None, tuple[Lamp, ...]]:
-    """Sources behind `Scene.lights`: the map or none, and all lamps that are not dark, the one light among them."""
+def _lights(scene: Scene) -> tuple[EnvironmentSampler | None, tuple[Lamp, ...], tuple[NearLamp, ...]]:
+    """Sources behind `Scene.lights`: the map or none, and all lamps that are not dark, the one light among them.
+
+    Last those near the model.
+    """
     environment, lamps = None, scene.lamps
     if scene.environment is None:
         lamps = (Lamp(scene.light, (scene.irradiance,) * 3), *lamps)
     else:
         environment = environment_sampler(scene.environment, scene.irradiance, scene.environment_rotation)
-    return environment, tuple(lamp for lamp in lamps if any(lamp.irradiance))
+    near_lamps = tuple(lamp for lamp in scene.near_lamps if any(lamp.power))
+    return environment, tuple(lamp for lamp in lamps if any(lamp.irradiance)), near_lamps
 
 
 class _Gathered:

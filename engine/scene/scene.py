@@ -122,7 +122,7 @@ class Scene:
     source : which form of the material is looked up, where it has both.
     repeats : how often the material repeats over one unit of texture coordinates.
     lamps : lights beside the one or the environment, in the world; the rotation and the factor are not theirs.
-    near_lamps : lights near the model, which baked methods that know `near_light` alone show.
+    near_lamps : lights near the model, in its coordinates; of baked methods those that know `near_light` show them.
     ground : what the model stands on; None for nothing.
     faint : irradiance that comes from all sides besides, over that of all lights.
     relit : a bake of the model relit by this light (`engine.transport.relight`), which is drawn in place of sums over
@@ -237,6 +237,7 @@ def make_scene(
     environment: EnvironmentMap | None = None,
     environment_rotation_deg: float = DEFAULTS.environment_rotation_deg,
     lamps: Sequence[Lamp] = (),
+    near_lamps: Sequence[NearLamp] = (),
     ground_albedo: float | None = None,
     brushing: Brushing | None = None,
     **options: Any,
@@ -252,7 +253,7 @@ def make_scene(
     brushing : direction of an anisotropic BRDF; None for that of the model.
     **options : further fields of `Scene`.
     """
-    only_lamps = bool(lamps) and environment is None and light_deg is None
+    only_lamps = bool(lamps or near_lamps) and environment is None and light_deg is None
     options.setdefault("light", direction_of(light_deg))
     return Scene(
         mesh=mesh if brushing is None else mesh.brush(brushing),
@@ -263,6 +264,7 @@ def make_scene(
         environment=environment,
         environment_rotation=radians(environment_rotation_deg),
         lamps=tuple(lamps),
+        near_lamps=tuple(near_lamps),
         ground=None if ground_albedo is None else Ground(albedo=ground_albedo),
         **options,
     )

@@ -84,8 +84,8 @@ def _with_options(scene: Scene, arguments: argparse.Namespace) -> Scene:
 def _light(arguments: argparse.Namespace) -> dict[str, Any]:
     """The light in place of the project's, all of it; nothing where no option names one."""
     light_deg, lamps = getattr(arguments, "light_deg", None), tuple(getattr(arguments, "lamp", ()))
-    path = getattr(arguments, "env", None)
-    if light_deg is None and not lamps and path is None:
+    path, near_lamps = getattr(arguments, "env", None), tuple(getattr(arguments, "near_lamp", ()))
+    if light_deg is None and not (lamps or near_lamps) and path is None:
         return {}
     only_lamps = light_deg is None and path is None
     return {
@@ -94,6 +94,7 @@ def _light(arguments: argparse.Namespace) -> dict[str, Any]:
         "environment": open_environment(path) if path is not None else None,
         "environment_rotation": 0.0,
         "lamps": lamps,
+        "near_lamps": near_lamps,
     }
 
 

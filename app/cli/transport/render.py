@@ -109,7 +109,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=angles_argument,
         metavar="THETA,PHI",
         help="direction of the light in the world: THETA from +Y (up), PHI from +Z (the viewer's side of the plane) "
-        "towards +X (right); 90,0 shines along -Z (50,30; none if a --lamp is given)",
+        "towards +X (right); 90,0 shines along -Z (50,30; none if a --lamp or --near-lamp is given)",
     )
     parser.add_argument("--intensity", type=float, metavar="L", help="irradiance of the light, or factor on --env (1)")
     parser.add_argument(
@@ -231,6 +231,8 @@ def _draw_scene(setup: Setup | None, arguments: argparse.Namespace, show: Callab
     behind = check_background(arguments, scene.environment)
     if arguments.turntable:
         return join({**plan, **render_turntable.run(scene, arguments, display, show, behind)}, by_mean)
+    if scene.near_lamps and not is_traced(arguments.mode):
+        raise UsageError("--near-lamp is for --mode reference and for bakes of --mode sh; --lamp is a distant light")
     draw = _draw_reference if is_traced(arguments.mode) else _draw
     image, layers, drawn = draw(scene, arguments, show)
     if arguments.layers:
@@ -333,6 +335,7 @@ def _scene(arguments: argparse.Namespace, material: Material | None) -> Scene:
         environment=environment,
         environment_rotation_deg=arguments.env_rotation_deg,
         lamps=arguments.lamp,
+        near_lamps=arguments.near_lamp,
         ground_albedo=arguments.ground,
         brushing=arguments.brushing,
         source=arguments.source,

@@ -34,8 +34,8 @@ def check(arguments: argparse.Namespace) -> None:
         if given:
             raise UsageError(f"--{given[0].replace('_', '-')} needs --mode auto")
         return
-    if not arguments.env or arguments.lamp:
-        raise UsageError("--mode auto needs --env, the light that the plan is for, and no --lamp")
+    if not arguments.env or arguments.lamp or arguments.near_lamp:
+        raise UsageError("--mode auto needs --env, the light that the plan is for, and no --lamp or --near-lamp")
     if arguments.material:
         raise UsageError("--mode auto is for a --brdf, not for a --material")
     if arguments.samples is not None or arguments.max_depth != 1:

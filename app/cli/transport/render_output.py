@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -139,11 +140,13 @@ def lights_of(scene: Scene) -> dict[str, Any]:
     lights: dict[str, Any] = {}
     if scene.environment is not None:
         lights = {"environment": scene.environment.name, "directions": scene.directions}
-    elif scene.irradiance or not scene.lamps:
+    elif scene.irradiance or not (scene.lamps or scene.near_lamps):
         lights = {"light_direction": list(scene.light), "directions": 1}
     if scene.lamps:
         lights["lamps"] = [_describe(lamp) for lamp in scene.lamps]
         lights["directional_lights"] = len(scene.lights.direction)
+    if scene.near_lamps:
+        lights["near_lamps"] = [dataclasses.asdict(lamp) for lamp in scene.near_lamps]
     if scene.ground is not None:
         lights["ground_albedo"] = scene.ground.albedo
     return lights

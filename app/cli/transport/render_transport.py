@@ -32,6 +32,7 @@ from engine.gl.draw import relight_off_screen
 from engine.render.background import in_front_of
 from engine.render.transported import image_of
 from engine.render.turntable import middle
+from engine.scene.mode import DIRECT, REFERENCE
 from engine.storage.readers import suffixes
 from engine.transport import method as transport
 from engine.transport.baking.file import SUFFIX, holds_transport, open_transport
@@ -161,9 +162,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="TEXT",
-        help=f"{_names_with('near_light')}: a spherical lamp near the model, in the model's coordinates; can be given "
-        "several times: x=1,y=2,z=0.5,radius=0.1,power=40,colour=1:0.8:0.6, of irradiance power / (4 π d²) at the "
-        "distance d",
+        help="one more light, near the model and in its coordinates; can be given several times: "
+        "x=1,y=2,z=0.5,radius=0.1,power=40,colour=1:0.8:0.6, a sphere of irradiance power / (4 π d²) at the distance "
+        "d; shape=rectangle,x=0,y=2,z=0,width=1,height=0.5,facing_theta_deg=180,facing_phi_deg=0,rotation_deg=0,"
+        "power=10 shines to one side (180: down) with irradiance power / (π d²) straight ahead; shape=disc has a "
+        f"radius. Of baked modes {_names_with('near_light')} shows it",
     )
     add_options(parser, _light)
 
@@ -178,11 +181,19 @@ def _names_with(attribute: str) -> str:
 
 def check_absent(arguments: argparse.Namespace, mode: str | None = None) -> None:
     """UsageError where an option is given that belongs to another mode than `mode`, or to any where that is None."""
-    if arguments.near_lamp and not (mode and transport.method_of(mode).near_light):
-        with_it = _names_with("near_light")
-        raise UsageError(f"--near-lamp is for bakes of --mode {with_it}; --lamp is a distant light")
+    if arguments.near_lamp and mode:
+        _check_near_lamps(mode)
     for flag, modes in strange_options(arguments, _light, mode):
         raise UsageError(f"{flag} is for bakes of --mode {modes}")
+
+
+def _check_near_lamps(mode: str) -> None:
+    """UsageError for lights near the model in a baked mode that leaves them out."""
+    if not transport.method_of(mode).near_light:
+        others = ", ".join((*(method.name for method in transport.methods_with("near_light")), DIRECT.name))
+        raise UsageError(
+            f"--mode {mode} shows no --near-lamp; choose --mode {others} or {REFERENCE.name}, or a distant --lamp"
+        )
 
 
 def _check_brdf(arguments: argparse.Namespace, method: Method) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from engine.gl.context import Context
     from engine.gl.draw import Frames
     from engine.light.environment import EnvironmentMap
+    from engine.light.near_lamps import NearLamp
     from engine.render.display import Display
     from engine.scene.scene import Scene
     from engine.transport.baking.file import TransportFile
@@ -114,6 +115,7 @@ def run(
     behind: EnvironmentMap | None,
 ) -> dict[str, Any]:
     """The film of a scene that is drawn by sums over lights, or by paths."""
+    _check_near_lamps(scene.near_lamps, arguments)
     scenes = list(frames(scene, arguments.turntable, arguments.turns))
     size, warnings = (arguments.width, arguments.height), doubts_of_scene(scene)
 
@@ -144,6 +146,11 @@ def run(
     return made
 
 
+def _check_near_lamps(lamps: Sequence[NearLamp], arguments: argparse.Namespace) -> None:
+    if lamps and arguments.turns != "both":
+        raise UsageError("A --near-lamp is fixed to the model: choose --turns both")
+
+
 def run_baked(
     file: TransportFile,
     method: Method,
@@ -161,8 +168,7 @@ def run_baked(
 
     `textured` are a scene whose material gives its texels, and the BRDF that was baked, that of the scene where None.
     """
-    if light.near_lamps and arguments.turns != "both":
-        raise UsageError("A --near-lamp is fixed to the model: choose --turns both")
+    _check_near_lamps(light.near_lamps, arguments)
     size, count = (arguments.width, arguments.height), arguments.turntable
     turn = {"model": (-1.0, -1.0), "light": (0.0, 1.0), "both": (-1.0, 0.0)}[arguments.turns]
     angles = [2.0 * math.pi * number / count for number in range(count)]

@@ -1,7 +1,8 @@
 """Lamps near a model in spherical harmonics: an incident light field (Kautz2002 Sec. 4).
 
-Light from afar is the same for all vertices; light from nearby is not. It is found in closed form at the points of a
-grid about the vertices, and between them interpolated for each vertex, trilinearly.
+Light from afar is the same for all vertices; light from nearby is not. It is found at the points of a grid about the
+vertices, of spheres in closed form and of rectangles and discs as a sum over `POINTS` of their points, and between them
+interpolated for each vertex, trilinearly.
 
 The grid is refined until what is interpolated differs from the closed form by at most `TOLERANCE` at some vertices
 (root mean square, relative to all coefficients). Shadows are those of the bake: whatever lies in the direction of a
@@ -19,8 +20,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.core.directions import Vectors
 from engine.core.errors import UsageError
-from engine.light.near_lamps import NearLamp
-from engine.transport.sh.basis import disc_zonal, turn_zonal
+from engine.light.near_lamps import NearLamp, distance_of, near_lights
+from engine.transport.sh.basis import disc_zonal, evaluate, turn_zonal
 
 #: Points along the longest side of the grid, one try after the other.
 SWEEP = (2, 3, 5, 9, 17, 33)
@@ -30,6 +31,9 @@ TOLERANCE = 0.01
 
 #: Light of this size leaves 32-bit floats once it is added up.
 LARGEST = 1e30
+
+#: Points of a rectangle or a disc.
+POINTS = 64
 
 #: Vertices whose interpolated light is compared with their own.
 PROBES = 256
@@ -50,7 +54,7 @@ class NearLight:
 
 
 def incident(lamps: Sequence[NearLamp], points: ArrayLike, order: int, least: float = 0.0) -> Array:
-    """(P, order², 3) coefficients of the radiance that `points` (P, 3) get from `lamps`, in closed form.
+    """(P, order², 3) coefficients of the radiance that `points` (P, 3) get from `lamps`.
 
     Within the distance `least` of the centre of a lamp, light is that of this distance; within the lamp that of its
     surface. UsageError for a point at the very place of a lamp that is a point.
@@ -58,6 +62,11 @@ def incident(lamps: Sequence[NearLamp], points: ArrayLike, order: int, least: fl
     where = np.asarray(points, np.float64).reshape(-1, 3)
     total = np.zeros((len(where), order**2, 3))
     for lamp in lamps:
+        if lamp.shape != "sphere":
+            for direction, irradiance in near_lights(lamp, where, POINTS, least):
+                lit = np.flatnonzero(irradiance.any(axis=1))
+                total[lit] += evaluate(order, direction[lit])[..., None] * irradiance[lit, None, :]
+            continue
         offset = np.asarray(lamp.position) - where
         distance = np.maximum(np.sqrt(np.einsum("pi,pi->p", offset, offset)), max(least, lamp.radius))
         if (distance == 0.0).any():
@@ -93,12 +102,14 @@ def near_light(lamps: Sequence[NearLamp], positions: Vectors, order: int, points
 
 
 def _clearance(lamp: NearLamp, positions: Vectors) -> float:
-    """The distance of the nearest vertex from the centre of `lamp`."""
-    nearest = float(np.sqrt(((positions - lamp.position) ** 2).sum(axis=1).min())) if len(positions) else 1.0
-    if nearest <= lamp.radius:
+    """The distance of the nearest vertex from the centre of a sphere, or from the surface of another `lamp`."""
+    nearest = float(distance_of(lamp, positions).min()) if len(positions) else 1.0
+    if nearest <= (lamp.radius if lamp.shape == "sphere" else 0.0):
         place = ", ".join(f"{x:g}" for x in lamp.position)
         raise UsageError(
             f"the lamp at {place} of radius {lamp.radius:g} touches the model, {nearest:.3g} from its centre"
+            if lamp.shape == "sphere"
+            else f"the {lamp.shape} at {place} touches the model"
         )
     return nearest
 

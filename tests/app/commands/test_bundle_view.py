@@ -28,7 +28,7 @@ LOOK = Look(
     comparing="wipe",
     bounces=2,
     lamps=(LampSettings(theta_deg=20.0, colour=(1.0, 0.5, 0.25)),),
-    near_lamps=(NearLampSettings(x=1.0, power=3.0, colour=(1.0, 0.5, 0.25)),),
+    near_lamps=(NearLampSettings(x=1.0, power=3.0, colour=(1.0, 0.5, 0.25), shape="disc", facing_theta_deg=120.0),),
 )
 CAMERA = Camera((3.0, 2.0, 1.0), (0.25, 0.25, 0.25), fov_deg=20.0)
 
@@ -112,6 +112,12 @@ def test_a_reference_that_leads_nowhere_opens_nothing(model: Any, tmp_path: Path
     found = find_by({"view": view}, tmp_path / "a")
     assert not {"mesh", "camera"} & set(found.parts)
     assert found.parts.get("environment") is None
+
+
+def test_lights_of_a_bundle_that_knew_spheres_alone_are_spheres() -> None:
+    said = {"x": 1.0, "y": 2.0, "z": 0.0, "radius": 0.5, "power": 3.0, "colour": [1.0, 0.5, 0.25]}
+    found = with_view(Look(), {"view": {"near_lamps": [said]}}).near_lamps
+    assert found == (NearLampSettings("sphere", 1.0, 2.0, 0.0, 0.5, power=3.0, colour=(1.0, 0.5, 0.25)),)
 
 
 @pytest.mark.parametrize(

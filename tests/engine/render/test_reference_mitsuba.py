@@ -35,6 +35,7 @@ from engine.geometry.shapes import shape
 from engine.images.encode import encode_png
 from engine.light.environment import EnvironmentMap
 from engine.light.lamps import Lamp
+from engine.light.near_lamps import NearLamp, near_lamp_from_text
 from engine.render.display import Display, display
 from engine.render.reference import reference
 from engine.scene.material import material_of_maps
@@ -139,6 +140,8 @@ def translate(
         parts["light"] = _directional(scene.light, (scene.irradiance,) * 3)
     for number, lamp in enumerate(scene.lamps):
         parts[f"lamp{number}"] = _sphere(lamp, scene.mesh) if lamp.radius else _directional(*lamp_of(lamp))
+    for number, near in enumerate(scene.near_lamps):
+        parts[f"near{number}"] = _area_emitter(mitsuba, near)
     return mitsuba.load_dict(parts)
 
 
@@ -166,6 +169,19 @@ def _sphere(lamp: Lamp, mesh: Mesh) -> dict[str, Any]:
         "radius": float(distance * np.sin(lamp.radius)),
         "emitter": emitter,
     }
+
+
+def _area_emitter(mitsuba: Any, lamp: NearLamp) -> dict[str, Any]:
+    """A light near the model; nothing of it is reflected."""
+    emitter = {"type": "area", "radiance": {"type": "rgb", "value": list(lamp.radiance)}}
+    parts = {"emitter": emitter, "bsdf": diffuse(0.0)}
+    if lamp.shape == "sphere":
+        return {"type": "sphere", "center": list(lamp.position), "radius": lamp.radius, **parts}
+    matrix = np.eye(4)
+    matrix[:3, :2] = lamp.half_sides.T
+    matrix[:3, 2], matrix[:3, 3] = lamp.facing, lamp.position
+    to_world = mitsuba.ScalarTransform4f(matrix)
+    return {"type": "disk" if lamp.shape == "disc" else "rectangle", "to_world": to_world, **parts}
 
 
 def _write_ply(path: Path, positions: Floats, normals: NDArray[np.float32], faces: NDArray[np.int32]) -> None:
@@ -245,6 +261,24 @@ def test_disc_lamp_casts_soft_shadows(mitsuba: Any, tmp_path: Path) -> None:
         shape("sphere"), brdf_from_text("lambert:albedo=0.5"), lamps=(lamp,), irradiance=0.0, ground=Ground(albedo=0.7)
     )
     assert_alike(mitsuba, tmp_path, dataclasses.replace(scene, camera=from_above(scene)), diffuse(0.5))
+
+
+@pytest.mark.parametrize(
+    "near",
+    [
+        "shape=rectangle,x=-0.5,y=1.6,z=0.6,facing_theta_deg=140,facing_phi_deg=140,rotation_deg=25,width=1.2,height=0.5,power=9",
+        pytest.param(
+            "shape=disc,x=0.9,y=1.5,z=0.9,facing_theta_deg=130,facing_phi_deg=-130,radius=0.4,power=9",
+            marks=pytest.mark.long,
+        ),
+        pytest.param("x=0.9,y=1.5,z=0.9,radius=0.3,power=30", marks=pytest.mark.long),
+    ],
+)
+def test_lights_near_the_model_cast_soft_shadows(mitsuba: Any, tmp_path: Path, near: str) -> None:
+    lamp = near_lamp_from_text(f"{near},colour=1:0.7:0.4")
+    brdf = brdf_from_text("metallic-roughness:base_color=0.8/0.6/0.3,metallic=1,roughness=0.5")
+    scene = observe(flat(shape("sphere")), brdf, near_lamps=(lamp,), irradiance=0.0, ground=Ground(albedo=0.7))
+    assert_alike(mitsuba, tmp_path, dataclasses.replace(scene, camera=from_above(scene)), METAL)
 
 
 def test_directional_lights_cast_hard_shadows(mitsuba: Any, tmp_path: Path) -> None:

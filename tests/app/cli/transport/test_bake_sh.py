@@ -153,7 +153,7 @@ def test_lamps_nearby_fall_off_with_the_distance(lightarc: Command, mesh: Path, 
     assert percent(coarse["near_error_rel"], 3) in reported
     for words, reason in {
         ("--near-lamp", "x=0.2,y=0.2,z=0.2,radius=0.5"): "touches the model",
-        ("--near-lamp", "w=1"): "choose from x, y, z",
+        ("--near-lamp", "w=1"): "choose from shape, x, y, z",
         ("--near-lamp", "x=3", "--near-points", "99"): "outside 1",
         ("--near-points", "3"): "needs --near-lamp",
     }.items():
