@@ -14,9 +14,9 @@ from engine.brdf.readers.table_file import keep_table
 from engine.bundle.bundle import open_bundle as read_bundle
 from engine.bundle.bundle import save_bundle as saving
 from engine.bundle.bundle import verify_bundle as verify
+from engine.capture.diffuse_part import take_part
 from engine.capture.evenness import even_out
 from engine.core.errors import UsageError
-from engine.core.health import Health
 from engine.core.steps import drain
 from engine.exchange.export import export as exporting
 from engine.exchange.subject import Settings
@@ -52,6 +52,7 @@ def build_material(
     tileable: bool = False,
     overlap: int | None = None,
     brightness: Literal["evened", "as-it-is"] = "evened",
+    part: Literal["diffuse", "whole"] = "diffuse",
     name: str = "material",
     progress: Progress | None = None,
 ) -> Material:
@@ -84,6 +85,9 @@ def build_material(
         Width in texels of the band in which opposite edges are joined; an eighth of the shorter side.
     brightness : {'evened', 'as-it-is'}
         Whether slow changes of brightness across the photographs are divided out before a tile is cut.
+    part : {'diffuse', 'whole'}
+        Light of pairs under polarisers that the map is made of: the diffuse part, to which the BRDF adds highlights, or
+        the whole.
     name : str
         Name of the material.
     progress : callable, optional
@@ -124,9 +128,10 @@ def build_material(
     model = reflectance if measured is None else drain(fit(fit_data(measured), Ggx()), progress).brdf
     if azimuth_deg is not None or arc:
         excluded = exclude_beside(stack, as_azimuth(azimuth_deg), excluded)
-    evenness = Health()
+    stack, evenness = drain(take_part(stack, part), progress)
     if tileable and brightness == "evened":
-        stack, evenness = drain(even_out(stack), progress)
+        stack, evened = drain(even_out(stack), progress)
+        evenness = evenness.merge(evened)
     chosen = drain(choose(stack, slices, excluded=excluded, wanted=representation), progress)
     health = chosen.health.merge(evenness)
     shading_map, directional = (chosen.map, None) if isinstance(chosen.map, ShadingMap) else (None, chosen.map)

@@ -17,6 +17,7 @@ from app.project.photographs import Mark, keep, take_marks
 from app.project.pixels import are_packed, are_there, open_kept, take_again, take_in, unpack_pixels
 from app.project.project_file import path_of
 from app.session import cache
+from engine.capture.diffuse_part import take_part
 from engine.capture.evenness import even_out
 from engine.capture.lights.sources import Sources
 from engine.capture.stack import RECORD, ImageStack
@@ -188,12 +189,13 @@ def material_of(project: Project) -> Steps[Material]:
         yield from part(pixels_made(project.stack, project.sources, project.imported_with), 0.0, 0.5)
 
     assert project.stack is not None
-    stack, excluded, evenness = project.stack, project.excluded, Health()
+    excluded, evenness = project.excluded, Health()
+    stack, light = yield from part(take_part(project.stack, project.part_of_light), 0.0, 0.02)
     if project.tileable and project.evened:
-        stack, evenness = yield from part(even_out(stack), 0.0, 0.1)
+        stack, evenness = yield from part(even_out(stack), 0.02, 0.1)
     chosen = yield from part(choose(stack, project.slices, excluded=excluded, wanted=project.representation), 0.1, 0.3)
     elevation_deg = tuple(float(angle) for angle in stack.elevation_deg[include(stack, excluded)])
-    health = stack.health.without(excluded).merge(chosen.health)
+    health = stack.health.without(excluded).merge(chosen.health).merge(light)
     if not isinstance(chosen.map, ShadingMap):
         planes, health = chosen.map, health.merge(evenness)
         if project.tileable:

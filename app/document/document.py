@@ -17,6 +17,7 @@ from app.document.comparison import Comparison
 from app.document.exporting import Exporting
 from app.document.factoring import Factoring
 from app.document.variation import Variation
+from engine.capture.diffuse_part import Part
 from engine.capture.lights.sources import Sources
 from engine.capture.stack import ImageStack
 from engine.core.colour import Operator
@@ -53,7 +54,8 @@ Pair = tuple[float, float, float, float]
 
 #: Parts of a project, beside its material, that hold for one capture or material alone.
 OF_CAPTURE = (
-    *("sources", "imported_with", "stack", "excluded", "representation", "tileable", "evened", "built_from"),
+    *("sources", "imported_with", "stack", "excluded", "representation", "tileable", "evened", "part_of_light"),
+    "built_from",
     *("provenance", "surface", "surface_from", "white", "accuracy"),
 )
 
@@ -194,6 +196,7 @@ class Project:
     """The photographs, the results made of them, and the display settings; `provenance` is the origin of the material.
 
     `variations` are ways in which the BRDF is not the same all over the model.
+    `part_of_light` is that of pairs under polarisers which the material is made of.
     `evened` divides the slow change of brightness over the sample out before the material is made `tileable`.
     `bakes` are the settings of bakes in the View workspace by method, those that are not its defaults, by name.
     `exporting` are the settings of exports. `accuracy` is what was measured of settings in View.
@@ -214,6 +217,7 @@ class Project:
     slices: int = 8
     tileable: bool = False
     evened: bool = True
+    part_of_light: Part = "diffuse"
     scale: Scale = "last-slice"
     exponent_bits: Literal[8, 16, 32] = 32
     mixed: bool = False
@@ -245,7 +249,9 @@ class Project:
         bound = self.error_bound_percent if self.mixed else None
         made = (self.stack, self.excluded, self.slices, self.tileable, self.scale, self.exponent_bits, bound)
         evened = ("evened",) if self.tileable and self.evened else ()
-        return (*made, *evened, *((self.representation,) if self.representation != "auto" else ()))
+        has_pairs = self.stack is not None and self.stack.diffuse is not None
+        diffuse = ("diffuse",) if has_pairs and self.part_of_light == "diffuse" else ()
+        return (*made, *evened, *diffuse, *((self.representation,) if self.representation != "auto" else ()))
 
     @property
     def surface_recipe(self) -> tuple[Any, ...]:

@@ -25,7 +25,7 @@ from app.widgets import theme
 from app.widgets.controls import ComboBox
 from app.widgets.image_view import Image, ImageView, photograph
 from app.widgets.number_field import NumberField
-from app.widgets.panels import Panel, button
+from app.widgets.panels import Panel, Segments, button
 from app.widgets.report import Report
 from app.widgets.theme import PADDING
 from app.widgets.workspace import side_by_side
@@ -125,7 +125,19 @@ class LightPad(QWidget):
 
 
 #: Representations that a user may choose, with their words.
+PAIRS_HINT = "The light of pairs under polarisers that the material is made of"
+
 REPRESENTATIONS = (("auto", "Automatic"), ("shading-map", "Shading map"), ("directional", "Directional map"))
+
+
+def part_segments() -> Segments:
+    """A choice of the light of pairs under polarisers that a material is made of."""
+    return Segments(
+        (
+            ("diffuse", "Diffuse", "Without highlights, which the BRDF adds"),
+            ("whole", "Whole", "With the highlights of the photographs"),
+        )
+    )
 
 
 def representation_box() -> ComboBox:
@@ -169,6 +181,8 @@ class DirectionalPage(QWidget):
         self.representation = representation_box()
         self.representation.activated.connect(lambda _index: self.chosen.emit(self.representation.currentData()))
         settings.row("Kind", self.representation, "Automatic: the one that shows photographs better that are left out")
+        self.part, self.settings = part_segments(), settings
+        settings.row("Pairs", self.part, PAIRS_HINT)
         self.tiling = Tiling(settings)
         self.resolution = settings.figure("Size")
         self.planes = settings.figure("Planes", "Images in 8 bits, whose weighted sum is the image under a light")
@@ -186,6 +200,8 @@ class DirectionalPage(QWidget):
         material, found = project.material, project.material.directional
         assert found is not None
         self.representation.setCurrentIndex(max(0, self.representation.findData(project.representation)))
+        self.part.choose(project.part_of_light)
+        self.settings.show_row(self.part, project.stack is not None and project.stack.diffuse is not None)
         self.tiling.show_project(project)
         self.tiling.show_seams(material.health)
         self.report.show_health(material.health)

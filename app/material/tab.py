@@ -16,7 +16,7 @@ from app.document.document import Project
 from app.document.following import Following
 from app.jobs.newest import Latest
 from app.material.candidates import Candidates
-from app.material.directional_page import DirectionalPage, representation_box
+from app.material.directional_page import PAIRS_HINT, DirectionalPage, part_segments, representation_box
 from app.material.maps_page import MapsPage
 from app.material.surface_page import SurfacePage, page_switch
 from app.material.texel_panel import TexelFigures, WorstTexels, worst
@@ -87,6 +87,7 @@ class MaterialTab(QWidget):
         self.pages = with_empty_state(self, self.empty, self._make_work())
         yield
         self.directional = DirectionalPage(self.bench.jobs)
+        self.directional.part.chosen.connect(lambda value: self._set("Light of pairs", part_of_light=value))
         self.directional.tiling.chosen.connect(lambda words, name, value: self._set(words, **{name: value}))
         self.directional.chosen.connect(self._represent)
         self.directional.build.clicked.connect(self.bench.build_material)
@@ -162,6 +163,9 @@ class MaterialTab(QWidget):
         self.representation = representation_box()
         self.representation.activated.connect(lambda _index: self._represent(self.representation.currentData()))
         settings.row("Kind", self.representation, "Automatic: the one that shows photographs better that are left out")
+        self.part, self.settings = part_segments(), settings
+        settings.row("Pairs", self.part, PAIRS_HINT)
+        self.part.chosen.connect(lambda value: self._set("Light of pairs", part_of_light=value))
         self.slices = ComboBox()
         for count in SLICE_CHOICES:
             self.slices.addItem(str(count), count)
@@ -256,6 +260,8 @@ class MaterialTab(QWidget):
         self._turn_to_page(new)
         self.surface.show_project(new)
         self.representation.setCurrentIndex(max(0, self.representation.findData(new.representation)))
+        self.part.choose(new.part_of_light)
+        self.settings.show_row(self.part, new.stack is not None and new.stack.diffuse is not None)
         if self.slices.findData(new.slices) < 0:
             self.slices.addItem(str(new.slices), new.slices)
         self.slices.setCurrentIndex(self.slices.findData(new.slices))

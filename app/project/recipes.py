@@ -20,6 +20,7 @@ from app.project.declared import problem_of
 from app.project.photographs import photographs
 from app.project.project_file import data_folder, finder_of, parts_in, path_of, read_part
 from app.project.values import DAMAGE, Absent, encode_path, name_of
+from engine.capture.stack import ImageStack
 
 log = logging.getLogger(__name__)
 
@@ -32,6 +33,7 @@ def as_built(project: Project) -> Project | None:
     if len(project.built_from) < 7:
         return None
     stack, excluded, slices, tileable, scale, bits, bound, *more = project.built_from
+    has_pairs = isinstance(stack, ImageStack) and stack.diffuse is not None
     settings = {
         "stack": stack,
         "excluded": excluded,
@@ -42,7 +44,8 @@ def as_built(project: Project) -> Project | None:
         "mixed": bound is not None,
         "error_bound_percent": project.error_bound_percent if bound is None else bound,
         "evened": "evened" in more,
-        "representation": next((each for each in more if each != "evened"), "auto"),
+        "part_of_light": "whole" if has_pairs and "diffuse" not in more else "diffuse",
+        "representation": next((each for each in more if each not in ("evened", "diffuse")), "auto"),
     }
     before = _with_settings(project, settings)
     is_known = before is not None and before.stack is not None and before.recipe == project.built_from

@@ -32,7 +32,7 @@ log = logging.getLogger(__name__)
 HASH = "blake2b-160"
 
 #: Settings of a project that its material was built by.
-SETTINGS = ("slices", "tileable", "evened", "scale", "exponent_bits", "mixed", "error_bound_percent")
+SETTINGS = ("slices", "tileable", "evened", "part_of_light", "scale", "exponent_bits", "mixed", "error_bound_percent")
 
 
 def describe(path: Path) -> dict[str, Any]:

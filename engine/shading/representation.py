@@ -48,7 +48,7 @@ class Chosen:
     fit_s : seconds that its fit took.
     bytes_per_texel : of all candidates by name, before compression.
     outliers : findings about photographs that the others contradict.
-    colours : findings about colours that the map does not hold.
+    remarks : findings about light and colours that the map does not hold.
     """
 
     map: ShadingMap | DirectionalMap
@@ -57,7 +57,7 @@ class Chosen:
     fit_s: float
     bytes_per_texel: dict[str, int]
     outliers: tuple[Finding, ...] = ()
-    colours: tuple[Finding, ...] = ()
+    remarks: tuple[Finding, ...] = ()
 
     @property
     def name(self) -> str:
@@ -73,7 +73,7 @@ class Chosen:
             figures[f"{stem}_leave_one_out_rmse_srgb8"] = shown.leave_one_out
             figures[f"{stem}_in_sample_rmse_srgb8"] = shown.in_sample
             figures[f"{stem}_bytes_per_texel"] = self.bytes_per_texel[name]
-        return Health(MappingProxyType(figures), (self.shown.finding(knows), *self.outliers, *self.colours))
+        return Health(MappingProxyType(figures), (self.shown.finding(knows), *self.outliers, *self.remarks))
 
 
 def choose(
@@ -84,7 +84,7 @@ def choose(
     InputError where a directional map is wanted of a stack that cannot have one, and as `build` raises it.
     """
     found = yield from _choose(stack, slices, include(stack, excluded), excluded, wanted)
-    return replace(found, colours=about_radiance_maps(stack.provenance, found.name == "directional"))
+    return replace(found, remarks=about_radiance_maps(stack.provenance, found.name == "directional"))
 
 
 def _choose(

@@ -23,6 +23,7 @@ from engine.brdf.readers.read import open_brdf
 from engine.brdf.readers.table_file import keep_table
 from engine.bundle.bundle import save_bundle
 from engine.bundle.manifest import MANIFEST, describe_bundle
+from engine.capture.diffuse_part import PARTS, take_part
 from engine.capture.evenness import even_out
 from engine.capture.lights.file_names import as_text
 from engine.capture.stack import open_stack
@@ -240,6 +241,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     compression.add_argument(
         "--error-map", type=Output(images), metavar="FILE.png", help="image of the error of each texel"
     )
+    parser.add_argument(
+        "--part",
+        choices=PARTS,
+        help="of pairs under polarisers, the light that the map is made of: the diffuse part, to which the BRDF adds "
+        "highlights, or the whole (diffuse)",
+    )
     tiling = parser.add_argument_group("tiling")
     tiling.add_argument("--tileable", action="store_true", help="cut the material so that it repeats without seams")
     tiling.add_argument(
@@ -263,9 +270,12 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     if arguments.compare:
         arguments.exclude = arcs.exclude(arguments, stack)
         return comparison.run(arguments, stack, show)
+    if arguments.part is not None and stack.diffuse is None:
+        raise UsageError("--part needs a stack of pairs under polarisers")
+    stack, light = drain(part(take_part(stack, arguments.part or "diffuse"), 0.0, 0.02), show)
     if arguments.tileable and arguments.brightness != "as-it-is":
         stack, evenness = drain(part(even_out(stack), 0.0, 0.05), show)
-    make = partial(_make, evenness=evenness)
+    make = partial(_make, evenness=evenness, light=light)
     if arguments.per_arc:
         return arcs.run(arguments, stack, make, show)
     arguments.exclude = arcs.exclude(arguments, stack)
@@ -273,9 +283,12 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 
 def _make(
-    arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step], None], evenness: Health
+    arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step], None], evenness: Health, light: Health
 ) -> dict[str, Any]:
-    """The material of a stack, written as the arguments say; `evenness` tells what was divided out of it before."""
+    """The material of a stack, written as the arguments say.
+
+    `evenness` tells what was divided out of it before, and `light` which part of its light it shows.
+    """
     used = include(stack, arguments.exclude)
     if _is_about_fit(arguments) and arguments.representation == "auto" and has_sides(stack, used):
         raise UsageError("the compression is of shading maps: add --representation shading-map")
@@ -283,6 +296,7 @@ def _make(
     drain(part(prepare_kernels(), 0.0, 0.1), show)
     choosing = choose(stack, arguments.slices, excluded=arguments.exclude, wanted=arguments.representation)
     chosen, choose_s = _time(part(choosing, 0.1, 0.45), show)
+    chosen = dataclasses.replace(chosen, remarks=(*chosen.remarks, *light.findings))
     if not arguments.force:
         check_worth(stack, chosen)
     if isinstance(chosen.map, ShadingMap):

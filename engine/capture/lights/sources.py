@@ -556,6 +556,11 @@ def _choose(archive: Path, names: Sequence[str], left_out: list[str]) -> list[st
     if len(uppermost) > 1 and len({folder.parent for folder in uppermost}) == 1:
         name, _ = inside([(folder.name, 1) for folder in uppermost])
         uppermost = [uppermost[0].parent / name] if name is not None else uppermost
+    if len(uppermost) > 1 and folders_of_pairs([folder.name for folder in uppermost]) is not None:
+        several = join_names(sorted(map(str, uppermost)))
+        problem = f"holds pairs under polarisers in two folders: {several}"
+        remedy = "Unpack it and give the folder, or pack them in one folder under names that end in _par and _cross"
+        raise InputError(archive, problem, remedy)
     if len(uppermost) > 1:
         several = join_names(sorted(map(str, uppermost)))
         raise InputError(archive, f"holds photographs in several folders: {several}", "Pack one capture by itself")

@@ -53,7 +53,7 @@ def test_colours_beyond_are_told(tmp_path: Path, share: float, choice: SpaceChoi
     assert len(found) == bool(said)
     np.testing.assert_allclose(stack.radiance[2] @ REC_2020.from_rec709.T, colour, atol=1e-5)
     made = drain(choose(stack, 3))
-    assert [finding.text for finding in made.colours] == [
+    assert [finding.text for finding in made.remarks] == [
         "colours of 25 % of the texels lie beyond Rec.709: slices keep them, and a power law clips them"
     ] * bool(share)
     if share:

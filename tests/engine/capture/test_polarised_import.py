@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import lightarc
 from app.project.pixels import are_there, keep_pixels, unpack_pixels
 from engine.capture.import_stack import ImportSettings, import_stack
-from engine.capture.lights.sources import find
+from engine.capture.lights.sources import find, find_packed
 from engine.capture.stack import DIFFUSE, open_stack
+from engine.core.colour import LUMINANCE
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.surface.recover import recover
@@ -79,3 +82,29 @@ def test_a_gain_is_stated_for_pairs_alone(tmp_path: Path) -> None:
                 find([folder, folder / "parallel"], pair="none"), ImportSettings(pair_gain=0.5), tmp_path / "stack"
             )
         )
+
+
+def test_shading_maps_show_the_diffuse_part_alone(tmp_path: Path) -> None:
+    """Highlights of the photographs would be beside those of the BRDF."""
+    folder = save(photograph(Pairs(size=48, lamps=9)), tmp_path / "capture")
+    drain(import_stack(find([folder]), ImportSettings(motion="none", pair_gain=0.43), tmp_path / "stack"))
+    stack = open_stack(tmp_path / "stack")
+    assert stack.diffuse is not None
+    means = {"diffuse": stack.diffuse[:], "whole": stack.radiance[:]}
+    for part, said in (("diffuse", "Made of the diffuse part of the pairs"), ("whole", "Made of the whole light")):
+        made = lightarc.build_material(stack, representation="shading-map", slices=4, part=part)  # type: ignore[arg-type]
+        assert made.shading_map is not None
+        brightest = (means[part].mean(axis=(1, 2), dtype=np.float64) @ LUMINANCE).max()
+        assert made.shading_map.r_max == pytest.approx(brightest, rel=1e-5)
+        assert sum(said in finding.text for finding in made.health.findings) == 1
+    assert means["whole"].max() > 1.2 * means["diffuse"].max()
+
+
+def test_archives_hold_pairs_in_one_folder(tmp_path: Path) -> None:
+    found = photograph(Pairs(size=32, lamps=6))
+    for names in ("names", "folders"):
+        folder = save(found, tmp_path / names, names, "both" if names == "names" else "parallel")
+        shutil.make_archive(str(tmp_path / names), "zip", folder)
+    assert len(drain(find_packed([tmp_path / "names.zip"])).crossed) == 6
+    with pytest.raises(InputError, match=r"holds pairs under polarisers in two folders: crossed, parallel\. Unpack it"):
+        drain(find_packed([tmp_path / "folders.zip"]))
