@@ -2,9 +2,9 @@
 
 The order of steps is that of the light's way back: decode, dark frame, flat field, near lamp, exposure, merge, align
 and cut. One light is in memory at a time, while the next photographs are decoded. Photographs of a camera that stood
-still are written at once, unless they are pairs under polarisers; others go through a scratch file, and from there,
-once all motions are known, warped in bands of rows into `radiance.npy`. Every number is independent of the height of
-the bands.
+still are written at once where nothing is estimated, unless they are pairs under polarisers; others wait
+(`engine.capture.waiting`) until all motions and the rig are known, and are then corrected and warped in bands of rows
+into `radiance.npy`, each while the one before is written. Every number is independent of the height of the bands.
 
 Of pairs the crossed photograph is read after the parallel one. What brings both together is found in small copies of
 all (`engine.capture.calibration.polarisation`), and the parts are taken apart as they are written: the stack shows the
@@ -12,8 +12,8 @@ sample without polarisers, and `diffuse.npy` its diffuse part.
 
 Radiance 1 is the white level of the reference exposure (`engine.capture.photograph.exposures`).
 Cost: without alignment that of decoding the photographs on two cores; ten of 24 megapixels need 1.8 GiB, decoders
-included. A light that is written gives its scratch files back, so alignment needs the disk space of the result and of
-one light more.
+included. What is estimated adds some 7 s for 64 photographs, and for 24 megapixels 0.4 s a photograph. A light that is
+written gives its scratch files back, so that needs the disk space of the result and of one light more.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ import math
 import os
 import zlib
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -83,6 +84,7 @@ from engine.capture.scale import magnification_of, scale_text
 from engine.capture.stack import DIFFUSE, RADIANCE, RECORD, SATURATED, ImageStack, npy_header, open_stack
 from engine.capture.stack_record import StackRecord, write_record
 from engine.capture.tally import Tally
+from engine.capture.waiting import PAIR_BYTES, PIXEL_BYTES, CalibrateRows, CodedPixels, Pixels, WaitingLight
 from engine.core.colour import LUMINANCE, to_display8
 from engine.core.directions import surface_direction
 from engine.core.errors import InputError, UsageError
@@ -96,15 +98,12 @@ from engine.storage.scratch import array_in, release, scratch_place
 
 __all__ = ["ImportSettings", "ThumbnailReady", "import_stack", "printable"]
 
-#: Bytes of a pixel of a light: three numbers of radiance in single precision, and one that says where it is clipped.
-PIXEL_BYTES = 13
-
-#: The same of a pair, in the stack and where it waits.
-PAIR_BYTES = 25
-
 _BAND_PIXELS = 1 << 20
 _RECORD_BYTES = 1 << 20
 _THUMBNAIL_SIDE = 256
+
+#: Correction in place of rows of radiance, from a row of the photograph on.
+_CorrectRows = Callable[[NDArray[np.float32], int], None]
 
 #: Small photographs and shares of clipped samples.
 _Small = tuple[list[NDArray[np.float32]], list[NDArray[np.float32]]]
@@ -117,10 +116,6 @@ class ThumbnailReady:
     path: Path
     elevation: float
     thumbnail: NDArray[np.uint8]
-
-
-#: Radiance of a light, where it is clipped, and of pairs the crossed photograph.
-_Waiting = tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float32] | None]
 
 
 @dataclass(eq=False)
@@ -137,7 +132,7 @@ class _Read:
     crossed: list[NDArray[np.float32]] = field(default_factory=list)
     crossed_clipped: list[NDArray[np.float32]] = field(default_factory=list)
     pair_shifts: list[NDArray[np.float64]] = field(default_factory=list)
-    waiting: deque[_Waiting] = field(default_factory=deque)
+    waiting: deque[WaitingLight] = field(default_factory=deque)
     scratch: Path | None = None
     output: _Output | None = None
 
@@ -178,6 +173,8 @@ class _Output:
             self._start(files, place / name, npy_header(full, kind))
             for name, full, kind in ((RADIANCE, (*shape, 3), np.float32), (SATURATED, shape, np.bool_))
         )
+        self._writer = files.enter_context(ThreadPoolExecutor(1, thread_name_prefix="writing"))
+        self._writing: Future[None] | None = None
 
     def _start(self, files: ExitStack, path: Path, header: bytes) -> BinaryIO:
         file = files.enter_context(atomic_file(path))
@@ -185,36 +182,76 @@ class _Output:
         return file
 
     def add(
-        self, waiting: _Waiting, matrix: NDArray[np.float64], beside: NDArray[np.float64] | None = None
+        self,
+        light: WaitingLight,
+        matrix: NDArray[np.float64],
+        corrections: tuple[_CorrectRows | None, _CorrectRows | None] = (None, None),
+        beside: NDArray[np.float64] | None = None,
     ) -> Steps[None]:
-        """Warp one light by its alignment `matrix` and the view at once, band by band, into the files.
+        """Correct one light, warp it by its alignment `matrix` and the view at once, band by band, into the files.
 
-        `beside` (3, 3) takes pixels of a parallel photograph to those of the crossed one.
+        `corrections` are those of the photograph and of the crossed one; `beside` (3, 3) takes pixels of a parallel
+        photograph to those of the crossed one.
         """
-        radiance, saturated, crossed = waiting
         view, region, index = self.view, self.view.region, len(self.tallies)
         whole = matrix @ view.matrix
         tally = Tally(grid_step(region.height, region.width))
+        take = self._bands(light.pixels, whole, corrections[0])
+        take_crossed = None
+        if light.crossed is not None:
+            take_crossed = self._bands(light.crossed, whole if beside is None else beside @ whole, corrections[1])
         rows = max(1, _BAND_PIXELS // region.width)
         for first in range(0, region.height, rows):
             yield Step((index + first / region.height) / self._count, f"Writing {index + 1} of {self._count}")
             last = min(first + rows, region.height)
-            band, mask = warp(radiance, saturated, whole, region, first, last, view.samples)
-            if crossed is not None and self._separation is not None and self.diffuse_crc32 is not None:
-                of_crossed = whole if beside is None else beside @ whole
-                other, _ = warp(crossed, saturated, of_crossed, region, first, last, view.samples)
-                band, diffuse = (np.ascontiguousarray(part) for part in self._separation.apply(band, other))
-                self._diffuse.write(diffuse.data)
-                self.diffuse_crc32 = zlib.crc32(diffuse.data, self.diffuse_crc32)
-                release(crossed)
-            self._radiance.write(band.data)
-            self._saturated.write(mask.data)
-            self.radiance_crc32 = zlib.crc32(band.data, self.radiance_crc32)
-            self.saturated_crc32 = zlib.crc32(mask.data, self.saturated_crc32)
+            band, mask = take(first, last)
+            diffuse = None
+            if take_crossed is not None and self._separation is not None:
+                parts = self._separation.apply(band, take_crossed(first, last)[0])
+                band, diffuse = (np.ascontiguousarray(part) for part in parts)
+            self._finish_writing()
+            self._writing = self._writer.submit(self._write, band, mask, diffuse)
             tally.add(band, mask, first)
-            release(radiance)
-            release(saturated)
+            light.release()
+        self._finish_writing()
         self.tallies.append(tally)
+
+    def _write(self, band: NDArray[np.float32], mask: NDArray[np.bool_], diffuse: NDArray[np.float32] | None) -> None:
+        if diffuse is not None and self.diffuse_crc32 is not None:
+            self._diffuse.write(diffuse.data)
+            self.diffuse_crc32 = zlib.crc32(diffuse.data, self.diffuse_crc32)
+        self._radiance.write(band.data)
+        self._saturated.write(mask.data)
+        self.radiance_crc32 = zlib.crc32(band.data, self.radiance_crc32)
+        self.saturated_crc32 = zlib.crc32(mask.data, self.saturated_crc32)
+
+    def _finish_writing(self) -> None:
+        """Wait for the band that is being written while the next is made; raises what went wrong."""
+        if self._writing is not None:
+            self._writing.result()
+            self._writing = None
+
+    def _bands(
+        self, pixels: Pixels | CodedPixels, matrix: NDArray[np.float64], correct: _CorrectRows | None
+    ) -> Callable[[int, int], tuple[NDArray[np.float32], NDArray[np.bool_]]]:
+        """Function from the first row and the one after the last of a band of the region to its radiance and mask."""
+        region, samples = self.view.region, self.view.samples
+
+        def correct_taken(first: int, last: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+            radiance, saturated = pixels.rows(first, last, to_change=correct is not None)
+            if correct is not None:
+                correct(radiance, first)
+            return radiance, saturated
+
+        def cut(first: int, last: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+            radiance, saturated = correct_taken(region.top + first, region.top + last)
+            columns = np.s_[:, region.left : region.left + region.width]
+            return np.ascontiguousarray(radiance[columns]), np.ascontiguousarray(saturated[columns])
+
+        if samples == 1 and np.array_equal(matrix, np.eye(3)):
+            return cut
+        radiance, saturated = correct_taken(0, pixels.height)
+        return lambda first, last: warp(radiance, saturated, matrix, region, first, last, samples)
 
 
 def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.PathLike[str]) -> Steps[ImageStack]:
@@ -362,7 +399,7 @@ def _degrees(angles: NDArray[np.float64]) -> list[float]:
 def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
     """Read, calibrate and merge all lights; those of a still camera are written at once."""
     read, lights = _Read(), plan.sources.exposures
-    with closing(ReadAhead(plan.files, **plan.options)) as ahead:
+    with closing(ReadAhead(plan.files, **plan.options, keep_codes=_waits_as_codes(plan))) as ahead:
         for index, light in enumerate(lights):
             start, stop = index / len(lights), (index + 1) / len(lights)
             photograph = yield from part(_light(plan, index, light, ahead, read), start, (start + stop) / 2)
@@ -399,7 +436,7 @@ def _light(
 ) -> Steps[Photograph | None]:
     """The photograph of a light, merged from its exposures; None where one has another size than the first of all."""
     sources = plan.sources
-    angles = float(sources.elevation[index]), float(sources.azimuth[index]) if sources.azimuth is not None else 0.0
+    angles = _angles(plan, index)
     merge, originals = ExposureMerge(), []
     photograph: Photograph | None = None
     for place, one in enumerate(light):
@@ -411,7 +448,7 @@ def _light(
         if read.sizes[-1] != read.sizes[0]:
             read.photographs.append(tuple(originals))
             return None
-        factor = plan.scale.factor.get(one.path, 1.0) / float(plan.gains[index]) if len(light) == 1 else 1.0
+        factor = _factor(plan, index, one.path) if len(light) == 1 else 1.0
         photograph = plan.calibration.applied(photograph, *angles, factor)
         if plan.chart is not None:
             photograph = replace(photograph, radiance=plan.chart[0].apply(photograph.radiance))
@@ -423,7 +460,7 @@ def _light(
     assert plan.scale.reference is not None
     merged = merge.merge()
     merged.radiance[...] *= np.float32(plan.scale.reference / plan.gains[index])
-    return replace(photograph, radiance=merged.radiance, saturated=merged.saturated)
+    return replace(photograph, radiance=merged.radiance, saturated=merged.saturated, coded=None)
 
 
 def _read_crossed(
@@ -438,25 +475,32 @@ def _read_crossed(
     read.photographs[-1] = (*read.photographs[-1], _without_pixels(crossed, None))
     if read.sizes[-1] != read.sizes[0]:
         return None
-    azimuth = float(plan.sources.azimuth[index]) if plan.sources.azimuth is not None else 0.0
-    factor = plan.scale.factor.get(path, 1.0) / float(plan.gains[index])
-    crossed = plan.calibration.applied(crossed, float(plan.sources.elevation[index]), azimuth, factor)
+    crossed = plan.calibration.applied(crossed, *_angles(plan, index), _factor(plan, index, path))
     if plan.chart is not None:
         crossed = replace(crossed, radiance=plan.chart[0].apply(crossed.radiance))
     refuse_larger(path, crossed.radiance)
     read.crossed.append(_small(crossed.radiance))
     read.crossed_clipped.append(_small(crossed.saturated))
     if plan.settings.motion != "none" or "motion" in plan.calibrated:
-        greys = [_luminance(each.radiance) for each in (photograph, crossed)]
-        factor_px = reduction(*greys[0].shape)
-        read.pair_shifts.append(measure_shift(*(reduce(each, factor_px) for each in greys)))
+        read.pair_shifts.append(measure_shift(*(_reduce_luminance(each.radiance) for each in (photograph, crossed))))
     return crossed
+
+
+def _angles(plan: Plan, index: int) -> tuple[float, float]:
+    """Elevation and azimuth of a lamp in radians, the azimuth 0 where it is not known."""
+    azimuth = plan.sources.azimuth
+    return float(plan.sources.elevation[index]), 0.0 if azimuth is None else float(azimuth[index])
+
+
+def _factor(plan: Plan, index: int, path: Path) -> float:
+    """What brings the photograph at `path` of a lamp to the scale of the stack."""
+    return plan.scale.factor.get(path, 1.0) / float(plan.gains[index])
 
 
 def _without_pixels(photograph: Photograph, exposure_s: float | None) -> Photograph:
     nothing = np.empty((0, 0, 3), np.float32)
     known = exposure_s if exposure_s is not None else photograph.exposure_s
-    return replace(photograph, radiance=nothing, saturated=nothing[..., 0] > 0, exposure_s=known)
+    return replace(photograph, radiance=nothing, saturated=nothing[..., 0] > 0, exposure_s=known, coded=None)
 
 
 def _note(read: _Read, photograph: Photograph, still: bool) -> None:
@@ -467,8 +511,7 @@ def _note(read: _Read, photograph: Photograph, still: bool) -> None:
     read.thumbnails.append(_small(photograph.radiance))
     read.clipped.append(_small(photograph.saturated))
     if not still:
-        luminance = _luminance(photograph.radiance)
-        read.greys.append(reduce(luminance, reduction(*luminance.shape)).copy())
+        read.greys.append(_reduce_luminance(photograph.radiance))
 
 
 def _keep(
@@ -479,29 +522,52 @@ def _keep(
     if _direct(plan):
         if read.output is None:
             read.output = _output(plan, _find_unmoved(count), read.shape, place, files)
-        yield from read.output.add((photograph.radiance, photograph.saturated, None), np.eye(3))
+        yield from read.output.add(WaitingLight(Pixels(photograph.radiance, photograph.saturated)), np.eye(3))
         return
     if plan.has_pairs and crossed is None:
         return  # of another size, which is refused when all are read
-    light_bytes = math.prod(read.shape) * (PAIR_BYTES if plan.has_pairs else PIXEL_BYTES)
+    if photograph.coded is None:
+        clipped = photograph.saturated if crossed is None else photograph.saturated | crossed.saturated
+        copied: list[NDArray[Any]] = [photograph.radiance, clipped, *([] if crossed is None else [crossed.radiance])]
+    else:
+        copied = [photograph.coded.codes]
+    light_bytes = sum(each.nbytes for each in copied)
     if not read.waiting:
-        require_space(place, (count + 1) * light_bytes + _RECORD_BYTES)
+        stack_bytes = count * math.prod(read.shape) * (PAIR_BYTES if plan.has_pairs else PIXEL_BYTES)
+        require_space(place, stack_bytes + light_bytes + _RECORD_BYTES)
         read.scratch = scratch_place(count * light_bytes, place.parent)
-    colour = (*read.shape, 3)
-    radiance, saturated = array_in(read.scratch, colour, np.float32), array_in(read.scratch, read.shape, np.bool_)
-    clipped = photograph.saturated if crossed is None else photograph.saturated | crossed.saturated
-    copies: list[tuple[NDArray[Any], NDArray[Any]]] = [(radiance, photograph.radiance), (saturated, clipped)]
-    other = None
-    if crossed is not None:
-        other = array_in(read.scratch, colour, np.float32)
-        copies.append((other, crossed.radiance))
-    read.waiting.append((radiance, saturated, other))
+    arrays = [array_in(read.scratch, each.shape, each.dtype) for each in copied]
     rows = max(1, _BAND_PIXELS // read.shape[1])
     for first in range(0, read.shape[0], rows):
         band = np.s_[first : first + rows]
-        for scratch, pixels in copies:
+        for scratch, pixels in zip(arrays, copied, strict=True):
             scratch[band] = pixels[band]
             release(scratch)
+    if photograph.coded is None:
+        radiance, saturated, *others = arrays
+        second = Pixels(others[0], saturated) if others else None
+        read.waiting.append(WaitingLight(Pixels(radiance, saturated), second))
+    else:
+        coded = replace(photograph.coded, codes=arrays[0])
+        read.waiting.append(WaitingLight(CodedPixels(coded, _calibration_of(plan, read))))
+
+
+def _waits_as_codes(plan: Plan) -> bool:
+    """Whether codes of photographs are kept: what is done to each pixel can be done again, and cheaply."""
+    return not _direct(plan) and not plan.has_pairs and plan.chart is None and plan.calibration.is_by_pixel
+
+
+def _calibration_of(plan: Plan, read: _Read) -> CalibrateRows:
+    """What is done to rows of the photograph of the light that has been read last; it has one exposure."""
+    index, (photograph,), height = len(read.photographs) - 1, read.photographs[-1], read.shape[0]
+    angles = _angles(plan, index)
+    factor = _factor(plan, index, photograph.path)
+    calibration = plan.calibration
+
+    def calibrate(radiance: NDArray[np.float32], saturated: NDArray[np.bool_], first: int) -> None:
+        calibration.correct_rows((radiance, saturated), first, photograph, height, *angles, factor)
+
+    return calibrate
 
 
 def _align(plan: Plan, read: _Read) -> Steps[Alignment]:
@@ -634,8 +700,10 @@ def _pair_texels(plan: Plan, read: _Read, alignment: Alignment, rig: Estimate | 
     moved = crossed is not None or bool(alignment.aligned.any())
     values: tuple[list[NDArray[np.float32]], list[NDArray[np.float32]]] = ([], [])
     usable = []
-    for index, (radiance, saturated, other) in enumerate(read.waiting):
-        assert other is not None
+    for index, light in enumerate(read.waiting):
+        assert isinstance(light.pixels, Pixels)
+        assert light.crossed is not None
+        radiance, saturated, other = light.pixels.radiance, light.pixels.saturated, light.crossed.radiance
         for side, (pixels, matrix) in enumerate(((radiance, alignment.matrix[index]), (other, beside[index]))):
             values[side].append(sample_points(pixels, *move_points(columns, rows, matrix)))
             release(pixels)
@@ -724,10 +792,23 @@ def _correct(
     room, matrix = None, alignment.matrix if alignment.aligned.any() else None
     if "ambient" in found.accepted:
         share = room_share(small[0], _directions(plan), found.rig, found.kind)
-        whole = [radiance if crossed is None else crossed for radiance, _, crossed in read.waiting]
-        room = yield from part(room_light(whole, share, matrix), 0.3, 1.0)
+        whole = [_radiance_rows(light) for light in read.waiting]
+        room = yield from part(room_light(whole, share, read.shape, matrix), 0.3, 1.0)
     nearness = found.rig.nearness if "distance" in found.accepted else 0.0
     return Correction(_relative_gains(found), nearness, plan.sources.elevation, azimuth, room, matrix)
+
+
+def _radiance_rows(light: WaitingLight) -> Callable[[int, int], NDArray[np.float32]]:
+    """Function from the first row and the one after the last to the radiance in which the rig is seen: of pairs that of
+    the crossed photograph, which shows no highlights."""
+    pixels = light.pixels if light.crossed is None else light.crossed
+
+    def rows(first: int, last: int) -> NDArray[np.float32]:
+        found, _ = pixels.rows(first, last)
+        pixels.release()
+        return found
+
+    return rows
 
 
 def _small_aligned(read: _Read, alignment: Alignment) -> _Small:
@@ -750,19 +831,23 @@ def _small_aligned(read: _Read, alignment: Alignment) -> _Small:
 def _write_aligned(
     plan: Plan, read: _Read, alignment: Alignment, correction: Correction | None, place: Path, files: ExitStack
 ) -> Steps[None]:
-    given_back = (len(read.waiting) - 1) * math.prod(read.shape) * (PAIR_BYTES if plan.has_pairs else PIXEL_BYTES)
+    given_back = sum(light.size_bytes for light in read.waiting) - read.waiting[0].size_bytes
     beside = plan.crossed_matrices(np.tile(np.eye(3), (len(plan.names), 1, 1)))
-    of_crossed = correction
+    both = (correction, correction)
     if correction is not None and correction.room is not None and plan.separation is not None:
-        correction = replace(correction, room=correction.room * (1.0 / plan.separation.gain).astype(np.float32))
+        room = correction.room * (1.0 / plan.separation.gain).astype(np.float32)
+        both = (replace(correction, room=room), correction)
     read.output = _output(plan, alignment, read.shape, place, files, given_back)
     for index, matrix in enumerate(alignment.matrix):
-        waiting = read.waiting.popleft()  # which goes when it has been written
-        if correction is not None:
-            correction.apply(index, waiting[0])
-        if of_crossed is not None and waiting[2] is not None:
-            of_crossed.apply(index, waiting[2])
-        yield from read.output.add(waiting, matrix, None if beside is None else beside[index])
+        light = read.waiting.popleft()  # which goes when it has been written
+        of_light = _correct_rows(both[0], index, read.shape[0]), _correct_rows(both[1], index, read.shape[0])
+        yield from read.output.add(light, matrix, of_light, None if beside is None else beside[index])
+
+
+def _correct_rows(correction: Correction | None, index: int, height: int) -> _CorrectRows | None:
+    if correction is None:
+        return None
+    return lambda radiance, first: correction.apply(index, radiance, first, height)
 
 
 def _output(
@@ -794,6 +879,11 @@ def _luminance(radiance: NDArray[np.float32]) -> Grey:
     for channel in (1, 2):
         luminance += radiance[..., channel] * np.float32(LUMINANCE[channel])
     return luminance
+
+
+def _reduce_luminance(radiance: NDArray[np.float32]) -> Grey:
+    """The luminance of an image at the size at which photographs are compared."""
+    return _luminance(reduce(radiance, reduction(*radiance.shape[:2])))
 
 
 def _small(radiance: NDArray[np.float32] | NDArray[np.bool_]) -> NDArray[np.float32]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from types import CodeType, FunctionType
 from typing import Any, Generic, ParamSpec, TypeVar
@@ -90,6 +91,22 @@ def only(kernel: Kernel[..., Any], *signatures: str) -> None:
     for signature in signatures:
         kernel.compile(signature)
     kernel.disable_compile()
+
+
+@contextmanager
+def serial_kernels() -> Iterator[None]:
+    """While the block runs, parallel kernels that this thread calls take one thread.
+
+    For many short calls: a second thread would wait actively between them, and where the CPUs are busy otherwise, each
+    call for it to be scheduled.
+    """
+    numba = _numba()
+    before = numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        yield
+    finally:
+        numba.set_num_threads(before)
 
 
 def threads_are_shared() -> bool:

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from engine.core.errors import InputError
 from engine.images import codes, colour_space, exif, exr, png
-from engine.images.codes import decode_codes, decode_colours
 from engine.images.colour_space import ADOBE_RGB, LINEAR_CURVE, SRGB_CURVE, ColourSpace
 from engine.images.exif import Exif
 from engine.images.icc import InvalidProfile, read_profile
@@ -144,6 +143,7 @@ def decode(
     bands: Sequence[int] = (),
     keep_primaries: bool = False,
     white_samples: Sequence[float] = (),
+    keep_codes: bool = False,
 ) -> dict[str, Any]:
     """The decoder that runs in the child: fields of `Image` as arrays and JSON values.
 
@@ -151,6 +151,7 @@ def decode(
     Floating-point samples of red, green and blue from `white_samples` on, where there are any, are saturated.
     Of `bands`, which count from 1, one becomes grey, and three red, green and blue; without any the file's colours do.
     A stated `transfer` overrides all that the file says of colours, or with `keep_primaries` its curve alone.
+    With `keep_codes` there are the fields of `codes.Coded` as well, where pixels are made by tables.
     """
     reader = find_reader("image", content, len(content), name)
     if reader is None:
@@ -170,6 +171,7 @@ def decode(
         samples = raster.samples if raster.samples.ndim == 3 else raster.samples[..., None]
         clipped = np.logical_or.reduce(samples >= np.asarray(white_samples, samples.dtype), axis=2)
         saturated |= exif.orient(clipped, turn)
+    coded = _keep_codes(raster, space, turn) if keep_codes and not half_size else {}
     rows = [] if raster.container in _COUNTED else _about_rows(raster.samples)
     warnings = [*raster.warnings, *of_colours, *of_bands, *rows]
     if broken:
@@ -191,6 +193,7 @@ def decode(
         "largest_code": int(raster.samples.max(initial=0)) if raster.white is not None else 0,
         "largest_samples": largest,
         "plateaus": plateaus,
+        **coded,
     }
 
 
@@ -298,14 +301,9 @@ def _from_codes(
     pixels: NDArray[np.float32],
     saturated: NDArray[np.bool_],
 ) -> None:
-    if white < _TABLE_LIMIT and samples.dtype.itemsize <= 2 and not space.table:
-        codes = np.minimum(np.arange(_TABLE_LIMIT) / white, 1.0)
-        tables = np.stack([curve.linear(codes) for curve in space.curves]).astype(np.float32)
-        if space.matrix is None and len(tables) == 1:
-            decode_codes(samples, tables[0], white, pixels, saturated)
-            return
-        matrix = (np.eye(3) if space.matrix is None else space.matrix).astype(np.float32)
-        decode_colours(samples, np.broadcast_to(tables, (3, _TABLE_LIMIT)), matrix, white, pixels, saturated)
+    if _has_tables(samples, white, space):
+        matrix = None if space.matrix is None else space.matrix.astype(np.float32)
+        codes.decode(samples, _tables(white, space), matrix, white, pixels, saturated)
         return
     saturated[...] = (samples >= white).any(axis=2)
     _fill_linear(samples, white, space, pixels)
@@ -327,6 +325,29 @@ def _find_plateaus(samples: NDArray[np.floating[Any]]) -> tuple[list[float], lis
         is_plateau = top > 0.0 and at_top >= max(_MIN_PLATEAU, finite.size * _MIN_PLATEAU_SHARE, 2 * near)
         plateaus.append(at_top / finite.size if is_plateau else 0.0)
     return largest, plateaus
+
+
+def _has_tables(samples: NDArray[Any], white: int, space: ColourSpace) -> bool:
+    """Whether the light of each code is looked up."""
+    return white < _TABLE_LIMIT and samples.dtype.itemsize <= 2 and not space.table
+
+
+def _tables(white: int, space: ColourSpace) -> NDArray[np.float32]:
+    values = np.minimum(np.arange(_TABLE_LIMIT) / white, 1.0)
+    return np.stack([curve.linear(values) for curve in space.curves]).astype(np.float32)
+
+
+def _keep_codes(raster: Raster, space: ColourSpace, orientation: int) -> dict[str, Any]:
+    """The fields of `Coded`; none where pixels are not made by tables."""
+    if raster.white is None or not _has_tables(raster.samples, raster.white, space):
+        return {}
+    samples = raster.samples if raster.samples.ndim == 3 else raster.samples[..., None]
+    samples = exif.orient(samples, orientation)
+    kept = result_array(samples.shape, samples.dtype)
+    kept[...] = samples
+    tables = np.ascontiguousarray(_tables(raster.white, space)[:, : 256**samples.dtype.itemsize])
+    matrix = {} if space.matrix is None else {"matrix": space.matrix.astype(np.float32)}
+    return {"codes": kept, "tables": tables, "white": raster.white, **matrix}
 
 
 def _fill_linear(samples: NDArray[Any], white: float, space: ColourSpace, pixels: NDArray[np.float32]) -> None:

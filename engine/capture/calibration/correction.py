@@ -9,7 +9,7 @@ Cost: for 24 megapixels 0.3 s a photograph; with room light each is read once mo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from engine.capture.calibration.rig import Array, Kind, Rig, Sample, fit
 from engine.capture.photograph.calibrate import near_lamp_gain
+from engine.core.kernels import serial_kernels
 from engine.core.one_thread import one_thread
 from engine.core.steps import Step, Steps
 from engine.storage.scratch import release, scratch_array
@@ -48,26 +49,27 @@ class Correction:
     room: NDArray[np.float32] | None = None
     matrix: Array | None = None
 
-    def apply(self, index: int, radiance: NDArray[np.float32]) -> None:
-        """Correct photograph number `index` (H, W, 3) in place, band by band."""
-        height, width = radiance.shape[:2]
+    def apply(self, index: int, radiance: NDArray[np.float32], first: int, height: int) -> None:
+        """Correct rows of photograph number `index` in place: `radiance` (rows, W, 3) from the row `first` of `height`.
+
+        Where the camera moved, and there is room light, all rows at once are cheaper than many times some.
+        """
         room = self.room
-        if room is not None and self.matrix is not None:
+        if room is not None and self.matrix is not None and not np.array_equal(self.matrix[index], np.eye(3)):
             room = _warp(room, np.linalg.inv(self.matrix[index]))
-        for first in range(0, height, _BAND_ROWS):
-            last = min(first + _BAND_ROWS, height)
-            band = radiance[first:last]
+        for start in range(0, len(radiance), _BAND_ROWS):
+            band = radiance[start : start + _BAND_ROWS]
+            rows = (first + start, first + start + len(band))
             if room is not None:
-                band -= room[first:last]
+                band -= room[slice(*rows)]
                 np.maximum(band, 0.0, out=band)
             if self.nearness > 0.0:
                 angles = float(self.elevation[index]), float(self.azimuth[index])
-                factor = near_lamp_gain(height, width, 1.0 / self.nearness, *angles, (first, last))
+                factor = near_lamp_gain(height, band.shape[1], 1.0 / self.nearness, *angles, rows)
                 factor *= np.float32(1.0 / self.gains[index])
                 band *= factor[..., None]
             elif self.gains[index] != 1.0:
                 band *= np.float32(1.0 / self.gains[index])
-            release(radiance)
         if self.room is not None:
             release(self.room)
 
@@ -87,7 +89,7 @@ def room_share(
     columns, rows = (each.ravel() for each in np.meshgrid(np.arange(size[0]), np.arange(size[1])))
     positions = np.stack([(columns + 0.5) / size[0] - 0.5, (0.5 * size[1] - 0.5 - rows) / size[0]], axis=1)
     share = np.empty((len(values), 3))
-    with one_thread():
+    with one_thread(), serial_kernels():
         every = slice(None, None, {"matte": 8, "glossy": 32}[kind])
         room = [_fit(values[:, :, band], positions, directions, rig, every, kind)[1] for band in range(3)]
         for first in range(0, len(values), _AT_ONCE):
@@ -117,20 +119,25 @@ def _warp(image: NDArray[np.float32], matrix: Array) -> NDArray[np.float32]:
 
 
 def room_light(
-    photographs: Sequence[NDArray[np.float32]], share: NDArray[np.float32], matrix: Array | None = None
+    photographs: Sequence[Callable[[int, int], NDArray[np.float32]]],
+    share: NDArray[np.float32],
+    size: tuple[int, int],
+    matrix: Array | None = None,
 ) -> Steps[NDArray[np.float32]]:
-    """(H, W, 3) radiance by room light, from whole photographs (H, W, 3) and its share in their mean."""
-    height, width = photographs[0].shape[:2]
+    """(H, W, 3) radiance by room light, from whole photographs and its share in their mean.
+
+    Each of `photographs` gives (rows, W, 3) from one row up to another; `size` is their height and width.
+    """
+    height, width = size
     room = scratch_array((height, width, 3), np.float32)
-    for index, photograph in enumerate(photographs):
+    for index, take in enumerate(photographs):
         yield Step(index / len(photographs), "Separating the room light")
-        if matrix is not None:
-            photograph = _warp(photograph, matrix[index])
+        moved = None if matrix is None else _warp(take(0, height), matrix[index])
         for first in range(0, height, _BAND_ROWS):
-            band = np.s_[first : first + _BAND_ROWS]
-            room[band] += photograph[band] / np.float32(len(photographs))
-            if matrix is None:
-                release(photograph)
+            last = min(first + _BAND_ROWS, height)
+            room[first:last] += (take(first, last) if moved is None else moved[first:last]) / np.float32(
+                len(photographs)
+            )
             release(room)
     enlarged = cv2.resize(share, (width, height), interpolation=cv2.INTER_LINEAR)
     for first in range(0, height, _BAND_ROWS):

@@ -23,6 +23,7 @@ from scipy import ndimage
 
 from engine.capture.calibration.rig import Array, Rig, Sample, fit
 from engine.capture.lights.list_forms import AXES, LISTED, change
+from engine.core.kernels import serial_kernels
 from engine.core.one_thread import one_thread
 from engine.core.slopes import integrate_slopes
 
@@ -84,7 +85,7 @@ def check_list(
     if sample.brightness.min() <= 0.0 or min(size) < 16:
         return nothing
     orders = [LISTED, "reversed", *(f"shifted{shift:+d}" for shift in SHIFTS if abs(shift) < len(directions) // 2)]
-    with one_thread():
+    with one_thread(), serial_kernels():
         fits = {order: _fit(sample.of(some), change(directions, order)) for order in orders}
         own = _no_surface(sample, directions, fits[LISTED][1], size)
         candidates = {form: (1.0, own[form]) for form in AXES}

@@ -25,6 +25,7 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 
 from engine.capture.calibration.rig import TERMS, Array, Kind, Rig, Sample, fit, measure_held_out, typical
 from engine.capture.registration.texture import Grey, reduce
+from engine.core.kernels import serial_kernels
 from engine.core.one_thread import one_thread
 from engine.core.steps import Step, Steps
 
@@ -79,7 +80,7 @@ def camera_motion(images: Sequence[Grey], directions: Array) -> Steps[Motion]:
     start = factor * _chain([_normalise(reduce(image, factor)) for image in images], directions)
     windows = _windows(images)
     best = still
-    with one_thread():
+    with one_thread(), serial_kernels():
         starts = [np.zeros((count, 2)), start]
         tried = [_refine(images, directions, each, windows, 0, "matte") for each in starts]
         kind, before = _choose_model(images, directions, windows, tried[0])

@@ -192,10 +192,11 @@ def fit(sample: Sample, directions: Array, terms: Sequence[str], start: Rig | No
             unheard = weights.sum(axis=0) < UNHEARD * sample.usable.sum(axis=0)
             rig = _with_unheard(sample, model, rig, unheard)
             heard[4:] &= ~unheard
-        for _ in range(STEPS[kind]):
-            if free.any():
-                rig, _, _ = _step(sample, model, rig, weights, heard)
+        for _ in range(STEPS[kind] if free.any() else 0):
+            rig, _, _ = _step(sample, model, rig, weights, heard)
             model = _model(sample, directions, rig, weights, kind, model)
+        if kind == "glossy" and not free.any():
+            model = _glossy(sample, directions, rig, model)
         weights = _biweights(sample, sample.values - model.values)
         if kind == "matte":  # glossy texels are weighted by their own fit
             model = _matte(sample, directions, rig, weights)
@@ -277,38 +278,46 @@ def _fit_matte(
     by_nearness: np.ndarray,
     found: np.ndarray,
 ) -> None:
-    """Fill the arrays of a `Model` texel by texel; bound by arithmetic, some 14 ns for each photograph of a texel."""
-    towards, flat, matrix, right = np.empty(3), np.zeros(3), np.empty((3, 3)), np.empty(3)
+    """Fill the arrays of a `Model` texel by texel; bound by arithmetic, some 5 ns for each photograph of a texel."""
+    count = len(directions)
+    right_of, above = np.empty(count), np.empty(count)
+    scale, squared = np.empty(count), np.empty(count)
+    matrix, right = np.empty((3, 3)), np.empty(3)
     for t in range(len(values)):
-        flat[:2] = positions[t]
-        matrix[:] = 0.0
-        right[:] = 0.0
-        for n in range(len(directions)):
-            squared = 0.0
-            for i in range(3):
-                towards[i] = directions[n, i] - nearness * flat[i]
-                squared += towards[i] ** 2
-            scale = gains[n] / (squared * np.sqrt(squared))
-            for i in range(3):
-                tangent[t, n, i] = scale * towards[i] + ambient[i]
-            for i in range(3):
-                weighted = weights[t, n] * tangent[t, n, i]
-                right[i] += weighted * values[t, n]
-                for j in range(i + 1):
-                    matrix[i, j] += weighted * tangent[t, n, j]
+        x, y = positions[t, 0], positions[t, 1]
+        for n in range(count):  # loops that a CPU takes several lamps at once for
+            across, along, up = directions[n, 0] - nearness * x, directions[n, 1] - nearness * y, directions[n, 2]
+            right_of[n], above[n] = across, along
+            squared[n] = across * across + along * along + up * up
+            scale[n] = gains[n] / (squared[n] * np.sqrt(squared[n]))
+        xx, xy, yy, xz, yz, zz, xv, yv, zv = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for n in range(count):
+            tx = scale[n] * right_of[n] + ambient[0]
+            ty = scale[n] * above[n] + ambient[1]
+            tz = scale[n] * directions[n, 2] + ambient[2]
+            tangent[t, n, 0], tangent[t, n, 1], tangent[t, n, 2] = tx, ty, tz
+            wx, wy, wz = weights[t, n] * tx, weights[t, n] * ty, weights[t, n] * tz
+            xx += wx * tx
+            xy += wy * tx
+            yy += wy * ty
+            xz += wz * tx
+            yz += wz * ty
+            zz += wz * tz
+            xv += wx * values[t, n]
+            yv += wy * values[t, n]
+            zv += wz * values[t, n]
+        matrix[0, 0], matrix[1, 0], matrix[1, 1] = xx, xy, yy
+        matrix[2, 0], matrix[2, 1], matrix[2, 2] = xz, yz, zz
+        right[0], right[1], right[2] = xv, yv, zv
         _solve_three(matrix, right, found[t])
-        room = ambient[0] * found[t, 0] + ambient[1] * found[t, 1] + ambient[2] * found[t, 2]
-        for n in range(len(directions)):
-            squared, along, across, total = 0.0, 0.0, 0.0, 0.0
-            for i in range(3):
-                towards[i] = directions[n, i] - nearness * flat[i]
-                squared += towards[i] ** 2
-                along += towards[i] * found[t, i]
-                across += towards[i] * flat[i]
-                total += tangent[t, n, i] * found[t, i]
-            shown[t, n], lit[t, n] = total, total - room
-            shift = 3.0 * along * across / squared - (flat[0] * found[t, 0] + flat[1] * found[t, 1])
-            by_nearness[t, n] = gains[n] * shift / (squared * np.sqrt(squared))
+        bx, by, bz = found[t, 0], found[t, 1], found[t, 2]
+        room = ambient[0] * bx + ambient[1] * by + ambient[2] * bz
+        level = x * bx + y * by
+        for n in range(count):
+            lamps = scale[n] * (right_of[n] * bx + above[n] * by + directions[n, 2] * bz)
+            shown[t, n], lit[t, n] = lamps + room, lamps
+            towards = lamps * (right_of[n] * x + above[n] * y)
+            by_nearness[t, n] = 3.0 * towards / squared[n] - scale[n] * level
 
 
 @scalar

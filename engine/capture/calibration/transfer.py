@@ -21,6 +21,7 @@ import numpy as np
 from engine.capture.calibration.estimate import FEWEST, cross_validate
 from engine.capture.calibration.rig import TERMS, Array, Kind, Rig, Sample
 from engine.core.colour import srgb_decode, srgb_encode
+from engine.core.kernels import serial_kernels
 from engine.core.one_thread import one_thread
 from engine.images.raster import Transfer
 
@@ -55,7 +56,7 @@ def check_transfer(sample: Sample, directions: Array, transfer: Transfer) -> Tra
         return TransferCheck(transfer)
     other: Transfer = "linear" if transfer == "srgb" else "srgb"
     samples = {transfer: sample, other: _recode(sample, transfer)}
-    with one_thread():
+    with one_thread(), serial_kernels():
         matte = [_measure(samples[each], directions, terms, each, "matte") for each in (transfer, other)]
         found = [levels for levels, _ in matte]
         if matte[0][1] > MATTE_FITS or np.nanmean(found[1]) < CLEARLY_WORSE * np.nanmean(found[0]):

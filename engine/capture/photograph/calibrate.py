@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.errors import UsageError
+from engine.core.kernels import scalar
 
 #: Parts of a flat field darker than this fraction of its mean tell more of noise than of light.
 DARKEST_FLAT = 0.05
@@ -73,5 +74,15 @@ def near_lamp_gain(
     x = (np.arange(width) + 0.5) / width - 0.5
     y = 0.5 * height / width - (np.arange(*(rows or (0, height))) + 0.5) / width
     x, y = x / distance, y / distance
-    squared = (lamp[0] - x[None, :]) ** 2 + (lamp[1] - y[:, None]) ** 2 + lamp[2] ** 2  # in units of the distance
-    return (squared**1.5).astype(np.float32)
+    gain = np.empty((len(y), width), np.float32)
+    _cube_distances((lamp[0] - x) ** 2, (lamp[1] - y) ** 2 + lamp[2] ** 2, gain)  # in units of the distance
+    return gain
+
+
+@scalar
+def _cube_distances(across: np.ndarray, along: np.ndarray, cubes: np.ndarray) -> None:
+    """Fill `cubes` (H, W) with the cubes of lengths whose squares are sums of `across` (W,) and `along` (H,)."""
+    for row in range(len(along)):
+        for column in range(len(across)):
+            squared = across[column] + along[row]
+            cubes[row, column] = squared * np.sqrt(squared)

@@ -88,29 +88,69 @@ class Calibration:
             frames = replace(self, lens=None, lamp_distance=math.inf)
             photograph = self._straighten(frames.applied(photograph, elevation, azimuth, factor))
             return Calibration(lamp_distance=self.lamp_distance).applied(photograph, elevation, azimuth, 1.0)
-        factors = np.full(3, factor) * (1.0 if photograph.container == "RAW" else np.array(self.balance))
-        near = math.isfinite(self.lamp_distance)
-        if self.dark is None and self.gain is None and not near and (factors == 1).all():
+        factors = self._factors(photograph, factor)
+        if self.dark is None and self.gain is None and math.isinf(self.lamp_distance) and (factors == 1).all():
             return photograph
-        height, width = photograph.saturated.shape
         self._check_size(photograph)
-        radiance = np.empty_like(photograph.radiance)
-        for first in range(0, height, _BAND_ROWS):
+        radiance, saturated = np.empty_like(photograph.radiance), photograph.saturated.copy()
+        for first in range(0, len(radiance), _BAND_ROWS):
             band = np.s_[first : first + _BAND_ROWS]
-            part = radiance[band]
-            np.subtract(photograph.radiance[band], 0 if self.dark is None else self.dark[band], out=part)
-            with np.errstate(over="ignore"):  # infinite radiance is refused with all that is too large
-                part *= factors.astype(np.float32)
-                if self.gain is not None:
-                    part *= self.gain[band]
-                if near:
-                    rows = (first, min(first + _BAND_ROWS, height))
-                    part *= near_lamp_gain(height, width, self.lamp_distance, elevation, azimuth, rows)[..., None]
-        saturated = photograph.saturated if self.unknown is None else photograph.saturated | self.unknown
+            radiance[band] = photograph.radiance[band]
+            self._correct(radiance[band], saturated[band], first, len(radiance), elevation, azimuth, factors)
         for frame in (self.dark, self.gain):
             if frame is not None:
                 release(frame)
         return replace(photograph, radiance=radiance, saturated=saturated)
+
+    @property
+    def is_by_pixel(self) -> bool:
+        """True where the same frames are for all photographs, and each pixel is corrected by itself."""
+        return self.lens is None and not self.flats and not self.darks
+
+    def correct_rows(
+        self,
+        rows: tuple[NDArray[np.float32], NDArray[np.bool_]],
+        first: int,
+        photograph: Photograph,
+        height: int,
+        elevation: float,
+        azimuth: float,
+        factor: float,
+    ) -> None:
+        """As `applied`, in place, for rows from `first` on of the radiance and saturation of a photograph.
+
+        `photograph` tells what the photograph of this `height` is, and `is_by_pixel` holds.
+        """
+        self._correct(*rows, first, height, elevation, azimuth, self._factors(photograph, factor))
+
+    def _factors(self, photograph: Photograph, factor: float) -> NDArray[np.float32]:
+        balance = 1.0 if photograph.container == "RAW" else np.array(self.balance)
+        return np.asarray(np.full(3, factor) * balance, np.float32)
+
+    def _correct(
+        self,
+        radiance: NDArray[np.float32],
+        saturated: NDArray[np.bool_],
+        first: int,
+        height: int,
+        elevation: float,
+        azimuth: float,
+        factors: NDArray[np.float32],
+    ) -> None:
+        band = np.s_[first : first + len(radiance)]
+        if self.dark is not None:
+            radiance -= self.dark[band]
+        with np.errstate(over="ignore"):  # infinite radiance is refused with all that is too large
+            if (factors != 1).any():
+                radiance *= factors
+            if self.gain is not None:
+                radiance *= self.gain[band]
+            if math.isfinite(self.lamp_distance):
+                rows = (first, first + len(radiance))
+                even = near_lamp_gain(height, radiance.shape[1], self.lamp_distance, elevation, azimuth, rows)
+                radiance *= even[..., None]
+        if self.unknown is not None:
+            saturated |= self.unknown[band]
 
     def _straighten(self, photograph: Photograph) -> Photograph:
         lens = self.lens

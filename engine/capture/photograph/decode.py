@@ -28,6 +28,7 @@ from engine.core.errors import InputError
 from engine.core.steps import Step, Steps
 from engine.images import decode as images
 from engine.images import tiff
+from engine.images.codes import Coded
 from engine.images.exif import read_exif
 from engine.images.tiff_directories import check_directories
 from engine.storage.readers import readers
@@ -63,6 +64,7 @@ class Photograph:
         samples equal to it where the channel looks clipped (`engine.images.decode.Image`), else empty.
     profile : name of the colour space that the file states and that was applied, else ''.
     matrix_source : of RAW files, what the camera matrix comes from: 'LibRaw', 'the file', or '' where there is none.
+    coded : what radiance and saturation are made from, where that was asked for and they are made by tables.
     """
 
     radiance: NDArray[np.float32]
@@ -86,6 +88,7 @@ class Photograph:
     plateaus: tuple[float, ...] = ()
     profile: str = ""
     matrix_source: str = ""
+    coded: Coded | None = None
 
 
 def read_photograph(
@@ -98,6 +101,7 @@ def read_photograph(
     white_code: int = 0,
     bands: Sequence[int] = (),
     white_samples: Sequence[float] = (),
+    keep_codes: bool = False,
 ) -> Photograph:
     """Decode one photograph; Unreadable for what cannot be decoded whole.
 
@@ -110,10 +114,11 @@ def read_photograph(
     orientation, white_code : EXIF orientation, and full scale of 16 bits, instead of those of an image, where not 0.
     white_samples : samples of red, green and blue from which on a floating-point image is saturated; none without.
     bands : of an image, from 1: one that becomes grey, or three that become red, green and blue; its colours without.
+    keep_codes : keep what pixels are made from as well, where tables make them and the image is not halved.
     """
     options: dict[str, Any] = {"white_balance": white_balance, "transfer": transfer, "half_size": half_size}
-    more: dict[str, Any] = {"white_code": white_code, "bands": bands, "white_samples": white_samples}
-    with closing(Reading(path, **options, orientation=orientation, **more)) as reading:
+    options |= {"orientation": orientation, "white_code": white_code, "bands": bands}
+    with closing(Reading(path, **options, white_samples=white_samples, keep_codes=keep_codes)) as reading:
         return reading.photograph()
 
 
@@ -131,6 +136,7 @@ class Reading:
         white_code: int = 0,
         bands: Sequence[int] = (),
         white_samples: Sequence[float] = (),
+        keep_codes: bool = False,
     ) -> None:
         if isinstance(white_balance, str) and white_balance not in ("camera", "none"):
             raise ValueError(f"unknown white balance {white_balance!r}")
@@ -145,6 +151,7 @@ class Reading:
             white_code=white_code,
             bands=list(bands),
             white_samples=[float(value) for value in white_samples],
+            keep_codes=keep_codes,
             memory_bytes=_MEMORY_BYTES,
         )
 
@@ -163,11 +170,22 @@ class Reading:
                 value.flags.writeable = False
             elif isinstance(value, list):
                 reply[name] = tuple(value)
-        return build(Photograph, self._path, {"path": self._path, **reply})
+        return build(_build, self._path, {"path": self._path, **reply})
 
     def close(self) -> None:
         """Stop reading."""
         self._decoding.cancel()
+
+
+def _build(**fields: Any) -> Photograph:
+    """A photograph of what the decoder answered; TypeError where these are not the fields it takes."""
+    if "codes" not in fields:
+        return Photograph(**fields)
+    coded = Coded(**{name: fields.pop(name) for name in ("codes", "tables", "white", "matrix") if name in fields})
+    photograph = Photograph(**fields, coded=coded)
+    if coded.codes.shape[:2] != np.shape(photograph.saturated):
+        raise TypeError("codes of another size than the photograph")
+    return photograph
 
 
 def decode_photograph(
@@ -180,6 +198,7 @@ def decode_photograph(
     white_code: int = 0,
     bands: Sequence[int] = (),
     white_samples: Sequence[float] = (),
+    keep_codes: bool = False,
 ) -> dict[str, Any]:
     """The decoder that runs in the child."""
     if _is_raw(content, name):
@@ -189,7 +208,7 @@ def decode_photograph(
             raise InputError(name, "is camera RAW, which has no bands to choose", "Leave --bands out")
         return decode_raw(content, name, white_balance, half_size)
     more: dict[str, Any] = {"bands": bands, "keep_primaries": True, "white_samples": white_samples}
-    image = images.decode(content, name, transfer, half_size, orientation, white_code, **more)
+    image = images.decode(content, name, transfer, half_size, orientation, white_code, keep_codes=keep_codes, **more)
     images.refuse_larger(name, image["pixels"])
     if Path(name).suffix.lower() in RAW_SUFFIXES:
         image["warnings"].append(f"is a {image['container']} inside, not camera RAW")

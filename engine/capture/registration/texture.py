@@ -25,8 +25,8 @@ def reduction(height: int, width: int) -> int:
 
 
 def reduce(image: Grey, factor: int) -> Grey:
-    """Means of factor × factor pixels; what does not fill a block at the right and bottom is left out."""
-    height, width = (size // factor for size in image.shape)
+    """Means of factor × factor pixels of (H, W) or (H, W, C), without what fills no block at the right and bottom."""
+    height, width = (size // factor for size in image.shape[:2])
     whole = image[: height * factor, : width * factor]
     return whole if factor == 1 else cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA)
 

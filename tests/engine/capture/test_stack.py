@@ -135,8 +135,8 @@ def test_S11_alignment_needs_the_disk_space_of_one_light_more_than_the_result(
     import weakref
 
     made: list[weakref.ref[Any]] = []
-    light_bytes = 13 * HEIGHT * WIDTH
-    disk_bytes = int(1.1 * (5 * light_bytes + (1 << 20))) + 1
+    light_bytes, codes_bytes = 13 * HEIGHT * WIDTH, 6 * HEIGHT * WIDTH  # codes of 16 bits wait
+    disk_bytes = int(1.1 * (4 * light_bytes + codes_bytes + (1 << 20))) + 1
 
     def waiting_bytes() -> int:
         return sum(array.nbytes for array in (one() for one in made) if array is not None)
@@ -157,7 +157,7 @@ def test_S11_alignment_needs_the_disk_space_of_one_light_more_than_the_result(
     waiting = {}
     for step in import_stack(find([capture]), ImportSettings(), tmp_path / "stack"):
         if step.note.startswith("Writing"):
-            waiting[step.note] = waiting_bytes() / light_bytes
+            waiting[step.note] = waiting_bytes() / codes_bytes
     assert waiting == {f"Writing {1 + light} of 4": 4 - light for light in range(4)}
     assert contents(tmp_path / "stack") == contents(stack.folder)
     disk_bytes -= 2
