@@ -101,11 +101,8 @@ def _examine_photographs(
         sample = Sample(sample.values * length**1.5, sample.usable, sample.positions, sample.brightness, sample.block)
     terms = [term for term in ("distance", "gains", "ambient") if term != "distance" or not seen.nearness]
     found = estimate(sample, seen.direction, terms, start)
-    findings = [
-        Finding(Verdict.WARNING, f"Not corrected for: {term.text}. Import again with --calibrate auto")
-        for term in found.terms
-        if term.accepted
-    ]
+    is_estimated = isinstance(stack.provenance.get("lights_sigma_deg"), int | float)
+    findings = _about_uncorrected([term.text for term in found.terms if term.accepted], is_estimated)
     suggested = stack.provenance.get("suggested_transfer")
     if findings and isinstance(suggested, str):  # of which all follow
         text = f"The samples of the photographs seem to be {suggested}: import again with --transfer {suggested}"
@@ -117,3 +114,16 @@ def _examine_photographs(
     near = found.rig.nearness if "distance" in found.accepted else 0.0
     held_out = found.held_out if math.isfinite(found.held_out) else None
     return math.hypot(alike, *changes), math.hypot(apart, BY_DISTANCE * near), held_out, findings
+
+
+def _about_uncorrected(texts: list[str], is_estimated: bool) -> list[Finding]:
+    """Warnings about terms of the rig that the photographs tell; estimated lights have taken up a part of them."""
+    if is_estimated and texts:
+        text = (
+            "The lights were estimated as distant, equally bright lamps in a dark room, which the photographs "
+            f"contradict ({'; '.join(texts)}). Estimated lights cannot be calibrated: import again with a list of "
+            "lights or a mirror sphere"
+        )
+        return [Finding(Verdict.WARNING, text)]
+    again = "Import again with --calibrate auto"
+    return [Finding(Verdict.WARNING, f"Not corrected for: {text}. {again}") for text in texts]

@@ -75,6 +75,16 @@ def test_an_import_without_lights_is_marked_as_an_estimate(tmp_path: Path) -> No
         drain(import_stack(find([few]), ImportSettings(estimate_lights=True), tmp_path / "other"))
 
 
+def test_unequal_lamps_of_estimated_lights_are_not_to_be_imported_again(tmp_path: Path) -> None:
+    made = render(Capture(seed=2002, surface="domes", lamps=20, height=48, width=56, gains=(0.7, 1.3)))
+    folder = write(made, tmp_path / "photographs")
+    (folder / "lights.lp").unlink()
+    stack = drain(import_stack(find([folder]), ImportSettings(estimate_lights=True), tmp_path / "stack"))
+    said = " ".join(drain(recover(stack, np.arange(len(stack.sources)), left_out=False)).health.warnings)
+    assert "distant, equally bright lamps in a dark room, which the photographs contradict (Lamps of 0." in said
+    assert "--calibrate auto" not in said
+
+
 def test_normals_whose_side_was_assumed_cover_the_other_one(tmp_path: Path) -> None:
     """The relief of seed 2004 is told by assumption, and its lamps come out on the wrong side."""
     made = dome(2004, "relief", "matte", 20)
