@@ -18,7 +18,7 @@ from engine.capture.photograph.grey_patch import GreyPatch
 from engine.capture.registration.framing import Framing
 from engine.capture.registration.framing import crop as crop_to_size
 from engine.capture.registration.warp import Region
-from engine.capture.scale import ChartPitch, KnownLength, ScaleChoice
+from engine.capture.scale import CameraDistance, ChartPitch, KnownLength, ScaleChoice
 from engine.capture.stack import open_stack as read_stack
 from engine.core.errors import UsageError
 from engine.core.steps import drain
@@ -194,7 +194,8 @@ def import_capture(
     mask: File | Literal["alpha"] | None = None,
     estimate_lights: bool = False,
     pair_gain: float | None = None,
-    scale: float | tuple[Sequence[float], Sequence[float], float] | None = None,
+    scale: float | tuple[Sequence[float], Sequence[float], float] | Literal["exif"] | None = None,
+    distance_mm: float | None = None,
     chart_pitch_mm: float | None = None,
     lens: File | None = None,
     trust_angles: bool = False,
@@ -271,7 +272,10 @@ def import_capture(
         over that in parallel ones; without it, it is estimated. ``stack.provenance["polarisation"]`` has its figures.
     scale : float or (point, point, float), optional
         Millimetres per pixel of the photographs; or two points (x, y) in pixels of the one that the others are aligned
-        to, and the millimetres between them. ``stack.provenance["scale"]`` has the size of a texel.
+        to, and the millimetres between them; or 'exif' for an estimate from the focal length, the sensor and the
+        distance that the camera notes. ``stack.provenance["scale"]`` has the size of a texel.
+    distance_mm : float, optional
+        With ``scale="exif"``, the millimetres from the sample to the sensor as measured.
     chart_pitch_mm : float, optional
         In its place, the millimetres between the middles of neighbouring patches of the `chart`.
     lens : path, optional
@@ -335,7 +339,7 @@ def import_capture(
         mask=None if mask is None else "alpha" if mask == "alpha" else Path(mask),
         estimate_lights=estimate_lights,
         pair_gain=pair_gain,
-        scale=_scale(scale, chart_pitch_mm),
+        scale=_scale(scale, chart_pitch_mm, distance_mm),
         lens=None if lens is None else Path(lens),
         trust_angles=trust_angles,
         strict=strict,
@@ -345,10 +349,18 @@ def import_capture(
         return drain(import_stack(sources, settings, folder), progress)
 
 
-def _scale(scale: Any, chart_pitch_mm: float | None) -> ScaleChoice | None:
+def _scale(scale: Any, chart_pitch_mm: float | None, distance_mm: float | None) -> ScaleChoice | None:
     """Return the size of a pixel, or what tells it, as the engine takes it."""
     if scale is not None and chart_pitch_mm is not None:
         raise UsageError("give scale or chart_pitch_mm, not both")
+    if distance_mm is not None and scale != "exif":
+        raise UsageError('distance_mm is for scale="exif"')
+    if isinstance(scale, str):
+        if scale != "exif":
+            raise UsageError(
+                f"a scale is millimetres per pixel, two points with their distance, or 'exif', not {scale!r}"
+            )
+        return CameraDistance(None if distance_mm is None else float(distance_mm))
     if chart_pitch_mm is not None:
         return ChartPitch(float(chart_pitch_mm))
     if scale is None or isinstance(scale, int | float):

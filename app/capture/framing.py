@@ -24,20 +24,26 @@ if TYPE_CHECKING:
 Place = tuple[float, float]
 Corners = tuple[Place, Place, Place, Place]
 Patch = tuple[int, int, int, int]
+Ends = tuple[float, float, float, float]
 
 REACH_PX = 12.0
 HANDLE_PX = 5.0
+
+#: Length of a line in pixels of the photograph from which it tells a scale.
+SHORTEST_PX = 2.0
 
 
 class FramingView(ImageView):
     """Shows corners in pixels of the photograph (centres at integers) and lets them be dragged.
 
     `corners_moved(corners, final)` follows a drag, `patch_drawn(patch)` a rectangle (left, top, width, height) that was
-    drawn while `drawing_patch` is on.
+    drawn while `drawing_patch` is on, `length_drawn(ends)` a line (x, y, x, y) while `drawing_length` is, or one of
+    whose ends was dragged.
     """
 
     corners_moved = Signal(object, bool)
     patch_drawn = Signal(object)
+    length_drawn = Signal(object)
 
     def __init__(self) -> None:
         super().__init__()
@@ -47,6 +53,9 @@ class FramingView(ImageView):
         self.drawing_patch = False
         self._held: int | None = None
         self._patch_from: QPointF | None = None
+        self.length: Ends | None = None
+        self.drawing_length = False
+        self._end_held: int | None = None
 
     def show_corners(self, corners: Corners | None, *, upright: bool = False) -> None:
         """Show four `corners`, or none; `upright` keeps them a rectangle while one is dragged."""
@@ -62,6 +71,29 @@ class FramingView(ImageView):
         """Let the next drag draw the grey patch."""
         self.drawing_patch = drawing
         self.setCursor(Qt.CursorShape.CrossCursor if drawing else Qt.CursorShape.ArrowCursor)
+
+    def show_length(self, ends: Ends | None) -> None:
+        """Show the line of a known length."""
+        self.length = ends
+        self.update()
+
+    def draw_length(self, drawing: bool) -> None:
+        """Let the next drag draw the line of a known length."""
+        self.drawing_length = drawing
+        self.setCursor(Qt.CursorShape.CrossCursor if drawing else Qt.CursorShape.ArrowCursor)
+
+    def end(self, place: int) -> QPointF:
+        """The position of an end of the line on the screen, 0 or 1."""
+        assert self.length is not None
+        x, y = self.length[2 * place : 2 * place + 2]
+        return self.to_screen(QPointF(x + 0.5, y + 0.5))
+
+    def _move_end(self, place: int, point: QPointF) -> None:
+        assert self.length is not None
+        at = self._place(point)
+        ends = list(self.length)
+        ends[2 * place : 2 * place + 2] = at.x() - 0.5, at.y() - 0.5
+        self.show_length((ends[0], ends[1], ends[2], ends[3]))
 
     def handle(self, place: int) -> QPointF:
         """The position of corner number `place` on the screen."""
@@ -81,6 +113,17 @@ class FramingView(ImageView):
             if self.drawing_patch:
                 self._patch_from = self._place(event.position())
                 return
+            if self.drawing_length:
+                at = self._place(event.position())
+                self.show_length((at.x() - 0.5, at.y() - 0.5, at.x() - 0.5, at.y() - 0.5))
+                self._end_held = 1
+                return
+            if self.length is not None:
+                apart = [self.end(place) - event.position() for place in (0, 1)]
+                near_end = [place for place, each in enumerate(apart) if hypot(each.x(), each.y()) <= REACH_PX]
+                if near_end:
+                    self._end_held = near_end[0]
+                    return
             offsets = [self.handle(place) - event.position() for place in range(4 if self.corners else 0)]
             near = [place for place, offset in enumerate(offsets) if hypot(offset.x(), offset.y()) <= REACH_PX]
             if near:
@@ -89,7 +132,9 @@ class FramingView(ImageView):
         super().mousePressEvent(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        if self._held is not None:
+        if self._end_held is not None:
+            self._move_end(self._end_held, event.position())
+        elif self._held is not None:
             place = self._place(event.position())
             self._move(self._held, place.x() - 0.5, place.y() - 0.5)
             self.corners_moved.emit(self.corners, False)
@@ -100,7 +145,13 @@ class FramingView(ImageView):
             super().mouseMoveEvent(event)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        if self._held is not None:
+        if self._end_held is not None:
+            self._end_held = None
+            self.draw_length(False)
+            assert self.length is not None
+            if hypot(self.length[2] - self.length[0], self.length[3] - self.length[1]) > SHORTEST_PX:
+                self.length_drawn.emit(self.length)
+        elif self._held is not None:
             self._held = None
             self.corners_moved.emit(self.corners, True)
         elif self._patch_from is not None:
@@ -137,6 +188,11 @@ class FramingView(ImageView):
                 painter.drawPolygon(QPolygonF(handles))
                 for handle in handles:
                     painter.drawEllipse(handle, HANDLE_PX, HANDLE_PX)
+            if self.length is not None:
+                ends = [self.end(place) for place in (0, 1)]
+                painter.drawLine(*ends)
+                for end in ends:
+                    painter.drawEllipse(end, HANDLE_PX, HANDLE_PX)
             if self.patch is not None:
                 left, top, across, along = self.patch
                 start, end = QPointF(left, top), QPointF(left + across, top + along)

@@ -17,6 +17,8 @@ from app.widgets.controls import ComboBox
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Fold, Rows, Segments, button, enable, keep_hint, text
 from engine.capture.calibration.separation import MIN_GAIN, gain_text
+from engine.capture.scale import KnownLength, size_text
+from engine.core.errors import UsageError
 from engine.core.figure_text import number
 
 if TYPE_CHECKING:
@@ -114,6 +116,8 @@ CALIBRATION = (
         "pair_gain",
         "scale_mm",
         "chart_pitch_mm",
+        "known_length",
+        "scale_by_camera",
         "lamp_distance",
         "sphere",
         "without_estimates",
@@ -122,7 +126,21 @@ CALIBRATION = (
 )
 POINTS_HINT = "In the reference and in a photograph that is not aligned correctly"
 PAIR_HINT = "Brightness of a matte white patch in the crossed photographs over that in the parallel ones"
-LENGTH_HINT = "Per pixel of the photographs, or from the middle of one patch of the chart to that of the next"
+
+#: Ways to a scale: its label, and the length that it needs with the first value and the range of that, or None.
+SCALES: dict[str, tuple[str, str | None, float, tuple[float, float]]] = {
+    "unknown": ("Unknown", None, 0.1, (1e-4, 100.0)),
+    "pixel": ("Per pixel", "Size of a pixel of the photographs", 0.1, (1e-4, 100.0)),
+    "length": ("Between two points", "Distance of the two points: drag from the one to the other", 10.0, (1e-3, 1e5)),
+    "chart": ("By the colour chart", "From the middle of one patch of the chart to that of the next", 40.0, (0.1, 1e3)),
+    "camera": ("Estimate by the camera", None, 0.1, (1e-4, 100.0)),
+    "distance": (
+        "Estimate by distance",
+        "From the sample to the sensor of the camera, as measured",
+        600.0,
+        (10.0, 1e5),
+    ),
+}
 SPHERE_HINT = "Its outline, and the lamp's reflection in each photograph"
 FRAMINGS = (("all", "All that they share"), ("crop", "Crop"), ("corners", "Four corners"))
 
@@ -131,13 +149,14 @@ class ImportPanel(Rows):
     """Rows of the Capture panel. `chosen(words, parts)` asks for a change of these parts of `ImportChoices`.
 
     `framing_wanted(how, width)` asks for 'all', 'crop' or 'corners', `patch_wanted` to draw the grey patch,
-    `tool_wanted` for 'points' or 'sphere' to be set by hand.
+    `length_wanted` to mark a known length, `tool_wanted` for 'points' or 'sphere' to be set by hand.
     """
 
     chosen = Signal(str, object)
     framing_wanted = Signal(str, object)
     patch_wanted = Signal()
     tool_wanted = Signal(str)
+    length_wanted = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -163,13 +182,18 @@ class ImportPanel(Rows):
         self.chart = text("", "secondary", wrap=True)
         calibration.wide(self.chart)
         self.scale = ComboBox()
-        for how, words in (("unknown", "Unknown"), ("pixel", "Per pixel"), ("chart", "By the colour chart")):
-            self.scale.addItem(words, how)
+        for how, (label, *_) in SCALES.items():
+            self.scale.addItem(label, how)
         self.scale.activated.connect(lambda _: self._scale_chosen(self.scale.currentData()))
         calibration.row("Scale", self.scale, "Size of the sample, for heights and exports in millimetres")
         self.millimetres = NumberField(0.1, 1e-4, 100.0, unit="mm", log=True)
         self.millimetres.edited.connect(self._millimetres_edited)
-        calibration.row("Length", self.millimetres, LENGTH_HINT)
+        calibration.row("Length", self.millimetres)
+        self.mark_length = button("Mark the length…", hint="Drag from one end of a known length to the other")
+        self.mark_length.clicked.connect(lambda: self.length_wanted.emit())
+        calibration.row("Points", self.mark_length)
+        self.scale_text = text("", "secondary", wrap=True)
+        calibration.wide(self.scale_text)
         self.pair = Segments(
             (
                 ("estimated", "Estimated", "From the pairs themselves"),
@@ -280,11 +304,15 @@ class ImportPanel(Rows):
             self.distance.show_value(choices.lamp_distance)
         self._show_chart()
         self._show_pairs(has_pairs)
-        by_chart, per_pixel = choices.chart_pitch_mm, choices.scale_mm
-        how = "chart" if by_chart is not None else "unknown" if per_pixel is None else "pixel"
+        how, value = self._scale_shown()
         self.scale.setCurrentIndex(self.scale.findData(how))
-        if by_chart is not None or per_pixel is not None:
-            self.millimetres.show_value(float(by_chart if by_chart is not None else per_pixel or 0.0))
+        self.millimetres.low, self.millimetres.high = SCALES[how][3]
+        if value is not None:
+            self.millimetres.show_value(value)
+        else:
+            self.millimetres.show_unknown()
+        self.fold.rows.show_row(self.mark_length, how == "length")
+        self._show_scale()
         self._show_estimates()
         framing = choices.framing
         how = "all" if framing is None else "crop" if is_upright(framing) else "corners"
@@ -322,6 +350,25 @@ class ImportPanel(Rows):
             self.pair_gain.show_value(stated)
         self.pair_text.setText(label)
         self.pair_text.setVisible(bool(label) and has_pairs)
+
+    def _scale_shown(self) -> tuple[str, float | None]:
+        """The way to the scale that is chosen, and its length in millimetres."""
+        choices = self.choices
+        if choices.scale_by_camera:
+            return ("camera", None) if choices.camera_distance_mm is None else ("distance", choices.camera_distance_mm)
+        if choices.known_length is not None:
+            return "length", choices.known_length[4]
+        if choices.chart_pitch_mm is not None:
+            return "chart", choices.chart_pitch_mm
+        return ("unknown", None) if choices.scale_mm is None else ("pixel", choices.scale_mm)
+
+    def _show_scale(self) -> None:
+        """Say what the last import found the size of a texel to be."""
+        label = ""
+        with contextlib.suppress(KeyError, TypeError, ValueError):  # a record of a stack that is none
+            label = size_text(self.provenance["scale"])
+        self.scale_text.setText(label)
+        self.scale_text.setVisible(bool(label))
 
     def _show_estimates(self) -> None:
         """Say what the last import found in the photographs, and which list of lights fits."""
@@ -365,8 +412,9 @@ class ImportPanel(Rows):
         enable(self.spheres, why_not or ("" if measured else "The lights are not measured on a sphere"))
         stated = "" if self.choices.pair_gain is not None else "The gain is estimated from the pairs"
         enable(self.pair_gain, why_not or stated, PAIR_HINT)
-        known = self.choices.scale_mm is not None or self.choices.chart_pitch_mm is not None
-        enable(self.millimetres, why_not or ("" if known else "The scale is not known"), LENGTH_HINT)
+        hint = SCALES[self._scale_shown()[0]][1]
+        enable(self.millimetres, why_not or ("" if hint else "This scale needs no length"), hint or "")
+        enable(self.mark_length, why_not)
         for segments in (self.sphere, self.lamp, self.pair, self.scale):
             enable(segments, why_not)
         for widget in (self.form, *self.estimates.values()):
@@ -420,19 +468,45 @@ class ImportPanel(Rows):
         self.chosen.emit("Lights", {"sphere": how == "sphere", **alone})
 
     def _scale_chosen(self, how: str) -> None:
-        if how == "chart" and self.choices.chart == "none":
-            self.scale.setCurrentIndex(self.scale.findData("unknown"))
-            self.chosen.emit("Scale", {"scale_mm": None, "chart_pitch_mm": 40.0, "chart": "auto"})
+        if how == "length" and self.choices.known_length is None:
+            self.scale.setCurrentIndex(self.scale.findData(self._scale_shown()[0]))
+            self.length_wanted.emit()
             return
-        self._emit_scale(how, 40.0 if how == "chart" else 0.1)
+        self._emit_scale(how, SCALES[how][2])
 
     def _millimetres_edited(self, value: float, final: bool) -> None:
         if final:
-            self._emit_scale("chart" if self.choices.chart_pitch_mm is not None else "pixel", value)
+            how, known = self._scale_shown()[0], self.choices.known_length
+            if how == "length" and known is not None:
+                try:
+                    KnownLength(known[:2], known[2:4], value)
+                except UsageError as error:
+                    self.show_choices(self.choices, self.imported_size, self.provenance)
+                    self.scale_text.setText(f"{error}")
+                    self.scale_text.show()
+                    return
+            self._emit_scale(how, value)
 
     def _emit_scale(self, how: str, value: float) -> None:
-        parts = {"scale_mm": value if how == "pixel" else None, "chart_pitch_mm": value if how == "chart" else None}
+        parts: dict[str, Any] = {
+            "scale_mm": value if how == "pixel" else None,
+            "chart_pitch_mm": value if how == "chart" else None,
+            "known_length": None,
+            "scale_by_camera": how in ("camera", "distance"),
+            "camera_distance_mm": value if how == "distance" else None,
+        }
+        if how == "length" and self.choices.known_length is not None:
+            parts["known_length"] = (*self.choices.known_length[:4], value)
+        if how == "chart" and self.choices.chart == "none":
+            parts["chart"] = "auto"
         self.chosen.emit("Scale", parts)
+
+    def take_length(self, ends: tuple[float, float, float, float]) -> None:
+        """Ask for the scale by a length between two points (x, y, x, y), of as many millimetres as before."""
+        known = self.choices.known_length
+        length_mm = SCALES["length"][2] if known is None else known[4]
+        alone = {"scale_mm": None, "chart_pitch_mm": None, "scale_by_camera": False, "camera_distance_mm": None}
+        self.chosen.emit("Known length", {**alone, "known_length": (*ends, length_mm)})
 
     def _pair_chosen(self, how: str) -> None:
         self.chosen.emit("Gain of pairs", {"pair_gain": self.pair_gain.value if how == "stated" else None})

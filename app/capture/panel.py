@@ -14,8 +14,7 @@ from app.jobs.jobs import Job
 from app.widgets.panels import Panel, button, enable, text
 from app.widgets.report import Report
 from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread
-from engine.capture.scale import mm_per_texel
-from engine.core.figure_text import number
+from engine.capture.scale import extent_text
 
 if TYPE_CHECKING:
     from app.commands.workbench import Workbench
@@ -126,9 +125,8 @@ class CapturePanel(Panel):
 def size_of(stack: ImageStack) -> str:
     """The size of the images of a stack, in millimetres as well where their scale is known."""
     height, width = stack.radiance.shape[1:3]
-    texel = mm_per_texel(stack.provenance)
-    mm = "" if texel is None else f", {number(texel * width, 3)} × {number(texel * height, 3)} mm"
-    return f"{width} × {height} px{mm}"
+    extent = extent_text(stack.provenance, width, height)
+    return f"{width} × {height} px{', ' * bool(extent)}{extent}"
 
 
 def find_unaligned(stack: ImageStack | None) -> tuple[str, ...]:

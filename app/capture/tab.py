@@ -93,6 +93,7 @@ class CaptureTab(QWidget):
         self.loupe = Loupe(self.image)
         self.loupe.closed.connect(self.magnify.trigger)
         self.image.corners_moved.connect(self._corners_moved)
+        self.image.length_drawn.connect(lambda ends: self.options.take_length(ends))
         self.image.patch_drawn.connect(lambda patch: choose(bench.document, "Grey patch", patch=patch))
         self.plot = ElevationPlot()
         self.plot.selected.connect(self.list.choose)
@@ -148,6 +149,7 @@ class CaptureTab(QWidget):
         self.options.chosen.connect(lambda words, parts: choose(self.bench.document, words, **parts))
         self.options.framing_wanted.connect(self._frame)
         self.options.patch_wanted.connect(self._draw_patch)
+        self.options.length_wanted.connect(self._draw_length)
         self.options.tool_wanted.connect(self.open_tool)
         self.again.clicked.connect(self._import_again)
         self.report.show_source.connect(self._show_source)
@@ -464,6 +466,8 @@ class CaptureTab(QWidget):
             framing.corners if framing is not None and before else None, upright=is_upright(framing)
         )
         self.image.show_patch(choices.patch if before else None)
+        known = choices.known_length
+        self.image.show_length((known[0], known[1], known[2], known[3]) if known is not None and before else None)
         self.when.disable("before", why_not)
         if why_not:
             self.when.choose("after")
@@ -513,6 +517,10 @@ class CaptureTab(QWidget):
     def _draw_patch(self) -> None:
         self._look_before()
         self.image.draw_patch(True)
+
+    def _draw_length(self) -> None:
+        self._look_before()
+        self.image.draw_length(True)
 
     def _angle_edited(self, place: int, elevation_deg: float, azimuth_deg: float | None) -> None:
         sources = self.bench.document.project.sources

@@ -28,7 +28,7 @@ from engine.capture.photograph.lens import save_lens
 from engine.capture.registration.framing import Framing
 from engine.capture.registration.framing import crop as crop_to_size
 from engine.capture.registration.warp import Region
-from engine.capture.scale import ChartPitch, KnownLength, ScaleChoice, scale_text
+from engine.capture.scale import CameraDistance, ChartPitch, KnownLength, ScaleChoice, scale_text
 from engine.capture.stack import lights_of
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, time_text
@@ -124,10 +124,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--scale",
         type=_scale,
-        metavar="MM|X,Y,X,Y=MM|chart=MM",
+        metavar="MM|X,Y,X,Y=MM|chart=MM|exif[=MM]",
         help="millimetres per pixel of the photographs; or two points of the photograph that the others are aligned "
         "to, and the millimetres between them; or the millimetres between the middles of neighbouring patches of the "
-        "chart, with --chart",
+        "chart, with --chart; or exif for an estimate from the focal length, the sensor and the distance that the "
+        "camera notes, or the millimetres from the sample to the sensor as measured (exif=620)",
     )
     parser.add_argument(
         "--pair",
@@ -497,16 +498,20 @@ def _bands(text: str) -> tuple[int, ...]:
 def _scale(text: str) -> ScaleChoice:
     points, equals, length = text.rpartition("=")
     try:
+        if text == "exif":
+            return CameraDistance()
         if not equals:
             return float(text)
         if points == "chart":
             return ChartPitch(float(length))
+        if points == "exif":
+            return CameraDistance(float(length))
         x0, y0, x1, y1 = _numbers(points)
         return KnownLength((x0, y0), (x1, y1), float(length))
     except ValueError as error:
         reason = f": {error}" if isinstance(error, UsageError) else ""
         raise argparse.ArgumentTypeError(
-            f"{text!r} is neither millimetres per pixel, X,Y,X,Y=MM nor chart=MM{reason}"
+            f"{text!r} is neither millimetres per pixel, X,Y,X,Y=MM, chart=MM, exif nor exif=MM{reason}"
         ) from None
 
 

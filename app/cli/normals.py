@@ -73,7 +73,8 @@ def report(result: dict[str, Any]) -> str:
     if result["height_range_mm"] is not None:
         low, high = result["height_range_mm"]
         texel = number(result["texel_mm"], 4)
-        lines.append(f"heights from {number(low)} to {number(high)} mm, {texel} mm per texel")
+        estimate = " (an estimate from the camera's notes)" if result["texel_mm_is_estimate"] else ""
+        lines.append(f"heights from {number(low)} to {number(high)} mm, {texel} mm per texel{estimate}")
     if result["in_sample_rmse_srgb8"] is not None:
         own, mean = number(result["in_sample_rmse_srgb8"]), number(result["mean_picture_rmse_srgb8"])
         lines.append(f"photographs: error {own} 8-bit levels, of their mean image {mean}")

@@ -87,6 +87,10 @@ class ImportChoices:
     lens : a `.lens` file, whose distortion is taken off, or 'none'.
     scale_mm, chart_pitch_mm : millimetres per pixel of the photographs, or between the middles of neighbouring patches
         of the chart, which tells it; None where it is not known.
+    known_length : in their place, x and y of two points in the reference photograph (pixels), and the millimetres
+        between them.
+    scale_by_camera, camera_distance_mm : in their place, estimate the scale from what the camera notes; the distance
+        from the sample to the sensor where a user measured it.
     pair_gain : of pairs under polarisers, the brightness of crossed over parallel photographs; None to estimate it.
     trust_angles : take angles that nobody stated also where the photographs do not grow brighter with them.
     leave_out : leave photographs out that cannot be read or show nothing, where enough remain.
@@ -116,6 +120,9 @@ class ImportChoices:
     lens: Path | Literal["none"] = "none"
     scale_mm: float | None = None
     chart_pitch_mm: float | None = None
+    known_length: tuple[float, float, float, float, float] | None = None
+    scale_by_camera: bool = False
+    camera_distance_mm: float | None = None
     trust_angles: bool = False
     leave_out: bool = False
     use_all: bool = False

@@ -16,7 +16,7 @@ from engine.capture.lights.file_names import printable
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.sources import Sources
 from engine.capture.photograph.exposures import Exposure
-from engine.capture.scale import ChartPitch
+from engine.capture.scale import CameraDistance, ChartPitch, KnownLength, ScaleChoice
 from engine.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -63,9 +63,12 @@ def settings_of(choices: ImportChoices) -> ImportSettings:
     )
 
 
-def _scale_of(choices: ImportChoices) -> float | ChartPitch | None:
-    from engine.capture.scale import ChartPitch
-
+def _scale_of(choices: ImportChoices) -> ScaleChoice | None:
+    if choices.scale_by_camera:
+        return CameraDistance(choices.camera_distance_mm)
+    if choices.known_length is not None:
+        x0, y0, x1, y1, length_mm = choices.known_length
+        return KnownLength((x0, y0), (x1, y1), length_mm)
     if choices.chart_pitch_mm is not None and choices.chart != "none":
         return ChartPitch(choices.chart_pitch_mm)
     return choices.scale_mm

@@ -26,7 +26,7 @@ from app.widgets.panels import Pages, Panel, Segments, button, enable, text
 from app.widgets.plots import ColourBar, colour_table
 from app.widgets.report import Report
 from app.widgets.workspace import bar_of_choices, beside, side_by_side, under
-from engine.capture.scale import mm_per_texel
+from engine.capture.scale import extent_text, mm_per_texel
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps
 from engine.surface.pbr_maps import ObservedSlopes
@@ -280,8 +280,8 @@ class SurfacePage(QWidget):
             return
         maps, errors = found.maps, found.maps.errors
         height, width = maps.size
-        size_mm = "" if texel_mm is None else f", {number(texel_mm * width, 3)} × {number(texel_mm * height, 3)} mm"
-        self.resolution.setText(f"{width} × {height} px{size_mm}")
+        extent = "" if stack is None else extent_text(stack.provenance, width, height)
+        self.resolution.setText(f"{width} × {height} px{', ' * bool(extent)}{extent}")
         self.lamps.setText(str(len(found.lamps.direction)))
         self.slopes.setText(SLOPES[maps.observed.kind])
         self.one_arc.setText(arc_words(maps.observed))

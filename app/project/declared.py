@@ -30,6 +30,8 @@ from app.document.bake_request import choices_for
 from app.document.factoring import MATERIAL, RUN_NUMBERS, names_of
 from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.capture.lights.list_forms import LISTED, is_form
+from engine.capture.scale import KnownLength
+from engine.core.errors import UsageError
 from engine.storage.text import whole_number
 from engine.transport import method
 
@@ -180,6 +182,7 @@ RANGES: Mapping[str, Mapping[str, tuple[float, float]]] = {
         "pair_gain": (1e-3, 1e3),
         "scale_mm": (1e-5, 100.0),
         "chart_pitch_mm": (0.1, 1000.0),
+        "camera_distance_mm": (10.0, 1e5),
     },
     "Exposure": {"exposure_s": (0.0, 1e9)},
 }
@@ -203,6 +206,14 @@ def _sources_fit(of: Mapping[str, Any]) -> bool:
         and len(highlights) in (0, count)
         and all(of["exposures"])
     )
+
+
+def _length_fits(known: Any) -> bool:
+    """Return whether a known length can be one: two points apart, and millimetres between them."""
+    try:
+        return known is None or KnownLength(known[:2], known[2:4], known[4]) is not None
+    except (UsageError, TypeError, IndexError, ValueError):
+        return False
 
 
 def _stack_fits(of: Mapping[str, Any]) -> bool:
@@ -249,7 +260,7 @@ RULES: Mapping[str, Callable[[Mapping[str, Any]], bool]] = {
         warp.density.shape[:2] == of["colours"].shape[:2] for warp in (of["visible"], of["luminance"])
     ),
     "Sources": _sources_fit,
-    "ImportChoices": lambda of: is_form(of.get("lights_form", LISTED)),
+    "ImportChoices": lambda of: is_form(of.get("lights_form", LISTED)) and _length_fits(of.get("known_length")),
     "ImageStack": _stack_fits,
     "Accuracy": lambda of: all(1 <= side <= 1 << 16 for side in of["size"]),
     "Material": lambda of: _is_brdf(of.get("brdf", "lambert")),

@@ -36,15 +36,24 @@ from engine.capture.lights.sources import Pairs, Sources, photographs_in
 from engine.capture.lights.sphere_lights import measure_lights
 from engine.capture.lights.uncalibrated import estimate_lights
 from engine.capture.photograph.calibration import Calibration, measure_level, read_calibration
-from engine.capture.photograph.decode import Unreadable, WhiteBalance, read_photograph
+from engine.capture.photograph.decode import Photograph, Unreadable, WhiteBalance, read_photograph
 from engine.capture.photograph.exposures import Exposure, Noted, Scale, exposure_scale, read_noted_exposure
 from engine.capture.photograph.grey_patch import GreyPatch, balance_of
 from engine.capture.photograph.lens import Lens, measure_lens, read_lens
 from engine.capture.registration.framing import Corners, Framing
 from engine.capture.registration.pair_motion import MOTIONS
 from engine.capture.registration.polarised_shift import PairShift
-from engine.capture.scale import ChartPitch, ScaleChoice, check_scale, scale_of, scale_of_chart
+from engine.capture.scale import (
+    CameraDistance,
+    ChartPitch,
+    ScaleChoice,
+    check_scale,
+    scale_of,
+    scale_of_camera,
+    scale_of_chart,
+)
 from engine.core.errors import InputError, UsageError
+from engine.core.figure_text import number
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Step, Steps, part
 
@@ -421,7 +430,11 @@ def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
         if isinstance(settings.scale, ChartPitch):
             size_of_pixel = _scale_by_chart(settings.scale, found, Path(chart[1]))
         sources = replace(sources, findings=(*sources.findings, Finding(Verdict.NOTE, chart_text(chart_json(*chart)))))
-    if settings.scale is not None and not isinstance(settings.scale, ChartPitch):
+    if isinstance(settings.scale, CameraDistance):
+        yield Step(1.0, "Reading the scale")
+        first = sources.photographs[0]
+        size_of_pixel = _scale_by_camera(settings.scale, read_photograph(first, half_size=True, **reading))
+    elif settings.scale is not None and not isinstance(settings.scale, ChartPitch):
         size_of_pixel = scale_of(settings.scale)
     terms = _stated_terms(sources, settings)
     plan = Plan(sources, settings, dark, flat, calibration, scale, options, gains, terms, chart=chart)
@@ -443,6 +456,41 @@ def _scale_by_chart(choice: ChartPitch, found: Chart | None, place: Path) -> phy
         return scale_of_chart(found.positions, choice.pitch_mm)
     except UsageError as error:
         raise InputError(place, f"does not tell the scale: {error}", "Lay it flat beside the sample") from None
+
+
+def _scale_by_camera(choice: CameraDistance, photograph: Photograph) -> physical.Scale:
+    distance_mm = choice.distance_mm
+    if distance_mm is None and photograph.distance_m is not None:
+        distance_mm = 1000.0 * photograph.distance_m
+    known = {"focal length": photograph.focal_mm, "size of the sensor's pixels": photograph.pitch_mm}
+    missing = [name for name, value in {**known, "distance": distance_mm}.items() if value is None]
+    if photograph.focal_mm is None or photograph.pitch_mm is None or distance_mm is None:
+        remedy = "State the scale, mark a known length, or show a chart"
+        if missing == ["distance"]:
+            remedy = "Measure the distance from the sample to the sensor and give it with --scale exif=MM"
+        problem = f"does not note the {' and the '.join(missing)}, from which a scale could be estimated"
+        raise InputError(photograph.path, problem, remedy)
+    try:
+        is_measured = choice.distance_mm is not None
+        return scale_of_camera(photograph.focal_mm, photograph.pitch_mm, distance_mm, is_measured=is_measured)
+    except UsageError as error:
+        raise InputError(photograph.path, f"does not tell the scale: {error}", "Measure the distance again") from None
+
+
+def about_camera_scale(photograph: Photograph) -> tuple[Finding, ...]:
+    """A finding on the scale that the camera's notes suggest, which is not used unless a user asks for it."""
+    if photograph.distance_m is None or photograph.focal_mm is None or photograph.pitch_mm is None:
+        return ()
+    try:
+        found = scale_of_camera(
+            photograph.focal_mm, photograph.pitch_mm, 1000.0 * photograph.distance_m, is_measured=False
+        )
+    except UsageError:
+        return ()
+    low, high = (number(found.mm_per_pixel + side * 2.0 * found.sigma) for side in (-1.0, 1.0))
+    size = f"{number(found.mm_per_pixel)} mm per pixel (95 % interval {low} to {high})"
+    text = f"The camera's notes suggest {size}, which is not used: --scale exif takes this estimate"
+    return (Finding(Verdict.NOTE, text),)
 
 
 def _read_chart(

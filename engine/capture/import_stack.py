@@ -47,7 +47,7 @@ from engine.capture.doubts import check_angles, without_empty, without_unreadabl
 from engine.capture.empty import empty
 from engine.capture.file_facts import decide_files
 from engine.capture.gamut import about_gamut, gamut_record, measure_gamut
-from engine.capture.import_plan import ImportSettings, Plan
+from engine.capture.import_plan import ImportSettings, Plan, about_camera_scale
 from engine.capture.import_plan import plan as plan_import
 from engine.capture.import_record import (
     about_lights,
@@ -336,6 +336,8 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
         scale = plan.size_of_pixel.as_json(larger)
         said = Finding(Verdict.NOTE, f"Scale: {scale_text(scale, region.width, region.height)}")
         sources = replace(sources, findings=(*sources.findings, said))
+    else:
+        sources = replace(sources, findings=(*sources.findings, *about_camera_scale(read.photographs[0][0])))
     pixels = region.width * region.height
     mean_radiance = np.array([one.mean_radiance(pixels) for one in output.tallies])
     grid = np.stack([np.concatenate(one.grid) for one in output.tallies])

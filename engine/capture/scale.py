@@ -22,8 +22,20 @@ from engine.core.figure_text import number
 #: Sizes of a pixel that are believed, in millimetres: from a microscope to a hall.
 SIZES_MM = (1e-5, 100.0)
 
+#: Labels of what tells a scale.
+SOURCES = {
+    "stated": "as stated",
+    "length": "by the known length",
+    "chart": "by the chart",
+    "exif": "an estimate from the camera's notes",
+}
+
 #: Standard deviation with which a user marks the end of a length, in pixels.
 MARKED_PX = 0.5
+
+#: Relative standard deviations of the focal length, which close focus shortens by up to a fifth, of the distance that
+#: a camera notes, and of one that a user measures; and distance of the principal planes of a lens, in millimetres.
+FOCAL_SIGMA, FOCUS_SIGMA, MEASURED_SIGMA, PRINCIPAL_MM = 0.05, 0.1, 0.01, 20.0
 
 #: Rows and columns of patches of a classic chart, in the order of its colours.
 ROWS, COLUMNS = 4, 6
@@ -61,8 +73,22 @@ class ChartPitch:
             raise UsageError(f"patches {self.pitch_mm:g} mm apart are not those of a chart: give 0.1 to 1000 mm")
 
 
+@dataclass(frozen=True)
+class CameraDistance:
+    """Estimate the scale from the focal length and the pixels of the sensor as cameras note them, and the distance.
+
+    `distance_mm` is that of the sample from the sensor as a user measured it, None for that of the camera's focus.
+    """
+
+    distance_mm: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.distance_mm is not None and not 10.0 <= self.distance_mm <= 1e5:
+            raise UsageError(f"a sample {self.distance_mm:g} mm from the sensor is not within 10 mm to 100 m")
+
+
 #: Choice of a user: millimetres per pixel of the photographs, or what tells it.
-ScaleChoice = float | KnownLength | ChartPitch
+ScaleChoice = float | KnownLength | ChartPitch | CameraDistance
 
 
 @dataclass(frozen=True)
@@ -71,7 +97,7 @@ class Scale:
 
     mm_per_pixel: float
     sigma: float
-    source: Literal["stated", "length", "chart"]
+    source: Literal["stated", "length", "chart", "exif"]
 
     def as_json(self, magnification: float) -> dict[str, Any]:
         """Return the record of a stack whose texels are `magnification` pixels wide."""
@@ -91,6 +117,26 @@ def scale_of(choice: float | KnownLength) -> Scale:
         size = choice.length_mm / choice.length_px
         return Scale(size, size * math.sqrt(2.0) * MARKED_PX / choice.length_px, "length")
     return Scale(float(choice), 0.0, "stated")
+
+
+def scale_of_camera(focal_mm: float, pitch_mm: float, distance_mm: float, *, is_measured: bool) -> Scale:
+    """An estimate of the scale, of a sample at this distance from the sensor.
+
+    A thin lens shows the size m with D = f (2 + m + 1 / m). A distance that a camera notes may as well be that from the
+    lens, where m = f / (D − f): the estimate lies between both. UsageError for a distance that no lens focuses.
+    """
+    ratio = distance_mm / focal_mm
+    if ratio <= 4.0:  # below four focal lengths nothing is in focus
+        least = 4.0 * focal_mm
+        raise UsageError(f"a lens of {focal_mm:g} mm focuses nothing nearer than {least:g} mm from the sensor")
+    half = 0.5 * (ratio - 2.0)
+    by_sensor = pitch_mm * (half + math.sqrt(half * half - 1.0))
+    by_lens = pitch_mm * (ratio - 1.0)
+    size = by_sensor if is_measured else 0.5 * (by_sensor + by_lens)
+    apart = PRINCIPAL_MM / distance_mm if is_measured else 0.5 * abs(by_lens - by_sensor) / size
+    relative = math.hypot(FOCAL_SIGMA, MEASURED_SIGMA if is_measured else FOCUS_SIGMA, apart)
+    _check_size(size)
+    return Scale(size, size * relative, "exif")
 
 
 def scale_of_chart(positions: NDArray[np.float64], pitch_mm: float) -> Scale:
@@ -129,10 +175,30 @@ def mm_per_texel(provenance: Mapping[str, Any]) -> float | None:
 
 def scale_text(record: Mapping[str, Any], width: int, height: int) -> str:
     """A sentence about the scale of a stack of `width` × `height` texels."""
+    size = float(record["mm_per_texel"])
+    return f"{size_text(record)}: {number(size * width, 4)} × {number(size * height, 4)} mm"
+
+
+def size_text(record: Mapping[str, Any]) -> str:
+    """The size of a texel with its 95 % interval, and what tells it."""
     size, sigma = float(record["mm_per_texel"]), float(record["sigma_mm"])
-    source = {"stated": "as stated", "length": "by the known length", "chart": "by the chart"}[record["source"]]
     known = f" ± {number(2.0 * sigma, 2)}" if sigma else ""
-    return f"{number(size, 4)}{known} mm per texel, {source}: {number(size * width, 4)} × {number(size * height, 4)} mm"
+    return f"{number(size, 4)}{known} mm per texel, {SOURCES[record['source']]}"
+
+
+def extent_text(provenance: Mapping[str, Any], width: int, height: int) -> str:
+    """The millimetres of so many texels, with ≈ where they are an estimate; empty where they are not known."""
+    texel = mm_per_texel(provenance)
+    if texel is None:
+        return ""
+    about = "≈ " if is_estimate(provenance) else ""
+    return f"{about}{number(texel * width, 3)} × {number(texel * height, 3)} mm"
+
+
+def is_estimate(provenance: Mapping[str, Any]) -> bool:
+    """Return whether the size of a texel that a record states is an estimate by the camera's notes."""
+    found = provenance.get("scale")
+    return isinstance(found, dict) and found.get("source") == "exif"
 
 
 def _area(matrix: NDArray[np.float64], point: NDArray[np.float64]) -> float:

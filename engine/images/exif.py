@@ -1,4 +1,4 @@
-"""Exposure in a camera's EXIF data: time, sensitivity, aperture, orientation.
+"""Exposure and optics in a camera's EXIF data: time, sensitivity, aperture, orientation, focal length and distance.
 
 exifread reads the tags; what is ours is which of them count, and that 0/0 and 1/0 count as unknown.
 """
@@ -17,12 +17,21 @@ from numpy.typing import NDArray
 EXPOSURE_GARBLED = "states an impossible exposure time, which is taken as unknown"
 
 
+#: Distances beyond this are those of a lens at infinity, which a sample is not.
+MAX_DISTANCE_M = 1000.0
+
+#: Pixels of sensors, from those of telephones to binned ones; relative difference of square ones along both sides.
+PITCHES_MM, SQUARE = (2e-4, 0.1), 0.05
+
+
 @dataclass(frozen=True)
 class Exif:
     """None where the camera said nothing or nonsense (0/0, 1/0): an unknown exposure is asked for, never assumed.
 
     `exposure_garbled`: an exposure time was written, but an impossible one. `colours`: the colour space that the
-    camera states; Adobe RGB by the index R03 of DCF, or by a 2 as some cameras write it.
+    camera states; Adobe RGB by the index R03 of DCF, or by a 2 as some cameras write it. `focal_mm`: of the lens,
+    `focal_35mm` that which shows as much on 36 × 24 mm; `distance_m`: to what is in focus; `pitch_mm`: of pixels on the
+    sensor, where the image has `width_px` columns (None where it is not known).
     """
 
     camera: str | None = None
@@ -32,6 +41,11 @@ class Exif:
     orientation: int = 1
     exposure_garbled: bool = False
     colours: Literal["", "srgb", "adobe", "uncalibrated"] = ""
+    focal_mm: float | None = None
+    focal_35mm: float | None = None
+    distance_m: float | None = None
+    pitch_mm: float | None = None
+    width_px: int | None = None
 
     def as_json(self) -> dict[str, Any]:
         return asdict(self)
@@ -56,6 +70,7 @@ def read_exif(content: bytes) -> Exif:
     ):
         return Exif()
     orientation = _number(tags, "Image Orientation")
+    distance, width = _number(tags, "EXIF SubjectDistance"), _number(tags, "EXIF ExifImageWidth")
     exposure_s = _number(tags, "EXIF ExposureTime") or _number(tags, "Image ExposureTime")
     return Exif(
         camera=_camera(tags),
@@ -65,7 +80,33 @@ def read_exif(content: bytes) -> Exif:
         orientation=int(orientation) if orientation is not None and orientation in range(1, 9) else 1,
         exposure_garbled=exposure_s is None and bool({"EXIF ExposureTime", "Image ExposureTime"} & tags.keys()),
         colours=_colours(tags),
+        focal_mm=_number(tags, "EXIF FocalLength"),
+        focal_35mm=_number(tags, "EXIF FocalLengthIn35mmFilm"),
+        distance_m=distance if distance is not None and distance < MAX_DISTANCE_M else None,
+        pitch_mm=_pitch(tags),
+        width_px=None if width is None else int(width),
     )
+
+
+def pixel_pitch_mm(exif: Exif, width: int, height: int) -> float | None:
+    """Size of a pixel of an image (as it is stored) on the sensor, None where nothing tells it.
+
+    Sensors of other proportions than 3 : 2 have the diagonal of a film that shows as much.
+    """
+    if exif.pitch_mm is not None:
+        return exif.pitch_mm * (exif.width_px / width if exif.width_px else 1.0)
+    if exif.focal_mm is None or exif.focal_35mm is None:
+        return None
+    return math.hypot(36.0, 24.0) * exif.focal_mm / exif.focal_35mm / math.hypot(width, height)
+
+
+def _pitch(tags: Mapping[str, Any]) -> float | None:
+    across, down = (_number(tags, f"EXIF FocalPlane{axis}Resolution") for axis in "XY")
+    unit = {2: 25.4, 3: 10.0, 4: 1.0, 5: 1e-3}.get(int(_number(tags, "EXIF FocalPlaneResolutionUnit") or 2))
+    if across is None or unit is None or (down is not None and abs(down / across - 1.0) > SQUARE):
+        return None
+    pitch = unit / across
+    return pitch if PITCHES_MM[0] < pitch < PITCHES_MM[1] else None
 
 
 def _colours(tags: Mapping[str, Any]) -> Literal["", "srgb", "adobe", "uncalibrated"]:
@@ -81,6 +122,10 @@ def _number(tags: Mapping[str, Any], name: str) -> float | None:
     if not isinstance(values, (list, tuple)) or not values or isinstance(values[0], str):
         return None
     first: Any = values[0]
+    if isinstance(first, tuple) and first:  # as exifread gives real numbers
+        first = first[0]
+    if not isinstance(getattr(first, "num", first), int | float):
+        return None
     return rational(float(getattr(first, "num", first)), float(getattr(first, "den", 1)))
 
 

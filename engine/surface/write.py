@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.scale import mm_per_texel
+from engine.capture.scale import is_estimate, mm_per_texel
 from engine.core.colour import REC_709, srgb_encode
 from engine.core.steps import Step, Steps
 from engine.images.encode import encode_png, rgb_channels, write_exr
@@ -101,6 +101,7 @@ def record(surface: Surface, provenance: Mapping[str, Any]) -> dict[str, Any]:
         "working_space": space_of(maps).label,
         "beyond_rec709_share": 0.0 if maps.wide is None else maps.wide.clipped[0],
         "texel_mm": texel_mm,
+        "texel_mm_is_estimate": is_estimate(provenance),
         "height_range_mm": None
         if texel_mm is None or maps.height is None
         else [texel_mm * float(maps.height.min()), texel_mm * float(maps.height.max())],

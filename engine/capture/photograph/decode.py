@@ -29,7 +29,7 @@ from engine.core.steps import Step, Steps
 from engine.images import decode as images
 from engine.images import tiff
 from engine.images.codes import Coded
-from engine.images.exif import read_exif
+from engine.images.exif import Exif, pixel_pitch_mm, read_exif
 from engine.images.tiff_directories import check_directories
 from engine.storage.readers import readers
 from engine.storage.untrusted import CHILDREN, GIBIBYTE, Decoding, build
@@ -63,6 +63,8 @@ class Photograph:
     largest_samples, plateaus : of a floating-point image the largest sample of red, green and blue, and the share of
         samples equal to it where the channel looks clipped (`engine.images.decode.Image`), else empty.
     profile : name of the colour space that the file states and that was applied, else ''.
+    focal_mm, distance_m, pitch_mm : focal length, distance of what is in focus, and size of a pixel on the sensor, each
+        None where the camera does not say.
     matrix_source : of RAW files, what the camera matrix comes from: 'LibRaw', 'the file', or '' where there is none.
     coded : what radiance and saturation are made from, where that was asked for and they are made by tables.
     """
@@ -89,6 +91,9 @@ class Photograph:
     profile: str = ""
     matrix_source: str = ""
     coded: Coded | None = None
+    focal_mm: float | None = None
+    distance_m: float | None = None
+    pitch_mm: float | None = None
 
 
 def read_photograph(
@@ -206,17 +211,30 @@ def decode_photograph(
 
         if bands:
             raise InputError(name, "is camera RAW, which has no bands to choose", "Leave --bands out")
-        return decode_raw(content, name, white_balance, half_size)
+        found = decode_raw(content, name, white_balance, half_size)
+        return {**found, **note_optics(read_exif(content), found["radiance"].shape, half_size)}
     more: dict[str, Any] = {"bands": bands, "keep_primaries": True, "white_samples": white_samples}
     image = images.decode(content, name, transfer, half_size, orientation, white_code, keep_codes=keep_codes, **more)
     images.refuse_larger(name, image["pixels"])
     if Path(name).suffix.lower() in RAW_SUFFIXES:
         image["warnings"].append(f"is a {image['container']} inside, not camera RAW")
     del image["environment"]  # what a photograph is not
-    photographed = image.pop("exif")
-    photographed = {name: photographed[name] for name in ("camera", "exposure_s", "iso", "aperture", "orientation")}
+    noted = Exif(**image.pop("exif"))
+    photographed: dict[str, Any] = {
+        name: getattr(noted, name) for name in ("camera", "exposure_s", "iso", "aperture", "orientation")
+    }
+    photographed |= note_optics(noted, image["pixels"].shape, half_size)
     levels = {"black_level": [], "white_level": [], "white_balance": [1.0, 1.0, 1.0], "camera_matrix": []}
     return {"radiance": image.pop("pixels"), **image, **photographed, **levels}
+
+
+def note_optics(noted: Exif, shape: Sequence[int], half_size: bool) -> dict[str, float | None]:
+    """The fields of `Photograph` about the lens and the sensor, of upright pixels of this shape."""
+    height, width = ((2 if half_size else 1) * side for side in shape[:2])
+    if noted.orientation in (5, 6, 7, 8):
+        height, width = width, height
+    pitch = pixel_pitch_mm(noted, width, height)
+    return {"focal_mm": noted.focal_mm, "distance_m": noted.distance_m, "pitch_mm": pitch}
 
 
 def prepare() -> None:

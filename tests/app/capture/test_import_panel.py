@@ -6,15 +6,19 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPointF, Qt
 
+from app.capture.framing import FramingView
 from app.capture.import_panel import ImportPanel
 from app.document.document import ImportChoices
 from app.document.import_choices import settings_of
+from app.widgets.image_view import pixels_image
 from engine.capture.import_plan import CALIBRATED
 from engine.capture.lights.list_forms import check_form
 from engine.capture.photograph.grey_patch import GreyPatch
+from engine.capture.scale import CameraDistance, ChartPitch, KnownLength
 
 PATCH = (4, 5, 20, 10)
 
@@ -152,3 +156,43 @@ def test_a_colour_chart_is_chosen_and_its_figures_are_said(panel: ImportPanel, q
 def test_a_record_that_is_none_is_shown_as_nothing(panel: ImportPanel, found: Any) -> None:
     panel.show_choices(panel.choices, None, {"calibration": found, "suggested_lights_form": found})
     assert panel.estimates["gains"].text() == ""
+
+
+def test_a_scale_is_stated_marked_or_estimated(panel: ImportPanel, qtbot: Any) -> None:
+    """A line is drawn on the photograph, its length typed; other ways to the scale take its place."""
+    view = FramingView()
+    qtbot.addWidget(view)
+    view.resize(400, 300)
+    view.show()
+    qtbot.waitExposed(view)
+    view.show_image(pixels_image(np.zeros((30, 40, 3), np.uint8)))
+    panel.length_wanted.connect(lambda: view.draw_length(True))
+    view.length_drawn.connect(panel.take_length)
+
+    def choose(how: str) -> None:
+        panel.scale.setCurrentIndex(panel.scale.findData(how))
+        panel.scale.activated.emit(panel.scale.currentIndex())
+
+    choose("length")
+    assert (panel.scale.currentData(), view.drawing_length) == ("unknown", True)
+    first, last = (view.to_screen(QPointF(*point)).toPoint() for point in ((5.5, 10.5), (25.5, 10.5)))
+    qtbot.mousePress(view, Qt.MouseButton.LeftButton, pos=first)
+    qtbot.mouseMove(view, last)
+    qtbot.mouseRelease(view, Qt.MouseButton.LeftButton, pos=last)
+    assert (panel.scale.currentData(), view.drawing_length) == ("length", False)
+    panel.millimetres.edited.emit(8.0, True)
+    scale = settings_of(panel.choices).scale
+    assert isinstance(scale, KnownLength)
+    assert (scale.length_px, scale.length_mm) == (pytest.approx(20.0, abs=0.3), 8.0)
+    panel.millimetres.edited.emit(9e4, True)
+    assert panel.scale_text.text() == "a pixel of 4500 mm is not within 1e-05 to 100 mm"
+    assert settings_of(panel.choices).scale == scale
+    choose("distance")
+    assert settings_of(panel.choices).scale == CameraDistance(600.0)
+    choose("camera")
+    assert settings_of(panel.choices).scale == CameraDistance()
+    assert not panel.millimetres.isEnabled()
+    choose("pixel")
+    assert settings_of(panel.choices).scale == 0.1
+    choose("chart")
+    assert (settings_of(panel.choices).scale, panel.choices.chart) == (ChartPitch(40.0), "auto")

@@ -7,13 +7,24 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from PIL import Image as PillowImage
+from PIL.TiffImagePlugin import IFDRational
 
 from engine.capture.chart.find import find_chart
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.lights.sources import find
 from engine.capture.registration.framing import Framing
-from engine.capture.scale import ChartPitch, KnownLength, mm_per_texel, scale_of, scale_of_chart
-from engine.core.errors import UsageError
+from engine.capture.scale import (
+    CameraDistance,
+    ChartPitch,
+    KnownLength,
+    is_estimate,
+    mm_per_texel,
+    scale_of,
+    scale_of_camera,
+    scale_of_chart,
+)
+from engine.core.errors import InputError, UsageError
 from engine.core.steps import drain
 from engine.images.encode import encode_png
 from tests.engine.capture.chart.chart_images import flat_chart
@@ -68,3 +79,60 @@ def test_texels_of_a_framing_are_as_large_as_what_they_cover(tmp_path: Path) -> 
         assert any(f"{texel * stack.radiance.shape[2]:.3g}" in each.text for each in stack.health.findings)
     assert mm_per_texel({}) is None
     assert mm_per_texel({"scale": {"mm_per_texel": -1.0}}) is None
+
+
+@pytest.mark.parametrize("size", [0.1, 1.0])
+def test_a_thin_lens_tells_the_scale_from_its_distance(size: float) -> None:
+    """A sample whose image is m times as large lies f (2 + m + 1 / m) from the sensor, f (1 + 1 / m) from the lens."""
+    focal_mm, pitch_mm = 100.0, 0.005
+    from_sensor, from_lens = focal_mm * (2.0 + size + 1.0 / size), focal_mm * (1.0 + 1.0 / size)
+    truth = pitch_mm / size
+    if size < 1.0:
+        measured = scale_of_camera(focal_mm, pitch_mm, from_sensor, is_measured=True)
+        assert measured.mm_per_pixel == pytest.approx(truth)
+        assert 0.05 < measured.sigma / truth < 0.07
+        for distance_mm in (from_sensor, from_lens):
+            noted = scale_of_camera(focal_mm, pitch_mm, distance_mm, is_measured=False)
+            assert abs(noted.mm_per_pixel - truth) < 2.0 * noted.sigma
+    else:
+        with pytest.raises(UsageError, match="focuses nothing nearer than 400 mm"):
+            scale_of_camera(focal_mm, pitch_mm, from_lens, is_measured=True)
+
+
+def _camera_files(folder: Path, distance: float | None) -> None:
+    random = np.random.default_rng(2)
+    exif = PillowImage.Exif()
+    noted = exif.get_ifd(0x8769)
+    noted.update({0x920A: IFDRational(100), 0xA20E: 2000.0, 0xA20F: 2000.0, 0xA210: 3, 0xA002: 120})
+    if distance is not None:
+        noted[0x9206] = distance
+    folder.mkdir()
+    for angle in (30, 50, 70):
+        image = random.integers(0, 3 * angle, (40, 60, 3), np.uint8)
+        PillowImage.fromarray(image).save(folder / f"wood_{angle}.jpg", quality=95, exif=exif)
+
+
+def test_the_notes_of_a_camera_are_an_estimate_that_is_asked_for(tmp_path: Path) -> None:
+    """Pixels are 5 µm, and the image was halved: 10 µm; 1.21 m is ten times the focal length, and as much besides."""
+    _camera_files(tmp_path / "c", 1.21)
+    plain = drain(import_stack(find([tmp_path / "c"]), ImportSettings(motion="none"), tmp_path / "plain"))
+    assert mm_per_texel(plain.provenance) is None
+    assert [f for f in plain.health.findings if "suggest 0.11 mm per pixel (95 % interval 0.0" in f.text]
+    settings = ImportSettings(motion="none", scale=CameraDistance())
+    noted = drain(import_stack(find([tmp_path / "c"]), settings, tmp_path / "noted"))
+    half = 0.5 * (12.1 - 2.0)
+    by_sensor, by_lens = 0.01 * (half + np.sqrt(half**2 - 1.0)), 0.01 * 11.1
+    assert mm_per_texel(noted.provenance) == pytest.approx(0.5 * (by_sensor + by_lens), rel=1e-6)
+    assert is_estimate(noted.provenance)
+    assert any("an estimate from the camera's notes" in finding.text for finding in noted.health.findings)
+    measured = ImportSettings(motion="none", scale=CameraDistance(1210.0))
+    found = drain(import_stack(find([tmp_path / "c"]), measured, tmp_path / "measured"))
+    assert mm_per_texel(found.provenance) == pytest.approx(by_sensor, rel=1e-6)
+
+
+def test_what_a_camera_does_not_note_is_named(tmp_path: Path) -> None:
+    _camera_files(tmp_path / "c", None)
+    with pytest.raises(InputError, match=r"does not note the distance, .* give it with --scale exif=MM"):
+        drain(import_stack(find([tmp_path / "c"]), ImportSettings(scale=CameraDistance()), tmp_path / "stack"))
+    with pytest.raises(InputError, match="focuses nothing nearer than 400 mm"):
+        drain(import_stack(find([tmp_path / "c"]), ImportSettings(scale=CameraDistance(350.0)), tmp_path / "stack"))
