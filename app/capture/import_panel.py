@@ -191,7 +191,7 @@ class ImportPanel(Rows):
         calibration.row("Length", self.millimetres)
         self.mark_length = button("Mark the length…", hint="Drag from one end of a known length to the other")
         self.mark_length.clicked.connect(lambda: self.length_wanted.emit())
-        calibration.row("Points", self.mark_length)
+        calibration.row("Ends", self.mark_length)
         self.scale_text = text("", "secondary", wrap=True)
         calibration.wide(self.scale_text)
         self.pair = Segments(

@@ -14,7 +14,7 @@ from app.jobs.jobs import Job
 from app.widgets.panels import Panel, button, enable, text
 from app.widgets.report import Report
 from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread
-from engine.capture.scale import extent_text
+from engine.capture.scale import EXTENT_HINT, extent_text
 
 if TYPE_CHECKING:
     from app.commands.workbench import Workbench
@@ -41,6 +41,7 @@ class CapturePanel(Panel):
         self.bench = bench
         capture = self.section("Capture")
         self.resolution = capture.figure("Size")
+        self.extent, self.figures = capture.figure("Extent", EXTENT_HINT), capture
         self.camera = capture.figure("Camera")
         self.angles = capture.figure("Angles", "Source of the light's elevations")
         self.angle_words = text("", "warning", wrap=True)
@@ -61,6 +62,11 @@ class CapturePanel(Panel):
         """Show the figures of the stack, or without one those of the photographs."""
         stack = project.stack
         self.resolution.setText("–" if stack is None else size_of(stack))
+        extent = (
+            "" if stack is None else extent_text(stack.provenance, stack.radiance.shape[2], stack.radiance.shape[1])
+        )
+        self.extent.setText(extent)
+        self.figures.show_row(self.extent, bool(extent))
         cameras = stack.provenance.get("cameras") or stack.provenance.get("camera") if stack is not None else None
         unknown = "not recorded" if stack is not None else "–"
         camera = ", ".join(map(str, cameras)) if isinstance(cameras, (list, tuple)) else str(cameras or unknown)
@@ -123,10 +129,9 @@ class CapturePanel(Panel):
 
 
 def size_of(stack: ImageStack) -> str:
-    """The size of the images of a stack, in millimetres as well where their scale is known."""
+    """The size of the images of a stack."""
     height, width = stack.radiance.shape[1:3]
-    extent = extent_text(stack.provenance, width, height)
-    return f"{width} × {height} px{', ' * bool(extent)}{extent}"
+    return f"{width} × {height} px"
 
 
 def find_unaligned(stack: ImageStack | None) -> tuple[str, ...]:

@@ -26,7 +26,7 @@ from app.widgets.panels import Pages, Panel, Segments, button, enable, text
 from app.widgets.plots import ColourBar, colour_table
 from app.widgets.report import Report
 from app.widgets.workspace import bar_of_choices, beside, side_by_side, under
-from engine.capture.scale import extent_text, mm_per_texel
+from engine.capture.scale import EXTENT_HINT, extent_text, mm_per_texel
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps
 from engine.surface.pbr_maps import ObservedSlopes
@@ -233,6 +233,7 @@ class SurfacePage(QWidget):
         chosen.wide(self.error)
         seen = panel.section("Surface")
         self.resolution = seen.figure("Size")
+        self.extent, self.figures = seen.figure("Extent", EXTENT_HINT), seen
         self.lamps = seen.figure("Photographs")
         self.slopes = seen.figure("Slopes", "The slopes that the lamps of the capture can tell")
         self.whites = Segments(WHITES)
@@ -281,7 +282,9 @@ class SurfacePage(QWidget):
         maps, errors = found.maps, found.maps.errors
         height, width = maps.size
         extent = "" if stack is None else extent_text(stack.provenance, width, height)
-        self.resolution.setText(f"{width} × {height} px{', ' * bool(extent)}{extent}")
+        self.resolution.setText(f"{width} × {height} px")
+        self.extent.setText(extent)
+        self.figures.show_row(self.extent, bool(extent))
         self.lamps.setText(str(len(found.lamps.direction)))
         self.slopes.setText(SLOPES[maps.observed.kind])
         self.one_arc.setText(arc_words(maps.observed))
@@ -303,6 +306,7 @@ class SurfacePage(QWidget):
         labels = (self.values, self.resolution, self.lamps, self.slopes, self.left_out, self.in_sample, self.mean)
         for label in labels:
             label.setText("–")
+        self.figures.show_row(self.extent, False)
         self.error.hide()
         self.one_arc.hide()
         self.report.show_health(None)

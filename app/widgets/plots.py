@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,7 +15,7 @@ from PySide6.QtWidgets import QWidget
 
 from app.widgets import theme
 from app.widgets.number_field import plain
-from engine.core.figure_text import local
+from engine.core.figure_text import format_fixed, local
 
 pg.setConfigOptions(antialias=True)
 
@@ -243,9 +244,20 @@ class ColourBar(QWidget):
         painter.setPen(QColor(colours.secondary))
         painter.drawText(QPointF(8, 22), self.caption)
         painter.setPen(QColor(colours.text))
-        for share in (0.0, 0.25, 0.5, 0.75, 1.0):
-            place = bottom - share * (bottom - top)
-            painter.drawText(QPointF(26, place + 4), plain(float(f"{self.low + share * (self.high - self.low):.2g}")))
+        for number, label in enumerate(scale_labels(self.low, self.high)):
+            place = bottom - 0.25 * number * (bottom - top)
+            painter.drawText(QPointF(26, place + 4), label)
+
+
+def scale_labels(low: float, high: float) -> list[str]:
+    """The values at five equal steps of a scale, with as few decimals as tell them, two digits of a step at most."""
+    values, step = np.linspace(low, high, 5), 0.25 * (high - low)
+    if not 1e-4 <= step < 1e5:
+        return [plain(float(f"{value:.2g}")) for value in values]
+    digits = -math.floor(math.log10(step))
+    few, most = max(0, digits), max(0, digits + 1)
+    places = few if np.abs(values - values.round(few)).max() < 0.01 * step else most
+    return [format_fixed(float(value), places) for value in values]
 
 
 def colour_table(name: str = "cividis") -> NDArray[np.uint8]:

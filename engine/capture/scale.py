@@ -30,6 +30,9 @@ SOURCES = {
     "exif": "an estimate from the camera's notes",
 }
 
+#: Hint beside the millimetres of a sample.
+EXTENT_HINT = "Size of the sample by its scale; ≈ where that is an estimate from the camera's notes"
+
 #: Standard deviation with which a user marks the end of a length, in pixels.
 MARKED_PX = 0.5
 
