@@ -16,6 +16,7 @@ from engine.bundle.bundle import save_bundle as saving
 from engine.bundle.bundle import verify_bundle as verify
 from engine.capture.diffuse_part import take_part
 from engine.capture.evenness import even_out
+from engine.capture.object_part import take_object
 from engine.core.errors import UsageError
 from engine.core.steps import drain
 from engine.exchange.export import export as exporting
@@ -129,6 +130,8 @@ def build_material(
     if azimuth_deg is not None or arc:
         excluded = exclude_beside(stack, as_azimuth(azimuth_deg), excluded)
     stack, evenness = drain(take_part(stack, part), progress)
+    stack, mask, masked = drain(take_object(stack, to_tile=tileable), progress)
+    evenness = evenness.merge(masked)
     if tileable and brightness == "evened":
         stack, evened = drain(even_out(stack), progress)
         evenness = evenness.merge(evened)
@@ -150,6 +153,7 @@ def build_material(
         name=name,
         health=health if shading_map is None else shading_map.health.merge(health),
         measured=measured,
+        mask=mask,
     )
 
 

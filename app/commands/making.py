@@ -20,6 +20,7 @@ from app.session import cache
 from engine.capture.diffuse_part import take_part
 from engine.capture.evenness import even_out
 from engine.capture.lights.sources import Sources
+from engine.capture.object_part import take_object
 from engine.capture.stack import RECORD, ImageStack
 from engine.core.errors import FileError, InputError
 from engine.core.health import Health
@@ -191,18 +192,20 @@ def material_of(project: Project) -> Steps[Material]:
     assert project.stack is not None
     excluded, evenness = project.excluded, Health()
     stack, light = yield from part(take_part(project.stack, project.part_of_light), 0.0, 0.02)
+    stack, mask, masked = yield from part(take_object(stack, to_tile=project.tileable), 0.02, 0.04)
     if project.tileable and project.evened:
         stack, evenness = yield from part(even_out(stack), 0.02, 0.1)
     chosen = yield from part(choose(stack, project.slices, excluded=excluded, wanted=project.representation), 0.1, 0.3)
     elevation_deg = tuple(float(angle) for angle in stack.elevation_deg[include(stack, excluded)])
-    health = stack.health.without(excluded).merge(chosen.health).merge(light)
+    health = stack.health.without(excluded).merge(chosen.health).merge(light).merge(masked)
     if not isinstance(chosen.map, ShadingMap):
         planes, health = chosen.map, health.merge(evenness)
         if project.tileable:
             sample = planes.planes.shape[1], planes.planes.shape[2]
             planes, tile = yield from part(tile_planes(planes, name=stack.folder or "the stack"), 0.3, 1.0)
             health = health.merge(tile_health(tile, sample))
-        return Material(None, None, elevation_deg=elevation_deg, name=project.name, health=health, directional=planes)
+        material = Material(None, None, elevation_deg=elevation_deg, name=project.name, health=health, mask=mask)
+        return dataclasses.replace(material, directional=planes)
     shading_map = chosen.map
     if project.tileable:
         shading_map = (yield from part(make_tile(stack, shading_map, excluded=excluded), 0.3, 0.6)).shading_map
@@ -214,6 +217,7 @@ def material_of(project: Project) -> Steps[Material]:
         elevation_deg=elevation_deg,
         name=project.name,
         health=health.merge(shading_map.health).merge(power_law.health),
+        mask=mask,
     )
 
 

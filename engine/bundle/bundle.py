@@ -42,6 +42,7 @@ from engine.bundle.manifest import (
     JSON_LIMIT_BYTES,
     MANIFEST,
     MAPS_PROCESS,
+    MASK,
     MEMBERS,
     PREVIEW,
     SHADER,
@@ -51,6 +52,7 @@ from engine.bundle.manifest import (
 from engine.bundle.maps import (
     check_fingerprint,
     map_members,
+    pixels_member,
     power_law_record,
     read_power_law,
     read_shading_map,
@@ -75,6 +77,7 @@ from engine.storage.records import (
     UNITS,
     HealthRecord,
     Manifest,
+    MaskRecord,
     Member,
     write_manifest,
 )
@@ -107,7 +110,12 @@ def swatch(material: Material) -> bytes:
         raise ValueError("a material without maps has no image of its surface")
     image = np.clip(np.nan_to_num(image.astype(np.float64)), 0.0, _BRIGHTEST)
     bright = float(np.quantile(image, BELOW_WHITE))
-    return encode_png(to_display8(image / bright if bright > 0.0 else image), software="Lightarc")
+    shown = to_display8(image / bright if bright > 0.0 else image)
+    mask = _mask(material)
+    if mask is not None and mask.shape == material.size:
+        step = _step(mask.shape)
+        shown = np.dstack([shown, np.where(mask[::step, ::step], np.uint8(255), np.uint8(0))])
+    return encode_png(shown, software="Lightarc")
 
 
 def _step(size: tuple[int, ...]) -> int:
@@ -291,6 +299,8 @@ def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[
     contents[BRDF] = lambda: brdf_json(material).encode()
     if isinstance(measured := material.measured, Table):
         contents[TABLE] = lambda: encode_table(measured)[0]
+    if (mask := _mask(material)) is not None:
+        contents[MASK] = lambda: encode_png(np.where(mask, np.uint8(255), np.uint8(0)), transfer="linear")
     if material.pbr is None:
         contents[SHADER] = lambda: shader(material).encode()
     contents[PREVIEW] = lambda: preview or swatch(material)
@@ -334,9 +344,18 @@ def _manifest(
         power_law=power_law_record(material.power_law),
         directional=directional_record(material.directional),
         pbr=pbr_record(_pbr_maps(material), None if material.surface is None else material.surface.white),
+        mask=None if (mask := _mask(material)) is None else MaskRecord(height_px=mask.shape[0], width_px=mask.shape[1]),
         health=HealthRecord.of(material.health),
         members=members,
     )
+
+
+def _mask(material: Material) -> NDArray[np.bool_] | None:
+    """The mask of a material, or else that of its PBR maps."""
+    maps = _pbr_maps(material)
+    if material.mask is not None or maps is None or maps.mask is None:
+        return material.mask
+    return np.asarray(maps.mask > 0.0)
 
 
 def _pbr_maps(material: Material) -> PbrMaps | None:
@@ -344,8 +363,10 @@ def _pbr_maps(material: Material) -> PbrMaps | None:
     return material.surface.maps if material.surface is not None else material.pbr
 
 
-def _schema_of(material: Material) -> Literal[1, 2, 3, 4, 5]:
+def _schema_of(material: Material) -> Literal[1, 2, 3, 4, 5, 6]:
     maps = _pbr_maps(material)
+    if _mask(material) is not None:
+        return 6
     if maps is not None and maps.wide is not None:
         return 5
     if material.surface is not None:
@@ -358,6 +379,9 @@ def _schema_of(material: Material) -> Literal[1, 2, 3, 4, 5]:
 def _material(archive: Archive, manifest: Manifest) -> Material:
     try:
         maps, white = read_pbr(archive, manifest), manifest.pbr.white_radiance if manifest.pbr is not None else None
+        mask = _read_mask(archive, manifest)
+        if maps is not None and mask is not None and maps.size == mask.shape:
+            maps = replace(maps, mask=mask.astype(np.float32))
         return Material(
             shading_map=read_shading_map(archive, manifest),
             power_law=read_power_law(archive, manifest),
@@ -370,9 +394,19 @@ def _material(archive: Archive, manifest: Manifest) -> Material:
             directional=read_directional(archive, manifest),
             pbr=maps if white is None else None,
             surface=SurfaceMaps(maps, white) if maps is not None and white is not None else None,
+            mask=mask,
         )
     except ValueError as error:
         raise InputError(archive.path, f"holds a material that cannot be: {error}", "Export the bundle again") from None
+
+
+def _read_mask(archive: Archive, manifest: Manifest) -> NDArray[np.bool_] | None:
+    """The mask of a bundle; None where it holds none."""
+    record = manifest.mask
+    if record is None:
+        return None
+    size = record.height_px, record.width_px
+    return np.asarray(pixels_member(archive, manifest, MASK, "decode_codes", 1, *size, bits=8, grey=True) > 127)
 
 
 def _measure(archive: Archive, manifest: Manifest) -> Table | None:

@@ -30,10 +30,13 @@ DIRECTIONAL = frozenset({NUMBERS, WEIGHTS, *PLANE_FILES})
 
 PBR = "pbr_maps.exr"
 
+#: The object of a material before its background.
+MASK = "mask.png"
+
 #: Members for other programs.
 BRDF, SHADER, VIEWER = "brdf.json", "shader/lightarc.glsl", "viewer/index.html"
 
-MEMBERS = MAPS | DIRECTIONAL | {PBR, MANIFEST, BRDF, TABLE, PREVIEW, SHADER, VIEWER}
+MEMBERS = MAPS | DIRECTIONAL | {PBR, MASK, MANIFEST, BRDF, TABLE, PREVIEW, SHADER, VIEWER}
 
 #: The decoder process of bundles whose maps are read as well, and that of zips and records alone.
 MAPS_PROCESS, RECORDS_PROCESS = "engine.bundle.member_maps", "engine.storage.archive_child"

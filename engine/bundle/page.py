@@ -322,6 +322,10 @@ def _data_and_images(material: Material, extras: Extras, max_bytes: int) -> tupl
     if extras.maps is not None:
         data["surface"], further = _surface(extras.maps, images)
         channels += further
+    if material.mask is not None and material.mask.shape == material.size:
+        cover = np.repeat(np.float32(255.0) * material.mask[..., None], 3, axis=2)
+        pixels = np.rint(_reduce(cover)).astype(np.uint8)
+        data["cover"] = {"size": _size(pixels), "layers": [images.put("cover", pixels)]}
     sizes = level_sizes(material.size, VIEWER_SIDE)
     if sizes:
         data["pyramid"] = _pyramid(material, extras.maps, sizes, images, max_bytes)

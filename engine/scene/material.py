@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf, brdf_from_text, brdf_to_text
 from engine.brdf.fit import fit_data, fit_error
@@ -47,6 +47,8 @@ class Material(Summary):
         the model nearest to it, for what holds no table.
     surface : PBR maps of the surface behind the photographs, beside what is looked up. Exports take them; nothing is
         drawn from them here.
+    mask : (H, W) bool, True for texels of the object; the others are background, which pages show transparent. None
+        where all are the object's.
     """
 
     shading_map: ShadingMap | None
@@ -60,6 +62,7 @@ class Material(Summary):
     directional: DirectionalMap | None = None
     pbr: PbrMaps | None = None
     surface: SurfaceMaps | None = None
+    mask: NDArray[np.bool_] | None = None
 
     @property
     def has_map(self) -> bool:

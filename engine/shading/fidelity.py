@@ -48,6 +48,16 @@ class Fidelity:
         """True if the mean of the photographs shows them better; few photographs do not tell."""
         return self.photographs >= FEWEST and self.leave_one_out > self.mean_picture
 
+    def over(self, share: float) -> Fidelity:
+        """The errors over this share of the texels, where all errors are."""
+        root = float(np.sqrt(share))
+        return replace(
+            self,
+            leave_one_out=self.leave_one_out / root,
+            in_sample=self.in_sample / root,
+            mean_picture=self.mean_picture / root,
+        )
+
     def finding(self, knows: str = "brightness alone") -> Finding:
         """The verdict in words, on a representation that `knows` this of the light."""
         ours, mean = number(self.leave_one_out), number(self.mean_picture)

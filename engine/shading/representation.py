@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from engine.capture.gamut import about_radiance_maps
 from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread
+from engine.capture.object_part import object_share
 from engine.capture.stack import ImageStack
 from engine.core.errors import InputError
 from engine.core.figure_text import number
@@ -99,6 +100,7 @@ def _choose(
     shading_map = yield from part(build(stack, slices, excluded=excluded), 0.0, 0.6 * share)
     fit_s = time.perf_counter() - started
     shown = yield from part(fidelity(stack, used, shading_map), 0.6 * share, share)
+    shown = shown.over(object_share(stack))
     plain = Chosen(shading_map, shown, {}, fit_s, {"shading-map": SLICE_BYTES * len(shading_map.slices)})
     if wanted == "shading-map" or not sides:
         return plain

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import os
 
 FORMAT: Literal["lightarc-bundle"] = "lightarc-bundle"
-SCHEMA_VERSION: Literal[5] = 5
+SCHEMA_VERSION: Literal[6] = 6
 
 #: The member that holds a measured BRDF (`engine.brdf.readers.table_file`), where there is one.
 TABLE = "brdf_table.exr"
@@ -218,11 +218,18 @@ class DirectionalNumbers(_Strict):
     step: list[Positive]
 
 
+class MaskRecord(_Strict):
+    """Size of mask.png, which is white for texels of the object and black for those of the background."""
+
+    height_px: Side
+    width_px: Side
+
+
 class Manifest(_Strict):
     """Everything of a bundle that is not pixels."""
 
     format: Literal["lightarc-bundle"] = FORMAT
-    schema_version: Literal[1, 2, 3, 4, 5] = 1
+    schema_version: Literal[1, 2, 3, 4, 5, 6] = 1
     name: Text
     brdf: Text
     sigma: Positive | None
@@ -235,11 +242,16 @@ class Manifest(_Strict):
     power_law: PowerLawRecord | None
     directional: DirectionalRecord | None = None
     pbr: PbrRecord | None = None
+    mask: MaskRecord | None = None
     health: HealthRecord
     members: dict[str, Member]
 
     @model_validator(mode="after")
     def _has_its_schema(self) -> Manifest:
+        if (self.schema_version == 6) != (self.mask is not None):
+            raise ValueError("a mask belongs to schema 6")
+        if self.schema_version == 6:
+            return self
         looked_up = self.shading_map is not None or self.power_law is not None
         if (self.schema_version == 5) != (self.pbr is not None and self.pbr.wide is not None):
             raise ValueError("schema 5 is of PBR maps with base colours in a wider space")
@@ -270,7 +282,7 @@ def manifest_schema() -> dict[str, Any]:
 
 def write_manifest(manifest: Manifest) -> bytes:
     """The manifest, sealed with its own fingerprint, as indented JSON in UTF-8."""
-    absent = {name for name in ("directional", "pbr") if getattr(manifest, name) is None}
+    absent = {name for name in ("directional", "pbr", "mask") if getattr(manifest, name) is None}
     value = manifest.model_dump(exclude=absent)
     if manifest.pbr is not None and manifest.pbr.white_radiance is None:
         del value["pbr"]["white_radiance"]  # as versions before schema 4 wrote and sealed it

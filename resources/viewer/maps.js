@@ -158,6 +158,7 @@ function byteArray([width, height], images) {
 // Textures by the names of their uniforms.
 function decodedMaps() {
   const surface = data.surface ? { surface: byteArray(data.surface.size, data.surface.images) } : {};
+  if (data.cover) surface.cover = byteArray(data.cover.size, data.cover.images);
   if (!data.planes)
     return { scale_map: decodedMap(data.maps.scale), exponent_map: decodedMap(data.maps.exponent), ...surface };
   const { lowest, step, size, images } = data.weights;

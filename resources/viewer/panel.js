@@ -123,6 +123,6 @@ function load() {
 readAddress();
 showFacts();
 for (const map of [...Object.values(data.maps || {}), data.weights]) if (map) map.images = pictures(map);
-for (const map of [data.planes, data.surface]) if (map) map.images = map.layers.map(picture);
+for (const map of [data.planes, data.surface, data.cover]) if (map) map.images = map.layers.map(picture);
 if (data.planes) data.planes.smallerImages = data.planes.smaller.map(picture);
 window.addEventListener("load", () => { load(); buildPanel(); listen(); });

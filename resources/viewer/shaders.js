@@ -150,6 +150,7 @@ vec3 srgb_decode(vec3 c) {
   return mix(pow((max(c, 0.04045) + 0.055) / 1.055, vec3(2.4)), c / 12.92, lessThanEqual(c, vec3(0.04045)));
 }
 ${data.surface ? SURFACE : ""}
+${data.cover ? "precision highp sampler2DArray;\nuniform sampler2DArray cover;" : ""}
 // The texture runs along right, perpendicular to n.
 vec3 radiance(vec3 position, vec3 n, vec3 right, vec2 uv) {
   mat3 frame = world_from_tangent(n);
@@ -176,6 +177,7 @@ void main() {
     coverage = clamp(beyond.x, 0.0, 1.0) * clamp(beyond.y, 0.0, 1.0);
     uv = 0.5 + repeats * position.xy / half_plane * vec2(0.5, -0.5);
   }
+  ${data.cover ? "coverage *= texture(cover, vec3(uv, 0.0)).r;" : ""}
   bool is_outside = false;
   if (is_tile) {
     vec2 share = (uv - part.xy) / part.zw;

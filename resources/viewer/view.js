@@ -64,7 +64,8 @@ function setUniforms(program, model) {
 function bind(program, maps) {
   Object.entries(maps).forEach(([name, texture], unit) => {
     gl.activeTexture(gl.TEXTURE0 + unit);
-    gl.bindTexture(data.planes || name === "surface" ? gl.TEXTURE_2D_ARRAY : gl.TEXTURE_2D, texture);
+    const isArray = data.planes || name === "surface" || name === "cover";
+    gl.bindTexture(isArray ? gl.TEXTURE_2D_ARRAY : gl.TEXTURE_2D, texture);
     gl.uniform1i(uniform(program, name), unit);
   });
 }

@@ -26,6 +26,7 @@ from engine.bundle.manifest import MANIFEST, describe_bundle
 from engine.capture.diffuse_part import PARTS, take_part
 from engine.capture.evenness import even_out
 from engine.capture.lights.file_names import as_text
+from engine.capture.object_part import take_object
 from engine.capture.stack import open_stack
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, size_text, time_text
@@ -273,9 +274,10 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     if arguments.part is not None and stack.diffuse is None:
         raise UsageError("--part needs a stack of pairs under polarisers")
     stack, light = drain(part(take_part(stack, arguments.part or "diffuse"), 0.0, 0.02), show)
+    stack, mask, masked = drain(part(take_object(stack, to_tile=arguments.tileable), 0.0, 0.04), show)
     if arguments.tileable and arguments.brightness != "as-it-is":
         stack, evenness = drain(part(even_out(stack), 0.0, 0.05), show)
-    make = partial(_make, evenness=evenness, light=light)
+    make = partial(_make, evenness=evenness, light=light.merge(masked), mask=mask)
     if arguments.per_arc:
         return arcs.run(arguments, stack, make, show)
     arguments.exclude = arcs.exclude(arguments, stack)
@@ -283,16 +285,22 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 
 def _make(
-    arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step], None], evenness: Health, light: Health
+    arguments: argparse.Namespace,
+    stack: ImageStack,
+    show: Callable[[Step], None],
+    evenness: Health,
+    light: Health,
+    mask: NDArray[np.bool_] | None,
 ) -> dict[str, Any]:
     """The material of a stack, written as the arguments say.
 
-    `evenness` tells what was divided out of it before, and `light` which part of its light it shows.
+    `evenness` tells what was divided out of it before, and `light` which part of its light it shows; `mask` (H, W) is
+    that of its object.
     """
     used = include(stack, arguments.exclude)
     if _is_about_fit(arguments) and arguments.representation == "auto" and has_sides(stack, used):
         raise UsageError("the compression is of shading maps: add --representation shading-map")
-    brdf = _brdf(arguments, show)
+    fixed = {**_brdf(arguments, show), "mask": mask}
     drain(part(prepare_kernels(), 0.0, 0.1), show)
     choosing = choose(stack, arguments.slices, excluded=arguments.exclude, wanted=arguments.representation)
     chosen, choose_s = _time(part(choosing, 0.1, 0.45), show)
@@ -300,8 +308,8 @@ def _make(
     if not arguments.force:
         check_worth(stack, chosen)
     if isinstance(chosen.map, ShadingMap):
-        return _with_shading_map(arguments, stack, chosen, chosen.map, evenness, brdf, show)
-    return _with_planes(arguments, stack, chosen, chosen.map, evenness, brdf, choose_s, show)
+        return _with_shading_map(arguments, stack, chosen, chosen.map, evenness, fixed, show)
+    return _with_planes(arguments, stack, chosen, chosen.map, evenness, fixed, choose_s, show)
 
 
 def _with_shading_map(
@@ -310,7 +318,7 @@ def _with_shading_map(
     chosen: Chosen,
     shading_map: ShadingMap,
     evenness: Health,
-    brdf: dict[str, Any],
+    fixed: dict[str, Any],
     show: Callable[[Step], None],
 ) -> dict[str, Any]:
     """Tile, compress and write a shading map, and tell about it."""
@@ -319,7 +327,7 @@ def _with_shading_map(
         shading_map = drain(part(making, 0.45, 0.5), show).shading_map
         shading_map = dataclasses.replace(shading_map, health=shading_map.health.merge(evenness))
     power_law, fit_s = _compress(arguments, shading_map, show)
-    material = dataclasses.replace(_material(arguments, stack, shading_map, power_law), **brdf)
+    material = dataclasses.replace(_material(arguments, stack, shading_map, power_law), **fixed)
     material = dataclasses.replace(material, health=material.health.merge(chosen.health))
     figures = error_figures(material)
     provenance = {
@@ -355,7 +363,7 @@ def _with_planes(
     chosen: Chosen,
     directional: DirectionalMap,
     evenness: Health,
-    brdf: dict[str, Any],
+    fixed: dict[str, Any],
     choose_s: float,
     show: Callable[[Step], None],
 ) -> dict[str, Any]:
@@ -373,7 +381,7 @@ def _with_planes(
         name=as_text(Path(arguments.output).stem),
         health=health,
         directional=directional,
-        **{"brdf": "lambert", **brdf},
+        **{"brdf": "lambert", **fixed},
     )
     record = choose_record(chosen, directional.bytes_per_texel) | evenness_record(evenness)
     if tile is not None:

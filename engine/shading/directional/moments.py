@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.object_part import object_mask
 from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_encode
 from engine.core.side_by_side import side_by_side
@@ -63,17 +64,26 @@ class Moments:
 def moments(stack: ImageStack, used: NDArray[np.int64]) -> Steps[Moments]:
     """Moments of the photographs `used` of a stack, over evenly spaced rows of at least `TEXELS` texels if there are.
 
-    Every `step`-th row alone is read. Sums are taken about the mean of the first block, which single precision suffices
-    for.
+    Of a stack that shows an object alone they are over its texels. Every `step`-th row alone is read. Sums are taken
+    about the mean of the first block, which single precision suffices for.
     """
     _, height, width = stack.radiance.shape[:3]
     step = max(1, height * width // TEXELS)
     size = 3 * len(used)
-    blocks = list(row_blocks(height, width, len(used), step))
-    pivot = texels(stack, used, *blocks[0]).mean(axis=1, dtype=np.float64).astype(np.float32)
+    mask = object_mask(stack)
+    inside = np.ones((height, width), np.bool_) if mask is None else mask
+    blocks = [rows for rows in row_blocks(height, width, len(used), step) if inside[slice(*rows)].any()]
+    if not blocks:  # an object that lies between the rows
+        blocks = [rows for rows in row_blocks(height, width, len(used)) if inside[slice(*rows)].any()]
+
+    def take_shown(rows: tuple[int, int], pivot: NDArray[np.float32] | None = None) -> NDArray[np.float32]:
+        block = texels(stack, used, *rows, pivot)
+        return block if mask is None else np.ascontiguousarray(block[:, mask[slice(*rows)].ravel()])
+
+    pivot = take_shown(blocks[0]).mean(axis=1, dtype=np.float64).astype(np.float32)
 
     def sums(rows: tuple[int, int]) -> tuple[int, NDArray[np.float32], NDArray[np.float32]]:
-        block = texels(stack, used, *rows, pivot)
+        block = take_shown(rows, pivot)
         return rows[1], block @ np.ones(block.shape[1], np.float32), block @ block.T
 
     total, second = np.zeros(size), np.zeros((size, size))
@@ -82,7 +92,7 @@ def moments(stack: ImageStack, used: NDArray[np.int64]) -> Steps[Moments]:
             total += of_values
             second += of_products
             yield Step(last / height, "comparing photographs")
-    count = width * sum(last - first for first, last in blocks)
+    count = sum(int(inside[first:last].sum()) for first, last in blocks)
     apart, about = total / count, second / count
     middle = pivot.astype(np.float64)
     across = np.outer(middle, apart)

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.object_part import object_mask
 from engine.capture.stack import ImageStack
 from engine.core.cached import cached_property
 from engine.core.colour import srgb_decode
@@ -264,15 +265,22 @@ def _project(
     """The planes in eight bits, their ranges, and the variance of their rounding.
 
     The range of a plane is known after its last texel: values are kept until then where they fit in `KEPT_BYTES`, and
-    are else projected again, which reads the photographs once more.
+    are else projected again, which reads the photographs once more. It is that of the texels of the object where the
+    stack shows it alone: the black ones around it come as near to black as the planes then can.
     """
     height, width = stack.radiance.shape[1:3]
+    mask = object_mask(stack)
+    inside = np.ones(height * width, np.bool_) if mask is None else mask.ravel()
     count = vectors.shape[1]
     keeps, kept = 4 * count * height * width <= KEPT_BYTES, list[_Block]()
     low, high = np.full(count, np.inf), np.full(count, -np.inf)
     with closing(_blocks(stack, used, mean, vectors)) as blocks:
         for block in blocks:
-            low, high = np.minimum(low, block.values.min(axis=1)), np.maximum(high, block.values.max(axis=1))
+            own = block.values if mask is None else block.values[:, inside[block.first * width : block.last * width]]
+            low, high = (
+                np.minimum(low, own.min(axis=1, initial=np.inf)),
+                np.maximum(high, own.max(axis=1, initial=-np.inf)),
+            )
             kept += [block] if keeps else []
             yield Step(block.last / height * (0.9 if keeps else 0.5), "writing planes")
     step = (high - low) / STEPS
@@ -281,11 +289,12 @@ def _project(
     narrow_low, narrow_step = (each.astype(np.float32)[:, None] for each in (low, step))
     for block in kept or _blocks(stack, used, mean, vectors):
         values = (block.values - narrow_low) / narrow_step
-        codes = np.rint(values)
+        codes = np.clip(np.rint(values), 0.0, STEPS) if mask is not None else np.rint(values)
         planes[:, block.first : block.last] = codes.reshape(count, -1, width)
-        noise += ((codes - values) ** 2).sum(axis=1, dtype=np.float64)
+        rounded = (codes - values) ** 2 * inside[block.first * width : block.last * width]
+        noise += rounded.sum(axis=1, dtype=np.float64)
         yield Step(block.last / height if keeps else 0.5 + 0.5 * block.last / height, "writing planes")
-    return planes, low, step, noise * step**2 / (height * width)
+    return planes, low, step, noise * step**2 / int(inside.sum())
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,7 @@ from hypothesis.extra.numpy import arrays
 from engine.brdf.readers.table_file import keep_table
 from engine.brdf.table import HalfDifferenceTable
 from engine.bundle.bundle import open_bundle, save_bundle, verify_bundle
-from engine.bundle.manifest import BRDF, DIRECTIONAL, MANIFEST, MEMBERS, PBR, SHADER, VIEWER
+from engine.bundle.manifest import BRDF, DIRECTIONAL, MANIFEST, MASK, MEMBERS, PBR, SHADER, VIEWER
 from engine.core.errors import InputError, OutputError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import drain
@@ -38,7 +38,7 @@ from engine.storage import archive, atomic, records
 from engine.storage.records import TABLE
 from tests.engine.brdf.readers.test_table_file import make_holed_table
 
-PLAIN = MEMBERS - DIRECTIONAL - {PBR, "power_law_exponent.png", "power_law_kept_tiles.exr", TABLE}
+PLAIN = MEMBERS - DIRECTIONAL - {PBR, MASK, "power_law_exponent.png", "power_law_kept_tiles.exr", TABLE}
 PNG = b"\x89PNG\r\n\x1a\nnot looked into"
 #: Every such operation of saving fails in one round of a campaign.
 ROUNDS = 12

@@ -68,7 +68,7 @@ def test_fault_9_the_seal_notices_each_change() -> None:
 
 
 def test_fault_9_newer_versions_are_refused_with_words() -> None:
-    with pytest.raises(InputError, match=r"newer Lightarc \(schema 7, this one reads 4\)\. Update Lightarc"):
+    with pytest.raises(InputError, match=r"newer Lightarc \(schema 7, this one reads 6\)\. Update Lightarc"):
         read_manifest(reseal(schema_version=7), PATH)
 
 
