@@ -10,6 +10,7 @@ from engine.brdf.models.lafortune import Lafortune, LafortuneThreeLobes
 from engine.brdf.models.microfacet import AshikhminShirley, CookTorrance, Ggx, GgxAnisotropic, MetallicRoughness, Ward
 from engine.brdf.models.model import Brdf as Brdf
 from engine.brdf.models.model import Model
+from engine.brdf.models.openpbr import OpenPbr, OpenPbrAnisotropic
 from engine.brdf.models.phong import BlinnPhong, Phong
 from engine.brdf.models.poulin_fournier import PoulinFournier
 from engine.brdf.models.presets import find_preset, text_of_preset
@@ -109,7 +110,7 @@ def brdf_to_text(brdf: Brdf) -> str:
 
 for _model in (
     *(Lambert, OrenNayar, Phong, BlinnPhong, Lafortune, LafortuneThreeLobes, Ward, AshikhminShirley, CookTorrance),
-    *(Ggx, GgxAnisotropic, PoulinFournier, MetallicRoughness),
+    *(Ggx, GgxAnisotropic, PoulinFournier, MetallicRoughness, OpenPbr, OpenPbrAnisotropic),
 ):
     register(_model)
 plugins.load(ENTRY_POINTS, register)

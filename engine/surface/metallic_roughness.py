@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.brdf.models.multiple_scattering import SMOOTHEST, multiple_scattering
+from engine.brdf.models.multiple_scattering import SMOOTHEST, multiple_scattering, schlick_mean
 
 Floats = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def reflectance(
 def multiple_scattering_of(cosine_i: Floats, cosine_o: Floats, roughness: ArrayLike, f0: Floats) -> Floats:
     """Light that facets scatter more than once, (N, 3) in 1/sr without the cosine, for f0 (N, 3)."""
     alpha = np.maximum(np.asarray(roughness, np.float64), SMOOTHEST) ** 2
-    return np.moveaxis(multiple_scattering(cosine_i, cosine_o, alpha, np.moveaxis(f0, -1, 0)), 0, -1)
+    return np.moveaxis(multiple_scattering(cosine_i, cosine_o, alpha, schlick_mean(np.moveaxis(f0, -1, 0))), 0, -1)
 
 
 def _smith(cosine: Floats, alpha2: Floats) -> Floats:

@@ -25,7 +25,7 @@ from engine.brdf.models.evaluate import (
     sum_of_directions,
 )
 from engine.brdf.models.model import DiffusePart, Model
-from engine.brdf.models.multiple_scattering import SMOOTHEST, mean_loss, multiple_scattering
+from engine.brdf.models.multiple_scattering import SEPARABLE, SMOOTHEST, multiple_scattering, schlick_mean
 from engine.brdf.models.sampling import FRESNEL, Lobes, grey
 from engine.brdf.models.sampling_lobes import GaussianHalfVectors, HalfVectorLobe, PowerHalfVectors, VisibleGgxLobe
 from engine.core.params import Colour, param
@@ -160,7 +160,7 @@ class MetallicRoughness(Model):
     def sampling_lobes(self) -> Lobes:
         alpha, base = self.roughness**2, grey(self.base_color)
         f0 = 0.04 + (base - 0.04) * self.metallic
-        again = self.multiple_scattering * f0**2 * float(mean_loss(max(alpha, SMOOTHEST**2)))
+        again = self.multiple_scattering * f0**2 * float(SEPARABLE.mean_loss(max(alpha, SMOOTHEST**2)))
         return [(VisibleGgxLobe(alpha, alpha), FRESNEL + f0)], base * (1.0 - self.metallic) + again
 
     def formula(self, wi: Floats, wo: Floats) -> Floats:
@@ -175,7 +175,7 @@ class MetallicRoughness(Model):
         if self.multiple_scattering == 0.0:
             return value
         width = max(alpha, SMOOTHEST**2)
-        return value + self.multiple_scattering * multiple_scattering(wi[2], wo[2], width, f0)
+        return value + self.multiple_scattering * multiple_scattering(wi[2], wo[2], width, schlick_mean(f0))
 
 
 def _fresnel(f0: Colour, grazing: Floats) -> Floats:

@@ -41,6 +41,14 @@ TEXTS = (
     "metallic-roughness:base_color=1/0.6/0.3,metallic=0.9,roughness=0.8,multiple_scattering=1",
 )
 
+#: Layers, which are not reciprocal and have no printed formula of one line.
+LAYERED = (
+    "openpbr:base_color=0.2/0.5/0.9,specular_roughness=0.4,base_diffuse_roughness=0.6,specular_color=1/0.8/0.6",
+    "openpbr:base_color=0.9/0.6/0.3,base_metalness=1,specular_color=0.9/0.8/1,thin_film_weight=1,thin_film_ior=1.7",
+    "openpbr:coat_weight=0.8,coat_roughness=0.2,coat_color=0.9/0.5/0.4,fuzz_weight=0.4,thin_film_weight=0.5",
+    "openpbr:specular_roughness_anisotropy=0.6,coat_weight=0.5,coat_roughness=0.4,coat_roughness_anisotropy=0.3",
+)
+
 
 def pairs(count: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Unit directions on the upper hemisphere; half of the pairs near their mirror direction, where lobes are."""

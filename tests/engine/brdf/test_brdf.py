@@ -87,7 +87,9 @@ def test_BR7_normal_distribution_integrates_to_one(alpha: float) -> None:
 @pytest.mark.parametrize("name", MODELS)
 @given(data=st.data())
 @settings(max_examples=50)
-def test_BR9_every_allowed_parameter_gives_finite_values_that_are_reciprocal(name: str, data: st.DataObject) -> None:
+def test_BR9_every_allowed_parameter_gives_finite_values_that_are_as_reciprocal_as_stated(
+    name: str, data: st.DataObject
+) -> None:
     model = MODELS[name]
     values = {}
     for p in parameters(model):
@@ -98,7 +100,7 @@ def test_BR9_every_allowed_parameter_gives_finite_values_that_are_reciprocal(nam
     value = brdf.f(wi, wo)
     assert np.isfinite(value).all()
     assert (value >= 0).all()
-    assert np.array_equal(value, brdf.f(wo, wi))
+    assert not brdf.reciprocal or np.array_equal(value, brdf.f(wo, wi))
     assert brdf_from_text(brdf_to_text(brdf)) == brdf
 
 

@@ -12,22 +12,23 @@ import pytest
 from engine.brdf.brdf import Brdf, brdf_from_text, model_name
 from engine.core.params import parameters
 from engine.gl.program import load_program, set_uniforms
-from tests.engine.brdf.all_models import TEXTS, pairs
+from tests.engine.brdf.all_models import LAYERED, TEXTS, pairs
 
 
-@pytest.mark.parametrize("text", TEXTS)
-def test_glsl_twin_agrees_to_1e_5(gl: Any, tmp_path: Any, text: str, shader: Callable[[str, str], None]) -> None:
+@pytest.mark.parametrize("text", [*TEXTS, *LAYERED])
+def test_glsl_twin_agrees(gl: Any, tmp_path: Any, text: str, shader: Callable[[str, str], None]) -> None:
     brdf = brdf_from_text(text)
     wi, wo = (w.astype(np.float32) for w in pairs(100_000, seed=9))
     on_gpu = evaluate_on_gpu(gl, brdf, wi, wo, shader)
     expected = brdf.f(wi, wo)
     lobe = expected > 1e-6 * expected.max()
     assert np.isfinite(on_gpu).all()
-    assert np.abs(on_gpu[lobe] / expected[lobe] - 1.0).max() <= 1e-5
+    digits = 1e-5 if text in TEXTS else 1e-4  # phases of films have few
+    assert np.abs(on_gpu[lobe] / expected[lobe] - 1.0).max() <= digits
     assert np.abs(on_gpu[~lobe] - expected[~lobe]).max(initial=0.0) <= 1e-5 * expected.max()
 
 
-@pytest.mark.parametrize("text", TEXTS)
+@pytest.mark.parametrize("text", [*TEXTS, *LAYERED])
 def test_BR1_BR2_glsl_twin_is_finite_at_the_horizon_and_at_the_normal(gl: Any, text: str, shader: Any) -> None:
     cosine = np.array([1.0, 1e-2, 1e-4, 1e-8, 1e-12, 0.0, -1e-8])
     directions = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, cosine], axis=-1)

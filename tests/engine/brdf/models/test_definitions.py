@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text, model_name
-from engine.brdf.models.multiple_scattering import LOSS, MEAN_LOSS, MEAN_LOSS_LOG
+from engine.brdf.models.multiple_scattering import SEPARABLE
 from engine.core.directions import normalize
 from engine.core.params import parameters
 from tests.engine.brdf.all_models import TEXTS, pairs
@@ -158,12 +158,15 @@ def metallic_roughness(
     def loss(c: Number) -> tuple[Number, Number]:
         """The polynomial, and how much larger the sum of its terms' sizes is, by which rounding grows."""
         s = c / (c + roughness**2)
-        terms = [mpmath.mpf(float(LOSS[i, j])) * s**i * roughness**j for i in range(6) for j in range(5)]
+        terms = [mpmath.mpf(float(SEPARABLE.lost[i, j])) * s**i * roughness**j for i in range(6) for j in range(5)]
         return (1 - s) ** 2 * mpmath.fsum(terms), mpmath.fsum(map(abs, terms)) / abs(mpmath.fsum(terms))
 
     if multiple_scattering == 0:
         return single, 0
-    terms = [*(mpmath.mpf(c) * roughness**j for j, c in enumerate(MEAN_LOSS)), MEAN_LOSS_LOG * mpmath.log(roughness)]
+    terms = [
+        *(mpmath.mpf(c) * roughness**j for j, c in enumerate(SEPARABLE.mean_lost)),
+        SEPARABLE.mean_log * mpmath.log(roughness),
+    ]
     mean, growth = mpmath.fsum(terms), mpmath.fsum(map(abs, terms)) / mpmath.fsum(terms)
     average = f0 + (1 - f0) / 21
     again = average**2 * (1 - a2 * mean) / (1 - average * a2 * mean)
