@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.calibration.estimate import estimate
+from engine.capture.calibration.estimate import describe_undecided, estimate
 from engine.capture.calibration.rig import Rig, Sample, lamp_vectors
 from engine.capture.stack import ImageStack
 from engine.core.health import Finding, Verdict
@@ -49,6 +49,8 @@ def rig_error(stack: ImageStack, used: NDArray[np.int64], seen: Lamps) -> tuple[
         more_alike, more_apart = _read_rivals(stack.provenance.get("calibration_undecided_deg"))
     else:
         more_alike, more_apart, held_out, findings = _examine_photographs(stack, used, seen)
+    undecided = describe_undecided((math.degrees(more_alike), math.degrees(more_apart)), (height, width))
+    findings = [*findings, Finding(Verdict.WARNING, undecided)] if undecided and not findings else findings
     misfit = min(BY_HELD_OUT * held_out, MAX_HELD_OUT) if isinstance(held_out, int | float) else 0.0
     x = (np.arange(width) + 0.5) / width - 0.5
     y = (0.5 * height - 0.5 - np.arange(height)) / width

@@ -45,6 +45,9 @@ GOOD, LARGE_GAIN = {"distance": 0.05, "gains": 0.12, "ambient": 0.03}, {"distanc
 #: deviation of a share beyond which it is less so, and the largest share that is looked at.
 UNDECIDED, LESS_LIKELY, MAX_SHARE = 0.05, 0.15, 0.5
 
+#: Angle in degrees by which other sets of terms that are as likely turn half of the normals at most, without a warning.
+MAX_UNDECIDED_DEG = 2.5
+
 #: Held-out error from which the model of a texel tells nothing.
 HOPELESS = 0.18
 
@@ -116,6 +119,24 @@ class Estimate:
     @property
     def accepted(self) -> tuple[str, ...]:
         return tuple(term.name for term in self.terms if term.accepted)
+
+
+def describe_undecided(undecided_deg: tuple[float, float], size: tuple[int, int]) -> str:
+    """A sentence where other sets of terms turn half of the normals of an image of `size` (H, W) too far; '' elsewhere.
+
+    `undecided_deg` is that of an `Estimate`.
+    """
+    height, width = size
+    x, y = (np.arange(count) / width - 0.5 * (count - 1) / width for count in (width, height))
+    squares = undecided_deg[0] ** 2 + undecided_deg[1] ** 2 * (x[None] ** 2 + y[:, None] ** 2)
+    angle = float(np.sqrt(np.median(squares)))
+    if angle <= MAX_UNDECIDED_DEG:
+        return ""
+    return (
+        "The photographs do not decide how they were lit: another distance or intensity of the lamps, or room light, "
+        f"explains them about as well and turns half of the normals by more than {number(angle, 2)}°. State what is "
+        "known (--lamp-distance, --dark, a .lights file)"
+    )
 
 
 def sample_texels(

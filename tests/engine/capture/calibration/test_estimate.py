@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine.capture.calibration.estimate import Estimate, estimate, sample_texels
+from engine.capture.calibration.estimate import Estimate, describe_undecided, estimate, sample_texels
 from engine.capture.calibration.motion import camera_motion
 from engine.capture.calibration.rig import TERMS
 from engine.capture.import_plan import ImportSettings
@@ -95,6 +95,7 @@ def test_an_import_without_options_recovers_normals_of_a_near_unequal_dome(tmp_p
     assert provenance["lamp_distance_widths"] == pytest.approx(2.5, rel=0.03)
     assert len(provenance["lamp_gains"]) == 18
     assert {term["name"] for term in provenance["calibration"] if term["accepted"]} == {"distance", "gains"}
+    assert measured.stack.health.warnings == measured.surface.health.warnings == []
 
 
 def test_normals_of_near_lamps_that_nobody_corrected_for_are_doubted(tmp_path: Path) -> None:
@@ -115,6 +116,16 @@ def test_room_light_that_is_not_told_beside_near_lamps_is_in_the_uncertainty(
     assert "ambient" not in accepted  # though it is there
     assert measured.covered >= 0.95
     assert np.median(measured.sigma_deg) < largest
+
+
+def test_normals_that_another_rig_turns_are_doubted(tmp_path: Path) -> None:
+    """Lamps of 3 widths over metal are not told from distant ones, and normals err by 3.6°."""
+    measured = measure(render(draw(9033)), tmp_path)
+    assert np.median(measured.error_deg) > 2.0
+    for health in (measured.stack.health, measured.surface.health):
+        assert any("do not decide how they were lit" in warning for warning in health.warnings)
+    assert describe_undecided((1.0, 2.0), (40, 60)) == ""
+    assert "more than 5.1°" in describe_undecided((5.0, 3.0), (40, 40))
 
 
 @pytest.mark.long
