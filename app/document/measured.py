@@ -122,7 +122,7 @@ def measure(
     seconds: float,
     bounces: int,
 ) -> Steps[Tradeoff]:
-    """The sweep of all sweeps of some modes, without lamps near the model, which the reference does not show.
+    """The sweep of all sweeps of some modes, without lamps near the model, which not all of them show.
 
     Slow modules are imported on the thread that asks for it.
     """

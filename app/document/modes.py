@@ -108,7 +108,7 @@ def why_not(mode: Mode, project: Project) -> str:
 
 def shows_near_lamps(mode: Mode) -> bool:
     """True if lamps near the model are part of an image in `mode`."""
-    return transport.method_of(mode.value).near_light if mode.baked else mode.progressive
+    return not mode.baked or transport.method_of(mode.value).near_light
 
 
 def scene_of(mode: Mode, scene: Scene, relit: RelightTransport | None = None) -> Scene:

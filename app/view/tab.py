@@ -70,7 +70,7 @@ TONE_MAPS = (("neutral", "Neutral (Khronos)"), ("aces", "ACES"), ("none", "None"
 NO_SHADOW = "This mode casts no shadows on the ground: baked modes and the reference do."
 
 #: Said where lamps stand near the model and the mode does not show them.
-NO_NEAR_LAMPS = "{} leaves out the lamps near the model: the reference and spherical harmonics show them."
+NO_NEAR_LAMPS = "{} leaves out the lamps near the model: choose Direct, the reference or spherical harmonics."
 
 #: Pause after the last change before the error of the directions is measured, and the size of the image it is for.
 AT_REST_MS = 800

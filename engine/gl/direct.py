@@ -9,7 +9,7 @@ Textures of what light is looked up by: the directional lights of a scene, and t
 from __future__ import annotations
 
 import logging
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import replace
 
 import moderngl
@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf, model_name
+from engine.brdf.models.diffuse import Lambert
 from engine.core.params import parameters
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
@@ -27,13 +28,15 @@ from engine.gl.material_textures import MaterialTextures, Shading
 from engine.gl.program import ShaderError, find_uniform, load_program, set_uniforms
 from engine.gl.tiles import Paint, Tiles
 from engine.light.environment import DistantLights
+from engine.light.near_lamps import NearLamp
 from engine.render.display import Display
+from engine.render.near_light import facets_of
 from engine.scene.scene import Scene
 from engine.shading.directional.effective_light import EffectiveCosine
 from engine.surface.pbr_maps import PbrMaps
 
 #: Texture units of both, above those of a material.
-COSINE_UNIT, LIGHT_UNIT = 3, 4
+COSINE_UNIT, LIGHT_UNIT, NEAR_UNIT = 3, 4, 7
 
 
 class LightTexture:
@@ -53,6 +56,41 @@ class LightTexture:
 
     def release(self) -> None:
         self.texture.release()
+
+
+class NearLampTexture:
+    """Owns the texture of lights near a model: a row of six texels for each, as `near_lamps.glsl` reads them."""
+
+    def __init__(self, context: moderngl.Context, lamps: Sequence[NearLamp], centre: NDArray[np.float64]) -> None:
+        texels = np.zeros((len(lamps), 6, 4))
+        for row, lamp in zip(texels, lamps, strict=True):
+            row[0] = (*(np.asarray(lamp.position) - centre), ("sphere", "rectangle", "disc").index(lamp.shape))
+            row[1:3, :3], row[1:3, 3] = lamp.half_sides, (lamp.extent, lamp.radius)
+            row[3, :3], row[4, :3] = lamp.facing, lamp.intensity
+            row[5, :3] = 0.0 if lamp.is_point else lamp.radiance
+        largest = np.finfo(np.float32).max
+        content = np.clip(texels, -largest, largest).astype(np.float32)
+        self._count = len(lamps)
+        self._texture = context.texture((6, len(lamps)), 4, np.ascontiguousarray(content), dtype="f4")
+        self._texture.filter = (context.NEAREST, context.NEAREST)
+
+    def bind(self, program: moderngl.Program, points: int) -> None:
+        self._texture.use(NEAR_UNIT)
+        set_uniforms(program, {"near_lamps": NEAR_UNIT, "near_count": self._count, "near_points": points})
+
+    def release(self) -> None:
+        self._texture.release()
+
+
+def _near_definitions(lamps: Sequence[NearLamp], brdf: Brdf | PbrMaps | None) -> dict[str, str]:
+    """The definitions for lights near the model; `brdf` is None where a material is looked up."""
+    if not lamps:
+        return {}
+    if isinstance(brdf, PbrMaps):
+        return {"NEAR_LAMPS": "1", "FACETS": "1"}
+    if brdf is not None and facets_of(brdf, 0) is not None:
+        return {"NEAR_LAMPS": "1", "FACETS": "1", f"FACETS_{model_name(brdf).upper().replace('-', '_')}": "1"}
+    return {"NEAR_LAMPS": "1"}
 
 
 class CosineTexture:
@@ -100,6 +138,7 @@ class DirectRenderer:
         self._ground: tuple[Mesh, Ground, MeshBuffers] | None = None
         self._material: tuple[Shading, MaterialTextures] | None = None
         self._lights: tuple[DistantLights, LightTexture] | None = None
+        self._near: tuple[tuple[tuple[NearLamp, ...], Mesh], NearLampTexture] | None = None
         self._cosines: tuple[EffectiveCosine, CosineTexture] | None = None
         self._table: tuple[Brdf | PbrMaps, TableTexture | FactorTextures | PbrTextures] | None = None
 
@@ -159,7 +198,8 @@ class DirectRenderer:
         """The ground, where there is one: Lambertian, under the same lights."""
         if scene.ground is None or self._ground is None:
             return
-        definitions = {"BRDF": "brdf/lambert.glsl", "SOURCE_NONE": "1", **self._debug}
+        near = _near_definitions(scene.near_lamps, Lambert())
+        definitions = {"BRDF": "brdf/lambert.glsl", "SOURCE_NONE": "1", **near, **self._debug}
         key = (("ground", ""), *definitions.items())
         if key not in self._programs:
             try:
@@ -219,6 +259,13 @@ class DirectRenderer:
             self._lights = (scene.lights, LightTexture(self.context, scene.lights))
         self._lights[1].bind(program)
         set_uniforms(program, {"light_count": len(scene.lights.direction)})
+        if scene.near_lamps:
+            key = scene.near_lamps, scene.mesh
+            if self._near is None or self._near[0][0] != key[0] or self._near[0][1] is not key[1]:
+                if self._near is not None:
+                    self._near[1].release()
+                self._near = (key, NearLampTexture(self.context, scene.near_lamps, scene.mesh.centre))
+            self._near[1].bind(program, scene.directions)
 
     def _set_brdf(self, program: moderngl.Program, scene: Scene) -> None:
         """The parameters of a model as uniforms, factors as textures, or any other BRDF as a texture of its table."""
@@ -274,10 +321,13 @@ class DirectRenderer:
             textures.source if textures else "SOURCE_NONE": "1",
         }
         definitions |= {f"LOOKUP_{scene.lookup.upper()}": "1", f"ABOVE_{scene.above.upper()}": "1"}
-        if len(scene.lights.direction) == 1 or scene.lookup in ("texture", "outgoing"):
+        if (len(scene.lights.direction) == 1 and not scene.near_lamps) or scene.lookup in ("texture", "outgoing"):
             definitions["ONE_LOOKUP"] = "1"
         if textures and textures.layers:
             definitions["PLANE_LAYERS" if textures.source == "SOURCE_PLANES" else "LAYERS"] = str(textures.layers)
+        definitions |= _near_definitions(
+            scene.near_lamps, None if scene.shading is not None else scene.pbr or scene.brdf
+        )
         definitions |= {"PBR_MAPS": "1"} if scene.pbr else {} if scene.brdf.isotropic else {"BRUSHED": "1"}
         definitions |= self._debug
         key = tuple(definitions.items())
@@ -300,13 +350,16 @@ class DirectRenderer:
 
     def release(self) -> None:
         """Free everything; the renderer can be used again afterwards and uploads anew."""
-        for owner in (self._mesh, self._ground, self._material, self._lights, self._table, self._cosines):
+        for owner in (
+            *(self._mesh, self._ground, self._material, self._lights, self._near, self._table, self._cosines),
+        ):
             if owner is not None:
                 owner[-1].release()
         for program in {id(program): program for program in self._programs.values() if program}.values():
             program.release()
         self._tiles.release()
         self._mesh = self._ground = self._material = self._lights = self._table = self._cosines = None
+        self._near = None
         self._last_good = None
         self._programs.clear()
 

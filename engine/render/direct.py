@@ -20,7 +20,9 @@ from engine.core.directions import dot, frames_along, normalize, world_from_tang
 from engine.core.steps import Step, Steps
 from engine.geometry.ray_caster import caster_of
 from engine.light.environment import DistantLights
+from engine.light.near_lamps import near_lights
 from engine.render.mip_maps import Levels, filter_levels, level_of_detail, mip_levels_of
+from engine.render.near_light import facets_of, facets_of_texels, reflect_near
 from engine.render.pbr import Texels, texels_at
 from engine.scene.scene import Scene
 from engine.shading.directional.effective_light import weights_at
@@ -54,7 +56,8 @@ def radiance(scene: Scene, size: tuple[int, int], *, samples: int = 2) -> Steps[
     if min(size) < 1:
         return image
     shade = Shader(scene, (width * samples, height * samples))
-    band = max(1, BAND // (width * samples * samples * len(scene.lights.direction)))
+    lights = len(scene.lights.direction) + scene.directions * len(scene.near_lamps)
+    band = max(1, BAND // (width * samples * samples * lights))
     for top in range(0, height, band):
         rows = slice(top, min(top + band, height))
         row, column = np.mgrid[rows.start * samples : rows.stop * samples, 0 : width * samples].reshape(2, -1)
@@ -118,15 +121,21 @@ class Shader:
             return _barycentric(self._eye, self._rays(column, row), triangle)
 
         weights = at(column + 0.5, row + 0.5)
-        wo = normalize(self._eye - np.einsum("nc,nci->ni", weights, triangle))
+        place = np.einsum("nc,nci->ni", weights, triangle)
+        wo = normalize(self._eye - place)
         normal = _visible_normal(np.einsum("nc,nci->ni", weights, surface.normals[faces]), triangle, wo)
         if scene.brdf.isotropic:
             frame = world_from_tangent(normal)
         else:
             frame = frames_along(normal, np.einsum("nc,nci->ni", weights, surface.tangents[faces]))
         viewer = np.einsum("nij,ni->nj", frame, wo)
+        place = place + scene.mesh.centre
         if scene.shading is None and scene.pbr is None:
-            return _sum_of_reflections(_light_terms(scene.brdf.f, lights, frame, viewer, None), len(wo))
+            facets = facets_of(scene.brdf, len(wo))
+            near = None if facets is not None else scene
+            terms = _light_terms(scene.brdf.f, lights, frame, viewer, None, near, place)
+            value = _sum_of_reflections(terms, len(wo))
+            return value if facets is None else value + reflect_near(scene.near_lamps, place, frame, viewer, facets)
         uv = texture_coordinates(scene, faces)
         is_directional = scene.pbr is not None or isinstance(scene.shading, DirectionalMap)
         axes = texture_axes(triangle, uv, frame[..., 2]) if is_directional else None
@@ -136,24 +145,33 @@ class Shader:
             at(column + 0.5, bottom - 0.5) - at(column + 0.5, bottom + 0.5),
         )
         along = [np.einsum("nc,nci->ni", step, uv) for step in steps]
-        place = np.einsum("nc,nci->ni", weights, uv)
+        seen = np.einsum("nc,nci->ni", weights, uv)
         if scene.pbr is not None:
             assert axes is not None
-            return self._shade_texels(place, along, frame, axes, wo, lights)
-        terms = _light_terms(scene.brdf.f, lights, frame, viewer, axes)
-        return sample(scene, self._levels, place, along, terms)
+            return self._shade_texels(seen, along, frame, axes, wo, lights, place)
+        terms = _light_terms(scene.brdf.f, lights, frame, viewer, axes, scene, place)
+        return sample(scene, self._levels, seen, along, terms)
 
     def _shade_texels(
-        self, place: Array, along: list[Array], frame: Array, axes: Array, wo: Array, lights: DistantLights
+        self,
+        uv: Array,
+        along: list[Array],
+        frame: Array,
+        axes: Array,
+        wo: Array,
+        lights: DistantLights,
+        place: Array,
     ) -> Array:
         """Radiance (N, 3) of PBR maps; where normals within a pixel differ much, it is looked up in four parts."""
         detail = level_of_detail(self._levels, along)
         scatters_again = self.scene.pbr is not None and self.scene.pbr.multiple_scattering
 
         def shade(at: Indices | slice, shift: Array, finer: float) -> tuple[Texels, Array]:
-            texels = texels_at(self._levels, place[at] + shift, np.maximum(detail[at] - finer, 0.0), scatters_again)
+            texels = texels_at(self._levels, uv[at] + shift, np.maximum(detail[at] - finer, 0.0), scatters_again)
             bent = texels.bend_frames(frame[at], axes[at], wo[at])
-            return texels, _sum_of_texels(texels, lights, bent, np.einsum("nij,ni->nj", bent, wo[at]))
+            viewer = np.einsum("nij,ni->nj", bent, wo[at])
+            near = reflect_near(self.scene.near_lamps, place[at], bent, viewer, facets_of_texels(texels))
+            return texels, _sum_of_texels(texels, lights, bent, viewer) + near
 
         texels, value = shade(slice(None), np.zeros(2), 0.0)
         parts = np.flatnonzero(texels.differ_within)
@@ -166,15 +184,31 @@ class Shader:
 
 
 def _light_terms(
-    f: Callable[[Array, Array], Array], lights: DistantLights, frame: Array, wo: Array, axes: Array | None
+    f: Callable[[Array, Array], Array],
+    lights: DistantLights,
+    frame: Array,
+    wo: Array,
+    axes: Array | None,
+    near: Scene | None = None,
+    place: Array | None = None,
 ) -> Terms:
     """For each light: which points it reaches, f (M, 3) and cos(theta) (M,) there, and its irradiance (3,).
 
-    Where the `axes` (N, 2, 3) of the texture are given, also the direction of the light along them.
+    Where the `axes` (N, 2, 3) of the texture are given, also the direction of the light along them. Of a scene with
+    lights that are `near`, for their points too, with an irradiance (M, 3) at the points' `place` (N, 3).
     """
     for lit, wi, irradiance, direction in _find_lit(lights, frame):
         heading = None if axes is None else axes[lit] @ direction
         yield lit, f(wi, wo[lit]), wi[:, 2], irradiance, heading
+    if near is None or place is None:
+        return
+    for lamp in near.near_lamps:
+        for direction, irradiance in near_lights(lamp, place, near.directions):
+            wi = np.einsum("nij,ni->nj", frame, direction)
+            lit = np.flatnonzero((wi[:, 2] > 0.0) & irradiance.any(axis=1))
+            if lit.size:
+                heading = None if axes is None else np.einsum("nai,ni->na", axes[lit], direction[lit])
+                yield lit, f(wi[lit], wo[lit]), wi[lit, 2], irradiance[lit], heading
 
 
 def _find_lit(lights: DistantLights, frame: Array) -> Iterator[tuple[Indices, Array, Array, Array]]:

@@ -87,14 +87,14 @@ def reflect_spread(
     fresnel = at_normal + (1.0 - at_normal) * grazing[:, None]
     cosine = np.maximum(wi[:, 2], 0.0) * length
     diffuse = (1.0 - fresnel) * (1.0 - metal) * base_colour * (cosine / np.pi)[:, None]
-    value = diffuse + fresnel * _spread_lobe(wi, wo, half, roughness, spread)[:, None]
+    value = diffuse + fresnel * spread_lobe(wi, wo, half, roughness, spread)[:, None]
     if scatters_again:
         above, viewer = np.maximum(wi[:, 2], 0.0), np.maximum(wo[:, 2], 0.0)
         value = value + cosine[:, None] * multiple_scattering_of(above, viewer, roughness, at_normal)
     return np.asarray(value)
 
 
-def _spread_lobe(wi: Array, wo: Array, half: Array, roughness: Array, spread: Array) -> Array:
+def spread_lobe(wi: Array, wo: Array, half: Array, roughness: Array, spread: Array) -> Array:
     """(N,) D G / (4 n·v), averaged over normals."""
     alpha2 = np.maximum(roughness, SMOOTHEST) ** 4
     xx, yy, xy = spread.T

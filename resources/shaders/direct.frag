@@ -1,11 +1,14 @@
 #version 330 core
-// Radiance of one fragment under the sum of directional lights; see engine.scene.scene for the formulas.
+// Radiance of one fragment under the sum of directional lights and of lights near the model; see engine.scene.scene for the formulas.
 // in: position and normal relative to the mesh, world axes; out: linear radiance and coverage 1.
 // A result that is not finite is 0; in debug builds magenta with coverage 2, so that it can be seen and counted.
 
 #include "frame.glsl"
 #include BRDF
 #include "light_sum.glsl"
+#if defined(NEAR_LAMPS)
+#include "near_lamps.glsl"
+#endif
 
 uniform vec3 eye;
 uniform sampler2D lights;
@@ -35,8 +38,43 @@ void add_share(float share, vec3 weight)
 }
 #endif
 
-// Lights are the rows of a texture of two texels: the direction towards each in the world, and its irradiance.
+#if defined(SOURCE_PLANES)
+mat2x3 axes;
+vec2 mean_heading;
+#endif
+
+// Add light from one direction in the world: to the sum, or to that of the look-ups.
 // Lights below the horizon add nothing. A cosine that is not a number must show, so the test is the negative one.
+void reflect_light(vec3 towards, vec3 irradiance, mat3 frame, vec3 wo, inout vec3 sum)
+{
+    vec3 wi = towards * frame;
+#if defined(PBR_MAPS)
+    sum += product_of_texel(wi, wo) * irradiance;
+#else
+    if (wi.z <= 0.0)
+        return;
+    vec3 f = brdf(wi, wo);
+#if defined(SOURCE_NONE)
+    sum += f * (wi.z * irradiance);
+#else
+    float reflectance = sigma / r_max * dot(f, LUMINANCE);
+#if defined(SOURCE_PLANES)
+    vec2 heading = towards * axes;
+    light_turn = turn_of(heading);
+    mean_heading += reflectance * wi.z * dot(irradiance, LUMINANCE) * heading;
+#endif
+#if defined(LOOKUP_TEXTURE) || defined(LOOKUP_OUTGOING)
+    sum += reflectance * wi.z * irradiance;
+#elif defined(LOOKUP_ANGLE)
+    add_light(wi.z, reflectance * irradiance);
+#else
+    add_share(reflectance * wi.z, irradiance);
+#endif
+#endif
+#endif
+}
+
+// Lights are the rows of a texture of two texels: the direction towards each in the world, and its irradiance.
 vec3 shade(mat3 frame, vec3 wo)
 {
     vec3 sum = vec3(0.0);
@@ -44,38 +82,24 @@ vec3 shade(mat3 frame, vec3 wo)
     begin_light_sum(uv);
 #endif
 #if defined(SOURCE_PLANES)
-    mat2x3 axes = texture_axes(position, uv, frame[2]);
-    vec2 mean_heading = vec2(0.0);
+    axes = texture_axes(position, uv, frame[2]);
+    mean_heading = vec2(0.0);
 #endif
-    for (int i = 0; i < light_count; ++i) {
-        vec3 towards = texelFetch(lights, ivec2(0, i), 0).xyz;
-        vec3 wi = towards * frame;
-#if defined(PBR_MAPS)
-        sum += product_of_texel(wi, wo) * texelFetch(lights, ivec2(1, i), 0).rgb;
-        continue;
-#endif
-        if (wi.z <= 0.0)
-            continue;
-        vec3 irradiance = texelFetch(lights, ivec2(1, i), 0).rgb;
-        vec3 f = brdf(wi, wo);
-#if defined(SOURCE_NONE)
-        sum += f * (wi.z * irradiance);
-#else
-        float reflectance = sigma / r_max * dot(f, LUMINANCE);
-#if defined(SOURCE_PLANES)
-        vec2 heading = towards * axes;
-        light_turn = turn_of(heading);
-        mean_heading += reflectance * wi.z * dot(irradiance, LUMINANCE) * heading;
-#endif
-#if defined(LOOKUP_TEXTURE) || defined(LOOKUP_OUTGOING)
-        sum += reflectance * wi.z * irradiance;
-#elif defined(LOOKUP_ANGLE)
-        add_light(wi.z, reflectance * irradiance);
-#else
-        add_share(reflectance * wi.z, irradiance);
-#endif
-#endif
+    for (int i = 0; i < light_count; ++i)
+        reflect_light(texelFetch(lights, ivec2(0, i), 0).xyz, texelFetch(lights, ivec2(1, i), 0).rgb, frame, wo, sum);
+#if defined(NEAR_LAMPS) && defined(FACETS)
+    sum += near_radiance(position, frame, wo);
+#elif defined(NEAR_LAMPS)
+    for (int number = 0; number < near_count; ++number) {
+        NearLamp lamp = near_lamp(number, position);
+        int count = near_points_of(lamp, near_points);
+        for (int i = 0; i < count; ++i) {
+            vec3 direction, irradiance;
+            near_light(lamp, i, count, direction, irradiance);
+            reflect_light(direction, irradiance, frame, wo, sum);
+        }
     }
+#endif
 #if defined(SOURCE_NONE)
     return sum;
 #else

@@ -143,7 +143,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="draw PBR maps without the light that rough facets scatter more than once, as glTF's own formula has it",
     )
     parser.add_argument(
-        "--directions", type=int, metavar="N", help="number of lights that represent the environment (64)"
+        "--directions",
+        type=int,
+        metavar="N",
+        help="number of lights that represent the environment, and of points of a --near-lamp for other BRDFs than GGX "
+        "(64)",
     )
     parser.add_argument(
         "--measure-error",
@@ -231,8 +235,6 @@ def _draw_scene(setup: Setup | None, arguments: argparse.Namespace, show: Callab
     behind = check_background(arguments, scene.environment)
     if arguments.turntable:
         return join({**plan, **render_turntable.run(scene, arguments, display, show, behind)}, by_mean)
-    if scene.near_lamps and not is_traced(arguments.mode):
-        raise UsageError("--near-lamp is for --mode reference and for bakes of --mode sh; --lamp is a distant light")
     draw = _draw_reference if is_traced(arguments.mode) else _draw
     image, layers, drawn = draw(scene, arguments, show)
     if arguments.layers:

@@ -17,6 +17,7 @@ from engine.core.colour import OPERATORS
 from engine.core.steps import drain
 from engine.geometry.brushing import parse_brushing
 from engine.geometry.camera import Camera
+from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import shape
 from engine.gl import program as program_module
@@ -26,6 +27,7 @@ from engine.gl.draw import draw_off_screen
 from engine.gl.program import ShaderError
 from engine.gl.screen import Image, Layer, Screen
 from engine.light.environment_file import open_environment
+from engine.light.near_lamps import near_lamp_from_text
 from engine.render.direct import radiance
 from engine.render.display import Display
 from engine.render.display import display as display_image
@@ -132,6 +134,45 @@ def test_X9_GL2_power_law_is_guarded(gl: Any) -> None:
         assert np.abs(gpu - cpu).max() <= 2 / 255
         if share <= 0.0:
             assert gpu[..., :3].max() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("brdf", "source"),
+    [
+        ("lambert", None),
+        ("metallic-roughness:roughness=0.2,metallic=0.5,multiple_scattering=1", None),
+        ("ggx:alpha=0.1", None),
+        ("ggx:alpha_x=0.1,alpha_y=0.4", None),
+        ("oren-nayar", None),
+        ("lambert", "slices"),
+        ("lambert", "power-law"),
+    ],
+)
+def test_gpu_and_cpu_show_lights_near_the_model_alike(gl: Any, brdf: str, source: str | None) -> None:
+    """A rectangle, a disc, a sphere and a point, on the model and the ground, and look-ups for each point of them."""
+    texts = (
+        "shape=rectangle,x=-0.5,y=1.4,z=0.8,facing_theta_deg=150,facing_phi_deg=148,rotation_deg=20,width=1.2,power=9",
+        "shape=disc,x=0.7,y=1.2,z=0.9,facing_theta_deg=130,facing_phi_deg=-142,radius=0.4,power=9,colour=1:0.5:0.2",
+        "x=0.9,y=-0.2,z=1.2,radius=0.3,power=9",
+        "shape=disc,x=-1.2,z=1,facing_theta_deg=90,facing_phi_deg=120,power=2",
+    )
+    what = dataclasses.replace(
+        scene("sphere", weave() if source else None, source=source or "slices"),
+        brdf=brdf_from_text(brdf),
+        near_lamps=tuple(near_lamp_from_text(text) for text in texts),
+        ground=Ground(albedo=0.6),
+        irradiance=0.2,
+        directions=16,
+    )
+    for lookup in ("radiance", "texture") if source else ("radiance",):
+        seen = dataclasses.replace(what, lookup=lookup)
+        gpu = draw(gl, seen, (48, 36), debug=True)
+        cpu = drain(radiance(seen, (48, 36), samples=1))
+        assert gpu[..., 3].max() == 1.0, "a sample is not finite"
+        alike = gpu[..., 3] == cpu[..., 3]
+        assert alike.mean() > 0.99
+        error = (gpu - cpu)[alike]
+        assert np.linalg.norm(error) < 2e-3 * np.linalg.norm(cpu[alike]), brdf
 
 
 @pytest.mark.parametrize("model", ["sphere", "torus-knot", "cloth"])

@@ -17,6 +17,7 @@ from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import shape
 from engine.light.environment import EnvironmentMap
 from engine.light.lamps import Lamp
+from engine.light.near_lamps import near_lamp_from_text
 from engine.render.direct import radiance
 from engine.render.reference import reference
 from engine.scene.material import material_of_maps
@@ -183,6 +184,26 @@ def test_relief_reflects_alike_from_any_distance(light: tuple[float, float, floa
     for size, repeats, tolerance in ((64, 1.0, 0.03), (256, 16.0, 0.09), (256, 128.0, 0.03)):
         exact = whole if size == 256 else mean(size, repeats, samples=16)
         assert mean(size, repeats) == pytest.approx(exact, rel=tolerance)
+
+
+def test_relief_under_a_light_nearby_is_that_of_the_reference(gl: Any) -> None:
+    """A bumpy square that a light spans: its mean holds from near and from afar; OpenGL shows what the CPU does."""
+    from engine.gl.direct import DirectRenderer
+
+    eye = Camera((0.0, 0.0, 1e4), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), np.degrees(2e-4))
+    near = near_lamp_from_text("shape=rectangle,x=0.4,z=1,facing_theta_deg=90,facing_phi_deg=200,power=9")
+    renderer = DirectRenderer(gl)
+    try:
+        for size, repeats, tolerance in ((64, 1.0, 0.03), (256, 64.0, 0.03)):
+            scene = scene_of(bumpy(size), square(), near_lamps=(near,), irradiance=0.0, repeats=repeats)
+            scene = dataclasses.replace(scene, camera=eye)
+            traced = drain(reference(scene, (32, 32), samples=64)).image[..., :3]
+            ours = drain(radiance(scene, (32, 32)))[..., :3]
+            assert ours.mean() == pytest.approx(traced.mean(), rel=tolerance)
+            theirs = renderer.radiance(scene, (32, 32))[..., :3]
+            assert np.abs(ours - theirs).mean() < 1e-3 * ours.mean()
+    finally:
+        renderer.release()
 
 
 def test_opengl_averages_normals_as_the_cpu_does(gl: Any) -> None:

@@ -160,5 +160,14 @@ def test_lamps_nearby_fall_off_with_the_distance(lightarc: Command, mesh: Path, 
         refused = lightarc("render", output, *words, "-o", image, *SMALL)
         assert refused.code != 0
         assert reason in refused.err, refused.err
-    refused = lightarc("render", mesh, "--near-lamp", "x=3", "-o", image, *SMALL)
-    assert "--mode sh" in refused.err
+    direct = result(lightarc("render", mesh, "--near-lamp", "shape=disc,y=3,radius=1,power=9", "-o", image, *SMALL))
+    assert direct["near_lamps"][0]["shape"] == "disc"
+    assert direct["mean_radiance"] > 0.0
+    for text, reason in {
+        "shape=cone": "shape is sphere, rectangle, disc",
+        "shape=disc,width=1": "a disc has no width; it has facing_theta_deg, facing_phi_deg, radius",
+        "shape=rectangle,width=0": "width = 0 is outside",
+    }.items():
+        refused = lightarc("render", mesh, "--near-lamp", text, "-o", image, *SMALL)
+        assert refused.code == 2
+        assert reason in refused.err
