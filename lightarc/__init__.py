@@ -70,6 +70,7 @@ if TYPE_CHECKING:
     from engine.geometry.mesh import Mesh
     from engine.light.environment import EnvironmentMap
     from engine.light.lamps import Lamp
+    from engine.light.near_lamps import NearLamp
     from engine.planning.plan import EffectsPlan
     from engine.scene.material import Material
     from engine.scene.mode import Mode
@@ -174,6 +175,7 @@ __all__ = [  # noqa: RUF022 - in the order in which they are used
     "Camera",
     "EnvironmentMap",
     "Lamp",
+    "NearLamp",
     "Scene",
     "Image",
     "ImageError",
@@ -221,6 +223,7 @@ _LATER = {
     "Camera": "engine.geometry.camera",
     "EnvironmentMap": "engine.light.environment",
     "Lamp": "engine.light.lamps",
+    "NearLamp": "engine.light.near_lamps",
     "Scene": "engine.scene.scene",
     "Image": "lightarc._image",
     "ImageError": "engine.accuracy.compare",

@@ -34,6 +34,7 @@ from engine.images.encode import encode_exr, encode_png, rgb_channels
 from engine.light.environment import EnvironmentMap
 from engine.light.environment_file import open_environment
 from engine.light.lamps import Lamp
+from engine.light.near_lamps import NearLamp
 from engine.scene.material import Material
 from engine.storage.atomic import atomic_file, make_folder, write_bytes
 
@@ -67,7 +68,7 @@ MeshLike = FileLike | Mesh | Triangles | Sequence[ArrayLike]
 MaterialLike = FileLike | Material
 EnvironmentLike = FileLike | EnvironmentMap | ArrayLike
 CameraLike = str | Camera
-LightLike = ArrayLike | Lamp | Sequence[Lamp]
+LightLike = ArrayLike | Lamp | NearLamp | Sequence[Lamp | NearLamp]
 ImageLike = FileLike | ArrayLike
 
 
@@ -225,15 +226,18 @@ def as_camera(camera: object, positions: NDArray[np.float64], size: tuple[int, i
     return parse(camera, frame(positions, size[0] / size[1]))
 
 
-def as_lamps(light: LightLike, irradiance: float) -> tuple[Lamp, ...]:
-    """Return the distant lights of a vector (3,), vectors (N, 3), or Lamp objects."""
+def as_lamps(light: LightLike | None, irradiance: float) -> tuple[tuple[Lamp, ...], tuple[NearLamp, ...]]:
+    """Return the distant lights of a vector (3,), vectors (N, 3), or Lamp objects, and the NearLamp objects."""
+    if light is None:
+        return (), ()
     each = list(light) if isinstance(light, list | tuple) else [light]
     lamps = tuple(one for one in each if isinstance(one, Lamp))
-    if lamps and len(lamps) == len(each):
-        return lamps
+    near = tuple(one for one in each if isinstance(one, NearLamp))
+    if each and len(lamps) + len(near) == len(each):
+        return lamps, near
     given = np.asarray(light, np.float64)
     vectors = numeric(np.atleast_2d(given) if given.size else np.zeros((0, 3)), "light", None, 3)
-    return tuple(Lamp((float(x), float(y), float(z)), (float(irradiance),) * 3) for x, y, z in vectors)
+    return tuple(Lamp((float(x), float(y), float(z)), (float(irradiance),) * 3) for x, y, z in vectors), ()
 
 
 def as_image(image: object) -> tuple[NDArray[np.float32], bool]:

@@ -37,7 +37,7 @@ from engine.storage.atomic import write_bytes
 from engine.tradeoff.agenda import modes_of, settings_of
 from engine.tradeoff.sweep import sweep
 from engine.transport.baking.file import open_transport
-from engine.transport.method import Subject, method_of, names
+from engine.transport.method import Subject, method_of, methods_with, names
 from engine.transport.relight import Light
 from lightarc._border import accept_old_names, check_size, public
 from lightarc._image import as_shown
@@ -101,8 +101,9 @@ def make_scene(
         The material; with `brdf` as well, the material with another BRDF.
     brdf : str, path, Brdf or model class, optional
         The BRDF.
-    light : array_like of shape (3,) or (N, 3), or Lamp objects, optional
-        World vectors towards distant lights, y up, each of the `irradiance`; with an environment, beside it.
+    light : array_like of shape (3,) or (N, 3), or Lamp and NearLamp objects, optional
+        World vectors towards distant lights, y up, each of the `irradiance`; with an environment, beside it. NearLamp
+        objects are spheres, rectangles and discs near the model, in its coordinates.
     light_deg : (float, float), optional
         In its place one light by its angle from +Y (up) and from +Z towards +X; (50, 30) where nothing is given.
     environment : str, path, EnvironmentMap or array of shape (H, 2 H, 3), optional
@@ -148,7 +149,7 @@ def make_scene(
         raise UsageError("give light or light_deg, not both")
     mesh, found = as_mesh(model), as_material(material)
     seen = None if brdf is None else as_brdf(brdf)
-    lamps = () if light is None else as_lamps(light, irradiance)
+    lamps, near_lamps = as_lamps(light, irradiance)
     if lamps:
         options["light"] = lamps[0].direction
     return build_scene(
@@ -161,6 +162,7 @@ def make_scene(
         environment=as_environment(environment),
         environment_rotation_deg=environment_rotation_deg,
         lamps=lamps,
+        near_lamps=near_lamps,
         ground_albedo=ground_albedo,
         brushing=None if brushing is None else parse_brushing(brushing),
         repeats=repeats,
@@ -491,17 +493,20 @@ def relight(
     check_size(size)
     if light is not None and light_deg is not None:
         raise UsageError("give light or light_deg, not both")
-    lamps = () if light is None else as_lamps(light, irradiance)
+    lamps, near_lamps = as_lamps(light, irradiance)
     surroundings = as_environment(environment)
-    if surroundings is None and not lamps:
+    if surroundings is None and not (lamps or near_lamps):
         x, y, z = world_direction(*map(math.radians, light_deg or DEFAULTS.light_deg))
         lamps = (Lamp((float(x), float(y), float(z)), (float(irradiance),) * 3),)
-    chosen_light = Light(surroundings, math.radians(environment_rotation_deg), float(irradiance), lamps)
+    chosen_light = Light(surroundings, math.radians(environment_rotation_deg), float(irradiance), lamps, near_lamps)
     with on_disk(path, ".transport") as place:
         file = open_transport(place)
         if file.kind not in names():
             raise InputError(place, f"holds transport of an unknown method ({file.kind})", "Update Lightarc")
         chosen = method_of(file.kind)
+        if near_lamps and not chosen.near_light:
+            shown_by = ", ".join(each.name for each in methods_with("near_light"))
+            raise UsageError(f"a {file.kind} bake shows no NearLamp; bake in mode {shown_by}, or use render or a Lamp")
         relit = drain(chosen.baking.illuminate(file, chosen_light, chosen.light(), None), progress).relit
         shown = relit.mesh.positions[: relit.transport.ground_vertex]
         view = as_camera(camera, shown, size)

@@ -174,12 +174,12 @@ def lights_of_all(lamps: Sequence[Lamp]) -> DistantLights:
     )
 
 
-def lights_from_all_sides(lights: DistantLights, share: float) -> DistantLights:
-    """Twelve alike, from the corners of an icosahedron, of together `share` of the irradiance of `lights`.
+def lights_from_all_sides(lights: DistantLights, share: float, more: Triple = (0.0, 0.0, 0.0)) -> DistantLights:
+    """Twelve alike, from the corners of an icosahedron, of together `share` of the irradiance of `lights` and `more`.
 
     Where that is 0, a share of 1 of each channel stands for it.
     """
-    total = lights.irradiance.sum(axis=0)
+    total = lights.irradiance.sum(axis=0) + more
     each = share / 12.0 * (total if total.any() else np.ones(3))
     long = (1.0 + math.sqrt(5.0)) / 2.0
     corners = [(0.0, a, b * long) for a in (-1.0, 1.0) for b in (-1.0, 1.0)]

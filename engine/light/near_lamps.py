@@ -13,12 +13,12 @@ that shine with the cosine of the angle to the direction they face.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from engine.core import params
 from engine.core.directions import dot, normalize, world_direction, world_from_tangent
@@ -182,15 +182,14 @@ class NearLampSettings:
             (red, green, blue),
             self.radius,
             self.shape,
-            _triple(facing),
+            _triple(np.round(facing, 15) + 0.0),
             (self.width, self.height),
-            _triple(across),
+            _triple(np.round(across, 15) + 0.0),
         )
 
 
 def _triple(vector: Floats) -> Triple:
-    """Components without the rounding that sines of whole quarters of a turn leave."""
-    x, y, z = (round(float(number), 15) + 0.0 for number in vector)
+    x, y, z = (float(number) for number in vector)
     return x, y, z
 
 
@@ -217,6 +216,15 @@ def sample_pattern(lamp: NearLamp, count: int) -> Floats:
         return np.column_stack([2.0 * step / count - 1.0, 2.0 * np.mod(turns + 0.5, 1.0) - 1.0])
     radius, angle = np.sqrt(step / count), 2.0 * math.pi * turns
     return np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
+
+
+def near_irradiance(lamps: Sequence[NearLamp], place: ArrayLike, least: float) -> Triple:
+    """About the irradiance (3,) of lamps at `place` (3,), none of which counts as nearer than `least`."""
+    total = np.zeros(3)
+    for lamp in lamps:
+        offset = np.asarray(lamp.position) - place
+        total += np.asarray(lamp.intensity) / max(float(offset @ offset), least * least, 1e-300)
+    return _triple(total)
 
 
 def distance_of(lamp: NearLamp, positions: Floats) -> Floats:

@@ -42,7 +42,7 @@ from engine.geometry.mesh import Mesh
 from engine.light.environment import DistantLights, EnvironmentMap
 from engine.light.lamps import Lamp, lights_from_all_sides, lights_of_all
 from engine.light.light_tree import choose_lights
-from engine.light.near_lamps import NearLamp
+from engine.light.near_lamps import NearLamp, near_irradiance
 from engine.scene.material import Material, auto_sigma
 from engine.scene.settings import DEFAULTS
 from engine.shading.directional.effective_light import EffectiveCosine, effective_cosine
@@ -174,7 +174,10 @@ class Scene:
         if self.lamps:
             lamps = lights_of_all(self.lamps)
             found = lamps if self.environment is None and self.irradiance == 0.0 else found.beside(lamps)
-        return found.beside(lights_from_all_sides(found, self.faint)) if self.faint > 0.0 else found
+        if self.faint == 0.0:
+            return found
+        near = near_irradiance(self.near_lamps, self.mesh.centre, self.mesh.radius)
+        return found.beside(lights_from_all_sides(found, self.faint, near))
 
     @property
     def _without_lamps(self) -> DistantLights:

@@ -232,9 +232,12 @@ def sweep(
     """Measure `settings` on `scene` in images of `size` (width, height), in about so many `seconds`, some `first`.
 
     `max_depth` is the number of points of the surface that light of the reference may touch. With `costs` every point
-    has what they predict of it. ValueError where the scene has no reference, or shows nothing.
+    has what they predict of it. ValueError where the scene has no reference, or shows nothing; UsageError for lights
+    near the model, which not all modes show.
     """
     check_scene(scene)
+    if scene.near_lamps:
+        raise UsageError("a sweep compares modes of which some show no light near the model; leave near_lamps out")
     with closing(Refining(scene, size, max_depth, seed)) as refining, drawing(size) as drawer:
         run = _Run(scene, size, refining, drawer, seconds, max_depth, seed, costs)
         yield from _without_images(run.measure(settings, first))

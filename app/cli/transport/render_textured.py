@@ -32,9 +32,6 @@ if TYPE_CHECKING:
     from engine.transport.baking.file import TransportFile
     from engine.transport.relight import Light, RelightTransport
 
-#: Said where a lamp near the model shines: texels are drawn under lamps far away alone.
-NEAR = "Under lamps near the model the texels are shown as in the other light, or as in even light where there is none"
-
 
 def with_texels(
     baked: tuple[NDArray[np.float32], dict[str, Any]],
@@ -67,7 +64,6 @@ def with_texels(
             frame_s += found[1]["frame_s"]
             warnings += found[1]["warnings"]
     figures = {"frame_s": frame_s, "texels_renderer": device, "sigma": scene.sigma}
-    warnings += [NEAR] if scene.near_lamps else []
     return combine_shadowed(drawn[0], drawn[1], image), {**record, **figures, "warnings": list(dict.fromkeys(warnings))}
 
 

@@ -120,6 +120,8 @@ def run_project(
     if arguments.turntable:
         raise UsageError("--turntable of a baked mode needs a transport file; make one with lightarc bake")
     scene = setup.scene
+    if scene.near_lamps:
+        _check_near_lamps(arguments.mode)
     behind = check_background(arguments, scene.environment)
     started = time.perf_counter()
     choices = choices_for(arguments.mode, **setup.project.bakes.get(arguments.mode, {}))

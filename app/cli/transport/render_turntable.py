@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 from app.arguments.results import FILM, FRAMES, image_by, software
 from app.cli.doubts import doubts_of_light, doubts_of_scene
 from app.cli.transport.render_output import ON_CPU, teach
-from app.cli.transport.render_textured import NEAR
 from app.commands.images import code
 from engine.core.errors import MissingCapability, UsageError
 from engine.core.steps import Step, drain
@@ -185,7 +184,6 @@ def run_baked(
     warnings = doubts_of_light(light.environment)
     pairs: list[tuple[Scene, Scene]] = []
     if textured is not None and textured[0].has_texels:
-        warnings += [NEAR] if light.near_lamps else []
         for each, seen_from in zip(lights, cameras, strict=True):
             lit = replace(textured[0], camera=seen_from, environment_rotation=each.rotation, lamps=each.lamps)
             pairs.append(with_and_without(lit, textured[1]))

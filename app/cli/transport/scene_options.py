@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from app.arguments.results import Input
 from app.cli.transport import project_input
 from app.cli.transport.options import brushing_argument
+from engine.core.errors import UsageError
 from engine.exchange.readers.documents_child import has_textured_material
 from engine.exchange.readers.read import holds_pbr_maps, open_material
 from engine.factor.factor_file import open_reflectance
@@ -108,6 +109,10 @@ def scene_of(arguments: argparse.Namespace, verb: str) -> Scene:
     if project_input.is_given(arguments):
         scene = project_input.setup_of(arguments).scene
         project_input.needs_environment(scene, verb)
+        if scene.near_lamps:
+            raise UsageError(
+                f"{verb} compares modes of which some show no light near the model; remove the project's near lights"
+            )
         return scene
     material = open_material(arguments.material) if arguments.material else None
     mesh = open_mesh(arguments.mesh)
