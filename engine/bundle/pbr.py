@@ -10,9 +10,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.brdf.brdf import brdf_from_text, brdf_to_text
+from engine.brdf.models.openpbr import OpenPbr
 from engine.bundle.manifest import PBR
 from engine.bundle.maps import Produce, maps_member
-from engine.core.errors import InputError
+from engine.core.errors import InputError, UsageError
 from engine.images.exr_strips import Planes
 from engine.storage.archive import Archive
 from engine.storage.records import Manifest, PbrErrorsRecord, PbrRecord, WideColoursRecord
@@ -50,6 +52,7 @@ def pbr_record(maps: PbrMaps | None, white: float | None = None) -> PbrRecord | 
         observed_azimuth=None if maps.observed.azimuth is None else float(maps.observed.azimuth),
         errors=PbrErrorsRecord(**errors),
         multiple_scattering=maps.multiple_scattering,
+        layers=None if maps.layers is None else brdf_to_text(maps.layers),
         white_radiance=white,
         wide=_wide_record(maps.wide),
     )
@@ -90,10 +93,24 @@ def read_pbr(archive: Archive, manifest: Manifest) -> PbrMaps | None:
         observed=ObservedSlopes(record.observed_slopes, record.observed_azimuth),
         errors=MapErrors(**errors),
         multiple_scattering=record.multiple_scattering,
+        layers=None if record.layers is None else _layers(archive, record.layers),
         wide=None
         if wide is None
         else WideColours(wide.space, found[_WIDE], found.get(f"{_SIGMA}{_WIDE}"), (wide.beyond_rec709, wide.distance)),
     )
+
+
+def _layers(archive: Archive, text: str) -> OpenPbr:
+    """The layers that a record says; InputError for another model."""
+    try:
+        found = brdf_from_text(text)
+    except UsageError as error:
+        raise InputError(
+            archive.path, f"states layers that there are not ({error})", "Export the bundle again"
+        ) from None
+    if not isinstance(found, OpenPbr):
+        raise InputError(archive.path, "states layers that are no OpenPBR model", "Export the bundle again")
+    return found
 
 
 def _channels(maps: PbrMaps) -> dict[str, Maps]:

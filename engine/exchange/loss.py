@@ -33,7 +33,7 @@ from engine.render.direct import Terms, sample
 from engine.render.mip_maps import full_size
 from engine.scene.material import Material
 from engine.scene.scene import Scene, Source
-from engine.surface.metallic_roughness import reflectance
+from engine.surface.layered import reflect_maps
 from engine.surface.pbr_maps import PbrMaps
 
 if TYPE_CHECKING:
@@ -164,14 +164,14 @@ def maps_shown(maps: PbrMaps, gain: float = 1.0) -> Shown:
         wo = np.einsum("nij,ni->nj", bent.frame, np.einsum("nij,nj->ni", view.frame, view.wo))
         for lit, wi, irradiance in find_lit_points(bent, lights):
             there = (at[0][lit], at[1][lit])
-            f = reflectance(
+            f = reflect_maps(
+                maps,
                 wi,
                 wo[lit],
                 maps.base_colour[there],
                 maps.roughness[there],
                 maps.metallic[there],
                 maps.f0[there],
-                maps.multiple_scattering,
             )
             value[lit] += f * wi[:, 2:] * irradiance
         return gain * value

@@ -27,10 +27,11 @@ from engine.brdf.models.multiple_scattering import SMOOTHEST
 from engine.brdf.resample import SHAPE, table_from, whole_turn
 from engine.brdf.table import HalfDifferenceTable
 from engine.core.figure_text import percent
+from engine.core.params import parameters
 from engine.core.steps import drain
 from engine.factor.projections import KINDS, LinearProjection
 from engine.gl.context import Limits
-from engine.gl.program import find_uniform
+from engine.gl.program import find_uniform, set_uniforms
 from engine.render.mip_maps import pbr_layers
 from engine.surface.pbr_maps import PbrMaps
 
@@ -185,12 +186,15 @@ class PbrTextures:
         self._texture.build_mipmaps()
         self._texture.filter = (context.LINEAR_MIPMAP_LINEAR, context.LINEAR)
         self._texture.repeat_x = self._texture.repeat_y = True
-        self._multiple_scattering = maps.multiple_scattering
+        layers = maps.layers
+        self._values: dict[str, Any] = {"pbr_multiple_scattering": maps.multiple_scattering}
+        if layers is not None:
+            self._values |= {f"brdf_{each.name}": getattr(layers, each.name) for each in parameters(layers)}
 
     def bind(self, program: moderngl.Program) -> None:
         self._texture.use(UNIT)
         find_uniform(program, "pbr_maps").value = UNIT
-        find_uniform(program, "pbr_multiple_scattering").value = self._multiple_scattering
+        set_uniforms(program, self._values)
         find_uniform(program, "pbr_smoothest").value = SMOOTHEST
 
     def release(self) -> None:

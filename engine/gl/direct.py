@@ -328,6 +328,8 @@ class DirectRenderer:
         definitions |= _near_definitions(
             scene.near_lamps, None if scene.shading is not None else scene.pbr or scene.brdf
         )
+        if scene.pbr is not None and scene.pbr.layers is not None:
+            definitions["PBR_LAYERS"] = "1"
         definitions |= {"PBR_MAPS": "1"} if scene.pbr else {} if scene.brdf.isotropic else {"BRUSHED": "1"}
         definitions |= self._debug
         key = tuple(definitions.items())

@@ -164,10 +164,11 @@ class Shader:
     ) -> Array:
         """Radiance (N, 3) of PBR maps; where normals within a pixel differ much, it is looked up in four parts."""
         detail = level_of_detail(self._levels, along)
-        scatters_again = self.scene.pbr is not None and self.scene.pbr.multiple_scattering
+        maps = self.scene.pbr
+        assert maps is not None
 
         def shade(at: Indices | slice, shift: Array, finer: float) -> tuple[Texels, Array]:
-            texels = texels_at(self._levels, uv[at] + shift, np.maximum(detail[at] - finer, 0.0), scatters_again)
+            texels = texels_at(self._levels, uv[at] + shift, np.maximum(detail[at] - finer, 0.0), maps)
             bent = texels.bend_frames(frame[at], axes[at], wo[at])
             viewer = np.einsum("nij,ni->nj", bent, wo[at])
             near = reflect_near(self.scene.near_lamps, place[at], bent, viewer, facets_of_texels(texels))

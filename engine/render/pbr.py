@@ -15,10 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.models.multiple_scattering import SMOOTHEST
+from engine.brdf.models.openpbr import OpenPbr
 from engine.core.directions import dot, frames_along, normalize
 from engine.render.mip_maps import Levels, filter_levels
+from engine.surface.layered import reflect_layers
 from engine.surface.metallic_roughness import reflectance
 from engine.surface.normal_spread import ALIKE, reflect_spread, spread_slopes
+from engine.surface.pbr_maps import PbrMaps
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -34,7 +37,7 @@ MUCH = 0.1
 class Texels:
     """The maps at N points: `base_colour` (N, 3), `roughness`, `metallic` and `f0` (N,), `normal` (N, 3) unit,
     with the covariance `spread` (N, 3) of the slopes that a point covers, and the `length` (N,) of their mean normal.
-    `scatters_again` is `PbrMaps.multiple_scattering`.
+    `scatters_again` and `layers` are those of `PbrMaps`.
     """
 
     base_colour: Floats
@@ -45,6 +48,7 @@ class Texels:
     spread: Floats
     length: Floats
     scatters_again: bool = False
+    layers: OpenPbr | None = None
 
     @property
     def differ_within(self) -> NDArray[np.bool_]:
@@ -61,6 +65,11 @@ class Texels:
         if spread.size:
             at = point[spread]
             there = self.base_colour[at], self.roughness[at], self.metallic[at], self.f0[at]
+            if self.layers is not None:
+                variance = self.spread[at, 0] + self.spread[at, 1]
+                f = reflect_layers(self.layers, wi[spread], wo[spread], *there, variance)
+                value[spread] = f * np.maximum(wi[spread, 2:], 0.0)
+                return value
             value[spread] = reflect_spread(
                 wi[spread], wo[spread], *there, self.spread[at], self.length[at], self.scatters_again
             )
@@ -69,6 +78,8 @@ class Texels:
     def f(self, point: Indices, wi: Floats, wo: Floats) -> Floats:
         """Values (K, 3) in 1/sr at the points (K,) for directions (K, 3) in their bent frames."""
         there = self.base_colour[point], self.roughness[point], self.metallic[point], self.f0[point]
+        if self.layers is not None:
+            return reflect_layers(self.layers, wi, wo, *there)
         return reflectance(wi, wo, *there, self.scatters_again)
 
     def bend_frames(self, frame: Floats, axes: Floats, wo: Floats) -> Floats:
@@ -86,11 +97,8 @@ class Texels:
         return bent
 
 
-def texels_at(levels: Levels, uv: Floats, detail: Floats, scatters_again: bool = False) -> Texels:
-    """The maps at `uv` (N, 2) with the mip levels `detail` (N,), from `engine.render.mip_maps.pbr_layers`.
-
-    `scatters_again` is `PbrMaps.multiple_scattering`.
-    """
+def texels_at(levels: Levels, uv: Floats, detail: Floats, maps: PbrMaps) -> Texels:
+    """The `maps` at `uv` (N, 2) with the mip levels `detail` (N,), from `engine.render.mip_maps.pbr_layers`."""
     base, gloss, mean, square = (filter_levels(levels, layer, uv, detail) for layer in range(4))
     # between texels of full size the surface is smooth, and normals of unit length
     close = np.flatnonzero(detail < 1.0)
@@ -99,6 +107,5 @@ def texels_at(levels: Levels, uv: Floats, detail: Floats, scatters_again: bool =
     unit = normalize(near[0])
     mean[close] += share * (unit - near[0])
     square[close] += share * (np.stack([unit[:, 0] ** 2, unit[:, 1] ** 2, unit[:, 0] * unit[:, 1]], axis=1) - near[1])
-    return Texels(
-        base, gloss[:, 0], gloss[:, 1], gloss[:, 2], normalize(mean), *spread_slopes(mean, square), scatters_again
-    )
+    known = base, gloss[:, 0], gloss[:, 1], gloss[:, 2], normalize(mean), *spread_slopes(mean, square)
+    return Texels(*known, maps.multiple_scattering, maps.layers)

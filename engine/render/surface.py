@@ -226,7 +226,7 @@ class Reflector:
         face = at.face if ground is None else np.where(ground, 0, at.face)
         corners = texture_coordinates(scene, scene.mesh.faces[face])
         uv = np.einsum("nc,nci->ni", at.barycentric, corners)
-        texels = texels_at(self._levels[:1], uv, np.zeros(len(uv)), scene.pbr.multiple_scattering)
+        texels = texels_at(self._levels[:1], uv, np.zeros(len(uv)), scene.pbr)
         axes = texture_axes(scene.mesh.positions[scene.mesh.faces[face]], corners, at.frame[..., 2])
         frame = texels.bend_frames(at.frame, axes, away)
         frame = frame if ground is None else np.where(ground[:, None, None], at.frame, frame)
@@ -310,6 +310,8 @@ def _lobes(scene: Scene) -> tuple[float, Mixture | None]:
     assert isinstance(mixture, Mixture)
     if scene.pbr is not None:
         widths = np.unique(np.quantile(np.maximum(scene.pbr.roughness, SMOOTHEST) ** 2.0, WIDTHS).round(4))
+        if scene.pbr.layers is not None and scene.pbr.layers.coat_weight > 0.0:
+            widths = np.append(widths, max(scene.pbr.layers.coat_roughness, SMOOTHEST) ** 2)
         lobes = tuple(VisibleGgxLobe(width, width) for width in widths.tolist())
         return mixture.shares[0], Mixture(lobes, (1.0 / len(lobes),) * len(lobes))
     diffuse, rest = mixture.shares[0], mixture.lobes[1:]

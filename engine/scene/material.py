@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from engine.brdf.brdf import Brdf, brdf_from_text, brdf_to_text
 from engine.brdf.fit import fit_data, fit_error
 from engine.brdf.models.microfacet import MetallicRoughness
+from engine.brdf.models.model import Model
 from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.core.colour import luminance
 from engine.core.directions import surface_direction
@@ -23,6 +24,7 @@ from engine.core.summary import Summary
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
+from engine.surface.layered import MAX_F0
 from engine.surface.pbr_maps import PbrMaps, SurfaceMaps
 
 if TYPE_CHECKING:
@@ -106,12 +108,21 @@ class Material(Summary):
 
 
 def material_of_maps(maps: PbrMaps, name: str, health: Health | None = None) -> Material:
-    """A material of PBR maps, whose one BRDF is the model `metallic-roughness` at their mean."""
+    """A material of PBR maps, whose one BRDF is `metallic-roughness`, or OpenPBR under layers, at their mean."""
     base = tuple(round(float(mean), 5) for mean in maps.base_colour.mean(axis=(0, 1), dtype=np.float64))
     metallic, roughness = (round(float(each.mean(dtype=np.float64)), 5) for each in (maps.metallic, maps.roughness))
-    mean = MetallicRoughness(
+    mean: Model = MetallicRoughness(
         (base[0], base[1], base[2]), metallic, max(roughness, 0.01), float(maps.multiple_scattering)
     )
+    if maps.layers is not None:
+        root = min(float(maps.f0.mean(dtype=np.float64)), MAX_F0) ** 0.5
+        mean = replace(
+            maps.layers,
+            base_color=(base[0], base[1], base[2]),
+            base_metalness=metallic,
+            specular_roughness=roughness,
+            specular_ior=round((1.0 + root) / (1.0 - root), 5),
+        )
     return Material(None, None, brdf_to_text(mean), name=name, health=health or Health(), pbr=maps)
 
 

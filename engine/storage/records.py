@@ -183,7 +183,8 @@ class PbrRecord(_Strict):
 
     `white_radiance` is that of the white card which maps beside a shading map or a directional map are relative to;
     `wide` is of base colours in a wider space.
-    `multiple_scattering` says whether light that facets scatter more than once is added to the highlight.
+    `multiple_scattering` says whether light that facets scatter more than once is added to the highlight. `layers` is
+    the text of an OpenPBR model, of which all but the base counts.
     """
 
     height_px: Side
@@ -195,6 +196,7 @@ class PbrRecord(_Strict):
     errors: PbrErrorsRecord
     white_radiance: Positive | None = None
     multiple_scattering: bool = False
+    layers: Text | None = None
     wide: WideColoursRecord | None = None
 
 

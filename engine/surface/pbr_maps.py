@@ -14,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.brdf.models.openpbr import OpenPbr
 from engine.core.colour import REC_709, WorkingSpace, working_space
 from engine.core.figure_text import number, percent
 from engine.core.summary import Summary
@@ -125,6 +126,7 @@ class PbrMaps(Summary):
     mask : (H, W) 1 where the surface is, 0 for background, of which nothing is known; None where all is surface.
     multiple_scattering : True if light that facets scatter more than once is beside their highlight, as materials of
         other programs want it; False for maps that were fitted to photographs, whose highlight holds it already.
+    layers : what lies over the base, the same at all texels (`engine.surface.layered`); None for nothing.
     wide : the base colours in a wider space, in which the maps were made; None for Rec.709.
     """
 
@@ -141,6 +143,7 @@ class PbrMaps(Summary):
     region: Map | None = None
     mask: Map | None = None
     multiple_scattering: bool = False
+    layers: OpenPbr | None = None
     wide: WideColours | None = None
 
     def __post_init__(self) -> None:

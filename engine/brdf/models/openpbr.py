@@ -185,7 +185,7 @@ def two_widths(width: ArrayLike, anisotropy: float) -> tuple[Any, Any]:
 
 
 def reflect(
-    layers: OpenPbr, wi: Floats, wo: Floats, base: Base, coat_widths: tuple[float, float] | None = None
+    layers: OpenPbr, wi: Floats, wo: Floats, base: Base, coat_widths: tuple[ArrayLike, ArrayLike] | None = None
 ) -> Floats:
     """f (3, n) in 1/sr for components (3, n) of directions above the horizon, wo that of the viewer."""
     both, length, _ = sum_of_directions(wi, wo)

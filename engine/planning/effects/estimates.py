@@ -41,7 +41,7 @@ from engine.planning.effects.sample import FINE, Sample, sample
 from engine.planning.effects.simplified import albedos
 from engine.scene.material import Material, auto_sigma
 from engine.shading.directional.effective_light import effective_cosine
-from engine.surface.metallic_roughness import reflectance
+from engine.surface.layered import reflect_maps
 from engine.transport.baking.spatially_varying import (
     Variation,
     check_variations,
@@ -363,7 +363,7 @@ def _evaluate_texels(
     base, roughness, metallic, f0 = (
         each[row, column][:, None, None] for each in (maps.base_colour, maps.roughness, maps.metallic, maps.f0)
     )
-    f = reflectance(light[:, None], viewer[:, :, None], base, roughness, metallic, f0, maps.multiple_scattering)
+    f = reflect_maps(maps, light[:, None], viewer[:, :, None], base, roughness, metallic, f0)
     return np.asarray(f * np.maximum(light[:, None, :, 2:], 0.0))
 
 

@@ -83,10 +83,32 @@ mat3 fetch_texel(vec2 uv, float finer, mat3 frame, vec3 wo)
     return bent;
 }
 
+#if defined(PBR_LAYERS)
+#include "brdf/openpbr_layers.glsl"
+
+uniform float brdf_specular_roughness_anisotropy;
+uniform float brdf_coat_roughness_anisotropy;
+
+// The layers over the texel (engine.surface.layered), with this sum of the variances of slopes.
+vec3 layered(vec3 wi, vec3 wo, float variance)
+{
+    float root = sqrt(min(gloss_here.z, 0.9));
+    vec2 widths = two_widths(base_width(gloss_here.x), brdf_specular_roughness_anisotropy);
+    float coat = layer_square(max(brdf_coat_roughness, LAYER_SMOOTHEST));
+    vec2 coat_widths = two_widths(coat, brdf_coat_roughness_anisotropy);
+    widths = min(sqrt(widths * widths + variance), 1.0);
+    coat_widths = min(sqrt(coat_widths * coat_widths + variance), 1.0);
+    return reflect_layers(wi, wo, base_here, gloss_here.y, widths, (1.0 + root) / (1.0 - root), coat_widths);
+}
+#endif
+
 vec3 brdf(vec3 wi, vec3 wo)
 {
     if (wi.z <= 0.0 || wo.z <= 0.0)
         return vec3(0.0);
+#if defined(PBR_LAYERS)
+    return layered(wi, wo, 0.0);
+#endif
     float roughness = max(gloss_here.x, pbr_smoothest);
     float metallic = gloss_here.y;
     vec2 alpha = vec2(roughness * roughness);
@@ -149,6 +171,9 @@ vec3 product_of_texel(vec3 wi, vec3 wo)
     float trace = spread_here.x + spread_here.y;
     if (trace <= ALIKE)
         return wi.z > 0.0 ? brdf(wi, wo) * wi.z : vec3(0.0);
+#if defined(PBR_LAYERS)
+    return wi.z > 0.0 && wo.z > 0.0 ? layered(wi, wo, trace) * wi.z : vec3(0.0);
+#endif
     float metallic = gloss_here.y;
     vec3 both = wi + wo;
     float size = length(both);

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from engine.brdf.brdf import brdf_from_text
 from engine.brdf.models.microfacet import MetallicRoughness
+from engine.brdf.models.openpbr import OpenPbr
 from engine.core.directions import normalize
 from engine.core.steps import drain
 from engine.geometry.camera import Camera, frame
@@ -77,6 +79,22 @@ def test_even_maps_are_one_brdf() -> None:
     np.testing.assert_allclose(ours, theirs, rtol=1e-4, atol=1e-5)
 
 
+def test_even_maps_under_layers_are_one_model() -> None:
+    """Coat, fuzz and film over even maps, against the model of the same text."""
+    text = "coat_weight=0.7,coat_roughness=0.3,fuzz_weight=0.4,thin_film_weight=0.5,base_diffuse_roughness=0.3"
+    layers = brdf_from_text(f"openpbr:{text}")
+    assert isinstance(layers, OpenPbr)
+    maps = dataclasses.replace(maps_like(BRDF), layers=layers)
+    scene = scene_of(maps, shape("sphere"), lamps=(Lamp((0.0, 1.0, 0.2), (1.0, 2.0, 3.0)),))
+    model = f"openpbr:base_color=0.7/0.4/0.1,base_metalness=0.3,specular_roughness=0.4,specular_ior=1.5,{text}"
+    plain = dataclasses.replace(scene, material=None, brdf=brdf_from_text(model))
+    assert np.allclose(scene.brdf.f((0.1, 0.2, 0.9), (0.3, 0.0, 0.9)), plain.brdf.f((0.1, 0.2, 0.9), (0.3, 0.0, 0.9)))
+    ours, theirs = (drain(radiance(each, (24, 24), samples=1)) for each in (scene, plain))
+    np.testing.assert_allclose(ours, theirs, rtol=1e-4, atol=1e-5)
+    ours, theirs = (drain(reference(each, (16, 16), samples=4)).image for each in (scene, plain))
+    np.testing.assert_allclose(ours, theirs, rtol=1e-3, atol=1e-4)
+
+
 @pytest.mark.parametrize(("tilt", "light"), [((0.6, 0.0, 0.8), (0.6, 0.0, 0.8)), ((0.0, 0.6, 0.8), (0.0, 0.6, 0.8))])
 def test_normals_bend_towards_the_right_and_upwards(
     tilt: tuple[float, float, float], light: tuple[float, float, float]
@@ -123,8 +141,11 @@ def test_opengl_shows_what_the_cpu_shows(gl: Any) -> None:
 
     renderer = DirectRenderer(gl)
     try:
-        for again in (False, True):
-            maps = dataclasses.replace(vary(), multiple_scattering=again)
+        under = brdf_from_text("openpbr:coat_weight=0.7,coat_roughness=0.2,fuzz_weight=0.3,specular_color=1/0.7/0.5")
+        brushed = brdf_from_text("openpbr:specular_roughness_anisotropy=0.6,thin_film_weight=1")
+        for again, layers in ((False, None), (True, None), (False, under), (False, brushed)):
+            assert layers is None or isinstance(layers, OpenPbr)
+            maps = dataclasses.replace(vary(), multiple_scattering=again, layers=layers)
             scene = scene_of(maps, shape("cloth"), lamps=(Lamp((-0.5, 0.7, 0.5), (0.5, 0.5, 1.0)),))
             theirs = renderer.radiance(scene, (48, 48))
             ours = drain(radiance(scene, (48, 48)))

@@ -1,0 +1,80 @@
+"""The reflectance of PBR maps under layers: OpenPBR with colour, metalness, roughness and f0 of each texel.
+
+Coat, fuzz, film and what else a texel does not say are those of one `OpenPbr` for all. Where a pixel covers normals
+that differ, the variances of their slopes are added to the squares of the widths of highlights (Olano2010), which is
+coarser than what maps without layers have (`engine.surface.normal_spread`). Directions are in the frame of the normal,
++z. Bound by arithmetic, some 0.6 µs a point.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engine.brdf.models.multiple_scattering import SMOOTHEST
+from engine.brdf.models.openpbr import Base, OpenPbr, OpenPbrAnisotropic, base_width, reflect, two_widths
+from engine.surface.metallic_roughness import reflectance
+from engine.surface.pbr_maps import PbrMaps
+
+Floats = NDArray[np.float64]
+
+#: Largest f0 that an index of refraction stands for.
+MAX_F0 = 0.9
+
+
+def reflect_layers(
+    layers: OpenPbr,
+    wi: Floats,
+    wo: Floats,
+    base_colour: ArrayLike,
+    roughness: ArrayLike,
+    metallic: ArrayLike,
+    f0: ArrayLike,
+    variance: ArrayLike = 0.0,
+) -> Floats:
+    """f (..., 3) in 1/sr without the cosine, 0 where a direction is below the surface.
+
+    Parameters
+    ----------
+    layers : all but the base colour, metalness, roughness and index, of which its own do not count.
+    wi, wo : (..., 3) unit directions that broadcast against each other.
+    base_colour : (..., 3); the others are (...) or numbers.
+    variance : the sum of the variances of slopes along both axes.
+    """
+    wi, wo = np.broadcast_arrays(np.asarray(wi, np.float64), np.asarray(wo, np.float64))
+    shape = wi.shape[:-1]
+    seen = (wi[..., 2] > 0.0) & (wo[..., 2] > 0.0)
+    up = np.array([0.0, 0.0, 1.0])
+    light, viewer = (np.where(seen[..., None], side, up).reshape(-1, 3).T for side in (wi, wo))
+    colour = np.broadcast_to(np.asarray(base_colour, np.float64), (*shape, 3)).reshape(-1, 3).T
+    each = [np.broadcast_to(np.asarray(values, np.float64), shape).ravel() for values in (roughness, metallic, f0)]
+    spread = np.broadcast_to(np.asarray(variance, np.float64), shape).ravel()
+    root = np.sqrt(np.minimum(each[2], MAX_F0))
+    anisotropy = (0.0, 0.0)
+    if isinstance(layers, OpenPbrAnisotropic):
+        anisotropy = (layers.specular_roughness_anisotropy, layers.coat_roughness_anisotropy)
+    widths = _widen(two_widths(base_width(each[0], layers), anisotropy[0]), spread)
+    coat = _widen(two_widths(max(layers.coat_roughness, SMOOTHEST) ** 2, anisotropy[1]), spread)
+    base = Base(colour, each[1], widths, (1.0 + root) / (1.0 - root))
+    value = reflect(layers, light, viewer, base, coat).T.reshape(*shape, 3)
+    return np.asarray(np.where(seen[..., None], value, 0.0))
+
+
+def reflect_maps(
+    maps: PbrMaps,
+    wi: Floats,
+    wo: Floats,
+    base_colour: ArrayLike,
+    roughness: ArrayLike,
+    metallic: ArrayLike,
+    f0: ArrayLike,
+) -> Floats:
+    """f (..., 3) of texels of `maps` with these values, under its layers where it has any."""
+    if maps.layers is not None:
+        return reflect_layers(maps.layers, wi, wo, base_colour, roughness, metallic, f0)
+    return reflectance(wi, wo, base_colour, roughness, metallic, f0, maps.multiple_scattering)
+
+
+def _widen(widths: tuple[ArrayLike, ArrayLike], variance: Floats) -> tuple[Floats, Floats]:
+    along, across = (np.minimum(np.sqrt(np.square(width) + variance), 1.0) for width in widths)
+    return along, across
