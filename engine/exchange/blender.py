@@ -27,6 +27,7 @@ from engine.brdf.models.diffuse import Lambert
 from engine.core.colour import luminance
 from engine.core.steps import Step, Steps
 from engine.exchange.coding import encode
+from engine.exchange.layers import none_warnings
 from engine.exchange.loss import Shown, View, find_lit_points
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, pack
@@ -48,7 +49,7 @@ _MAPS = (("base_color", "base_colour"), ("roughness", "roughness"), ("metallic",
 
 def show(subject: Subject, _settings: Settings) -> Shown:
     """The PBR maps in images of 8 bits, with the mean f0."""
-    return subject.decode_as("png8", subject.mean_f0)
+    return subject.decode_as("png8", subject.mean_f0, layered=False)
 
 
 def power_law_shown(subject: Subject, _settings: Settings) -> Shown | None:
@@ -81,7 +82,8 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
         files["textures/scale.exr"] = _exr(law.scale)
         files["textures/exponent.exr"] = _exr(law.exponent)
     files[f"{subject.name}.py"] = script(subject, loss).encode()
-    warnings = [*common_warnings(subject, ()), *mean_f0_warnings(subject, "the script")]
+    warnings = [*common_warnings(subject, ()), *none_warnings(subject.maps.layers)]
+    warnings += mean_f0_warnings(subject, "the script")
     if law is None:
         warnings.append("the material has no power law, so there is no material behind Shader to RGB")
     elif law.kept is not None:

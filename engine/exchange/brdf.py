@@ -7,6 +7,7 @@
 | `NAME.binary` | MERL | a table at the centres of its bins, or the measured table itself |
 | `NAME.bsdf` | RGL's tensor_file | values over theta_i and the half vector, without adaptive warps |
 | `NAME.mtlx` | MaterialX 1.39, a glTF PBR surface | the nearest `metallic-roughness`, with its error |
+| | or an OpenPBR surface | the model `openpbr` itself |
 | `loss.txt` | text | the error of each, for which CSV and MERL have no place |
 
 Values are in 1/sr without the cosine, linear sRGB. RGL's form (Dupuy2018) stores f cos theta_o over the unit square of
@@ -29,6 +30,7 @@ import engine
 from engine.brdf.brdf import Brdf, brdf_to_text
 from engine.brdf.fit import FitData, fit, fit_data
 from engine.brdf.models.microfacet import MetallicRoughness
+from engine.brdf.models.openpbr import OpenPbr
 from engine.brdf.readers.merl import SHAPE, encode_merl
 from engine.brdf.readers.rgl import rgl_of
 from engine.brdf.readers.tensor_file import MAGIC
@@ -37,6 +39,7 @@ from engine.brdf.table import HalfDifferenceTable
 from engine.core.directions import normalize, surface_direction
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
+from engine.exchange.layers import openpbr_inputs
 from engine.exchange.loss import Shown, brdf_loss
 from engine.exchange.subject import Contents, Settings, Subject
 
@@ -77,16 +80,22 @@ def contents(subject: Subject, _settings: Settings, _loss: str) -> Steps[Content
         files[f"{name}.bsdf"] = tensor
     else:
         warnings.append("the BRDF is anisotropic: MERL's table is its average over azimuth, and no .bsdf is written")
-    found = yield from part(fit(data, MetallicRoughness()), 0.55, 0.95)
-    nearest, error = found.brdf, found.after.rmse_rel
-    files[f"{name}.mtlx"] = materialx(name, nearest, error)
-    errors[f"{name}.mtlx"] = error
-    warnings.append(f"{name}.mtlx is the nearest metallic-roughness, {percent(error, 3)} away (relative RMSE of f cos)")
+    nearest: Brdf = brdf
+    if isinstance(brdf, OpenPbr):
+        files[f"{name}.mtlx"] = openpbr_document(name, brdf)
+        errors[f"{name}.mtlx"] = 0.0
+    else:
+        found = yield from part(fit(data, MetallicRoughness()), 0.55, 0.95)
+        nearest, error = found.brdf, found.after.rmse_rel
+        files[f"{name}.mtlx"] = materialx(name, found.brdf, error)
+        errors[f"{name}.mtlx"] = error
+        away = f"{percent(error, 3)} away (relative RMSE of f cos)"
+        warnings.append(f"{name}.mtlx is the nearest metallic-roughness, {away}")
     files["loss.txt"] = _find_stated(subject.material.brdf, data, files, errors)
     measured = yield from part(brdf_loss(nearest, brdf), 0.95, 1.0)
     record = {
         "brdf": subject.material.brdf,
-        "fitted": brdf_to_text(nearest),
+        "fitted": subject.material.brdf if nearest is brdf else brdf_to_text(nearest),
         "rmse_rel_by_file": {**dict.fromkeys((f"{name}.csv", f"{name}_alta.dat"), 0.0), **errors},
         **measured.figures,
         "errors_are": f"rmse_rel_reference and flip: a ball of the BRDF alone under {', '.join(measured.flip)}, as "
@@ -184,6 +193,26 @@ def materialx(name: str, fitted: MetallicRoughness, error: float) -> bytes:
         f'    <input name="metallic" type="float" value="{fitted.metallic:.6g}" />',
         f'    <input name="roughness" type="float" value="{fitted.roughness:.6g}" />',
         "  </gltf_pbr>",
+        f'  <surfacematerial name="{name}" type="material">',
+        '    <input name="surfaceshader" type="surfaceshader" nodename="shader" />',
+        "  </surfacematerial>",
+        "</materialx>",
+        "",
+    ]
+    return "\n".join(lines).encode()
+
+
+def openpbr_document(name: str, brdf: OpenPbr) -> bytes:
+    """A document with one OpenPBR surface of constant inputs, which is the model itself."""
+    lines = [
+        '<?xml version="1.0"?>',
+        f'<materialx version="1.39" colorspace="lin_rec709" doc="Made by Lightarc {engine.__version__}.">',
+        '  <open_pbr_surface name="shader" type="surfaceshader">',
+    ]
+    for each, kind, value in openpbr_inputs(brdf, ("rotation_deg",)):
+        lines.append(f'    <input name="{each}" type="{kind}" value="{value}" />')
+    lines += [
+        "  </open_pbr_surface>",
         f'  <surfacematerial name="{name}" type="material">',
         '    <input name="surfaceshader" type="surfaceshader" nodename="shader" />',
         "  </surfacematerial>",

@@ -20,6 +20,7 @@ from engine.core.colour import srgb_encode
 from engine.core.directions import normalize
 from engine.core.steps import Step, Steps
 from engine.exchange.coding import encode
+from engine.exchange.layers import gltf_extensions, gltf_roughness_factor, gltf_warnings
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.exchange.textures import common_warnings, ior_of, pack
 from engine.geometry.mesh import Mesh
@@ -53,12 +54,19 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     }
     if subject.maps.occlusion is not None:
         material["occlusionTexture"] = {"index": 2}
-    extensions = _extensions(subject, images)
+    mean = float(subject.maps.roughness.mean(dtype=np.float64))
+    extensions = gltf_extensions(subject.maps.layers, mean)
+    for name, entries in _extensions(subject, images).items():
+        extensions[name] = {**extensions.get(name, {}), **entries}
     if extensions:
         material["extensions"] = extensions
+    factor = gltf_roughness_factor(subject.maps.layers, mean)
+    if factor != 1.0:
+        material["pbrMetallicRoughness"] = {**_SHARED["pbrMetallicRoughness"], "roughnessFactor": factor}
     yield Step(0.7, "writing the ball")
     file = glb(shape("sphere"), material, images, REPEATS, loss, settings.width_mm)
-    return Contents({f"{subject.name}.glb": file}, 9.0, common_warnings(subject, ("occlusion",)))
+    warnings = (*common_warnings(subject, ("occlusion",)), *gltf_warnings(subject.maps.layers))
+    return Contents({f"{subject.name}.glb": file}, 9.0, warnings)
 
 
 def _extensions(subject: Subject, images: dict[str, bytes]) -> dict[str, Any]:

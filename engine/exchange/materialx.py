@@ -13,12 +13,17 @@ from collections.abc import Iterator
 from functools import partial
 from xml.sax.saxutils import quoteattr
 
+import numpy as np
+
 import engine
+from engine.brdf.models.openpbr import OpenPbrAnisotropic
 from engine.core.colour import ACESCG
 from engine.core.steps import Step, Steps
 from engine.exchange.coding import encode, encode_base_colour
+from engine.exchange.layers import gltf_values, gltf_warnings, openpbr_inputs
 from engine.exchange.subject import Contents, Files, Settings, Subject
 from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, pack
+from engine.surface.pbr_maps import PbrMaps
 
 #: Node name, type, source, and the colour space of its file.
 _MAPS = (
@@ -44,6 +49,9 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     if subject.maps.occlusion is not None:
         warnings = (*warnings, "the OpenPBR surface has no ambient occlusion; the glTF PBR surface has it")
     nodes = [(node, kind, space) for node, kind, _, space in known]
+    warnings = (*warnings, *(f"the glTF PBR surface: {words}" for words in gltf_warnings(subject.maps.layers)))
+    if isinstance(subject.maps.layers, OpenPbrAnisotropic) and subject.maps.layers.rotation_deg:
+        warnings = (*warnings, "the OpenPBR surface: the rotation of the anisotropy is left out")
     lines = _document(subject, nodes, ior_of(subject.mean_f0), loss)
     document = {f"{subject.name}.mtlx": "\n".join([*lines, ""]).encode()}
     return Contents(Files({**document, **files}), 8.0, warnings)
@@ -84,6 +92,19 @@ def _document(subject: Subject, maps: list[tuple[str, str, str]], ior: float, lo
     yield "</materialx>"
 
 
+def _layer_inputs(maps: PbrMaps, node: str) -> Iterator[tuple[str, str, str]]:
+    """Inputs of a surface for the layers of the maps."""
+    if maps.layers is None:
+        return
+    if node == "open_pbr_surface":
+        yield from openpbr_inputs(maps.layers)
+        return
+    for name, value in gltf_values(maps.layers, float(maps.roughness.mean(dtype=np.float64))).items():
+        is_colour = isinstance(value, tuple)
+        text = ", ".join(f"{channel:.6g}" for channel in value) if is_colour else f"{value:.6g}"
+        yield name, "color3" if is_colour else "float", text
+
+
 def _surface(subject: Subject, node: str, inputs: dict[str, str], ior_name: str, ior: float) -> Iterator[str]:
     """A surface of the node definition `node`, whose inputs are named by outputs of the graph, and its material."""
     kinds = {"base_color": "color3", "normal": "vector3"}
@@ -92,6 +113,8 @@ def _surface(subject: Subject, node: str, inputs: dict[str, str], ior_name: str,
         kind = kinds.get(output, "float")
         yield f'    <input name="{name}" type="{kind}" nodegraph="maps" output="{output}_out" />'
     yield f'    <input name="{ior_name}" type="float" value="{ior:.6g}" />'
+    for name, kind, value in _layer_inputs(subject.maps, node):
+        yield f'    <input name="{name}" type="{kind}" value="{value}" />'
     yield f"  </{node}>"
     yield f'  <surfacematerial name="{subject.name}_{node}" type="material">'
     yield f'    <input name="surfaceshader" type="surfaceshader" nodename="{node}_shader" />'

@@ -55,10 +55,11 @@ class Subject:
             self._shown[key] = make()
         return self._shown[key]
 
-    def decode_as(self, coding: Coding, f0: float | None = None) -> Shown:
+    def decode_as(self, coding: Coding, f0: float | None = None, *, layered: bool = True) -> Shown:
         """The PBR maps as readers of textures get them back, one object for equal codings.
 
-        `f0` is the one that readers take in place of the map where they take one.
+        `f0` is the one that readers take in place of the map where they take one. Without `layered` they know no
+        layers.
         """
         if f0 is not None and np.allclose(self.maps.f0, f0, atol=1e-3):
             f0 = None
@@ -66,9 +67,10 @@ class Subject:
         def make() -> Shown:
             back = round_values(self.maps, coding)
             read = back if f0 is None else replace(back, f0=np.full(back.size, f0, np.float32))
+            read = read if layered else replace(read, layers=None)
             return maps_shown(read, np.pi * self.white)
 
-        found = self.remember((coding, f0), make)
+        found = self.remember((coding, f0, layered or self.maps.layers is None), make)
         assert found is not None
         return found
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
 from engine.exchange.coding import Coding, Handedness, Map, code, encode, encode_base_colour, round_values
+from engine.exchange.layers import none_warnings
 from engine.exchange.loss import Shown, maps_shown
 from engine.exchange.subject import Contents, Files, Settings, Subject
 from engine.surface.pbr_maps import DIELECTRIC_F0, count_regions, space_of, wide_text
@@ -145,13 +146,14 @@ def show(subject: Subject, settings: Settings) -> Shown:
     A specular level says no more than `FULL_SPECULAR`.
     """
     if not _has_specular(_preset(settings)):
-        return subject.decode_as(settings.coding, DIELECTRIC_F0)
+        return subject.decode_as(settings.coding, DIELECTRIC_F0, layered=False)
     if not _is_beyond_full(subject):
-        return subject.decode_as(settings.coding)
+        return subject.decode_as(settings.coding, layered=False)
 
     def limit() -> Shown:
         f0 = np.minimum(subject.maps.f0, np.float32(FULL_SPECULAR))
-        return maps_shown(replace(round_values(subject.maps, settings.coding), f0=f0), np.pi * subject.white)
+        back = replace(round_values(subject.maps, settings.coding), f0=f0, layers=None)
+        return maps_shown(back, np.pi * subject.white)
 
     found = subject.remember((settings.coding, "f0 of a full specular level"), limit)
     assert found is not None
@@ -177,7 +179,8 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
         read += _channels(texture) * (1 if settings.coding == "png8" else 2)
     places = [name for texture in preset.textures for name in texture.sources]
     holds_wide = settings.coding == "exr"
-    warnings = (*common_warnings(subject, places, holds_wide=holds_wide), *_unknown(subject, places))
+    warnings = (*common_warnings(subject, places, holds_wide=holds_wide), *none_warnings(subject.maps.layers))
+    warnings = (*warnings, *_unknown(subject, places))
     if subject.maps.wide is not None and holds_wide:
         label = space_of(subject.maps).label
         text = f"base colours are in {label}, as their chromaticities say: choose {label} for this image in the program"
@@ -241,7 +244,10 @@ def common_warnings(subject: Subject, places: Collection[str], *, holds_wide: bo
         count = count_regions(maps)
         said = (*said, f"the height has {count} regions, and the steps between them are unknown")
     if float(np.mean(maps.metallic * maps.roughness, dtype=np.float64)) > ROUGH_METAL:
-        said = (*said, "rough metal looks up to half brighter where light between facets is added, as three.js does")
+        again = maps.multiple_scattering or maps.layers is not None
+        less = "up to a third darker where light between facets is left out, as in plain glTF"
+        more = "up to half brighter where light between facets is added, as three.js does"
+        said = (*said, f"rough metal looks {less if again else more}")
     if not holds_wide:
         said = (*said, *wide_warnings(subject))
     left_out = [words for name, words in _NAMES.items() if name not in places and source(subject, name) is not None]

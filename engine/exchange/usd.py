@@ -17,10 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import engine
+from engine.brdf.models.openpbr import OpenPbr
 from engine.core.directions import normalize
 from engine.core.steps import Step, Steps
 from engine.exchange.coding import encode
 from engine.exchange.gltf import REPEATS, ball_radius_m
+from engine.exchange.layers import openpbr_inputs, seen_layers
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, pack
 from engine.geometry.shapes import shape
@@ -56,6 +58,9 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
         images[f"textures/{file}.png"] = encode(pack(subject, (source,), "png8"), loss)
     mean = subject.mean_f0
     warnings = (*common_warnings(subject, ("occlusion",)), *mean_f0_warnings(subject, "the layer"))
+    others = [words for words in seen_layers(subject.maps.layers) if words != "clear coat"]
+    if others:
+        warnings = (*warnings, f"UsdPreviewSurface has no {', '.join(others)}; the layer of MaterialX has")
     yield Step(0.9, "writing the ball")
     layer = "\n".join([*_layer(subject, [entry[1:] for entry in known], ior_of(mean), loss, settings.width_mm), ""])
     over = "\n".join([*_materialx_layer(subject, [entry[1] for entry in known], ior_of(mean)), ""])
@@ -106,7 +111,7 @@ def _layer(
     yield from ("", '    def Material "material"', "    {")
     material = f"/{root}/material"
     yield f"        token outputs:surface.connect = <{material}/preview.outputs:surface>"
-    yield from _preview(material, maps, ior)
+    yield from _preview(material, maps, ior, subject.maps.layers)
     yield from ("    }", "}")
 
 
@@ -126,12 +131,15 @@ def _sphere(root: str) -> Iterator[str]:
     yield from ('        uniform token subdivisionScheme = "none"', "    }")
 
 
-def _preview(material: str, maps: list[tuple[str, str, str, str]], ior: float) -> Iterator[str]:
+def _preview(material: str, maps: list[tuple[str, str, str, str]], ior: float, layers: OpenPbr | None) -> Iterator[str]:
     """UsdPreviewSurface with a texture for each map; normals are taken back from [0, 1] by scale and bias."""
     inputs = {"baseColor": "diffuseColor"}
     lines = ['uniform token info:id = "UsdPreviewSurface"']
     for name, kind, output, _ in maps:
         lines.append(f"{kind} inputs:{inputs.get(name, name)}.connect = <{material}/{name}.outputs:{output}>")
+    if layers is not None and layers.coat_weight:
+        lines.append(f"float inputs:clearcoat = {layers.coat_weight:.6g}")
+        lines.append(f"float inputs:clearcoatRoughness = {layers.coat_roughness:.6g}")
     lines += [f"float inputs:ior = {ior:.6g}", "int inputs:useSpecularWorkflow = 0", "token outputs:surface"]
     yield from _shader("preview", lines)
     reader = (
@@ -167,6 +175,9 @@ def _materialx_layer(subject: Subject, maps: list[str], ior: float) -> Iterator[
         target, kind = _OPEN_PBR[name]
         node = "mtlx_normal" if name == "normal" else f"mtlx_{name}_image"
         lines.append(f"{_MATERIALX_VALUES[kind]} inputs:{target}.connect = <{material}/{node}.outputs:out>")
+    if subject.maps.layers is not None:
+        for name, kind, value in openpbr_inputs(subject.maps.layers):
+            lines.append(f"{_MATERIALX_VALUES[kind]} inputs:{name} = {f'({value})' if kind == 'color3' else value}")
     yield from _shader("open_pbr", [*lines, f"float inputs:specular_ior = {ior:.6g}", "token outputs:out"])
     for name in filter(_OPEN_PBR.__contains__, maps):
         kind = _OPEN_PBR[name][1]

@@ -149,6 +149,9 @@ class OpenPbrAnisotropic(OpenPbr):
 
     specular_roughness_anisotropy: float = param(0.5, 0.0, 1.0, doc="How far the highlight is drawn out.", fitted=False)
     coat_roughness_anisotropy: float = param(0.0, 0.0, 1.0, doc="The same for that of the coat.", fitted=False)
+    rotation_deg: float = param(
+        0.0, -360.0, 360.0, doc="From the tangent to x, anticlockwise.", unit="°", slider=(-180.0, 180.0), fitted=False
+    )
 
     def formula(self, wi: Floats, wo: Floats) -> Floats:
         widths = two_widths(base_width(self.specular_roughness, self), self.specular_roughness_anisotropy)
@@ -190,6 +193,9 @@ def reflect(
     """f (3, n) in 1/sr for components (3, n) of directions above the horizon, wo that of the viewer."""
     both, length, _ = sum_of_directions(wi, wo)
     facing = np.minimum(0.5 * length, 1.0)  # h·wi
+    if isinstance(layers, OpenPbrAnisotropic) and layers.rotation_deg:
+        turn = _turn(layers.rotation_deg)
+        wi, wo, both = turn @ wi, turn @ wo, turn @ both
     half = both / length
     value = _base(layers, base, wi, wo, half, facing)
     if layers.coat_weight > 0.0:
@@ -205,6 +211,12 @@ def reflect(
         value = (1.0 - layers.fuzz_weight * reflected) * value
         value = value + layers.fuzz_weight * np.reshape(layers.fuzz_color, (3, 1)) * lobe
     return value
+
+
+def _turn(angle_deg: float) -> Floats:
+    """The matrix (3, 3) from the frame of the surface to one that is turned about the normal."""
+    cosine, sine = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+    return np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _base(layers: OpenPbr, base: Base, wi: Floats, wo: Floats, half: Floats, facing: Floats) -> Floats:

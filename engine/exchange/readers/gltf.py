@@ -16,7 +16,9 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
+from engine.brdf.brdf import brdf_to_text
 from engine.core.errors import InputError
+from engine.exchange.readers.layers import gltf_values, has_layers, layers_of
 from engine.exchange.readers.textures import Channel, Described, Image, Input
 from engine.images.decode import TransferChoice
 from engine.storage.text import read_json
@@ -27,12 +29,30 @@ JSON_LIMIT_BYTES = 64 << 20
 
 #: Extensions that change what is seen and are not drawn here.
 _PASSED_OVER = {
-    "KHR_materials_clearcoat": "a coat",
-    "KHR_materials_sheen": "sheen",
-    "KHR_materials_transmission": "transmission",
-    "KHR_materials_iridescence": "iridescence",
-    "KHR_materials_anisotropy": "anisotropy",
     "KHR_materials_pbrSpecularGlossiness": "specular-glossiness",
+}
+
+
+#: Factors of the extensions that are layers, by the name that `gltf_values` has for them, with their defaults.
+_LAYERS: dict[str, dict[str, tuple[str, tuple[float, ...]]]] = {
+    "KHR_materials_clearcoat": {
+        "clearcoatFactor": ("clearcoat", (0.0,)),
+        "clearcoatRoughnessFactor": ("clearcoat_roughness", (0.0,)),
+    },
+    "KHR_materials_sheen": {
+        "sheenColorFactor": ("sheen_color", (0.0, 0.0, 0.0)),
+        "sheenRoughnessFactor": ("sheen_roughness", (0.0,)),
+    },
+    "KHR_materials_iridescence": {
+        "iridescenceFactor": ("iridescence", (0.0,)),
+        "iridescenceIor": ("iridescence_ior", (1.3,)),
+        "iridescenceThicknessMaximum": ("iridescence_thickness", (400.0,)),
+    },
+    "KHR_materials_anisotropy": {
+        "anisotropyStrength": ("anisotropy_strength", (0.0,)),
+        "anisotropyRotation": ("anisotropy_rotation", (0.0,)),
+    },
+    "KHR_materials_specular": {"specularColorFactor": ("specular_color", (1.0, 1.0, 1.0))},
 }
 
 
@@ -68,29 +88,58 @@ class _Reader:
         normal = _dict(material, "normalTexture")
         occlusion = material.get("occlusionTexture")
         self._say_what_is_passed_over(material)
+        extensions = _dict(material, "extensions")
+        f0 = self._f0(extensions)
+        passing = self._numbers(_dict(extensions, "KHR_materials_transmission"), "transmissionFactor", (0.0,))[0]
+        if passing > 0.0:
+            self.notes.append("light that goes through the surface is lost")
+            base = tuple(channel * max(1.0 - passing, 0.0) for channel in base)
+        mean = roughness[0] * (0.5 if packed is not None else 1.0)
+        layers, widened = self._layers(extensions, mean)
         return Described(
             name,
             base_colour=Input(base, self._image(pbr.get("baseColorTexture"), "auto")),
-            roughness=Input(roughness, self._image(packed, "linear", 1)),
+            roughness=Input((roughness[0] * widened,), self._image(packed, "linear", 1)),
             metallic=Input(metallic, self._image(packed, "linear", 2)),
-            f0=self._f0(_dict(material, "extensions")),
+            f0=f0,
             normal=Input(image=self._image(normal, "linear")) if normal else None,
             occlusion=Input(image=self._image(occlusion, "linear", 0)) if occlusion else None,
             normal_scale=self._numbers(normal, "scale", (1.0,))[0],
             upwards="opengl",
             notes=tuple(self.notes),
+            layers=layers,
         )
+
+    def _layers(self, extensions: dict[str, Any], roughness: float) -> tuple[str, float]:
+        """The text of the layers over the base, '' for none, and the factor of their anisotropy on the roughness."""
+        given: dict[str, Any] = {}
+        for extension, entries in _LAYERS.items():
+            owner = _dict(extensions, extension)
+            for key, (name, usual) in entries.items():
+                found = self._numbers(owner, key, usual)
+                given[name] = found if len(usual) == 3 else found[0]
+            textures = [key for key in owner if key.endswith("Texture") and key != "specularColorTexture"]
+            if textures:
+                self.notes.append(f"{' and '.join(textures)} is passed over")
+        if "KHR_materials_specular" not in extensions or "specularColorTexture" in extensions["KHR_materials_specular"]:
+            given.pop("specular_color", None)
+        values, widened, notes = gltf_values(given, roughness)
+        if not has_layers(values):
+            return "", 1.0
+        self.notes += notes
+        return brdf_to_text(layers_of(values)), widened
 
     def _f0(self, extensions: dict[str, Any]) -> Input:
         ior = self._numbers(_dict(extensions, "KHR_materials_ior"), "ior", (1.5,))[0]
         specular = _dict(extensions, "KHR_materials_specular")
         strength = self._numbers(specular, "specularFactor", (1.0,))[0]
         colour = self._numbers(specular, "specularColorFactor", (1.0, 1.0, 1.0))
-        if "specularTexture" in specular:
-            self.notes.append("the texture of the strength of highlights is passed over")
-        if max(colour) - min(colour) > 1e-3:
-            self.notes.append("highlights of dielectrics have a colour, which is taken as grey")
         f0 = ((ior - 1.0) / (ior + 1.0)) ** 2 if ior > 0.0 else 1.0
+        coloured = max(colour) - min(colour) > 1e-3
+        if coloured and "specularColorTexture" in specular:
+            self.notes.append("highlights of dielectrics have a colour, which is taken as grey")
+        elif coloured:
+            return Input((f0 * strength,))  # the colour is that of the layers
         factor = f0 * strength * (0.2126 * colour[0] + 0.7152 * colour[1] + 0.0722 * colour[2])
         return Input((factor,), self._image(specular.get("specularColorTexture"), "auto"))
 

@@ -10,13 +10,15 @@ are refused, and nothing outside the folder of the document is read.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Literal
 from xml.etree import ElementTree
 
+from engine.brdf.brdf import brdf_to_text
 from engine.core.errors import InputError
+from engine.exchange.readers.layers import WEIGHTS, gltf_values, has_layers, layers_of, openpbr_values, standard_values
 from engine.exchange.readers.textures import Channel, Described, Image, Input
 from engine.images.decode import TransferChoice
 from engine.storage.untrusted import AGAIN
@@ -30,7 +32,8 @@ Element = ElementTree.Element
 class Surface:
     """Names of the inputs of a surface, with the values that it has where nothing is said (MaterialX 1.39).
 
-    `weights` are factors on the map of their key; `unseen` are inputs that are not drawn unless they are 0.
+    `weights` are factors on the map of their key; `unseen` are inputs that are not drawn unless they are 0. `scattered`
+    are weight and colour of light that is scattered below the surface, `passing` is the weight of what goes through.
     """
 
     base_colour: tuple[str, tuple[float, ...]]
@@ -41,6 +44,8 @@ class Surface:
     weights: Mapping[str, tuple[str, float]]
     occlusion: str = ""
     unseen: tuple[str, ...] = ()
+    scattered: tuple[str, str] = ("", "")
+    passing: str = ""
 
 
 #: Surfaces that are read, in the order in which one of several is chosen: the nearest to PBR maps first.
@@ -53,7 +58,8 @@ SURFACES = {
         ("ior", 1.5),
         {"f0": ("specular", 1.0)},
         "occlusion",
-        ("clearcoat", "sheen_color", "transmission", "iridescence", "anisotropy_strength", "emissive"),
+        ("emissive",),
+        passing="transmission",
     ),
     "open_pbr_surface": Surface(
         ("base_color", (0.8, 0.8, 0.8)),
@@ -61,9 +67,11 @@ SURFACES = {
         ("base_metalness", 0.0),
         "geometry_normal",
         ("specular_ior", 1.5),
-        {"base_colour": ("base_weight", 1.0), "f0": ("specular_weight", 1.0)},
+        {},
         "",
-        ("coat_weight", "fuzz_weight", "transmission_weight", "subsurface_weight", "emission_luminance"),
+        ("emission_luminance",),
+        ("subsurface_weight", "subsurface_color"),
+        "transmission_weight",
     ),
     "standard_surface": Surface(
         ("base_color", (0.8, 0.8, 0.8)),
@@ -73,7 +81,9 @@ SURFACES = {
         ("specular_IOR", 1.5),
         {"base_colour": ("base", 1.0), "f0": ("specular", 1.0)},
         "",
-        ("coat", "sheen", "transmission", "subsurface", "emission"),
+        ("emission",),
+        ("subsurface", "subsurface_color"),
+        "transmission",
     ),
     "UsdPreviewSurface": Surface(
         ("diffuseColor", (0.18, 0.18, 0.18)),
@@ -83,8 +93,20 @@ SURFACES = {
         ("ior", 1.5),
         {},
         "occlusion",
-        ("clearcoat", "emissiveColor"),
+        ("emissiveColor",),
     ),
+}
+
+#: Numbers of glTF's layers in MaterialX, with their defaults.
+_GLTF_LAYERS = {
+    "clearcoat": 0.0,
+    "clearcoat_roughness": 0.0,
+    "sheen_roughness": 0.0,
+    "iridescence": 0.0,
+    "iridescence_ior": 1.3,
+    "iridescence_thickness": 100.0,
+    "anisotropy_strength": 0.0,
+    "anisotropy_rotation": 0.0,
 }
 
 _IMAGES = ("image", "tiledimage", "gltf_image", "gltf_colorimage", "UsdUVTexture", "hextiledimage")
@@ -115,6 +137,7 @@ def materialx_of(content: bytes, path: Path) -> Described:
         raise InputError(path, "is not a MaterialX document", "Give a .mtlx file")
     found = {kind: [each for each in root if each.tag == kind] for kind in SURFACES}
     shaders = [shader for each in found.values() for shader in each]
+    shaders.sort(key=lambda shader: not _has_layers(shader))  # which the other surfaces of a document say less well
     if not shaders:
         known = ", ".join(SURFACES)
         raise InputError(path, "has no surface that is read", f"These are read: {known}")
@@ -147,10 +170,12 @@ class _Document:
         unseen = [name for name in surface.unseen if self._is_given(shader, name)]
         if unseen:
             self.notes.append(f"{' and '.join(unseen)} is not drawn")
+        base = self._scatter_below(shader, surface, base)
+        layers, widened = self._layers(shader, roughness)
         return Described(
             self._name(shader),
             base_colour=base,
-            roughness=roughness,
+            roughness=_times(roughness, widened),
             metallic=metallic,
             f0=f0,
             normal=replace(normal, factor=(1.0,)) if normal.image else None,
@@ -158,7 +183,57 @@ class _Document:
             normal_scale=normal.factor[0] if normal.image else 1.0,
             upwards="opengl",
             notes=tuple(self.notes),
+            layers=layers,
         )
+
+    def _scatter_below(self, shader: Element, surface: Surface, base: Input) -> Input:
+        """The base colour with what is scattered below the surface, and without what goes through it."""
+        name, coloured = surface.scattered
+        if name and (weight := self._number(shader, name, 0.0)):
+            below = self._input(shader, coloured, (0.8, 0.8, 0.8) if "weight" in name else (1.0, 1.0, 1.0), colour=True)
+            self.notes.append("light that is scattered below the surface leaves where it came, as from a diffuse one")
+            if weight >= 1.0:
+                base = below
+            elif base.image is None and below.image is None:
+                pairs = zip(_spread(base.factor, 3), _spread(below.factor, 3), strict=True)
+                base = Input(tuple(a + weight * (b - a) for a, b in pairs))
+            else:
+                self.notes.append(f"{coloured} is mixed with an image, which is passed over")
+        if surface.passing and (passing := min(self._number(shader, surface.passing, 0.0), 1.0)):
+            self.notes.append("light that goes through the surface is lost")
+            base = _times(base, 1.0 - passing)
+        return base
+
+    def _layers(self, shader: Element, roughness: Input) -> tuple[str, float]:
+        """The text of the layers over the base, '' for none, and the factor of their anisotropy on the roughness."""
+
+        def number(name: str, usual: float) -> float:
+            return self._number(shader, name, usual)
+
+        def colour(name: str, usual: Sequence[float]) -> Sequence[float]:
+            given = self._input(shader, name, tuple(usual), colour=True)
+            if given.image is not None:
+                self.notes.append(f"the image of {name} is passed over")
+                return usual
+            return _spread(given.factor, 3)
+
+        if shader.tag == "open_pbr_surface":
+            values, widened, notes = openpbr_values(number, colour), 1.0, list[str]()
+        elif shader.tag == "standard_surface":
+            values, widened, notes = standard_values(number, colour)
+        elif shader.tag == "gltf_pbr":
+            given = {name: number(name, usual) for name, usual in _GLTF_LAYERS.items()}
+            coloured = {"sheen_color": (0.0, 0.0, 0.0), "specular_color": (1.0, 1.0, 1.0)}
+            given |= {name: colour(name, usual) for name, usual in coloured.items()}  # type: ignore[misc]
+            mean = 0.5 if roughness.image is not None else 1.0
+            values, widened, notes = gltf_values(given, mean * roughness.factor[0])
+        else:
+            given = {"clearcoat": number("clearcoat", 0.0), "clearcoat_roughness": number("clearcoatRoughness", 0.01)}
+            values, widened, notes = gltf_values(given, 1.0)
+        if shader.tag != "open_pbr_surface" and not has_layers(values):
+            return "", 1.0
+        self.notes += notes
+        return brdf_to_text(layers_of(values)), widened
 
     def _name(self, shader: Element) -> str:
         """The name of the material that has the surface."""
@@ -310,6 +385,11 @@ class _Document:
         if not values or not all(math.isfinite(each) and abs(each) <= 1e6 for each in values):
             raise InputError(self.path, f"has an impossible value ({text[:40]!r})", AGAIN)
         return values
+
+
+def _has_layers(shader: Element) -> bool:
+    """True for an OpenPBR surface that states a layer."""
+    return shader.tag == "open_pbr_surface" and any(_child(shader, name) is not None for name in WEIGHTS)
 
 
 def _child(owner: Element, name: str) -> Element | None:

@@ -23,6 +23,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.brdf.brdf import brdf_from_text
+from engine.brdf.models.openpbr import OpenPbr
 from engine.core.colour import ACESCG, REC_2020, luminance, working_space
 from engine.core.errors import InputError
 from engine.core.figure_text import percent
@@ -95,6 +97,7 @@ class Described:
         the share of it.
     normal : an image alone, or None; `normal_scale` multiplies its slopes, `upwards` is the direction of its y.
     notes : sentences about what was assumed or passed over.
+    layers : text of the OpenPBR model whose layers lie over the base; '' for none.
     """
 
     name: str
@@ -108,6 +111,7 @@ class Described:
     normal_scale: float = 1.0
     upwards: Upwards = ""
     notes: tuple[str, ...] = ()
+    layers: str = ""
 
 
 def file_beside(path: Path, named: str, remedy: str) -> Path:
@@ -147,6 +151,8 @@ def maps_of(described: Described) -> Steps[tuple[PbrMaps, Health]]:
         share = luminance(share).astype(np.float32)
     normal = _normals(described, found.get("normal"), size, notes)
     base_colour, wide = _keep_wide(base, notes)
+    layers = brdf_from_text(described.layers) if described.layers else None
+    assert layers is None or isinstance(layers, OpenPbr)
     maps = PbrMaps(
         base_colour=base_colour,
         normal=normal,
@@ -158,6 +164,7 @@ def maps_of(described: Described) -> Steps[tuple[PbrMaps, Health]]:
         if described.occlusion is None
         else _limit(_number(described.occlusion, found.get("occlusion"), size), "occlusion", notes),
         multiple_scattering=True,
+        layers=layers,
         wide=wide,
     )
     return maps, Health(findings=tuple(Finding(Verdict.WARNING, note) for note in notes))

@@ -10,6 +10,7 @@ uniform float brdf_specular_roughness;
 uniform float brdf_specular_ior;
 uniform float brdf_specular_roughness_anisotropy;
 uniform float brdf_coat_roughness_anisotropy;
+uniform float brdf_rotation_deg;
 
 vec3 brdf(vec3 wi, vec3 wo)
 {
@@ -18,5 +19,6 @@ vec3 brdf(vec3 wi, vec3 wo)
     vec2 widths = two_widths(base_width(brdf_specular_roughness), brdf_specular_roughness_anisotropy);
     float smooth_coat = layer_square(max(brdf_coat_roughness, LAYER_SMOOTHEST));
     vec2 coat = two_widths(smooth_coat, brdf_coat_roughness_anisotropy);
-    return reflect_layers(wi, wo, brdf_base_color, brdf_base_metalness, widths, brdf_specular_ior, coat);
+    return reflect_layers(wi, wo, brdf_base_color, brdf_base_metalness, widths, brdf_specular_ior, coat,
+                          brdf_rotation_deg);
 }

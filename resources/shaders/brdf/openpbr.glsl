@@ -14,5 +14,5 @@ vec3 brdf(vec3 wi, vec3 wo)
         return vec3(0.0);
     vec2 widths = vec2(base_width(brdf_specular_roughness));
     vec2 coat = vec2(layer_square(max(brdf_coat_roughness, LAYER_SMOOTHEST)));
-    return reflect_layers(wi, wo, brdf_base_color, brdf_base_metalness, widths, brdf_specular_ior, coat);
+    return reflect_layers(wi, wo, brdf_base_color, brdf_base_metalness, widths, brdf_specular_ior, coat, 0.0);
 }

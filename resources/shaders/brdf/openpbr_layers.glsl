@@ -289,12 +289,23 @@ vec3 base_layers(vec3 wi, vec3 wo, vec3 h, float facing, vec3 colour, float meta
     return value;
 }
 
-// All layers over a base of this colour, metalness, widths and index; the coat has widths of its own.
-vec3 reflect_layers(vec3 wi, vec3 wo, vec3 colour, float metalness, vec2 widths, float ior, vec2 coat_widths)
+// A direction in a frame that is turned about the normal.
+vec3 turn_frame(vec3 direction, float angle_deg)
+{
+    float c = cos(radians(angle_deg)), s = sin(radians(angle_deg));
+    return vec3(c * direction.x + s * direction.y, c * direction.y - s * direction.x, direction.z);
+}
+
+// All layers over a base of this colour, metalness, widths and index; the coat has widths of its own, and both run along
+// a direction at this angle.
+vec3 reflect_layers(vec3 wi, vec3 wo, vec3 colour, float metalness, vec2 widths, float ior, vec2 coat_widths,
+                    float angle_deg)
 {
     vec3 both = wi + wo;
     float size = length(both);
-    vec3 h = both / size;
+    vec3 h = turn_frame(both, angle_deg) / size;
+    wi = turn_frame(wi, angle_deg);
+    wo = turn_frame(wo, angle_deg);
     float facing = min(0.5 * size, 1.0);
     vec3 value = base_layers(wi, wo, h, facing, colour, metalness, widths, ior);
     if (brdf_coat_weight > 0.0) {

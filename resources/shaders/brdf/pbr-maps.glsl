@@ -88,6 +88,7 @@ mat3 fetch_texel(vec2 uv, float finer, mat3 frame, vec3 wo)
 
 uniform float brdf_specular_roughness_anisotropy;
 uniform float brdf_coat_roughness_anisotropy;
+uniform float brdf_rotation_deg;
 
 // The layers over the texel (engine.surface.layered), with this sum of the variances of slopes.
 vec3 layered(vec3 wi, vec3 wo, float variance)
@@ -98,7 +99,8 @@ vec3 layered(vec3 wi, vec3 wo, float variance)
     vec2 coat_widths = two_widths(coat, brdf_coat_roughness_anisotropy);
     widths = min(sqrt(widths * widths + variance), 1.0);
     coat_widths = min(sqrt(coat_widths * coat_widths + variance), 1.0);
-    return reflect_layers(wi, wo, base_here, gloss_here.y, widths, (1.0 + root) / (1.0 - root), coat_widths);
+    float ior = (1.0 + root) / (1.0 - root);
+    return reflect_layers(wi, wo, base_here, gloss_here.y, widths, ior, coat_widths, brdf_rotation_deg);
 }
 #endif
 

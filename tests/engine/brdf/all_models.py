@@ -46,7 +46,8 @@ LAYERED = (
     "openpbr:base_color=0.2/0.5/0.9,specular_roughness=0.4,base_diffuse_roughness=0.6,specular_color=1/0.8/0.6",
     "openpbr:base_color=0.9/0.6/0.3,base_metalness=1,specular_color=0.9/0.8/1,thin_film_weight=1,thin_film_ior=1.7",
     "openpbr:coat_weight=0.8,coat_roughness=0.2,coat_color=0.9/0.5/0.4,fuzz_weight=0.4,thin_film_weight=0.5",
-    "openpbr:specular_roughness_anisotropy=0.6,coat_weight=0.5,coat_roughness=0.4,coat_roughness_anisotropy=0.3",
+    "openpbr:specular_roughness_anisotropy=0.6,coat_weight=0.5,coat_roughness=0.4,coat_roughness_anisotropy=0.3,"
+    "rotation_deg=30",
 )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -69,6 +70,8 @@ def test_anisotropic_highlights_run_along_the_tangent() -> None:
     up = surface_direction(0.0, 0.0)
     along, across = brdf.f(surface_direction([0.4, 0.4], [0.0, np.pi / 2]), up)[:, 0]
     assert along > 4.0 * across
+    turned = dataclasses.replace(brdf, rotation_deg=90.0)  # type: ignore[type-var]
+    np.testing.assert_allclose(turned.f(surface_direction([0.4, 0.4], [np.pi / 2, np.pi]), up)[:, 0], (along, across))
 
 
 def test_fresnel_terms_by_hand() -> None:
