@@ -95,8 +95,8 @@ def gltf_extensions(layers: OpenPbr | None, roughness: float) -> dict[str, Any]:
     return found
 
 
-def seen_layers(layers: OpenPbr | None) -> list[str]:
-    """Words for the layers that are seen."""
+def name_layers(layers: OpenPbr | None) -> list[str]:
+    """Return words for the layers that are seen."""
     if layers is None:
         return []
     anisotropy = isinstance(layers, OpenPbrAnisotropic) and (
@@ -129,5 +129,5 @@ def gltf_warnings(layers: OpenPbr | None) -> tuple[str, ...]:
 
 def none_warnings(layers: OpenPbr | None) -> tuple[str, ...]:
     """A sentence on layers that a target has no place for; none where there are none."""
-    seen = seen_layers(layers)
+    seen = name_layers(layers)
     return (f"layers are left out: {', '.join(seen)}",) if seen else ()

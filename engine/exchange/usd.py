@@ -22,7 +22,7 @@ from engine.core.directions import normalize
 from engine.core.steps import Step, Steps
 from engine.exchange.coding import encode
 from engine.exchange.gltf import REPEATS, ball_radius_m
-from engine.exchange.layers import openpbr_inputs, seen_layers
+from engine.exchange.layers import name_layers, openpbr_inputs
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, pack
 from engine.geometry.shapes import shape
@@ -58,7 +58,7 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
         images[f"textures/{file}.png"] = encode(pack(subject, (source,), "png8"), loss)
     mean = subject.mean_f0
     warnings = (*common_warnings(subject, ("occlusion",)), *mean_f0_warnings(subject, "the layer"))
-    others = [words for words in seen_layers(subject.maps.layers) if words != "clear coat"]
+    others = [words for words in name_layers(subject.maps.layers) if words != "clear coat"]
     if others:
         warnings = (*warnings, f"UsdPreviewSurface has no {', '.join(others)}; the layer of MaterialX has")
     yield Step(0.9, "writing the ball")

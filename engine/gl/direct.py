@@ -87,7 +87,7 @@ def _near_definitions(lamps: Sequence[NearLamp], brdf: Brdf | PbrMaps | None) ->
     if not lamps:
         return {}
     if isinstance(brdf, PbrMaps):
-        return {"NEAR_LAMPS": "1", "FACETS": "1"}
+        return {"NEAR_LAMPS": "1"} if brdf.layers is not None else {"NEAR_LAMPS": "1", "FACETS": "1"}
     if brdf is not None and facets_of(brdf, 0) is not None:
         return {"NEAR_LAMPS": "1", "FACETS": "1", f"FACETS_{model_name(brdf).upper().replace('-', '_')}": "1"}
     return {"NEAR_LAMPS": "1"}

@@ -171,8 +171,12 @@ class Shader:
             texels = texels_at(self._levels, uv[at] + shift, np.maximum(detail[at] - finer, 0.0), maps)
             bent = texels.bend_frames(frame[at], axes[at], wo[at])
             viewer = np.einsum("nij,ni->nj", bent, wo[at])
-            near = reflect_near(self.scene.near_lamps, place[at], bent, viewer, facets_of_texels(texels))
-            return texels, _sum_of_texels(texels, lights, bent, viewer) + near
+            value = _sum_of_texels(texels, lights, bent, viewer)
+            if texels.layers is not None:
+                return texels, value + _sum_of_near_texels(texels, self.scene, place[at], bent, viewer)
+            return texels, value + reflect_near(
+                self.scene.near_lamps, place[at], bent, viewer, facets_of_texels(texels)
+            )
 
         texels, value = shade(slice(None), np.zeros(2), 0.0)
         parts = np.flatnonzero(texels.differ_within)
@@ -227,6 +231,16 @@ def _sum_of_texels(texels: Texels, lights: DistantLights, frame: Array, wo: Arra
     everywhere = np.arange(len(wo))
     for direction, irradiance in zip(lights.direction, lights.irradiance, strict=True):
         value += texels.product(everywhere, np.einsum("nij,i->nj", frame, direction), wo) * irradiance
+    return value
+
+
+def _sum_of_near_texels(texels: Texels, scene: Scene, place: Array, frame: Array, wo: Array) -> Array:
+    """The same of points of lights near the model, at the points' `place` (N, 3)."""
+    value = np.zeros((len(wo), 3))
+    everywhere = np.arange(len(wo))
+    for lamp in scene.near_lamps:
+        for direction, irradiance in near_lights(lamp, place, scene.directions):
+            value += texels.product(everywhere, np.einsum("nij,ni->nj", frame, direction), wo) * irradiance
     return value
 
 

@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 from engine.brdf.brdf import Brdf
 from engine.brdf.models.diffuse import Lambert
 from engine.brdf.models.microfacet import Ggx, GgxAnisotropic, MetallicRoughness
-from engine.brdf.models.multiple_scattering import SMOOTHEST, multiple_scattering
+from engine.brdf.models.multiple_scattering import SMOOTHEST, multiple_scattering, schlick_mean
 from engine.core.directions import dot, normalize, world_from_tangent
 from engine.core.kernels import scalar
 from engine.light.near_lamps import NearLamp, near_lights
@@ -161,7 +161,7 @@ def _split(wi: Floats, wo: Floats, facets: Facets) -> tuple[tuple[Floats, Floats
     diffuse = (1.0 - fresnel if facets.shields else 1.0) * facets.diffuse / np.pi
     if facets.again > 0.0:
         width = np.maximum(alpha[:, 0], SMOOTHEST**2)
-        again = multiple_scattering(cosine, wo[:, 2], width, np.moveaxis(facets.f0, -1, 0))
+        again = multiple_scattering(cosine, wo[:, 2], width, schlick_mean(np.moveaxis(facets.f0, -1, 0)))
         diffuse = diffuse + facets.again * np.moveaxis(again, 0, -1)
     scaled = np.column_stack([half[:, :2] / alpha, half[:, 2]])
     density = half[:, 2] / (2.0 * np.pi * size * alpha[:, 0] * alpha[:, 1] * dot(scaled, scaled) ** 2)
