@@ -32,7 +32,7 @@ from engine.light.lamps import LampSettings
 from engine.light.near_lamps import NearLampSettings
 from engine.scene.material import Material
 from engine.scene.mode import REFERENCE, SHADING_MAP
-from engine.scene.scene import Lookup, Source
+from engine.scene.scene import Lookup, Source, TilingMode
 from engine.scene.settings import SceneSettings
 from engine.shading.lookup import Above
 from engine.shading.power_law import Scale
@@ -150,6 +150,7 @@ class Look:
     lamps : lights beside the one or the environment; `only_lamps` puts out the one. near_lamps : lights near the model.
     forced, skipped : effects that the plan works out, or leaves out, whatever they add (`engine.planning`).
     plan_budget : what the plan keeps within, as a user writes it: '1 %' or '8 ms'.
+    tiling_mode : how PBR maps repeat (`engine.scene.scene.Scene`); other materials repeat in a grid.
     behind : the environment behind the model, and how blurred it is; '' for the plain canvas.
     """
 
@@ -165,6 +166,7 @@ class Look:
     gain: float = same_as(SceneSettings, "irradiance", doc="Strength of the environment.", **_SLIDER_OF_STRENGTH)
     directions: int = 64
     repeats: float = same_as(SceneSettings, "repeats", default=3.0, low=0.1, high=100.0, slider=(0.5, 16.0), log=True)
+    tiling_mode: TilingMode = "grid"
     exposure_ev: float = param(0.0, -20.0, 20.0, slider=(-6.0, 6.0), unit="EV", doc="Brightness of the image.")
     tone_map: Operator = "neutral"
     source: Source = "slices"

@@ -13,7 +13,7 @@ from app.document.document import Look, Project
 from app.document.scene import DEFAULT_MODEL
 from app.jobs.newest import Latest
 from app.widgets.controls import ComboBox
-from app.widgets.panels import Rows, button
+from app.widgets.panels import Rows, Segments, button
 from app.widgets.param_form import ParamForm
 from app.widgets.report import Report
 from engine.core.steps import Step, Steps
@@ -61,6 +61,18 @@ class ScenePanel(Rows):
         self.wide(self.flip)
         self.repeats = ParamForm(look, {"repeats": "Tiling"})
         self.wide(self.repeats)
+        self.cells = Segments(
+            (
+                ("grid", "Alike", "Each repeat of the maps is the same"),
+                (
+                    "hex",
+                    "All different",
+                    "In hexagonal cells without a visible period, for materials without a regular pattern",
+                ),
+            )
+        )
+        self.cells.chosen.connect(self._cells_chosen)
+        self.row("Repeats", self.cells, "How PBR maps repeat over the model")
         self.brushing = ComboBox()
         for words, along in BRUSHINGS.items():
             self.brushing.addItem(words, along)
@@ -88,6 +100,8 @@ class ScenePanel(Rows):
         self._show_brushing(project)
         for widget in (self.repeats, self.ground):
             widget.setHidden(project.is_flat)
+        self.cells.choose(project.look.tiling_mode)
+        self.show_row(self.cells, project.material.pbr is not None and not project.is_flat)
         self.albedo.setHidden(project.is_flat or not project.look.has_ground)
         if project.mesh is not self.mesh or project.mesh is None:
             self.mesh = project.mesh
@@ -167,6 +181,10 @@ class ScenePanel(Rows):
     def _on_flipped(self, mesh: Mesh, flipped: Mesh) -> None:
         if self.bench.document.project.mesh is mesh:
             self.bench.document.change("Flip the model", mesh=flipped)
+
+    def _cells_chosen(self, mode: str) -> None:
+        look = self.bench.document.project.look
+        self.set_look.emit("Repeats", dataclasses.replace(look, tiling_mode="hex" if mode == "hex" else "grid"))
 
     def _ground_clicked(self, on: bool) -> None:
         look = self.bench.document.project.look

@@ -32,7 +32,9 @@ from engine.core.steps import drain
 from engine.factor.projections import KINDS, LinearProjection
 from engine.gl.context import Limits
 from engine.gl.program import find_uniform, set_uniforms
+from engine.render.hex_tiling import hex_tiles_of
 from engine.render.mip_maps import pbr_layers
+from engine.scene.scene import TilingMode
 from engine.surface.pbr_maps import PbrMaps
 
 if TYPE_CHECKING:
@@ -179,8 +181,21 @@ class PbrTextures:
 
     SOURCE = "pbr-maps"
 
-    def __init__(self, context: moderngl.Context, maps: PbrMaps, limits: Limits) -> None:
+    #: Of the tables of hex tiling.
+    TABLES_UNIT = 6
+
+    def __init__(self, context: moderngl.Context, maps: PbrMaps, limits: Limits, mode: TilingMode = "grid") -> None:
         fitted, self.messages = within(pbr_layers(maps), limits.texture_size)
+        self._tables: moderngl.TextureArray | None = None
+        if mode == "hex":
+            tiles = hex_tiles_of(fitted)
+            fitted = np.ascontiguousarray(tiles.levels[0])
+            levels, layers, entries, _ = tiles.tables.shape
+            stored = np.ascontiguousarray(np.moveaxis(tiles.tables, 1, 0), np.float32)
+            self._tables = context.texture_array((entries, levels, layers), 3, stored, dtype="f4")
+            self._tables.filter = (context.LINEAR, context.LINEAR)
+            self._tables.repeat_x = self._tables.repeat_y = False
+            self._mean_normal = tuple(float(each) for each in tiles.mean_normal)
         count, height, width = fitted.shape[:3]
         self._texture = context.texture_array((width, height, count), 3, fitted, dtype="f4")
         self._texture.build_mipmaps()
@@ -196,9 +211,15 @@ class PbrTextures:
         find_uniform(program, "pbr_maps").value = UNIT
         set_uniforms(program, self._values)
         find_uniform(program, "pbr_smoothest").value = SMOOTHEST
+        if self._tables is not None:
+            self._tables.use(self.TABLES_UNIT)
+            find_uniform(program, "hex_tables").value = self.TABLES_UNIT
+            find_uniform(program, "hex_mean_normal").value = self._mean_normal
 
     def release(self) -> None:
         self._texture.release()
+        if self._tables is not None:
+            self._tables.release()
 
 
 def within(images: NDArray[np.float32], most: int) -> tuple[NDArray[np.float32], list[str]]:

@@ -31,7 +31,7 @@ from engine.light.environment import DistantLights
 from engine.light.near_lamps import NearLamp
 from engine.render.display import Display
 from engine.render.near_light import facets_of
-from engine.scene.scene import Scene
+from engine.scene.scene import Scene, TilingMode
 from engine.shading.directional.effective_light import EffectiveCosine
 from engine.surface.pbr_maps import PbrMaps
 
@@ -140,7 +140,7 @@ class DirectRenderer:
         self._lights: tuple[DistantLights, LightTexture] | None = None
         self._near: tuple[tuple[tuple[NearLamp, ...], Mesh], NearLampTexture] | None = None
         self._cosines: tuple[EffectiveCosine, CosineTexture] | None = None
-        self._table: tuple[Brdf | PbrMaps, TableTexture | FactorTextures | PbrTextures] | None = None
+        self._table: tuple[Brdf | PbrMaps, TilingMode, TableTexture | FactorTextures | PbrTextures] | None = None
 
     def draw(
         self,
@@ -275,17 +275,18 @@ class DirectRenderer:
                 program, {f"brdf_{parameter.name}": getattr(brdf, parameter.name) for parameter in parameters(brdf)}
             )
             return
-        if self._table is None or self._table[0] is not brdf:
+        if self._table is None or self._table[0] is not brdf or self._table[1] != scene.tiling_mode:
             if self._table is not None:
-                self._table[1].release()
+                self._table[-1].release()
                 self._table = None
+            owner: TableTexture | FactorTextures | PbrTextures
             if isinstance(brdf, PbrMaps):
-                owner: TableTexture | FactorTextures | PbrTextures = PbrTextures(self.context, brdf, self.limits)
+                owner = PbrTextures(self.context, brdf, self.limits, scene.tiling_mode)
             else:
                 owner = factor_textures(self.context, brdf) or TableTexture(self.context, brdf, self.limits)
-            self._table = (brdf, owner)
-        self._table[1].bind(program)
-        self.messages += self._table[1].messages
+            self._table = (brdf, scene.tiling_mode, owner)
+        self._table[-1].bind(program)
+        self.messages += self._table[-1].messages
 
     def load(self, shading: Shading) -> Iterator[None]:
         """Bring the maps of a material to the device piece by piece, some milliseconds each; nothing is drawn
@@ -330,6 +331,7 @@ class DirectRenderer:
         )
         if scene.pbr is not None and scene.pbr.layers is not None:
             definitions["PBR_LAYERS"] = "1"
+        definitions |= {"HEX_TILING": "1"} if scene.pbr and scene.tiling_mode == "hex" else {}
         definitions |= {"PBR_MAPS": "1"} if scene.pbr else {} if scene.brdf.isotropic else {"BRUSHED": "1"}
         definitions |= self._debug
         key = tuple(definitions.items())

@@ -21,6 +21,7 @@ from engine.core.steps import Step, Steps
 from engine.geometry.ray_caster import caster_of
 from engine.light.environment import DistantLights
 from engine.light.near_lamps import near_lights
+from engine.render.hex_tiling import hex_tiles_of_scene
 from engine.render.mip_maps import Levels, filter_levels, level_of_detail, mip_levels_of
 from engine.render.near_light import facets_of, facets_of_texels, reflect_near
 from engine.render.pbr import Texels, texels_at
@@ -87,6 +88,7 @@ class Shader:
         self._ground = _make_ground_scene(scene) if scene.ground is not None else None
         self._caster = caster_of(self._surface)
         self._levels = mip_levels_of(scene)
+        self._tiles = hex_tiles_of_scene(scene)
 
     def __call__(self, row: Indices, column: Indices, lights: DistantLights | None = None) -> Array:
         """(N, 4) radiance and coverage 1 where the mesh is hit, else 0; `lights` instead of the scene's own."""
@@ -168,7 +170,8 @@ class Shader:
         assert maps is not None
 
         def shade(at: Indices | slice, shift: Array, finer: float) -> tuple[Texels, Array]:
-            texels = texels_at(self._levels, uv[at] + shift, np.maximum(detail[at] - finer, 0.0), maps)
+            lower = np.maximum(detail[at] - finer, 0.0)
+            texels = texels_at(self._levels, uv[at] + shift, lower, maps, self._tiles)
             bent = texels.bend_frames(frame[at], axes[at], wo[at])
             viewer = np.einsum("nij,ni->nj", bent, wo[at])
             value = _sum_of_texels(texels, lights, bent, viewer)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from engine.brdf.models.multiple_scattering import SMOOTHEST
 from engine.brdf.models.openpbr import OpenPbr
 from engine.core.directions import dot, frames_along, normalize
+from engine.render.hex_tiling import HexTiles, blend, normals_at
 from engine.render.mip_maps import Levels, filter_levels
 from engine.surface.layered import reflect_layers
 from engine.surface.metallic_roughness import reflectance
@@ -97,15 +98,13 @@ class Texels:
         return bent
 
 
-def texels_at(levels: Levels, uv: Floats, detail: Floats, maps: PbrMaps) -> Texels:
-    """The `maps` at `uv` (N, 2) with the mip levels `detail` (N,), from `engine.render.mip_maps.pbr_layers`."""
-    base, gloss, mean, square = (filter_levels(levels, layer, uv, detail) for layer in range(4))
-    # between texels of full size the surface is smooth, and normals of unit length
-    close = np.flatnonzero(detail < 1.0)
-    share = 1.0 - detail[close, None]
-    near = [filter_levels(levels[:1], layer, uv[close], np.zeros(len(close))) for layer in (2, 3)]
-    unit = normalize(near[0])
-    mean[close] += share * (unit - near[0])
-    square[close] += share * (np.stack([unit[:, 0] ** 2, unit[:, 1] ** 2, unit[:, 0] * unit[:, 1]], axis=1) - near[1])
+def texels_at(levels: Levels, uv: Floats, detail: Floats, maps: PbrMaps, tiles: HexTiles | None = None) -> Texels:
+    """The `maps` at `uv` (N, 2) with the mip levels `detail` (N,), from `engine.render.mip_maps.pbr_layers`, or blended
+    from `tiles`."""
+    if tiles is not None:
+        base, gloss, mean, square = blend(tiles, uv, detail)
+    else:
+        base, gloss = (filter_levels(levels, layer, uv, detail) for layer in range(2))
+        mean, square = normals_at(levels, uv, detail)
     known = base, gloss[:, 0], gloss[:, 1], gloss[:, 2], normalize(mean), *spread_slopes(mean, square)
     return Texels(*known, maps.multiple_scattering, maps.layers)

@@ -29,6 +29,7 @@ from engine.brdf.models.sampling import sampler_of, samples_itself
 from engine.brdf.models.sampling_lobes import BELOW_ONE, CosineLobe, Mixture, VisibleGgxLobe
 from engine.core.kernels import scalar
 from engine.render.direct import sample, texture_axes, texture_coordinates
+from engine.render.hex_tiling import hex_tiles_of_scene
 from engine.render.mip_maps import mip_levels_of
 from engine.render.pbr import Texels, texels_at
 from engine.scene.scene import Scene
@@ -197,6 +198,7 @@ class Reflector:
         self.scene = scene
         self._diffuse_share, self._highlights = _lobes(scene)
         self._levels = mip_levels_of(scene)
+        self._tiles = hex_tiles_of_scene(scene)
         self._ground_from = len(scene.mesh.faces) if scene.ground is not None else None
         measured = type(scene.brdf) not in MODELS.values()
         # kernels of measurements use all threads by themselves, and not every pool of threads lets two callers in
@@ -226,7 +228,7 @@ class Reflector:
         face = at.face if ground is None else np.where(ground, 0, at.face)
         corners = texture_coordinates(scene, scene.mesh.faces[face])
         uv = np.einsum("nc,nci->ni", at.barycentric, corners)
-        texels = texels_at(self._levels[:1], uv, np.zeros(len(uv)), scene.pbr)
+        texels = texels_at(self._levels[:1], uv, np.zeros(len(uv)), scene.pbr, self._tiles)
         axes = texture_axes(scene.mesh.positions[scene.mesh.faces[face]], corners, at.frame[..., 2])
         frame = texels.bend_frames(at.frame, axes, away)
         frame = frame if ground is None else np.where(ground[:, None, None], at.frame, frame)

@@ -31,7 +31,10 @@ if TYPE_CHECKING:
 DECIDED = ("material", "brdf", "ground", "vary")
 
 #: Options for parts of a scene, as they are called there.
-PARTS = {"directions": "directions", "source": "source", "lookup": "lookup", "above": "above", "tile": "repeats"}
+PARTS = {
+    **{name: name for name in ("directions", "source", "lookup", "above", "tiling_mode")},
+    "tile": "repeats",
+}
 
 
 def is_given(arguments: argparse.Namespace) -> bool:

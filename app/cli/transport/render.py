@@ -45,7 +45,7 @@ from engine.render.path import check_scene
 from engine.render.reference import reference
 from engine.scene.material import set_multiple_scattering
 from engine.scene.mode import DIRECT, MODES, REFERENCE, is_traced
-from engine.scene.scene import Scene, make_scene
+from engine.scene.scene import TILING_MODES, Scene, make_scene
 from engine.scene.settings import DEFAULTS as scene_defaults
 from engine.transport import method as transport
 
@@ -73,6 +73,7 @@ DEFAULTS = {
     "lookup": "radiance",
     "above": "clamp",
     "tile": scene_defaults.repeats,
+    "tiling_mode": "grid",
     "exposure": 0.0,
     "tone_map": "neutral",
 }
@@ -169,6 +170,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--lookup", choices=("radiance", "texture", "outgoing", "angle"))
     parser.add_argument("--above", choices=("clamp", "scale"), help="lookup beyond the brightest photograph (clamp)")
     parser.add_argument("--tile", type=float, metavar="N", help="repeats of the material over one uv (4)")
+    parser.add_argument(
+        "--tiling-mode",
+        choices=TILING_MODES,
+        help="how PBR maps repeat: the same in a grid, or in hexagonal cells that all differ, without a visible "
+        "period, which suits materials without a regular pattern (grid)",
+    )
     parser.add_argument("--width", type=int, default=1024, metavar="PX", help="width of the image (1024)")
     parser.add_argument("--height", type=int, default=768, metavar="PX", help="height of the image (768)")
     parser.add_argument(
@@ -344,6 +351,7 @@ def _scene(arguments: argparse.Namespace, material: Material | None) -> Scene:
         lookup=arguments.lookup,
         above=arguments.above,
         repeats=arguments.tile,
+        tiling_mode=arguments.tiling_mode,
         directions=arguments.directions,
     )
     return _adapt(scene, arguments)

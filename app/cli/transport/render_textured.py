@@ -106,6 +106,7 @@ def scene_of_bake(relit: RelightTransport, light: Light, camera: Camera, argumen
         lookup=arguments.lookup,
         above=arguments.above,
         repeats=arguments.tile,
+        tiling_mode=arguments.tiling_mode,
         environment=light.environment,
         environment_rotation=light.rotation,
         directions=arguments.directions,

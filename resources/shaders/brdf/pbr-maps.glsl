@@ -58,14 +58,11 @@ bool differ_within()
     return spread_here.x + spread_here.y > MUCH * roughness * roughness * roughness * roughness;
 }
 
-// The frame about the normal of the map at these coordinates, from that of the surface, so many levels finer.
-mat3 fetch_texel(vec2 uv, float finer, mat3 frame, vec3 wo)
+// The mean normal and the means of its products.
+void normals_at(vec2 uv, float detail, out vec3 tilt, out vec3 square)
 {
-    float detail = detail_here - finer;
-    base_here = textureLod(pbr_maps, vec3(uv, 0.0), detail).rgb;
-    gloss_here = textureLod(pbr_maps, vec3(uv, 1.0), detail).rgb;
-    vec3 tilt = textureLod(pbr_maps, vec3(uv, 2.0), detail).xyz;
-    vec3 square = textureLod(pbr_maps, vec3(uv, 3.0), detail).xyz;
+    tilt = textureLod(pbr_maps, vec3(uv, 2.0), detail).xyz;
+    square = textureLod(pbr_maps, vec3(uv, 3.0), detail).xyz;
     if (detail < 1.0) { // between texels of full size the surface is smooth, and normals of unit length
         vec3 near = textureLod(pbr_maps, vec3(uv, 2.0), 0.0).xyz;
         vec3 unit = safe_normalize(near, vec3(0.0, 0.0, 1.0));
@@ -74,6 +71,24 @@ mat3 fetch_texel(vec2 uv, float finer, mat3 frame, vec3 wo)
         tilt += share * (unit - near);
         square += share * (products - textureLod(pbr_maps, vec3(uv, 3.0), 0.0).xyz);
     }
+}
+
+#ifdef HEX_TILING
+#include "hex_tiling.glsl"
+#endif
+
+// The frame about the normal of the map at these coordinates, from that of the surface, so many levels finer.
+mat3 fetch_texel(vec2 uv, float finer, mat3 frame, vec3 wo)
+{
+    float detail = detail_here - finer;
+    vec3 tilt, square;
+#ifdef HEX_TILING
+    blend_cells(uv, detail, tilt, square);
+#else
+    base_here = textureLod(pbr_maps, vec3(uv, 0.0), detail).rgb;
+    gloss_here = textureLod(pbr_maps, vec3(uv, 1.0), detail).rgb;
+    normals_at(uv, detail, tilt, square);
+#endif
     length_here = length(tilt);
     spread_here = spread_slopes(tilt, square, length_here);
     vec3 n = safe_normalize(axes_here * tilt.xy + tilt.z * frame[2], frame[2]);

@@ -1,0 +1,144 @@
+"""Maps in hexagonal cells: no period, the histogram and the moments of the maps, from near and from afar."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from engine.core.errors import UsageError
+from engine.core.steps import drain
+from engine.geometry.camera import Camera
+from engine.geometry.shapes import shape
+from engine.render.direct import radiance
+from engine.render.hex_tiling import cells_around, hash_cells, hex_tiles
+from engine.render.mip_maps import mip_levels
+from engine.render.pbr import Texels, texels_at
+from engine.render.reference import reference
+from engine.scene.scene import make_scene
+from engine.simulate.height_fields import sample
+from engine.surface.pbr_maps import PbrMaps
+from tests.engine.exchange.materials import woven_material
+from tests.engine.render.test_pbr import bumpy, scene_of, square
+
+SIDE = 64
+
+
+def maps_of(kind: str) -> PbrMaps:
+    """A sample of the simulator as maps."""
+    made = sample(kind, SIDE)
+    plane = (SIDE, SIDE)
+    down, right = (0.5 * (np.roll(made.height, -1, axis) - np.roll(made.height, 1, axis)) for axis in (0, 1))
+    normal = np.dstack([-right, down, np.ones(plane)])
+    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    albedo, roughness = (np.asarray(each, np.float64) for each in (made.albedo, made.roughness))
+    metallic = (made.height > np.median(made.height)).astype(np.float32)
+    f0 = np.full(plane, 0.04, np.float32)
+    base = np.broadcast_to(albedo, (*plane, 3)) if albedo.ndim == 3 else np.repeat(albedo[..., None], 3, axis=2)
+    rough = np.broadcast_to(np.clip(roughness, 0.1, 1.0), plane).astype(np.float32)
+    return PbrMaps(np.clip(base, 0.0, 1.0).astype(np.float32), normal.astype(np.float32), rough, metallic, f0)
+
+
+def tiled(maps: PbrMaps, repeats: int, detail: float, *, hexes: bool = True) -> Texels:
+    """Texels of so many repeats at the mip level `detail`, one for each texel of full size."""
+    across = (np.arange(repeats * SIDE) + 0.5) / SIDE
+    uv = np.stack(np.meshgrid(across, across), axis=-1).reshape(-1, 2)
+    tiles = hex_tiles(maps) if hexes else None
+    return texels_at(mip_levels(maps), uv, np.full(len(uv), detail), maps, tiles)
+
+
+def correlation(values: NDArray[np.float64], repeats: int) -> float:
+    """Autocorrelation at one repeat to the right."""
+    image = values.reshape(repeats * SIDE, -1) - values.mean()
+    return float((image[:, :-SIDE] * image[:, SIDE:]).mean() / image.var())
+
+
+@pytest.mark.parametrize("kind", ["woven", "hammered", "leather"])
+def test_nothing_repeats_and_the_histogram_stays(kind: str) -> None:
+    maps = maps_of(kind)
+    plain, found = (tiled(maps, 8, 0.0, hexes=hexes) for hexes in (False, True))
+    for before, after in (
+        (plain.base_colour[:, 1], found.base_colour[:, 1]),
+        (plain.roughness, found.roughness),
+        (plain.normal[:, 0], found.normal[:, 0]),
+    ):
+        if np.ptp(before) < 1e-6:
+            continue
+        assert correlation(before, 8) > 0.99
+        assert abs(correlation(after, 8)) < 0.1
+        bins = np.linspace(before.min() - 1e-6, before.max() + 1e-6, 65)
+        shares = [np.histogram(np.clip(each, bins[0], bins[-1]), bins)[0] / len(each) for each in (before, after)]
+        assert np.abs(np.cumsum(shares[0] - shares[1])).mean() < 0.02
+        assert after.std() == pytest.approx(before.std(), rel=0.04)
+    np.testing.assert_allclose(np.linalg.norm(found.normal, axis=1), 1.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("detail", [0.0, 1.5, 4.0, 6.0])
+def test_moments_are_those_of_the_maps_at_every_level(detail: float) -> None:
+    """Means of all maps, also of metal that is there or not, and the variance of slopes between and within points."""
+    maps = maps_of("hammered")
+    plain, found = (tiled(maps, 8, detail, hexes=hexes) for hexes in (False, True))
+    for name in ("base_colour", "roughness", "metallic", "f0"):
+        before, after = getattr(plain, name).mean(axis=0), getattr(found, name).mean(axis=0)
+        np.testing.assert_allclose(after, before, rtol=0.03, atol=1e-6, err_msg=name)
+    total = [
+        each.spread[:, :2].mean(axis=0) + (each.normal[:, :2] / each.normal[:, 2:]).var(axis=0)
+        for each in (plain, found)
+    ]
+    np.testing.assert_allclose(total[1], total[0], rtol=0.08)
+
+
+def test_cells_are_shifted_by_whole_texels_and_join_smoothly() -> None:
+    random = np.random.default_rng(1)
+    uv = random.uniform(-5.0, 5.0, (1000, 2))
+    weight, shift = cells_around(uv, (20, 50))
+    np.testing.assert_allclose(weight.sum(axis=1), 1.0)
+    np.testing.assert_allclose(shift * [50, 20], np.rint(shift * [50, 20]), atol=1e-9)
+    vertex = np.stack(np.meshgrid(np.arange(-40, 40), np.arange(-40, 40)), axis=-1).reshape(-1, 2)
+    hashed = np.asarray(hash_cells(vertex))
+    assert abs(np.asarray(np.corrcoef(hashed.T))[0, 1]) < 0.03
+    np.testing.assert_allclose(np.sort(hashed[:, 0])[::640], np.linspace(0.0, 0.9, 10), atol=0.03)
+    maps = bumpy(SIDE)
+    tiles, levels = hex_tiles(maps), mip_levels(maps)
+    line = np.stack([np.linspace(0.0, 2.0, 60_000), np.full(60_000, 0.37)], axis=1)
+    along = texels_at(levels, line, np.zeros(len(line)), maps, tiles).normal
+    assert np.abs(np.diff(along, axis=0)).max() < 0.01
+
+
+@pytest.mark.parametrize("repeats", [16.0, 96.0])
+def test_relief_in_cells_is_as_bright_as_the_reference(repeats: float) -> None:
+    eye = Camera((0.0, 0.0, 1e4), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), np.degrees(2e-4))
+    scene = dataclasses.replace(
+        scene_of(bumpy(), square(), light=(0.6, 0.2, 0.77), repeats=repeats, tiling_mode="hex"), camera=eye
+    )
+    traced = float(drain(reference(scene, (40, 40), samples=24)).image[..., 0].mean())
+    assert drain(radiance(scene, (48, 48), samples=4))[..., 0].mean() == pytest.approx(traced, rel=0.05)
+    plain = dataclasses.replace(scene, tiling_mode="grid")
+    assert drain(radiance(plain, (48, 48), samples=4))[..., 0].mean() == pytest.approx(traced, rel=0.06)
+
+
+def test_opengl_blends_cells_as_the_cpu_does(gl: Any) -> None:
+    from engine.gl.direct import DirectRenderer
+
+    renderer = DirectRenderer(gl)
+    try:
+        for repeats in (1.5, 20.0):
+            scene = scene_of(maps_of("woven"), shape("sphere"), repeats=repeats, light=(0.4, 0.3, 0.86))
+            plain = renderer.radiance(scene, (48, 48))
+            scene = dataclasses.replace(scene, tiling_mode="hex")
+            ours, theirs = drain(radiance(scene, (48, 48))), renderer.radiance(scene, (48, 48))
+            assert np.abs(plain - theirs).mean() > 5e-3 * ours.mean()
+            assert np.abs(ours - theirs).mean() < 1e-3 * ours.mean()
+            assert np.quantile(np.abs(ours - theirs), 0.999) < 5e-3 * ours.max()
+    finally:
+        renderer.release()
+
+
+def test_other_modes_and_materials_are_refused() -> None:
+    with pytest.raises(UsageError, match="unknown tiling mode 'round'; choose from grid, hex"):
+        scene_of(bumpy(), square(), tiling_mode="round")
+    with pytest.raises(UsageError, match="hex tiling is for PBR maps"):
+        make_scene(square(), Camera((0.0, 0.0, 3.0)), material=woven_material(), tiling_mode="hex")
