@@ -193,6 +193,7 @@ class Plan:
     room_light: tuple[float, ...] | None = None
     held_out: float | None = None
     undecided_deg: tuple[float, float] | None = None
+    rival_deg: float = 0.0
     suggested_form: str = LISTED
     suggested_transfer: Transfer | None = None
     chart: tuple[ColourCorrection, str] | None = None
@@ -269,6 +270,7 @@ class Plan:
             "calibration": [term.as_json() for term in self.terms],
             "calibration_held_out": self.held_out,
             "calibration_undecided_deg": self.undecided_deg,
+            "calibration_rival_deg": self.rival_deg,
             "control_points_px": {name: [list(map(float, one)) for one in pairs] for name, pairs in marked.items()},
         }
 

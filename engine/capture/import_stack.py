@@ -319,7 +319,7 @@ def _align_record(plan: Plan, read: _Read, place: Path, files: ExitStack, starte
         small = _small_aligned(read, alignment)
         plan = _check_transfer(plan, read, small)
         found = _estimate(plan, small)
-        plan = _with_estimate(plan, found, read.shape)
+        plan = _with_estimate(plan, found)
         plan = _with_separation(plan, read, alignment, found)
         correction = yield from part(_correct(plan, read, alignment, small, found), 0.75, 0.8)
         yield from part(_write_aligned(plan, read, alignment, correction, place, files), 0.8, 1.0)
@@ -761,14 +761,15 @@ def _estimate(plan: Plan, small: _Small) -> Estimate | None:
     return estimate(sample, directions, terms, start)
 
 
-def _with_estimate(plan: Plan, found: Estimate | None, size: tuple[int, int]) -> Plan:
+def _with_estimate(plan: Plan, found: Estimate | None) -> Plan:
     """The plan that holds and reports what the calibration found."""
     if found is not None:
         held_out = found.held_out if math.isfinite(found.held_out) else None
         terms = (*plan.terms, *found.terms)
         plan = replace(plan, terms=terms, held_out=held_out, undecided_deg=found.undecided_deg)
+        plan = replace(plan, rival_deg=found.rival_deg)
     said = [Finding(Verdict.NOTE, term.text) for term in plan.terms]
-    undecided = "" if found is None else describe_undecided(found.undecided_deg, size)
+    undecided = "" if found is None else describe_undecided(found.rival_deg)
     said += [Finding(Verdict.WARNING, undecided)] if undecided else []
     plan = replace(plan, sources=replace(plan.sources, findings=(*plan.sources.findings, *said)))
     if found is None or not found.accepted:

@@ -47,10 +47,10 @@ def rig_error(stack: ImageStack, used: NDArray[np.int64], seen: Lamps) -> tuple[
     findings: list[Finding] = []
     if terms and held_out is not None:
         more_alike, more_apart = _read_rivals(stack.provenance.get("calibration_undecided_deg"))
+        rival = stack.provenance.get("calibration_rival_deg")
+        findings = _about_rival(float(rival) if isinstance(rival, int | float) else 0.0)
     else:
         more_alike, more_apart, held_out, findings = _examine_photographs(stack, used, seen)
-    undecided = describe_undecided((math.degrees(more_alike), math.degrees(more_apart)), (height, width))
-    findings = [*findings, Finding(Verdict.WARNING, undecided)] if undecided and not findings else findings
     misfit = min(BY_HELD_OUT * held_out, MAX_HELD_OUT) if isinstance(held_out, int | float) else 0.0
     x = (np.arange(width) + 0.5) / width - 0.5
     y = (0.5 * height - 0.5 - np.arange(height)) / width
@@ -115,7 +115,13 @@ def _examine_photographs(
     alike, apart = _read_rivals(list(found.undecided_deg))
     near = found.rig.nearness if "distance" in found.accepted else 0.0
     held_out = found.held_out if math.isfinite(found.held_out) else None
+    findings = findings or _about_rival(found.rival_deg)
     return math.hypot(alike, *changes), math.hypot(apart, BY_DISTANCE * near), held_out, findings
+
+
+def _about_rival(angle_deg: float) -> list[Finding]:
+    text = describe_undecided(angle_deg)
+    return [Finding(Verdict.WARNING, text)] if text else []
 
 
 def _about_uncorrected(texts: list[str], is_estimated: bool) -> list[Finding]:

@@ -46,7 +46,7 @@ GOOD, LARGE_GAIN = {"distance": 0.05, "gains": 0.12, "ambient": 0.03}, {"distanc
 UNDECIDED, LESS_LIKELY, MAX_SHARE = 0.05, 0.15, 0.5
 
 #: Angle in degrees by which other sets of terms that are as likely turn half of the normals at most, without a warning.
-MAX_UNDECIDED_DEG = 2.5
+MAX_UNDECIDED_DEG = 2.25
 
 #: Held-out error from which the model of a texel tells nothing.
 HOPELESS = 0.18
@@ -107,7 +107,7 @@ class Estimate:
     `kind` is the model of a texel that the photographs fit. `undecided_deg` is the angle by which normals change under
     other sets of terms that show the photographs about as well: in the middle of the image, and more for each width of
     distance from it, to be joined as independent errors are; 0 where the model of a texel is hopeless, and says nothing
-    of normals.
+    of normals. `rival_deg` is the angle that half of the normals change by under those that are as likely.
     """
 
     rig: Rig
@@ -115,26 +115,23 @@ class Estimate:
     held_out: float
     kind: Kind = "matte"
     undecided_deg: tuple[float, float] = (0.0, 0.0)
+    rival_deg: float = 0.0
 
     @property
     def accepted(self) -> tuple[str, ...]:
         return tuple(term.name for term in self.terms if term.accepted)
 
 
-def describe_undecided(undecided_deg: tuple[float, float], size: tuple[int, int]) -> str:
-    """A sentence where other sets of terms turn half of the normals of an image of `size` (H, W) too far; '' elsewhere.
+def describe_undecided(rival_deg: float) -> str:
+    """A sentence where other sets of terms turn half of the normals by too much; '' elsewhere.
 
-    `undecided_deg` is that of an `Estimate`.
+    `rival_deg` is that of an `Estimate`.
     """
-    height, width = size
-    x, y = (np.arange(count) / width - 0.5 * (count - 1) / width for count in (width, height))
-    squares = undecided_deg[0] ** 2 + undecided_deg[1] ** 2 * (x[None] ** 2 + y[:, None] ** 2)
-    angle = float(np.sqrt(np.median(squares)))
-    if angle <= MAX_UNDECIDED_DEG:
+    if rival_deg <= MAX_UNDECIDED_DEG:
         return ""
     return (
         "The photographs do not decide how they were lit: another distance or intensity of the lamps, or room light, "
-        f"explains them about as well and turns half of the normals by more than {number(angle, 2)}°. State what is "
+        f"explains them as well and turns half of the normals by more than {number(rival_deg, 2)}°. State what is "
         "known (--lamp-distance, --dark, a .lights file)"
     )
 
@@ -198,19 +195,20 @@ def _estimate(sample: Sample, directions: Array, allowed: Collection[str], start
         for term in kept
     }
     left = float(errors(kept).mean())
-    squares = np.zeros(len(sample.values))
+    squares, of_rivals = np.zeros(len(sample.values)), np.zeros(len(sample.values))
     for rival in _subsets(tried) if left < HOPELESS else []:
         share = float(errors(rival).mean()) / max(left, 1e-9) - 1.0
         if rival != kept and share < MAX_SHARE:
             likely = np.exp(-0.5 * (max(share - UNDECIDED, 0.0) / LESS_LIKELY) ** 2)
-            angle = likely * _angles_between(_fit_from_several(sample, directions, rival, start, kind), final)
-            squares = np.maximum(squares, angle**2)
+            angle = _angles_between(_fit_from_several(sample, directions, rival, start, kind), final)
+            squares = np.maximum(squares, (likely * angle) ** 2)
+            of_rivals = np.maximum(of_rivals, angle) if share <= UNDECIDED else of_rivals
     if kind == "glossy" and matte_error < MATTE_FITS:  # a gloss that is not there looks like weak room light
         rig = fit(sample, directions, matte, start, "matte").rig
         squares = np.maximum(squares, _angles_between(fit(sample, directions, (), rig, kind), final) ** 2)
     undecided = _by_distance(squares, sample.positions)
     said = tuple(_term(term, kept, errors, sample, final, spread, changes.get(term, 0.0)) for term in tried)
-    return Estimate(final.rig if kept else start, said, left, kind, undecided)
+    return Estimate(final.rig if kept else start, said, left, kind, undecided, float(np.median(of_rivals)))
 
 
 def _subsets(terms: tuple[str, ...]) -> list[tuple[str, ...]]:
