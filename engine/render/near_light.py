@@ -231,79 +231,57 @@ def integrate_lobes(
 ) -> np.ndarray:
     """Sums over the edges of polygons around `centre` (N, 3) along `axes` (N, 2, 3), in the frame of each point.
 
-    (N, 2, 3): the angle of each edge times its unit normal, of directions and of half vectors over `alpha`.
+    (N, 2, 3): the angle of each edge times its unit normal, of directions and of half vectors over `alpha`. A convex
+    polygon meets the horizon where it leaves and where it enters, and between them has an edge along the horizon.
     """
     found = np.zeros((len(centre), 2, 3))
-    before, here, cut = np.empty(3), np.empty(3), np.empty(3)
-    exit, last, first = np.empty(3), np.empty((2, 3)), np.empty((2, 3))
+    corner, before, cut = np.empty(3), np.empty(3), np.empty(3)
+    last, now, leaves, enters = np.empty((2, 3)), np.empty((2, 3)), np.empty(3), np.empty(3)
     for n in range(len(centre)):
-        sums = found[n]
-        begun, is_cut = False, False
-        count = len(corners)
-        for i in range(3):
-            before[i] = centre[n, i] + corners[count - 1, 0] * axes[n, 0, i] + corners[count - 1, 1] * axes[n, 1, i]
-        left = False
-        for k in range(count):
+        is_cut = False
+        for k in range(-1, len(corners)):
             for i in range(3):
-                here[i] = centre[n, i] + corners[k, 0] * axes[n, 0, i] + corners[k, 1] * axes[n, 1, i]
-            if (before[2] > 0.0) != (here[2] > 0.0):
-                share = before[2] / (before[2] - here[2])
+                corner[i] = centre[n, i] + corners[k, 0] * axes[n, 0, i] + corners[k, 1] * axes[n, 1, i]
+            if k >= 0 and (before[2] > 0.0) != (corner[2] > 0.0):
+                share = before[2] / (before[2] - corner[2])
                 for i in range(3):
-                    cut[i] = before[i] + share * (here[i] - before[i])
-                cut[2] = 0.0
-                if here[2] > 0.0 and left:
-                    for step in range(1, ON_HORIZON):
-                        part = step / ON_HORIZON
-                        begun = _visit(exit * (1.0 - part) + cut * part, viewer[n], alpha[n], last, first, sums, begun)
-                begun = _visit(cut, viewer[n], alpha[n], last, first, sums, begun)
-                if here[2] > 0.0:
-                    if not left:
-                        is_cut = True  # the way along the horizon that leads here comes at the end
-                        first_cut = cut.copy()
+                    cut[i] = before[i] + share * (corner[i] - before[i]) if i < 2 else 0.0
+                is_cut = True
+                _put_lobes(cut, viewer[n], alpha[n], now)
+                if corner[2] > 0.0:
+                    enters[:] = cut
+                    last[:] = now
                 else:
-                    left = True
-                    exit[:] = cut
-            if here[2] > 0.0:
-                begun = _visit(here, viewer[n], alpha[n], last, first, sums, begun)
-            before[:] = here
-        if begun:
-            if is_cut and left:
-                for step in range(1, ON_HORIZON):
-                    part = step / ON_HORIZON
-                    begun = _visit(
-                        exit * (1.0 - part) + first_cut * part, viewer[n], alpha[n], last, first, sums, begun
-                    )
-            _add_edge(last, first, sums)
+                    leaves[:] = cut
+                    _add_edge(last, now, found[n])
+            if corner[2] > 0.0:
+                _put_lobes(corner, viewer[n], alpha[n], now)
+                if k >= 0:
+                    _add_edge(last, now, found[n])
+                last[:] = now
+            before[:] = corner
+        if is_cut:
+            _put_lobes(leaves, viewer[n], alpha[n], last)
+            for step in range(1, ON_HORIZON + 1):
+                part = step / ON_HORIZON
+                for i in range(3):
+                    cut[i] = leaves[i] + part * (enters[i] - leaves[i])
+                _put_lobes(cut, viewer[n], alpha[n], now)
+                _add_edge(last, now, found[n])
+                last[:] = now
     return found
 
 
 @scalar
-def _visit(
-    corner: np.ndarray,
-    viewer: np.ndarray,
-    alpha: np.ndarray,
-    last: np.ndarray,
-    first: np.ndarray,
-    sums: np.ndarray,
-    begun: bool,
-) -> bool:
-    """Add the edge to the next corner of the polygon."""
-    now = np.empty((2, 3))
-    length = np.sqrt(corner[0] ** 2 + corner[1] ** 2 + corner[2] ** 2)
+def _put_lobes(corner: np.ndarray, viewer: np.ndarray, alpha: np.ndarray, now: np.ndarray) -> None:
+    """Put the direction of a corner into `now`, and of its half vector over `alpha`; both are unit vectors."""
+    length, squared = np.sqrt(corner[0] ** 2 + corner[1] ** 2 + corner[2] ** 2), 0.0
     for i in range(3):
         now[0, i] = corner[i] / length if length > 0.0 else (1.0 if i == 2 else 0.0)
-    squared = 0.0
-    for i in range(3):
         now[1, i] = (now[0, i] + viewer[i]) / (alpha[i] if i < 2 else 1.0)
         squared += now[1, i] ** 2
     for i in range(3):
         now[1, i] /= np.sqrt(squared)
-    if begun:
-        _add_edge(last, now, sums)
-    else:
-        first[:] = now
-    last[:] = now
-    return True
 
 
 @scalar

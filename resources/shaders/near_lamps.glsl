@@ -164,85 +164,89 @@ void near_split(vec3 wi, vec3 wo, out vec3 factors[2], out vec2 densities)
 #endif
 }
 
-vec3 near_first[2];
-vec3 near_last[2];
-vec3 near_sums[2];
-bool near_begun;
+vec3 near_direction; // of a corner, and of its half vector over the widths of facets
+vec3 near_half;
+vec3 near_cosine_sum; // the angles of edges times their unit normals, of directions and of half vectors
+vec3 near_facet_sum;
 
-// Add the angle of an edge times its unit normal, for both lobes.
-void near_edge(vec3 one[2], vec3 two[2])
+void near_put(vec3 corner, vec3 wo)
 {
-    for (int k = 0; k < 2; ++k) {
-        vec3 normal = cross(one[k], two[k] - one[k]);
-        float sine = length(normal);
-        near_sums[k] += normal * (sine > 1e-7 ? atan(sine, dot(one[k], two[k])) / sine : 1.0);
-    }
+    near_direction = safe_normalize(corner, vec3(0.0, 0.0, 1.0));
+    near_half = near_direction + wo;
+    near_half = normalize(vec3(near_half.xy / facet_alpha, near_half.z));
 }
 
-void near_visit(vec3 corner, vec3 wo)
+// The angle between two unit vectors times the unit normal of both: polynomials for the angle over its sine (Heitz2016).
+vec3 near_edge(vec3 one, vec3 two)
 {
-    vec3 now[2];
-    now[0] = safe_normalize(corner, vec3(0.0, 0.0, 1.0));
-    vec3 both = now[0] + wo;
-    now[1] = normalize(vec3(both.xy / facet_alpha, both.z));
-    if (near_begun)
-        near_edge(near_last, now);
-    else
-        near_first = now;
-    near_last = now;
-    near_begun = true;
+    float x = dot(one, two);
+    float y = abs(x);
+    float a = 0.8543985 + (0.4965155 + 0.0145206 * y) * y;
+    float b = 3.4175940 + (4.1616724 + y) * y;
+    float v = 2.0 * NEAR_PI * a / b;
+    return cross(one, two - one) * (x > 0.0 ? v : NEAR_PI * inversesqrt(max(1.0 - x * x, 1e-7)) - v);
 }
 
-vec3 near_corner(int k, int shape, vec3 centre, mat2x3 sides)
+// Add the edge from a corner to the one that near_put was given last.
+void near_add_edge(vec3 direction, vec3 half_vector)
 {
-    vec2 at;
-    if (shape == 1) {
-        float along = float(k % (NEAR_CORNERS / 4)) * (8.0 / float(NEAR_CORNERS)) - 1.0;
-        int side = k / (NEAR_CORNERS / 4);
-        at = side == 0 ? vec2(along, -1.0) : side == 1 ? vec2(1.0, along) : side == 2 ? vec2(-along, 1.0) : vec2(-1.0, -along);
-    } else {
-        float turn = 2.0 * NEAR_PI / float(NEAR_CORNERS);
-        at = sqrt(turn / sin(turn)) * vec2(cos(turn * float(k)), sin(turn * float(k)));
-    }
-    return centre + sides * at;
+    near_cosine_sum += near_edge(direction, near_direction);
+    near_facet_sum += near_edge(half_vector, near_half);
 }
 
-// The sums over the edges of the polygon of a lamp, cut at the horizon.
+// The sums over the edges of the polygon of a lamp. It is convex: it meets the horizon where it leaves and where it
+// enters, and between them has an edge along the horizon.
 void near_polygon(int shape, vec3 centre, mat2x3 sides, vec3 wo)
 {
-    near_sums[0] = near_sums[1] = vec3(0.0);
-    near_begun = false;
-    bool has_left = false;
-    bool enters_first = false;
-    vec3 leaves = vec3(0.0), enters = vec3(0.0);
-    vec3 before = near_corner(NEAR_CORNERS - 1, shape, centre, sides);
-    for (int k = 0; k < NEAR_CORNERS; ++k) {
-        vec3 here = near_corner(k, shape, centre, sides);
-        if ((before.z > 0.0) != (here.z > 0.0)) {
-            vec3 cut = before + before.z / (before.z - here.z) * (here - before);
+    near_cosine_sum = near_facet_sum = vec3(0.0);
+    float turn = 2.0 * NEAR_PI / float(NEAR_CORNERS);
+    mat2 rotation = mat2(cos(turn), sin(turn), -sin(turn), cos(turn));
+    vec2 at = shape == 1 ? vec2(-1.0) : vec2(sqrt(turn / sin(turn)), 0.0);
+    vec2 step = vec2(8.0 / float(NEAR_CORNERS), 0.0);
+    bool is_cut = false;
+    vec3 leaves = vec3(0.0), enters = vec3(0.0), before = centre + sides * at;
+    near_put(before, wo);
+    vec3 direction = near_direction, half_vector = near_half;
+    for (int k = 1; k <= NEAR_CORNERS; ++k) {
+        if (shape == 1) {
+            at += step;
+            if (k % (NEAR_CORNERS / 4) == 0)
+                step = vec2(-step.y, step.x);
+        } else {
+            at = rotation * at;
+        }
+        vec3 corner = centre + sides * at;
+        if ((before.z > 0.0) != (corner.z > 0.0)) {
+            vec3 cut = before + before.z / (before.z - corner.z) * (corner - before);
             cut.z = 0.0;
-            if (here.z > 0.0 && has_left)
-                for (int step = 1; step < NEAR_ON_HORIZON; ++step)
-                    near_visit(mix(leaves, cut, float(step) / float(NEAR_ON_HORIZON)), wo);
-            near_visit(cut, wo);
-            if (here.z <= 0.0) {
-                has_left = true;
-                leaves = cut;
-            } else if (!has_left) {
-                enters_first = true; // the way along the horizon that leads here comes at the end
+            is_cut = true;
+            near_put(cut, wo);
+            if (corner.z > 0.0) {
                 enters = cut;
+                direction = near_direction;
+                half_vector = near_half;
+            } else {
+                leaves = cut;
+                near_add_edge(direction, half_vector);
             }
         }
-        if (here.z > 0.0)
-            near_visit(here, wo);
-        before = here;
+        if (corner.z > 0.0) {
+            near_put(corner, wo);
+            near_add_edge(direction, half_vector);
+            direction = near_direction;
+            half_vector = near_half;
+        }
+        before = corner;
     }
-    if (!near_begun)
+    if (!is_cut)
         return;
-    if (enters_first && has_left)
-        for (int step = 1; step < NEAR_ON_HORIZON; ++step)
-            near_visit(mix(leaves, enters, float(step) / float(NEAR_ON_HORIZON)), wo);
-    near_edge(near_last, near_first);
+    near_put(leaves, wo);
+    for (int k = 1; k <= NEAR_ON_HORIZON; ++k) {
+        direction = near_direction;
+        half_vector = near_half;
+        near_put(mix(leaves, enters, float(k) / float(NEAR_ON_HORIZON)), wo);
+        near_add_edge(direction, half_vector);
+    }
 }
 
 const int NEAR_FACET_POINTS = 16;
@@ -289,7 +293,8 @@ vec3 near_radiance(vec3 place, mat3 frame, vec3 wo)
         float brightest = max(lamp.radiance.r, max(lamp.radiance.g, lamp.radiance.b));
         vec3 colour = brightest > 0.0 ? lamp.radiance / brightest : vec3(0.0);
         for (int k = 0; k < 2; ++k) {
-            vec3 vector = near_sums[k].z < 0.0 ? -near_sums[k] : near_sums[k];
+            vec3 vector = k == 0 ? near_cosine_sum : near_facet_sum;
+            vector *= vector.z < 0.0 ? -1.0 : 1.0;
             float wanted = vector.z * (k == 0 ? 0.5 : 0.5 / NEAR_PI) * brightest;
             float known = k == 0 ? lobes.x : lobes.y;
             if (known > 0.0)
