@@ -77,6 +77,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="y of normals up or down; otherwise as the program of the preset reads them",
     )
     parser.add_argument(
+        "--tiling-mode",
+        default="grid",
+        choices=("grid", "hex"),
+        help="for --to materialx: how maps repeat, the same in a grid, or in hexagonal cells without a visible period "
+        "(grid)",
+    )
+    parser.add_argument(
         "--width-mm",
         type=float,
         metavar="MM",
@@ -101,7 +108,9 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     width_mm = arguments.width_mm
     if width_mm is None and stack is None and project is None:
         width_mm = _find_width_mm(arguments.source, material)
-    settings = Settings(arguments.preset, arguments.coding, arguments.normal, width_mm)
+    settings = Settings(arguments.preset, arguments.coding, arguments.normal, width_mm, arguments.tiling_mode)
+    if arguments.tiling_mode == "hex" and "materialx" not in arguments.to:
+        raise UsageError("--tiling-mode hex is for --to materialx; other targets repeat maps in a grid")
     if arguments.proof:
         from engine.proof.proof import prove
 

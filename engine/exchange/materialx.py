@@ -17,7 +17,7 @@ import numpy as np
 
 import engine
 from engine.brdf.models.openpbr import OpenPbrAnisotropic
-from engine.core.colour import ACESCG
+from engine.core.colour import ACESCG, LUMINANCE
 from engine.core.steps import Step, Steps
 from engine.exchange.coding import encode, encode_base_colour
 from engine.exchange.layers import gltf_values, gltf_warnings, openpbr_inputs
@@ -35,7 +35,7 @@ _MAPS = (
 )
 
 
-def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
+def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]:
     """`NAME.mtlx` and the folder `textures`."""
     known = [entry for entry in _MAPS if entry[2] != "occlusion" or subject.maps.occlusion is not None]
     yield Step(0.0, "writing the document")
@@ -52,7 +52,11 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     warnings = (*warnings, *(f"the glTF PBR surface: {words}" for words in gltf_warnings(subject.maps.layers)))
     if isinstance(subject.maps.layers, OpenPbrAnisotropic) and subject.maps.layers.rotation_deg:
         warnings = (*warnings, "the OpenPBR surface: the rotation of the anisotropy is left out")
-    lines = _document(subject, nodes, ior_of(subject.mean_f0), loss)
+    hexagonal = settings.tiling_mode == "hex"
+    if hexagonal:
+        text = "hexagonal cells of MaterialX are blended by brightness, not by their histogram as Lightarc draws them"
+        warnings = (*warnings, text)
+    lines = _document(subject, nodes, ior_of(subject.mean_f0), loss, hexagonal)
     document = {f"{subject.name}.mtlx": "\n".join([*lines, ""]).encode()}
     return Contents(Files({**document, **files}), 8.0, warnings)
 
@@ -68,19 +72,17 @@ def _file(subject: Subject, node: str, space: str) -> str:
     return f"textures/{subject.name}_{node.removesuffix('_texture')}.{'exr' if space == 'acescg' else 'png'}"
 
 
-def _document(subject: Subject, maps: list[tuple[str, str, str]], ior: float, loss: str) -> Iterator[str]:
+def _document(
+    subject: Subject, maps: list[tuple[str, str, str]], ior: float, loss: str, hexagonal: bool
+) -> Iterator[str]:
     yield '<?xml version="1.0"?>'
     made = f"Made by Lightarc {engine.__version__}. {loss}"
     yield f'<materialx version="1.39" colorspace="lin_rec709" doc={quoteattr(made)}>'
     yield '  <nodegraph name="maps">'
     for node, kind, space in maps:
         coding = f' colorspace="{space}"' if space else ""
-        yield f'    <tiledimage name="{node}" type="{kind}">'
-        yield f'      <input name="file" type="filename" value="{_file(subject, node, space)}"{coding} />'
-        yield "    </tiledimage>"
-    yield '    <normalmap name="normal" type="vector3">'
-    yield '      <input name="in" type="vector3" nodename="normal_texture" />'
-    yield "    </normalmap>"
+        file = f'      <input name="file" type="filename" value="{_file(subject, node, space)}"{coding} />'
+        yield from _write_hexagons(node, kind, space, file) if hexagonal else _write_grid(node, kind, file)
     names = ["base_color", "roughness", "metallic", "normal"] + ["occlusion"] * any(m[0] == "occlusion" for m in maps)
     kinds = {"base_color": "color3", "normal": "vector3"}
     for node in names:
@@ -90,6 +92,41 @@ def _document(subject: Subject, maps: list[tuple[str, str, str]], ior: float, lo
     yield from _surface(subject, "open_pbr_surface", {**open_pbr, "normal": "geometry_normal"}, "specular_ior", ior)
     yield from _surface(subject, "gltf_pbr", {node: node for node in names}, "ior", ior)
     yield "</materialx>"
+
+
+def _write_grid(node: str, kind: str, file: str) -> Iterator[str]:
+    """The nodes of a map that repeats in a grid; `file` is their input of that name."""
+    yield from (f'    <tiledimage name="{node}" type="{kind}">', file, "    </tiledimage>")
+    if node == "normal_texture":
+        yield '    <normalmap name="normal" type="vector3">'
+        yield '      <input name="in" type="vector3" nodename="normal_texture" />'
+        yield "    </normalmap>"
+
+
+def _write_hexagons(node: str, kind: str, space: str, file: str) -> Iterator[str]:
+    """The nodes of a map in hexagonal cells (MaterialX 1.39), which are shifted as Lightarc shifts them, and neither
+    turned nor scaled."""
+    still = [f'      <input name="{name}" type="float" value="0" />' for name in ("rotation", "scale")]
+    if node == "normal_texture":
+        yield from ('    <hextilednormalmap name="normal" type="vector3">', file, *still, "    </hextilednormalmap>")
+        return
+    # brightness is weighed in the space in which the values arrive
+    weights = luma_weights(space)
+    named = node if kind == "color3" else f"{node}_texture"
+    yield from (f'    <hextiledimage name="{named}" type="color3">', file, *still)
+    yield f'      <input name="lumacoeffs" type="color3" value="{weights}" />'
+    yield "    </hextiledimage>"
+    if kind != "color3":
+        yield f'    <extract name="{node}" type="float">'
+        yield f'      <input name="in" type="color3" nodename="{named}" />'
+        yield '      <input name="index" type="integer" value="0" />'
+        yield "    </extract>"
+
+
+def luma_weights(space: str) -> str:
+    """Shares of red, green and blue in the brightness of linear Rec.709, and of the channels of data."""
+    shares = tuple(map(float, LUMINANCE)) if space else (1.0 / 3.0,) * 3
+    return ", ".join(f"{share:.6f}" for share in shares)
 
 
 def _layer_inputs(maps: PbrMaps, node: str) -> Iterator[tuple[str, str, str]]:

@@ -19,6 +19,7 @@ from engine.core.figure_text import percent
 from engine.exchange.coding import Coding, Handedness, round_values
 from engine.exchange.loss import Shown, maps_shown
 from engine.scene.material import Material, compute_fit_error
+from engine.scene.scene import TILING_MODES, TilingMode
 from engine.surface.pbr_maps import PbrMaps
 
 if TYPE_CHECKING:
@@ -93,15 +94,19 @@ class Subject:
 @dataclass(frozen=True)
 class Settings:
     """Choices of a user for all targets; see `engine.exchange.textures` for presets, whose program `normal` None
-    leaves the direction of y to. `width_mm` is the width of the sample, for scale bars; None where it is not known."""
+    leaves the direction of y to. `width_mm` is the width of the sample, for scale bars; None where it is not known.
+    `tiling_mode` is 'hex' for MaterialX without a visible period (`engine.render.hex_tiling`)."""
 
     preset: str = "blender"
     coding: Coding = "png8"
     normal: Handedness | None = None
     width_mm: float | None = None
+    tiling_mode: TilingMode = "grid"
 
     def __post_init__(self) -> None:
-        """UsageError for a width that no sample has."""
+        """UsageError for a width that no sample has, and another tiling mode."""
+        if self.tiling_mode not in TILING_MODES:
+            raise UsageError(f"unknown tiling mode {self.tiling_mode!r}; choose from {', '.join(TILING_MODES)}")
         if self.width_mm is not None and not WIDTHS_MM[0] <= self.width_mm <= WIDTHS_MM[1]:
             raise UsageError(f"a width of {self.width_mm:g} mm is not within {WIDTHS_MM[0]:g} to {WIDTHS_MM[1]:g} mm")
 

@@ -109,7 +109,7 @@ _GLTF_LAYERS = {
     "anisotropy_rotation": 0.0,
 }
 
-_IMAGES = ("image", "tiledimage", "gltf_image", "gltf_colorimage", "UsdUVTexture", "hextiledimage")
+_IMAGES = ("image", "tiledimage", "gltf_image", "gltf_colorimage", "UsdUVTexture", "hextiledimage", "hextilednormalmap")
 _THROUGH = ("normalmap", "gltf_normalmap", "convert", "dot", "output")
 _CHANNELS = {"r": 0, "x": 0, "g": 1, "y": 1, "b": 2, "z": 2}
 _SRGB = ("srgb_texture", "srgb", "srgb_rec709_scene", "srgb_tx")

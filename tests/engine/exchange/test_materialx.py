@@ -9,10 +9,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from engine.core.errors import UsageError
 from engine.core.steps import drain
 from engine.exchange.materialx import contents
+from engine.exchange.readers.read import open_material
 from engine.exchange.subject import Settings, Subject
 from engine.exchange.textures import ior_of
 
@@ -23,11 +26,12 @@ mx = pytest.importorskip("MaterialX", reason="MaterialX is not installed")
 SUBJECTS = {"shading map": woven_subject, "measured": measure_subject}
 
 
-@pytest.fixture(params=SUBJECTS)
+@pytest.fixture(params=[*SUBJECTS, "measured in hexagonal cells"])
 def document(request: pytest.FixtureRequest, tmp_path: Path) -> Any:
     """The document as the library reads it from the disk, with its own definitions."""
-    make: Callable[[], Subject] = SUBJECTS[request.param]
-    for name, content in drain(contents(make(), Settings(), "3 % & <more>.")).files.items():
+    make: Callable[[], Subject] = SUBJECTS[request.param.split(" in ")[0]]
+    settings = Settings(tiling_mode="hex" if "cells" in request.param else "grid")
+    for name, content in drain(contents(make(), settings, "3 % & <more>.")).files.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_bytes(content)
     library = mx.createDocument()
@@ -57,7 +61,9 @@ def test_every_input_is_one_of_the_definition(document: Any) -> None:
 
 def test_files_are_there_and_colours_are_colours(document: Any) -> None:
     folder = Path(document.getSourceUri()).parent
-    images = [node for node in document.getNodeGraph("maps").getNodes() if node.getCategory() == "tiledimage"]
+    kinds = ("tiledimage", "hextiledimage", "hextilednormalmap")
+    images = [node for node in document.getNodeGraph("maps").getNodes() if node.getCategory() in kinds]
+    assert len(images) >= 4
     for node in images:
         file = node.getInput("file")
         assert (folder / file.getValueString()).is_file()
@@ -97,3 +103,23 @@ def test_the_index_of_refraction_is_that_of_f0(document: Any) -> None:
 def test_names_of_files_are_plain() -> None:
     for name in drain(contents(woven_subject(), Settings(), "")).files:
         assert re.fullmatch(r"(textures/)?[A-Za-z][A-Za-z0-9_-]*\.(png|mtlx)", name)
+
+
+def test_hexagonal_cells_come_back_as_the_same_maps(tmp_path: Path) -> None:
+    """The look-up is that of the hexagonal nodes, and the maps those of a grid."""
+    found = []
+    for mode in ("grid", "hex"):
+        made = drain(contents(measure_subject(), Settings(tiling_mode=mode), ""))
+        for name, content in made.files.items():
+            (tmp_path / mode / name).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / mode / name).write_bytes(content)
+        document = (tmp_path / mode / f"{measure_subject().name}.mtlx").read_text()
+        assert ("hextilednormalmap" in document, "<tiledimage" in document) == (mode == "hex", mode == "grid")
+        assert any("blended by brightness" in words for words in made.warnings) == (mode == "hex")
+        pbr = open_material(tmp_path / mode / f"{measure_subject().name}.mtlx").pbr
+        assert pbr is not None
+        found.append(pbr)
+    for name in ("base_colour", "normal", "roughness", "metallic"):
+        np.testing.assert_array_equal(getattr(found[0], name), getattr(found[1], name))
+    with pytest.raises(UsageError, match="unknown tiling mode"):
+        Settings(tiling_mode="round")  # type: ignore[arg-type]
