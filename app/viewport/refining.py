@@ -242,7 +242,9 @@ class Refining:
     def _draw_first(self) -> float:
         assert self.scene is not None
         scene, levels = self.scene, self._levels()
-        self.cost.about(scene.mesh, scene.shading, scene.pbr, type(scene.brdf), scene.lookup, type(scene.relit))
+        self.cost.about(
+            scene.mesh, scene.shading, scene.pbr, type(scene.brdf), scene.lookup, type(scene.relit), scene.tiling_mode
+        )
         pixels, lights = self.screen[0] * self.screen[1], self._lights()
         coming = self._begin(levels[self.cost.best(levels, pixels, lights, MOVING_S)])
         if self.cost.is_new:

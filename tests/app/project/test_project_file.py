@@ -31,6 +31,7 @@ from app.project.project_file import KEPT_STEPS, History, Writer, data_folder, r
 from app.project.report import describe, identity, problems_of
 from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.capture.lights.sources import find
+from engine.core.colour import REC_2020
 from engine.core.errors import InputError, OutputError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import drain
@@ -38,8 +39,9 @@ from engine.factor.settings import FactorSettings
 from engine.geometry.camera import Camera
 from engine.geometry.shapes import shape
 from engine.light.lamps import LampSettings
-from engine.scene.material import Material
+from engine.scene.material import Material, material_of_maps
 from engine.shading.shading_map import ShadingMap
+from engine.surface.pbr_maps import PbrMaps, clip_wide
 from tests.engine.domes import dome_material
 
 
@@ -118,6 +120,21 @@ def test_a_directional_material_is_read_as_it_was_written(tmp_path: Path) -> Non
     for part in dataclasses.fields(before):
         assert same(getattr(found, part.name), getattr(before, part.name)), part.name
     assert np.array_equal(found.table, before.table)
+
+
+def test_colours_beyond_rec709_are_read_as_they_were_written(tmp_path: Path) -> None:
+    plain = np.full((4, 6), 0.5, np.float32)
+    colours = np.random.default_rng(1).random((4, 6, 3), np.float32)
+    base, _, wide = clip_wide(REC_2020, colours, None)
+    normal = np.zeros((4, 6, 3), np.float32)
+    normal[..., 2] = 1.0
+    maps = PbrMaps(base, normal, plain, plain, plain, wide=wide)
+    found = read(write(tmp_path / "Wide.lap", Project(material=material_of_maps(maps, "wide")))).current.material.pbr
+    assert wide is not None
+    assert found is not None
+    assert found.wide is not None
+    assert (found.wide.space, found.wide.clipped) == ("rec2020", wide.clipped)
+    np.testing.assert_array_equal(found.wide.base_colour, colours)
 
 
 def test_what_was_measured_under_lamps_on_a_ground_is_kept(tmp_path: Path) -> None:
