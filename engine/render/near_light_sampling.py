@@ -1,7 +1,8 @@
 """Directions towards lights near a model, drawn evenly over the solid angle in which a point sees each.
 
-A sphere is seen in a cone. A rectangle is drawn by the map of Urena2013; a disc by that of the square about it, of
-which what is beside the disc carries no light. Rectangles that are seen small are drawn by area, which is then as even.
+A sphere is seen in a cone. A rectangle is drawn by the map of Urena2013; a disc that is seen large by that of the
+square about it, of which what is beside the disc carries no light. Rectangles and discs that are seen small are drawn
+by area, which is then nearly as even.
 """
 
 from __future__ import annotations
@@ -14,8 +15,9 @@ from engine.light.near_lamps import NearLamp
 
 Floats = NDArray[np.float64]
 
-#: Solid angle in sr below which a rectangle is drawn by area: the map loses digits there.
-SMALL = 1e-5
+#: Solid angle in sr below which a rectangle is drawn by area, since the map loses digits there, and below which a disc
+#: is, as seen in the square about it: above, draws beside the disc cost less than uneven ones.
+SMALL, SMALL_DISC = 1e-5, 3.0
 
 
 def draw_towards(lamp: NearLamp, u: Floats, points: Floats) -> tuple[Floats, Floats, Floats, Floats | None]:
@@ -98,7 +100,8 @@ class _SeenRectangle:
         self._x0, self._x1 = middle[:, 0] - lengths[0], middle[:, 0] + lengths[0]
         self._y0, self._y1 = middle[:, 1] - lengths[1], middle[:, 1] + lengths[1]
         self._z = np.minimum(middle[:, 2], 0.0)  # of points behind it nothing is asked
-        self._area = 4.0 * float(lengths[0] * lengths[1])
+        self._radius = lamp.radius if lamp.shape == "disc" else None
+        self._area = lamp.area
         edges = np.stack([-self._y0, self._x1, self._y1, -self._x0])
         with np.errstate(invalid="ignore", divide="ignore"):
             sines = np.nan_to_num(edges / np.hypot(edges, self._z))
@@ -106,6 +109,7 @@ class _SeenRectangle:
         angles = [np.arccos(np.clip(-sines[k] * sines[(k + 1) % 4], -1.0, 1.0)) for k in range(4)]
         self._from = 2.0 * np.pi - angles[2] - angles[3]
         self._solid_angle = angles[0] + angles[1] - self._from
+        self._is_small = self._solid_angle < (SMALL if self._radius is None else SMALL_DISC)
 
     def draw(self, u: Floats) -> Floats:
         """Vectors (N, 3) from the points to points of the rectangle."""
@@ -119,12 +123,16 @@ class _SeenRectangle:
             low, high = (np.nan_to_num(y / np.hypot(far, y)) for y in (self._y0, self._y1))
             rise = low + u[:, 1] * (high - low)
             y = np.where(rise**2 < 1.0 - 1e-15, rise * far / np.sqrt(np.maximum(1.0 - rise**2, 1e-300)), self._y1)
-        small = self._solid_angle < SMALL
-        x = np.where(small, self._x0 + u[:, 0] * (self._x1 - self._x0), x)
-        y = np.where(small, self._y0 + u[:, 1] * (self._y1 - self._y0), np.clip(y, self._y0, self._y1))
+        if self._radius is None:
+            across, up = u[:, 0], u[:, 1]
+        else:
+            ring, angle = 0.5 * np.sqrt(u[:, 0]), 2.0 * np.pi * u[:, 1]
+            across, up = 0.5 + ring * np.cos(angle), 0.5 + ring * np.sin(angle)
+        x = np.where(self._is_small, self._x0 + across * (self._x1 - self._x0), x)
+        y = np.where(self._is_small, self._y0 + up * (self._y1 - self._y0), np.clip(y, self._y0, self._y1))
         return np.column_stack([x, y, z]) @ self._axes
 
     def density(self, reach: Floats, cosine: Floats) -> Floats:
         """In 1/sr, (N,), of directions that meet it after `reach` with this `cosine` to its normal."""
-        small = self._solid_angle < SMALL
+        small = self._is_small
         return np.where(small, reach**2 / (self._area * cosine), 1.0 / np.where(small, 1.0, self._solid_angle))
