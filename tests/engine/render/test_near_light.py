@@ -121,6 +121,7 @@ def test_lights_behind_below_and_at_touching_distance() -> None:
 
     assert reflected("shape=rectangle,y=1,facing_theta_deg=0") == 0.0
     assert reflected("shape=disc,y=1,radius=0.5,facing_theta_deg=0") == 0.0
+    assert reflected("shape=disc,y=1,facing_theta_deg=0") == 0.0
     assert reflected("shape=rectangle,y=-0.6,z=1,facing_theta_deg=90,facing_phi_deg=180,height=1") == 0.0
     assert reflected("y=-0.4,radius=0.4") == 0.0
     for text in ("power=1", "radius=1", "shape=disc,radius=1", "shape=disc", "shape=rectangle", "y=1e-9,radius=1e-9"):

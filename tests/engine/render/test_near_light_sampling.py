@@ -7,8 +7,14 @@ import math
 import numpy as np
 import pytest
 
+from engine.brdf.brdf import brdf_from_text
+from engine.core.steps import drain
+from engine.geometry.camera import Camera
+from engine.geometry.mesh import Mesh
 from engine.light.near_lamps import NearLamp, near_lamp_from_text, near_lights
 from engine.render.near_light_sampling import draw_towards, light_along
+from engine.render.reference import reference
+from engine.scene.scene import Scene
 
 POINTS = 20_000
 
@@ -93,3 +99,27 @@ def test_nothing_comes_from_the_back_or_from_the_centre_of_a_point() -> None:
     assert irradiance(back, (0.0, 0.0, 0.0)) == (0.0, 0.0)
     for text in ("power=5", "shape=disc,power=5", "shape=disc,radius=1,power=5", "shape=rectangle,power=5"):
         assert irradiance(near_lamp_from_text(text), (0.0, 0.0, 0.0))[0] == 0.0
+
+
+@pytest.mark.parametrize("brdf", ["lambert:albedo=0.5", "metallic-roughness:metallic=1,roughness=0.5"])
+def test_what_stands_behind_a_light_casts_no_shadow_and_what_stands_before_it_does(brdf: str) -> None:
+    """Two squares, one above the other: a light between them shines on the lower, and one above both does not."""
+    low = np.array([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0)])
+    positions = np.concatenate([low, low + np.array([0.0, 0.0, 3.0])])
+    faces = np.array([(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)], np.int32)
+    normals = np.tile(np.array([0.0, 0.0, 1.0], np.float32), (8, 1))
+    mesh = Mesh(positions, normals, np.zeros((8, 2), np.float32), faces, "two squares")
+    camera = Camera((0.0, 0.0, 0.9), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 1.0)
+
+    def seen(height: float, depth: int = 1) -> float:
+        lamp = near_lamp_from_text(f"shape=disc,z={height},radius=0.3,facing_theta_deg=90,facing_phi_deg=180,power=2")
+        scene = Scene(mesh, camera, brdf_from_text(brdf), irradiance=0.0, near_lamps=(lamp,))
+        return float(drain(reference(scene, (4, 4), samples=256, max_depth=depth)).image[..., 0].mean())
+
+    lamp = NearLamp((0.0, 0.0, 1.0), (2.0,) * 3, 0.3, "disc")
+    irradiance = math.pi * lamp.radiance[0] * 0.3**2 / (0.3**2 + 1.0)
+    if "lambert" in brdf:
+        assert seen(1.0) == pytest.approx(0.5 / math.pi * irradiance, rel=0.01)
+    assert seen(1.0) > 0.0
+    assert seen(1.0, depth=2) >= 0.97 * seen(1.0)
+    assert seen(4.0) == 0.0

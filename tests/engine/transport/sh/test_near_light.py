@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from itertools import pairwise
 from pathlib import Path
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 
 from engine.brdf.brdf import brdf_from_text
 from engine.core.directions import normalize, world_from_tangent
+from engine.core.errors import UsageError
 from engine.core.steps import drain
 from engine.geometry.ground import Ground
 from engine.light.lamps import Lamp
@@ -37,6 +39,26 @@ WHITE = (1.0, 1.0, 1.0)
 
 def sphere_points(count: int, seed: int = 0) -> np.ndarray:
     return normalize(np.random.default_rng(seed).normal(size=(count, 3)))
+
+
+def test_a_rectangle_and_a_disc_are_the_radiance_that_comes_from_their_front() -> None:
+    """Brute force: directions of the whole sphere, each with the radiance of the lamp if it meets it."""
+    height, turn = np.meshgrid(1.0 - 2.0 * (np.arange(300) + 0.5) / 300, 2.0 * np.pi * np.arange(600) / 600)
+    ring = np.sqrt(1.0 - height**2)
+    wi = np.stack([ring * np.cos(turn), height, ring * np.sin(turn)], axis=-1).reshape(-1, 3)
+    basis = evaluate(6, wi)
+    for text in ("shape=rectangle,x=0.2,y=0.8,width=1,height=0.6", "shape=disc,y=0.9,z=0.3,radius=0.5"):
+        lamp = near_lamp_from_text(f"{text},power=5,colour=1:0.5:0.2")
+        place = wi * (lamp.position[1] / np.maximum(wi[:, 1:2], 1e-9)) - lamp.position  # its plane is level
+        inside = (place @ lamp.half_sides.T) / (lamp.half_sides**2).sum(axis=1)
+        met = (np.hypot(*inside.T) if lamp.shape == "disc" else np.abs(inside).max(axis=1)) <= 1.0
+        summed = (basis[met & (wi[:, 1] > 0.0)].sum(axis=0) * 4.0 * np.pi / len(wi))[:, None] * lamp.radiance
+        found = incident([lamp], [(0.0, 0.0, 0.0)], 6)[0]
+        assert np.linalg.norm(found - summed) < 0.02 * np.linalg.norm(summed)
+        behind = dataclasses.replace(lamp, facing=(0.0, 1.0, 0.0))
+        assert not incident([behind], [(0.0, 0.0, 0.0)], 6).any()
+        with pytest.raises(UsageError, match=f"the {lamp.shape} at .* touches the model"):
+            near_light([lamp], np.asarray([lamp.position]), 6)
 
 
 @pytest.mark.parametrize("distance", [1.05, 1.5, 4.0])
