@@ -72,6 +72,9 @@ TORN, TORN_EXCESS, MIN_LINE = 0.2, 9.0, 12
 #: is seen.
 GAP, MIN_REGION, SEEN_SHARE = 2.5, 64, 0.25
 
+#: Length of edges that end within a region, over the root of its area, from which its heights are doubted.
+OPEN_SHARE = 0.25
+
 #: Values of all photographs in a block of rows.
 BLOCK_VALUES = 1 << 24
 
@@ -137,6 +140,30 @@ class ShadowEdges:
         kept = (held >= MIN_LAMPS) & (held >= MIN_HELD_SHARE * self.shadowed.sum(axis=1))
         edges[self.places[kept, 0], self.places[kept, 1]] = True
         return edges
+
+    def find_contradicted(self, height: Array) -> NDArray[np.bool_]:
+        """(H, W) the texels beside which `height` (H, W) does not fall as far as the shadow that begins there needs.
+
+        The ray from the dark side to a lamp meets the lit side, which is at least as high as that ray there. The
+        second highest of the lamps that show the shadow counts, so that one that is out does not.
+        """
+        found = np.zeros(height.shape, np.bool_)
+        if not len(self.places):
+            return found
+        step = np.rint(REACH * self._mean_side() * (1.0, -1.0)).astype(np.int64)
+        lit, dark = (
+            height[
+                np.clip(self.places[:, 0] + sign * step[:, 1], 0, height.shape[0] - 1),
+                np.clip(self.places[:, 1] + sign * step[:, 0], 0, height.shape[1] - 1),
+            ]
+            for sign in (1, -1)
+        )
+        rise = self.directions[:, 2] / np.maximum(np.hypot(self.directions[:, 0], self.directions[:, 1]), 1e-9)
+        rises = np.sort(np.where(self.shadowed, rise, 0.0), axis=1)
+        needed = 2.0 * np.hypot(*step.T) * rises[:, -2]
+        at = self.places[lit - dark < needed]
+        found[at[:, 0], at[:, 1]] = True
+        return found
 
     def _mean_side(self) -> Array:
         """(E, 2) unit vectors towards the lamps that show an edge."""
@@ -302,6 +329,34 @@ def add_torn(edges: NDArray[np.bool_], off: Array, excess: Array) -> NDArray[np.
     parts, _ = ndimage.label(torn | edges, np.ones((3, 3)))
     sizes = np.bincount(parts.ravel())
     return np.asarray(edges | (torn & (sizes[parts] >= MIN_LINE)))
+
+
+def doubt_open_outlines(
+    contradicted: NDArray[np.bool_], division: Division | None, height: Array, outside: NDArray[np.bool_]
+) -> Array:
+    """(H, W) deviation of `height` (H, W) by edges that end within a region.
+
+    Around the end of an edge a region goes on from one of its sides to the other, and slopes are summed up along that
+    way, although the outline was missed there. Where edges that the height contradicts (H, W), which are no border of
+    regions, are long beside the size of their region, its heights are known no better than their range. Texels
+    `outside` (H, W) do not count.
+    """
+    region = np.zeros(height.shape, np.int32) if division is None else division.region
+    border = outside.copy()
+    border[:, 1:] |= region[:, 1:] != region[:, :-1]
+    border[1:] |= region[1:] != region[:-1]
+    inner = contradicted & ~ndimage.binary_dilation(border, iterations=math.ceil(2.0 * GAP) + 1)
+    lines, _ = ndimage.label(inner, np.ones((3, 3)))
+    inner &= (np.bincount(lines.ravel()) >= MIN_LINE)[lines]
+    count = int(region.max()) + 1
+    length = np.bincount(region[inner], minlength=count)
+    area = np.bincount(region[~outside], minlength=count)
+    found = np.zeros(height.shape)
+    for each in np.flatnonzero(length > OPEN_SHARE * np.sqrt(area)):
+        here = (region == each) & ~outside
+        low, high = np.quantile(height[here], (0.05, 0.95))
+        found[here] = high - low
+    return found
 
 
 def divide(edges: NDArray[np.bool_]) -> Division | None:

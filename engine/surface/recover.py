@@ -25,7 +25,7 @@ from engine.core.figure_text import number, percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
 from engine.core.summary import Summary
-from engine.surface.depth_edges import add_torn, divide, find_beside, find_depth_edges, find_unlit
+from engine.surface.depth_edges import add_torn, divide, doubt_open_outlines, find_beside, find_depth_edges, find_unlit
 from engine.surface.height import (
     LENS,
     disagreement,
@@ -156,6 +156,7 @@ def recover(
     doubts: list[Finding] = []
     if shadows is not None:
         edges = shadows.confirm(planes.slope, planes.predict)
+        in_shadow = edges.copy()
         right, up = -planes.slope[..., 0].astype(np.float64), -planes.slope[..., 1].astype(np.float64)
         blurred, moved = (
             0.5 * (measure(planes.slope[..., 0], size) + measure(planes.slope[..., 1], size))
@@ -182,8 +183,16 @@ def recover(
             solved[outside] = solved[~outside].min()
         height = solved.astype(np.float32)
         deviation = yield from part(height_deviation(excess * variance, division), 0.75, 0.8)
+        of_outlines = doubt_open_outlines(in_shadow & shadows.find_contradicted(solved), division, solved, outside)
+        deviation = np.hypot(deviation, of_outlines)
         yield Step(0.8, "estimating errors of the rig")
         of_rig, doubts = rig_error(stack, used, seen)
+        if of_outlines.any():
+            doubted = percent(float((of_outlines > 0.0)[~outside].mean()))
+            text = (
+                f"Outlines within {doubted} of the surface are not closed: its heights are as uncertain as they differ"
+            )
+            doubts = [*doubts, Finding(Verdict.WARNING, text)]
         normal_sigma = np.hypot(planes.sigma["normal"], of_rig)
         if stack.provenance.get("lights_convex_assumed"):  # normals and heights may as well be those of the other side
             normal_sigma = np.hypot(normal_sigma, np.arccos(np.clip(planes.normal[..., 2], 0.0, 1.0)))

@@ -7,7 +7,7 @@ import pytest
 
 from engine.core.steps import drain
 from engine.surface import depth_edges
-from engine.surface.depth_edges import divide, find_depth_edges
+from engine.surface.depth_edges import Division, ShadowEdges, divide, doubt_open_outlines, find_depth_edges
 from engine.surface.lamps import lamps
 from engine.surface.pbr_maps import PbrMaps, count_regions
 from engine.surface.recover import recover
@@ -109,6 +109,30 @@ def test_outlines_with_small_gaps_divide_and_cracks_do_not() -> None:
     assert found is not None
     assert found.count == 1
     assert divide(np.zeros((5, 6), np.bool_)) is None
+
+
+def test_an_outline_that_ends_within_a_region_makes_its_heights_doubtful() -> None:
+    """A lamp at 45° on the right shows the shadow of a wall along a column, of which the height knows, or does not."""
+    rows = np.arange(5, 35)
+    places = np.stack([rows, np.full(30, 20)], axis=1)
+    lamps_at = np.array([[1.0, 0.0, 1.0], [0.9, 0.1, 1.0], [-1.0, 0.0, 1.0]])
+    directions = lamps_at / np.linalg.norm(lamps_at, axis=1, keepdims=True)
+    shadowed = np.tile([True, True, False], (30, 1))
+    edges = ShadowEdges(places, shadowed, directions, np.ones((40, 40), np.float32))
+    slope = np.broadcast_to(np.linspace(0.0, 1.0, 40), (40, 40))
+    wall = slope + 8.0 * (np.arange(40) > 20)
+    inside = np.zeros((40, 40), np.bool_)
+    for height, is_contradicted in ((slope, True), (wall, False), (-wall, True)):
+        found = edges.find_contradicted(height)
+        assert found[rows, 20].all() == found.any() == is_contradicted
+        doubt = doubt_open_outlines(found, None, height, inside)
+        assert (doubt > 0.8).all() == doubt.any() == is_contradicted
+    # along the border of two regions an outline is closed, and a short one counts for nothing
+    division = Division(inside, np.asarray(np.broadcast_to(np.arange(40) > 20, (40, 40)), np.int32))
+    marked = edges.find_contradicted(slope)
+    assert not doubt_open_outlines(marked, division, slope, inside).any()
+    marked[15:] = False
+    assert not doubt_open_outlines(marked, None, slope, inside).any()
 
 
 def test_regions_are_numbered_by_their_size() -> None:
