@@ -22,8 +22,8 @@ from engine.core.directions import Vectors, world_angles, world_direction
 from engine.core.params import Colour, parameters
 from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
-from engine.light.lamps import LampSettings
-from engine.light.near_lamps import PARAMETERS, NearLampSettings
+from engine.light.lamps import LampSettings, Triple
+from engine.light.near_lamps import PARAMETERS, NearLamp, NearLampSettings
 from engine.light.sky import SKIES
 from engine.scene.scene import MAX_LAMPS
 from engine.storage.readers import dialog_filter, radiance_suffixes
@@ -156,7 +156,10 @@ class LightPanel(Rows):
             handles.append(Handle(number, lamp.theta_deg, phi_deg, lamp.radius_deg, _ink(lamp.colour), chosen))
         for number, near in enumerate(look.near_lamps):
             chosen, place = number == self.near.chosen, (near.x, near.y, near.z)
-            handles.append(Handle(number, colour=_ink(near.colour), chosen=chosen, place=place))
+            outline, front = _outline(near.lamp)
+            handles.append(
+                Handle(number, colour=_ink(near.colour), chosen=chosen, place=place, outline=outline, front=front)
+            )
         return tuple(handles)
 
     def show_size(self, mesh: Mesh) -> None:
@@ -336,6 +339,18 @@ def _middle_and_size(mesh: Mesh) -> tuple[Vectors, float]:
     """The middle of the box about a model, and half its diagonal."""
     low, high = mesh.positions.min(axis=0).astype(float), mesh.positions.max(axis=0).astype(float)
     return 0.5 * (low + high), max(0.5 * float(np.linalg.norm(high - low)), 1e-6)
+
+
+def _outline(lamp: NearLamp) -> tuple[tuple[Triple, ...], Triple | None]:
+    """The corners of a rectangle, or points on the edge of a disc, and a place before it; nothing of a sphere."""
+    if lamp.shape == "sphere":
+        return (), None
+    angle = 2.0 * pi * (np.arange(32) + 0.5) / 32
+    square = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    edge = square if lamp.shape == "rectangle" else np.column_stack([np.cos(angle), np.sin(angle)])
+    corners = np.asarray(lamp.position) + edge @ lamp.half_sides
+    x, y, z = (np.asarray(lamp.position) + 0.5 * lamp.extent * np.asarray(lamp.facing)).tolist()
+    return tuple((float(a), float(b), float(c)) for a, b, c in corners), (x, y, z)
 
 
 def _power_at(size: float) -> float:

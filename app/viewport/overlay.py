@@ -38,7 +38,8 @@ SUN = (255, 236, 190)
 class Handle:
     """A light that can be dragged: the one light (`lamp` is None) or a lamp by its number; angles in degrees.
 
-    A lamp near the model has a `place` in its coordinates, and no angles.
+    A lamp near the model has a `place` in its coordinates, and no angles; `outline` are the corners of one that has a
+    front, and `front` is a place before it.
     """
 
     lamp: int | None
@@ -48,6 +49,8 @@ class Handle:
     colour: tuple[int, int, int] = SUN
     chosen: bool = False
     place: Vector | None = None
+    outline: tuple[Vector, ...] = ()
+    front: Vector | None = None
 
     def is_of(self, other: Handle) -> bool:
         """True if both are of one light."""
@@ -88,12 +91,14 @@ class Overlay(QWidget):
     def place(self, handle: Handle) -> QPointF:
         """The position of a handle; far off where it is behind the viewer."""
         if handle.place is not None:
-            right, up, depth = self._before(handle.place)
-            if depth <= 0.0:
-                return QPointF(-1e6, -1e6)
-            return self._middle() + QPointF(right, -up) / (depth * self._pixel)
+            return self._project(handle.place) or QPointF(-1e6, -1e6)
         seen = self._seen(handle)
         return self._middle() + QPointF(seen[0], -seen[1]) * self._reach()
+
+    def _project(self, place: Vector) -> QPointF | None:
+        """The position of a place of the model on screen; None where it is behind the viewer."""
+        right, up, depth = self._before(place)
+        return self._middle() + QPointF(right, -up) / (depth * self._pixel) if depth > 0.0 else None
 
     def _before(self, place: Vector) -> tuple[float, float, float]:
         """Coordinates of a place in front of the camera: to the right, up and away from the viewer."""
@@ -222,11 +227,17 @@ class Overlay(QWidget):
             painter.drawText(below, side | Qt.AlignmentFlag.AlignTop, words)
 
     def _paint_near(self, painter: QPainter, handle: Handle) -> None:
-        """A bulb: a disc in a ring."""
+        """A bulb, a disc in a ring; with the outline of a lamp that has a front, and a line towards what it faces."""
         place, colour = self.place(handle), QColor(*handle.colour)
+        corners = [point for corner in handle.outline if (point := self._project(corner)) is not None]
+        front = None if handle.front is None else self._project(handle.front)
         for ink, width in ((QColor(0, 0, 0, 170), 3.5), (colour, 2.5 if handle.chosen else 1.5)):
             painter.setPen(QPen(ink, width))
             painter.setBrush(Qt.BrushStyle.NoBrush)
+            if corners and len(corners) == len(handle.outline):
+                painter.drawPolygon(corners)
+            if front is not None:
+                painter.drawLine(place, front)
             painter.drawEllipse(place, HANDLE_PX + 2, HANDLE_PX + 2)
             painter.setBrush(colour)
             painter.drawEllipse(place, HANDLE_PX - 4, HANDLE_PX - 4)

@@ -362,6 +362,9 @@ def test_a_near_lamp_is_added_dragged_changed_and_removed_one_step_each(view: Ma
     shape.setCurrentIndex(shape.findData("rectangle"))
     shape.activated.emit(shape.currentIndex())
     assert present(viewport.scene).near_lamps[0].shape == "rectangle"
+    [handle] = [each for each in viewport.overlay.handles if each.place is not None]
+    assert np.mean(handle.outline, axis=0) == pytest.approx(handle.place)
+    assert len(handle.outline) == 4
     assert near.form.editors["height"].isVisibleTo(near)
     assert not near.form.editors["radius"].isVisibleTo(near)
     qtbot.mouseClick(near.remove, Qt.MouseButton.LeftButton)
