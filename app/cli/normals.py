@@ -10,8 +10,9 @@ from typing import Any
 
 from app.arguments.results import MAPS, Input, Output, software
 from engine.capture.stack import open_stack
+from engine.core.colour import REC_709
 from engine.core.errors import UsageError
-from engine.core.figure_text import number
+from engine.core.figure_text import number, percent
 from engine.core.steps import Step, drain, part
 from engine.shading.shading_map import include
 from engine.surface.recover import recover
@@ -75,6 +76,9 @@ def report(result: dict[str, Any]) -> str:
         texel = number(result["texel_mm"], 4)
         estimate = " (an estimate from the camera's notes)" if result["texel_mm_is_estimate"] else ""
         lines.append(f"heights from {number(low)} to {number(high)} mm, {texel} mm per texel{estimate}")
+    if result["working_space"] != REC_709.label:
+        beyond = f"{percent(result['beyond_rec709_share'])} of them beyond Rec.709, clipped in the PNG previews"
+        lines.append(f"base colours in {result['working_space']}, {beyond}")
     if result["in_sample_rmse_srgb8"] is not None:
         own, mean = number(result["in_sample_rmse_srgb8"]), number(result["mean_picture_rmse_srgb8"])
         lines.append(f"photographs: error {own} 8-bit levels, of their mean image {mean}")

@@ -45,6 +45,20 @@ def test_maps_of_a_dome_are_written_with_their_errors(lightarc: Run, dome: Path,
     assert "normals to" in again.out
 
 
+def test_maps_are_made_in_the_working_space_of_the_import(lightarc: Run, dome: Path, tmp_path: Path) -> None:
+    wide = tmp_path / "stack"
+    done = lightarc("import", dome.parent / "capture", "-o", wide, "--working-space", "acescg", "--calibrate", "none")
+    assert done.code == 0, done.err
+    assert "maps of the surface are made in ACEScg; no colours lie beyond Rec.709" in done.out
+    plain, other = (
+        lightarc("normals", stack, "-o", tmp_path / f"maps{number}", "--no-errors")
+        for number, stack in enumerate((dome, wide))
+    )
+    assert (plain.code, other.code) == (0, 0)
+    assert "base colours in" not in plain.out
+    assert "base colours in ACEScg, " in other.out
+
+
 def test_one_arc_gives_the_slope_along_it_and_says_so(lightarc: Run, dome: Path, tmp_path: Path) -> None:
     names = [f"leather_azimuth{azimuth:03}_{rise}.tif" for azimuth in range(0, 360, 45) for rise in (15, 45, 75)]
     others = [word for name in names if "azimuth045" not in name for word in ("--exclude", name)]
