@@ -4,7 +4,7 @@ The model itself stays where it is. That it turns before a camera and a light th
 and light that turn the other way, so a bake can be drawn as it is, and only light is computed anew:
 
     model   the camera and the light turn by −a
-    light   the light turns by +a
+    light   the light turns by +a, lights near the model with it
     both    the camera turns by −a: the light is fixed to the model
 
 Angles are about +Y, anticlockwise from above, as those of environments (`DistantLights.rotated`); the axis goes through
@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.geometry.camera import Camera, Vector, frame
+from engine.light.near_lamps import NearLamp
 from engine.scene.scene import Scene
 
 Turns = Literal["model", "light", "both"]
@@ -44,7 +45,15 @@ def turn(scene: Scene, angle: float, turns: Turns) -> Scene:
         light=about_y(scene.light, light),
         environment_rotation=scene.environment_rotation + light,
         lamps=lamps,
+        near_lamps=tuple(near_about(lamp, light, middle(scene.mesh.positions)) for lamp in scene.near_lamps),
     )
+
+
+def near_about(lamp: NearLamp, angle: float, axis: Vector) -> NearLamp:
+    """A light near the model, turned by `angle` about the vertical through the point `axis`."""
+    assert lamp.across is not None
+    facing, across = about_y(lamp.facing, angle), about_y(lamp.across, angle)
+    return replace(lamp, position=_move(lamp.position, angle, axis), facing=facing, across=across)
 
 
 def frames(scene: Scene, count: int, turns: Turns) -> Iterator[Scene]:
@@ -54,12 +63,13 @@ def frames(scene: Scene, count: int, turns: Turns) -> Iterator[Scene]:
 
 def camera_about(camera: Camera, angle: float, axis: Vector) -> Camera:
     """The camera, turned by `angle` about the vertical through the point `axis`."""
+    eye, target = _move(camera.eye, angle, axis), _move(camera.target, angle, axis)
+    return replace(camera, eye=eye, target=target, up=about_y(camera.up, angle))
 
-    def move(point: Vector) -> Vector:
-        x, y, z = about_y((point[0] - axis[0], point[1], point[2] - axis[2]), angle)
-        return axis[0] + x, y, axis[2] + z
 
-    return replace(camera, eye=move(camera.eye), target=move(camera.target), up=about_y(camera.up, angle))
+def _move(point: Vector, angle: float, axis: Vector) -> Vector:
+    x, y, z = about_y((point[0] - axis[0], point[1], point[2] - axis[2]), angle)
+    return axis[0] + x, y, axis[2] + z
 
 
 def middle(positions: NDArray[Any]) -> Vector:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -28,7 +28,7 @@ from engine.render.direct import radiance
 from engine.render.reference import reference
 from engine.render.shadowed import combine_shadowed, with_and_without
 from engine.render.transported import image_of
-from engine.render.turntable import about_y, camera_about, frame_all_round, frames
+from engine.render.turntable import about_y, camera_about, frame_all_round, frames, near_about
 from engine.scene.mode import REFERENCE, is_traced
 from engine.storage.outputs import Kind
 
@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from engine.gl.context import Context
     from engine.gl.draw import Frames
     from engine.light.environment import EnvironmentMap
-    from engine.light.near_lamps import NearLamp
     from engine.render.display import Display
     from engine.scene.scene import Scene
     from engine.transport.baking.file import TransportFile
@@ -114,7 +113,6 @@ def run(
     behind: EnvironmentMap | None,
 ) -> dict[str, Any]:
     """The film of a scene that is drawn by sums over lights, or by paths."""
-    _check_near_lamps(scene.near_lamps, arguments)
     scenes = list(frames(scene, arguments.turntable, arguments.turns))
     size, warnings = (arguments.width, arguments.height), doubts_of_scene(scene)
 
@@ -145,11 +143,6 @@ def run(
     return made
 
 
-def _check_near_lamps(lamps: Sequence[NearLamp], arguments: argparse.Namespace) -> None:
-    if lamps and arguments.turns != "both":
-        raise UsageError("A --near-lamp is fixed to the model: choose --turns both")
-
-
 def run_baked(
     file: TransportFile,
     method: Method,
@@ -167,7 +160,6 @@ def run_baked(
 
     `textured` are a scene whose material gives its texels, and the BRDF that was baked, that of the scene where None.
     """
-    _check_near_lamps(light.near_lamps, arguments)
     size, count = (arguments.width, arguments.height), arguments.turntable
     turn = {"model": (-1.0, -1.0), "light": (0.0, 1.0), "both": (-1.0, 0.0)}[arguments.turns]
     angles = [2.0 * math.pi * number / count for number in range(count)]
@@ -177,6 +169,7 @@ def run_baked(
             light,
             rotation=light.rotation + turn[1] * angle,
             lamps=tuple(replace(each, direction=about_y(each.direction, turn[1] * angle)) for each in light.lamps),
+            near_lamps=tuple(near_about(each, turn[1] * angle, axis) for each in light.near_lamps),
         )
         for angle in angles
     ]
@@ -186,6 +179,7 @@ def run_baked(
     if textured is not None and textured[0].has_texels:
         for each, seen_from in zip(lights, cameras, strict=True):
             lit = replace(textured[0], camera=seen_from, environment_rotation=each.rotation, lamps=each.lamps)
+            lit = replace(lit, near_lamps=each.near_lamps)
             pairs.append(with_and_without(lit, textured[1]))
 
     def relight_transport() -> Iterator[tuple[RelightTransport, Camera]]:

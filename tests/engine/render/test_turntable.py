@@ -15,6 +15,7 @@ from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import shape
 from engine.light.environment import EnvironmentMap
 from engine.light.lamps import Lamp
+from engine.light.near_lamps import near_lamp_from_text
 from engine.render.background import blur, in_front_of, observe
 from engine.render.direct import radiance
 from engine.render.turntable import Turns, about_y, frame_all_round, frames, turn
@@ -29,7 +30,9 @@ def scene() -> Scene:
     moved = replace(knot, positions=knot.positions + np.array([3.0, 1.0, -2.0]))
     lamp = Lamp((0.2, 0.3, -0.9), (0.2, 0.1, 0.4))
     camera = frame_all_round(moved.positions, SIZE[0] / SIZE[1])
-    return Scene(mesh=moved, camera=camera, brdf=brdf_from_text("phong:exponent=12"), light=LIGHT, lamps=(lamp,))
+    near = near_lamp_from_text("shape=rectangle,x=4,y=3,z=-1,facing_theta_deg=140,facing_phi_deg=-120,width=2,power=9")
+    brdf = brdf_from_text("phong:exponent=12")
+    return Scene(moved, camera, brdf, light=LIGHT, lamps=(lamp,), near_lamps=(near,), directions=8)
 
 
 def image(of: Scene) -> np.ndarray:

@@ -79,6 +79,10 @@ def test_the_texels_of_a_material_are_drawn_in_the_light_of_a_bake(
         assert np.array_equal(read_image(turn / f"frame-{at:05}.png").pixels, read_image(shown).pixels)
     near = ("--near-lamp", "x=3,y=3,z=3,radius=0.1,power=40")
     nearby = result(lightarc("render", output, "--material", material, *near, "-o", image, *SMALL))
+    film = ("--turntable", "2", "--turns", "light", "--overwrite", "-o", turn)
+    assert result(lightarc("render", output, *near, *film, *SMALL))["frames"] == 2
+    first, second = (read_image(turn / f"frame-{at:05}.png").pixels for at in range(2))
+    assert not np.array_equal(first, second), "a light nearby turns with the others"
     seen = {"texels": next(iter(OpenEXR.File(str(image)).channels().values())).pixels}
     bare = result(lightarc("render", output, *near, "-o", image, *SMALL))
     seen["bare"] = next(iter(OpenEXR.File(str(image)).channels().values())).pixels
