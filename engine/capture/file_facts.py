@@ -24,8 +24,9 @@ from engine.images.exif import orient
 #: Bits that are stored in files of 16, and the share of their full scale that a sample has to reach.
 NARROW, REACHED = (12, 14), 0.25
 
-#: Photographs that share a plateau, so that it is where samples are clipped; one is enough at 1, where programs clip.
-MIN_PLATEAUS = 2
+#: Elevations of lamps under which photographs share a plateau, so that it is where samples are clipped; one is enough
+#: at 1, where programs clip. Decimals of elevations, in radians, that differ.
+MIN_PLATEAUS, ELEVATION_DIGITS = 2, 3
 
 #: Part of a photograph that a plateau has at most, but at 1: what shows nothing else is evenly bright, not clipped.
 MAX_PLATEAU_SHARE = 0.5
@@ -52,7 +53,7 @@ def decide_files(plan: Plan, lights: Sequence[Sequence[Photograph]], thumbnails:
             f"with {options['white_code']} as the white level"
         )
         said.append(Finding(Verdict.WARNING, text))
-    white = _white_of_floats(files)
+    white = _white_of_floats(lights, plan.sources.elevation)
     if white and not options.get("white_samples"):
         options["white_samples"] = white
         text = _about_plateaus(files, white)
@@ -79,17 +80,25 @@ def _narrow_bits(files: Sequence[Photograph]) -> int:
     return next((bits for bits in NARROW if REACHED * (1 << bits) <= largest < 1 << bits), 0)
 
 
-def _white_of_floats(files: Sequence[Photograph]) -> tuple[float, ...]:
+def _white_of_floats(lights: Sequence[Sequence[Photograph]], elevation: NDArray[np.float64]) -> tuple[float, ...]:
     """Samples of red, green and blue at which floating-point files are clipped, infinite for a channel that is not;
-    empty where none is."""
-    floats = [each for each in files if each.largest_samples]
+    empty where none is.
+
+    An even patch is as bright under all lamps of one elevation, so that photographs count once for each elevation.
+    """
+    floats = [each for light in lights for each in light if each.largest_samples]
     if not floats:
         return ()
     tops = [max(each.largest_samples[channel] for each in floats) for channel in range(3)]
     clipped = set()
     for channel, top in enumerate(tops):
-        number = sum(_clipped_at(each, channel, top) for each in floats)
-        if number >= (1 if top == 1.0 else MIN_PLATEAUS):
+        places = {
+            round(float(rise), ELEVATION_DIGITS)
+            for light, rise in zip(lights, elevation, strict=True)
+            for each in light
+            if each.largest_samples and _clipped_at(each, channel, top)
+        }
+        if len(places) >= (1 if top == 1.0 else MIN_PLATEAUS):
             clipped.add(top)
     return tuple(top if top in clipped else np.inf for top in tops) if clipped else ()
 

@@ -17,7 +17,7 @@ from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.images.encode import rgb_channels, write_exr
 
-LIGHTS = [(0.6, 0.0), (-0.6, 0.0), (0.0, 0.6), (0.0, -0.6), (0.4, 0.4)]
+LIGHTS = [(0.6, 0.0), (-0.55, 0.0), (0.0, 0.65), (0.0, -0.5), (0.4, 0.4)]
 STILL = ImportSettings(motion="none", calibrate="none")
 
 
@@ -79,6 +79,21 @@ def test_floating_point_samples_at_a_shared_maximum_are_clipped(
     told = [warning for warning in stack.health.warnings if "taken as clipped" in warning]
     assert len(told) == bool(said)
     assert said in " ".join(told)
+
+
+def test_an_even_patch_under_lamps_of_one_elevation_is_not_clipped(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    images = [0.5 * image.astype(np.float32) for image in _images()]
+    lines = [str(len(images))]
+    for index, image in enumerate(images):
+        image[:10, :10] = 0.9 if index < 4 else 0.8
+        write_exr(tmp_path / "in" / f"p{index}.exr", rgb_channels(image), half=False)
+        turn = 0.5 * np.pi * index
+        lines.append(f"p{index}.exr {0.6 * np.cos(turn)} {0.6 * np.sin(turn)} 0.8" if index < 4 else "p4.exr 0 0 1")
+    (tmp_path / "in" / "lights.lp").write_text("\n".join(lines))
+    stack = _import(tmp_path / "in", tmp_path)
+    assert not stack.saturated[:].any()
+    assert not any("clipped" in warning for warning in stack.health.warnings)
 
 
 def _tag(path: Path, orientation: int) -> None:
