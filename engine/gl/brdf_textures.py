@@ -202,9 +202,9 @@ class PbrTextures:
         self._texture.filter = (context.LINEAR_MIPMAP_LINEAR, context.LINEAR)
         self._texture.repeat_x = self._texture.repeat_y = True
         layers = maps.layers
-        self._values: dict[str, Any] = {"pbr_multiple_scattering": maps.multiple_scattering}
+        self._values: dict[str, Any] = {}
         if layers is not None:
-            self._values |= {f"brdf_{each.name}": getattr(layers, each.name) for each in parameters(layers)}
+            self._values = {f"brdf_{each.name}": getattr(layers, each.name) for each in parameters(layers)}
 
     def bind(self, program: moderngl.Program) -> None:
         self._texture.use(UNIT)

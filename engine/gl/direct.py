@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf, model_name
 from engine.brdf.models.diffuse import Lambert
+from engine.brdf.models.model import Model
 from engine.core.params import parameters
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
@@ -80,6 +81,10 @@ class NearLampTexture:
 
     def release(self) -> None:
         self._texture.release()
+
+
+#: Definitions of a model that say what texels decide.
+OF_TEXELS = ("NO_METAL", "NO_DIELECTRIC")
 
 
 def _near_definitions(lamps: Sequence[NearLamp], brdf: Brdf | PbrMaps | None) -> dict[str, str]:
@@ -331,6 +336,12 @@ class DirectRenderer:
         )
         if scene.pbr is not None and scene.pbr.layers is not None:
             definitions["PBR_LAYERS"] = "1"
+            layers = scene.pbr.layers.shader_definitions
+            definitions |= {name: value for name, value in layers.items() if name not in OF_TEXELS}
+        elif scene.pbr is not None and not scene.pbr.multiple_scattering:
+            definitions["SINGLE_SCATTERING"] = "1"
+        elif scene.pbr is None and isinstance(scene.brdf, Model):
+            definitions |= scene.brdf.shader_definitions
         definitions |= {"HEX_TILING": "1"} if scene.pbr and scene.tiling_mode == "hex" else {}
         definitions |= {"PBR_MAPS": "1"} if scene.pbr else {} if scene.brdf.isotropic else {"BRUSHED": "1"}
         definitions |= self._debug

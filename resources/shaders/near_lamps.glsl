@@ -101,7 +101,9 @@ void near_facets()
     facet_f0 = gloss_here.z * (1.0 - metallic) + base_here * metallic;
     facet_alpha = min(sqrt(wide) * sqrt(sqrt(slanted)), 1.0);
     facet_length = length_here;
-    facet_again = pbr_multiple_scattering ? 1.0 : 0.0;
+#if !defined(SINGLE_SCATTERING)
+    facet_again = 1.0;
+#endif
 #elif defined(FACETS_LAMBERT)
     facet_diffuse = brdf_albedo;
     facet_f0 = vec3(0.0);

@@ -157,6 +157,11 @@ class MetallicRoughness(Model):
         """Metals and black dielectrics are; a diffuse part exceeds 1 towards grazing, where the highlight goes to 1."""
         return self.metallic == 1.0 or not any(self.base_color)
 
+    @property
+    def shader_definitions(self) -> dict[str, str]:
+        """The lobe of further reflections is left out where it is not asked for."""
+        return {} if self.multiple_scattering else {"SINGLE_SCATTERING": "1"}
+
     def sampling_lobes(self) -> Lobes:
         alpha, base = self.roughness**2, grey(self.base_color)
         f0 = 0.04 + (base - 0.04) * self.metallic

@@ -100,6 +100,14 @@ class Model(Reflectance):
         """Value in 1/sr without the cosine, (..., 3), for unit directions (..., 3) in the surface frame."""
         return evaluate(self.formula, wi, wo)
 
+    @property
+    def shader_definitions(self) -> dict[str, str]:
+        """Definitions of the preprocessor by which a shader leaves out what these parameters do not need.
+
+        Without them the shader is right for all parameters.
+        """
+        return {}
+
     def formula(self, wi: Floats, wo: Floats) -> Floats:
         """Values, (3, n) or what broadcasts to it, for components (3, n) of directions above the horizon."""
         raise NotImplementedError

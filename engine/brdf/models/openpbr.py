@@ -118,6 +118,18 @@ class OpenPbr(Model):
     )
     thin_film_ior: float = param(1.4, 1.0, 5.0, doc="Index of refraction of the film.", slider=(1.0, 3.0), fitted=False)
 
+    @property
+    def shader_definitions(self) -> dict[str, str]:
+        """Definitions that leave layers out: renderers without a graphics card take the time of all branches."""
+        left_out = {
+            "NO_COAT": self.coat_weight == 0.0,
+            "NO_FUZZ": self.fuzz_weight == 0.0,
+            "NO_FILM": self.thin_film_weight == 0.0,
+            "NO_METAL": self.base_metalness == 0.0,
+            "NO_DIELECTRIC": self.base_metalness == 1.0,
+        }
+        return {name: "1" for name, is_left_out in left_out.items() if is_left_out}
+
     def sampling_lobes(self) -> Lobes:
         """The two highlights, and for all else the cosine."""
         base, metal = grey(self.base_color) * self.base_weight, self.base_metalness

@@ -23,7 +23,9 @@ vec3 brdf(vec3 wi, vec3 wo)
     vec3 fresnel = f0 + (1.0 - f0) * schlick(wi, wo, size);
     vec3 diffuse = (1.0 - fresnel) * ((1.0 - brdf_metallic) * 0.31830988618379067 * brdf_base_color);
     vec3 value = diffuse + fresnel * (ggx_distribution(both / size, alpha) / shadowing);
+#if !defined(SINGLE_SCATTERING)
     if (brdf_multiple_scattering > 0.0)
         value += brdf_multiple_scattering * multiple_scattering(wi.z, wo.z, alpha.x, f0);
+#endif
     return value;
 }

@@ -1,5 +1,7 @@
 // What the layers of an OpenPBR surface reflect (engine.brdf.models.openpbr has the formulas and their sources).
 // in: wi to the light, wo to the viewer, unit, surface frame (normal +z); 1/sr, no cosine, 0 below the horizon.
+// Renderers without a graphics card take the time of all branches: NO_COAT, NO_FUZZ, NO_FILM, NO_METAL and NO_DIELECTRIC
+// leave out what a material has not.
 
 #include "brdf/microfacet.glsl"
 
@@ -251,9 +253,11 @@ vec3 base_layers(vec3 wi, vec3 wo, vec3 h, float facing, vec3 colour, float meta
     float lobe = layer_ggx(wi, wo, h, widths);
     float mean = sqrt(widths.x * widths.y);
     vec3 value = vec3(0.0);
+#if !defined(NO_METAL)
     if (metalness > 0.0) {
         vec3 f0 = brdf_base_weight * colour;
         vec3 mirror = fresnel_hoffman(facing, f0, brdf_specular_color);
+#if !defined(NO_FILM)
         if (brdf_thin_film_weight > 0.0) {
             float index = brdf_thin_film_ior;
             float inner = sqrt(1.0 - (1.0 - facing * facing) / (index * index));
@@ -262,10 +266,13 @@ vec3 base_layers(vec3 wi, vec3 wo, vec3 h, float facing, vec3 colour, float meta
             vec3 below = fresnel_hoffman(inner, f0, brdf_specular_color);
             mirror = mix(mirror, fresnel_airy(facing, below, below, turned, turned), brdf_thin_film_weight);
         }
+#endif
         vec3 there = f0 + (1.0 - f0) * 0.46266436;
         vec3 average = max(schlick_mean(f0) - there * (1.0 - brdf_specular_color) * 0.14009057, 0.0); // 7/(6/7)^6/126
         value += metalness * brdf_specular_weight * (mirror * lobe + scatter_again(wi, wo, mean, average));
     }
+#endif
+#if !defined(NO_DIELECTRIC)
     if (metalness < 1.0) {
         float ratio = ior / brdf_coat_ior;
         float relative = mix(ior, max(ratio, 1.0 / ratio), brdf_coat_weight);
@@ -273,6 +280,7 @@ vec3 base_layers(vec3 wi, vec3 wo, vec3 h, float facing, vec3 colour, float meta
         float index = (1.0 + root) / (1.0 - root);
         vec3 mirror = vec3(fresnel_dielectric(facing, index));
         vec3 reflected = share_of_dielectric(wo.z, mean, index);
+#if !defined(NO_FILM)
         if (brdf_thin_film_weight > 0.0) {
             mirror = mix(mirror, film_on_dielectric(facing, index), brdf_thin_film_weight);
             vec3 ahead = film_on_dielectric(1.0, index);
@@ -281,11 +289,13 @@ vec3 base_layers(vec3 wi, vec3 wo, vec3 h, float facing, vec3 colour, float meta
             vec3 coloured = mix(film_on_dielectric(wo.z, index), rough, sqrt(mean));
             reflected = mix(reflected, coloured, brdf_thin_film_weight);
         }
+#endif
         vec3 under = (1.0 - reflected) * layer_diffuse(wi, wo, colour, brdf_base_diffuse_roughness);
         vec3 again = scatter_again(wi, wo, mean, vec3(fresnel_mean(index)));
         vec3 highlight = brdf_specular_color * (mirror * lobe + again);
         value += (1.0 - metalness) * (highlight + brdf_base_weight * under);
     }
+#endif
     return value;
 }
 
@@ -308,6 +318,7 @@ vec3 reflect_layers(vec3 wi, vec3 wo, vec3 colour, float metalness, vec2 widths,
     wo = turn_frame(wo, angle_deg);
     float facing = min(0.5 * size, 1.0);
     vec3 value = base_layers(wi, wo, h, facing, colour, metalness, widths, ior);
+#if !defined(NO_COAT)
     if (brdf_coat_weight > 0.0) {
         float mean = sqrt(coat_widths.x * coat_widths.y);
         float f0 = f0_of_index(brdf_coat_ior);
@@ -320,9 +331,12 @@ vec3 reflect_layers(vec3 wi, vec3 wo, vec3 colour, float metalness, vec2 widths,
         float highlight = fresnel_dielectric(facing, brdf_coat_ior) * layer_ggx(wi, wo, h, coat_widths);
         value += brdf_coat_weight * (highlight + scatter_again(wi, wo, mean, vec3(fresnel_mean(brdf_coat_ior))));
     }
+#endif
+#if !defined(NO_FUZZ)
     if (brdf_fuzz_weight > 0.0) {
         vec2 found = fuzz_lobe(wi, wo, brdf_fuzz_roughness);
         value = (1.0 - brdf_fuzz_weight * found.y) * value + brdf_fuzz_weight * brdf_fuzz_color * found.x;
     }
+#endif
     return value;
 }

@@ -11,7 +11,6 @@
 
 uniform sampler2DArray pbr_maps;
 uniform float pbr_smoothest;
-uniform bool pbr_multiple_scattering;
 
 vec3 base_here;
 vec3 gloss_here;
@@ -136,7 +135,10 @@ vec3 brdf(vec3 wi, vec3 wo)
     vec3 fresnel = f0 + (1.0 - f0) * schlick(wi, wo, size);
     vec3 diffuse = (1.0 - fresnel) * ((1.0 - metallic) * 0.31830988618379067 * base_here);
     vec3 value = diffuse + fresnel * (ggx_distribution(both / size, alpha) / shadowing);
-    return pbr_multiple_scattering ? value + multiple_scattering(wi.z, wo.z, alpha.x, f0) : value;
+#if !defined(SINGLE_SCATTERING)
+    value += multiple_scattering(wi.z, wo.z, alpha.x, f0);
+#endif
+    return value;
 }
 
 // 1 - x e^x E1(x) for x > 0 (Abramowitz 1964, 5.1.53 and 5.1.56).
@@ -199,9 +201,9 @@ vec3 product_of_texel(vec3 wi, vec3 wo)
     float cosine = max(wi.z, 0.0) * length_here;
     vec3 diffuse = (1.0 - fresnel) * ((1.0 - metallic) * 0.31830988618379067 * cosine * base_here);
     vec3 value = diffuse + fresnel * spread_lobe(wi, wo, both / max(size, 1e-12));
-    if (pbr_multiple_scattering) {
-        float roughness = max(gloss_here.x, pbr_smoothest);
-        value += cosine * multiple_scattering(max(wi.z, 0.0), max(wo.z, 0.0), roughness * roughness, f0);
-    }
+#if !defined(SINGLE_SCATTERING)
+    float roughness = max(gloss_here.x, pbr_smoothest);
+    value += cosine * multiple_scattering(max(wi.z, 0.0), max(wo.z, 0.0), roughness * roughness, f0);
+#endif
     return value;
 }
