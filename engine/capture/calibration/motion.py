@@ -40,8 +40,9 @@ FEWEST, MIN_SIDE, MIN_GAIN, SURE_GAIN, SURE_SHIFT = 8, 40, 0.25, 0.1, 0.6
 #: leave.
 MATTE_ENOUGH, CLEARLY_GLOSSY = 0.05, 0.9
 
-#: Deviation of a shift in pixels that scatter over the image does not show.
-HIDDEN_PX = 0.1
+#: Deviation of a shift in pixels that scatter over the image does not show, and the factor by which shifts of glossy
+#: texels are less certain: highlights that move with the lamp move alike over the image.
+HIDDEN_PX, GLOSSY_GROWTH = 0.1, 2.2
 
 #: Rounds of refinement at most, the largest step in pixels, and the one at which they end.
 ROUNDS, LARGEST_STEP, SETTLED_PX = 12, 1.0, 0.01
@@ -221,6 +222,7 @@ def _refine(
     residual = np.hypot(np.hypot(*(2.0 * scatter + np.abs(np.median(steps, axis=0))).T), HIDDEN_PX)
     # a photograph that fits elsewhere scatters little there
     residual *= np.clip((_relative_errors(left) / LOST) ** 2, 1.0, MAX_GROWTH)
+    residual *= GLOSSY_GROWTH if kind == "glossy" else 1.0
     return Motion(shifts, residual, 0.0, float(np.mean(error)), False)
 
 

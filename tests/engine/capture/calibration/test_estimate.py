@@ -12,10 +12,12 @@ from engine.capture.calibration.estimate import Estimate, describe_undecided, es
 from engine.capture.calibration.motion import camera_motion
 from engine.capture.calibration.rig import TERMS
 from engine.capture.import_plan import ImportSettings
+from engine.capture.import_stack import import_stack
+from engine.capture.lights.sources import find
 from engine.core.steps import drain
 from tests.engine.capture.calibration.campaign import run, summarise
-from tests.engine.capture.calibration.generated import Capture, Rendered, draw, render
-from tests.engine.capture.calibration.measured import measure
+from tests.engine.capture.calibration.generated import Capture, Rendered, draw, render, write
+from tests.engine.capture.calibration.measured import measure, measure_motion
 
 SMALL: dict[str, Any] = {"height": 48, "width": 56, "lamps": 18}
 
@@ -85,6 +87,16 @@ def test_photographs_that_fit_beside_their_place_are_searched_anew() -> None:
     found = drain(camera_motion(images, rendered.directions))
     off = np.hypot(*(found.shifts - (rendered.shifts - rendered.shifts[0])).T)
     assert off.max() < 0.3
+
+
+def test_residuals_over_metal_are_not_below_half_of_the_error(tmp_path: Path) -> None:
+    """Highlights move with the lamp: 15 of 27 residuals were."""
+    rendered = render(draw(11007))
+    sources = find([write(rendered, tmp_path / "photographs")])
+    stack = drain(import_stack(sources, ImportSettings(calibrate=("motion",)), tmp_path / "stack"))
+    off, residual = measure_motion(rendered, stack)
+    assert residual.any()
+    assert (residual >= 0.5 * off).all()
 
 
 def test_an_import_without_options_recovers_normals_of_a_near_unequal_dome(tmp_path: Path) -> None:
