@@ -7,10 +7,12 @@ import numpy as np
 from engine.brdf.analysis import albedo
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.half_difference import classical_frame, cole_frame, directions, half_difference, polar
+from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.table import bin_centres
 from engine.core.directions import normalize, surface_direction, world_from_tangent
 from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.homomorphic import LogSpace
+from engine.factor.solvers.nonnegative import nonnegative
 from engine.factor.solvers.quaternions import Pair, canonical, compose, matrix, multiply, power, unit
 from engine.factor.solvers.svd import svd, symmetric
 from engine.selftest.case import Found, Question
@@ -57,6 +59,27 @@ def _narrow_highlight() -> Found:
     brdf = brdf_from_text("ggx:kd=0,alpha=0.0001,f0=1")
     found = albedo(brdf, np.array([0.0, 0.0, 1.0]), count=4096)
     return float(np.abs(found - 1.0).max()), 1e-2
+
+
+def _furnace() -> Found:
+    """White facets under even light must vanish in it."""
+    wi = surface_direction(np.radians(np.array([0.0, 40.0, 70.0, 85.0])))
+    worst = 0.0
+    for roughness in (0.1, 0.3, 0.5, 0.8, 1.0):
+        white = MetallicRoughness((1.0, 1.0, 1.0), 1.0, roughness, 1.0)
+        worst = max(worst, float(np.abs(albedo(white, wi, count=4096) - 1.0).max()))
+    return worst, 0.015
+
+
+def _check_positive_terms() -> Found:
+    """Light below zero in non-negative terms of the BRDF of the wavelet paper."""
+    brdf = brdf_from_text("ashikhmin-shirley:kd=0.5,ks=0.75,nu=10,nv=100")
+    tilt, turn = (grid.ravel() for grid in np.meshgrid(np.linspace(0.0, 1.5, 16), np.linspace(0.0, 6.0, 8)))
+    sides = surface_direction(tilt, turn)
+    values = brdf.f(sides[:, None], sides[None])[..., 1] * sides[:, 2]
+    found = nonnegative(values, 4, 0)
+    product = (found.left * found.value) @ found.right.T
+    return float(np.maximum(-product, 0.0).sum() / product.sum()), 0.0
 
 
 def _small_half_angles() -> Found:
@@ -167,6 +190,7 @@ QUESTIONS = (
     Question("BR7", "error of the energy of a highlight of roughness 1e-4", _narrow_highlight),
     Question("BR9", "relative difference when light and viewer are exchanged", _reciprocity),
     Question("BR10", "largest albedo of models that keep energy, to 89.9°", _energy),
+    Question("BR11", "light that white facets of any roughness lose or gain, as a share", _furnace),
     Question("M1", "relative error of half angles down to 1e-6", _small_half_angles),
     Question("M5", "error of half and difference angles there and back, in radians", _half_and_difference_return),
     Question(
@@ -179,6 +203,7 @@ QUESTIONS = (
     Question("W2", "values of terms that a matrix of rank 1 does not have, relative", _rank_one),
     Question("W4", "residual of three terms with values ±1, over the least possible", _check_signed_values),
     Question("W6", "residual of four terms of a triangular matrix, over the least possible", _triangular),
+    Question("W7", "light below zero in four non-negative terms, over all", _check_positive_terms),
     Question("L1", "relative error of logarithms of values there and back, zeros included", _logarithms_return),
     Question("Q1", "error of half of a turn by 1e-10, twice", _small_turns),
     Question("Q2", "error of half of a turn by nearly 360°, twice", _half_turns),

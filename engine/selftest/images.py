@@ -6,12 +6,16 @@ import numpy as np
 
 from engine.capture.registration.pair_motion import Refused, first_shift, pyramid
 from engine.core.colour import srgb_decode, srgb_encode, srgb_from_xyz, to_display8, tone_map, xyz_from_srgb
+from engine.core.directions import normalize
 from engine.core.steps import drain
 from engine.light.cube_map import CubeMap, mean_radiance
+from engine.render.mip_maps import mip_levels
+from engine.render.pbr import texels_at
 from engine.selftest.case import Found, Question
 from engine.shading.power_law import fit, power
 from engine.shading.quantise import quantise
 from engine.shading.shading_map import ShadingMap, interpolation_weights, target_radiance
+from engine.surface.pbr_maps import PbrMaps
 
 U64, U32 = 2.0**-53, 2.0**-24
 
@@ -106,6 +110,40 @@ def _exposures_stay_finite() -> Found:
     return float(sum(np.count_nonzero(~np.isfinite(each)) for each in shown)), 0.0
 
 
+def _relief() -> PbrMaps:
+    """Smooth random relief with slopes of 0.3, of a roughness that makes it glitter."""
+    size, random = 64, np.random.default_rng(1)
+    frequency = np.fft.fftfreq(size)[:, None] ** 2 + np.fft.rfftfreq(size)[None] ** 2
+    height = np.fft.irfft2(np.fft.rfft2(random.normal(size=(size, size))) * np.exp(-frequency / 0.0072), s=(size, size))
+    down, right = (0.5 * (np.roll(height, -1, axis) - np.roll(height, 1, axis)) for axis in (0, 1))
+    scale = 0.3 / np.sqrt(0.5 * (down**2 + right**2).mean())
+    normal = normalize(np.dstack([-right * scale, down * scale, np.ones((size, size))])).astype(np.float32)
+    plane = np.ones((size, size), np.float32)
+    return PbrMaps(0.2 * np.ones((size, size, 3), np.float32), normal, 0.25 * plane, 0.0 * plane, 0.04 * plane)
+
+
+def _relief_from_afar() -> Found:
+    """Mean radiance of relief at every mip level, against that of all its texels."""
+    maps, levels = _relief(), mip_levels(_relief())
+    size = maps.size[0]
+    place = (np.arange(size) + 0.5) / size
+    uv = np.stack(np.meshgrid(place, place), axis=-1).reshape(-1, 2)
+    up = np.array([0.0, 0.0, 1.0])
+    frame, axes = np.tile(np.eye(3), (len(uv), 1, 1)), np.tile(np.eye(3)[:2], (len(uv), 1, 1))
+
+    def mean(detail: float, light: np.ndarray) -> float:
+        texels = texels_at(levels, uv, np.full(len(uv), detail), maps)
+        bent = texels.bend_frames(frame, axes, np.tile(up, (len(uv), 1)))
+        wi, wo = np.einsum("nij,i->nj", bent, light), np.einsum("nij,i->nj", bent, up)
+        return float(texels.product(np.arange(len(uv)), wi, wo).mean())
+
+    worst = 0.0
+    for light in (up, normalize(np.array([0.6, 0.2, 0.77]))):
+        exact = mean(0.0, light)
+        worst = max(worst, *(abs(mean(detail, light) / exact - 1.0) for detail in (4.0, 5.0, 6.0)))
+    return worst, 0.05
+
+
 QUESTIONS = (
     Question("R6", "16-bit sRGB codes that decoding and coding change", _codes_survive),
     Question("R6", "jump of sRGB where its line meets its power", _break_is_smooth),
@@ -118,6 +156,7 @@ QUESTIONS = (
     Question("P1", "relative error of exponents of exact powers", _exponents_are_found),
     Question("P2", "deviation of a texel without light from scale 0 and exponent 1", _black_texel),
     Question("P9", "error of exponents in 8 bits, in radiance, against its bound", _check_rounded_exponents),
+    Question("P10", "error of the mean light of relief that is seen from afar", _relief_from_afar),
     Question("CO1", "error of linear sRGB after XYZ and back", _xyz_and_back),
     Question("CO5", "values that are not finite after tone mapping at ±20 EV", _exposures_stay_finite),
     Question("CO7", "code of a grey card of 18 %, off 118", _grey_card),
