@@ -418,7 +418,8 @@ def warn_of_averaged_normals(maps: PbrMaps) -> list[str]:
     """
     slope = maps.normal[..., :2].reshape(-1, 2) / np.maximum(maps.normal[..., 2:].reshape(-1, 1), 0.2)
     alpha2 = float(np.mean(np.maximum(maps.roughness, SMOOTHEST).astype(np.float64) ** 2)) ** 2
-    lower = float(np.sqrt(np.linalg.det(np.eye(2) + 2.0 * np.cov(slope.T.astype(np.float64)) / alpha2)))
+    spread = np.cov(slope.T.astype(np.float64), bias=True)  # of one texel too
+    lower = float(np.sqrt(np.linalg.det(np.eye(2) + 2.0 * spread / alpha2)))
     if lower < MUCH_LOWER:
         return []
     return [

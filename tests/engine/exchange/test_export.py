@@ -162,5 +162,11 @@ def test_averaged_normals_are_remarked_on_where_they_matter(slope: float, times:
     if times is None:
         assert found == []
     else:
-        expected = 1.0 + 2.0 * slope**2 * 64 / 63 / 0.25**4
+        expected = 1.0 + 2.0 * slope**2 / 0.25**4
         assert f"{number(expected, 2)} times" in found[0]
+
+
+def test_a_single_texel_averages_no_normals() -> None:
+    one = np.full((1, 1), 0.25, np.float32)
+    up = np.array([[[0.0, 0.0, 1.0]]], np.float32)
+    assert warn_of_averaged_normals(PbrMaps(np.full((1, 1, 3), 0.5, np.float32), up, one, one, one)) == []
