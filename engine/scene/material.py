@@ -20,6 +20,7 @@ from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.core.colour import luminance
 from engine.core.directions import surface_direction
 from engine.core.health import Health
+from engine.core.params import parameters
 from engine.core.summary import Summary
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
@@ -116,12 +117,13 @@ def material_of_maps(maps: PbrMaps, name: str, health: Health | None = None) -> 
     )
     if maps.layers is not None:
         root = min(float(maps.f0.mean(dtype=np.float64)), MAX_F0) ** 0.5
+        largest = next(each.high for each in parameters(maps.layers) if each.name == "specular_ior")
         mean = replace(
             maps.layers,
             base_color=(base[0], base[1], base[2]),
             base_metalness=metallic,
             specular_roughness=roughness,
-            specular_ior=round((1.0 + root) / (1.0 - root), 5),
+            specular_ior=min(round((1.0 + root) / (1.0 - root), 5), largest),
         )
     return Material(None, None, brdf_to_text(mean), name=name, health=health or Health(), pbr=maps)
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import base64
 import binascii
 import struct
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -121,8 +122,9 @@ class _Reader:
             textures = [key for key in owner if key.endswith("Texture") and key != "specularColorTexture"]
             if textures:
                 self.notes.append(f"{' and '.join(textures)} is passed over")
-        if "KHR_materials_specular" not in extensions or "specularColorTexture" in extensions["KHR_materials_specular"]:
-            given.pop("specular_color", None)
+        colour = given.pop("specular_color")
+        if _is_coloured(colour) and "specularColorTexture" not in _dict(extensions, "KHR_materials_specular"):
+            given["specular_color"] = colour  # otherwise it is in f0
         values, widened, notes = gltf_values(given, roughness)
         if not has_layers(values):
             return "", 1.0
@@ -135,7 +137,7 @@ class _Reader:
         strength = self._numbers(specular, "specularFactor", (1.0,))[0]
         colour = self._numbers(specular, "specularColorFactor", (1.0, 1.0, 1.0))
         f0 = ((ior - 1.0) / (ior + 1.0)) ** 2 if ior > 0.0 else 1.0
-        coloured = max(colour) - min(colour) > 1e-3
+        coloured = _is_coloured(colour)
         if coloured and "specularColorTexture" in specular:
             self.notes.append("highlights of dielectrics have a colour, which is taken as grey")
         elif coloured:
@@ -232,6 +234,10 @@ def _bytes_chunk(content: bytes, start: int) -> bytes:
         return b""
     count, kind = struct.unpack_from("<I4s", content, start)
     return content[start + 8 : start + 8 + count] if kind == b"BIN\0" else b""
+
+
+def _is_coloured(colour: Sequence[float]) -> bool:
+    return max(colour) - min(colour) > 1e-3
 
 
 def _is_textured(material: object) -> bool:

@@ -23,6 +23,9 @@ Colour = Callable[[str, Sequence[float]], Sequence[float]]
 #: Weights without which a material has no layers.
 WEIGHTS = ("coat_weight", "fuzz_weight", "thin_film_weight", "specular_roughness_anisotropy", "base_diffuse_roughness")
 
+#: Colours of highlights that count as white.
+WHITE = 1.0 - 1e-3
+
 _TURNED = tuple(each.name for each in fields(OpenPbrAnisotropic) if each.name not in {f.name for f in fields(OpenPbr)})
 
 
@@ -36,9 +39,9 @@ def layers_of(values: dict[str, Any]) -> OpenPbr:
 
 
 def has_layers(values: dict[str, Any]) -> bool:
-    """True if a layer is seen, or highlights of dielectrics have a colour."""
+    """True if a layer is seen, or highlights of dielectrics have a colour, grey among them."""
     colour = values.get("specular_color", (1.0, 1.0, 1.0))
-    return any(values.get(name, 0.0) for name in WEIGHTS) or max(colour) - min(colour) > 1e-3
+    return any(values.get(name, 0.0) for name in WEIGHTS) or min(colour) < WHITE
 
 
 def openpbr_values(number: Number, colour: Colour) -> dict[str, Any]:

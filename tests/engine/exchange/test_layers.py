@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from dataclasses import replace
@@ -154,6 +155,38 @@ def test_standard_surface_in_openpbr(tmp_path: Path) -> None:
     along = found.roughness[0, 0] ** 2 * np.sqrt(2.0 / (1.0 + across**2))
     assert (along, across * along) == pytest.approx((0.25 / np.sqrt(0.28), 0.25 * np.sqrt(0.28)), rel=1e-5)
     assert (layers.rotation_deg, layers.fuzz_weight, layers.thin_film_thickness) == pytest.approx((90.0, 0.3, 0.4))
+
+
+@pytest.mark.parametrize("name", ["gltf_pbr", "standard_surface"])
+def test_grey_highlights_of_materialx_are_kept(tmp_path: Path, name: str) -> None:
+    layers = surface(tmp_path, name, number("specular_color", "0.5, 0.5, 0.5")).layers
+    assert layers is not None
+    assert layers.specular_color == (0.5, 0.5, 0.5)
+
+
+def coated(tmp_path: Path, extensions: dict[str, Any]) -> PbrMaps:
+    """A material of glTF under a clear coat, with further extensions."""
+    coat = {"KHR_materials_clearcoat": {"clearcoatFactor": 1.0}}
+    tree = {"asset": {"version": "2.0"}, "materials": [{"name": "m", "extensions": {**coat, **extensions}}]}
+    (tmp_path / "m.gltf").write_text(json.dumps(tree))
+    return read(tmp_path / "m.gltf")
+
+
+def test_gltf_counts_grey_highlights_once(tmp_path: Path) -> None:
+    """f0 has a grey factor, which the layers must not have again."""
+    found = coated(tmp_path, {"KHR_materials_specular": {"specularColorFactor": [0.5, 0.5, 0.5]}})
+    assert found.f0[0, 0] == pytest.approx(0.02)
+    assert found.layers is not None
+    assert found.layers.specular_color == (1.0, 1.0, 1.0)
+
+
+def test_gltf_of_full_specular_under_a_coat_opens(tmp_path: Path) -> None:
+    """An index of 0 stands for f0 = 1 (KHR_materials_ior), which no index of OpenPBR has."""
+    assert coated(tmp_path, {"KHR_materials_ior": {"ior": 0.0}}).f0[0, 0] == 1.0
+
+
+def test_gltf_without_an_object_for_an_extension_opens(tmp_path: Path) -> None:
+    assert coated(tmp_path, {"KHR_materials_specular": None}).layers is not None
 
 
 def test_a_bundle_with_layers_of_another_model_is_refused(tmp_path: Path, monkeypatch: Any) -> None:
