@@ -92,6 +92,15 @@ BRDF_LABELS = {
     **{f"cxy{lobe}": f"Along surface {lobe}" for lobe in (1, 2, 3)},
     **{f"cz{lobe}": f"Along normal {lobe}" for lobe in (1, 2, 3)},
     **{f"exponent{lobe}": f"Exponent {lobe}" for lobe in (1, 2, 3)},
+    "base_diffuse_roughness": "Diffuse roughness",
+    "base_metalness": "Metalness",
+    "specular_ior": "Specular IOR",
+    "coat_ior": "Coat IOR",
+    "thin_film_weight": "Film weight",
+    "thin_film_thickness": "Film thickness",
+    "thin_film_ior": "Film IOR",
+    "specular_roughness_anisotropy": "Anisotropy",
+    "coat_roughness_anisotropy": "Coat anisotropy",
 }
 
 
