@@ -86,7 +86,7 @@ class BrdfPanel(Rows):
             self.form.follow(self.choice)
         self.form.show_instance(brdf)
         self.form.setVisible(measured is None)
-        self.again.setVisible(project.material.pbr is not None)
+        self.again.setVisible(project.material.pbr is not None and project.material.pbr.layers is None)
         self.again.setChecked(project.material.pbr is not None and project.material.pbr.multiple_scattering)
 
     def _set_multiple_scattering(self, on: bool) -> None:

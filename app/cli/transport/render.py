@@ -290,6 +290,8 @@ def _adapt(scene: Scene, arguments: argparse.Namespace) -> Scene:
     if arguments.single_scattering:
         if scene.material is None or scene.pbr is None:
             raise UsageError("--single-scattering needs a material of PBR maps")
+        if scene.pbr.layers is not None:
+            raise UsageError("--single-scattering is for PBR maps without layers: OpenPBR always scatters again")
         scene = replace(scene, material=set_multiple_scattering(scene.material, on=False))
     return MODES[arguments.mode].adapt(scene) if arguments.mode in MODES else scene
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from PySide6.QtWidgets import QWidget
 
 from app.document.modes import mode_named, why_not
 from app.window.main_window import MainWindow
+from engine.brdf.models.openpbr import OpenPbr
 from engine.images.encode import encode_png
 
 
@@ -60,3 +62,14 @@ def test_multiple_scattering_is_switched_and_undone(filled: MainWindow) -> None:
     assert "multiple_scattering=0" in material.brdf
     document.undo_stack.undo()
     assert again.isChecked()
+
+
+def test_layers_offer_no_switch_of_multiple_scattering(filled: MainWindow) -> None:
+    """OpenPBR always has it: a switch would do nothing."""
+    filled.show_workspace("view")
+    document = filled.bench.document
+    material = document.project.material
+    assert material.pbr is not None
+    layered = replace(material.pbr, layers=OpenPbr(coat_weight=1.0))
+    document.change("Coat", material=replace(material, pbr=layered))
+    assert not filled.view.brdf_panel.again.isVisibleTo(filled)

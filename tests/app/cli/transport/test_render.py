@@ -262,6 +262,13 @@ def test_rough_metal_keeps_its_light_unless_one_reflection_is_asked_for(capsys: 
     assert single == pytest.approx(0.31, abs=0.02)
     said = render(capsys, "plane", "--single-scattering", "-o", tmp_path / "x.exr", *SMALL, code=2)
     assert "--single-scattering needs a material of PBR maps" in said
+    coated = tmp_path / "coated.mtlx"
+    coat = '<input name="coat_weight" type="float" value="1"/>'
+    surface = f'<open_pbr_surface name="s" type="surfaceshader">{coat}</open_pbr_surface>'
+    coated.write_text(f'<materialx version="1.39">{surface}</materialx>')
+    asked = ("plane", "--material", coated, "--single-scattering")
+    said = render(capsys, *asked, "-o", tmp_path / "x.exr", *SMALL, code=2)
+    assert "OpenPBR always scatters again" in said
 
 
 def test_the_reference_shows_the_material(capsys: Any, tmp_path: Path, bundle: Path) -> None:
