@@ -15,6 +15,7 @@ from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPol
 from app.capture.import_panel import is_upright
 from app.widgets import theme
 from app.widgets.image_view import ImageView
+from engine.capture.object_outline import simplify_outline
 from engine.capture.registration.framing import Framing, estimate_aspect
 from engine.core.steps import Step, Steps
 
@@ -38,12 +39,13 @@ class FramingView(ImageView):
 
     `corners_moved(corners, final)` follows a drag, `patch_drawn(patch)` a rectangle (left, top, width, height) that was
     drawn while `drawing_patch` is on, `length_drawn(ends)` a line (x, y, x, y) while `drawing_length` is, or one of
-    whose ends was dragged.
+    whose ends was dragged, and `outline_drawn(outline)` the path of a drag while `drawing_outline` is.
     """
 
     corners_moved = Signal(object, bool)
     patch_drawn = Signal(object)
     length_drawn = Signal(object)
+    outline_drawn = Signal(object)
 
     def __init__(self) -> None:
         super().__init__()
@@ -56,6 +58,9 @@ class FramingView(ImageView):
         self.length: Ends | None = None
         self.drawing_length = False
         self._end_held: int | None = None
+        self.outline: tuple[Place, ...] = ()
+        self.drawing_outline = False
+        self._path: list[Place] | None = None
 
     def show_corners(self, corners: Corners | None, *, upright: bool = False) -> None:
         """Show four `corners`, or none; `upright` keeps them a rectangle while one is dragged."""
@@ -80,6 +85,16 @@ class FramingView(ImageView):
     def draw_length(self, drawing: bool) -> None:
         """Let the next drag draw the line of a known length."""
         self.drawing_length = drawing
+        self.setCursor(Qt.CursorShape.CrossCursor if drawing else Qt.CursorShape.ArrowCursor)
+
+    def show_outline(self, points: tuple[Place, ...]) -> None:
+        """Show the outline of the object."""
+        self.outline = points
+        self.update()
+
+    def draw_outline(self, drawing: bool) -> None:
+        """Let the next drag draw around the object."""
+        self.drawing_outline = drawing
         self.setCursor(Qt.CursorShape.CrossCursor if drawing else Qt.CursorShape.ArrowCursor)
 
     def end(self, place: int) -> QPointF:
@@ -113,6 +128,10 @@ class FramingView(ImageView):
             if self.drawing_patch:
                 self._patch_from = self._place(event.position())
                 return
+            if self.drawing_outline:
+                self._path = []
+                self._draw_on(event.position())
+                return
             if self.drawing_length:
                 at = self._place(event.position())
                 self.show_length((at.x() - 0.5, at.y() - 0.5, at.x() - 0.5, at.y() - 0.5))
@@ -132,7 +151,9 @@ class FramingView(ImageView):
         super().mousePressEvent(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        if self._end_held is not None:
+        if self._path is not None:
+            self._draw_on(event.position())
+        elif self._end_held is not None:
             self._move_end(self._end_held, event.position())
         elif self._held is not None:
             place = self._place(event.position())
@@ -145,7 +166,13 @@ class FramingView(ImageView):
             super().mouseMoveEvent(event)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        if self._end_held is not None:
+        if self._path is not None:
+            outline, self._path = simplify_outline(self._path), None
+            self.draw_outline(False)
+            self.show_outline(() if outline is None else outline.points)
+            if outline is not None:
+                self.outline_drawn.emit(outline)
+        elif self._end_held is not None:
             self._end_held = None
             self.draw_length(False)
             assert self.length is not None
@@ -161,6 +188,13 @@ class FramingView(ImageView):
                 self.patch_drawn.emit(self.patch)
         else:
             super().mouseReleaseEvent(event)
+
+    def _draw_on(self, point: QPointF) -> None:
+        """Let the path around the object go on to a point on the screen."""
+        assert self._path is not None
+        at = self._place(point)
+        self._path.append((at.x() - 0.5, at.y() - 0.5))
+        self.show_outline(tuple(self._path))
 
     def _move(self, held: int, x: float, y: float) -> None:
         """Move one corner; of an upright rectangle its two neighbours follow."""
@@ -188,6 +222,8 @@ class FramingView(ImageView):
                 painter.drawPolygon(QPolygonF(handles))
                 for handle in handles:
                     painter.drawEllipse(handle, HANDLE_PX, HANDLE_PX)
+            if len(self.outline) > 1:
+                painter.drawPolygon(QPolygonF([self.to_screen(QPointF(x + 0.5, y + 0.5)) for x, y in self.outline]))
             if self.length is not None:
                 ends = [self.end(place) for place in (0, 1)]
                 painter.drawLine(*ends)

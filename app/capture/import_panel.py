@@ -17,6 +17,7 @@ from app.widgets.controls import ComboBox
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Fold, Rows, Segments, button, enable, keep_hint, text
 from engine.capture.calibration.separation import MIN_GAIN, gain_text
+from engine.capture.object_outline import ObjectOutline
 from engine.capture.scale import KnownLength, size_text
 from engine.core.errors import UsageError
 from engine.core.figure_text import number
@@ -58,6 +59,7 @@ IMPORT_CHOICES = {
 
 FRAMES = {
     "lens": ("Lens", "A .lens file that an import has written, by which the distortion of the lens is taken off"),
+    "mask": ("Object", "What of the photographs is the object; the background counts in no map and no figure"),
     "dark": ("Dark frame", "A photograph without light, which is subtracted"),
     "flat": ("Flat field", "A photograph of an even white surface, which is divided out"),
     "chart": (
@@ -70,6 +72,7 @@ FRAMES = {
 #: Choices of a frame that no file is chosen for.
 _WITHOUT_FILE = {
     "lens": (("As it is", "none"),),
+    "mask": (("All", "none"), ("What is opaque", "alpha")),
     "dark": (("As found", "auto"), ("None", "none")),
     "flat": (("As found", "auto"), ("None", "none")),
     "chart": (("None", "none"), ("In a photograph", "auto")),
@@ -113,6 +116,8 @@ CALIBRATION = (
         "flat",
         "chart",
         "lens",
+        "mask",
+        "outline_px",
         "pair_gain",
         "scale_mm",
         "chart_pitch_mm",
@@ -149,7 +154,8 @@ class ImportPanel(Rows):
     """Rows of the Capture panel. `chosen(words, parts)` asks for a change of these parts of `ImportChoices`.
 
     `framing_wanted(how, width)` asks for 'all', 'crop' or 'corners', `patch_wanted` to draw the grey patch,
-    `length_wanted` to mark a known length, `tool_wanted` for 'points' or 'sphere' to be set by hand.
+    `length_wanted` to mark a known length, `outline_wanted` to draw around the object, `tool_wanted` for 'points' or
+    'sphere' to be set by hand.
     """
 
     chosen = Signal(str, object)
@@ -157,6 +163,7 @@ class ImportPanel(Rows):
     patch_wanted = Signal()
     tool_wanted = Signal(str)
     length_wanted = Signal()
+    outline_wanted = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -432,7 +439,14 @@ class ImportPanel(Rows):
             box.addItem(words, choice)
         if isinstance(value, Path):
             box.addItem(value.name, value)
+        if name == "mask":
+            box.addItem("Draw an outline…", "draw")
+            if self.choices.outline_px:
+                box.insertItem(0, "Inside the outline", "outline")
         box.addItem("Choose a file…", "choose")
+        if name == "mask" and self.choices.outline_px:
+            box.setCurrentIndex(0)
+            return
         box.setCurrentIndex(len(_WITHOUT_FILE[name]) if isinstance(value, Path) else box.findData(value))
 
     def _fill_forms(self) -> None:
@@ -451,7 +465,12 @@ class ImportPanel(Rows):
         if value == "choose":
             path, _ = QFileDialog.getOpenFileName(self, label)
             value = Path(path) if path else getattr(self.choices, name)
-        if value == "patch" and name == "white_balance":
+        if name == "mask":
+            if value == "draw":
+                self.outline_wanted.emit()
+            elif value != "outline":
+                self.chosen.emit(label, {"mask": value, "outline_px": ()})
+        elif value == "patch" and name == "white_balance":
             self.patch_wanted.emit()
         elif name == "white_balance":
             by_patch = {"equalise": ""} if self.choices.equalise == "patch" else {}
@@ -507,6 +526,10 @@ class ImportPanel(Rows):
         length_mm = SCALES["length"][2] if known is None else known[4]
         alone = {"scale_mm": None, "chart_pitch_mm": None, "scale_by_camera": False, "camera_distance_mm": None}
         self.chosen.emit("Known length", {**alone, "known_length": (*ends, length_mm)})
+
+    def take_outline(self, outline: ObjectOutline) -> None:
+        """Ask for the object inside an outline that was drawn."""
+        self.chosen.emit("Object", {"mask": "none", "outline_px": outline.points})
 
     def _pair_chosen(self, how: str) -> None:
         self.chosen.emit("Gain of pairs", {"pair_gain": self.pair_gain.value if how == "stated" else None})

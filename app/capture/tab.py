@@ -94,6 +94,7 @@ class CaptureTab(QWidget):
         self.loupe.closed.connect(self.magnify.trigger)
         self.image.corners_moved.connect(self._corners_moved)
         self.image.length_drawn.connect(lambda ends: self.options.take_length(ends))
+        self.image.outline_drawn.connect(lambda outline: self.options.take_outline(outline))
         self.image.patch_drawn.connect(lambda patch: choose(bench.document, "Grey patch", patch=patch))
         self.plot = ElevationPlot()
         self.plot.selected.connect(self.list.choose)
@@ -150,6 +151,7 @@ class CaptureTab(QWidget):
         self.options.framing_wanted.connect(self._frame)
         self.options.patch_wanted.connect(self._draw_patch)
         self.options.length_wanted.connect(self._draw_length)
+        self.options.outline_wanted.connect(self._draw_outline)
         self.options.tool_wanted.connect(self.open_tool)
         self.again.clicked.connect(self._import_again)
         self.report.show_source.connect(self._show_source)
@@ -466,6 +468,7 @@ class CaptureTab(QWidget):
             framing.corners if framing is not None and before else None, upright=is_upright(framing)
         )
         self.image.show_patch(choices.patch if before else None)
+        self.image.show_outline(choices.outline_px if before else ())
         known = choices.known_length
         self.image.show_length((known[0], known[1], known[2], known[3]) if known is not None and before else None)
         self.when.disable("before", why_not)
@@ -521,6 +524,10 @@ class CaptureTab(QWidget):
     def _draw_length(self) -> None:
         self._look_before()
         self.image.draw_length(True)
+
+    def _draw_outline(self) -> None:
+        self._look_before()
+        self.image.draw_outline(True)
 
     def _angle_edited(self, place: int, elevation_deg: float, azimuth_deg: float | None) -> None:
         sources = self.bench.document.project.sources

@@ -85,6 +85,8 @@ class ImportChoices:
     chart : the colour chart by which colours are corrected: 'auto' for one that a photograph of the capture shows,
         'none', or a file that shows one or that an import has written.
     lens : a `.lens` file, whose distortion is taken off, or 'none'.
+    mask : an image whose white pixels show the object, 'alpha' for the opaque pixels of the photographs, or 'none'.
+    outline_px : in its place, x and y of an outline around the object in the reference photograph (pixels).
     scale_mm, chart_pitch_mm : millimetres per pixel of the photographs, or between the middles of neighbouring patches
         of the chart, which tells it; None where it is not known.
     known_length : in their place, x and y of two points in the reference photograph (pixels), and the millimetres
@@ -118,6 +120,8 @@ class ImportChoices:
     chart: Path | Literal["auto", "none"] = "none"
     pair_gain: float | None = None
     lens: Path | Literal["none"] = "none"
+    mask: Path | Literal["alpha", "none"] = "none"
+    outline_px: tuple[tuple[float, float], ...] = ()
     scale_mm: float | None = None
     chart_pitch_mm: float | None = None
     known_length: tuple[float, float, float, float, float] | None = None

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from engine.capture.lights.azimuth_spread import about_azimuth
 from engine.capture.lights.file_names import printable
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.sources import Sources
+from engine.capture.object_outline import ObjectOutline
 from engine.capture.photograph.exposures import Exposure
 from engine.capture.scale import CameraDistance, ChartPitch, KnownLength, ScaleChoice
 from engine.core.errors import InputError
@@ -57,10 +58,17 @@ def settings_of(choices: ImportChoices) -> ImportSettings:
         working_space=choices.working_space,
         scale=_scale_of(choices),
         lens=None if choices.lens == "none" else choices.lens,
+        mask=_mask_of(choices),
         trust_angles=choices.trust_angles,
         strict=not choices.leave_out,
         use_all=choices.use_all,
     )
+
+
+def _mask_of(choices: ImportChoices) -> Path | Literal["alpha"] | ObjectOutline | None:
+    if choices.outline_px:
+        return ObjectOutline(choices.outline_px)
+    return None if choices.mask == "none" else choices.mask
 
 
 def _scale_of(choices: ImportChoices) -> ScaleChoice | None:

@@ -30,6 +30,7 @@ from app.document.bake_request import choices_for
 from app.document.factoring import MATERIAL, RUN_NUMBERS, names_of
 from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.capture.lights.list_forms import LISTED, is_form
+from engine.capture.object_outline import ObjectOutline
 from engine.capture.scale import KnownLength
 from engine.core.errors import UsageError
 from engine.storage.text import whole_number
@@ -216,6 +217,14 @@ def _length_fits(known: Any) -> bool:
         return False
 
 
+def _outline_fits(points: Any) -> bool:
+    """Return whether an outline around an object can be one; none is no outline."""
+    try:
+        return not points or ObjectOutline(points) is not None
+    except (UsageError, TypeError, ValueError):
+        return False
+
+
 def _stack_fits(of: Mapping[str, Any]) -> bool:
     count = len(of["radiance"])
     azimuth = of.get("azimuth")
@@ -260,7 +269,11 @@ RULES: Mapping[str, Callable[[Mapping[str, Any]], bool]] = {
         warp.density.shape[:2] == of["colours"].shape[:2] for warp in (of["visible"], of["luminance"])
     ),
     "Sources": _sources_fit,
-    "ImportChoices": lambda of: is_form(of.get("lights_form", LISTED)) and _length_fits(of.get("known_length")),
+    "ImportChoices": lambda of: (
+        is_form(of.get("lights_form", LISTED))
+        and _length_fits(of.get("known_length"))
+        and _outline_fits(of.get("outline_px", ()))
+    ),
     "ImageStack": _stack_fits,
     "Accuracy": lambda of: all(1 <= side <= 1 << 16 for side in of["size"]),
     "Material": lambda of: _is_brdf(of.get("brdf", "lambert")),

@@ -65,7 +65,12 @@ def photographs(project: Project) -> tuple[Path, ...]:
     if project.sources is None:
         return ()
     choices = (project.import_choices, project.imported_with)
-    frames = (frame for each in choices if each is not None for frame in (each.dark, each.flat, each.chart, each.lens))
+    frames = (
+        frame
+        for each in choices
+        if each is not None
+        for frame in (each.dark, each.flat, each.chart, each.lens, each.mask)
+    )
     return tuple(dict.fromkeys((*_files_of(project.sources), *(each for each in frames if isinstance(each, Path)))))
 
 

@@ -35,6 +35,7 @@ from engine.capture.lights.selection import Selection, select
 from engine.capture.lights.sources import Pairs, Sources, photographs_in
 from engine.capture.lights.sphere_lights import measure_lights
 from engine.capture.lights.uncalibrated import estimate_lights
+from engine.capture.object_outline import ObjectOutline
 from engine.capture.photograph.calibration import Calibration, measure_level, read_calibration
 from engine.capture.photograph.decode import Photograph, Unreadable, WhiteBalance, read_photograph
 from engine.capture.photograph.exposures import Exposure, Noted, Scale, exposure_scale, read_noted_exposure
@@ -108,8 +109,8 @@ class ImportSettings:
     lights_form : the form in which the list of lights is taken, see `engine.capture.lights.list_forms`.
     chart : the colour chart by which colours are corrected: 'auto' for one that a photograph of the capture shows, the
         file of another photograph under the same lamps, or a `.chart` file; None for no correction.
-    mask : an image whose white pixels show the object, or 'alpha' for the opaque pixels of the photographs; None where
-        all is object.
+    mask : an image whose white pixels show the object, 'alpha' for the opaque pixels of the photographs, or an outline
+        around the object in pixels of the reference photograph; None where all is object.
     estimate_lights : estimate the lights from the photographs alone (`engine.capture.lights.uncalibrated`).
     scale : millimetres per pixel of the photographs, or a length or chart that tells it (`engine.capture.scale`); None
         where it is not known.
@@ -141,7 +142,7 @@ class ImportSettings:
     lights_form: str = LISTED
     bands: tuple[int, ...] = ()
     chart: Path | Literal["auto"] | None = None
-    mask: Path | Literal["alpha"] | None = None
+    mask: Path | Literal["alpha"] | ObjectOutline | None = None
     estimate_lights: bool = False
     pair_gain: float | None = None
     scale: ScaleChoice | None = None

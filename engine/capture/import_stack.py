@@ -61,6 +61,7 @@ from engine.capture.lights.file_names import printable
 from engine.capture.lights.list_forms import LISTED, name_order
 from engine.capture.lights.sources import Sources, name_members
 from engine.capture.mask import ALPHA, pack, read_mask
+from engine.capture.object_outline import ObjectOutline
 from engine.capture.output_region import View, view_of
 from engine.capture.photograph.decode import Photograph, ReadAhead, Unreadable
 from engine.capture.photograph.exposures import Exposure
@@ -389,6 +390,8 @@ def _pack_mask(plan: Plan, read: _Read, alignment: Alignment, view: View) -> str
     chosen = plan.settings.mask
     if chosen is None:
         return None
+    if isinstance(chosen, ObjectOutline):
+        return pack(read_mask(chosen, False, read.shape, view))
     path = plan.sources.photographs[alignment.reference] if chosen == ALPHA else Path(chosen)
     return pack(read_mask(path, chosen == ALPHA, read.shape, view))
 

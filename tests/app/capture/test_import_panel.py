@@ -17,6 +17,7 @@ from app.document.import_choices import settings_of
 from app.widgets.image_view import pixels_image
 from engine.capture.import_plan import CALIBRATED
 from engine.capture.lights.list_forms import check_form
+from engine.capture.object_outline import ObjectOutline
 from engine.capture.photograph.grey_patch import GreyPatch
 from engine.capture.scale import CameraDistance, ChartPitch, KnownLength
 
@@ -156,6 +157,46 @@ def test_a_colour_chart_is_chosen_and_its_figures_are_said(panel: ImportPanel, q
 def test_a_record_that_is_none_is_shown_as_nothing(panel: ImportPanel, found: Any) -> None:
     panel.show_choices(panel.choices, None, {"calibration": found, "suggested_lights_form": found})
     assert panel.estimates["gains"].text() == ""
+
+
+def test_the_object_is_drawn_around_in_one_step(panel: ImportPanel, qtbot: Any) -> None:
+    """A drag around it is an outline without the points on its straight parts; a click draws nothing."""
+    view = FramingView()
+    qtbot.addWidget(view)
+    view.resize(400, 300)
+    view.show()
+    qtbot.waitExposed(view)
+    view.show_image(pixels_image(np.zeros((30, 40, 3), np.uint8)))
+    panel.outline_wanted.connect(lambda: view.draw_outline(True))
+    view.outline_drawn.connect(panel.take_outline)
+    box, asked = panel.boxes["mask"], []
+    panel.chosen.connect(lambda words, _parts: asked.append(words))
+
+    def choose(value: str) -> None:
+        box.setCurrentIndex(box.findData(value))
+        box.activated.emit(box.currentIndex())
+
+    def drag(*points: tuple[float, float]) -> None:
+        first, *rest = (view.to_screen(QPointF(x + 0.5, y + 0.5)).toPoint() for x, y in points)
+        qtbot.mousePress(view, Qt.MouseButton.LeftButton, pos=first)
+        for point in rest:
+            qtbot.mouseMove(view, point)
+        qtbot.mouseRelease(view, Qt.MouseButton.LeftButton, pos=(rest or [first])[-1])
+
+    choose("draw")
+    assert (box.currentData(), view.drawing_outline) == ("none", True)
+    drag((5.0, 5.0))
+    assert (asked, view.drawing_outline) == ([], False)
+    choose("draw")
+    drag((5, 5), (10, 5), (20, 5), (30, 5), (30, 15), (30, 25), (18, 25), (5, 25), (5, 15))
+    assert (box.currentText(), asked) == ("Inside the outline", ["Object"])
+    mask = settings_of(panel.choices).mask
+    assert isinstance(mask, ObjectOutline)
+    assert len(mask.points) == 4
+    np.testing.assert_allclose(sorted(mask.points), [(5, 5), (5, 25), (30, 5), (30, 25)], atol=0.3)
+    choose("alpha")
+    assert settings_of(panel.choices).mask == "alpha"
+    assert box.findData("outline") < 0
 
 
 def test_a_scale_is_stated_marked_or_estimated(panel: ImportPanel, qtbot: Any) -> None:

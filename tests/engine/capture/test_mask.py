@@ -13,8 +13,9 @@ from engine.capture.import_plan import ImportSettings
 from engine.capture.import_stack import import_stack
 from engine.capture.lights.sources import find
 from engine.capture.mask import mask_of, pack
+from engine.capture.object_outline import ObjectOutline, simplify_outline
 from engine.capture.stack import ImageStack
-from engine.core.errors import InputError
+from engine.core.errors import InputError, UsageError
 from engine.core.steps import drain
 from engine.surface.recover import recover
 from tests.engine.capture.calibration.generated import Capture, render, write
@@ -52,6 +53,35 @@ def test_a_mask_file_goes_the_way_of_the_photographs(photographs: Path, tmp_path
     apart = np.degrees(np.arccos(np.clip((surface.maps.normal * plain.maps.normal).sum(axis=-1), -1.0, 1.0)))
     assert np.median(apart[found]) < 0.5
     assert (surface.maps.base_colour[~found] == 0.0).all()
+
+
+def test_an_outline_goes_the_way_of_the_photographs(photographs: Path, tmp_path: Path) -> None:
+    """A rectangle from pixel 8 to 30 and 10 to 25, both with their own pixels, cut by the crop."""
+    outline = ObjectOutline(((7.5, 9.5), (30.5, 9.5), (30.5, 25.5), (7.5, 25.5)))
+    stack = bring_in(photographs, tmp_path / "stack", mask=outline, crop=(6, 4, 36, 30))
+    found = mask_of(stack)
+    assert found is not None
+    wanted = np.zeros((40, 48), np.bool_)
+    wanted[10:26, 8:31] = True
+    assert np.count_nonzero(found != wanted[4:34, 6:42]) <= 23 + 16 + 2  # pixels that its edge touches belong to it
+    outside = ObjectOutline(((100.0, 100.0), (140.0, 100.0), (140.0, 140.0)))
+    with pytest.raises(UsageError, match="leaves nothing"):
+        bring_in(photographs, tmp_path / "none", mask=outside)
+
+
+@pytest.mark.parametrize("points", [(), ((0.0, 0.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 1.0), (1e9, 0.0))])
+def test_an_outline_that_is_none_is_refused(points: tuple[tuple[float, float], ...]) -> None:
+    with pytest.raises(UsageError):
+        ObjectOutline(points)
+
+
+def test_long_paths_keep_their_shape_in_few_points() -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 20_000)
+    outline = simplify_outline([(1000.0 + 900.0 * np.cos(t), 900.0 * np.sin(t)) for t in turn])
+    assert outline is not None
+    assert len(outline.points) < 500
+    area = cv2.contourArea(np.array(outline.points, np.float32))
+    assert area == pytest.approx(np.pi * 900.0**2, rel=2e-3)
 
 
 def test_the_alpha_of_photographs_is_their_mask(photographs: Path, tmp_path: Path) -> None:
