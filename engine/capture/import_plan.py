@@ -360,12 +360,17 @@ class Plan:
         return tuple(term for term in chosen if not stated.get(term, False))
 
 
-def plan(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
-    """Measure the lights, the exposures and the white balance, and read the calibration frames."""
+def plan(sources: Sources, settings: ImportSettings, white_code: int = 0) -> Steps[Plan]:
+    """Measure the lights, the exposures and the white balance, and read the calibration frames.
+
+    `white_code` is the full scale of files of 16 bits, where it is known and not 0.
+    """
     transfer: TransferChoice = settings.transfer
     if transfer == "auto":
         transfer = sources.transfer or "auto"
     reading: dict[str, Any] = {"transfer": transfer, "bands": settings.bands}
+    if white_code:
+        reading["white_code"] = white_code
     if sources.sphere is not None:
         sources = yield from part(measure_lights(sources, transfer, settings.second_sphere), 0.0, 0.5)
     elif settings.estimate_lights:

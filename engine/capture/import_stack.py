@@ -289,9 +289,24 @@ def _import(sources: Sources, settings: ImportSettings, place: Path) -> Steps[St
                 left = _without_empty(plan, read, first)
             if left is plan:
                 record = yield from _align_record(plan, read, place, files, last)
-        plan = left
         del read
+        if record is None:
+            left = yield from _read_frames_again(sources, settings, plan, left)
+        plan = left
     return record
+
+
+def _read_frames_again(sources: Sources, settings: ImportSettings, plan: Plan, left: Plan) -> Steps[Plan]:
+    """`left`, made anew of `sources` where its files have another white level than those of `plan`, since frames,
+    charts and patches were read by that."""
+    white = left.options.get("white_code", 0)
+    if white == plan.options.get("white_code", 0):
+        return left
+    said = left.sources.findings[len(plan.sources.findings) :]
+    sources = replace(sources, findings=(*sources.findings, *said))
+    again = yield from part(plan_import(sources, settings, white), 0.0, 0.1)
+    again = replace(again, options={**again.options, **left.options, "white_balance": again.options["white_balance"]})
+    return again if again.names == left.names else again.reduced(left.sources)
 
 
 def _without_empty(plan: Plan, read: _Read, of_first: int) -> Plan:

@@ -147,7 +147,8 @@ def decode(
 ) -> dict[str, Any]:
     """The decoder that runs in the child: fields of `Image` as arrays and JSON values.
 
-    `orientation` is taken instead of the file's, and `white_code` for full scale of 16 bits, where they are not 0.
+    `orientation` is taken instead of the file's, and `white_code` for full scale of 16 bits, where they are not 0 and
+    no sample is above.
     Floating-point samples of red, green and blue from `white_samples` on, where there are any, are saturated.
     Of `bands`, which count from 1, one becomes grey, and three red, green and blue; without any the file's colours do.
     A stated `transfer` overrides all that the file says of colours, or with `keep_primaries` its curve alone.
@@ -161,7 +162,8 @@ def decode(
     raster = choose_bands(raster, bands, name) if bands else raster
     photographed = exif.read_exif(content) if raster.container in ("JPEG", "PNG", "TIFF") else Exif()
     turn = orientation or photographed.orientation
-    if white_code and raster.white is not None and raster.bit_depth == 16:
+    has_codes = white_code > 0 and raster.white is not None and raster.bit_depth == 16
+    if has_codes and int(raster.samples.max(initial=0)) <= white_code:
         raster = replace(raster, white=white_code)
     stated: Transfer | None = None if transfer == "auto" or (raster.white is None and transfer == "srgb") else transfer
     space, of_colours = _decide_space(raster, photographed, stated, bool(bands), keep_primaries, name)

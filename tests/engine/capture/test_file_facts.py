@@ -124,3 +124,26 @@ def test_a_photograph_that_was_turned_is_refused_by_its_tag(tmp_path: Path) -> N
     _tag(tmp_path / "in" / "p1.jpg", 3)
     with pytest.raises(InputError, match=r"p1.jpg: was turned during the capture: EXIF orientation 3"):
         _import(tmp_path / "in", tmp_path)
+
+
+@pytest.mark.parametrize("of_lamps", [False, True])
+def test_frames_of_narrow_samples_have_the_white_of_the_photographs(tmp_path: Path, of_lamps: bool) -> None:
+    falling = np.linspace(1.0, 0.4, 60)[:, None]
+    stacks = []
+    for top in (4095, 65535):
+        folder = tmp_path / str(top)
+        frames = [tmp_path / f"{name}{top}" for name in ("dark", "flat")]
+        for each in (folder, *frames):
+            each.mkdir()
+        codes = [np.rint(4095 * (0.1 + 0.8 * falling * image)) for image in _images()]
+        even = np.ones((40, 60, 3))
+        shown = [np.rint(4095 * level * even) for level in (0.1, 0.1 + 0.7 * falling)]
+        _write(folder, [np.rint(each * (top / 4095)).astype(np.uint16) for each in codes], "tif")
+        for frame, pixels in zip(frames, shown, strict=True):
+            for index in range(len(LIGHTS)):
+                cv2.imwrite(str(frame / f"p{index}.tif"), np.rint(pixels * (top / 4095)).astype(np.uint16))
+        dark, flat = frames if of_lamps else [each / "p0.tif" for each in frames]
+        settings = ImportSettings(motion="none", calibrate="none", dark=dark, flat=flat)
+        stacks.append(drain(import_stack(find([folder]), settings, tmp_path / f"stack{top}")))
+    np.testing.assert_allclose(stacks[0].radiance[:], stacks[1].radiance[:], rtol=2e-3, atol=2e-4)
+    assert [warning for warning in stacks[0].health.warnings if "12 bits" in warning] == stacks[0].health.warnings[:1]
