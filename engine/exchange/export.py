@@ -488,9 +488,11 @@ def _own_errors(subject: Subject, wanted: dict[str, Floats], stack: ImageStack |
     found["brdf_fit_rmse_rel"] = compute_fit_error(material)
     figures: dict[str, Any] = {"rmse_rel": None, "rmse_rel_power_law": None}
     if stack is not None:
-        figures["rmse_rel"] = yield from part(photograph_error(material_shown(material), stack), 0.0, 0.5)
+        comparing = photograph_error(material_shown(material), stack, material.mask)
+        figures["rmse_rel"] = yield from part(comparing, 0.0, 0.5)
     if material.power_law is not None and material.shading_map is not None:
-        measured = yield from part(loss(material_shown(material, "power-law"), wanted, subject.maps.size), 0.5, 1.0)
+        comparing_law = loss(material_shown(material, "power-law"), wanted, subject.maps.size, material.mask)
+        measured = yield from part(comparing_law, 0.5, 1.0)
         figures["rmse_rel_power_law"] = measured.figures["rmse_rel_reference"]
     return {**found, **figures}
 
@@ -501,8 +503,9 @@ def _errors(shown: Shown | None, leaving: Departure) -> Steps[Measured]:
     if shown is None:
         return figures, None
     yield Step(0.0, "measuring the error")
+    mask = leaving.subject.material.mask
     if leaving.stack is not None:
-        figures["rmse_rel"] = yield from part(photograph_error(shown, leaving.stack), 0.0, 0.4)
+        figures["rmse_rel"] = yield from part(photograph_error(shown, leaving.stack, mask), 0.0, 0.4)
     wanted = yield from part(_reference_images(leaving), 0.4, 0.6)
-    measured = yield from part(loss(shown, wanted, leaving.subject.maps.size), 0.6, 1.0)
+    measured = yield from part(loss(shown, wanted, leaving.subject.maps.size, mask), 0.6, 1.0)
     return {**figures, **measured.figures}, measured.first

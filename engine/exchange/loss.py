@@ -216,14 +216,23 @@ def brdf_loss(found: Brdf, wanted: Brdf) -> Steps[Loss]:
     return (yield from part(loss(brdf_shown(found), images, (1, 1)), 0.5, 1.0))
 
 
-def loss(shown: Shown, wanted: dict[str, Floats], size: tuple[int, int]) -> Steps[Loss]:
-    """The error of a representation of maps of `size` (H, W) against the images that `references` made."""
+def loss(
+    shown: Shown, wanted: dict[str, Floats], size: tuple[int, int], mask: NDArray[np.bool_] | None = None
+) -> Steps[Loss]:
+    """The error of a representation of maps of `size` (H, W) against the images that `references` made.
+
+    Of texels outside the `mask` (H, W) of an object nothing counts, unless the ball shows no others.
+    """
     view = sphere(*size, DIAMETER)
+    counted = np.ones(len(view.row), np.bool_) if mask is None else mask[view.row, view.column]
+    counted |= not counted.any()
+    compared = view.image(np.repeat(counted[:, None], 3, axis=1))[..., 0] > 0.0
     rmse_rel, flip, first = {}, {}, np.zeros((0, 3))
     for index, (name, values) in enumerate(wanted.items()):
         yield Step(index / len(wanted), f"Comparing under {name}")
         found = shown(view, environment_lights(name))
-        comparing = comparison(view.image(found), view.image(values), view.mask)
+        image, reference = (view.image(np.where(counted[:, None], each, 0.0)) for each in (found, values))
+        comparing = comparison(image, reference, compared)
         error = yield from part(comparing, (index + 0.5) / len(wanted), (index + 1.0) / len(wanted))
         rmse_rel[name], flip[name] = error.rmse_rel, error.flip
         first = first if index else found
@@ -242,10 +251,11 @@ def display_sphere(values: Floats, wanted: Floats, size: tuple[int, int]) -> NDA
     return np.dstack([to_display8(gain * view.image(values)), cover])
 
 
-def photograph_error(shown: Shown, stack: ImageStack) -> Steps[float]:
+def photograph_error(shown: Shown, stack: ImageStack, mask: NDArray[np.bool_] | None = None) -> Steps[float]:
     """Relative RMSE of a representation of the size of the stack's photographs, each under its own lamp from above.
 
-    On a regular grid of at most 65,536 texels. A stack without azimuths is of an arc towards +x.
+    On a regular grid of at most 65,536 texels, of which those outside the `mask` (H, W) of an object do not count. A
+    stack without azimuths is of an arc towards +x.
     """
     height, width = stack.radiance.shape[1:3]
     step = grid_step(height, width)
@@ -254,6 +264,7 @@ def photograph_error(shown: Shown, stack: ImageStack) -> Steps[float]:
     frames = np.broadcast_to(np.eye(3), (len(row), 3, 3))
     above = np.broadcast_to(np.array([0.0, 0.0, 1.0]), (len(row), 3))
     view = View(row, column, frames, above, np.ones((len(rows), len(columns)), np.bool_))
+    counted = np.ones(len(row), np.bool_) if mask is None else mask[row, column]
     azimuth = np.zeros(len(stack.elevation)) if stack.azimuth is None else stack.azimuth
     apart = whole = 0.0
     for index, (elevation, around) in enumerate(zip(stack.elevation, azimuth, strict=True)):
@@ -263,8 +274,8 @@ def photograph_error(shown: Shown, stack: ImageStack) -> Steps[float]:
         found = shown(view, DistantLights(lamp, np.ones((1, 3))))
         photograph = [stack.radiance[index, line : line + 1, step // 2 : width : step][0] for line in rows]
         wanted = np.concatenate(photograph).astype(np.float64)
-        apart += float(np.sum((found - wanted) ** 2))
-        whole += float(np.sum(wanted**2))
+        apart += float(np.sum((found - wanted)[counted] ** 2))
+        whole += float(np.sum(wanted[counted] ** 2))
     return float(np.sqrt(apart / whole)) if whole > 0.0 else 0.0
 
 

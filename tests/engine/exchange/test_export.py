@@ -170,3 +170,15 @@ def test_a_single_texel_averages_no_normals() -> None:
     one = np.full((1, 1), 0.25, np.float32)
     up = np.array([[[0.0, 0.0, 1.0]]], np.float32)
     assert warn_of_averaged_normals(PbrMaps(np.full((1, 1, 3), 0.5, np.float32), up, one, one, one)) == []
+
+
+def test_the_background_of_an_object_counts_in_no_error(tmp_path: Path) -> None:
+    material, stack = dome_material(24, 20), dome_stack(24, 20)
+    mask = np.zeros(material.size, np.bool_)
+    mask[4:16, 6:] = True
+    radiance = np.where(mask[..., None], stack.radiance[:], np.float32(3.0))
+    of_object = dataclasses.replace(material, mask=mask)
+    export_it = export(tmp_path, of_object, ["shaders"], stack=dataclasses.replace(stack, radiance=radiance))
+    record = drain(export_it)
+    (shaders,) = record["targets"]
+    assert record["material"]["rmse_rel"] == shaders["rmse_rel"] < 0.1

@@ -110,3 +110,25 @@ def test_photographs_of_the_maps_themselves_have_no_error() -> None:
     assert drain(photograph_error(maps_shown(maps), stack)) < 1e-6
     darker = dataclasses.replace(maps, base_colour=0.5 * maps.base_colour)
     assert drain(photograph_error(maps_shown(darker), stack)) == pytest.approx(0.5, abs=0.2)
+    mask = np.zeros((12, 10), np.bool_)
+    mask[:, 4:] = True
+    before = dataclasses.replace(stack, radiance=np.where(mask[..., None], stack.radiance[:], np.float32(3.0)))
+    assert drain(photograph_error(maps_shown(maps), before)) > 0.5
+    assert drain(photograph_error(maps_shown(maps), before, mask)) < 1e-6
+
+
+def test_the_background_of_an_object_does_not_count() -> None:
+    material = woven_material()
+    mask = np.zeros((24, 20), np.bool_)
+    mask[5:19, 4:] = True
+    maps, white = drain(nearest_maps(material))
+    other = dataclasses.replace(maps, base_colour=np.where(mask[..., None], maps.base_colour, np.float32(0.0)))
+    wanted = drain(references(material))
+    (whole, _), (own, black) = (
+        [drain(loss(maps_shown(each, np.pi * white), wanted, (24, 20), part)) for each in (maps, other)]
+        for part in (None, mask)
+    )
+    assert own.mean_rmse_rel == black.mean_rmse_rel != whole.mean_rmse_rel
+    assert own.mean_flip == black.mean_flip
+    nowhere = drain(loss(maps_shown(maps, np.pi * white), wanted, (24, 20), np.zeros((24, 20), np.bool_)))
+    assert nowhere.mean_rmse_rel == whole.mean_rmse_rel
