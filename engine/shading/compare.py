@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.object_part import object_share
 from engine.capture.stack import ImageStack
 from engine.core.steps import Result, Step, Steps, part
 from engine.shading.directional import interpolation
@@ -47,7 +48,10 @@ class Candidate:
 
 
 def compare(stack: ImageStack, used: NDArray[np.int64], slices: int = 8) -> Steps[list[Candidate]]:
-    """All candidates and rivals of the photographs `used`, by rising error; ValueError for a stack without azimuths."""
+    """All candidates and rivals of the photographs `used`, by rising error; ValueError for a stack without azimuths.
+
+    Of a stack that shows an object alone (`engine.capture.object_part`) errors are those of its texels.
+    """
     found, moments_s = yield from _time(part(moments(stack, used), 0.0, 0.3))
     lights, second = directions(stack, used), found.average_channels()
     rows = [*_fits(lights, second, moments_s)]
@@ -63,7 +67,7 @@ def compare(stack: ImageStack, used: NDArray[np.int64], slices: int = 8) -> Step
     started = time.perf_counter()
     shading_map = yield from part(build(stack, slices, excluded=excluded), 0.75, 0.9)
     seconds = time.perf_counter() - started
-    shown = yield from part(fidelity(stack, used, shading_map), 0.9, 1.0)
+    shown = (yield from part(fidelity(stack, used, shading_map), 0.9, 1.0)).over(object_share(stack))
     errors = (shown.leave_one_out, shown.in_sample)
     predict = by_brightness(stack.mean_radiance[used])
     rows.append(Candidate("shading-map", *errors, 12 * slices, 6, seconds, predict))

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.object_part import object_mask
 from engine.capture.stack import ImageStack
 from engine.core.colour import REC_709, srgb_encode
 from engine.core.steps import Step, Steps
@@ -56,15 +57,21 @@ def errors(stack: ImageStack, used: NDArray[np.int64], *, lambertian: bool = Fal
 
     Kinds of texels and the brightness of white are those of all photographs, also where one is left out.
     """
-    stack, seen = stack.with_working_space(REC_709), lamps(stack, used)
-    alike = yield from kinds(stack, used, seen)
-    return (yield from measure_relight_errors(stack, used, seen, alike, lambertian=lambertian))
+    stack, seen, outside = stack.with_working_space(REC_709), lamps(stack, used), _background(stack)
+    alike = yield from kinds(stack, used, seen, outside=outside)
+    return (yield from measure_relight_errors(stack, used, seen, alike, lambertian=lambertian, outside=outside))
+
+
+def _background(stack: ImageStack) -> NDArray[np.bool_] | None:
+    """(H, W) True around the object of a stack that shows it alone; None for another."""
+    mask = object_mask(stack)
+    return None if mask is None else ~mask
 
 
 def predicting(stack: ImageStack, used: NDArray[np.int64], *, lambertian: bool = False) -> Steps[Predict]:
     """A function that shows a photograph as maps in Rec.709 that are made of the others do, for some texels."""
     stack, seen = stack.with_working_space(REC_709), lamps(stack, used)
-    alike = yield from kinds(stack, used, seen)
+    alike = yield from kinds(stack, used, seen, outside=_background(stack))
     height, width = stack.radiance.shape[1:3]
 
     def predict(texels: Texels, out: int) -> Array:

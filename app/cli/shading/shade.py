@@ -270,6 +270,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     stack, evenness = open_stack(arguments.stack), Health()
     if arguments.compare:
         arguments.exclude = arcs.exclude(arguments, stack)
+        stack, _, _ = drain(part(take_object(stack), 0.0, 0.02), show)
         return comparison.run(arguments, stack, show)
     if arguments.part is not None and stack.diffuse is None:
         raise UsageError("--part needs a stack of pairs under polarisers")

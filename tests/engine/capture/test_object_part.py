@@ -15,9 +15,11 @@ from engine.capture.mask import pack
 from engine.capture.object_part import object_share, take_object
 from engine.capture.stack import ImageStack
 from engine.core.steps import drain
+from engine.shading.compare import compare
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.representation import choose
 from engine.shading.shading_map import ShadingMap
+from engine.surface.relight import errors
 from tests.engine.capture.calibration.generated import Capture, render, write
 
 #: The object in the photographs, as a crop and as a mask.
@@ -68,6 +70,18 @@ def test_fits_and_errors_are_those_of_the_object_alone(
         assert ours.map.leave_one_out == ours.shown.leave_one_out
         shown, wanted = (each.image(each.lights[0]) for each in (ours.map, alone.map))
         assert np.abs(shown[rows, columns] - wanted).mean() < 2e-3
+
+
+def test_representations_are_compared_by_the_object_alone(stacks: tuple[ImageStack, ImageStack]) -> None:
+    used = np.arange(9)
+    (ours, maps), (alone, maps_alone) = (
+        ({row.name: row for row in drain(compare(each, used, 6))}, drain(errors(each, used)))
+        for each in (drain(take_object(stacks[0]))[0], stacks[1])
+    )
+    for name in ("mean", "ptm", "shading-map"):
+        assert ours[name].leave_one_out == pytest.approx(alone[name].leave_one_out, rel=0.02), name
+        assert ours[name].in_sample == pytest.approx(alone[name].in_sample, rel=0.05), name
+    assert maps.left_out == pytest.approx(maps_alone.left_out, rel=0.02)
 
 
 def test_a_stack_without_a_mask_stays_and_a_tile_shows_all(stacks: tuple[ImageStack, ImageStack]) -> None:
