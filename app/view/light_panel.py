@@ -54,8 +54,9 @@ ONE_LIGHT, ONLY_LAMPS, OPEN = "", "only lamps", "open"
 NEW_LAMP = LampSettings(theta_deg=50.0, phi_deg=-60.0, irradiance=1.0, radius_deg=5.0)
 
 
-#: Distance of a new near lamp from the middle of the model, in half diagonals of its box, so that the image has it.
-NEAR = 0.7
+#: Distance of a new near lamp from the middle of the model, in half diagonals of its box, and its angle from straight
+#: up: outside the built-in models, and within the image however wide that is.
+NEAR, NEAR_THETA_DEG = 0.65, 65.0
 
 
 class LightPanel(Rows):
@@ -194,7 +195,8 @@ class LightPanel(Rows):
             return
         lamps = self.look.near_lamps
         middle, size = _middle_and_size(self._mesh)
-        place = middle + NEAR * size * np.asarray(world_direction(radians(50.0), radians(-70.0 + 100.0 * len(lamps))))
+        azimuth = radians(-70.0 + 100.0 * len(lamps))
+        place = middle + NEAR * size * np.asarray(world_direction(radians(NEAR_THETA_DEG), azimuth))
         theta, phi = world_angles(middle - place)
         x, y, z, radius, side, power = (
             float(f"{value:.3g}") for value in (*place, 0.05 * size, 0.3 * size, _power_at(size))

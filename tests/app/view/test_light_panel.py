@@ -15,11 +15,12 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 
+from app.document.document import Look
 from app.viewport.gl_surface import GlSurface
 from app.viewport.refining import MANY_LIGHTS, Cost, Refining
 from app.window.main_window import MainWindow
 from engine.core.steps import Step, Steps
-from engine.geometry.shapes import shape
+from engine.geometry.shapes import SHAPES, frame_mesh, shape
 from engine.gl.context import create_context
 from engine.gl.direct import DirectRenderer
 from engine.images.encode import rgb_channels, write_exr
@@ -212,3 +213,22 @@ def test_what_cannot_light_a_model_is_explained(
     assert "square.exr" in words
     assert "equirectangular" in words
     assert window.bench.document.project.environment is None
+
+
+def test_new_near_lamps_stand_in_the_image(window: MainWindow) -> None:
+    """However wide the image of a built-in model is: a lamp outside of it cannot be dragged."""
+    panel, document = window.view.lights, window.bench.document
+    for name in SHAPES:
+        mesh = shape(name)
+        document.change("Model", mesh=mesh, look=Look())
+        panel.show_size(mesh)
+        for _ in range(3):
+            panel.add_near_lamp()
+        places = np.array([(each.x, each.y, each.z) for each in document.project.look.near_lamps])
+        assert len(places) == 3
+        for aspect in (1.0, 1.8, 2.5):
+            camera = frame_mesh(mesh, aspect)
+            right, up, back = camera.camera_from_world @ (places - camera.eye).T
+            reach = -back * np.tan(np.radians(camera.fov_deg) / 2.0)
+            assert np.abs(up / reach).max() < 1.0, name
+            assert np.abs(right / reach).max() < aspect, name
