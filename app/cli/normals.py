@@ -77,7 +77,10 @@ def report(result: dict[str, Any]) -> str:
         estimate = " (an estimate from the camera's notes)" if result["texel_mm_is_estimate"] else ""
         lines.append(f"heights from {number(low)} to {number(high)} mm, {texel} mm per texel{estimate}")
     if result["working_space"] != REC_709.label:
-        beyond = f"{percent(result['beyond_rec709_share'])} of them beyond Rec.709, clipped in the PNG previews"
+        beyond = "none of them beyond Rec.709"
+        if result["beyond_rec709_share"] > 0.0:
+            share = percent(result["beyond_rec709_share"])
+            beyond = f"{share} of them beyond Rec.709, clipped in the PNG previews"
         lines.append(f"base colours in {result['working_space']}, {beyond}")
     if result["in_sample_rmse_srgb8"] is not None:
         own, mean = number(result["in_sample_rmse_srgb8"]), number(result["mean_picture_rmse_srgb8"])

@@ -60,7 +60,7 @@ from engine.capture.import_record import (
 from engine.capture.lights.file_names import printable
 from engine.capture.lights.list_forms import LISTED, name_order
 from engine.capture.lights.sources import Sources, name_members
-from engine.capture.mask import ALPHA, pack, read_mask
+from engine.capture.mask import ALPHA, Mask, pack, read_mask
 from engine.capture.object_outline import ObjectOutline
 from engine.capture.output_region import View, view_of
 from engine.capture.photograph.decode import Photograph, ReadAhead, Unreadable
@@ -71,7 +71,7 @@ from engine.capture.registration.control_points import choose_marked_kind, with_
 from engine.capture.registration.pair_motion import Alignment
 from engine.capture.registration.polarised_shift import decide_shifts, measure_shift
 from engine.capture.registration.texture import Grey, reduce, reduction
-from engine.capture.registration.warp import move_points, sample_points, warp
+from engine.capture.registration.warp import Region, move_points, sample_points, warp
 from engine.capture.report import (
     grain,
     grid_step,
@@ -358,7 +358,10 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
     mean_radiance = np.array([one.mean_radiance(pixels) for one in output.tallies])
     grid = np.stack([np.concatenate(one.grid) for one in output.tallies])
     errors = leave_one_out(grid, mean_radiance)
-    space, gamut = measure_gamut(grid.reshape(len(grid), -1, 3), plan.settings.working_space)
+    mask = _read_mask(plan, read.shape, alignment.reference, output.view)
+    step = grid_step(region.height, region.width)
+    shown = grid.reshape(len(grid), -1, 3) if mask is None else grid[:, mask[::step, ::step]]
+    space, gamut = measure_gamut(shown, plan.settings.working_space)
     quality = qualities(output.tallies, pixels, read.noise_and_sharpness, alignment, errors)
     azimuths = compare_azimuths(grid, mean_radiance, sources.azimuth)
     findings = [*sources.findings, *plan.scale.findings, *contradictions(read.photographs)]
@@ -388,7 +391,7 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
             "aligned_to": names[alignment.reference] if alignment.aligned.any() else None,
             **output.view.as_json(),
             "scale": scale,
-            "mask": _pack_mask(plan, read, alignment, output.view),
+            "mask": None if mask is None else pack(mask),
             "photographs": about_lights(
                 read.photographs,
                 alignment,
@@ -400,15 +403,21 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
     )
 
 
-def _pack_mask(plan: Plan, read: _Read, alignment: Alignment, view: View) -> str | None:
-    """The mask that the settings ask for, as the stack shows it; None for none."""
+def _read_mask(plan: Plan, size: tuple[int, int], reference: int, view: View) -> Mask | None:
+    """The mask that the settings ask for, in photographs of `size`, as `view` shows it; None for none."""
     chosen = plan.settings.mask
     if chosen is None:
         return None
     if isinstance(chosen, ObjectOutline):
-        return pack(read_mask(chosen, False, read.shape, view))
-    path = plan.sources.photographs[alignment.reference] if chosen == ALPHA else Path(chosen)
-    return pack(read_mask(path, chosen == ALPHA, read.shape, view))
+        return read_mask(chosen, False, size, view)
+    path = plan.sources.photographs[reference] if chosen == ALPHA else Path(chosen)
+    return read_mask(path, chosen == ALPHA, size, view)
+
+
+def _check_mask(plan: Plan, read: _Read) -> None:
+    """Refuse a mask that does not fit the photographs when one of them has been read, not when all are written."""
+    height, width = read.shape
+    _read_mask(plan, read.shape, plan.reference or 0, View(Region(0, 0, width, height), np.eye(3)))
 
 
 def _degrees(angles: NDArray[np.float64]) -> list[float]:
@@ -426,6 +435,8 @@ def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
             if photograph is not None:
                 refuse_larger(light[0].path, photograph.radiance)  # as calibration and exposures have scaled it
                 crossed = yield from part(_read_crossed(plan, index, photograph, ahead, read), (start + stop) / 2, stop)
+                if index == 0:
+                    _check_mask(plan, read)
                 _note(read, photograph, plan.still and "motion" not in plan.calibrated)
                 yield from part(_keep(plan, read, photograph, crossed, place, files), (start + stop) / 2, stop)
                 ready = ThumbnailReady(

@@ -11,6 +11,7 @@ import numpy as np
 import OpenEXR
 import pytest
 
+from app.cli.normals import report
 from app.command_line import main
 
 Run = Callable[..., SimpleNamespace]
@@ -51,12 +52,17 @@ def test_maps_are_made_in_the_working_space_of_the_import(lightarc: Run, dome: P
     assert done.code == 0, done.err
     assert "maps of the surface are made in ACEScg; no colours lie beyond Rec.709" in done.out
     plain, other = (
-        lightarc("normals", stack, "-o", tmp_path / f"maps{number}", "--no-errors")
+        lightarc("normals", stack, "-o", tmp_path / f"maps{number}", "--no-errors", "--json")
         for number, stack in enumerate((dome, wide))
     )
     assert (plain.code, other.code) == (0, 0)
-    assert "base colours in" not in plain.out
-    assert "base colours in ACEScg, " in other.out
+    assert "base colours in" not in report(json.loads(plain.out))
+    result = json.loads(other.out)
+    for share, said in (
+        (0.02, "2 % of them beyond Rec.709, clipped in the PNG previews"),
+        (0.0, "none of them beyond"),
+    ):
+        assert f"base colours in ACEScg, {said}" in report({**result, "beyond_rec709_share": share})
 
 
 def test_one_arc_gives_the_slope_along_it_and_says_so(lightarc: Run, dome: Path, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from engine.capture.gamut import SpaceChoice
 from engine.capture.import_plan import ImportSettings
 from engine.capture.import_stack import import_stack
 from engine.capture.lights.sources import find
+from engine.capture.object_outline import ObjectOutline
 from engine.capture.stack import ImageStack, open_stack
 from engine.capture.stack_record import parse_record, write_record
 from engine.core.colour import REC_709, REC_2020
@@ -22,7 +23,9 @@ from engine.shading.representation import choose
 NARROW, WIDE = (0.4, 0.5, 0.3), (0.03, 0.6, 0.05)
 
 
-def _import(tmp_path: Path, share: float, choice: SpaceChoice) -> tuple[ImageStack, np.ndarray]:
+def _import(
+    tmp_path: Path, share: float, choice: SpaceChoice, mask: ObjectOutline | None = None
+) -> tuple[ImageStack, np.ndarray]:
     """Photographs in linear Rec.2020, of which a share of the columns is a green beyond Rec.709."""
     colour = np.empty((30, 40, 3), np.float32)
     colour[:], colour[:, : round(40 * share)] = NARROW, WIDE
@@ -32,7 +35,7 @@ def _import(tmp_path: Path, share: float, choice: SpaceChoice) -> tuple[ImageSta
     for elevation in (30, 60, 90):
         image = colour * np.float32(np.sin(np.radians(elevation)))
         write_exr(tmp_path / "in" / f"wood_{elevation}.exr", rgb_channels(image), half=False, space=REC_2020)
-    settings = ImportSettings(motion="none", working_space=choice)
+    settings = ImportSettings(motion="none", working_space=choice, mask=mask)
     return drain(import_stack(find([tmp_path / "in"]), settings, tmp_path / "stack")), colour
 
 
@@ -60,6 +63,14 @@ def test_colours_beyond_are_told(tmp_path: Path, share: float, choice: SpaceChoi
         assert stack.provenance["gamut"]["beyond_rec709"] == pytest.approx(share)
         lowest = np.array(WIDE) @ REC_2020.to_rec709.T
         assert stack.provenance["gamut"]["distance"] == pytest.approx(-lowest.min() / lowest.max(), rel=1e-4)
+
+
+def test_colours_around_an_object_do_not_count(tmp_path: Path) -> None:
+    """As those of a chart beside it."""
+    stack, _ = _import(tmp_path, 0.25, "auto", ObjectOutline(((12.5, 3.0), (36.0, 3.0), (36.0, 26.0), (12.5, 26.0))))
+    assert stack.working_space == REC_709
+    assert stack.provenance["gamut"]["beyond_rec709"] == 0.0
+    assert not any("Rec.709" in finding.text for finding in stack.health.findings)
 
 
 def test_other_spaces_are_refused(tmp_path: Path) -> None:

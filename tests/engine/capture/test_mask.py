@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import deque
 from pathlib import Path
 
 import cv2
@@ -104,9 +105,12 @@ def test_masks_of_another_size_or_without_an_object_are_refused(photographs: Pat
     for values, words in ((np.full((30, 48), 255), "48 × 30 pixels"), (np.zeros((40, 48)), "leaves nothing")):
         drawn = tmp_path / "drawn.png"
         cv2.imwrite(str(drawn), values.astype(np.uint8))
+        settings = ImportSettings(calibrate="none", motion="none", mask=drawn)
+        notes: deque[str] = deque()
         with pytest.raises(InputError, match=words):
-            bring_in(photographs, tmp_path / "stack", mask=drawn)
+            notes.extend(step.note for step in import_stack(find([photographs]), settings, tmp_path / "stack"))
         assert not (tmp_path / "stack").exists()
+        assert not any(note.startswith("Reading 2 of") for note in notes)  # refused before minutes of reading
 
 
 def test_a_damaged_mask_is_refused(photographs: Path, tmp_path: Path) -> None:
