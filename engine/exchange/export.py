@@ -82,12 +82,12 @@ class Target:
 
 def in_8_bits(subject: Subject, _settings: Settings) -> Shown:
     """The PBR maps in images of 8 bits."""
-    return subject.decode_as("png8")
+    return subject.decode_as("png8", omits_flat=True)
 
 
 def with_one_f0(subject: Subject, _settings: Settings) -> Shown:
     """The same with the mean f0, of formats that hold no map of it."""
-    return subject.decode_as("png8", subject.mean_f0)
+    return subject.decode_as("png8", subject.mean_f0, omits_flat=True)
 
 
 TARGETS: tuple[Target, ...] = (

@@ -34,7 +34,7 @@ REPEATS = 2.0
 _FLOAT, _UNSIGNED_INT, _VERTICES, _INDICES = 5126, 5125, 34962, 34963
 _LINEAR, _LINEAR_MIPMAP_LINEAR, _REPEAT = 9729, 9987, 10497
 
-_SHARED = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 2}}}
+_SHARED = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 1}}}
 
 
 def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]:
@@ -43,17 +43,18 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     orm = pack(subject, ("occlusion", "roughness", "metallic"), "png8")
     images = {
         "baseColor": encode(pack(subject, ("base_colour",), "png8"), loss),
-        "normal": encode(pack(subject, ("normal",), "png8"), loss),
         "occlusionRoughnessMetallic": encode(orm, loss),
     }
     material: dict[str, Any] = {
         "name": subject.name,
         **_SHARED,
-        "normalTexture": {"index": 1},
         "extras": {"lightarc_loss": loss},
     }
     if subject.maps.occlusion is not None:
-        material["occlusionTexture"] = {"index": 2}
+        material["occlusionTexture"] = {"index": 1}
+    if subject.has_normals:
+        material["normalTexture"] = {"index": len(images)}
+        images["normal"] = encode(pack(subject, ("normal",), "png8"), loss)
     mean = float(subject.maps.roughness.mean(dtype=np.float64))
     extensions = gltf_extensions(subject.maps.layers, mean)
     for name, entries in _extensions(subject, images).items():
@@ -78,8 +79,8 @@ def _extensions(subject: Subject, images: dict[str, bytes]) -> dict[str, Any]:
     extensions: dict[str, Any] = {"KHR_materials_ior": {"ior": ior_of(largest)}}
     if largest > 0.0 and not np.allclose(f0, largest, atol=1e-3):
         share = np.repeat(srgb_encode(f0 / largest)[..., None], 3, axis=2)
+        extensions["KHR_materials_specular"] = {"specularColorTexture": {"index": len(images)}}
         images["specularColor"] = encode(np.rint(255.0 * share).astype(np.uint8))
-        extensions["KHR_materials_specular"] = {"specularColorTexture": {"index": 3}}
     return extensions
 
 

@@ -37,7 +37,8 @@ _MAPS = (
 
 def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]:
     """`NAME.mtlx` and the folder `textures`."""
-    known = [entry for entry in _MAPS if entry[2] != "occlusion" or subject.maps.occlusion is not None]
+    left_out = {"occlusion": subject.maps.occlusion is None, "normal": not subject.has_normals}
+    known = [entry for entry in _MAPS if not left_out.get(entry[2])]
     yield Step(0.0, "writing the document")
     if subject.maps.wide is not None:
         known = [(*entry[:3], "acescg" if entry[2] == "base_colour" else entry[3]) for entry in known]
@@ -83,13 +84,15 @@ def _document(
         coding = f' colorspace="{space}"' if space else ""
         file = f'      <input name="file" type="filename" value="{_file(subject, node, space)}"{coding} />'
         yield from _write_hexagons(node, kind, space, file) if hexagonal else _write_grid(node, kind, file)
-    names = ["base_color", "roughness", "metallic", "normal"] + ["occlusion"] * any(m[0] == "occlusion" for m in maps)
+    names = [node.removesuffix("_texture") for node, _, _ in maps]
     kinds = {"base_color": "color3", "normal": "vector3"}
     for node in names:
         yield f'    <output name="{node}_out" type="{kinds.get(node, "float")}" nodename="{node}" />'
     yield "  </nodegraph>"
     open_pbr = {"base_color": "base_color", "metallic": "base_metalness", "roughness": "specular_roughness"}
-    yield from _surface(subject, "open_pbr_surface", {**open_pbr, "normal": "geometry_normal"}, "specular_ior", ior)
+    if "normal" in names:
+        open_pbr["normal"] = "geometry_normal"
+    yield from _surface(subject, "open_pbr_surface", open_pbr, "specular_ior", ior)
     yield from _surface(subject, "gltf_pbr", {node: node for node in names}, "ior", ior)
     yield "</materialx>"
 

@@ -56,22 +56,32 @@ class Subject:
             self._shown[key] = make()
         return self._shown[key]
 
-    def decode_as(self, coding: Coding, f0: float | None = None, *, layered: bool = True) -> Shown:
+    @property
+    def has_normals(self) -> bool:
+        """False for PBR maps of flat normals: 8 bits have no 0, and a map of them would tilt a smooth coat by 0.3°."""
+        return self.material.pbr is None or bool(np.any(self.maps.normal[..., :2] != 0.0))
+
+    def decode_as(
+        self, coding: Coding, f0: float | None = None, *, layered: bool = True, omits_flat: bool = False
+    ) -> Shown:
         """The PBR maps as readers of textures get them back, one object for equal codings.
 
         `f0` is the one that readers take in place of the map where they take one. Without `layered` they know no
-        layers.
+        layers. With `omits_flat` they are given no map of normals that are all flat.
         """
         if f0 is not None and np.allclose(self.maps.f0, f0, atol=1e-3):
             f0 = None
+
+        exact = omits_flat and not self.has_normals
 
         def make() -> Shown:
             back = round_values(self.maps, coding)
             read = back if f0 is None else replace(back, f0=np.full(back.size, f0, np.float32))
             read = read if layered else replace(read, layers=None)
+            read = replace(read, normal=self.maps.normal) if exact else read
             return maps_shown(read, np.pi * self.white)
 
-        found = self.remember((coding, f0, layered or self.maps.layers is None), make)
+        found = self.remember((coding, f0, layered or self.maps.layers is None, exact), make)
         assert found is not None
         return found
 

@@ -51,7 +51,8 @@ _MATERIALX_VALUES = {"color3": "color3f", "float": "float", "vector3": "float3"}
 
 def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]:
     """`NAME.usdz`."""
-    known = [entry for entry in _MAPS if entry[0] != "occlusion" or subject.maps.occlusion is not None]
+    left_out = {"occlusion": subject.maps.occlusion is None, "normal": not subject.has_normals}
+    known = [entry for entry in _MAPS if not left_out.get(entry[0])]
     images: dict[str, bytes] = {}
     for number, (source, file, *_) in enumerate(known):
         yield Step(number / len(known), f"writing {file}")
@@ -193,7 +194,8 @@ def _materialx_layer(subject: Subject, maps: list[str], ior: float) -> Iterator[
         f"float3 inputs:in.connect = <{material}/mtlx_normal_image.outputs:out>",
         "float3 outputs:out",
     ]
-    yield from _shader("mtlx_normal", lines)
+    if "normal" in maps:
+        yield from _shader("mtlx_normal", lines)
     yield from ("    }", "}")
 
 

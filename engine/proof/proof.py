@@ -192,7 +192,9 @@ def _look_up(folder: Path, subject: Subject) -> Drawn:
 
 
 def _ours(subject: Subject, f0: float | None) -> Floats:
-    return middle(draw_ourselves(subject.decode_as("png8", f0), subject.maps.size, 1.0 / subject.white))
+    return middle(
+        draw_ourselves(subject.decode_as("png8", f0, omits_flat=True), subject.maps.size, 1.0 / subject.white)
+    )
 
 
 def _our_hsh(subject: Subject) -> Floats | None:

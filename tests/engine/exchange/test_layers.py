@@ -87,6 +87,20 @@ def test_gltf_keeps_what_its_extensions_have_a_place_for(tmp_path: Path) -> None
     assert "the coat has no colour here, and the index 1.5" in made.warnings
 
 
+def test_flat_normals_come_back_flat(tmp_path: Path) -> None:
+    """8 bits have no code for 0: under a smooth coat a map of flat normals would move every highlight."""
+    found = layered_subject("openpbr:coat_weight=1")
+    flat = np.zeros_like(found.maps.normal)
+    flat[..., 2] = 1.0
+    subject = replace(found, maps=replace(found.maps, normal=flat))
+    for target in (gltf, materialx, usd):
+        made = write(tmp_path, drain(target.contents(subject, Settings(), "")))
+        assert not any("normal" in name for name in made.files)
+    for name in ("rock.glb", "rock.mtlx"):
+        np.testing.assert_array_equal(read(tmp_path / name).normal[..., :2], 0.0)
+    assert b"normal.png" not in b"".join(made.files.values())
+
+
 @pytest.mark.parametrize("anisotropy", [0.2, 0.6, 0.9])
 def test_anisotropy_comes_back_from_gltf(tmp_path: Path, anisotropy: float) -> None:
     """Two widths in the words of glTF, and back: the same widths, and the rotation."""
