@@ -15,6 +15,7 @@ MAX_APART = 3
 
 _NUMBER = re.compile(r"(?<![\w.\-/])\d{1,20}(?:\.\d{1,20})?(?!\.?[\w/])")
 _ITS = re.compile(r"\bits\b")
+_MORE = re.compile(r"and \d+ more\b")
 _PLURALS = {"is": "are", "was": "were", "has": "have", "does": "do", "changed": "changed"}
 
 
@@ -42,8 +43,8 @@ class Finding:
 
     @property
     def between(self) -> str:
-        """Letters that join the source and the text: a space before a verb, else a colon."""
-        return " " if self.text.split(" ", 1)[0] in VERBS else ": "
+        """Letters that join the source and the text: a space before a verb, or others like it, else a colon."""
+        return " " if self.text.split(" ", 1)[0] in VERBS or _MORE.match(self.text) else ": "
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,7 @@ def _merge(findings: Sequence[Finding]) -> Finding:
         text = f" {_PLURALS.get(verb, verb.removesuffix('s'))} {_ITS.sub('their', rest)}"
     else:
         text = f": {text}"
-    return Finding(findings[0].verdict, f"{findings[0].source} and {len(findings) - 1} more{text}")
+    return Finding(findings[0].verdict, f"and {len(findings) - 1} more{text}", findings[0].source)
 
 
 def _range(numbers: Sequence[str]) -> str:

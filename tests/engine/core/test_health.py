@@ -24,6 +24,7 @@ def test_alike_findings_about_many_photographs_are_one() -> None:
         "1.tif and 3 more: 1 to 12 % of the pixels are clipped; a shorter exposure would keep them",
         "Mean radiance grows",
     ]
+    assert [each.source for each in said] == ["31.tif", "1.tif", None]
     assert health(*noisy).warnings == ["31.tif and 4 more are noisy: their mean is 3.1 to 3.5 times the noise"]
 
 
