@@ -49,7 +49,7 @@ _MAPS = (("base_color", "base_colour"), ("roughness", "roughness"), ("metallic",
 
 def show(subject: Subject, _settings: Settings) -> Shown:
     """The PBR maps in images of 8 bits, with the mean f0."""
-    return subject.decode_as("png8", subject.mean_f0, layered=False)
+    return subject.decode_as("png8", subject.mean_f0, layers=None)
 
 
 def power_law_shown(subject: Subject, _settings: Settings) -> Shown | None:

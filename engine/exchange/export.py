@@ -80,9 +80,9 @@ class Target:
     averages_normals: bool = False
 
 
-def in_8_bits(subject: Subject, _settings: Settings) -> Shown:
-    """The PBR maps in images of 8 bits."""
-    return subject.decode_as("png8", omits_flat=True)
+def as_gltf(subject: Subject, _settings: Settings) -> Shown:
+    """The PBR maps in images of 8 bits, under what glTF has of their layers."""
+    return subject.decode_as("png8", layers=gltf.read_back(subject.maps), omits_flat=True)
 
 
 def with_one_f0(subject: Subject, _settings: Settings) -> Shown:
@@ -105,7 +105,7 @@ TARGETS: tuple[Target, ...] = (
         materialx.contents,
         averages_normals=True,
     ),
-    Target("gltf", "glTF: a ball with the material, as .glb", in_8_bits, gltf.contents, averages_normals=True),
+    Target("gltf", "glTF: a ball with the material, as .glb", as_gltf, gltf.contents, averages_normals=True),
     Target(
         "usd",
         "USD: a ball with UsdPreviewSurface, as .usdz",

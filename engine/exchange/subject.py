@@ -9,11 +9,12 @@ import re
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.brdf.models.openpbr import OpenPbr
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent
 from engine.exchange.coding import Coding, Handedness, round_values
@@ -62,26 +63,32 @@ class Subject:
         return self.material.pbr is None or bool(np.any(self.maps.normal[..., :2] != 0.0))
 
     def decode_as(
-        self, coding: Coding, f0: float | None = None, *, layered: bool = True, omits_flat: bool = False
+        self,
+        coding: Coding,
+        f0: float | None = None,
+        *,
+        layers: OpenPbr | Literal["own"] | None = "own",
+        omits_flat: bool = False,
     ) -> Shown:
         """The PBR maps as readers of textures get them back, one object for equal codings.
 
-        `f0` is the one that readers take in place of the map where they take one. Without `layered` they know no
-        layers. With `omits_flat` they are given no map of normals that are all flat.
+        `f0` is the one that readers take in place of the map where they take one. `layers` are those that
+        they know, all of the maps by default. With `omits_flat` they are given no map of normals that are all flat.
         """
         if f0 is not None and np.allclose(self.maps.f0, f0, atol=1e-3):
             f0 = None
 
+        known = self.maps.layers if layers == "own" else layers
         exact = omits_flat and not self.has_normals
 
         def make() -> Shown:
             back = round_values(self.maps, coding)
             read = back if f0 is None else replace(back, f0=np.full(back.size, f0, np.float32))
-            read = read if layered else replace(read, layers=None)
+            read = replace(read, layers=known)
             read = replace(read, normal=self.maps.normal) if exact else read
             return maps_shown(read, np.pi * self.white)
 
-        found = self.remember((coding, f0, layered or self.maps.layers is None, exact), make)
+        found = self.remember((coding, f0, known, exact), make)
         assert found is not None
         return found
 

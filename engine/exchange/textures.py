@@ -146,9 +146,9 @@ def show(subject: Subject, settings: Settings) -> Shown:
     A specular level says no more than `FULL_SPECULAR`.
     """
     if not _has_specular(_preset(settings)):
-        return subject.decode_as(settings.coding, DIELECTRIC_F0, layered=False)
+        return subject.decode_as(settings.coding, DIELECTRIC_F0, layers=None)
     if not _is_beyond_full(subject):
-        return subject.decode_as(settings.coding, layered=False)
+        return subject.decode_as(settings.coding, layers=None)
 
     def limit() -> Shown:
         f0 = np.minimum(subject.maps.f0, np.float32(FULL_SPECULAR))

@@ -20,6 +20,8 @@ from engine.core.directions import normalize
 from engine.core.steps import drain
 from engine.exchange import gltf, materialx, textures, usd
 from engine.exchange.brdf import openpbr_document
+from engine.exchange.export import as_gltf, with_one_f0
+from engine.exchange.loss import loss, references
 from engine.exchange.readers.read import open_material
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.proof import materialx_child
@@ -85,6 +87,18 @@ def test_gltf_keeps_what_its_extensions_have_a_place_for(tmp_path: Path) -> None
     )
     assert (found.coat_ior, found.coat_darkening) == (1.5, 0.0)
     assert "the coat has no colour here, and the index 1.5" in made.warnings
+
+
+def test_the_error_of_gltf_counts_what_its_layers_lack() -> None:
+    """A coat of the index 1.5 in place of another; of MaterialX nothing is lost."""
+    subject = layered_subject("openpbr:coat_weight=1,coat_ior=2.5,coat_roughness=0.4")
+    wanted = drain(references(subject.material))
+    by_gltf, by_materialx = (
+        drain(loss(shown(subject, Settings()), wanted, subject.maps.size)).mean_rmse_rel
+        for shown in (as_gltf, with_one_f0)
+    )
+    assert by_gltf > 0.1
+    assert by_materialx < 0.05
 
 
 def test_flat_normals_come_back_flat(tmp_path: Path) -> None:
