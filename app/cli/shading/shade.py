@@ -427,6 +427,8 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError("the compression is of shading maps: leave out --representation directional")
     if arguments.per_arc and (arguments.compare or arguments.error_map or arguments.tile_preview):
         raise UsageError("--per-arc writes several materials: leave out --compare, --error-map and --tile-preview")
+    if arguments.compare and (arguments.part or arguments.tileable):
+        raise UsageError("--compare writes no material, and is of the whole light: leave out --part and --tileable")
     if arguments.per_arc and arguments.representation == "directional":
         raise UsageError("--per-arc writes shading maps: leave out --representation directional")
     if arguments.compress == "none" and _is_about_fit(arguments):

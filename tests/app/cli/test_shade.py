@@ -448,6 +448,10 @@ def test_what_cannot_be_compared_is_refused(
     assert done.code == 3
     assert "its lamps have no azimuth" in done.err
     few = [f"lamp{number:02}.exr" for number in range(9)]
+    for option in (("--part", "whole"), ("--tileable",)):
+        done = lightarc("shade", dome, "--compare", "-o", tmp_path / "a", *option)
+        assert done.code == 2
+        assert "leave out --part and --tileable" in done.err
     done = lightarc("shade", dome, "--compare", "-o", tmp_path / "a", "--exclude", *few)
     assert done.code == 3
     assert "3 photographs are too few" in done.err
