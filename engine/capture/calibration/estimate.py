@@ -351,7 +351,7 @@ def _distance(rig: Rig, sigma: float, accepted: bool) -> str:
         return "The photographs do not tell that lamps are near: they are taken as distant"
     nearest, farthest = 1.0 / (rig.nearness + 2.0 * sigma), 1.0 / max(rig.nearness - 2.0 * sigma, 1e-9)
     upper = number(farthest, 3) if farthest < 100.0 else "any distance"
-    return f"Lamps {number(1.0 / rig.nearness)} image widths away ({number(nearest, 3)} to {upper})"
+    return f"Lamps {number(1.0 / rig.nearness, 3)} image widths away ({number(nearest, 3)} to {upper})"
 
 
 def _gains(rig: Rig, sigma: float, accepted: bool) -> str:

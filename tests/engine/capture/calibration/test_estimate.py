@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from engine.capture.calibration.estimate import Estimate, describe_undecided, estimate, sample_texels
+from engine.capture.calibration.estimate import Estimate, _distance, describe_undecided, estimate, sample_texels
 from engine.capture.calibration.motion import camera_motion
-from engine.capture.calibration.rig import TERMS
+from engine.capture.calibration.rig import TERMS, Rig
 from engine.capture.import_plan import ImportSettings
 from engine.capture.import_stack import import_stack
 from engine.capture.lights.sources import find
@@ -156,3 +157,8 @@ def test_captures_that_go_wrong_in_every_way_are_recovered(tmp_path: Path, pytes
     moved = [each for each in found if each.capture.motion_px]
     assert np.median(np.concatenate([each.motion_px for each in moved])) <= 0.2
     assert max(max(each.motion_px) for each in moved) <= 1.0
+
+
+def test_a_distance_is_told_to_the_digits_of_its_interval() -> None:
+    rig = replace(Rig.plain(9), nearness=1.0 / 2.53)
+    assert _distance(rig, 0.0015, True) == "Lamps 2.53 image widths away (2.51 to 2.55)"
