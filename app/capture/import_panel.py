@@ -59,7 +59,7 @@ IMPORT_CHOICES = {
 
 FRAMES = {
     "lens": ("Lens", "A .lens file that an import has written, by which the distortion of the lens is taken off"),
-    "mask": ("Object", "What of the photographs is the object; the background counts in no map and no figure"),
+    "mask": ("Object mask", "What of the photographs is the object; the background counts in no map and no figure"),
     "dark": ("Dark frame", "A photograph without light, which is subtracted"),
     "flat": ("Flat field", "A photograph of an even white surface, which is divided out"),
     "chart": (
@@ -72,7 +72,7 @@ FRAMES = {
 #: Choices of a frame that no file is chosen for.
 _WITHOUT_FILE = {
     "lens": (("As it is", "none"),),
-    "mask": (("All", "none"), ("What is opaque", "alpha")),
+    "mask": (("None", "none"), ("Alpha channel", "alpha")),
     "dark": (("As found", "auto"), ("None", "none")),
     "flat": (("As found", "auto"), ("None", "none")),
     "chart": (("None", "none"), ("In a photograph", "auto")),
@@ -442,7 +442,7 @@ class ImportPanel(Rows):
         if name == "mask":
             box.addItem("Draw an outline…", "draw")
             if self.choices.outline_px:
-                box.insertItem(0, "Inside the outline", "outline")
+                box.insertItem(0, "Drawn outline", "outline")
         box.addItem("Choose a file…", "choose")
         if name == "mask" and self.choices.outline_px:
             box.setCurrentIndex(0)
@@ -529,7 +529,7 @@ class ImportPanel(Rows):
 
     def take_outline(self, outline: ObjectOutline) -> None:
         """Ask for the object inside an outline that was drawn."""
-        self.chosen.emit("Object", {"mask": "none", "outline_px": outline.points})
+        self.chosen.emit("Object mask", {"mask": "none", "outline_px": outline.points})
 
     def _pair_chosen(self, how: str) -> None:
         self.chosen.emit("Gain of pairs", {"pair_gain": self.pair_gain.value if how == "stated" else None})

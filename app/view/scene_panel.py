@@ -63,16 +63,16 @@ class ScenePanel(Rows):
         self.wide(self.repeats)
         self.cells = Segments(
             (
-                ("grid", "Alike", "Each repeat of the maps is the same"),
+                ("grid", "Grid", "Each repeat of the maps is the same"),
                 (
                     "hex",
-                    "All different",
+                    "Hexagonal",
                     "In hexagonal cells without a visible period, for materials without a regular pattern",
                 ),
             )
         )
         self.cells.chosen.connect(self._cells_chosen)
-        self.row("Repeats", self.cells, "How PBR maps repeat over the model")
+        self.row("Tiling mode", self.cells, "How PBR maps repeat over the model")
         self.brushing = ComboBox()
         for words, along in BRUSHINGS.items():
             self.brushing.addItem(words, along)
@@ -184,7 +184,7 @@ class ScenePanel(Rows):
 
     def _cells_chosen(self, mode: str) -> None:
         look = self.bench.document.project.look
-        self.set_look.emit("Repeats", dataclasses.replace(look, tiling_mode="hex" if mode == "hex" else "grid"))
+        self.set_look.emit("Tiling mode", dataclasses.replace(look, tiling_mode="hex" if mode == "hex" else "grid"))
 
     def _ground_clicked(self, on: bool) -> None:
         look = self.bench.document.project.look

@@ -189,7 +189,7 @@ def test_the_object_is_drawn_around_in_one_step(panel: ImportPanel, qtbot: Any) 
     assert (asked, view.drawing_outline) == ([], False)
     choose("draw")
     drag((5, 5), (10, 5), (20, 5), (30, 5), (30, 15), (30, 25), (18, 25), (5, 25), (5, 15))
-    assert (box.currentText(), asked) == ("Inside the outline", ["Object"])
+    assert (box.currentText(), asked) == ("Drawn outline", ["Object mask"])
     mask = settings_of(panel.choices).mask
     assert isinstance(mask, ObjectOutline)
     assert len(mask.points) == 4
