@@ -67,7 +67,8 @@ def scene_key(scene: Scene, bounces: int) -> tuple[Any, ...]:
     """
     light = (scene.environment, scene.environment_rotation, scene.irradiance, scene.lamps)
     one = () if scene.environment is not None else (scene.light,)
-    return (scene.mesh, scene.ground, scene.brdf, scene.material, scene.lookup, *light, *one, bounces)
+    tiling = (scene.repeats, scene.tiling_mode) if scene.has_texels else ()
+    return (scene.mesh, scene.ground, scene.brdf, scene.material, scene.lookup, *tiling, *light, *one, bounces)
 
 
 def same_key(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:

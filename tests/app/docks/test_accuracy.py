@@ -18,6 +18,7 @@ from app.document.measured import (
     choices_with,
     describe,
     look_with,
+    same_key,
     scene_key,
     setting_of,
     setting_text,
@@ -25,12 +26,16 @@ from app.document.measured import (
 from app.document.variation import VariedParameter
 from app.view.baking import Baking
 from app.window.main_window import MainWindow
+from engine.brdf.brdf import brdf_from_text
 from engine.core.figure_text import time_text
 from engine.core.steps import Step, Steps
+from engine.geometry.camera import frame
 from engine.light.environment_file import open_environment
 from engine.planning.costs.setting import Setting
+from engine.scene.scene import Scene
 from engine.tradeoff.point import COSTS, Point
 from tests.app.view.test_baking import LONG, ball, built_in, sphere
+from tests.engine.scenes import weave
 
 POINTS = (
     Point(Setting("direct", {"directions": 16}), 0.2, 0.2, 0.001, 0.004, 1e-5, 0.0, 100, 0),
@@ -295,3 +300,14 @@ def test_points_come_back_with_the_scene_that_they_are_of(view: MainWindow) -> N
     assert dock.plot.shown == []
     stack.redo()
     assert {point.setting for point in dock.plot.shown} == {point.setting for point in POINTS}
+
+
+def test_what_was_measured_belongs_to_its_tiling() -> None:
+    """Repeats and cells of a material change its errors; of one BRDF they change nothing."""
+    mesh = ball()
+    plain = Scene(mesh, frame(mesh.positions, 1.0), brdf_from_text("phong"))
+    textured = dataclasses.replace(plain, material=weave(32))
+    for scene, is_same in ((plain, True), (textured, False)):
+        key = scene_key(scene, 0)
+        assert same_key(key, scene_key(dataclasses.replace(scene, repeats=7.0), 0)) is is_same
+        assert same_key(key, scene_key(scene, 0))
