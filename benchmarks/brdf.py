@@ -37,6 +37,8 @@ ggx = partial(evaluation, "ggx")
 ggx_anisotropic = partial(evaluation, "ggx-anisotropic")
 poulin_fournier = partial(evaluation, "poulin-fournier")
 metallic_roughness = partial(evaluation, "metallic-roughness")
+openpbr = partial(evaluation, "openpbr")
+openpbr_anisotropic = partial(evaluation, "openpbr-anisotropic")
 
 
 def _directions(seed: int) -> NDArray[np.float64]:

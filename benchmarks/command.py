@@ -34,6 +34,8 @@ BRDFS = (
     "ggx-anisotropic",
     "poulin-fournier",
     "metallic-roughness",
+    "openpbr",
+    "openpbr-anisotropic",
 )
 
 #: Name of a measure and the function that takes it.

@@ -60,7 +60,8 @@ from engine.capture.import_record import (
 from engine.capture.lights.file_names import printable
 from engine.capture.lights.list_forms import LISTED, name_order
 from engine.capture.lights.sources import Sources, name_members
-from engine.capture.mask import ALPHA, Mask, pack, read_mask
+from engine.capture.mask import Mask, pack
+from engine.capture.mask_source import ALPHA, read_mask
 from engine.capture.object_outline import ObjectOutline
 from engine.capture.output_region import View, view_of
 from engine.capture.photograph.decode import Photograph, ReadAhead, Unreadable

@@ -15,7 +15,7 @@ MAX_APART = 3
 
 _NUMBER = re.compile(r"(?<![\w.\-/])\d{1,20}(?:\.\d{1,20})?(?!\.?[\w/])")
 _ITS = re.compile(r"\bits\b")
-_MORE = re.compile(r"and \d+ more\b")
+_MORE = re.compile(r"and \d{1,9} more\b")
 _PLURALS = {"is": "are", "was": "were", "has": "have", "does": "do", "changed": "changed"}
 
 
