@@ -580,7 +580,10 @@ def _keep(
         second = Pixels(others[0], saturated) if others else None
         read.waiting.append(WaitingLight(Pixels(radiance, saturated), second))
     else:
-        coded = replace(photograph.coded, codes=arrays[0])
+        # what is small would keep all the memory alive in which the decoder answered
+        tables, matrix = photograph.coded.tables.copy(), photograph.coded.matrix
+        matrix = None if matrix is None else matrix.copy()
+        coded = replace(photograph.coded, codes=arrays[0], tables=tables, matrix=matrix)
         read.waiting.append(WaitingLight(CodedPixels(coded, _calibration_of(plan, read))))
 
 

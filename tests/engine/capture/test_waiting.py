@@ -14,6 +14,7 @@ from engine.capture.import_plan import ImportSettings
 from engine.capture.import_stack import import_stack
 from engine.capture.lights.sources import find
 from engine.capture.photograph.calibrate import near_lamp_gain
+from engine.capture.waiting import CodedPixels
 from engine.core.steps import drain
 from engine.images.codes import Coded
 from tests.engine.capture.calibration.generated import Capture, render, write
@@ -91,3 +92,19 @@ def test_grey_and_turned_photographs_wait_as_codes(tmp_path: Path) -> None:
         assert photograph.coded.codes.shape[2] == 1
         assert np.array_equal(light, photograph.radiance)
         assert np.array_equal(saturated, photograph.saturated)
+
+
+def test_codes_that_wait_keep_nothing_else_in_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The decoder answers in one piece of memory, of which a small view would keep all for every photograph."""
+    kept: list[Coded] = []
+
+    def keep(coded: Coded, calibrate: Any) -> CodedPixels:
+        kept.append(coded)
+        return CodedPixels(coded, calibrate)
+
+    monkeypatch.setattr(module, "CodedPixels", keep)
+    sources = find([write(render(Capture(seed=8, file_format="jpg", **SMALL)), tmp_path / "photographs")])
+    drain(import_stack(sources, ImportSettings(calibrate=("gains",)), tmp_path / "stack"))
+    assert len(kept) == SMALL["lamps"]
+    assert all(coded.tables.base is None for coded in kept)
+    assert all(coded.matrix is None or coded.matrix.base is None for coded in kept)
