@@ -19,7 +19,8 @@ An error is stated for each form that is not exact. The MERL table bounds the ti
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
@@ -84,6 +85,11 @@ def contents(subject: Subject, _settings: Settings, _loss: str) -> Steps[Content
     if isinstance(brdf, OpenPbr):
         files[f"{name}.mtlx"] = openpbr_document(name, brdf)
         errors[f"{name}.mtlx"] = 0.0
+        if brdf.anisotropies[2]:
+            nearest = replace(brdf, rotation_deg=0.0)  # type: ignore[call-arg]
+            errors[f"{name}.mtlx"] = _error(nearest, data)
+            away = f"{percent(errors[f'{name}.mtlx'], 3)} away (relative RMSE of f cos)"
+            warnings.append(f"{name}.mtlx leaves out the rotation of the anisotropy, {away}")
     else:
         found = yield from part(fit(data, MetallicRoughness()), 0.55, 0.95)
         nearest, error = found.brdf, found.after.rmse_rel
@@ -185,34 +191,27 @@ def materialx(name: str, fitted: MetallicRoughness, error: float) -> bytes:
     """A document with one glTF PBR surface of constant inputs."""
     colour = ", ".join(f"{channel:.6g}" for channel in fitted.base_color)
     words = f"Made by Lightarc {engine.__version__}. A fit with a relative RMSE of f cos of {percent(error, 3)}."
-    lines = [
-        '<?xml version="1.0"?>',
-        f'<materialx version="1.39" colorspace="lin_rec709" doc={quoteattr(words)}>',
-        '  <gltf_pbr name="shader" type="surfaceshader">',
-        f'    <input name="base_color" type="color3" value="{colour}" />',
-        f'    <input name="metallic" type="float" value="{fitted.metallic:.6g}" />',
-        f'    <input name="roughness" type="float" value="{fitted.roughness:.6g}" />',
-        "  </gltf_pbr>",
-        f'  <surfacematerial name="{name}" type="material">',
-        '    <input name="surfaceshader" type="surfaceshader" nodename="shader" />',
-        "  </surfacematerial>",
-        "</materialx>",
-        "",
+    inputs = [
+        ("base_color", "color3", colour),
+        ("metallic", "float", f"{fitted.metallic:.6g}"),
+        ("roughness", "float", f"{fitted.roughness:.6g}"),
     ]
-    return "\n".join(lines).encode()
+    return _document(name, "gltf_pbr", words, inputs)
 
 
 def openpbr_document(name: str, brdf: OpenPbr) -> bytes:
-    """A document with one OpenPBR surface of constant inputs, which is the model itself."""
+    """A document with one OpenPBR surface of constant inputs, the model itself but for the angle of its anisotropy."""
+    words = f"Made by Lightarc {engine.__version__}."
+    return _document(name, "open_pbr_surface", words, openpbr_inputs(brdf, ("rotation_deg",)))
+
+
+def _document(name: str, surface: str, words: str, inputs: Iterable[tuple[str, str, str]]) -> bytes:
     lines = [
         '<?xml version="1.0"?>',
-        f'<materialx version="1.39" colorspace="lin_rec709" doc="Made by Lightarc {engine.__version__}.">',
-        '  <open_pbr_surface name="shader" type="surfaceshader">',
-    ]
-    for each, kind, value in openpbr_inputs(brdf, ("rotation_deg",)):
-        lines.append(f'    <input name="{each}" type="{kind}" value="{value}" />')
-    lines += [
-        "  </open_pbr_surface>",
+        f'<materialx version="1.39" colorspace="lin_rec709" doc={quoteattr(words)}>',
+        f'  <{surface} name="shader" type="surfaceshader">',
+        *(f'    <input name="{each}" type="{kind}" value="{value}" />' for each, kind, value in inputs),
+        f"  </{surface}>",
         f'  <surfacematerial name="{name}" type="material">',
         '    <input name="surfaceshader" type="surfaceshader" nodename="shader" />',
         "  </surfacematerial>",

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from engine.brdf.models.openpbr import OpenPbr, OpenPbrAnisotropic, base_width, two_widths
+from engine.brdf.models.openpbr import OpenPbr, base_width, two_widths
 from engine.core.params import parameters
 
 #: Parameters of the model that maps hold, or that are no input of the surface.
@@ -47,19 +47,20 @@ def gltf_values(layers: OpenPbr, roughness: float) -> dict[str, Any]:
         found["iridescence_thickness"] = 1e3 * layers.thin_film_thickness
     if min(layers.specular_color) < WHITE:
         found["specular_color"] = layers.specular_color
-    if isinstance(layers, OpenPbrAnisotropic) and layers.specular_roughness_anisotropy:
-        along, across = two_widths(base_width(roughness, layers), layers.specular_roughness_anisotropy)
+    anisotropy, _, rotation_deg = layers.anisotropies
+    if anisotropy:
+        along, across = two_widths(base_width(roughness, layers), anisotropy)
         found["anisotropy_strength"] = math.sqrt(max(float(along - across) / max(1.0 - float(across), 1e-9), 0.0))
-        found["anisotropy_rotation"] = math.radians(layers.rotation_deg)
+        found["anisotropy_rotation"] = math.radians(rotation_deg)
     return found
 
 
 def gltf_roughness_factor(layers: OpenPbr | None, roughness: float) -> float:
     """The factor on the roughness that glTF's anisotropy wants: its α is the width across."""
-    if not isinstance(layers, OpenPbrAnisotropic) or not layers.specular_roughness_anisotropy:
+    if layers is None or not layers.anisotropies[0]:
         return 1.0
     width = base_width(roughness, layers)
-    return float(two_widths(width, layers.specular_roughness_anisotropy)[1] / width) ** 0.5
+    return float(two_widths(width, layers.anisotropies[0])[1] / width) ** 0.5
 
 
 def gltf_extensions(layers: OpenPbr | None, roughness: float) -> dict[str, Any]:
@@ -99,14 +100,11 @@ def name_layers(layers: OpenPbr | None) -> list[str]:
     """Return words for the layers that are seen."""
     if layers is None:
         return []
-    anisotropy = isinstance(layers, OpenPbrAnisotropic) and (
-        layers.specular_roughness_anisotropy > 0.0 or layers.coat_roughness_anisotropy > 0.0
-    )
     said = {
         "clear coat": layers.coat_weight > 0.0,
         "fuzz": layers.fuzz_weight > 0.0,
         "thin film": layers.thin_film_weight > 0.0,
-        "anisotropy": anisotropy,
+        "anisotropy": any(layers.anisotropies[:2]),
         "colour of highlights": min(layers.specular_color) < WHITE,
         "diffuse roughness": layers.base_diffuse_roughness > 0.0,
     }

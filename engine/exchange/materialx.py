@@ -16,7 +16,6 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 import engine
-from engine.brdf.models.openpbr import OpenPbrAnisotropic
 from engine.core.colour import ACESCG, LUMINANCE
 from engine.core.steps import Step, Steps
 from engine.exchange.coding import encode, encode_base_colour
@@ -51,7 +50,7 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
         warnings = (*warnings, "the OpenPBR surface has no ambient occlusion; the glTF PBR surface has it")
     nodes = [(node, kind, space) for node, kind, _, space in known]
     warnings = (*warnings, *(f"the glTF PBR surface: {words}" for words in gltf_warnings(subject.maps.layers)))
-    if isinstance(subject.maps.layers, OpenPbrAnisotropic) and subject.maps.layers.rotation_deg:
+    if subject.maps.layers is not None and subject.maps.layers.anisotropies[2]:
         warnings = (*warnings, "the OpenPBR surface: the rotation of the anisotropy is left out")
     hexagonal = settings.tiling_mode == "hex"
     if hexagonal:

@@ -11,8 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.brdf.models.multiple_scattering import SMOOTHEST
-from engine.brdf.models.openpbr import Base, OpenPbr, OpenPbrAnisotropic, base_width, reflect, two_widths
+from engine.brdf.models.openpbr import Base, OpenPbr, base_width, coat_widths, reflect, two_widths
 from engine.surface.metallic_roughness import reflectance
 from engine.surface.pbr_maps import PbrMaps
 
@@ -50,11 +49,8 @@ def reflect_layers(
     each = [np.broadcast_to(np.asarray(values, np.float64), shape).ravel() for values in (roughness, metallic, f0)]
     spread = np.broadcast_to(np.asarray(variance, np.float64), shape).ravel()
     root = np.sqrt(np.minimum(each[2], MAX_F0))
-    anisotropy = (0.0, 0.0)
-    if isinstance(layers, OpenPbrAnisotropic):
-        anisotropy = (layers.specular_roughness_anisotropy, layers.coat_roughness_anisotropy)
-    widths = _widen(two_widths(base_width(each[0], layers), anisotropy[0]), spread)
-    coat = _widen(two_widths(max(layers.coat_roughness, SMOOTHEST) ** 2, anisotropy[1]), spread)
+    widths = _widen(two_widths(base_width(each[0], layers), layers.anisotropies[0]), spread)
+    coat = _widen(coat_widths(layers), spread)
     base = Base(colour, each[1], widths, (1.0 + root) / (1.0 - root))
     value = reflect(layers, light, viewer, base, coat).T.reshape(*shape, 3)
     return np.asarray(np.where(seen[..., None], value, 0.0))

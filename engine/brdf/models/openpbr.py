@@ -142,10 +142,15 @@ class OpenPbr(Model):
             lobes.append((VisibleGgxLobe(coat, coat), 0.1 * self.coat_weight))
         return lobes, (1.0 - metal) * base + 0.3 * self.fuzz_weight + 0.02
 
+    @property
+    def anisotropies(self) -> tuple[float, float, float]:
+        """Those of the base and of the coat, in [0, 1], and the angle from the tangent to them, degrees."""
+        return 0.0, 0.0, 0.0
+
     def formula(self, wi: Floats, wo: Floats) -> Floats:
-        width = base_width(self.specular_roughness, self)
-        base = Base(np.reshape(self.base_color, (3, 1)), self.base_metalness, (width, width), self.specular_ior)
-        return reflect(self, wi, wo, base)
+        widths = two_widths(base_width(self.specular_roughness, self), self.anisotropies[0])
+        base = Base(np.reshape(self.base_color, (3, 1)), self.base_metalness, widths, self.specular_ior)
+        return reflect(self, wi, wo, base, coat_widths(self))
 
 
 @dataclass(frozen=True)
@@ -166,11 +171,10 @@ class OpenPbrAnisotropic(OpenPbr):
         0.0, -360.0, 360.0, doc="From the tangent to x, anticlockwise.", unit="°", slider=(-180.0, 180.0), fitted=False
     )
 
-    def formula(self, wi: Floats, wo: Floats) -> Floats:
-        widths = two_widths(base_width(self.specular_roughness, self), self.specular_roughness_anisotropy)
-        base = Base(np.reshape(self.base_color, (3, 1)), self.base_metalness, widths, self.specular_ior)
-        coat = two_widths(max(self.coat_roughness, SMOOTHEST) ** 2, self.coat_roughness_anisotropy)
-        return reflect(self, wi, wo, base, coat)
+    @property
+    def anisotropies(self) -> tuple[float, float, float]:
+        """As those of `OpenPbr`."""
+        return self.specular_roughness_anisotropy, self.coat_roughness_anisotropy, self.rotation_deg
 
 
 @dataclass(frozen=True)
@@ -193,6 +197,11 @@ def base_width(roughness: ArrayLike, layers: OpenPbr) -> Any:
     return (own + layers.coat_weight * (widened - own)) ** 2
 
 
+def coat_widths(layers: OpenPbr) -> tuple[Any, Any]:
+    """αx and αy of the coat."""
+    return two_widths(max(layers.coat_roughness, SMOOTHEST) ** 2, layers.anisotropies[1])
+
+
 def two_widths(width: ArrayLike, anisotropy: float) -> tuple[Any, Any]:
     """αx and αy of an anisotropy in [0, 1]; none is below `SMOOTHEST`²."""
     across = 1.0 - anisotropy
@@ -200,20 +209,20 @@ def two_widths(width: ArrayLike, anisotropy: float) -> tuple[Any, Any]:
     return np.minimum(along, 1.0), np.maximum(across * along, SMOOTHEST**2)
 
 
-def reflect(
-    layers: OpenPbr, wi: Floats, wo: Floats, base: Base, coat_widths: tuple[ArrayLike, ArrayLike] | None = None
-) -> Floats:
-    """f (3, n) in 1/sr for components (3, n) of directions above the horizon, wo that of the viewer."""
+def reflect(layers: OpenPbr, wi: Floats, wo: Floats, base: Base, coat: tuple[ArrayLike, ArrayLike]) -> Floats:
+    """f (3, n) in 1/sr for components (3, n) of directions above the horizon, wo that of the viewer.
+
+    `coat` has its widths along tangent and bitangent.
+    """
     both, length, _ = sum_of_directions(wi, wo)
     facing = np.minimum(0.5 * length, 1.0)  # h·wi
-    if isinstance(layers, OpenPbrAnisotropic) and layers.rotation_deg:
-        turn = _turn(layers.rotation_deg)
+    if layers.anisotropies[2]:
+        turn = _turn(layers.anisotropies[2])
         wi, wo, both = turn @ wi, turn @ wo, turn @ both
     half = both / length
     value = _base(layers, base, wi, wo, half, facing)
     if layers.coat_weight > 0.0:
-        width = max(layers.coat_roughness, SMOOTHEST) ** 2
-        lobe, mean = ggx(wi, wo, half, coat_widths or (width, width))
+        lobe, mean = ggx(wi, wo, half, coat)
         through = 1.0 - layers.coat_weight * share_of_dielectric(wo[2], mean, layers.coat_ior)
         tint = 1.0 + layers.coat_weight * (np.reshape(layers.coat_color, (3, 1)) - 1.0)
         value = through * tint * darkening(layers, base) * value
@@ -251,16 +260,17 @@ def _base(layers: OpenPbr, base: Base, wi: Floats, wo: Floats, half: Floats, fac
         again = multiple_scattering(wi[2], wo[2], mean, average, CORRELATED)
         value = value + metalness * layers.specular_weight * (mirror * lobe + again)
     if np.any(metalness < 1.0):
-        mirror = np.broadcast_to(fresnel(facing, ior), value.shape)
+        mirror, average = np.broadcast_to(fresnel(facing, ior), value.shape), fresnel_mean(ior)
         reflected = np.broadcast_to(share_of_dielectric(wo[2], mean, ior), value.shape)
         if layers.thin_film_weight > 0.0:
             mirror = mirror + layers.thin_film_weight * (film_on_dielectric(facing, film, ior) - mirror)
-            smooth, ahead = film_on_dielectric(wo[2], film, ior), film_on_dielectric(np.ones(len(facing)), film, ior)
-            first = ahead + (1.0 - ahead) * grazing_share(wo[2], mean)
-            coloured = smooth + np.sqrt(mean) * (share_of_lobe(wo[2], mean, first, schlick_mean(ahead)) - smooth)
+            first = film_on_dielectric(typical_cosine(wo[2], mean), film, ior)
+            own = schlick_mean(film_on_dielectric(np.ones(len(facing)), film, ior))
+            coloured = share_of_lobe(wo[2], mean, first, own)
             reflected = reflected + layers.thin_film_weight * (coloured - reflected)
+            average = average + layers.thin_film_weight * (own - average)
         under = (1.0 - reflected) * diffuse(wi, wo, base.colour, layers.base_diffuse_roughness)
-        again = multiple_scattering(wi[2], wo[2], mean, fresnel_mean(ior), CORRELATED)
+        again = multiple_scattering(wi[2], wo[2], mean, average, CORRELATED)
         value = value + (1.0 - metalness) * (tint * (mirror * lobe + again) + layers.base_weight * under)
     return value
 
@@ -290,9 +300,14 @@ def share_of_lobe(cosine: Floats, width: ArrayLike, first: Floats, average: Arra
     return np.asarray(first * (1.0 - lost) + further_reflectance(average, CORRELATED.mean_loss(width)) * lost)
 
 
+def typical_cosine(cosine: Floats, width: ArrayLike) -> Floats:
+    """The h·v (n,) at which Schlick's term is its mean over the facets that a viewer sees."""
+    return np.asarray(1.0 - grazing_share(cosine, width) ** 0.2)
+
+
 def share_of_dielectric(cosine: Floats, width: ArrayLike, ior: ArrayLike) -> Floats:
     """Albedo (n,) of the highlight of a dielectric: Fresnel's term where Schlick's would have its mean over facets."""
-    return share_of_lobe(cosine, width, fresnel(1.0 - grazing_share(cosine, width) ** 0.2, ior), fresnel_mean(ior))
+    return share_of_lobe(cosine, width, fresnel(typical_cosine(cosine, width), ior), fresnel_mean(ior))
 
 
 def f0_of(ior: ArrayLike) -> Any:

@@ -127,9 +127,15 @@ float fresnel_mean(float ior)
     return (ior - 1.0) / (4.08567 + 1.00071 * ior);
 }
 
+// The h.v at which Schlick's term is its mean over the facets that a viewer sees.
+float typical_cosine(float cosine, float alpha)
+{
+    return 1.0 - pow(grazing_share(cosine, alpha), 0.2);
+}
+
 vec3 share_of_dielectric(float cosine, float alpha, float ior)
 {
-    float first = fresnel_dielectric(1.0 - pow(grazing_share(cosine, alpha), 0.2), ior);
+    float first = fresnel_dielectric(typical_cosine(cosine, alpha), ior);
     return reflected_share(cosine, alpha, vec3(first), vec3(fresnel_mean(ior)));
 }
 
@@ -279,19 +285,20 @@ vec3 base_layers(vec3 wi, vec3 wo, vec3 h, float facing, vec3 colour, float meta
         float root = sqrt(min(brdf_specular_weight * f0_of_index(relative), 0.99999)) * sign(relative - 1.0);
         float index = (1.0 + root) / (1.0 - root);
         vec3 mirror = vec3(fresnel_dielectric(facing, index));
+        vec3 average = vec3(fresnel_mean(index));
         vec3 reflected = share_of_dielectric(wo.z, mean, index);
 #if !defined(NO_FILM)
         if (brdf_thin_film_weight > 0.0) {
             mirror = mix(mirror, film_on_dielectric(facing, index), brdf_thin_film_weight);
-            vec3 ahead = film_on_dielectric(1.0, index);
-            vec3 first = ahead + (1.0 - ahead) * grazing_share(wo.z, mean);
-            vec3 rough = reflected_share(wo.z, mean, first, schlick_mean(ahead));
-            vec3 coloured = mix(film_on_dielectric(wo.z, index), rough, sqrt(mean));
+            vec3 first = film_on_dielectric(typical_cosine(wo.z, mean), index);
+            vec3 own = schlick_mean(film_on_dielectric(1.0, index));
+            vec3 coloured = reflected_share(wo.z, mean, first, own);
+            average = mix(average, own, brdf_thin_film_weight);
             reflected = mix(reflected, coloured, brdf_thin_film_weight);
         }
 #endif
         vec3 under = (1.0 - reflected) * layer_diffuse(wi, wo, colour, brdf_base_diffuse_roughness);
-        vec3 again = scatter_again(wi, wo, mean, vec3(fresnel_mean(index)));
+        vec3 again = scatter_again(wi, wo, mean, average);
         vec3 highlight = brdf_specular_color * (mirror * lobe + again);
         value += (1.0 - metalness) * (highlight + brdf_base_weight * under);
     }

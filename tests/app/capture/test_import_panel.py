@@ -159,14 +159,20 @@ def test_a_record_that_is_none_is_shown_as_nothing(panel: ImportPanel, found: An
     assert panel.estimates["gains"].text() == ""
 
 
-def test_the_object_is_drawn_around_in_one_step(panel: ImportPanel, qtbot: Any) -> None:
-    """A drag around it is an outline without the points on its straight parts; a click draws nothing."""
+@pytest.fixture
+def view(qtbot: Any) -> FramingView:
+    """A photograph of 40 x 30 pixels, black."""
     view = FramingView()
     qtbot.addWidget(view)
     view.resize(400, 300)
     view.show()
     qtbot.waitExposed(view)
     view.show_image(pixels_image(np.zeros((30, 40, 3), np.uint8)))
+    return view
+
+
+def test_the_object_is_drawn_around_in_one_step(panel: ImportPanel, view: FramingView, qtbot: Any) -> None:
+    """A drag around it is an outline without the points on its straight parts; a click draws nothing."""
     panel.outline_wanted.connect(lambda: view.draw_outline(True))
     view.outline_drawn.connect(panel.take_outline)
     box, asked = panel.boxes["mask"], []
@@ -199,14 +205,8 @@ def test_the_object_is_drawn_around_in_one_step(panel: ImportPanel, qtbot: Any) 
     assert box.findData("outline") < 0
 
 
-def test_a_scale_is_stated_marked_or_estimated(panel: ImportPanel, qtbot: Any) -> None:
+def test_a_scale_is_stated_marked_or_estimated(panel: ImportPanel, view: FramingView, qtbot: Any) -> None:
     """A line is drawn on the photograph, its length typed; other ways to the scale take its place."""
-    view = FramingView()
-    qtbot.addWidget(view)
-    view.resize(400, 300)
-    view.show()
-    qtbot.waitExposed(view)
-    view.show_image(pixels_image(np.zeros((30, 40, 3), np.uint8)))
     panel.length_wanted.connect(lambda: view.draw_length(True))
     view.length_drawn.connect(panel.take_length)
 

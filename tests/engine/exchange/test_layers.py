@@ -18,7 +18,7 @@ from engine.brdf.models.openpbr import OpenPbr
 from engine.bundle.bundle import save_bundle
 from engine.core.directions import normalize
 from engine.core.steps import drain
-from engine.exchange import gltf, materialx, textures, usd
+from engine.exchange import brdf, gltf, materialx, textures, usd
 from engine.exchange.brdf import openpbr_document
 from engine.exchange.export import as_gltf, with_one_f0
 from engine.exchange.loss import loss, references
@@ -26,7 +26,7 @@ from engine.exchange.readers.read import open_material
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.proof import materialx_child
 from engine.proof.libraries import with_display
-from engine.scene.material import material_of_maps
+from engine.scene.material import Material, material_of_maps
 from engine.surface.pbr_maps import PbrMaps
 
 from .readers.images import find_known
@@ -151,6 +151,19 @@ def test_usd_has_the_coat_and_names_the_rest() -> None:
     assert any("UsdPreviewSurface has no fuzz, thin film" in words for words in made.warnings)
     assert b"inputs:clearcoat = 0.8" in made.files["rock.usdz"]
     assert b"color3f inputs:fuzz_color = (1, 0.5, 0.25)" in made.files["rock_materialx.usda"]
+
+
+def test_an_anisotropy_that_is_turned_is_stated_as_an_error_of_its_document() -> None:
+    """The document has no rotation: of 0 degrees it is the model itself, of 60 it is not."""
+    stated = []
+    for angle in (0, 60):
+        text = f"openpbr:base_metalness=1,specular_roughness_anisotropy=0.7,rotation_deg={angle}"
+        subject = replace(layered_subject(), material=Material(None, None, brdf=text, name="brushed"))
+        made = drain(brdf.contents(subject, Settings(), ""))
+        stated.append(made.record["rmse_rel_by_file"]["brushed.mtlx"])
+        assert any("leaves out the rotation" in words for words in made.warnings) is (angle > 0)
+    assert stated[0] == 0.0
+    assert stated[1] > 0.1
 
 
 def surface(tmp_path: Path, name: str, inputs: str) -> PbrMaps:

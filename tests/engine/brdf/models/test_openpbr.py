@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
-from engine.brdf.models.openpbr import Base, airy, fresnel, fresnel_mean, hoffman, hoffman_mean, reflect
+from engine.brdf.models.openpbr import Base, airy, coat_widths, fresnel, fresnel_mean, hoffman, hoffman_mean, reflect
 from engine.core.directions import normalize, surface_direction
 from engine.core.steps import drain
 from engine.geometry.camera import frame
@@ -42,6 +42,8 @@ def albedo(text: str, tilt: float) -> float:
         "openpbr:base_color=1,base_metalness=1,specular_roughness=1",
         "openpbr:base_color=1,coat_weight=1,coat_roughness=0.3",
         "openpbr:base_color=1,fuzz_weight=1,fuzz_roughness=0.4",
+        "openpbr:base_color=1,thin_film_weight=1,thin_film_ior=1.4",
+        "openpbr:base_color=1,thin_film_weight=1,thin_film_ior=2",
     ],
 )
 def test_white_layers_vanish_in_even_light(text: str) -> None:
@@ -114,11 +116,12 @@ def test_bases_differ_from_pair_to_pair() -> None:
     wi, wo = (normalize(np.abs(random.normal(size=(6, 3)))).T for _ in range(2))
     colour, metalness, width, ior = (random.random(shape) for shape in ((3, 6), 6, 6, 6))
     width, ior = 0.1 + 0.8 * width, 1.2 + ior
-    whole = reflect(model, wi, wo, Base(colour, metalness, (width, width), ior))
+    coat = coat_widths(model)
+    whole = reflect(model, wi, wo, Base(colour, metalness, (width, width), ior), coat)
     for at in range(6):
         one = slice(at, at + 1)
         base = Base(colour[:, one], float(metalness[at]), (float(width[at]),) * 2, float(ior[at]))
-        np.testing.assert_allclose(whole[:, one], reflect(model, wi[:, one], wo[:, one], base), rtol=1e-12)
+        np.testing.assert_allclose(whole[:, one], reflect(model, wi[:, one], wo[:, one], base, coat), rtol=1e-12)
 
 
 @pytest.mark.parametrize(
