@@ -51,6 +51,9 @@ GRAZING = np.array(
     ]
 )
 
+#: How far facets of width α face a viewer near the horizon, by the furnace of films on white.
+TOWARDS = 0.28
+
 #: Fujii's constants of the diffuse lobe.
 FUJII = 0.5 - 2.0 / (3.0 * np.pi)
 FUJII_MEAN = 2.0 / 3.0 - 28.0 / (15.0 * np.pi)
@@ -301,13 +304,13 @@ def share_of_lobe(cosine: Floats, width: ArrayLike, first: Floats, average: Arra
 
 
 def typical_cosine(cosine: Floats, width: ArrayLike) -> Floats:
-    """The h·v (n,) at which Schlick's term is its mean over the facets that a viewer sees."""
-    return np.asarray(1.0 - grazing_share(cosine, width) ** 0.2)
+    """A smooth h·v (n,) that stands for those of the facets that a viewer sees: rough ones face it more than μ says."""
+    return np.asarray(np.sqrt(cosine * cosine + TOWARDS * np.asarray(width) * (1.0 - cosine * cosine)))
 
 
 def share_of_dielectric(cosine: Floats, width: ArrayLike, ior: ArrayLike) -> Floats:
     """Albedo (n,) of the highlight of a dielectric: Fresnel's term where Schlick's would have its mean over facets."""
-    return share_of_lobe(cosine, width, fresnel(typical_cosine(cosine, width), ior), fresnel_mean(ior))
+    return share_of_lobe(cosine, width, fresnel(1.0 - grazing_share(cosine, width) ** 0.2, ior), fresnel_mean(ior))
 
 
 def f0_of(ior: ArrayLike) -> Any:

@@ -127,15 +127,15 @@ float fresnel_mean(float ior)
     return (ior - 1.0) / (4.08567 + 1.00071 * ior);
 }
 
-// The h.v at which Schlick's term is its mean over the facets that a viewer sees.
+// An h.v that stands for those of the facets that a viewer sees.
 float typical_cosine(float cosine, float alpha)
 {
-    return 1.0 - pow(grazing_share(cosine, alpha), 0.2);
+    return sqrt(cosine * cosine + 0.28 * alpha * (1.0 - cosine * cosine));
 }
 
 vec3 share_of_dielectric(float cosine, float alpha, float ior)
 {
-    float first = fresnel_dielectric(typical_cosine(cosine, alpha), ior);
+    float first = fresnel_dielectric(1.0 - pow(grazing_share(cosine, alpha), 0.2), ior);
     return reflected_share(cosine, alpha, vec3(first), vec3(fresnel_mean(ior)));
 }
 

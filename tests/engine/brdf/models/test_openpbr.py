@@ -148,3 +148,15 @@ def test_opengl_shows_what_the_cpu_shows(gl: Any, text: str) -> None:
     ours = drain(radiance(scene, (48, 48)))
     assert np.abs(ours - theirs).mean() < 1e-4 * ours.mean()
     assert np.quantile(np.abs(ours - theirs), 0.999) < 2e-3 * ours.max()
+
+
+@pytest.mark.parametrize("roughness", [0.1, 0.35, 0.8])
+def test_colours_of_films_change_without_a_step(roughness: float) -> None:
+    """Over 1,500 directions of view, no step between two of them is far above its neighbours."""
+    rest = "coat_weight=1,coat_roughness=0.15,coat_ior=1.68,thin_film_weight=1,thin_film_thickness=0.42,thin_film_ior=2"
+    tilt = np.linspace(0.0, 1.5, 1500)
+    value = brdf_from_text(f"openpbr:specular_roughness={roughness},{rest}").f(
+        surface_direction(0.6, 1.0), surface_direction(tilt, np.zeros(1500))
+    )
+    bend = np.abs(np.diff(value, 2, axis=0)).max(axis=1)
+    assert bend.max() < 1e-3 * value.max()
