@@ -1,1 +1,1 @@
-"""The base of all rooms: errors, long work in steps, declared parameters, health, colour and directions."""
+"""The base of all packages: errors, long work in steps, declared parameters, health, colour and directions."""

@@ -19,7 +19,7 @@ from engine.scene.material import Material
 from engine.shading.directional.interpolation import Kernel
 from engine.shading.directional.planes import DirectionalMap
 from engine.storage.file_array import FileArray
-from tests.test_rooms import modules
+from tests.test_layers import modules
 
 
 @cache

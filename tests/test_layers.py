@@ -1,4 +1,4 @@
-"""The rooms of the house: every folder of sources is one, and imports point down from floor to floor.
+"""The layers: every folder of sources is a package, and imports point down from layer to layer.
 
 Ours instead of contracts of import-linter: it refuses layers that contain other layers, as `engine/capture` above
 `engine/capture/registration`, and one order over all packages is what rules out cycles among them.
@@ -16,8 +16,8 @@ import pytest
 
 PROJECT = Path(__file__).resolve().parents[1]
 
-#: All rooms, lowest first: each imports itself and rooms before it, also for type checkers and within functions.
-ROOMS = (
+#: All packages, lowest first: each imports itself and packages before it, also for type checkers and within functions.
+PACKAGES = (
     "engine/core",
     "engine/storage",
     "engine/images",
@@ -102,14 +102,14 @@ def modules() -> dict[str, Path]:
     return found
 
 
-def room_of(module: str) -> str:
+def package_of(module: str) -> str:
     return modules()[module].parent.relative_to(PROJECT).as_posix()
 
 
 def import_capture(module: str) -> Iterator[tuple[int, str]]:
     """Line and name of every module of ours that a module imports, wherever it does.
 
-    Lists of modules by name (verbs, methods, measurements, figures) are the seams where a low room is given what it
+    Lists of modules by name (verbs, methods, measurements, figures) are the seams where a low package is given what it
     calls; they are no imports.
     """
     known = modules()
@@ -123,42 +123,42 @@ def import_capture(module: str) -> Iterator[tuple[int, str]]:
                     yield node.lineno, full if full in known else str(node.module)
 
 
-def test_every_folder_is_a_room_and_every_room_a_folder() -> None:
-    rooms = {room_of(name) for name, path in modules().items() if path.name != "__init__.py"}
-    assert sorted(rooms) == sorted(ROOMS)
+def test_every_folder_is_a_package_and_every_package_a_folder() -> None:
+    packages = {package_of(name) for name, path in modules().items() if path.name != "__init__.py"}
+    assert sorted(packages) == sorted(PACKAGES)
 
 
-@pytest.mark.parametrize("room", ROOMS)
-def test_imports_point_down(room: str) -> None:
-    """With one order for all rooms there is no cycle among them."""
-    below = set(ROOMS[: ROOMS.index(room) + 1]) | {"engine", "app"}
+@pytest.mark.parametrize("package", PACKAGES)
+def test_imports_point_down(package: str) -> None:
+    """With one order for all packages there is no cycle among them."""
+    below = set(PACKAGES[: PACKAGES.index(package) + 1]) | {"engine", "app"}
     upward = [
         f"{modules()[name].relative_to(PROJECT)}:{line} imports {other}"
         for name in modules()
-        if room_of(name) == room
+        if package_of(name) == package
         for line, other in import_capture(name)
-        if room_of(other) not in below and modules()[other].name != "__init__.py"
+        if package_of(other) not in below and modules()[other].name != "__init__.py"
     ]
     assert upward == []
 
 
-@pytest.mark.parametrize("room", [room for room in ROOMS if room not in {"engine", "app"}])
-def test_a_room_says_in_one_sentence_what_it_is(room: str) -> None:
+@pytest.mark.parametrize("package", [package for package in PACKAGES if package not in {"engine", "app"}])
+def test_a_package_says_in_one_sentence_what_it_is(package: str) -> None:
     """The sentence is that of ARCHITECTURE.md; nothing else stands in `__init__.py`."""
-    (sentence,) = ast.parse((PROJECT / room / "__init__.py").read_text(encoding="utf-8")).body
+    (sentence,) = ast.parse((PROJECT / package / "__init__.py").read_text(encoding="utf-8")).body
     assert isinstance(sentence, ast.Expr)
     assert isinstance(sentence.value, ast.Constant)
     said = str(sentence.value.value)
     assert said.endswith(".")
-    assert f"| `{room}` | {said[:-1]} |" in (PROJECT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    assert f"| `{package}` | {said[:-1]} |" in (PROJECT / "ARCHITECTURE.md").read_text(encoding="utf-8")
 
 
-def test_rooms_stand_one_upon_the_other() -> None:
+def test_packages_stand_one_upon_the_other() -> None:
     """The engine is complete before the window begins."""
-    tops = [PurePosixPath(room).parts[0] for room in ROOMS]
+    tops = [PurePosixPath(package).parts[0] for package in PACKAGES]
     assert [pair for pair in pairwise(tops) if pair == ("app", "engine")] == []
 
 
 def test_tests_lie_where_their_sources_lie() -> None:
     tests = {path.parent.relative_to(PROJECT / "tests").as_posix() for path in (PROJECT / "tests").rglob("*.py")}
-    assert sorted(tests - set(ROOMS) - {".", "engine", "app"}) == []
+    assert sorted(tests - set(PACKAGES) - {".", "engine", "app"}) == []
