@@ -124,8 +124,8 @@ def make_scene(
     size : (int, int)
         (width, height) of the image that the camera frames.
     **options
-        Further fields of `Scene`: `directions`, `source`, `lookup`, `above`, and `tiling_mode`, which is 'hex' for PBR
-        maps without a visible period.
+        Further fields of `Scene`: `directions`, `source`, `lookup`, `above`, and `tiling_mode`, which is 'hex' for
+        repeats without a visible period.
 
     Returns
     -------

@@ -154,7 +154,7 @@ class Look:
     lamps : lights beside the one or the environment; `only_lamps` puts out the one. near_lamps : lights near the model.
     forced, skipped : effects that the plan works out, or leaves out, whatever they add (`engine.planning`).
     plan_budget : what the plan keeps within, as a user writes it: '1 %' or '8 ms'.
-    tiling_mode : how PBR maps repeat (`engine.scene.scene.Scene`); other materials repeat in a grid.
+    tiling_mode : how maps repeat (`engine.scene.scene.Scene`).
     behind : the environment behind the model, and how blurred it is; '' for the plain canvas.
     """
 

@@ -41,7 +41,7 @@ def scene_of_project(project: Project, mesh: Mesh, brdf: Brdf, camera: Camera) -
         lookup=look.lookup,
         above=look.above,
         repeats=look.repeats,
-        tiling_mode=look.tiling_mode if project.material.pbr is not None else "grid",
+        tiling_mode=look.tiling_mode,
         lamps=tuple(settings.lamp for settings in look.lamps),
         near_lamps=tuple(settings.lamp for settings in look.near_lamps),
         ground=look.ground,

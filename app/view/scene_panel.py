@@ -72,7 +72,7 @@ class ScenePanel(Rows):
             )
         )
         self.cells.chosen.connect(self._cells_chosen)
-        self.row("Tiling mode", self.cells, "How PBR maps repeat over the model")
+        self.row("Tiling mode", self.cells, "How the material repeats over the model")
         self.brushing = ComboBox()
         for words, along in BRUSHINGS.items():
             self.brushing.addItem(words, along)
@@ -101,7 +101,7 @@ class ScenePanel(Rows):
         for widget in (self.repeats, self.ground):
             widget.setHidden(project.is_flat)
         self.cells.choose(project.look.tiling_mode)
-        self.show_row(self.cells, project.material.pbr is not None and not project.is_flat)
+        self.show_row(self.cells, project.has_map and not project.is_flat)
         self.albedo.setHidden(project.is_flat or not project.look.has_ground)
         if project.mesh is not self.mesh or project.mesh is None:
             self.mesh = project.mesh

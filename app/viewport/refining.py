@@ -236,7 +236,8 @@ class Refining:
 
     def _bring(self, needed: Needed) -> Iterator[None]:
         if isinstance(needed, MAPS):
-            return self.renderer.direct.load(needed)
+            assert self.scene is not None
+            return self.renderer.direct.load(needed, self.scene.tiling_mode)
         return self.renderer.baked.load(needed)
 
     def _draw_first(self) -> float:

@@ -10,12 +10,14 @@ from __future__ import annotations
 import functools
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
+from weakref import WeakKeyDictionary
 
-__all__ = ["cached_property", "remember"]
+__all__ = ["cached_property", "remember", "remember_with"]
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
+First = TypeVar("First")
 
 
 def remember(count: int) -> Callable[[Callable[Parameters, Result]], Callable[Parameters, Result]]:
@@ -39,6 +41,21 @@ def remember(count: int) -> Callable[[Callable[Parameters, Result]], Callable[Pa
         return call
 
     return decorate
+
+
+def remember_with(
+    function: Callable[Concatenate[First, Parameters], Result],
+) -> Callable[Concatenate[First, Parameters], Result]:
+    """Keep the result of a function for each first argument as long as that lives; the others follow from it."""
+    kept: WeakKeyDictionary[Any, Result] = WeakKeyDictionary()
+
+    @functools.wraps(function)
+    def call(first: First, /, *others: Parameters.args, **options: Parameters.kwargs) -> Result:
+        if first not in kept:
+            kept[first] = function(first, *others, **options)
+        return kept[first]
+
+    return call
 
 
 if TYPE_CHECKING or sys.version_info >= (3, 12):

@@ -30,6 +30,7 @@ from engine.light.environment import DistantLights
 from engine.light.light_tree import choose_lights
 from engine.light.sky import make_built_in
 from engine.render.direct import Terms, sample
+from engine.render.hex_tiling import Maps
 from engine.render.mip_maps import full_size
 from engine.scene.material import Material
 from engine.scene.scene import Scene, Source
@@ -133,8 +134,8 @@ def material_shown(material: Material, source: Source = "slices") -> Shown:
         return maps_shown(material.pbr)
     scene = scene_of(material, source)
     assert scene.shading is not None
-    levels = [full_size(scene.shading)]
-    height, width = levels[0].shape[1:3]
+    maps = Maps([full_size(scene.shading)])
+    height, width = maps.levels[0].shape[1:3]
 
     def show(view: View, lights: DistantLights) -> Floats:
         def terms() -> Terms:
@@ -142,7 +143,7 @@ def material_shown(material: Material, source: Source = "slices") -> Shown:
                 yield lit, scene.brdf.f(wi, view.wo[lit]), wi[:, 2], irradiance, wi[:, :2]
 
         uv = np.column_stack([(view.column + 0.5) / width, (view.row + 0.5) / height])
-        return sample(scene, levels, uv, [np.zeros_like(uv)] * 2, terms())
+        return sample(scene, maps, uv, [np.zeros_like(uv)] * 2, terms())
 
     return show
 

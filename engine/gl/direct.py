@@ -141,7 +141,7 @@ class DirectRenderer:
         self._last_good: moderngl.Program | None = None
         self._mesh: tuple[Mesh, MeshBuffers] | None = None
         self._ground: tuple[Mesh, Ground, MeshBuffers] | None = None
-        self._material: tuple[Shading, MaterialTextures] | None = None
+        self._material: tuple[Shading, TilingMode, MaterialTextures] | None = None
         self._lights: tuple[DistantLights, LightTexture] | None = None
         self._near: tuple[tuple[tuple[NearLamp, ...], Mesh], NearLampTexture] | None = None
         self._cosines: tuple[EffectiveCosine, CosineTexture] | None = None
@@ -293,32 +293,32 @@ class DirectRenderer:
         self._table[-1].bind(program)
         self.messages += self._table[-1].messages
 
-    def load(self, shading: Shading) -> Iterator[None]:
+    def load(self, shading: Shading, mode: TilingMode = "grid") -> Iterator[None]:
         """Bring the maps of a material to the device piece by piece, some milliseconds each; nothing is drawn
         meanwhile. Closing the iterator early leaves nothing that could be drawn."""
-        if self._material is not None and self._material[0] is shading:
+        if self._material is not None and self._material[0] is shading and self._material[1] == mode:
             return
         if self._material is not None:
-            self._material[1].release()
+            self._material[-1].release()
             self._material = None
-        textures = MaterialTextures(self.context, shading, self.limits)
+        textures = MaterialTextures(self.context, shading, self.limits, mode)
         try:
             yield from textures.fill()
         except BaseException:
             textures.release()
             raise
-        self._material = (shading, textures)
+        self._material = (shading, mode, textures)
 
     def _upload(self, scene: Scene) -> MaterialTextures | None:
         if scene.shading is None:
             if self._material is not None:
-                self._material[1].release()
+                self._material[-1].release()
                 self._material = None
             return None
-        for _ in self.load(scene.shading):
+        for _ in self.load(scene.shading, scene.tiling_mode):
             pass
         assert self._material is not None
-        return self._material[1]
+        return self._material[-1]
 
     def _program(self, scene: Scene, textures: MaterialTextures | None) -> moderngl.Program:
         """The program for this kind of scene; the last good one, with a log entry, where it does not compile."""
@@ -329,6 +329,7 @@ class DirectRenderer:
         definitions |= {f"LOOKUP_{scene.lookup.upper()}": "1", f"ABOVE_{scene.above.upper()}": "1"}
         if (len(scene.lights.direction) == 1 and not scene.near_lamps) or scene.lookup in ("texture", "outgoing"):
             definitions["ONE_LOOKUP"] = "1"
+        definitions |= {"GAINS": "1"} if textures and textures.source != "SOURCE_SLICES" else {}
         if textures and textures.layers:
             definitions["PLANE_LAYERS" if textures.source == "SOURCE_PLANES" else "LAYERS"] = str(textures.layers)
         definitions |= _near_definitions(
@@ -342,7 +343,7 @@ class DirectRenderer:
             definitions["SINGLE_SCATTERING"] = "1"
         elif scene.pbr is None and isinstance(scene.brdf, Model):
             definitions |= scene.brdf.shader_definitions
-        definitions |= {"HEX_TILING": "1"} if scene.pbr and scene.tiling_mode == "hex" else {}
+        definitions |= {"HEX_TILING": "1"} if scene.has_texels and scene.tiling_mode == "hex" else {}
         definitions |= {"PBR_MAPS": "1"} if scene.pbr else {} if scene.brdf.isotropic else {"BRUSHED": "1"}
         definitions |= self._debug
         key = tuple(definitions.items())

@@ -17,7 +17,10 @@ from numpy.typing import NDArray
 
 from engine.gl.context import Limits
 from engine.gl.program import set_uniforms
-from engine.render.mip_maps import half, planes_by_three
+from engine.render.gains import compare_means, gains_of, interpolate
+from engine.render.hex_tiling import in_slices, prepare_tiles
+from engine.render.mip_maps import Levels, half, halves, mip_levels, planes_by_three, power_law_levels
+from engine.scene.scene import TilingMode
 from engine.shading.directional.effective_light import TILTS, TURNS
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.kept_tiles import KeptTiles
@@ -78,15 +81,18 @@ def write_rows(
 class MaterialTextures:
     """Owns the textures of one material, which `fill` fills; `messages` say what had to be reduced."""
 
-    def __init__(self, context: moderngl.Context, shading: Shading, limits: Limits) -> None:
+    def __init__(self, context: moderngl.Context, shading: Shading, limits: Limits, mode: TilingMode = "grid") -> None:
         self.r_max = shading.r_max
         self.lowest_cosine = 1.0
+        self.layers = 0
         self.messages: list[str] = []
         self.textures: dict[str, Maps] = {}
         self._context = context
         self._levels: dict[str, list[Layers]] = {}
+        self._tiled = in_slices(shading) if mode == "hex" else None
+        shading = self._tiled or shading
         if isinstance(shading, DirectionalMap):
-            self._planes(context, shading, limits)
+            self._planes(shading, limits)
         elif isinstance(shading, ShadingMap):
             self.source = "SOURCE_SLICES"
             slices = self._fit_layers(shading, limits.layers)
@@ -95,11 +101,14 @@ class MaterialTextures:
             self._allocate("slices", [np.stack(images) if images[0] is not slices[0] else slices])
         else:
             self.source = "SOURCE_POWER_LAW"
-            self.layers = 0
             if shading.kept is not None:
                 self._keep(shading, shading.kept, limits)
-            for name, image in (("scale_map", shading.scale), ("exponent_map", shading.exponent)):
-                self._allocate(name, [self._fit_size(image, limits.texture_size)])
+            pair = np.stack([self._fit_size(image, limits.texture_size) for image in (shading.scale, shading.exponent)])
+            levels = power_law_levels(pair)
+            for number, name in enumerate(("scale_map", "exponent_map")):
+                self._allocate(name, [level[number] for level in levels])
+            if mode == "grid":
+                self._set_share_gains(self._power_gains(shading, levels))
 
     def _allocate(self, name: str, levels: list[Layers]) -> None:
         """Make a texture for `levels`, layers (L, h, w, channels) or one image (h, w, channels) each; the smaller
@@ -113,9 +122,55 @@ class MaterialTextures:
 
     def fill(self) -> Iterator[None]:
         """Write all levels of all textures, in pieces of some milliseconds."""
+        if self._tiled is not None:
+            yield from self._blend(self._tiled)
         for name, levels in self._levels.items():
             yield from self._fill(self.textures[name], levels)
         self._levels.clear()
+
+    def _blend(self, maps: Shading) -> Iterator[None]:
+        """Put Gaussian numbers in the place of values, and the tables of values beside them."""
+        is_pair = self.source == "SOURCE_POWER_LAW"
+        if is_pair:
+            pair = zip(self._levels["scale_map"], self._levels["exponent_map"], strict=True)
+            values: Levels = [np.stack(each) for each in pair]
+        elif self.source == "SOURCE_PLANES":
+            values = [255.0 * np.asarray(level, np.float32) for level in self._levels["planes"]]
+        else:
+            values = halves(np.asarray(self._levels["slices"][0], np.float32))
+        tiles = yield from prepare_tiles(maps, values)
+        for number, (name, levels) in enumerate(self._levels.items()):
+            numbers = [level[number] if is_pair else level for level in tiles.levels]
+            dtype: Any = levels[0].dtype
+            self._levels[name] = [np.asarray(each, dtype) for each in numbers]
+        assert tiles.tables is not None
+        self.textures["hex_tables"] = self._table(np.moveaxis(tiles.tables, 1, 0))
+        if is_pair:
+            self._set_share_gains(tiles.gains)
+        elif isinstance(maps, DirectionalMap):
+            self._set_plane_weights(maps, tiles.gains)
+
+    def _power_gains(self, power_law: PowerLawMap, levels: Levels) -> NDArray[np.float32]:
+        """Gains of the pair where tiles are not kept, at the sizes that the device holds."""
+        height, width = power_law.error_map.shape
+        if power_law.kept is None or self.source == "SOURCE_POWER_LAW":
+            same = levels[0].shape[1:3] == (height, width)
+            return gains_of(power_law, levels) if same else compare_means(power_law, [*map(interpolate, levels)])
+        covered = np.repeat(power_law.kept.covers(height, width)[..., None].astype(np.float32), 3, axis=2)
+        shown = halves(self._fit_size(covered, max(levels[0].shape[1:3]))[None])
+        return compare_means(power_law, [interpolate(np.concatenate(each)) for each in zip(levels, shown, strict=True)])
+
+    def _set_share_gains(self, gains: NDArray[np.float32]) -> None:
+        self.textures["share_gains"] = self._table(np.moveaxis(gains, 1, 0))
+
+    def _table(self, values: NDArray[np.float32]) -> moderngl.TextureArray:
+        """An array texture of values (layers, rows, columns, 3) that does not repeat."""
+        layers, rows, columns = values.shape[:3]
+        stored = np.ascontiguousarray(values, np.float32)
+        texture = self._context.texture_array((columns, rows, layers), 3, stored, dtype="f4")
+        texture.filter = (self._context.LINEAR, self._context.LINEAR)
+        texture.repeat_x = texture.repeat_y = False
+        return texture
 
     def _fill(self, texture: Maps, levels: list[Layers]) -> Iterator[None]:
         is_array = levels[0].ndim == 4
@@ -140,7 +195,7 @@ class MaterialTextures:
                         yield
             yield
 
-    def _planes(self, context: moderngl.Context, directional: DirectionalMap, limits: Limits) -> None:
+    def _planes(self, directional: DirectionalMap, limits: Limits) -> None:
         """Planes by three as half floats, which keep fractions of codes, and the weights of all directions."""
         self.source, self.lowest_cosine = "SOURCE_PLANES", directional.lowest
         sizes: list[NDArray[Any]] = [directional.planes, *directional.smaller]
@@ -150,10 +205,16 @@ class MaterialTextures:
         levels: list[Layers] = [(planes_by_three(planes) / 255.0).astype(np.float16) for planes in fitting]
         self.layers = len(levels[0])
         self._allocate("planes", levels)
+        if self._tiled is None:
+            gains = gains_of(directional, mip_levels(directional))
+            self._set_plane_weights(directional, gains[-len(fitting) :])
+
+    def _set_plane_weights(self, directional: DirectionalMap, gains: NDArray[np.float32]) -> None:
+        """The weights of planes for all directions, and after them the gains of all sizes."""
         weights = np.zeros((1 + 3 * self.layers, TILTS, TURNS, 3), np.float32)
         weights[: directional.table.shape[-1]] = np.moveaxis(directional.table, 3, 0)
-        texture = context.texture_array((TURNS, TILTS, len(weights)), 3, weights, dtype="f4")
-        texture.filter, texture.repeat_x, texture.repeat_y = (context.LINEAR, context.LINEAR), True, False
+        texture = self._table(np.concatenate([weights, gains]))
+        texture.repeat_x = True
         self.textures["plane_weights"] = texture
 
     def _keep(self, power_law: PowerLawMap, kept: KeptTiles, limits: Limits) -> None:

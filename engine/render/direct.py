@@ -21,8 +21,9 @@ from engine.core.steps import Step, Steps
 from engine.geometry.ray_caster import caster_of
 from engine.light.environment import DistantLights
 from engine.light.near_lamps import near_lights
-from engine.render.hex_tiling import hex_tiles_of_scene
-from engine.render.mip_maps import Levels, filter_levels, level_of_detail, mip_levels_of
+from engine.render.gains import gains_at, place_of_direction, place_of_share
+from engine.render.hex_tiling import Maps, maps_of_scene, values_at
+from engine.render.mip_maps import level_of_detail
 from engine.render.near_light import facets_of, facets_of_texels, reflect_near
 from engine.render.pbr import Texels, texels_at
 from engine.scene.scene import Scene
@@ -87,8 +88,7 @@ class Shader:
         self._surface, self._positions = scene.surface, _vertices(scene)
         self._ground = _make_ground_scene(scene) if scene.ground is not None else None
         self._caster = caster_of(self._surface)
-        self._levels = mip_levels_of(scene)
-        self._tiles = hex_tiles_of_scene(scene)
+        self._maps = maps_of_scene(scene)
 
     def __call__(self, row: Indices, column: Indices, lights: DistantLights | None = None) -> Array:
         """(N, 4) radiance and coverage 1 where the mesh is hit, else 0; `lights` instead of the scene's own."""
@@ -152,7 +152,7 @@ class Shader:
             assert axes is not None
             return self._shade_texels(seen, along, frame, axes, wo, lights, place)
         terms = _light_terms(scene.brdf.f, lights, frame, viewer, axes, scene, place)
-        return sample(scene, self._levels, seen, along, terms)
+        return sample(scene, self._maps, seen, along, terms)
 
     def _shade_texels(
         self,
@@ -165,13 +165,13 @@ class Shader:
         place: Array,
     ) -> Array:
         """Radiance (N, 3) of PBR maps; where normals within a pixel differ much, it is looked up in four parts."""
-        detail = level_of_detail(self._levels, along)
+        detail = level_of_detail(self._maps.levels, along)
         maps = self.scene.pbr
         assert maps is not None
 
         def shade(at: Indices | slice, shift: Array, finer: float) -> tuple[Texels, Array]:
             lower = np.maximum(detail[at] - finer, 0.0)
-            texels = texels_at(self._levels, uv[at] + shift, lower, maps, self._tiles)
+            texels = texels_at(self._maps, uv[at] + shift, lower, maps)
             bent = texels.bend_frames(frame[at], axes[at], wo[at])
             viewer = np.einsum("nij,ni->nj", bent, wo[at])
             value = _sum_of_texels(texels, lights, bent, viewer)
@@ -299,17 +299,17 @@ def texture_axes(triangle: Array, uv: Array, normal: Array) -> Array:
     return np.stack([axis[..., 0], np.where(mirrored[:, None], -1.0, 1.0) * axis[..., 1]], axis=1)
 
 
-def sample(scene: Scene, levels: Levels, uv: Array, along: list[Array], terms: Terms) -> Array:
+def sample(scene: Scene, maps: Maps, uv: Array, along: list[Array], terms: Terms) -> Array:
     """Radiance (N, 3) at `uv` (N, 2), with the look-up inside the sum over lights; `along` is d(uv) / d(pixel)."""
     assert scene.shading is not None
     if isinstance(scene.shading, DirectionalMap):
-        return _sum_of_planes(scene, _shares(scene, terms, len(uv)), levels, uv, level_of_detail(levels, along))
+        return _sum_of_planes(scene, _shares(scene, terms, len(uv)), maps, uv, level_of_detail(maps.levels, along))
+    detail, shares = level_of_detail(maps.levels, along), _shares(scene, terms, len(uv))
     if isinstance(scene.shading, ShadingMap):
-        summed = _sum_of_slices
-    else:
-        summed = _sum_of_powers if scene.shading.kept is None else _sum_of_both
-    detail = level_of_detail(levels, along)
-    return summed(_shares(scene, terms, len(uv)), levels, uv, detail)
+        return _sum_of_slices(shares, maps, uv, detail)
+    if scene.shading.kept is None:
+        return _sum_of_powers(shares, maps, uv, detail)
+    return (_sum_of_both if maps.tables is None else _sum_of_slices)(shares, maps, uv, detail)
 
 
 def _shares(scene: Scene, terms: Terms, count: int) -> Shares:
@@ -336,9 +336,9 @@ def _shares(scene: Scene, terms: Terms, count: int) -> Shares:
         yield everywhere, share, outgoing * (gain / np.where(ratio > 0.0, ratio, 1.0))[:, None], towards
 
 
-def _sum_of_slices(shares: Shares, levels: Levels, uv: Array, detail: Array) -> Array:
-    """S is linear between slices: their weights are summed, and each slice is looked up once."""
-    last = len(levels[0]) - 1
+def _sum_of_slices(shares: Shares, maps: Maps, uv: Array, detail: Array, first: int = 0) -> Array:
+    """S is linear between slices, layers from `first` on: their weights are summed, and each is looked up once."""
+    last = len(maps.levels[0]) - 1 - first
     weights = np.zeros((last + 1, len(uv), 3))
     for point, share, weight, _ in shares:
         lower = np.minimum((share * last).astype(np.int64), last - 1)
@@ -348,34 +348,35 @@ def _sum_of_slices(shares: Shares, levels: Levels, uv: Array, detail: Array) -> 
     value = np.zeros((len(uv), 3))
     for layer, weight in enumerate(weights):
         used = np.flatnonzero(weight.any(axis=1))
-        value[used] += weight[used] * filter_levels(levels, layer, uv[used], detail[used])
+        value[used] += weight[used] * values_at(maps, first + layer, uv[used], detail[used])
     return value
 
 
-def _sum_of_powers(shares: Shares, levels: Levels, uv: Array, detail: Array) -> Array:
+def _sum_of_powers(shares: Shares, maps: Maps, uv: Array, detail: Array) -> Array:
     """As on the GPU, scale and exponent are filtered and then evaluated."""
-    scale, exponent = (filter_levels(levels, layer, uv, detail) for layer in (0, 1))
+    scale, exponent = (values_at(maps, layer, uv, detail) for layer in (0, 1))
     exponent = np.maximum(exponent, 0.0)
     value = np.zeros((len(uv), 3))
     for point, share, weight, _ in shares:
+        weight = weight * gains_at(maps.gains, detail[point], np.zeros(len(share)), place_of_share(share))
         power = np.exp(exponent[point] * np.log(np.where(share > 0.0, share, 1.0))[:, None])
         value[point] += np.where(share > 0.0, 1.0, 0.0)[:, None] * weight * power
     return scale * value
 
 
-def _sum_of_both(shares: Shares, levels: Levels, uv: Array, detail: Array) -> Array:
+def _sum_of_both(shares: Shares, maps: Maps, uv: Array, detail: Array) -> Array:
     """The power law, and over it the kept tiles with their coverage."""
     found = list(shares)
-    power_law = _sum_of_powers(iter(found), levels, uv, detail)
-    kept = _sum_of_slices(iter(found), [level[3:] for level in levels], uv, detail)
-    return kept + (1.0 - filter_levels(levels, 2, uv, detail)) * power_law
+    power_law = _sum_of_powers(iter(found), maps, uv, detail)
+    kept = _sum_of_slices(iter(found), maps, uv, detail, first=3)
+    return kept + (1.0 - values_at(maps, 2, uv, detail)) * power_law
 
 
-def _sum_of_planes(scene: Scene, shares: Shares, levels: Levels, uv: Array, detail: Array) -> Array:
+def _sum_of_planes(scene: Scene, shares: Shares, maps: Maps, uv: Array, detail: Array) -> Array:
     """Planes are filtered once, and for each light summed to codes, which become radiance after the sum."""
     shading = scene.shading
     assert isinstance(shading, DirectionalMap)
-    planes = np.concatenate([filter_levels(levels, layer, uv, detail) for layer in range(len(levels[0]))], axis=1)
+    planes = np.concatenate([values_at(maps, layer, uv, detail) for layer in range(len(maps.levels[0]))], axis=1)
     planes = planes[:, : len(shading.planes)]
     value = np.zeros((len(uv), 3))
     for point, share, weight, heading in shares:
@@ -385,5 +386,6 @@ def _sum_of_planes(scene: Scene, shares: Shares, levels: Levels, uv: Array, deta
         functions = weights_at(shading.table, cosine, azimuth)
         codes = functions[..., 0] + np.einsum("mck,mk->mc", functions[..., 1:], planes[point])
         dimmed = np.minimum(cosine / shading.lowest, 1.0)[:, None]
+        dimmed = dimmed * gains_at(maps.gains, detail[point], *place_of_direction(cosine, azimuth))
         value[point] += weight * dimmed * srgb_decode(np.maximum(codes, 0.0) / 255.0)
     return value

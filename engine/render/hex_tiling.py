@@ -1,31 +1,43 @@
-"""PBR maps without a visible period: hexagonal cells, each with a part of the maps of its own, blended by their values.
+"""Maps without a visible period: hexagonal cells, each with a part of the maps of its own, blended by their values.
 
 The plane is a triangle grid whose vertices are the middles of cells. Each cell shows the maps shifted by a hash of its
 vertex, and a point blends those of the three vertices around it (Heitz2018b; the grid is that of Mikkelsen2022). A mean
 with the weights w would lose contrast, so that deviations from the mean of the maps are added with w / √Σw², which
-keeps their variance. Colours, roughness, metallic and f0 are blended as Gaussian numbers of the same rank, so that the
-histogram of the maps comes back from a table for each of them: at each mip level of the expected value given the
-Gaussian mean of what a point covers, which keeps means from near and from afar. Normals are blended as they are, and
-the covariances of slopes that a point covers with w² / Σw²: of independent parts that is the covariance of their sum.
-Cells are shifted and not rotated, since most weaves and brushed metals have a direction. Patterns of threads or tiles
-that follow a grid are broken at the borders of cells: this is for materials without such an order.
+keeps their variance. Values are blended as Gaussian numbers of the same rank. A table for each channel and mip level
+brings their histogram back, and with it the mean: it pairs blended numbers and values of equal rank, found at points
+drawn evenly over cells and maps.
 
-Cost: three look-ups in place of one, six in tables, and a sort of each channel when maps are loaded, some 0.1 s a
-megatexel and channel.
+Slices of shading maps, the pair of a power law, planes of directional maps, and colours, roughness, metallic and f0 of
+PBR maps are blended in this way. All channels of a point have the same weights, which keeps correlations between them.
+Normals are blended as they are, and the covariances of slopes that a point covers with w² / Σw²: of independent parts
+that is the covariance of their sum. Tiles of a power law that keep their slices make slices of the whole map.
+
+Cells are shifted and not rotated, since most weaves and brushed metals have a direction, and photographs hold light
+from one side. Patterns of threads or tiles that follow a grid are broken at the borders of cells: this is for materials
+without such an order.
+
+Cost: three look-ups in place of one, one in a table for each number, and a sort of each channel when maps are loaded,
+some 0.1 s a megatexel and channel.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Generator
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.render.mip_maps import Levels, filter_levels, half, pbr_layers
+from engine.core.cached import remember_with
+from engine.render.gains import NO_GAINS, compare_means, gains_of, interpolate
+from engine.render.mip_maps import Levels, filter_levels, halves, mip_levels
 from engine.scene.scene import Scene
+from engine.shading.directional.planes import DirectionalMap
 from engine.shading.lookup import neighbours
+from engine.shading.power_law import PowerLawMap
+from engine.shading.shading_map import ShadingMap
 from engine.surface.pbr_maps import PbrMaps
 
 Array = NDArray[np.float64]
@@ -41,120 +53,169 @@ ENTRIES, REACH = 256, 3.5
 
 _ENTRIES = np.linspace(-REACH, REACH, ENTRIES)
 
-#: Points by which the mean of each table is set right.
-SAMPLES = 1 << 12
+#: Points at which a table pairs numbers and values, as a power of 2.
+POINTS = 13
 
-#: Layers that are blended as Gaussian numbers: base colour; roughness, metallic and f0.
+#: Layers of PBR maps that are blended as Gaussian numbers: base colour; roughness, metallic and f0.
 GAUSSIAN_LAYERS = 2
 
 #: Longest part of a blended normal that lies in the surface.
 STEEPEST = 0.98
-
-#: Nodes of the mean over what a point covers.
-_NODES = np.linspace(-4.0, 4.0, 161)
 
 _SKEW = np.array([[1.0, 0.0], [-1.0 / math.sqrt(3.0), 2.0 / math.sqrt(3.0)]])
 _A, _C = np.uint32(1664525), np.uint32(1013904223)
 
 
 @dataclass(frozen=True, eq=False)
-class HexTiles:
-    """PBR maps as they are blended.
+class Maps:
+    """Maps as a scene looks them up, in a grid or in hexagonal cells.
 
     Attributes
     ----------
-    levels : as `engine.render.mip_maps`: base colour, and roughness, metallic and f0, as Gaussian numbers; normals; the
-        products of their components.
-    tables : (levels, 2, ENTRIES, 3) values of the Gaussian numbers from −`REACH` to `REACH`.
-    mean_normal : (3,) the mean of the normals.
+    levels : as `engine.render.mip_maps`, in hexagonal cells with Gaussian numbers in the layers that have tables.
+    gains : (levels, A, B, 3) as `engine.render.gains`.
+    tables : (levels, layers, ENTRIES, 3) values of the Gaussian numbers from −`REACH` to `REACH`; None in a grid.
+    mean_normal : (3,) the mean of the normals of PBR maps in cells, else 0.
     """
 
     levels: Levels
-    tables: NDArray[np.float32]
-    mean_normal: Array
+    gains: NDArray[np.float32] = field(default_factory=lambda: NO_GAINS)
+    tables: NDArray[np.float32] | None = None
+    mean_normal: Array = field(default_factory=lambda: np.zeros(3))
 
 
-def hex_tiles_of_scene(scene: Scene) -> HexTiles | None:
-    """The maps of a scene in hexagonal cells, None where it is tiled otherwise or has no PBR maps."""
-    return hex_tiles(scene.pbr) if scene.tiling_mode == "hex" and scene.pbr is not None else None
+Source = PbrMaps | ShadingMap | PowerLawMap | DirectionalMap
 
 
-def hex_tiles(maps: PbrMaps) -> HexTiles:
-    """Prepare maps for hex tiling."""
-    return hex_tiles_of(pbr_layers(maps))
+def maps_of_scene(scene: Scene) -> Maps:
+    """Maps as a scene looks them up; no levels where it has one BRDF everywhere."""
+    maps = scene.pbr or scene.shading
+    return hex_tiles(maps) if scene.tiling_mode == "hex" and maps is not None else grid_tiles(maps)
 
 
-def hex_tiles_of(layers: NDArray[np.float32]) -> HexTiles:
-    """As `hex_tiles`, of the layers (4, H, W, 3) of maps."""
-    made, inverse = np.array(layers, np.float32), np.empty((GAUSSIAN_LAYERS, 3, len(_FINE)))
-    for layer in range(GAUSSIAN_LAYERS):
+def grid_tiles(maps: Source | None) -> Maps:
+    """Prepare maps that repeat in a grid."""
+    levels = mip_levels(maps)
+    return Maps(levels, gains_of(maps, levels))
+
+
+@remember_with
+def hex_tiles(maps: Source) -> Maps:
+    """Prepare maps for hexagonal cells."""
+    return made_at_once(prepare_tiles(maps, mip_levels(maps if isinstance(maps, PbrMaps) else in_slices(maps))))
+
+
+def in_slices(maps: ShadingMap | PowerLawMap | DirectionalMap) -> ShadingMap | PowerLawMap | DirectionalMap:
+    """The map itself, or the slices of a power law of which some tiles keep theirs."""
+    if not isinstance(maps, PowerLawMap) or maps.kept is None:
+        return maps
+    targets = np.linspace(0.0, maps.r_max, maps.kept.slices.shape[1])
+    slices = np.stack([maps.slice_image(r) for r in targets])
+    return ShadingMap(slices, maps.r_max, targets)
+
+
+def made_at_once(work: Generator[None, None, Maps]) -> Maps:
+    """The result of `prepare_tiles`."""
+    while True:
+        try:
+            next(work)
+        except StopIteration as end:
+            return end.value
+
+
+def prepare_tiles(maps: Source, values: Levels) -> Generator[None, None, Maps]:
+    """Make the tiles of `maps` from their `values` at all sizes, in pieces of one channel or size."""
+    count = GAUSSIAN_LAYERS if isinstance(maps, PbrMaps) else len(values[0])
+    ranked = np.array(values[0], np.float32)
+    for layer in range(count):
         for channel in range(3):
-            made[layer, ..., channel], inverse[layer, channel] = gaussianise(layers[layer, ..., channel])
-    levels, plain = [made], layers[:GAUSSIAN_LAYERS]
-    while max(levels[-1].shape[1:3]) > 1:
-        levels.append(np.stack([half(image) for image in levels[-1]]))
-    tables = np.empty((len(levels), GAUSSIAN_LAYERS, ENTRIES, 3), np.float32)
-    random = np.random.default_rng(1)
-    share = _shares(random.random((SAMPLES, 2)))
-    for level, images in enumerate(levels):
-        plain = plain if level == 0 else np.stack([half(image) for image in plain])
-        height, width = images.shape[1:3]
-        place = random.random((2, 3 * SAMPLES)) * np.array([[height], [width]])
-        place = np.floor(place) + 0.5 if level == 0 else place
-        near = [(row * width + column, part) for row, column, part in neighbours(place[0], place[1], height, width)]
-        for layer in range(GAUSSIAN_LAYERS):
+            ranked[layer, ..., channel] = gaussianise(values[0][layer, ..., channel])
+            yield
+    numbers = halves(ranked)
+    tables = np.empty((len(values), count, ENTRIES, 3), np.float32)
+    share, places = _points()
+    for level, (of_level, plain) in enumerate(zip(numbers, values, strict=True)):
+        at = np.floor(places * _size(plain)) + 0.5 if level == 0 else places * _size(plain)
+        mean = plain[:count].mean(axis=(1, 2), dtype=np.float64)
+        blended, wanted = _blend_numbers(of_level[:count], share, at), _interpolate(plain[:count], at)
+        for layer in range(count):
             for channel in range(3):
-                numbers, values = (
-                    sum(part * image[layer, ..., channel].ravel()[at] for at, part in near).reshape(-1, 3)
-                    for image in (images, plain)
-                )
-                mean = float(plain[layer, ..., channel].mean(dtype=np.float64))
-                lost = math.sqrt(max(1.0 - float(numbers.var()), 0.0)) if level else 0.0
-                table = _smooth(inverse[layer, channel], lost)
-                # means of values that are far from Gaussian where a point covers some of them would be off
-                blended = np.interp((share * numbers).sum(axis=1), _ENTRIES, table)
-                linear = mean + (share * (values - mean)).sum(axis=1)
-                shifted = table - (blended - linear).mean()
-                tables[level, layer, :, channel] = np.clip(shifted, table.min(), table.max())
-    return HexTiles(levels, tables, layers[2].mean(axis=(0, 1), dtype=np.float64))
+                given = blended[layer, :, channel], wanted[layer, ..., channel], mean[layer, channel]
+                tables[level, layer, :, channel] = transfer(*given)
+        yield
+    normal = values[0][2].mean(axis=(0, 1), dtype=np.float64) if isinstance(maps, PbrMaps) else np.zeros(3)
+    return Maps(numbers, (yield from _compare_means(maps, numbers, tables, values[0])), tables, normal)
 
 
-def _shares(uv: Array) -> Array:
-    """(N, 3) the factors of deviations from the mean in the cells around `uv`."""
-    weight = cells_around(uv, (1, 1))[0]
-    return np.asarray(weight / np.sqrt(np.square(weight).sum(axis=1, keepdims=True)))
+def _compare_means(
+    maps: Source, numbers: Levels, tables: NDArray[np.float32], whole: NDArray[np.float32]
+) -> Generator[None, None, NDArray[np.float32]]:
+    """The gains of blended maps: channels that are blended one by one do not keep what joins them."""
+    if isinstance(maps, PbrMaps) or isinstance(in_slices(maps), ShadingMap):
+        return NO_GAINS
+    share, places = _points()
+    seen = []
+    for level, of_level in enumerate(numbers):
+        blended = _blend_numbers(of_level, share, places * _size(of_level))
+        where = np.full(blended.shape[1], float(level))
+        seen.append(np.stack([_look_up(tables[:, layer], each, where) for layer, each in enumerate(blended)]))
+        yield
+    return compare_means(maps, seen, interpolate(whole))
 
 
-#: Gaussian numbers at which the values of a channel are kept before they are averaged.
-_FINE = np.linspace(-6.0, 6.0, 4001)
+def _size(layers: NDArray[np.float32]) -> Array:
+    return np.array(layers.shape[1:3], np.float64)[:, None]
 
 
-def gaussianise(values: NDArray[np.float32]) -> tuple[NDArray[np.float32], Array]:
-    """Gaussian numbers (H, W) of the ranks of `values`, with mean 0 and variance 1, and the value of each of `_FINE`.
+def _interpolate(layers: NDArray[np.float32], places: Array) -> Array:
+    """(L, M, 3) layers (L, h, w, 3) between texels, at rows and columns (2, M)."""
+    value = np.zeros((len(layers), places.shape[1], 3))
+    for row, column, part in neighbours(places[0], places[1], *layers.shape[1:3]):
+        value += part[:, None] * layers[:, row, column]
+    return value
+
+
+def _blend_numbers(layers: NDArray[np.float32], share: Array, places: Array) -> Array:
+    """(L, N, 3) blends with factors (N, 3) of the three `places` of each point."""
+    return np.asarray((share[..., None] * _interpolate(layers, places).reshape(len(layers), -1, 3, 3)).sum(axis=2))
+
+
+def transfer(numbers: Array, values: Array, mean: float) -> Array:
+    """(ENTRIES,) the table that gives `numbers` (N,) the histogram of `values` of any shape, and this mean."""
+    known, values = np.sort(numbers), np.sort(values, axis=None)
+    rank = np.linspace(0.0, 1.0, len(values))
+    of_number = np.interp(np.linspace(0.0, 1.0, len(known)), rank, values)
+    table = np.interp(_ENTRIES, known, of_number)
+    shifted = table - (np.interp(known, _ENTRIES, table).mean() - mean)
+    return np.clip(shifted, values[0], values[-1])
+
+
+def _points() -> tuple[Array, Array]:
+    """Factors (N, 3) of deviations in the cells around points, and places (2, 3 N) in the maps of each cell."""
+    from scipy.stats.qmc import Sobol
+
+    even = Sobol(8, seed=1).random_base2(POINTS)
+    weight = cells_around(even[:, :2], (1, 1))[0]
+    share = weight / np.sqrt(np.square(weight).sum(axis=1, keepdims=True))
+    return np.asarray(share), np.ascontiguousarray(even[:, 2:].reshape(-1, 2).T)
+
+
+def gaussianise(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Gaussian numbers (H, W) of the ranks of `values`, with mean 0 and variance 1.
 
     Equal values share the mean of their numbers; a channel of one value has the number 0.
     """
-    from scipy.special import ndtr, ndtri
+    from scipy.special import ndtri
 
     known, at, count = np.unique(values, return_inverse=True, return_counts=True)
     if len(known) == 1:
-        return np.zeros(values.shape, np.float32), np.full(len(_FINE), float(known[0]))
+        return np.zeros(values.shape, np.float32)
     edge = np.concatenate([[0.0], np.cumsum(count) / values.size])
     edge[-1] = 1.0
     density = np.exp(-0.5 * np.square(np.clip(ndtri(edge), -40.0, 40.0))) / math.sqrt(2.0 * math.pi)
     number = (density[:-1] - density[1:]) / np.diff(edge)
     number /= math.sqrt(float((number**2 * count).sum()) / values.size)
-    ranked = np.minimum(np.searchsorted(edge[1:], ndtr(_FINE)), len(known) - 1)
-    return number[at].reshape(values.shape).astype(np.float32), known[ranked].astype(np.float64)
-
-
-def _smooth(inverse: Array, deviation: float) -> Array:
-    """(ENTRIES,) the means of values about Gaussian numbers with this deviation."""
-    if deviation == 0.0:
-        return np.asarray(np.interp(_ENTRIES, _FINE, inverse))
-    weight = np.exp(-0.5 * _NODES**2)
-    places = _ENTRIES[:, None] + deviation * _NODES[None]
-    return np.asarray(np.interp(places, _FINE, inverse) @ (weight / weight.sum()))
+    return np.asarray(number[at].reshape(values.shape), np.float32)
 
 
 def cells_around(uv: Array, size: tuple[int, int]) -> tuple[Array, Array]:
@@ -184,11 +245,23 @@ def hash_cells(vertex: NDArray[np.int64]) -> Array:
     return np.stack([x >> np.uint32(8), y >> np.uint32(8)], axis=-1) / float(1 << 24)
 
 
-def blend(tiles: HexTiles, uv: Array, detail: Array) -> tuple[Array, Array, Array, Array]:
+def values_at(maps: Maps, layer: int, uv: Array, detail: Array) -> Array:
+    """One layer (N, 3) at `uv` (N, 2) with the mip levels `detail` (N,), filtered or blended."""
+    if maps.tables is None:
+        return filter_levels(maps.levels, layer, uv, detail)
+    weight, shift = cells_around(uv, maps.levels[0].shape[1:3])
+    share = weight / np.sqrt(np.square(weight).sum(axis=1, keepdims=True))
+    numbers = np.zeros((len(uv), 3))
+    for cell in range(3):
+        numbers += share[:, cell, None] * filter_levels(maps.levels, layer, uv + shift[:, cell], detail)
+    return _look_up(maps.tables[:, layer], numbers, detail)
+
+
+def blend(tiles: Maps, uv: Array, detail: Array) -> tuple[Array, Array, Array, Array]:
     """Base colour; roughness, metallic and f0; mean normals; and means of their products, (N, 3) each, at `uv` (N, 2)
     with the mip levels `detail` (N,)."""
-    height, width = tiles.levels[0].shape[1:3]
-    weight, shift = cells_around(uv, (height, width))
+    assert tiles.tables is not None
+    weight, shift = cells_around(uv, tiles.levels[0].shape[1:3])
     share = weight / np.sqrt(np.square(weight).sum(axis=1, keepdims=True))
     numbers = np.zeros((GAUSSIAN_LAYERS, len(uv), 3))
     apart, covariance = np.zeros((len(uv), 3)), np.zeros((len(uv), 4))

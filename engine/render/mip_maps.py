@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.directions import dot
-from engine.scene.scene import Scene
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.lookup import neighbours
 from engine.shading.power_law import PowerLawMap
@@ -47,21 +46,39 @@ def filter_levels(levels: Levels, layer: int, uv: Array, detail: Array) -> Array
     return value
 
 
-def mip_levels_of(scene: Scene) -> Levels:
-    """The images that a scene looks up; none where it has one BRDF everywhere."""
-    return mip_levels(scene.pbr or scene.shading)
-
-
 def mip_levels(shading: ShadingMap | PowerLawMap | DirectionalMap | PbrMaps | None) -> Levels:
     """The map at full size, at half, at a quarter … down to one texel, as OpenGL makes mip-maps."""
     if shading is None:
         return []
-    levels = [full_size(shading)]
     if isinstance(shading, DirectionalMap):
-        return [*levels, *map(planes_by_three, shading.smaller)]
+        return [full_size(shading), *map(planes_by_three, shading.smaller)]
+    if isinstance(shading, PowerLawMap):
+        return power_law_levels(full_size(shading))
+    return halves(full_size(shading))
+
+
+def halves(layers: NDArray[np.float32]) -> Levels:
+    """The layers (L, H, W, 3) and their means at half the size, at a quarter … down to one texel."""
+    levels = [layers]
     while max(levels[-1].shape[1:3]) > 1:
         levels.append(np.stack([half(image) for image in levels[-1]]))
     return levels
+
+
+def power_law_levels(layers: NDArray[np.float32]) -> Levels:
+    """Scale, exponent and what else follows (L, H, W, 3) at falling sizes, which keep the mean radiance.
+
+    The mean of k (r / r_max)^K over texels is no such power. The one that is shown is as bright under the brightest
+    light, and its mean over r is the same: k / (1 + K) is averaged, and not K.
+    """
+    scale, exponent = layers[:2]
+    means = halves(np.concatenate([np.stack([scale, scale / (1.0 + exponent), exponent]), layers[2:]]))
+    smaller = []
+    for scale, area, exponent, *others in means[1:]:
+        lit = area > 0.0
+        found = np.where(lit, np.maximum(scale / np.where(lit, area, 1.0) - 1.0, 0.0), exponent)
+        smaller.append(np.stack([scale, found, *others]).astype(np.float32))
+    return [layers, *smaller]
 
 
 def full_size(shading: ShadingMap | PowerLawMap | DirectionalMap | PbrMaps) -> NDArray[np.float32]:

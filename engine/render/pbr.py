@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from engine.brdf.models.multiple_scattering import SMOOTHEST
 from engine.brdf.models.openpbr import OpenPbr
 from engine.core.directions import dot, frames_along, normalize
-from engine.render.hex_tiling import HexTiles, blend, normals_at
-from engine.render.mip_maps import Levels, filter_levels
+from engine.render.hex_tiling import Maps, blend, normals_at
+from engine.render.mip_maps import filter_levels
 from engine.surface.layered import reflect_layers
 from engine.surface.metallic_roughness import reflectance
 from engine.surface.normal_spread import ALIKE, reflect_spread, spread_slopes
@@ -98,13 +98,12 @@ class Texels:
         return bent
 
 
-def texels_at(levels: Levels, uv: Floats, detail: Floats, maps: PbrMaps, tiles: HexTiles | None = None) -> Texels:
-    """The `maps` at `uv` (N, 2) with the mip levels `detail` (N,), from `engine.render.mip_maps.pbr_layers`, or blended
-    from `tiles`."""
-    if tiles is not None:
-        base, gloss, mean, square = blend(tiles, uv, detail)
+def texels_at(looked_up: Maps, uv: Floats, detail: Floats, maps: PbrMaps) -> Texels:
+    """The `maps` at `uv` (N, 2) with the mip levels `detail` (N,), as they are `looked_up`."""
+    if looked_up.tables is not None:
+        base, gloss, mean, square = blend(looked_up, uv, detail)
     else:
-        base, gloss = (filter_levels(levels, layer, uv, detail) for layer in range(2))
-        mean, square = normals_at(levels, uv, detail)
+        base, gloss = (filter_levels(looked_up.levels, layer, uv, detail) for layer in range(2))
+        mean, square = normals_at(looked_up.levels, uv, detail)
     known = base, gloss[:, 0], gloss[:, 1], gloss[:, 2], normalize(mean), *spread_slopes(mean, square)
     return Texels(*known, maps.multiple_scattering, maps.layers)

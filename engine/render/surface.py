@@ -29,8 +29,7 @@ from engine.brdf.models.sampling import sampler_of, samples_itself
 from engine.brdf.models.sampling_lobes import BELOW_ONE, CosineLobe, Mixture, VisibleGgxLobe
 from engine.core.kernels import scalar
 from engine.render.direct import sample, texture_axes, texture_coordinates
-from engine.render.hex_tiling import hex_tiles_of_scene
-from engine.render.mip_maps import mip_levels_of
+from engine.render.hex_tiling import maps_of_scene
 from engine.render.pbr import Texels, texels_at
 from engine.scene.scene import Scene
 from engine.shading.directional.planes import DirectionalMap
@@ -197,8 +196,7 @@ class Reflector:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self._diffuse_share, self._highlights = _lobes(scene)
-        self._levels = mip_levels_of(scene)
-        self._tiles = hex_tiles_of_scene(scene)
+        self._maps = maps_of_scene(scene)
         self._ground_from = len(scene.mesh.faces) if scene.ground is not None else None
         measured = type(scene.brdf) not in MODELS.values()
         # kernels of measurements use all threads by themselves, and not every pool of threads lets two callers in
@@ -228,7 +226,7 @@ class Reflector:
         face = at.face if ground is None else np.where(ground, 0, at.face)
         corners = texture_coordinates(scene, scene.mesh.faces[face])
         uv = np.einsum("nc,nci->ni", at.barycentric, corners)
-        texels = texels_at(self._levels[:1], uv, np.zeros(len(uv)), scene.pbr, self._tiles)
+        texels = texels_at(self._maps, uv, np.zeros(len(uv)), scene.pbr)
         axes = texture_axes(scene.mesh.positions[scene.mesh.faces[face]], corners, at.frame[..., 2])
         frame = texels.bend_frames(at.frame, axes, away)
         frame = frame if ground is None else np.where(ground[:, None, None], at.frame, frame)
@@ -289,7 +287,7 @@ class Reflector:
         uv = np.einsum("nc,nci->ni", at.barycentric[index], corners)
         along = [np.zeros_like(uv)] * 2
         heading = self._heading(at, index, wi, corners) if isinstance(scene.shading, DirectionalMap) else None
-        return sample(scene, self._levels, uv, along, iter([(everywhere, f, wi[:, 2], np.ones(3), heading)]))
+        return sample(scene, self._maps, uv, along, iter([(everywhere, f, wi[:, 2], np.ones(3), heading)]))
 
     def _heading(self, at: Points, index: Indices, wi: Floats, corners: Floats) -> Floats:
         """Directions `wi` (K, 3) along the axes of the texture, (K, 2)."""

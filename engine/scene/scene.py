@@ -124,7 +124,7 @@ class Scene:
     directions : how many lights stand for the environment; powers of two are spread best.
     source : which form of the material is looked up, where it has both.
     repeats : how often the material repeats over one unit of texture coordinates.
-    tiling_mode : 'grid' where each repeat shows the same; 'hex' for PBR maps in hexagonal cells that all differ.
+    tiling_mode : 'grid' where each repeat shows the same; 'hex' for maps in hexagonal cells that all differ.
     lamps : lights beside the one or the environment, in the world; the rotation and the factor are not theirs.
     near_lamps : lights near the model, in its coordinates; of baked methods those that know `near_light` show them.
     ground : what the model stands on; None for nothing.
@@ -160,8 +160,6 @@ class Scene:
             raise UsageError(f"an irradiance of {self.irradiance!r} is outside 0 … {MAX_IRRADIANCE:g}")
         if self.tiling_mode not in TILING_MODES:
             raise UsageError(f"unknown tiling mode {self.tiling_mode!r}; choose from {', '.join(TILING_MODES)}")
-        if self.tiling_mode == "hex" and self.shading is not None:
-            raise UsageError("hex tiling is for PBR maps; shading maps and directional maps repeat in a grid")
         if not 0.0 < self.repeats < float("inf"):
             raise UsageError(f"{self.repeats!r} repeats are not a positive number")
         if not (isfinite(self.environment_rotation) and 1 <= self.directions <= MAX_DIRECTIONS):

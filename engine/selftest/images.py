@@ -9,7 +9,7 @@ from engine.core.colour import srgb_decode, srgb_encode, srgb_from_xyz, to_displ
 from engine.core.directions import normalize
 from engine.core.steps import drain
 from engine.light.cube_map import CubeMap, mean_radiance
-from engine.render.mip_maps import mip_levels
+from engine.render.hex_tiling import grid_tiles
 from engine.render.pbr import texels_at
 from engine.selftest.case import Found, Question
 from engine.shading.power_law import fit, power
@@ -124,7 +124,7 @@ def _relief() -> PbrMaps:
 
 def _relief_from_afar() -> Found:
     """Mean radiance of relief at every mip level, against that of all its texels."""
-    maps, levels = _relief(), mip_levels(_relief())
+    maps, levels = _relief(), grid_tiles(_relief())
     size = maps.size[0]
     place = (np.arange(size) + 0.5) / size
     uv = np.stack(np.meshgrid(place, place), axis=-1).reshape(-1, 2)

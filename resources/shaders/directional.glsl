@@ -1,7 +1,8 @@
 // The directional map: a few planes for each texel, whose weighted sum is the sRGB code of its radiance
 // (engine.shading.directional.planes).
 // in: PLANE_LAYERS, three planes each; the cosine of light seen from above, its azimuth along the axes of the texture;
-// out: linear radiance under unit light. Planes are filtered, then summed, then decoded.
+// out: linear radiance under unit light. Planes are filtered, then summed, then decoded. With GAINS, the layers of
+// plane_weights after those of the planes are the gains of each size (engine.render.gains).
 
 #include "texture_axes.glsl"
 
@@ -12,12 +13,18 @@ uniform float lowest_cosine;
 const float TWO_PI = 6.28318530717958648;
 
 vec3 planes_here[PLANE_LAYERS];
+float detail_of_planes;
 
 void fetch_planes(vec2 uv)
 {
     float detail = level_of_detail(uv, textureSize(planes, 0).xy);
+    detail_of_planes = detail;
     for (int i = 0; i < PLANE_LAYERS; ++i)
+#if defined(HEX_TILING)
+        planes_here[i] = blended_layer(planes, float(i), detail);
+#else
         planes_here[i] = 255.0 * textureLod(planes, vec3(uv, float(i)), detail).rgb;
+#endif
 }
 
 float turn_of(vec2 heading)
@@ -43,5 +50,13 @@ vec3 directional_map(float cosine, float turn)
     for (int i = 0; i < PLANE_LAYERS; ++i)
         for (int k = 0; k < 3; ++k)
             code += planes_here[i][k] * textureLod(plane_weights, vec3(at, float(1 + 3 * i + k)), 0.0).rgb;
-    return min(cosine / lowest_cosine, 1.0) * decoded(code / 255.0);
+    vec3 radiance = min(cosine / lowest_cosine, 1.0) * decoded(code / 255.0);
+#if defined(GAINS)
+    float last = float(textureSize(plane_weights, 0).z - 3 * PLANE_LAYERS - 2);
+    float level = clamp(detail_of_planes, 0.0, last);
+    float finer = 1.0 + 3.0 * float(PLANE_LAYERS) + floor(level);
+    radiance *= mix(textureLod(plane_weights, vec3(at, finer), 0.0).rgb,
+                    textureLod(plane_weights, vec3(at, finer + ceil(fract(level))), 0.0).rgb, fract(level));
+#endif
+    return radiance;
 }

@@ -17,6 +17,9 @@ vec3 plane_sum;
 
 void begin_light_sum(vec2 uv)
 {
+#if defined(HEX_TILING)
+    begin_cells(uv, textureSize(planes, 0).xy);
+#endif
     fetch_planes(uv);
     light_turn = 0.0;
     plane_sum = vec3(0.0);
@@ -42,6 +45,11 @@ vec3 only_weight;
 
 void begin_light_sum(vec2 uv)
 {
+#if defined(HEX_TILING) && defined(SOURCE_SLICES)
+    begin_cells(uv, textureSize(slices, 0).xy);
+#elif defined(HEX_TILING)
+    begin_cells(uv, textureSize(scale_map, 0));
+#endif
     only_share = 0.0;
     only_weight = vec3(0.0);
 }
@@ -64,6 +72,9 @@ int last_slice;
 
 void begin_light_sum(vec2 uv)
 {
+#if defined(HEX_TILING)
+    begin_cells(uv, textureSize(slices, 0).xy);
+#endif
     for (int i = 0; i < LAYERS; ++i)
         slice_weights[i] = vec3(0.0);
     first_slice = LAYERS;
@@ -86,30 +97,34 @@ vec3 light_sum(vec2 uv)
     float detail = level_of_detail(uv, textureSize(slices, 0).xy);
     vec3 sum = vec3(0.0);
     for (int i = first_slice; i <= last_slice; ++i)
-        sum += slice_weights[i] * textureLod(slices, vec3(uv, float(i)), detail).rgb;
+        sum += slice_weights[i] * slice_at(float(i), uv, detail);
     return sum;
 }
 
 #elif defined(SOURCE_POWER_LAW)
+float detail_here;
 vec3 exponent_here;
 vec3 power_sum;
 
 void begin_light_sum(vec2 uv)
 {
-    float detail = level_of_detail(uv, textureSize(exponent_map, 0));
-    exponent_here = max(textureLod(exponent_map, uv, detail).rgb, 0.0);
+#if defined(HEX_TILING)
+    begin_cells(uv, textureSize(scale_map, 0));
+#endif
+    detail_here = level_of_detail(uv, textureSize(exponent_map, 0));
+    exponent_here = exponent_at(uv, detail_here);
     power_sum = vec3(0.0);
 }
 
 void add_light(float share, vec3 weight)
 {
     if (share > 0.0 && share < 3.4e38)
-        power_sum += weight * exp2(exponent_here * log2(min(share, 1.0)));
+        power_sum += weight * gain_at(share, detail_here) * exp2(exponent_here * log2(min(share, 1.0)));
 }
 
 vec3 light_sum(vec2 uv)
 {
-    return power_sum * textureLod(scale_map, uv, level_of_detail(uv, textureSize(scale_map, 0))).rgb;
+    return power_sum * scale_at(uv, detail_here);
 }
 
 #elif defined(SOURCE_MIXED)
@@ -124,7 +139,7 @@ void begin_light_sum(vec2 uv)
 {
     uv_here = uv;
     detail_here = level_of_detail(uv, textureSize(exponent_map, 0));
-    exponent_here = max(textureLod(exponent_map, uv, detail_here).rgb, 0.0);
+    exponent_here = exponent_at(uv, detail_here);
     coverage_here = kept_at(0.0, uv, detail_here).a;
     power_sum = vec3(0.0);
     kept_sum = vec3(0.0);
@@ -132,13 +147,13 @@ void begin_light_sum(vec2 uv)
 
 void add_light(float share, vec3 weight)
 {
-    power_sum += weight * power_of(share, exponent_here);
+    power_sum += weight * gain_at(share, detail_here) * power_of(share, exponent_here);
     if (coverage_here > 0.0)
         kept_sum += weight * kept_at(share, uv_here, detail_here).rgb;
 }
 
 vec3 light_sum(vec2 uv)
 {
-    return (1.0 - coverage_here) * power_sum * textureLod(scale_map, uv, detail_here).rgb + kept_sum;
+    return (1.0 - coverage_here) * power_sum * scale_at(uv, detail_here) + kept_sum;
 }
 #endif

@@ -173,7 +173,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tiling-mode",
         choices=TILING_MODES,
-        help="how PBR maps repeat: the same in a grid, or in hexagonal cells that all differ, without a visible "
+        help="how maps repeat: the same in a grid, or in hexagonal cells that all differ, without a visible "
         "period, which suits materials without a regular pattern (grid)",
     )
     parser.add_argument("--width", type=int, default=1024, metavar="PX", help="width of the image (1024)")

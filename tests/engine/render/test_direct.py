@@ -16,6 +16,7 @@ from engine.render import direct
 from engine.render.direct import radiance
 from engine.render.display import Display
 from engine.render.display import display as display_image
+from engine.render.hex_tiling import Maps
 from engine.scene.material import Material, auto_sigma
 from engine.scene.scene import LOOKUPS, Scene
 from tests.engine.scenes import head_on, scene, weave
@@ -157,5 +158,5 @@ def test_share_and_weight_of_a_sample_are_the_reflected_radiance(lookup: Any, co
 def test_a_power_law_is_its_scale_times_the_weighted_power_of_the_share() -> None:
     level = np.stack([np.full((4, 4, 3), 0.5), np.full((4, 4, 3), 2.0)])
     lit = (np.array([0, 2]), np.array([0.5, 0.0]), np.array([[3.0, 2.0, 1.0], [1.0, 1.0, 1.0]]), None)
-    value = direct._sum_of_powers(iter([lit]), [level], np.full((3, 2), 0.5), np.zeros(3))
+    value = direct._sum_of_powers(iter([lit]), Maps([level]), np.full((3, 2), 0.5), np.zeros(3))
     np.testing.assert_allclose(value, [[0.375, 0.25, 0.125], [0.0] * 3, [0.0] * 3])

@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from engine.capture.stack import ImageStack
+from engine.core.colour import LUMINANCE, srgb_decode, srgb_encode
+from engine.core.directions import surface_direction
 from engine.core.errors import UsageError
 from engine.core.steps import drain
 from engine.geometry.camera import Camera
 from engine.geometry.shapes import shape
 from engine.render.direct import radiance
-from engine.render.hex_tiling import cells_around, hash_cells, hex_tiles
-from engine.render.mip_maps import mip_levels
+from engine.render.hex_tiling import cells_around, grid_tiles, hash_cells, hex_tiles
 from engine.render.pbr import Texels, texels_at
 from engine.render.reference import reference
-from engine.scene.scene import make_scene
+from engine.scene.material import Material
+from engine.scene.scene import Scene, make_scene
+from engine.shading.directional.planes import fit
+from engine.shading.power_law import fit as fit_power_law
+from engine.shading.shading_map import build
 from engine.simulate.height_fields import sample
 from engine.surface.pbr_maps import PbrMaps
-from tests.engine.exchange.materials import woven_material
 from tests.engine.render.test_pbr import bumpy, scene_of, square
 
 SIDE = 64
@@ -46,8 +52,7 @@ def tiled(maps: PbrMaps, repeats: int, detail: float, *, hexes: bool = True) -> 
     """Texels of so many repeats at the mip level `detail`, one for each texel of full size."""
     across = (np.arange(repeats * SIDE) + 0.5) / SIDE
     uv = np.stack(np.meshgrid(across, across), axis=-1).reshape(-1, 2)
-    tiles = hex_tiles(maps) if hexes else None
-    return texels_at(mip_levels(maps), uv, np.full(len(uv), detail), maps, tiles)
+    return texels_at(hex_tiles(maps) if hexes else grid_tiles(maps), uv, np.full(len(uv), detail), maps)
 
 
 def correlation(values: NDArray[np.float64], repeats: int) -> float:
@@ -102,9 +107,8 @@ def test_cells_are_shifted_by_whole_texels_and_join_smoothly() -> None:
     assert abs(np.asarray(np.corrcoef(hashed.T))[0, 1]) < 0.03
     np.testing.assert_allclose(np.sort(hashed[:, 0])[::640], np.linspace(0.0, 0.9, 10), atol=0.03)
     maps = bumpy(SIDE)
-    tiles, levels = hex_tiles(maps), mip_levels(maps)
     line = np.stack([np.linspace(0.0, 2.0, 60_000), np.full(60_000, 0.37)], axis=1)
-    along = texels_at(levels, line, np.zeros(len(line)), maps, tiles).normal
+    along = texels_at(hex_tiles(maps), line, np.zeros(len(line)), maps).normal
     assert np.abs(np.diff(along, axis=0)).max() < 0.01
 
 
@@ -115,9 +119,11 @@ def test_relief_in_cells_is_as_bright_as_the_reference(repeats: float) -> None:
         scene_of(bumpy(), square(), light=(0.6, 0.2, 0.77), repeats=repeats, tiling_mode="hex"), camera=eye
     )
     traced = float(drain(reference(scene, (40, 40), samples=24)).image[..., 0].mean())
-    assert drain(radiance(scene, (48, 48), samples=4))[..., 0].mean() == pytest.approx(traced, rel=0.05)
-    plain = dataclasses.replace(scene, tiling_mode="grid")
-    assert drain(radiance(plain, (48, 48), samples=4))[..., 0].mean() == pytest.approx(traced, rel=0.06)
+    found = drain(radiance(scene, (48, 48), samples=4))[..., 0].mean()
+    assert found == pytest.approx(traced, rel=0.05)
+    plain = drain(radiance(dataclasses.replace(scene, tiling_mode="grid"), (48, 48), samples=4))[..., 0].mean()
+    assert plain == pytest.approx(traced, rel=0.06)
+    assert found == pytest.approx(plain, rel=0.02)
 
 
 def test_opengl_blends_cells_as_the_cpu_does(gl: Any) -> None:
@@ -137,8 +143,90 @@ def test_opengl_blends_cells_as_the_cpu_does(gl: Any) -> None:
         renderer.release()
 
 
-def test_other_modes_and_materials_are_refused() -> None:
+LAMPS = 24
+
+
+@cache
+def stack_of(kind: str) -> ImageStack:
+    """Photographs of the same sample under lamps from all sides, with a highlight."""
+    maps = maps_of(kind)
+    place = np.arange(LAMPS)
+    light = surface_direction(np.arccos(np.linspace(0.98, 0.15, LAMPS)), place * 2.4)
+    facing = np.maximum(np.einsum("hwi,ni->nhw", maps.normal, light), 0.02)
+    half_way = light + np.array([0.0, 0.0, 1.0])
+    half_way /= np.linalg.norm(half_way, axis=1, keepdims=True)
+    glossy = 0.3 * np.maximum(np.einsum("hwi,ni->nhw", maps.normal, half_way), 0.0) ** 40
+    radiance = facing[..., None] * maps.base_colour / 1.5 + glossy[..., None]
+    radiance = srgb_decode(np.rint(255.0 * srgb_encode(np.minimum(radiance, 1.0))) / 255.0).astype(np.float32)
+    return ImageStack(
+        radiance=radiance,
+        saturated=np.zeros(radiance.shape[:3], np.bool_),
+        elevation=np.asarray(np.arcsin(light[:, 2])),
+        azimuth=np.asarray(np.arctan2(light[:, 1], light[:, 0])),
+        mean_radiance=radiance.mean(axis=(1, 2), dtype=np.float64) @ LUMINANCE,
+        sources=tuple(map(str, place)),
+        angle_source="lp",
+    )
+
+
+@cache
+def material_of(kind: str, form: str) -> Material:
+    """A sample as slices, as a power law, or as planes of a directional map."""
+    stack, used = stack_of(kind), np.arange(LAMPS)
+    brdf = "phong:kd=0.5,ks=0.1,exponent=20"
+    if form == "planes":
+        return Material(None, None, brdf=brdf, directional=drain(fit(stack, used)))
+    slices = drain(build(stack, 6))
+    if form == "slices":
+        return Material(slices, None, brdf=brdf, elevation_deg=tuple(np.degrees(stack.elevation)))
+    return Material(None, drain(fit_power_law(slices)), brdf=brdf, elevation_deg=tuple(np.degrees(stack.elevation)))
+
+
+def test_other_modes_are_refused() -> None:
     with pytest.raises(UsageError, match="unknown tiling mode 'round'; choose from grid, hex"):
         scene_of(bumpy(), square(), tiling_mode="round")
-    with pytest.raises(UsageError, match="hex tiling is for PBR maps"):
-        make_scene(square(), Camera((0.0, 0.0, 3.0)), material=woven_material(), tiling_mode="hex")
+
+
+FORMS = ("slices", "power", "planes")
+
+
+def far_scene(material: Material, repeats: float, mode: Any, light: tuple[float, float, float]) -> Scene:
+    """A square that fills the image, seen from straight above."""
+    eye = Camera((0.0, 0.0, 1e4), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), np.degrees(2e-4))
+    return make_scene(square(), eye, material=material, light=light, repeats=repeats, tiling_mode=mode)
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("kind", ["woven", "hammered", "leather"])
+def test_photographs_are_as_bright_from_afar_as_in_the_reference(kind: str, form: str) -> None:
+    """In a grid and in cells, under high and low light, at 1 to 128 repeats over the image."""
+    material = material_of(kind, form)
+    for light in ((0.1, 0.2, 0.97), (-0.7, 0.6, 0.35)):
+        near = far_scene(material, 1.0, "grid", light)
+        traced = drain(reference(near, (64, 64), samples=16)).image[..., :3].mean(axis=(0, 1))
+        for mode in ("grid", "hex"):
+            for repeats in (8.0, 32.0, 128.0):
+                scene = far_scene(material, repeats, mode, light)
+                found = drain(radiance(scene, (61, 61), samples=3 if repeats < 16.0 else 1))[..., :3].mean(axis=(0, 1))
+                np.testing.assert_allclose(found, traced, rtol=0.03, err_msg=f"{light} {mode} {repeats}")
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_opengl_blends_photographs_as_the_cpu_does(gl: Any, form: str) -> None:
+    from engine.gl.direct import DirectRenderer
+
+    renderer = DirectRenderer(gl)
+    try:
+        for repeats in (1.5, 20.0):
+            scene = make_scene(
+                shape("sphere"), Camera((0.0, 0.0, 3.0)), material=material_of("hammered", form), repeats=repeats
+            )
+            plain = renderer.radiance(scene, (48, 48))
+            assert np.abs(plain - drain(radiance(scene, (48, 48)))).mean() < 1e-3 * plain.mean()
+            scene = dataclasses.replace(scene, tiling_mode="hex")
+            ours, theirs = drain(radiance(scene, (48, 48))), renderer.radiance(scene, (48, 48))
+            assert np.abs(plain - theirs).mean() > 5e-3 * ours.mean()
+            assert np.abs(ours - theirs).mean() < 2e-3 * ours.mean()
+            assert np.quantile(np.abs(ours - theirs), 0.999) < 0.02 * ours.max()
+    finally:
+        renderer.release()
