@@ -20,7 +20,9 @@ void fetch_planes(vec2 uv)
     float detail = level_of_detail(uv, textureSize(planes, 0).xy);
     detail_of_planes = detail;
     for (int i = 0; i < PLANE_LAYERS; ++i)
-#if defined(HEX_TILING)
+#if defined(HEX_MEANS)
+        planes_here[i] = 255.0 * blended_layer(planes, float(i), detail);
+#elif defined(HEX_TILING)
         planes_here[i] = blended_layer(planes, float(i), detail);
 #else
         planes_here[i] = 255.0 * textureLod(planes, vec3(uv, float(i)), detail).rgb;

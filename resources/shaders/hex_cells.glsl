@@ -1,8 +1,13 @@
 // Maps in hexagonal cells, each shifted by a hash, blended as Gaussian numbers (engine.render.hex_tiling, which has the
 // formulas). Maps hold the numbers, hex_tables the values of numbers at each mip level, a layer for each of the maps.
-// begin_cells comes before all else.
+// begin_cells comes before all else. With HEX_MEANS, maps hold values, and blends keep their mean and their variance, not
+// their histogram; is_hexagonal is false where maps repeat in a grid.
 
+#if defined(HEX_MEANS)
+uniform bool is_hexagonal;
+#else
 uniform sampler2DArray hex_tables;
+#endif
 
 const float CELLS = 3.4641016151377544;
 const float SHARPNESS = 4.0;
@@ -26,6 +31,12 @@ vec2 hash_cell(ivec2 vertex)
 // Coordinates in the three cells around uv of maps with so many texels, and factors of deviations from the mean.
 void begin_cells(vec2 uv, ivec2 texels)
 {
+#if defined(HEX_MEANS)
+    cell_share = vec3(1.0, 0.0, 0.0);
+    cell_uv = vec2[3](uv, uv, uv);
+    if (!is_hexagonal)
+        return;
+#endif
     vec2 st = CELLS * uv;
     vec2 skewed = vec2(st.x, (2.0 * st.y - st.x) / 1.7320508075688772);
     ivec2 base = ivec2(floor(skewed));
@@ -42,6 +53,25 @@ void begin_cells(vec2 uv, ivec2 texels)
     cell_uv[2] = uv + floor(hash_cell(base + ivec2(1 - far, far)) * size) / size;
 }
 
+#if defined(HEX_MEANS)
+// A layer of maps, blended; its mean is the smallest size.
+vec3 blended_layer(sampler2DArray maps, float layer, float detail)
+{
+    vec3 mean = textureLod(maps, vec3(cell_uv[0], layer), 32.0).rgb, apart = vec3(0.0);
+    for (int cell = 0; cell < 3; ++cell)
+        apart += cell_share[cell] * (textureLod(maps, vec3(cell_uv[cell], layer), detail).rgb - mean);
+    return max(mean + apart, 0.0);
+}
+
+// A map alone, blended.
+vec3 blended_map(sampler2D map, float layer, float detail)
+{
+    vec3 mean = textureLod(map, cell_uv[0], 32.0).rgb, apart = vec3(0.0);
+    for (int cell = 0; cell < 3; ++cell)
+        apart += cell_share[cell] * (textureLod(map, cell_uv[cell], detail).rgb - mean);
+    return max(mean + apart, 0.0);
+}
+#else
 // The values of Gaussian numbers of a layer at a mip level.
 vec3 values_of(vec3 numbers, float layer, float detail)
 {
@@ -70,3 +100,4 @@ vec3 blended_map(sampler2D map, float layer, float detail)
         numbers += cell_share[cell] * textureLod(map, cell_uv[cell], detail).rgb;
     return values_of(numbers, layer, detail);
 }
+#endif

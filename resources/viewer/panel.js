@@ -77,6 +77,9 @@ function buildPanel() {
     (value) => { state.exposure = value; });
   slider(byId("display"), { label: "Repeats", unit: "×", low: 1, high: 8 }, () => state.repeats,
     (value) => { state.repeats = value; });
+  if (!data.cover)
+    choice(byId("display"), "Tiling", [["grid", "Grid"], ["hex", "Hexagonal cells"]],
+      () => state.hexagonal ? "hex" : "grid", (value) => { state.hexagonal = value === "hex"; });
   choice(byId("display"), "Tone map", [["neutral", "PBR Neutral"], ["none", "None"]],
     () => state.neutral ? "neutral" : "none", (value) => { state.neutral = value === "neutral"; });
   byId("plane").setAttribute("aria-pressed", !state.sphere);

@@ -66,6 +66,8 @@ void main() {
 
 // The shading map, or planes that are looked up by the light that gives the same product from above.
 const lookUp = () => data.planes ? `
+#define HEX_TILING
+#define HEX_MEANS
 #define PLANE_LAYERS ${data.planes.layers.length}
 precision highp sampler2DArray;
 ${data.sources.shading_map}
@@ -75,7 +77,10 @@ vec3 looked_up(vec3 wi, float r, vec2 heading, vec2 uv) {
   fetch_planes(uv);
   return directional_map(searched_cosine(wi, r / r_max * above), turn_of(heading));
 }` : `
+#define HEX_TILING
+#define HEX_MEANS
 #define SOURCE_POWER_LAW
+precision highp sampler2DArray;
 ${data.sources.shading_map}
 vec3 looked_up(vec3 wi, float r, vec2 heading, vec2 uv) { return shading_map(r / r_max, uv); }`;
 
@@ -87,8 +92,8 @@ const CHANNELS = {
 
 // Channels of the look-up itself: linear radiance, and an exponent K as K / (1 + K), the reflectance of a grey.
 const ofLookUp = () => data.planes ? "radiance(position, n, right, uv)" :
-  "channel == 1 ? texture(scale_map, uv).rgb : channel == 2 ? texture(exponent_map, uv).rgb / " +
-  "(1.0 + texture(exponent_map, uv).rgb) : radiance(position, n, right, uv)";
+  "channel == 1 ? scale_at(uv, detail) : channel == 2 ? exponent_at(uv, detail) / " +
+  "(1.0 + exponent_at(uv, detail)) : radiance(position, n, right, uv)";
 
 // Channels of the surface: base colour in codes of sRGB, normals, and roughness, metallic and occlusion, each a layer.
 const SURFACE = `
@@ -97,8 +102,9 @@ uniform sampler2DArray surface;
 uniform float strength, sharpness;
 
 vec3 of_surface(vec3 position, vec3 n, vec3 right, vec2 uv) {
-  vec3 base = srgb_decode(texture(surface, vec3(uv, 0.0)).rgb), code = texture(surface, vec3(uv, 1.0)).rgb;
-  vec3 others = texture(surface, vec3(uv, 2.0)).rgb;
+  float detail = level_of_detail(uv, textureSize(surface, 0).xy);
+  vec3 base = srgb_decode(blended_layer(surface, 0.0, detail)), code = blended_layer(surface, 1.0, detail);
+  vec3 others = min(blended_layer(surface, 2.0, detail), 1.0);
   if (channel == ${CHANNELS.base_colour}) return base;
   if (channel == ${CHANNELS.normal}) return srgb_decode(code);
   if (channel < ${CHANNELS.relief}) return srgb_decode(vec3(others[channel - ${CHANNELS.roughness}]));
@@ -184,6 +190,9 @@ void main() {
     is_outside = any(lessThan(share, vec2(0.0))) || any(greaterThanEqual(share, vec2(1.0)));
     uv = inner.xy + share * inner.zw;
   }
+  ivec2 texels = ${data.planes ? "textureSize(planes, 0).xy" : "textureSize(scale_map, 0)"};
+  float detail = level_of_detail(uv, texels);
+  begin_cells(uv, texels);
   vec3 value = max(${data.surface ? "channel > 2 ? of_surface(position, n, right, uv) : " : ""}${ofLookUp()}, 0.0);
   if (channel == 0 || channel == ${CHANNELS.enhanced}) {
     value *= gain;

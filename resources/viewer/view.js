@@ -11,7 +11,7 @@ function fail(sentence) {
 const WHOLE = 1.15;
 
 const start = () => ({
-  sphere: false, azimuth: 50, elevation: 45, exposure: 0, repeats: 1, neutral: true, model: data.brdf,
+  sphere: false, azimuth: 50, elevation: 45, exposure: 0, repeats: 1, hexagonal: false, neutral: true, model: data.brdf,
   zoom: 1, centre: [0, 0], moves: "light", channel: "picture", strength: 0.5, sharpness: 60, width_mm: data.width_mm,
   values: Object.fromEntries(data.models.map((model) => [model.name,
     Object.fromEntries(model.parameters.map((parameter) => [parameter.name, parameter.value]))])),
@@ -49,6 +49,7 @@ function setUniforms(program, model) {
   gl.uniform3fv(uniform(program, "light"), lightDirection());
   gl.uniform1f(uniform(program, "gain"), 2 ** state.exposure);
   gl.uniform1f(uniform(program, "repeats"), state.repeats);
+  gl.uniform1i(uniform(program, "is_hexagonal"), state.hexagonal);
   gl.uniform1i(uniform(program, "sphere"), state.sphere);
   gl.uniform1i(uniform(program, "neutral_curve"), state.neutral);
   gl.uniform1i(uniform(program, "channel"), CHANNELS[state.channel]);
@@ -78,7 +79,7 @@ function draw() {
   canvas.width = Math.max(1, Math.round(canvas.clientWidth * ratio));
   canvas.height = Math.max(1, Math.round(canvas.clientHeight * ratio));
   keepInView();
-  const chosen = chooseTiles();
+  const chosen = state.hexagonal ? [] : chooseTiles();
   gl.viewport(0, 0, canvas.width, canvas.height);
   gl.useProgram(program);
   setUniforms(program, model);
@@ -307,7 +308,7 @@ function readAddress() {
     const number = Number(text);
     if (name === "channel" && data.channels.some(([channel]) => channel === text)) state.channel = text;
     if (!Number.isFinite(number)) continue;
-    if (["sphere", "neutral"].includes(name)) state[name] = number !== 0;
+    if (["sphere", "neutral", "hexagonal"].includes(name)) state[name] = number !== 0;
     if (["azimuth", "elevation", "exposure", "repeats", "zoom", "width_mm"].includes(name)) state[name] = number;
     if (name === "panel" && number === 0) showPanel(false);
   }

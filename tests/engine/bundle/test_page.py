@@ -17,7 +17,7 @@ import pytest
 
 from engine.brdf.brdf import MODELS
 from engine.bundle.page import VIEWER_SIDE, Extras, bytes_of, viewer, viewer_and_parts
-from engine.core.colour import srgb_encode
+from engine.core.colour import srgb_decode, srgb_encode
 from engine.core.directions import surface_direction
 from engine.core.health import Health
 from engine.shading.kept_tiles import cut_tiles
@@ -25,6 +25,7 @@ from engine.surface.pbr_maps import PbrMaps
 from tests.chromium import SHIFT, Page, chromium
 from tests.engine.bundle.materials import EXPONENT, SCALE, compute_expected_radiance, make_material
 from tests.engine.domes import dome_material
+from tests.engine.render.test_hex_tiling import material_of
 
 
 def page_data(page: str) -> dict[str, Any]:
@@ -509,3 +510,21 @@ def test_one_file_leaves_out_what_is_too_large_and_says_so(
     assert data["pictures"] == page_data(viewer(noisy(size)))["pictures"], "as the page of a bundle"
     show(browser, tmp_path, text, size=SMALL)
     assert "2100 × 8 texels, averaged down here to 1024 × 4." in browser.value("byId('facts').textContent")
+
+
+@pytest.mark.parametrize("form", ["power", "planes"])
+def test_hexagonal_cells_repeat_nothing_and_keep_mean_and_contrast(browser: Page, tmp_path: Path, form: str) -> None:
+    step = 130  # pixels of a repeat; the plane is 600 / 1.15 high
+    place = f"neutral=0&azimuth=30&elevation=60&repeats={600 / 1.15 / step}"
+    page = viewer(material_of("leather", form))
+    images = [image_of(browser, tmp_path, page, f"{place}&hexagonal={hexagonal}") for hexagonal in (0, 1)]
+    grid, cells = (srgb_decode(image[60:540, 70:550, 1] / 255.0) for image in images)
+
+    def correlation(image: Any) -> float:
+        apart = image - cv2.blur(image, (step, step))  # less what the highlight of the model adds
+        return float((apart[:, :-step] * apart[:, step:]).mean() / apart.var())
+
+    assert correlation(grid) > 0.35
+    assert abs(correlation(cells)) < 0.2
+    assert cells.mean() == pytest.approx(grid.mean(), rel=0.03)
+    assert cells.std() == pytest.approx(grid.std(), rel=0.1)
