@@ -19,6 +19,8 @@ from engine.capture.evenness import even_out
 from engine.capture.object_part import take_object
 from engine.core.errors import UsageError
 from engine.core.steps import drain
+from engine.exchange.enlarge import enlarge as enlarging
+from engine.exchange.enlarge import width_of_tile
 from engine.exchange.export import export as exporting
 from engine.exchange.subject import Settings
 from engine.scene.material import Material, error_figures
@@ -339,6 +341,7 @@ def export(
     coding: Literal["png8", "png16", "exr"] = "png8",
     normal: Literal["opengl", "directx"] | None = None,
     width_mm: float | None = None,
+    enlarge: int | None = None,
     error: float = 0.05,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
@@ -362,6 +365,9 @@ def export(
         y of normals up or down; None for what the program of the preset reads.
     width_mm : float, optional
         Width of the sample, for the scale bar of a web page.
+    enlarge : int, optional
+        Write a tile of so many repeats along each side, 2 to 16, that all differ; its errors are not compared with the
+        photographs.
     error : float
         For auto, the largest relative RMSE.
     progress : callable, optional
@@ -389,8 +395,11 @@ def export(
     found = as_material(material)
     if found is None:
         raise UsageError("export needs a material")
-    settings = Settings(preset, coding, normal, width_mm)
     photographs = None if stack is None else as_stack(stack)
+    if enlarge is not None:
+        width_mm = width_of_tile(found, enlarge, photographs, width_mm)
+        found, photographs = drain(enlarging(found, enlarge, photographs), progress), None
+    settings = Settings(preset, coding, normal, width_mm)
     names = [to] if isinstance(to, str) else list(to)
     work = exporting(folder, found, names, settings=settings, stack=photographs, error=error)
     return drain(work, progress)

@@ -84,6 +84,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "(grid)",
     )
     parser.add_argument(
+        "--enlarge",
+        type=int,
+        metavar="N",
+        help="write a tile of N × N repeats that all differ, in hexagonal cells that repeat at its border, for "
+        "programs that know no other way to repeat maps than a grid (2 to 16)",
+    )
+    parser.add_argument(
         "--width-mm",
         type=float,
         metavar="MM",
@@ -108,6 +115,12 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     width_mm = arguments.width_mm
     if width_mm is None and stack is None and project is None:
         width_mm = _find_width_mm(arguments.source, material)
+    if arguments.enlarge is not None:
+        from engine.exchange.enlarge import enlarge, width_of_tile
+
+        width_mm = width_of_tile(material, arguments.enlarge, stack, width_mm)
+        material = drain(enlarge(material, arguments.enlarge, stack), show)
+        stack, project = None, None
     settings = Settings(arguments.preset, arguments.coding, arguments.normal, width_mm, arguments.tiling_mode)
     if arguments.tiling_mode == "hex" and "materialx" not in arguments.to:
         raise UsageError("--tiling-mode hex is for --to materialx; other targets repeat maps in a grid")

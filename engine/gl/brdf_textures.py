@@ -32,7 +32,7 @@ from engine.core.steps import drain
 from engine.factor.projections import KINDS, LinearProjection
 from engine.gl.context import Limits
 from engine.gl.program import find_uniform, set_uniforms
-from engine.render.hex_tiling import made_at_once, prepare_tiles
+from engine.render.hex_tiling import prepare_tiles, run_at_once
 from engine.render.mip_maps import halves, pbr_layers
 from engine.scene.scene import TilingMode
 from engine.surface.pbr_maps import PbrMaps
@@ -188,7 +188,7 @@ class PbrTextures:
         fitted, self.messages = within(pbr_layers(maps), limits.texture_size)
         self._tables: moderngl.TextureArray | None = None
         if mode == "hex":
-            tiles = made_at_once(prepare_tiles(maps, halves(fitted)))
+            tiles = run_at_once(prepare_tiles(maps, halves(fitted)))
             assert tiles.tables is not None
             fitted = np.ascontiguousarray(tiles.levels[0])
             levels, layers, entries, _ = tiles.tables.shape

@@ -25,7 +25,7 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,7 @@ from engine.shading.shading_map import ShadingMap
 from engine.surface.pbr_maps import PbrMaps
 
 Array = NDArray[np.float64]
+Result = TypeVar("Result")
 
 #: Cells along one repeat of the maps: their sides are 1 / (2 √3) of it, as in Heitz2018b.
 CELLS = 2.0 * math.sqrt(3.0)
@@ -62,7 +63,8 @@ GAUSSIAN_LAYERS = 2
 #: Longest part of a blended normal that lies in the surface.
 STEEPEST = 0.98
 
-_SKEW = np.array([[1.0, 0.0], [-1.0 / math.sqrt(3.0), 2.0 / math.sqrt(3.0)]])
+#: Cells along a repeat to the right, before `CELLS`, and along the other side of the grid.
+_SKEW = np.array([[1.0, 0.0], [-2.0, 4.0]])
 _A, _C = np.uint32(1664525), np.uint32(1013904223)
 
 
@@ -102,7 +104,7 @@ def grid_tiles(maps: Source | None) -> Maps:
 @remember_with
 def hex_tiles(maps: Source) -> Maps:
     """Prepare maps for hexagonal cells."""
-    return made_at_once(prepare_tiles(maps, mip_levels(maps if isinstance(maps, PbrMaps) else in_slices(maps))))
+    return run_at_once(prepare_tiles(maps, mip_levels(maps if isinstance(maps, PbrMaps) else in_slices(maps))))
 
 
 def in_slices(maps: ShadingMap | PowerLawMap | DirectionalMap) -> ShadingMap | PowerLawMap | DirectionalMap:
@@ -114,13 +116,13 @@ def in_slices(maps: ShadingMap | PowerLawMap | DirectionalMap) -> ShadingMap | P
     return ShadingMap(slices, maps.r_max, targets)
 
 
-def made_at_once(work: Generator[None, None, Maps]) -> Maps:
-    """The result of `prepare_tiles`."""
+def run_at_once(work: Generator[None, None, Result]) -> Result:
+    """Result of work that is made in pieces."""
     while True:
         try:
             next(work)
         except StopIteration as end:
-            return end.value
+            return cast(Result, end.value)
 
 
 def prepare_tiles(maps: Source, values: Levels) -> Generator[None, None, Maps]:
@@ -158,7 +160,7 @@ def _compare_means(
     for level, of_level in enumerate(numbers):
         blended = _blend_numbers(of_level, share, places * _size(of_level))
         where = np.full(blended.shape[1], float(level))
-        seen.append(np.stack([_look_up(tables[:, layer], each, where) for layer, each in enumerate(blended)]))
+        seen.append(np.stack([values_of_numbers(tables[:, layer], each, where) for layer, each in enumerate(blended)]))
         yield
     return compare_means(maps, seen, interpolate(whole))
 
@@ -218,10 +220,15 @@ def gaussianise(values: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.asarray(number[at].reshape(values.shape), np.float32)
 
 
-def cells_around(uv: Array, size: tuple[int, int]) -> tuple[Array, Array]:
+def cells_around(uv: Array, size: tuple[int, int], period: int = 0) -> tuple[Array, Array]:
     """Weights (N, 3), whose sum is 1, of the cells around `uv` (N, 2) in repeats of the maps, and their shifts
-    (N, 3, 2) in repeats: whole texels of maps of `size` (H, W), so that none is smoothed."""
-    skewed = (CELLS * uv) @ _SKEW.T
+    (N, 3, 2) in repeats: whole texels of maps of `size` (H, W), so that none is smoothed.
+
+    With a `period`, cells repeat after so many repeats; they are then a little wider or narrower.
+    """
+    skewed = uv @ _SKEW.T
+    columns = round(CELLS * period)
+    skewed[:, 0] *= CELLS if period == 0 else columns / period
     base = np.floor(skewed)
     x, y = (skewed - base).T
     rest = 1.0 - x - y
@@ -232,7 +239,11 @@ def cells_around(uv: Array, size: tuple[int, int]) -> tuple[Array, Array]:
     weight /= weight.sum(axis=1, keepdims=True)
     corners = np.stack([np.stack([far, far], 1), np.stack([far, 1.0 - far], 1), np.stack([1.0 - far, far], 1)], axis=1)
     texels = np.array(size[::-1], np.float64)
-    return weight, np.floor(hash_cells((base[:, None] + corners).astype(np.int64)) * texels) / texels
+    vertex = (base[:, None] + corners).astype(np.int64)
+    if period:
+        turns = vertex[..., 0] // columns
+        vertex = np.stack([vertex[..., 0] - turns * columns, (vertex[..., 1] + 2 * period * turns) % (4 * period)], -1)
+    return weight, np.floor(hash_cells(vertex) * texels) / texels
 
 
 def hash_cells(vertex: NDArray[np.int64]) -> Array:
@@ -254,7 +265,7 @@ def values_at(maps: Maps, layer: int, uv: Array, detail: Array) -> Array:
     numbers = np.zeros((len(uv), 3))
     for cell in range(3):
         numbers += share[:, cell, None] * filter_levels(maps.levels, layer, uv + shift[:, cell], detail)
-    return _look_up(maps.tables[:, layer], numbers, detail)
+    return values_of_numbers(maps.tables[:, layer], numbers, detail)
 
 
 def blend(tiles: Maps, uv: Array, detail: Array) -> tuple[Array, Array, Array, Array]:
@@ -272,7 +283,9 @@ def blend(tiles: Maps, uv: Array, detail: Array) -> tuple[Array, Array, Array, A
         mean, square = normals_at(tiles.levels, at, detail)
         apart += own * (mean - tiles.mean_normal)
         covariance += own**2 * _covariance(mean, square)
-    base, gloss = (_look_up(tiles.tables[:, layer], numbers[layer], detail) for layer in range(GAUSSIAN_LAYERS))
+    base, gloss = (
+        values_of_numbers(tiles.tables[:, layer], numbers[layer], detail) for layer in range(GAUSSIAN_LAYERS)
+    )
     x, y, _ = (tiles.mean_normal + apart).T
     scale = np.minimum(1.0, STEEPEST / np.maximum(np.hypot(x, y), 1e-12))
     x, y = scale * x, scale * y
@@ -303,8 +316,8 @@ def normals_at(levels: Levels, uv: Array, detail: Array) -> tuple[Array, Array]:
     return mean, square
 
 
-def _look_up(tables: NDArray[Any], numbers: Array, detail: Array) -> Array:
-    """(N, 3) the values of Gaussian numbers (N, 3), linear between entries and levels (levels, ENTRIES, 3)."""
+def values_of_numbers(tables: NDArray[Any], numbers: Array, detail: Array) -> Array:
+    """Values (N, 3) of Gaussian numbers (N, 3), linear between entries and levels (levels, ENTRIES, 3)."""
     place = np.clip((numbers + REACH) * ((ENTRIES - 1) / (2.0 * REACH)), 0.0, ENTRIES - 1.0)
     entry = np.minimum(place.astype(np.int64), ENTRIES - 2)
     level = np.clip(detail, 0.0, len(tables) - 1.0)
