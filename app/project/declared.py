@@ -176,7 +176,13 @@ RANGES: Mapping[str, Mapping[str, tuple[float, float]]] = {
     "Accuracy": {"samples": (0, 1 << 24)},
     "Entry": {"identity": (0, 11)},
     "Run": {"identity": (0, 11), "number": (0, RUN_NUMBERS - 1)},
-    "Kernel": {"length": (1e-9, 1e9), "noise": (0.0, 1e9)},
+    "Kernel": {
+        "length": (1e-9, 1e9),
+        "noise": (0.0, 1e9),
+        "power": (1e-3, 1e3),
+        "upward": (0.0, 1e9),
+        "trend": (0.0, 1e9),
+    },
     "Circle": {"column": (-1e7, 1e7), "row": (-1e7, 1e7), "radius": (0.0, 1e7)},
     "ImportChoices": {
         "lamp_distance": (0.0, 1e9),

@@ -25,7 +25,7 @@ from engine.shading.directional.planes import DirectionalMap
 from engine.storage.archive import Archive, json_of
 from engine.storage.records import DirectionalNumbers, DirectionalRecord, Manifest
 
-#: Largest JSON of numbers, in bytes: 1,024 photographs and 64 planes take 5 MB.
+#: Largest JSON of numbers, in bytes: 1,024 photographs and 128 planes take 10 MB.
 _LIMIT_BYTES = 16 << 20
 
 #: Part of the largest weight by which another CPU's may differ.
@@ -77,7 +77,14 @@ def read_directional(archive: Archive, manifest: Manifest) -> DirectionalMap | N
         mean=np.array(numbers.mean),
         vectors=np.array(numbers.vectors),
         lights=np.array(numbers.lights),
-        kernel=Kernel(numbers.kernel_length, numbers.kernel_noise),
+        kernel=Kernel(
+            numbers.kernel_length,
+            numbers.kernel_noise,
+            numbers.kernel_power,
+            numbers.kernel_upward,
+            numbers.kernel_basis,
+            numbers.kernel_trend,
+        ),
         r_max=record.r_max,
         leave_one_out=record.leave_one_out_rmse_srgb8,
         in_sample=record.in_sample_rmse_srgb8,
@@ -109,6 +116,10 @@ def _json(directional: DirectionalMap) -> bytes:
         lights=directional.lights.tolist(),
         kernel_length=directional.kernel.length,
         kernel_noise=directional.kernel.noise,
+        kernel_power=directional.kernel.power,
+        kernel_upward=directional.kernel.upward,
+        kernel_basis=directional.kernel.basis,
+        kernel_trend=directional.kernel.trend,
         mean=directional.mean.tolist(),
         vectors=directional.vectors.tolist(),
         low=directional.low.tolist(),

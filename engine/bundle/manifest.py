@@ -9,7 +9,7 @@ import os
 from typing import Any
 
 from engine.storage.archive import Archive, json_of, open_archive
-from engine.storage.records import TABLE, Manifest, manifest_of
+from engine.storage.records import MAX_PLANES, TABLE, Manifest, manifest_of
 
 MANIFEST = "manifest.json"
 PREVIEW = "preview.png"
@@ -19,9 +19,6 @@ SLICES, KEPT = "shading_map.exr", "power_law_kept_tiles.exr"
 SCALE, EXPONENT, ERROR = "power_law_scale.exr", "power_law_exponent.exr", "power_law_error.exr"
 CODES = "power_law_exponent.png"
 MAPS = frozenset({SLICES, SCALE, EXPONENT, CODES, ERROR, KEPT})
-
-#: Planes that a bundle may hold.
-MAX_PLANES = 64
 
 #: Parts of a directional map.
 NUMBERS, WEIGHTS = "directional.json", "directional_weights.exr"

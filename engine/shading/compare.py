@@ -1,8 +1,9 @@
 """Representations of a capture with lamps at several azimuths, beside each other: error, bytes and time of the fit.
 
 The rivals are those of the field: the mean image, polynomial texture maps, hemispherical harmonics, and radial basis
-functions over all photographs. Their errors of leaving a photograph out follow from second moments
-(`engine.shading.directional.moments`), so that each takes milliseconds once these are known.
+functions over all photographs. Polynomials and harmonics are ridge fits, each with the strength of the least error of
+leaving a photograph out. These errors follow from second moments (`engine.shading.directional.moments`), so that each
+takes milliseconds once these are known.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from engine.core.steps import Result, Step, Steps, part
 from engine.shading.directional import interpolation
 from engine.shading.directional.left_out import Predict, by_brightness, by_photographs, by_planes
 from engine.shading.directional.moments import moments
-from engine.shading.directional.planes import directions, fit_planes
+from engine.shading.directional.planes import BUDGET, directions, fit_planes
 from engine.shading.fidelity import fidelity
 from engine.shading.shading_map import build
 
@@ -55,7 +56,7 @@ def compare(stack: ImageStack, used: NDArray[np.int64], slices: int = 8) -> Step
     found, moments_s = yield from _time(part(moments(stack, used), 0.0, 0.3))
     lights, second = directions(stack, used), found.average_channels()
     rows = [*_fits(lights, second, moments_s)]
-    for place, most in enumerate((None, *PLANES)):
+    for place, most in enumerate((BUDGET, *PLANES)):
         first = 0.3 + 0.15 * place
         planes, seconds = yield from _time(part(fit_planes(stack, used, found, most), first, first + 0.15))
         errors = (planes.leave_one_out, planes.in_sample)
@@ -86,11 +87,10 @@ def _fits(lights: Array, second: Array, moments_s: float) -> list[Candidate]:
     rows = []
     for name, functions in fits.items():
         values = functions(lights)
-        if values.shape[1] >= count:
-            continue
-        out = interpolation.leave_out_of_fit(values)
+        ridge = interpolation.best_ridge(values, second)
+        out = interpolation.leave_out_of_fit(values, ridge)
         error = interpolation.rms(out, second)
-        inside = interpolation.rms(values @ np.linalg.pinv(values) - np.eye(count), second)
+        inside = interpolation.rms(interpolation.smoother(values, ridge) - np.eye(count), second)
         terms = 3 * values.shape[1]
         products = 0 if name == "mean" else terms
         rows.append(Candidate(name, error, inside, terms, products, moments_s, by_photographs(out)))

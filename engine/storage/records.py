@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     import os
 
 FORMAT: Literal["lightarc-bundle"] = "lightarc-bundle"
+
+#: Planes that a directional map may have.
+MAX_PLANES = 128
 SCHEMA_VERSION: Literal[6] = 6
 
 #: The member that holds a measured BRDF (`engine.brdf.readers.table_file`), where there is one.
@@ -147,7 +150,7 @@ class DirectionalRecord(_Strict):
     Errors are root mean squares in codes of 8-bit sRGB, as in `DirectionalMap`.
     """
 
-    planes: Annotated[int, Field(ge=1, le=64)]
+    planes: Annotated[int, Field(ge=1, le=MAX_PLANES)]
     photographs: Annotated[int, Field(ge=1, le=1024)]
     height_px: Side
     width_px: Side
@@ -214,6 +217,10 @@ class DirectionalNumbers(_Strict):
     lights: Annotated[list[Direction], Field(min_length=1, max_length=1024)]
     kernel_length: Positive
     kernel_noise: NonNegative
+    kernel_power: Positive = 1.0
+    kernel_upward: NonNegative = 0.0
+    kernel_basis: Literal["free", "linear", "polynomial", "harmonic"] = "free"
+    kernel_trend: NonNegative = 0.0
     mean: list[Finite]
     vectors: list[list[Finite]]
     low: list[Finite]

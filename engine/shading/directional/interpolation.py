@@ -1,15 +1,21 @@
 """Weights of photographs for light from any direction, and their error where each photograph is left out in turn.
 
-Kriging: a linear trend in the direction of the light, and what is left is taken for a Gaussian process whose kernel is
-Matérn's of order 3/2 over the plane of (l_x, l_y), where the azimuth counts most near the horizon (Rasmussen2006
-sections 2.7 and 4.2). Length and noise are those with the least error of leaving one out. The rivals are fits of a few
-functions by least squares.
+Kriging: a constant that is not known, coefficients of a few functions of light with a prior, and what is left is taken
+for a Gaussian process (Rasmussen2006 sections 2.7 and 4.2). Its kernel is Matérn's of order 3/2 over the plane of
+(l_x, l_y), where the azimuth counts most near the horizon; the radius in this plane is bent by a power and l_z added as
+a third axis, as shadows change with elevation and highlights overhead with azimuth. Where the noise is large beside
+the process this is a ridge fit of the functions, so that the fits of the field are among the kernels.
+
+All numbers of a kernel are those of the least error of leaving one photograph out, which a pattern search finds
+(Hooke1961). The rivals are ridge fits of a few functions, each with the strength of the least such error.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +24,41 @@ from engine.core.directions import Vectors
 
 Array = NDArray[np.float64]
 
-#: Lengths in the plane of (l_x, l_y), and variances of noise over that of the process, which are tried.
-LENGTHS, NOISES = (0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.9, 1.4, 2.0), (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
+#: Functions whose coefficients have a prior; "free" are directions without one.
+Basis = Literal["free", "linear", "polynomial", "harmonic"]
+
+#: Kernels from which the search starts: numbers that are tried of each, and the bases.
+STARTS: dict[str, tuple[float, ...]] = {
+    "length": (0.15, 0.3, 0.6, 1.2),
+    "noise": (0.01, 0.1),
+    "power": (1.0, 0.5),
+    "upward": (0.0, 1.5),
+}
+BASES: tuple[Basis, ...] = ("linear", "polynomial", "harmonic")
+
+#: A kernel that is a ridge fit: the noise over the process, and variances of coefficients over the noise.
+RIDGE_NOISE, RIDGE_TRENDS = 100.0, (0.01, 0.1, 1.0, 10.0)
+
+#: Variance of coefficients over that of the process from which the search starts.
+START_TREND = 1.0
+
+#: Bounds of the numbers of a kernel; an upward of 0 is tried too.
+BOUNDS = {
+    "length": (0.03, 10.0),
+    "noise": (1e-3, 1e3),
+    "power": (0.3, 2.0),
+    "upward": (0.05, 20.0),
+    "trend": (1e-4, 1e5),
+}
+
+#: Factors by which the search changes a number, the share of an error by which a step must lessen it, and rounds.
+FACTORS, WORTH, ROUNDS = (2.0, 1.4, 1.2), 5e-4, 4
+
+#: Photographs that the search looks at, evenly over the list; the last steps look at all.
+SEARCHED = 192
+
+#: Strengths of a ridge, over the mean power of the functions.
+RIDGES = (0.0, *np.geomspace(1e-5, 10.0, 25))
 
 #: Directions of the trend that lamps hardly tell apart are left out: singular values over the largest.
 FLAT = 0.02
@@ -30,27 +69,48 @@ MIN_LEFT = 1e-9
 
 @dataclass(frozen=True)
 class Kernel:
-    """Matérn's kernel of order 3/2: `length` in the plane of (l_x, l_y), `noise` as a variance over the process's."""
+    """Covariance of radiance between two directions of light, over the variance of the process.
+
+    Attributes
+    ----------
+    length : of Matérn's kernel of order 3/2.
+    noise : variance of a photograph about the process.
+    power, upward : the kernel's plane is (l_x, l_y) r^(power - 1), r their length, and `upward` times l_z a third axis.
+    basis, trend : functions whose coefficients have the variance `trend`; "free" are directions without a prior.
+    """
 
     length: float
     noise: float
+    power: float = 1.0
+    upward: float = 0.0
+    basis: Basis = "free"
+    trend: float = 0.0
 
     def __call__(self, one: Vectors, other: Vectors) -> Array:
-        """(M, N) covariance of the process between directions (M, 3) and (N, 3), without noise."""
-        apart = one[:, None, :2] - other[None, :, :2]
-        r = np.sqrt(3.0 * (apart**2).sum(axis=-1)) / self.length
-        return np.asarray((1.0 + r) * np.exp(-r))
+        """(M, N) covariance between directions (M, 3) and (N, 3), without noise."""
+        first, second = self._place(one), self._place(other)
+        squares = (first**2).sum(axis=1)[:, None] + (second**2).sum(axis=1) - 2.0 * first @ second.T
+        r = np.sqrt(np.maximum(3.0 * squares, 0.0)) / self.length
+        found = (1.0 + r) * np.exp(-r)
+        if self.basis != "free":
+            found += self.trend * FUNCTIONS[self.basis](one) @ FUNCTIONS[self.basis](other).T
+        return np.asarray(found)
+
+    def _place(self, directions: Vectors) -> Array:
+        """(M, 3) where directions lie in the space of the kernel."""
+        r = np.maximum(np.hypot(directions[:, 0], directions[:, 1]), 1e-12)
+        return directions * np.column_stack([r ** (self.power - 1.0)] * 2 + [np.full_like(r, self.upward)])
 
 
 def weights(lights: Vectors, wanted: Vectors, kernel: Kernel) -> Array:
     """(M, N) of the photographs of `lights` (N, 3), unit vectors, for light from `wanted` (M, 3); rows sum to 1."""
     count = len(lights)
-    trend = _trend(lights)
+    trend = _trend_at(lights, lights, kernel)
     terms = trend.shape[1]
     system = np.zeros((count + terms, count + terms))
     system[:count, :count] = kernel(lights, lights) + kernel.noise * np.eye(count)
     system[:count, count:], system[count:, :count] = trend, trend.T
-    known = np.vstack([kernel(lights, wanted), _trend_at(wanted, lights).T])
+    known = np.vstack([kernel(lights, wanted), _trend_at(wanted, lights, kernel).T])
     return np.asarray(np.linalg.solve(system, known)[:count].T)
 
 
@@ -66,26 +126,90 @@ def precision_of(lights: Vectors, kernel: Kernel) -> Array:
     Its diagonal holds one over the variance that the process leaves to a photograph when all others are known.
     """
     inverse = np.linalg.inv(kernel(lights, lights) + kernel.noise * np.eye(len(lights)))
-    trend = _trend(lights)
+    trend = _trend_at(lights, lights, kernel)
     towards = inverse @ trend
     inverse -= towards @ np.linalg.solve(trend.T @ towards, towards.T)
     return np.asarray(inverse)
 
 
 def best_kernel(lights: Vectors, second: Array) -> Kernel:
-    """The kernel with the least error of leaving one out; `second` (N, N) are moments of the photographs."""
-    tried = [Kernel(length, noise) for length, noise in product(LENGTHS, NOISES)]
-    return min(tried, key=lambda kernel: rms(list_left_out(lights, kernel), second))
+    """The kernel with the least error of leaving one out; `second` (N, N) are moments of the photographs.
+
+    The best start of each basis, the best ridge fit of each and the best without a prior are improved one number after
+    the other. Cost: some 400 inverses of a matrix of at most `SEARCHED` rows, and 10 of one of N.
+    """
+    some = np.unique(np.linspace(0, len(lights) - 1, min(len(lights), SEARCHED)).round().astype(np.int64))
+    few = lights[some], second[np.ix_(some, some)]
+
+    def error(kernel: Kernel) -> float:
+        return rms(list_left_out(few[0], kernel), few[1])
+
+    shapes = [dict(zip(STARTS, numbers, strict=True)) for numbers in product(*STARTS.values())]
+    starts = [min((Kernel(**shape) for shape in shapes if shape["upward"] == 0.0), key=error)]
+    linear = min((Kernel(**shape, basis="linear", trend=START_TREND) for shape in shapes), key=error)
+    starts.append(linear)
+    for basis in BASES:
+        ridges = [
+            Kernel(0.3, RIDGE_NOISE, basis=basis, trend=variance * RIDGE_NOISE)
+            for variance in RIDGE_TRENDS
+        ]
+        starts += [min(ridges, key=error), *([] if basis == "linear" else [replace(linear, basis=basis)])]
+    found = min((_improve(start, error, FACTORS) for start in starts), key=lambda each: each[1])[0]
+    if len(some) == len(lights):
+        return found
+    return _improve(found, lambda kernel: rms(list_left_out(lights, kernel), second), FACTORS[-1:])[0]
 
 
-def leave_out_of_fit(functions: Array) -> Array:
-    """The same of a least-squares fit of `functions` (N, P) at the lights.
+def _improve(kernel: Kernel, error: Callable[[Kernel], float], factors: Sequence[float]) -> tuple[Kernel, float]:
+    """The kernel after changes of one number at a time, by smaller and smaller factors, and its error."""
+    least = error(kernel)
+    names = list(BOUNDS) if kernel.basis != "free" else [name for name in BOUNDS if name != "trend"]
+    for factor in factors:
+        for _ in range(ROUNDS):
+            before = least
+            for name in names:
+                for by in (factor, 1.0 / factor):
+                    while (changed := _change(kernel, name, by)) != kernel and (now := error(changed)) < least:
+                        kernel, least, enough = changed, now, now > (1.0 - WORTH) * least
+                        if enough:
+                            break
+            if least > (1.0 - WORTH) * before:
+                break
+    return kernel, least
+
+
+def _change(kernel: Kernel, name: str, factor: float) -> Kernel:
+    """The kernel with one number changed within its bounds; an upward of 0 becomes the least."""
+    low, high = BOUNDS[name]
+    value = float(np.clip(getattr(kernel, name) * factor, low, high))
+    if name == "upward" and kernel.upward == 0.0:
+        value = 0.5 if factor > 1.0 else 0.0
+    return replace(kernel, **{name: value})
+
+
+def leave_out_of_fit(functions: Array, ridge: float = 0.0) -> Array:
+    """(N, N) differences as of `list_left_out`, of a fit of `functions` (N, P) at the lights.
 
     The residual of a photograph that is left out is its residual within the fit, over one minus its own weight.
     """
-    smooth = functions @ np.linalg.lstsq(functions.T @ functions, functions.T, rcond=None)[0]
+    smooth = smoother(functions, ridge)
     own = np.maximum(1.0 - np.diag(smooth), MIN_LEFT)
     return np.asarray((smooth - np.eye(len(smooth))) / own[:, None])
+
+
+def smoother(functions: Array, ridge: float = 0.0) -> Array:
+    """(N, N) photographs as the least squares of `functions` (N, P) at the lights show them.
+
+    `ridge` is the penalty of a squared coefficient, over the mean power of the functions.
+    """
+    power = functions.T @ functions
+    penalty = ridge * np.trace(power) / len(power) * np.eye(len(power))
+    return np.asarray(functions @ np.linalg.lstsq(power + penalty, functions.T, rcond=None)[0])
+
+
+def best_ridge(functions: Array, second: Array) -> float:
+    """The ridge of least error of leaving one out."""
+    return min(RIDGES, key=lambda ridge: rms(leave_out_of_fit(functions, ridge), second))
 
 
 def rms(apart: Array, second: Array) -> float:
@@ -115,15 +239,22 @@ def hsh(lights: Vectors) -> Array:
     )
 
 
-def _trend(lights: Vectors) -> Array:
-    """(N, P) functions of the trend at the lights: a constant, and directions as far as the lamps lie apart in them."""
-    return _trend_at(lights, lights)
-
-
-def _trend_at(wanted: Vectors, lights: Vectors) -> Array:
-    """The same functions at other directions (M, P)."""
+def _trend_at(wanted: Vectors, lights: Vectors, kernel: Kernel) -> Array:
+    """(M, P) functions without a prior at directions (M, 3): a constant, and of a free trend directions as far as
+    the lamps lie apart in them."""
+    constant = np.ones((len(wanted), 1))
+    if kernel.basis != "free":
+        return constant
     centre = lights.mean(axis=0)
     _, values, axes = np.linalg.svd(lights - centre, full_matrices=False)
     is_enough = len(lights) > 2 * (1 + len(values))
     kept = axes[values > FLAT * max(values[0], FLAT)] if is_enough else axes[:0]
-    return np.hstack([np.ones((len(wanted), 1)), (wanted - centre) @ kept.T])
+    return np.hstack([constant, (wanted - centre) @ kept.T])
+
+
+#: The functions of each basis that has a prior, without a constant.
+FUNCTIONS: dict[str, Callable[[Vectors], Array]] = {
+    "linear": lambda lights: np.asarray(lights, np.float64),
+    "polynomial": lambda lights: polynomial(lights)[:, :-1],
+    "harmonic": lambda lights: hsh(lights)[:, 1:],
+}

@@ -3,7 +3,8 @@
 Seen from afar, a texel is the mean radiance of many. Means of planes give the mean of their codes, and codes are bent
 against radiance, so that light and dark side by side would become too dark: by 10 % at an eighth of the size on a
 glossy ring. So the codes of four texels are decoded and averaged as radiance for a few lights, and the planes of the
-texel in their place are those that come nearest to it (least squares). Planes of a level are made of the level before.
+texel in their place are those that come nearest to it: their means, of which the first, in which texels vary most, are
+corrected (least squares). Planes of a level are made of the level before.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ from engine.shading.directional.minified_kernel import halve
 if TYPE_CHECKING:
     from engine.shading.directional.planes import DirectionalMap
 
-#: Lights for which radiance is averaged, or as many as planes need.
-LIGHTS = 16
+#: Planes that are corrected, and lights for which radiance is averaged, or as many as these planes need.
+CORRECTED, LIGHTS = 27, 16
 
 #: Steps of the table of radiance by code, and the largest code in it, twice white.
 STEPS, LARGEST = 1 << 12, 510.0
@@ -29,9 +30,10 @@ STEPS, LARGEST = 1 << 12, 510.0
 
 def minify(directional: DirectionalMap) -> list[NDArray[np.float16]]:
     """The planes (K, h, w) as codes at half the size, at a quarter … down to one texel."""
-    lights = spread_lights(directional.lights, max(LIGHTS, -(-2 * len(directional.planes) // 3)))
+    count = min(len(directional.planes), CORRECTED)
+    lights = spread_lights(directional.lights, max(LIGHTS, -(-2 * count // 3)))
     functions = directional.functions(lights).reshape(3 * len(lights), -1)
-    inverse = np.linalg.pinv(functions[:, 1:])
+    inverse = np.linalg.pinv(functions[:, 1 : 1 + count])
     given = functions.astype(np.float32), inverse.astype(np.float32)
     table = srgb_decode(np.linspace(0.0, LARGEST / 255.0, STEPS + 1)).astype(np.float32)
     levels: list[NDArray[np.float16]] = []

@@ -4,14 +4,14 @@ Texels x, the values of all photographs, are projected on the vectors v_k in whi
 components); plane k holds v_k · (x − mean) in eight bits. A photograph of a new direction is a weighted sum of the
 photographs (`engine.shading.directional.interpolation`), and so of the mean and of the planes. It continues the shading
 map of Kautz2004, whose S(r) knows the elevation of the light alone. The number of planes is the least whose error,
-each photograph left out in turn, is nearly the least of all.
+each photograph left out in turn, is nearly the least that a budget of bytes allows.
 """
 
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -32,7 +32,11 @@ from engine.shading.directional.moments import Moments, moments, row_blocks, tex
 Array = NDArray[np.float64]
 
 #: Numbers of planes among which is chosen, and how much larger than the least the error of fewer may be.
-SWEEP, NEARLY = (1, 2, 3, 5, 7, 9, 12, 15, 18, 22, 27), 1.02
+SWEEP, NEARLY = (1, 2, 3, 5, 7, 9, 12, 15, 18, 22, 27, 33, 40, 48, 56, 64, 80, 96, 128), 1.005
+
+#: Bytes of a texel that are spent unless others are asked for, as much as a shading map of eight slices has; and of a
+#: map, beyond which it has no more than `FEW` planes.
+BUDGET, MAP_BYTES, FEW = 96, 512 << 20, 27
 
 #: Noise of the kernel, over the best without planes, that is tried with them: planes leave out noise by themselves.
 NOISES = (1.0, 0.3, 0.1)
@@ -130,8 +134,8 @@ class DirectionalMap:
         return np.asarray(srgb_decode(np.maximum(codes, 0.0) / np.float32(255.0)) * np.float32(dimmed))
 
 
-def fit(stack: ImageStack, used: NDArray[np.int64], most: int | None = None) -> Steps[DirectionalMap]:
-    """The directional map of the photographs `used`, which have an azimuth; with `most` planes or fewer.
+def fit(stack: ImageStack, used: NDArray[np.int64], most: int = BUDGET) -> Steps[DirectionalMap]:
+    """The directional map of the photographs `used`, which have an azimuth; with `most` planes or fewer, a byte each.
 
     ValueError for a stack without azimuths. Reads each photograph twice.
     """
@@ -140,13 +144,15 @@ def fit(stack: ImageStack, used: NDArray[np.int64], most: int | None = None) -> 
 
 
 def fit_planes(
-    stack: ImageStack, used: NDArray[np.int64], found: Moments, most: int | None = None
+    stack: ImageStack, used: NDArray[np.int64], found: Moments, most: int = BUDGET
 ) -> Steps[DirectionalMap]:
     """The same where the moments are known."""
     lights = directions(stack, used)
     best = best_kernel(lights, found.average_channels())
-    kernels = [Kernel(best.length, share * best.noise) for share in NOISES]
-    tried = yield from part(errors_by_planes(lights, found, kernels, sweep(len(used), most)), 0.0, 0.3)
+    kernels = [replace(best, noise=share * best.noise) for share in NOISES]
+    height, width = stack.radiance.shape[1:3]
+    counts = sweep(len(used), min(most, max(FEW, MAP_BYTES // (height * width))))
+    tried = yield from part(errors_by_planes(lights, found, kernels, counts), 0.0, 0.3)
     kernel = min(tried, key=lambda each: min(tried[each].values()))
     errors = tried[kernel]
     count = choose(errors)
@@ -168,10 +174,10 @@ def directions(stack: ImageStack, used: NDArray[np.int64]) -> Vectors:
     return surface_direction(0.5 * np.pi - stack.elevation[used], stack.azimuth[used])
 
 
-def sweep(photographs: int, most: int | None = None) -> tuple[int, ...]:
+def sweep(photographs: int, most: int = BUDGET) -> tuple[int, ...]:
     """Numbers of planes that are worth trying: fewer than the values of a texel of which one photograph is left out."""
-    top = min(max(1, 3 * (photographs - 1) - 1), most or SWEEP[-1])
-    return tuple(count for count in SWEEP if count < top) + ((top,) if top <= SWEEP[-1] else ())
+    top = min(max(1, 3 * (photographs - 1) - 1), most, SWEEP[-1])
+    return (*(count for count in SWEEP if count < top), top)
 
 
 def choose(errors: dict[int, float]) -> int:
