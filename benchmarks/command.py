@@ -131,6 +131,7 @@ LARGE = (
     "surface",
     "surface-sigma",
     "held-out",
+    "relighting",
     "alignment-arc",
     "transport-errors",
     "gaussian-fit-quality",
@@ -153,6 +154,7 @@ ACCURACIES = {
     "surface": "benchmarks.surface:surface",
     "surface-sigma": "benchmarks.surface:deviations",
     "held-out": "benchmarks.held_out:measure_held_out",
+    "relighting": "benchmarks.relighting:measure_relighting",
     "ray-misses": "benchmarks.transport.rays:ray_misses",
     "transport-errors": "benchmarks.transport.wavelet:transport_errors",
     "cost-model": "benchmarks.transport.plan:cost_model",
@@ -176,6 +178,7 @@ OPTIONS = {
     "cancel": ("runs", "seed"),
     "large-memory": ("megapixels", "photographs"),
     "surface-sigma": ("scenes", "seed"),
+    "relighting": ("scenes", "seed", "data"),
     "factors": ("data", "samplings", "seed"),
 }
 
@@ -197,11 +200,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--seed",
         type=int,
         metavar="N",
-        help="seed of cancel and factors, or of the first run of window-soak, scene of predictions or material of "
-        "surface-sigma; more count up",
+        help="seed of cancel and factors, or of the first run of window-soak, scene of predictions, capture of "
+        "relighting or material of surface-sigma; more count up",
     )
     parser.add_argument(
-        "--scenes", type=int, metavar="N", help="scenes of predictions (10), or materials of surface-sigma (24)"
+        "--scenes",
+        type=int,
+        metavar="N",
+        help="scenes of predictions (10), captures of each kind of relighting (2), or materials of surface-sigma (24)",
     )
     parser.add_argument(
         "--modes",
@@ -214,7 +220,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--data",
         type=Input(Path),
         metavar="FOLDER",
-        help="folder of models and measured BRDFs that join the scenes of predictions, or of files for factors",
+        help="folder of models and measured BRDFs that join the scenes of predictions, of files for factors, or of "
+        "photographs with light lists for relighting",
     )
     parser.add_argument(
         "--samplings", type=int, metavar="N", help="random models at directions of instruments, for factors (4)"

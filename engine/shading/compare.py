@@ -48,17 +48,18 @@ class Candidate:
     predict: Predict
 
 
-def compare(stack: ImageStack, used: NDArray[np.int64], slices: int = 8) -> Steps[list[Candidate]]:
+def compare(stack: ImageStack, used: NDArray[np.int64], slices: int = 8, most: int = BUDGET) -> Steps[list[Candidate]]:
     """All candidates and rivals of the photographs `used`, by rising error; ValueError for a stack without azimuths.
 
-    Of a stack that shows an object alone (`engine.capture.object_part`) errors are those of its texels.
+    The first planes have `most` bytes a texel or fewer. Of a stack that shows an object alone
+    (`engine.capture.object_part`) errors are those of its texels.
     """
     found, moments_s = yield from _time(part(moments(stack, used), 0.0, 0.3))
     lights, second = directions(stack, used), found.average_channels()
     rows = [*_fits(lights, second, moments_s)]
-    for place, most in enumerate((BUDGET, *PLANES)):
+    for place, budget in enumerate((most, *PLANES)):
         first = 0.3 + 0.15 * place
-        planes, seconds = yield from _time(part(fit_planes(stack, used, found, most), first, first + 0.15))
+        planes, seconds = yield from _time(part(fit_planes(stack, used, found, budget), first, first + 0.15))
         errors = (planes.leave_one_out, planes.in_sample)
         count = len(planes.planes)
         name, predict = f"planes-{count}", by_planes(lights, found, planes.kernel, count)

@@ -25,7 +25,7 @@ from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Steps, part
 from engine.shading.directional.moments import moments
 from engine.shading.directional.outliers import outliers
-from engine.shading.directional.planes import DirectionalMap, fit_planes
+from engine.shading.directional.planes import BUDGET, DirectionalMap, fit_planes
 from engine.shading.fidelity import FEWEST, Fidelity, fidelity
 from engine.shading.shading_map import ShadingMap, build, include
 
@@ -78,22 +78,33 @@ class Chosen:
 
 
 def choose(
-    stack: ImageStack, slices: int, *, excluded: Collection[str] = (), wanted: Representation = "auto"
+    stack: ImageStack,
+    slices: int,
+    *,
+    excluded: Collection[str] = (),
+    wanted: Representation = "auto",
+    most: int = BUDGET,
 ) -> Steps[Chosen]:
     """The map of the photographs that are not `excluded`, in the `wanted` representation or in the better one.
 
+    A directional map has `most` bytes a texel or fewer.
     InputError where a directional map is wanted of a stack that cannot have one, and as `build` raises it.
     """
-    found = yield from _choose(stack, slices, include(stack, excluded), excluded, wanted)
+    found = yield from _choose(stack, slices, include(stack, excluded), excluded, wanted, most)
     return replace(found, remarks=about_radiance_maps(stack.provenance, found.name == "directional"))
 
 
 def _choose(
-    stack: ImageStack, slices: int, used: NDArray[np.int64], excluded: Collection[str], wanted: Representation
+    stack: ImageStack,
+    slices: int,
+    used: NDArray[np.int64],
+    excluded: Collection[str],
+    wanted: Representation,
+    most: int,
 ) -> Steps[Chosen]:
     if wanted == "directional":
         _check_directions(stack, used)
-        return (yield from _directional(stack, used))
+        return (yield from _directional(stack, used, most))
     sides = has_sides(stack, used)
     share = 0.4 if wanted == "auto" and sides else 1.0
     started = time.perf_counter()
@@ -104,7 +115,7 @@ def _choose(
     plain = Chosen(shading_map, shown, {}, fit_s, {"shading-map": SLICE_BYTES * len(shading_map.slices)})
     if wanted == "shading-map" or not sides:
         return plain
-    planes = yield from part(_directional(stack, used), share, 1.0)
+    planes = yield from part(_directional(stack, used, most), share, 1.0)
     best, other = (planes, plain) if planes.shown.leave_one_out < shown.leave_one_out else (plain, planes)
     byte_counts = {**best.bytes_per_texel, **other.bytes_per_texel}
     return Chosen(best.map, best.shown, {other.name: other.shown}, best.fit_s, byte_counts, planes.outliers)
@@ -140,10 +151,10 @@ def _check_directions(stack: ImageStack, used: NDArray[np.int64]) -> None:
         raise InputError(where, f"{len(used)} photographs are too few to leave one out", f"Use {FEWEST} or more")
 
 
-def _directional(stack: ImageStack, used: NDArray[np.int64]) -> Steps[Chosen]:
+def _directional(stack: ImageStack, used: NDArray[np.int64], most: int) -> Steps[Chosen]:
     started = time.perf_counter()
     found = yield from part(moments(stack, used), 0.0, 0.5)
-    planes = yield from part(fit_planes(stack, used, found), 0.5, 1.0)
+    planes = yield from part(fit_planes(stack, used, found, most), 0.5, 1.0)
     fit_s = time.perf_counter() - started
     shown = Fidelity(planes.leave_one_out, planes.in_sample, planes.mean_picture, len(used))
     apart = outliers(planes.lights, found.average_channels(), planes.kernel)

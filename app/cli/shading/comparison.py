@@ -16,7 +16,7 @@ from engine.images.encode import encode_png
 from engine.shading.compare import Candidate, compare
 from engine.shading.fidelity import FEWEST
 from engine.shading.shading_map import include
-from engine.storage.atomic import make_folder, write_bytes, write_json
+from engine.storage.atomic import atomic_folder, write_bytes, write_json
 from engine.surface.relight import errors, predicting
 
 if TYPE_CHECKING:
@@ -43,10 +43,8 @@ def run(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step],
         raise InputError(where, "its lamps have no azimuth", "Import it with a light list (.lp) or a capture.toml")
     if len(used) < FEWEST:
         raise InputError(where, f"{len(used)} photographs are too few to leave one out", f"Import {FEWEST} or more")
-    found = drain(part(compare(stack, used, arguments.slices), 0.0, 0.4), show)
+    found = drain(part(compare(stack, used, arguments.slices, arguments.bytes_per_texel), 0.0, 0.4), show)
     found = sorted([*found, *_surfaces(stack, used, show)], key=lambda each: each.leave_one_out)
-    folder = Path(arguments.output)
-    make_folder(folder)
     best = _front(found)
     dots = [
         Dot(each.bytes_per_texel, each.leave_one_out, _family(each.name), each.name, 0.0, each.name in best)
@@ -54,11 +52,11 @@ def run(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step],
     ]
     words = ("Bytes of a texel", "Leave-one-out error / 8-bit sRGB codes")
     note = f"{len(used)} photographs of {stack.radiance.shape[2]} × {stack.radiance.shape[1]} texels."
-    save(scatter_front(dots, *words, log_y=False, note=note), folder / f"{STEM}.png")
+    plot = scatter_front(dots, *words, log_y=False, note=note)
     own = next(each for each in found if each.name.startswith("planes-"))
     places = drain(part(worst_places(stack, used, own.predict), 0.9, 0.95), show)
     seen = drain(part(select_seen_places(stack, used, found, places), 0.95, 1.0), show)
-    write_bytes(folder / f"{STEM}-worst.png", encode_png(worst_sheet(seen, own.name), software=software("shade")))
+    sheet = encode_png(worst_sheet(seen, own.name), software=software("shade"))
     record = {
         "photographs": len(used),
         "candidates": [_record(each) for each in found],
@@ -66,7 +64,10 @@ def run(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step],
         "worst": [each.record for each in seen],
         "warnings": stack.health.without(set(stack.sources) - {stack.sources[at] for at in used}).warnings,
     }
-    write_json(folder / f"{STEM}.json", {"lightarc_comparison": 1, **record})
+    with atomic_folder(Path(arguments.output), f"{STEM}.json") as folder:
+        save(plot, folder / f"{STEM}.png")
+        write_bytes(folder / f"{STEM}-worst.png", sheet)
+        write_json(folder / f"{STEM}.json", {"lightarc_comparison": 1, **record})
     return {**record, "files": [f"{STEM}.json", f"{STEM}.png", f"{STEM}.svg", f"{STEM}-worst.png"]}
 
 

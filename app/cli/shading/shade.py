@@ -44,6 +44,7 @@ from engine.shading.representation import check_worth, choose, has_sides
 from engine.shading.shading_map import ShadingMap, include
 from engine.shading.tile import make_tile, tile_health, tile_planes
 from engine.storage.atomic import write_bytes
+from engine.storage.records import MAX_PLANES
 
 if TYPE_CHECKING:
     import numpy as np
@@ -61,7 +62,7 @@ def report_of(result: dict[str, Any]) -> str:
     """Lines for users on one material, of the record that `--json` prints."""
     if result["representation"] == "directional":
         size = size_text(result["size_bytes"])
-        first = f"{result['planes']} planes of {result['photographs']} photographs, {size}"
+        first = f"{result['planes']} planes of {result['photographs']} photographs, as many bytes a texel, {size}"
         return "\n".join(
             [f"{first}, fitted in {time_text(result['fit_s'])}", *_tile_line(result), *_errors(result), _where(result)]
         )
@@ -158,6 +159,22 @@ EXAMPLE = "lightarc shade woven.stack -o woven.lightarc --slices 8 --compress po
 #: Those of `engine.shading.representation`, which loads compiled code.
 REPRESENTATIONS = ("auto", "shading-map", "directional")
 
+#: That of `engine.shading.directional.planes`, which loads compiled code too.
+BYTES_PER_TEXEL = 96
+
+#: Options that one representation alone uses, and what they are where they are not given.
+OF_FIT = ("scale", "max_error", "exponent_bits", "worst", "error_map")
+DEFAULTS: dict[str, Any] = {
+    "bytes_per_texel": BYTES_PER_TEXEL,
+    "slices": 8,
+    "compress": "power-law",
+    "scale": "last-slice",
+    "max_error": None,
+    "exponent_bits": 32,
+    "worst": 10,
+    "error_map": None,
+}
+
 MAX_SLICES = 256
 MAX_WORST_TEXELS = 10_000
 
@@ -179,7 +196,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what the material knows of the light: its brightness (shading-map), its direction (directional), or "
         "what shows photographs better that are left out (auto)",
     )
-    parser.add_argument("--slices", type=int, default=8, metavar="N", help="slices of the shading map (8)")
+    parser.add_argument("--slices", type=int, metavar="N", help="slices of the shading map (8)")
+    parser.add_argument(
+        "--bytes-per-texel",
+        type=int,
+        metavar="N",
+        help=f"most bytes of a texel of a directional map, one for each plane ({BYTES_PER_TEXEL}); it has as many as "
+        "lower the error of photographs that are left out",
+    )
     parser.add_argument(
         "--exclude", type=str, nargs="+", action="extend", default=[], metavar="NAME", help="photographs to leave out"
     )
@@ -216,12 +240,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="write the material also where the mean of its photographs is nearer",
     )
     compression = parser.add_argument_group("compression")
-    compression.add_argument("--compress", default="power-law", choices=("power-law", "none"))
+    compression.add_argument(
+        "--compress", choices=("power-law", "none"), help="the compression of the shading map (power-law)"
+    )
     compression.add_argument(
         "--scale",
-        default="last-slice",
         choices=("last-slice", "least-squares"),
-        help="scale k_s of the power law: that of the last slice, or least squares",
+        help="scale k_s of the power law: that of the last slice, or least squares (last-slice)",
     )
     compression.add_argument(
         "--max-error",
@@ -233,11 +258,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     compression.add_argument(
         "--exponent-bits",
         type=int,
-        default=32,
         choices=(8, 16, 32),
         help="bits of a stored exponent; with 8 or 16 the scale is stored as half floats (32)",
     )
-    compression.add_argument("--worst", type=int, default=10, metavar="N", help="list the N worst texels (10)")
+    compression.add_argument("--worst", type=int, metavar="N", help="list the N worst texels (10)")
     images = image_by("shade", ".png")
     compression.add_argument(
         "--error-map", type=Output(images), metavar="FILE.png", help="image of the error of each texel"
@@ -266,8 +290,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    _check(arguments)
+    given = _take_defaults(arguments)
+    _check(arguments, given)
     stack, evenness = open_stack(arguments.stack), Health()
+    _refuse_unused(arguments, given, stack)
     if arguments.compare:
         arguments.exclude = arcs.exclude(arguments, stack)
         stack, _, _ = drain(part(take_object(stack), 0.0, 0.02), show)
@@ -298,12 +324,10 @@ def _make(
     `evenness` tells what was divided out of it before, and `light` which part of its light it shows; `mask` (H, W) is
     that of its object.
     """
-    used = include(stack, arguments.exclude)
-    if _is_about_fit(arguments) and arguments.representation == "auto" and has_sides(stack, used):
-        raise UsageError("the compression is of shading maps: add --representation shading-map")
     fixed = {**_brdf(arguments, show), "mask": mask}
     drain(part(prepare_kernels(), 0.0, 0.1), show)
-    choosing = choose(stack, arguments.slices, excluded=arguments.exclude, wanted=arguments.representation)
+    wanted, most = arguments.representation, arguments.bytes_per_texel
+    choosing = choose(stack, arguments.slices, excluded=arguments.exclude, wanted=wanted, most=most)
     chosen, choose_s = _time(part(choosing, 0.1, 0.45), show)
     chosen = dataclasses.replace(chosen, remarks=(*chosen.remarks, *light.findings))
     if not arguments.force:
@@ -412,7 +436,39 @@ def report(result: dict[str, Any]) -> str:
     return report_of(result)
 
 
-def _check(arguments: argparse.Namespace) -> None:
+def _take_defaults(arguments: argparse.Namespace) -> list[str]:
+    """Fill in what was not given of `DEFAULTS`; returns the names of what was."""
+    given = [name for name in DEFAULTS if getattr(arguments, name) is not None]
+    for name, value in DEFAULTS.items():
+        if name not in given:
+            setattr(arguments, name, value)
+    return given
+
+
+def _refuse_unused(arguments: argparse.Namespace, given: list[str], stack: ImageStack) -> None:
+    """UsageError for options that the representation does not use, which would be passed over without a word."""
+    of_shading_maps = [name for name in given if name != "bytes_per_texel"]
+    if arguments.compare:
+        unused = [name for name in of_shading_maps if name != "slices"]
+        if unused:
+            raise UsageError(f"--compare writes no material: leave out {_options(unused)}")
+        return
+    wanted = "shading-map" if arguments.per_arc else arguments.representation
+    sides = wanted == "auto" and has_sides(stack, include(stack, arcs.exclude(arguments, stack)))
+    if of_shading_maps and (wanted == "directional" or sides):
+        remedy = "leave out" if wanted == "directional" else "add --representation shading-map, or leave out"
+        raise UsageError(f"a directional map has no slices and no compression: {remedy} {_options(of_shading_maps)}")
+    if "bytes_per_texel" in given and wanted != "directional" and not sides:
+        raise UsageError("--bytes-per-texel is of directional maps, and this is a shading map: leave it out")
+
+
+def _options(names: list[str]) -> str:
+    return " and ".join("--" + name.replace("_", "-") for name in names)
+
+
+def _check(arguments: argparse.Namespace, given: list[str]) -> None:
+    if not 1 <= arguments.bytes_per_texel <= MAX_PLANES:
+        raise UsageError(f"--bytes-per-texel {arguments.bytes_per_texel} is outside 1 … {MAX_PLANES}")
     if not 2 <= arguments.slices <= MAX_SLICES:
         raise UsageError(f"--slices {arguments.slices} is outside 2 … {MAX_SLICES}")
     if arguments.max_error is not None and not 0.0 <= arguments.max_error < math.inf:
@@ -423,20 +479,15 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--overlap {arguments.overlap} is not a positive number of texels")
     if not arguments.tileable and (arguments.overlap is not None or arguments.brightness or arguments.tile_preview):
         raise UsageError("--overlap, --brightness and --tile-preview need --tileable")
-    if arguments.representation == "directional" and _is_about_fit(arguments):
-        raise UsageError("the compression is of shading maps: leave out --representation directional")
     if arguments.per_arc and (arguments.compare or arguments.error_map or arguments.tile_preview):
         raise UsageError("--per-arc writes several materials: leave out --compare, --error-map and --tile-preview")
     if arguments.compare and (arguments.part or arguments.tileable):
         raise UsageError("--compare writes no material, and is of the whole light: leave out --part and --tileable")
     if arguments.per_arc and arguments.representation == "directional":
         raise UsageError("--per-arc writes shading maps: leave out --representation directional")
-    if arguments.compress == "none" and _is_about_fit(arguments):
-        raise UsageError("--max-error, --exponent-bits and --error-map need --compress power-law")
-
-
-def _is_about_fit(arguments: argparse.Namespace) -> bool:
-    return arguments.max_error is not None or arguments.exponent_bits < 32 or bool(arguments.error_map)
+    of_fit = [name for name in given if name in OF_FIT]
+    if arguments.compress == "none" and of_fit:
+        raise UsageError(f"{_options(of_fit)} needs --compress power-law")
 
 
 def _time(work: Steps[Any], show: Callable[[Step], None]) -> tuple[Any, float]:

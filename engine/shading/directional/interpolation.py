@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,12 +28,7 @@ Array = NDArray[np.float64]
 Basis = Literal["free", "linear", "polynomial", "harmonic"]
 
 #: Kernels from which the search starts: numbers that are tried of each, and the bases.
-STARTS: dict[str, tuple[float, ...]] = {
-    "length": (0.15, 0.3, 0.6, 1.2),
-    "noise": (0.01, 0.1),
-    "power": (1.0, 0.5),
-    "upward": (0.0, 1.5),
-}
+LENGTHS, NOISES, POWERS, UPWARDS = (0.15, 0.3, 0.6, 1.2), (0.01, 0.1), (1.0, 0.5), (0.0, 1.5)
 BASES: tuple[Basis, ...] = ("linear", "polynomial", "harmonic")
 
 #: A kernel that is a ridge fit: the noise over the process, and variances of coefficients over the noise.
@@ -144,15 +139,11 @@ def best_kernel(lights: Vectors, second: Array) -> Kernel:
     def error(kernel: Kernel) -> float:
         return rms(list_left_out(few[0], kernel), few[1])
 
-    shapes = [dict(zip(STARTS, numbers, strict=True)) for numbers in product(*STARTS.values())]
-    starts = [min((Kernel(**shape) for shape in shapes if shape["upward"] == 0.0), key=error)]
-    linear = min((Kernel(**shape, basis="linear", trend=START_TREND) for shape in shapes), key=error)
-    starts.append(linear)
+    shapes = [Kernel(*numbers) for numbers in product(LENGTHS, NOISES, POWERS, UPWARDS)]
+    linear = min((replace(shape, basis="linear", trend=START_TREND) for shape in shapes), key=error)
+    starts = [min((shape for shape in shapes if shape.upward == 0.0), key=error), linear]
     for basis in BASES:
-        ridges = [
-            Kernel(0.3, RIDGE_NOISE, basis=basis, trend=variance * RIDGE_NOISE)
-            for variance in RIDGE_TRENDS
-        ]
+        ridges = [Kernel(0.3, RIDGE_NOISE, basis=basis, trend=variance * RIDGE_NOISE) for variance in RIDGE_TRENDS]
         starts += [min(ridges, key=error), *([] if basis == "linear" else [replace(linear, basis=basis)])]
     found = min((_improve(start, error, FACTORS) for start in starts), key=lambda each: each[1])[0]
     if len(some) == len(lights):
@@ -184,7 +175,8 @@ def _change(kernel: Kernel, name: str, factor: float) -> Kernel:
     value = float(np.clip(getattr(kernel, name) * factor, low, high))
     if name == "upward" and kernel.upward == 0.0:
         value = 0.5 if factor > 1.0 else 0.0
-    return replace(kernel, **{name: value})
+    changed: dict[str, Any] = {name: value}
+    return replace(kernel, **changed)
 
 
 def leave_out_of_fit(functions: Array, ridge: float = 0.0) -> Array:

@@ -143,9 +143,7 @@ def fit(stack: ImageStack, used: NDArray[np.int64], most: int = BUDGET) -> Steps
     return (yield from part(fit_planes(stack, used, found, most), 0.5, 1.0))
 
 
-def fit_planes(
-    stack: ImageStack, used: NDArray[np.int64], found: Moments, most: int = BUDGET
-) -> Steps[DirectionalMap]:
+def fit_planes(stack: ImageStack, used: NDArray[np.int64], found: Moments, most: int = BUDGET) -> Steps[DirectionalMap]:
     """The same where the moments are known."""
     lights = directions(stack, used)
     best = best_kernel(lights, found.average_channels())

@@ -257,6 +257,11 @@ def test_excluded_photographs_are_left_out_and_recorded(
         (["--compress", "none", "--exponent-bits", "8"], "--compress power-law"),
         (["--exponent-bits", "12"], "--exponent-bits"),
         (["--worst", "-1"], "--worst"),
+        (["--bytes-per-texel", "0"], "--bytes-per-texel"),
+        (["--bytes-per-texel", "9"], "--bytes-per-texel is of directional maps"),
+        (["--compress", "none", "--scale", "last-slice"], "--compress power-law"),
+        (["--compare", "--worst", "3", "--slices", "4"], "leave out --worst"),
+        (["--representation", "directional", "--slices", "8"], "leave out --slices"),
     ],
 )
 def test_words_that_do_not_fit_together_are_wrong_usage(
@@ -403,7 +408,7 @@ def test_what_a_directional_material_cannot_have_is_wrong_usage(
     for words in (("--max-error", 0.1), ("--representation", "directional", "--exponent-bits", 8)):
         done = lightarc("shade", dome, "-o", tmp_path / "a.lightarc", *words)
         assert done.code == 2
-        assert "is of shading maps" in done.err
+        assert "a directional map has no slices and no compression" in done.err
     done = lightarc("shade", stack, "-o", tmp_path / "a.lightarc", "--representation", "directional")
     assert done.code == 3
     assert "its lamps have no azimuth" in done.err
@@ -417,6 +422,38 @@ def test_an_arc_is_shown_better_than_by_its_mean(
     assert result["in_sample_rmse_srgb8"] < result["leave_one_out_rmse_srgb8"] < result["mean_picture_rmse_srgb8"]
     assert (result["representation"], result["verdict"]) == ("shading-map", "good")
     assert result["bytes_per_texel"] == pytest.approx(24.0)
+
+
+@pytest.mark.parametrize(
+    "words", [("--slices", "8"), ("--compress", "power-law"), ("--slices", "5", "--exponent-bits", "32")]
+)
+def test_options_of_shading_maps_are_refused_for_lamps_on_several_sides(
+    lightarc: Callable[..., SimpleNamespace], dome: Path, tmp_path: Path, words: tuple[str, ...]
+) -> None:
+    """They were passed over without a word, also where they named what is the default."""
+    done = lightarc("shade", dome, "-o", tmp_path / "m.lightarc", *words)
+    assert done.code == 2
+    assert "add --representation shading-map, or leave out " + " and ".join(words[::2]) in done.err
+    assert not (tmp_path / "m.lightarc").exists()
+
+
+def test_a_map_keeps_within_the_bytes_of_a_texel(
+    lightarc: Callable[..., SimpleNamespace], dome: Path, tmp_path: Path
+) -> None:
+    done = lightarc("shade", dome, "-o", tmp_path / "m.lightarc", "--bytes-per-texel", 4, "--json")
+    assert done.code == 0, done.err
+    assert json.loads(done.out)["bytes_per_texel"] <= 4
+
+
+def test_a_comparison_that_is_cancelled_leaves_nothing(
+    lightarc: Callable[..., SimpleNamespace], dome: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def cancel(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("app.cli.shading.comparison.write_json", cancel)
+    assert lightarc("shade", dome, "--compare", "-o", tmp_path / "comparison").code != 0
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_representations_are_compared_in_a_folder(
