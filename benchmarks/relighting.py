@@ -49,7 +49,7 @@ def measure_relighting(
                 ratios.append(ratio)
                 figures |= {f"{len(lights)}-{'rings' if rings else 'strewn'}-{number}-{k}": v for k, v in own.items()}
         found.append(_accuracy(surface, max(ratios), figures))
-    for name, lights, codes in _photographed(data) if data else ():
+    for name, lights, codes in _photographs_of(data) if data else ():
         ratio, own = yield from part(_compare(lights, codes), 0.8, 1.0)
         found.append(_accuracy(name, ratio, own))
     return found
@@ -68,7 +68,10 @@ def _compare(lights: Array, codes: Array) -> Steps[tuple[float, dict[str, float]
     stack = ImageStack(radiance, np.zeros(radiance.shape[:3], np.bool_), elevation, azimuth, means, names, "")
     made = yield from fit(stack, np.arange(len(lights)))
     yield Step(1.0, "fitting rivals")
-    rivals = {"polynomial": ridge(polynomials(lights), codes), "harmonic": ridge(harmonics(lights), codes)}
+    rivals = {
+        "polynomial": ridge(polynomial_functions(lights), codes),
+        "harmonic": ridge(harmonic_functions(lights), codes),
+    }
     rivals["process"] = process(lights, codes)
     figures = {"map": made.leave_one_out, "planes": float(len(made.planes)), **rivals}
     return made.leave_one_out / min(rivals.values()), figures
@@ -80,7 +83,7 @@ def ridge(functions: Array, codes: Array) -> float:
     products = values @ values.T / values.shape[1]
     covariance, size = functions @ functions.T, np.mean(functions**2) * functions.shape[1]
     return min(
-        _left_out(covariance + size * ridge * np.eye(len(codes)), products) for ridge in np.geomspace(1e-6, 10, 40)
+        _leave_out(covariance + size * ridge * np.eye(len(codes)), products) for ridge in np.geomspace(1e-6, 10, 40)
     )
 
 
@@ -103,23 +106,23 @@ def process(lights: Array, codes: Array) -> float:
             ):
                 for noise in np.geomspace(1e-4, 1.0, 9):
                     own = covariance + 100.0 + noise * np.eye(len(codes))  # a constant that is all but free
-                    least = min(least, _left_out(own, products))
+                    least = min(least, _leave_out(own, products))
     return least
 
 
-def _left_out(covariance: Array, products: Array) -> float:
+def _leave_out(covariance: Array, products: Array) -> float:
     """(Rasmussen2006 Eq. 5.12): residuals of leaving one out are C⁻¹ y over the diagonal of C⁻¹."""
     inverse = np.linalg.inv(covariance)
     squares = np.einsum("ij,ij->i", inverse @ products, inverse)
     return float(np.sqrt(max(np.mean(squares / np.diag(inverse) ** 2), 0.0)))
 
 
-def polynomials(lights: Array) -> Array:
+def polynomial_functions(lights: Array) -> Array:
     x, y = lights[:, 0], lights[:, 1]
     return np.stack([np.ones_like(x), x, y, x * y, x * x, y * y], axis=1)
 
 
-def harmonics(lights: Array) -> Array:
+def harmonic_functions(lights: Array) -> Array:
     """Spherical harmonics of orders 0 to 2 of the hemisphere that is stretched to the sphere, but for factors."""
     z = 2.0 * lights[:, 2] - 1.0
     phi = np.arctan2(lights[:, 1], lights[:, 0])
@@ -198,7 +201,7 @@ def _waves(random: np.random.Generator, most: float, falloff: float) -> Array:
     return np.asarray(noise / noise.std())
 
 
-def _photographed(folder: Path) -> Iterator[tuple[str, Array, Array]]:
+def _photographs_of(folder: Path) -> Iterator[tuple[str, Array, Array]]:
     """Name, lights and codes of each light list (.lp) below the folder, thinned to `LONGEST` texels."""
     for path in sorted(folder.rglob("*.lp")):
         rows = [line.split() for line in path.read_text().splitlines()[1:] if line.strip()]

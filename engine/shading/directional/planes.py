@@ -32,7 +32,7 @@ from engine.shading.directional.moments import Moments, moments, row_blocks, tex
 Array = NDArray[np.float64]
 
 #: Numbers of planes among which is chosen, and how much larger than the least the error of fewer may be.
-SWEEP, NEARLY = (1, 2, 3, 5, 7, 9, 12, 15, 18, 22, 27, 33, 40, 48, 56, 64, 80, 96, 128), 1.005
+SWEEP, NEARLY = (1, 2, 3, 5, 7, 9, 12, 15, 18, 22, 27, 33, 40, 48, 56, 64, 80, 96, 128), 1.002
 
 #: Bytes of a texel that are spent unless others are asked for, as much as a shading map of eight slices has; and of a
 #: map, beyond which it has no more than `FEW` planes.

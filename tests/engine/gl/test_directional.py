@@ -15,6 +15,7 @@ from engine.light.lamps import Lamp
 from engine.render.direct import radiance
 from engine.render.display import Display, display
 from engine.scene.scene import LOOKUPS, Scene
+from engine.storage.records import MAX_PLANES
 from tests.engine.domes import dome_material
 from tests.engine.gl_objects import living_objects
 from tests.engine.scenes import scene
@@ -83,3 +84,21 @@ def test_both_renderers_agree_from_afar(gl: Any) -> None:
     """Many repeats, so that all is drawn from small sizes, which no mean of codes is."""
     what = scene("torus-knot", dome_material(), "lambert:albedo=0.5", repeats=40.0)
     assert_alike(draw(gl, what)[0], what)
+
+
+def test_as_many_planes_as_a_map_may_have(gl: Any) -> None:
+    """Planes whose sums are those of fewer: the same image."""
+    material = dome_material()
+    few = material.directional
+    assert few is not None
+    times = MAX_PLANES // len(few.planes)
+    many = dataclasses.replace(
+        few,
+        planes=np.tile(few.planes, (times, 1, 1)),
+        low=np.tile(few.low, times) / times,
+        step=np.tile(few.step, times) / times,
+        vectors=np.tile(few.vectors, times),
+    )
+    what = scene("sphere", dataclasses.replace(material, directional=many), "lambert", light=(0.4, 0.5, 0.8))
+    same = scene("sphere", material, "lambert", light=(0.4, 0.5, 0.8))
+    assert_alike(draw(gl, what)[0], same)
