@@ -130,6 +130,7 @@ LARGE = (
     "hostile-text",
     "surface",
     "surface-sigma",
+    "fall-off",
     "held-out",
     "relighting",
     "alignment-arc",
@@ -153,6 +154,7 @@ ACCURACIES = {
     "directions": "benchmarks.directions:directions",
     "surface": "benchmarks.surface:surface",
     "surface-sigma": "benchmarks.surface:deviations",
+    "fall-off": "benchmarks.fall_off:measure_fall_off",
     "held-out": "benchmarks.held_out:measure_held_out",
     "relighting": "benchmarks.relighting:measure_relighting",
     "ray-misses": "benchmarks.transport.rays:ray_misses",
@@ -178,6 +180,7 @@ OPTIONS = {
     "cancel": ("runs", "seed"),
     "large-memory": ("megapixels", "photographs"),
     "surface-sigma": ("scenes", "seed"),
+    "fall-off": ("scenes", "seed"),
     "relighting": ("scenes", "seed", "data"),
     "factors": ("data", "samplings", "seed"),
 }

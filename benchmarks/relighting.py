@@ -40,8 +40,7 @@ def measure_relighting(
     """The error of each surface over that of the best rival, the largest over domes and seeds."""
     found = []
     for index, surface in enumerate(SURFACES):
-        ratios: list[float] = []
-        figures: dict[str, float] = {}
+        ratios, figures = [], {}
         for number in range(seed, seed + scenes):
             for count, rings, noise in DOMES:
                 lights, codes = generate(surface, count, rings, noise, number)
@@ -133,14 +132,14 @@ def harmonic_functions(lights: Array) -> Array:
 def generate(surface: str, count: int, rings: bool, noise: float, seed: int) -> tuple[Array, Array]:
     """Unit vectors (N, 3) to the lamps, and codes (N, H, W, 3), whole numbers, of a relief under them."""
     random = np.random.default_rng((seed, count, SURFACES.index(surface), int(rings)))
-    lights = _lamps(random, count, rings)
-    height = _waves(random, random.uniform(4.0, 10.0), random.uniform(0.2, 1.2))
+    lights = draw_lamps(random, count, rings)
+    height = draw_waves(random, random.uniform(4.0, 10.0), random.uniform(0.2, 1.2))
     down, right = (0.5 * (np.roll(height, -1, axis) - np.roll(height, 1, axis)) for axis in (0, 1))
     height *= random.uniform(0.6, 1.2) if surface == "shadowed" else random.uniform(0.2, 0.5)
     scale = height.std()
     normal = np.stack([-scale * right, scale * down, np.ones_like(height)], axis=-1)
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    albedo = random.uniform(0.1, 0.7, 3) * np.clip(1.0 + 0.3 * _waves(random, 12.0, 0.5)[..., None], 0.1, 2.0)
+    albedo = random.uniform(0.1, 0.7, 3) * np.clip(1.0 + 0.3 * draw_waves(random, 12.0, 0.5)[..., None], 0.1, 2.0)
     broad = {"lambert": 1.0, "glossy": random.uniform(0.2, 0.4), "shadowed": 0.5, "brushed": random.uniform(0.15, 0.3)}
     alpha = (broad[surface], random.uniform(0.4, 0.7) if surface == "brushed" else broad[surface])
     f0 = 0.0 if surface == "lambert" else random.uniform(0.04, 0.3)
@@ -150,7 +149,7 @@ def generate(surface: str, count: int, rings: bool, noise: float, seed: int) -> 
     return lights, np.rint(255.0 * srgb_encode(np.clip(images, 0.0, 1.0)))
 
 
-def _lamps(random: np.random.Generator, count: int, rings: bool) -> Array:
+def draw_lamps(random: np.random.Generator, count: int, rings: bool) -> Array:
     if rings:
         number = max(2, round(np.sqrt(count / 5.0)))
         elevation = np.repeat(np.radians(np.linspace(15.0, 75.0, number)), count // number)
@@ -177,11 +176,11 @@ def _light_up(
     masks = [2.0 * n / (n + np.sqrt(squared + (1.0 - squared) * n * n) + 1e-9) for n in (lit, normal[..., 2])]
     fresnel = f0 + (1.0 - f0) * (1.0 - half[2]) ** 5 if f0 else 0.0
     gloss = fresnel * masks[0] * masks[1] / (4.0 * np.pi * squared * spread**2 * normal[..., 2]) * (lit > 0.0)
-    open_part = np.where(_sees(height, light), 1.0, 1.0 / 30.0)
+    open_part = np.where(sees(height, light), 1.0, 1.0 / 30.0)
     return np.asarray((albedo / np.pi * (1.0 - fresnel) * lit[..., None] + gloss[..., None]) * open_part[..., None])
 
 
-def _sees(height: Array, light: Array) -> NDArray[np.bool_]:
+def sees(height: Array, light: Array) -> NDArray[np.bool_]:
     """(H, W) whether nothing within 24 texels of the relief, which repeats, hides the lamp."""
     rows, columns = np.mgrid[: height.shape[0], : height.shape[1]]
     flat = max(float(np.hypot(light[0], light[1])), 1e-9)
@@ -194,7 +193,7 @@ def _sees(height: Array, light: Array) -> NDArray[np.bool_]:
     return sees
 
 
-def _waves(random: np.random.Generator, most: float, falloff: float) -> Array:
+def draw_waves(random: np.random.Generator, most: float, falloff: float) -> Array:
     frequency = np.hypot(*np.meshgrid(SIDE * np.fft.fftfreq(SIDE), np.arange(SIDE // 2 + 1), indexing="ij"))
     gain = np.where((frequency >= 1.0) & (frequency <= most), np.maximum(frequency, 1.0) ** -(1.0 + falloff), 0.0)
     noise = np.fft.irfft2(gain * np.fft.rfft2(random.standard_normal((SIDE, SIDE))), s=(SIDE, SIDE))

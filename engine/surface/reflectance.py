@@ -9,6 +9,10 @@ of another shape errs alike in lamps that stand together. So texels of the sampl
 after the other, and the variance of these estimates (jackknife of blocks, Kunsch1989) over the stated one is the factor
 by which all variances of a kind grow.
 
+The diffuse part of a kind may fall otherwise than Lambert's: its fall-off is the one of three parameters that leaves
+least unexplained in the photographs of a texel which are explained best, by rank, as shadows and bounced light follow
+no fall-off. Lambert's stays where it leaves nearly as little.
+
 Radiance has the unit of a white card that faces a lamp. `white` says how bright it is in the photographs: the white
 level, unless texels are brighter, whose reflectance would then exceed one.
 
@@ -32,6 +36,7 @@ from engine.core.steps import Step, Steps, part
 from engine.shading.directional.left_out import Texels
 from engine.storage.file_array import FileArray
 from engine.surface.depth_edges import find_shadows
+from engine.surface.fall_off import find_falls
 from engine.surface.lamps import Lamps
 from engine.surface.pbr_maps import DIELECTRIC_F0
 from engine.texel.kernel import (
@@ -51,7 +56,9 @@ from engine.texel.kernel import (
     A,
     B,
     fit_texels,
+    show_kinds,
     show_texels,
+    weigh_fall_off,
 )
 
 Array = NDArray[np.float64]
@@ -99,6 +106,10 @@ BLOCKS, FEWEST_IN_BLOCK, EVERY = 8, 2, 4
 #: Mean residual of a fit without shadows, over that with them, below which it counts.
 EXPLAINED_BETTER = 0.8
 
+#: Photographs from which fall-offs are found, every which texel of the sample they are found on, and the share of a
+#: texel's photographs, those that are explained best, by which they are judged.
+ENOUGH_FOR_FALL, FALL_EVERY, FALL_SHARE = 12, 8, 0.7
+
 #: Share of texels that may be brighter than white.
 ABOVE_WHITE = 1e-3
 
@@ -122,7 +133,9 @@ class Kinds:
 
     `growth` (K, 4) are the factors, 1 or more, of the variances of slopes, roughness, ρ and F; `deviation` is that of
     the roughness by which all texels may err alike. The slopes of kinds that are `matte` (K,) are those of a surface
-    without highlights, which shows the photographs as well: a lobe that is not there would bend them.
+    without highlights, which shows the photographs as well: a lobe that is not there would bend them. `falls` (K, 3)
+    are the fall-off of the diffuse part of each (`engine.texel.kernel`), None where all are Lambert's, and `doubt` (K,)
+    is the variance of slopes that follows from not knowing it.
     """
 
     colour: Array
@@ -131,6 +144,8 @@ class Kinds:
     growth: Array
     deviation: float = 0.0
     matte: NDArray[np.bool_] | None = None
+    falls: Array | None = None
+    doubt: Array | float = 0.0
 
     def of(self, values: NDArray[np.float32]) -> NDArray[np.int64]:
         """(T,) the kind of texels of radiance (N, T, 3)."""
@@ -192,7 +207,28 @@ def leave_out(texels: Texels, outside: NDArray[np.bool_] | None) -> Texels:
 
 
 def fit(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds, lambertian: bool = False) -> Array:
-    """(T, COLUMNS) of `engine.texel.kernel` for texels under the light (N, T or 1, 3)."""
+    """(T, COLUMNS) of `engine.texel.kernel` for texels under the light (N, T or 1, 3).
+
+    ρ of kinds with a fall-off is that of the Lambertian surface which is nearest under these lamps, as maps show it.
+    """
+    return _as_lambertian(_fit(texels, towards, lamps, kinds, lambertian), texels, towards, kinds)
+
+
+def _as_lambertian(found: Array, texels: Texels, towards: Array, kinds: Kinds) -> Array:
+    """The same texels with ρ of the nearest Lambertian surface."""
+    if kinds.falls is not None:
+        share = np.empty(len(found))
+        slopes = np.ascontiguousarray(found[:, :2])
+        weigh_fall_off(slopes, towards, kinds.falls, kinds.of(texels.radiance), share)
+        found[:, DIFFUSE : DIFFUSE + 3] *= share[:, None]
+        found[:, VAR_DIFFUSE] *= share**2
+        found[:, COV_REFLECTANCE] *= share
+        found[:, DIFFUSE_BY_R] *= share
+    return found
+
+
+def _fit(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds, lambertian: bool = False) -> Array:
+    """The same with ρ of what faces lamp and viewer."""
     found = np.zeros((texels.radiance.shape[1], COLUMNS))
     values, usable, shares = texels.radiance, texels.usable, np.ones((len(texels.radiance), 2))
     if texels.diffuse is not None and lambertian:
@@ -204,14 +240,16 @@ def fit(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds, lambertian: 
     scaled = np.ascontiguousarray(values / np.float32(kinds.white))
     both, kind = lamps.observed.kind == "both", kinds.of(texels.radiance)
     usable = np.ascontiguousarray(usable)
-    fit_texels(scaled, usable, towards, shares, both, kinds.priors, kind, lambertian, found)
+    priors = kinds.priors if kinds.falls is None else np.hstack([kinds.priors, kinds.falls])
+    fit_texels(scaled, usable, towards, shares, both, priors, kind, lambertian, found)
     if kinds.matte is not None and not lambertian and kinds.matte[kind].any():
         matte, plain = kinds.matte[kind], np.zeros_like(found)
-        fit_texels(scaled, usable, towards, shares, both, kinds.priors, kind, True, plain)
+        fit_texels(scaled, usable, towards, shares, both, priors, kind, True, plain)
         for column in (A, B, VAR_A, VAR_B, COV_AB):
             found[matte, column] = plain[matte, column]
     growth = kinds.growth[kind]
     found[:, [VAR_A, VAR_B, COV_AB]] *= growth[:, :1]
+    found[:, [VAR_A, VAR_B]] += np.broadcast_to(kinds.doubt, len(kinds.growth))[kind][:, None]
     found[:, [VAR_ROUGHNESS, VAR_DIFFUSE, VAR_SPECULAR]] *= growth[:, 1:]
     found[:, COV_REFLECTANCE] *= np.sqrt(growth[:, 2] * growth[:, 3])
     found[:, VAR_ROUGHNESS] += kinds.deviation**2
@@ -243,7 +281,7 @@ def kinds(
     start = np.array([WIDE if len(used) >= ENOUGH else NARROW])
     one = Kinds(np.zeros((1, 3)), start, white or 1.0, np.ones((1, 4)))
     yield Step(0.2, "fitting a sample of texels")
-    found = fit(some, towards, lamps, one, len(used) < FEWEST_FOR_GLOSS)
+    found = _fit(some, towards, lamps, one, len(used) < FEWEST_FOR_GLOSS)
     if white is None:
         brightest = float(np.quantile(found[:, DIFFUSE : DIFFUSE + 3].max(axis=1), 1.0 - ABOVE_WHITE))
         one = Kinds(one.colour, start, max(1.0, brightest), one.growth)
@@ -252,19 +290,37 @@ def kinds(
     if len(used) < FEWEST_FOR_GLOSS:
         return Kinds(centres, np.repeat(start, count, axis=0), one.white, np.ones((count, 4)))
 
-    def unexplained(found: Array) -> Array:
-        return np.asarray(of_kind @ _measure_unexplained(some, towards, found, one.white))
-
+    one = Kinds(centres, np.repeat(start, count, axis=0), one.white, np.ones((count, 4)))
     is_separated = some.diffuse is not None  # slopes follow from photographs without highlights
-    bare = np.full(count, np.inf) if is_separated else unexplained(fit(some, towards, lamps, one, True))
+
+    def unexplained(found: Array, kinds: Kinds | None = None) -> Array:
+        return np.asarray(of_kind @ _measure_unexplained(some, towards, found, kinds or one))
+
+    def measure_bare(kinds: Kinds) -> Array:
+        return np.full(count, np.inf) if is_separated else unexplained(_fit(some, towards, lamps, kinds, True), kinds)
+
+    bare = measure_bare(one)
+    if len(used) >= ENOUGH_FOR_FALL:
+        bald = one if is_separated else _find_falls(some, towards, lamps, one, True)
+        one = _find_falls(some, towards, lamps, one)
+        found = found if one.falls is None else _fit(some, towards, lamps, one)
+        bare = measure_bare(bald)
+        # a lobe takes up what a fall-off explains, so that either is found with the other or without it
+        is_plain = bare < MATTE_AS_WELL[1] * unexplained(found)
+        if is_plain.any() and (bald.falls is not None or one.falls is not None):
+            none = np.zeros((count, 3))
+            of_either = [none if each.falls is None else each.falls for each in (bald, one)]
+            doubt = np.where(is_plain, bald.doubt, one.doubt)
+            one = replace(one, falls=np.where(is_plain[:, None], *of_either), doubt=doubt)
+            found = _fit(some, towards, lamps, one)
     if len(used) < ENOUGH:
         matte = bare < MATTE_AS_WELL[0] * unexplained(found)
-        return Kinds(centres, np.repeat(start, count, axis=0), one.white, np.ones((count, 4)), matte=matte)
+        return replace(one, matte=matte)
     priors = np.array([_prior(found[texels], start[0], one.white) for texels in of_kind])
     plain = priors[:, 2] < BRIGHTEST_DIELECTRIC
     if plain.any():
-        trying = [replace(one, priors=np.array([prior])) for prior in (NARROW, GLOSSY)]
-        narrow, glossy = (fit(some, towards, lamps, each) for each in trying)
+        trying = [replace(one, priors=np.repeat([prior], count, axis=0)) for prior in (NARROW, GLOSSY)]
+        narrow, glossy = (_fit(some, towards, lamps, each) for each in trying)
         left, least = unexplained(narrow), unexplained(found)
         upper = [np.quantile(found[texels, SPECULAR : SPECULAR + 3], 0.75) for texels in of_kind]
         for kind in np.flatnonzero(plain):
@@ -272,21 +328,55 @@ def kinds(
                 priors[kind] = _prior(glossy[of_kind[kind]], np.array(GLOSSY), 1.0)
             else:
                 priors[kind] = *_prior(narrow[of_kind[kind]], start[0], 1.0)[:2], *NARROW[2:]
-    alike = Kinds(centres, priors, one.white, np.ones((count, 4)))
-    matte = bare < MATTE_AS_WELL[1] * unexplained(fit(some, towards, lamps, alike))
+    alike = replace(one, priors=priors)
+    matte = bare < MATTE_AS_WELL[1] * unexplained(_fit(some, towards, lamps, alike))
     alike = replace(alike, matte=matte)
     growth = yield from part(_growth(some, towards, lamps, alike), 0.5, 1.0)
     return replace(alike, growth=growth, deviation=ROUGHNESS_DEVIATION)
 
 
-def _measure_unexplained(texels: Texels, towards: Array, found: Array, white: float) -> Array:
+def _find_falls(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds, lambertian: bool = False) -> Kinds:
+    """The kinds with their fall-off, of surfaces with highlights or without."""
+    some, count = texels.choose(slice(None), FALL_EVERY), len(kinds.colour)
+    lit = towards[:, ::FALL_EVERY] if towards.shape[1] > 1 else towards
+    of_kind = kinds.of(some.radiance) == np.arange(count)[:, None]
+
+    def measure(falls: Array) -> Array:
+        """(K,) what is left in the photographs that are explained best: shadows are explained by no fall-off."""
+        trial = replace(kinds, falls=falls)
+        found = _fit(some, lit, lamps, trial, lambertian)
+        off = np.abs(_residuals(some, lit, found, trial)).sum(axis=-1)
+        off = np.sort(np.where(some.usable, off, 0.0), axis=0)[: max(1, int(FALL_SHARE * len(off)))]
+        return np.asarray(of_kind @ off.sum(axis=0, dtype=np.float64))
+
+    falls, others = find_falls(count, measure)
+    if falls is None:
+        return kinds
+    best, doubt = _fit(some, lit, lamps, replace(kinds, falls=falls), lambertian)[:, :2], np.zeros(count)
+    for other, as_well in others:
+        if as_well.any():
+            apart = _fit(some, lit, lamps, replace(kinds, falls=other), lambertian)[:, :2] - best
+            square = of_kind @ (apart**2).mean(axis=1) / np.maximum(of_kind.sum(axis=1), 1)
+            doubt = np.where(as_well, np.maximum(doubt, square), doubt)
+    return replace(kinds, falls=falls, doubt=doubt)
+
+
+def _measure_unexplained(texels: Texels, towards: Array, found: Array, kinds: Kinds) -> Array:
     """(T,) sums of absolute residuals of texels `found` by the kernel, in units of white."""
+    off = np.abs(_residuals(texels, towards, found, kinds))
+    return np.asarray(off.sum(axis=-1, where=texels.usable[..., None], dtype=np.float64).sum(axis=0))
+
+
+def _residuals(texels: Texels, towards: Array, found: Array, kinds: Kinds) -> NDArray[np.float32]:
+    """(N, T, 3) radiance less that of texels `found` by the kernel, in units of white."""
     diffuse, specular = found[:, DIFFUSE : DIFFUSE + 3], found[:, SPECULAR : SPECULAR + 3]
-    shown = np.empty(texels.radiance.shape, np.float32)
-    show_texels(found[:, :2], found[:, ROUGHNESS], diffuse, specular, towards, shown)
-    off = np.abs(texels.radiance / np.float32(white) - shown)
-    off = off.sum(axis=-1, where=texels.usable[..., None], dtype=np.float64)
-    return np.asarray(off.sum(axis=0))
+    shown, slopes = np.empty(texels.radiance.shape, np.float32), found[:, :2]
+    if kinds.falls is None:
+        show_texels(slopes, found[:, ROUGHNESS], diffuse, specular, towards, shown)
+    else:
+        kind = kinds.of(texels.radiance)
+        show_kinds(slopes, found[:, ROUGHNESS], diffuse, specular, towards, kinds.falls, kind, shown)
+    return np.asarray(texels.radiance / np.float32(kinds.white) - shown)
 
 
 def _growth(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds) -> Steps[Array]:
@@ -301,8 +391,8 @@ def _growth(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds) -> Steps
     for block, out in enumerate(np.array_split(order, count)):
         yield Step(block / count, "leaving neighbouring lamps out")
         others = np.setdiff1d(order, out)
-        apart.append(fit(texels.choose(others), towards[others], lamps, kinds))
-    stated = fit(texels, towards, lamps, kinds)
+        apart.append(_fit(texels.choose(others), towards[others], lamps, kinds))
+    stated = _fit(texels, towards, lamps, kinds)
     squares = (count - 1) * np.var(np.stack(apart)[..., : SPECULAR + 3], axis=0)
     slopes = (squares[:, 0] + squares[:, 1]) / (stated[:, VAR_A] + (stated[:, VAR_B] if both else 0.0))
     factors = np.column_stack(
@@ -426,21 +516,22 @@ def fit_rows(
             diffuse = None if some.diffuse is None else some.diffuse * covered
             some = replace(some, radiance=some.radiance * covered, diffuse=diffuse)
         towards = lamps.observe_from(some.rows, some.columns, height, width)
-        found = fit(some, towards, lamps, kinds, lambertian)
+        found = _fit(some, towards, lamps, kinds, lambertian)
         if beside_edges is not None and beside_edges[first:last].any():
             shadows = find_shadows(stack, used, first, last)
             at = np.flatnonzero(beside_edges[first:last].ravel() & shadows.any(axis=0))
             own = towards[:, at] if towards.shape[1] > 1 else towards
             near = some.take(at)
             lit = replace(near, usable=near.usable & ~shadows[:, at])
-            other = fit(lit, own, lamps, kinds, lambertian)
+            other = _fit(lit, own, lamps, kinds, lambertian)
             # what is dark beside the highlight of a metal is no shadow, and explained with the rest
             left = [
-                _measure_unexplained(each, own, values, kinds.white) / np.maximum(each.usable.sum(axis=0), 1)
+                _measure_unexplained(each, own, values, kinds) / np.maximum(each.usable.sum(axis=0), 1)
                 for each, values in ((near, found[at]), (lit, other))
             ]
             better = left[1] < EXPLAINED_BETTER * left[0]
             found[at[better]] = other[better]
+        found = _as_lambertian(found, some, towards, kinds)
         yield Step(last / height, "finding slopes and reflectance", (first, last, found))
 
 

@@ -9,6 +9,13 @@ irradiance over π. Schlick's term is left out: seen from above it is below 2·1
 may show another share of either part, as one taken through a polariser does: c and s of a lamp are then those shares of
 the above.
 
+A surface may reflect its diffuse part by another law than Lambert's: c is then multiplied by a fall-off
+
+    m = (n·l)^g (1 − q (1 − n·l)⁵) (1 + β r),   r = s / t,  s = l_z − n·l n_z,  t = max(n·l, n_z) if s > 0, else 1
+
+of a power g, of light that enters through an interface (q, with Schlick's term) and of rough surfaces, which are
+brighter towards the lamp (β, Oren1994 in the form of Fujii). It is 1 where the normal points to lamp and viewer.
+
 1. Lambertian and robust, of photographs without a specular part where there are any. The fifth of the photographs that
    is darkest in the texel (shadows) and the fifth that is brightest (highlights) are left out by rank; then least
    squares, reweighted with Tukey's biweight, which ends at 3 deviations below the fit and at 2 above it. The deviation
@@ -80,7 +87,8 @@ def fit_texels(
 
     `values` (N, T, 3) float32 radiance, `usable` (N, T) bool, `lights` (N, T or 1, 3) float64, `shares` (N, 2) of the
     diffuse and the specular part that each photograph shows, the diffuse ones positive, `priors` (K, 4) means and
-    deviations of roughness and F, `kind` (T,) which of them a texel has. Where `across_free` is False, b is zero. Where
+    deviations of roughness and F, and three numbers of the fall-off (g, q, β) where it is not Lambert's (K, 7), `kind`
+    (T,) which of them a texel has. Where `across_free` is False, b is zero. Where
     `lambertian` is True, F is zero.
     """
     count, texels = usable.shape
@@ -138,6 +146,66 @@ def lobes(a: float, b: float, alpha: float, x: float, y: float, z: float) -> tup
     return received, squared / (spread * spread) * 0.5 / (masking_l + masking_v) * received
 
 
+@scalar
+def fall_off(n_l: float, n_z: float, l_z: float, fall: Floats) -> tuple[float, float, float]:
+    """The factor m of the diffuse part and its derivatives in n·l and n_z; `fall` are g, q and β."""
+    n_l = max(n_l, 1e-3)
+    s = l_z - n_l * n_z
+    if s <= 0.0:
+        r, r_l, r_z = s, -n_z, -n_l
+    elif n_l >= n_z:
+        r, r_l, r_z = l_z / n_l - n_z, -l_z / (n_l * n_l), -1.0
+    else:
+        r, r_l, r_z = l_z / n_z - n_l, -1.0, -l_z / (n_z * n_z)
+    away = 1.0 - n_l
+    entering, rough = 1.0 - fall[1] * away**5, 1.0 + fall[2] * r
+    power = n_l ** fall[0]
+    m = power * entering * rough
+    m_l = m * fall[0] / n_l + power * (5.0 * fall[1] * away**4 * rough + entering * fall[2] * r_l)
+    return m, m_l, power * entering * fall[2] * r_z
+
+
+@parallel
+def show_kinds(
+    slopes: Floats,
+    roughness: Floats,
+    diffuse: Floats,
+    specular: Floats,
+    towards: Floats,
+    falls: Floats,
+    kind: Integers,
+    image: Floats,
+) -> None:
+    """As `show_texels`, with the fall-off (K, 3) of the kind (T,) of each texel."""
+    for texel in prange(len(slopes)):
+        place, fall = np.int64(texel) if towards.shape[1] > 1 else np.int64(0), falls[kind[texel]]
+        a, b = slopes[texel, 0], slopes[texel, 1]
+        n_z, alpha = 1.0 / math.sqrt(1.0 + a * a + b * b), max(roughness[texel], 0.03) ** 2
+        for lamp in range(len(towards)):
+            x, y, z = towards[lamp, place]
+            received, highlight = lobes(a, b, alpha, x, y, z)
+            strength = math.sqrt(x * x + y * y + z * z)
+            received *= fall_off(received / strength, n_z, z / strength, fall)[0]
+            for channel in range(3):
+                image[lamp, texel, channel] = diffuse[texel, channel] * received + specular[texel, channel] * highlight
+
+
+@parallel
+def weigh_fall_off(slopes: Floats, towards: Floats, falls: Floats, kind: Integers, share: Floats) -> None:
+    """Fill `share` (T,) with ρ of the Lambertian surface that is nearest over the lamps, over ρ with the fall-off."""
+    for texel in prange(len(slopes)):
+        place, fall = np.int64(texel) if towards.shape[1] > 1 else np.int64(0), falls[kind[texel]]
+        a, b, both, own = slopes[texel, 0], slopes[texel, 1], 0.0, 0.0
+        n_z = 1.0 / math.sqrt(1.0 + a * a + b * b)
+        for lamp in range(len(towards)):
+            x, y, z = towards[lamp, place]
+            strength, received = math.sqrt(x * x + y * y + z * z), (a * x + b * y + z) * n_z
+            if received > 0.0:
+                both += received * received * fall_off(received / strength, n_z, z / strength, fall)[0]
+                own += received * received
+        share[texel] = both / own if own > 0.0 else 1.0
+
+
 @parallel
 def show_texels(
     slopes: Floats, roughness: Floats, diffuse: Floats, specular: Floats, towards: Floats, image: Floats
@@ -159,7 +227,7 @@ def differentiate(slopes: Floats, roughness: Floats, lights: Floats, found: Floa
     for texel in prange(len(slopes)):
         lamp = np.empty((7, len(lights)))
         _place(lights, np.int64(texel) if lights.shape[1] > 1 else np.int64(0), lamp)
-        evaluate(slopes[texel, 0], slopes[texel, 1], roughness[texel], lamp, found[texel])
+        evaluate(slopes[texel, 0], slopes[texel, 1], roughness[texel], lamp, np.empty(0), found[texel])
 
 
 @scalar
@@ -232,8 +300,12 @@ def _solve(
 
 
 @scalar
-def evaluate(a: float, b: float, roughness: float, lamp: Floats, lobe: Floats) -> None:
-    """Fill `lobe` (7, N) for the lamps (7, N) of `_place`: c and s as in `lobes`, and their derivatives."""
+def evaluate(a: float, b: float, roughness: float, lamp: Floats, fall: Floats, lobe: Floats) -> None:
+    """Fill `lobe` (7, N) for the lamps (7, N) of `_place`: c and s as in `lobes`, and their derivatives.
+
+    `fall` are g, q and β of the diffuse part, or nothing for Lambert's.
+    """
+    falls = len(fall) > 0 and (fall[0] != 0.0 or fall[1] != 0.0 or fall[2] != 0.0)
     n_z = 1.0 / math.sqrt(1.0 + a * a + b * b)
     z_a, z_b = -a * n_z * n_z * n_z, -b * n_z * n_z * n_z
     squared = roughness * roughness * roughness * roughness
@@ -257,6 +329,11 @@ def evaluate(a: float, b: float, roughness: float, lamp: Floats, lobe: Floats) -
         own = root_l + n_l * by_z
         lobe[C, i], lobe[S, i] = lamp[5, i] * received, s
         lobe[C_A, i], lobe[C_B, i] = lamp[5, i] * c_a, lamp[5, i] * c_b
+        if falls and received > 0.0:
+            m, m_l, m_z = fall_off(n_l, n_z, lamp[2, i] * lamp[3, i], fall)
+            lobe[C_A, i] = lamp[5, i] * (c_a * m + received * (m_l * l_a + m_z * z_a))
+            lobe[C_B, i] = lamp[5, i] * (c_b * m + received * (m_l * l_b + m_z * z_b))
+            lobe[C, i] *= m
         lobe[S_A, i] = s * (by_h * (l_a + z_a) - (own * z_a + by_l * l_a) * visible) + gloss * c_a
         lobe[S_B, i] = s * (by_h * (l_b + z_b) - (own * z_b + by_l * l_b) * visible) + gloss * c_b
         by_square = 1.0 / squared - 2.0 * n_h * n_h * spread
@@ -391,7 +468,7 @@ def _refine(
         da, db, dr = min(max(da, -0.3), 0.3), min(max(db, -0.3), 0.3), min(max(dr, -0.15), 0.15)
         new_a, new_b = min(max(a + da, -STEEPEST), STEEPEST), min(max(b + db, -STEEPEST), STEEPEST)
         new_r = min(max(roughness + dr, MIN_ROUGHNESS), 1.0)
-        evaluate(new_a, new_b, new_r, lamp, lobe[1 - now])
+        evaluate(new_a, new_b, new_r, lamp, prior[4:], lobe[1 - now])
         _sum_up(value, weight, lobe[1 - now], 2, products)
         after = _reflectance(value, weight, products, prior, strength, lambertian, trial)
         after += strength * ((new_r - prior[0]) / prior[1]) ** 2
@@ -497,7 +574,7 @@ def _start(
     for trial in range(1 if lambertian else 2 * tries):
         tried = prior[0] if trial % tries == 0 else 0.3 * (trial % tries)
         tried_a, tried_b = (first_a, first_b) if trial < tries else (second_a, second_b)
-        evaluate(tried_a, tried_b, tried, lamp, lobe)
+        evaluate(tried_a, tried_b, tried, lamp, prior[4:], lobe)
         for i in range(count):
             weight[i] = 1.0 / (max(grey[i], 0.0) + DARK * mean) if is_usable[i] else 0.0
         for turn in range(2):
@@ -518,7 +595,7 @@ def _start(
             best, a, b, roughness = residual, tried_a, tried_b, tried
             kept[:] = row[DIFFUSE:VAR_A]
     row[DIFFUSE:VAR_A] = kept
-    evaluate(a, b, roughness, lamp, lobe)
+    evaluate(a, b, roughness, lamp, prior[4:], lobe)
     return a, b, roughness
 
 

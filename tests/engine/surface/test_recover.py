@@ -99,9 +99,11 @@ def test_a_near_lamp_lights_each_texel_from_its_own_direction() -> None:
     evened = arriving * (length / distance) ** 3  # as the import does with near lamps
     radiance = np.repeat(0.5 * evened[..., None], 3, axis=-1)
     near = stack(radiance, elevation, azimuth, lamp_distance_widths=distance)
-    assert angle_deg(drain(recover(near, np.arange(18), left_out=False)).maps.normal, normal).max() < 0.1
+    found = angle_deg(drain(recover(near, np.arange(18), left_out=False)).maps.normal, normal)
+    assert found.max() < 0.1
     far = stack(radiance, elevation, azimuth)
-    assert np.median(angle_deg(drain(recover(far, np.arange(18), left_out=False)).maps.normal, normal)) > 0.5
+    other = angle_deg(drain(recover(far, np.arange(18), left_out=False)).maps.normal, normal)
+    assert np.median(other) > 10.0 * np.median(found)
 
 
 def test_three_lamps_are_enough_and_two_are_refused() -> None:
