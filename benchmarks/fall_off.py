@@ -79,7 +79,8 @@ def generate(law: str, seed: int) -> tuple[ImageStack, Array, float]:
     white = 0.9 / float(np.percentile(radiance, 99.7))
     radiance *= white
     radiance += NOISE * np.sqrt(0.99 * np.maximum(radiance, 0.0) + 0.01) * random.standard_normal(radiance.shape)
-    clipped, radiance = (radiance >= 1.0).any(axis=-1), np.clip(radiance, 0.0, 1.0)
+    clipped = np.asarray((radiance >= 1.0).any(axis=-1))
+    radiance = np.clip(radiance, 0.0, 1.0)
     elevation, azimuth = np.arcsin(lights[:, 2]), np.arctan2(lights[:, 1], lights[:, 0])
     names, means = tuple(f"{index}.exr" for index in range(len(lights))), radiance.mean(axis=(1, 2, 3))
     return ImageStack(radiance.astype(np.float32), clipped, elevation, azimuth, means, names, ""), normal, white

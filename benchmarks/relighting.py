@@ -40,7 +40,8 @@ def measure_relighting(
     """The error of each surface over that of the best rival, the largest over domes and seeds."""
     found = []
     for index, surface in enumerate(SURFACES):
-        ratios, figures = [], {}
+        ratios: list[float] = []
+        figures: dict[str, float] = {}
         for number in range(seed, seed + scenes):
             for count, rings, noise in DOMES:
                 lights, codes = generate(surface, count, rings, noise, number)
