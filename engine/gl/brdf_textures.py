@@ -31,9 +31,10 @@ from engine.core.params import parameters
 from engine.core.steps import drain
 from engine.factor.projections import KINDS, LinearProjection
 from engine.gl.context import Limits
+from engine.gl.material_textures import define_level, write_rows
 from engine.gl.program import find_uniform, set_uniforms
 from engine.render.hex_tiling import prepare_tiles, run_at_once
-from engine.render.mip_maps import halves, pbr_layers
+from engine.render.mip_maps import pbr_layers, pbr_levels
 from engine.scene.scene import TilingMode
 from engine.surface.pbr_maps import PbrMaps
 
@@ -186,20 +187,24 @@ class PbrTextures:
 
     def __init__(self, context: moderngl.Context, maps: PbrMaps, limits: Limits, mode: TilingMode = "grid") -> None:
         fitted, self.messages = within(pbr_layers(maps), limits.texture_size)
+        sizes = pbr_levels(fitted)
         self._tables: moderngl.TextureArray | None = None
         if mode == "hex":
-            tiles = run_at_once(prepare_tiles(maps, halves(fitted)))
+            tiles = run_at_once(prepare_tiles(maps, sizes))
             assert tiles.tables is not None
-            fitted = np.ascontiguousarray(tiles.levels[0])
+            sizes = tiles.levels
             levels, layers, entries, _ = tiles.tables.shape
             stored = np.ascontiguousarray(np.moveaxis(tiles.tables, 1, 0), np.float32)
             self._tables = context.texture_array((entries, levels, layers), 3, stored, dtype="f4")
             self._tables.filter = (context.LINEAR, context.LINEAR)
             self._tables.repeat_x = self._tables.repeat_y = False
             self._mean_normal = tuple(float(each) for each in tiles.mean_normal)
-        count, height, width = fitted.shape[:3]
-        self._texture = context.texture_array((width, height, count), 3, fitted, dtype="f4")
-        self._texture.build_mipmaps()
+        count, height, width = sizes[0].shape[:3]
+        self._texture = context.texture_array((width, height, count), 3, np.ascontiguousarray(sizes[0]), dtype="f4")
+        for number, size in enumerate(sizes[1:], start=1):
+            define_level(context, self._texture, number, (size.shape[2], size.shape[1]), count)
+            for layer, image in enumerate(size):
+                write_rows(context, self._texture, number, np.asarray(image, np.float32), 0, layer)
         self._texture.filter = (context.LINEAR_MIPMAP_LINEAR, context.LINEAR)
         self._texture.repeat_x = self._texture.repeat_y = True
         layers = maps.layers

@@ -174,12 +174,10 @@ class Shader:
             texels = texels_at(self._maps, uv[at] + shift, lower, maps)
             bent = texels.bend_frames(frame[at], axes[at], wo[at])
             viewer = np.einsum("nij,ni->nj", bent, wo[at])
-            value = _sum_of_texels(texels, lights, bent, viewer)
-            if texels.layers is not None:
-                return texels, value + _sum_of_near_texels(texels, self.scene, place[at], bent, viewer)
-            return texels, value + reflect_near(
-                self.scene.near_lamps, place[at], bent, viewer, facets_of_texels(texels)
-            )
+            value = np.zeros((len(viewer), 3))
+            for weight, each in texels.parts():
+                value += weight[:, None] * self._sum_of_part(each, lights, place[at], bent, viewer)
+            return texels, value
 
         texels, value = shade(slice(None), np.zeros(2), 0.0)
         parts = np.flatnonzero(texels.differ_within)
@@ -189,6 +187,13 @@ class Shader:
                 for up in (-0.25, 0.25):
                     value[parts] += 0.25 * shade(parts, right * along[0][parts] + up * along[1][parts], 1.0)[1]
         return value
+
+    def _sum_of_part(self, texels: Texels, lights: DistantLights, place: Array, frame: Array, viewer: Array) -> Array:
+        """Radiance (N, 3) of texels of one roughness under all lights."""
+        value = _sum_of_texels(texels, lights, frame, viewer)
+        if texels.layers is not None:
+            return value + _sum_of_near_texels(texels, self.scene, place, frame, viewer)
+        return value + reflect_near(self.scene.near_lamps, place, frame, viewer, facets_of_texels(texels))
 
 
 def _light_terms(

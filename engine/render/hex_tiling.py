@@ -133,7 +133,8 @@ def prepare_tiles(maps: Source, values: Levels) -> Generator[None, None, Maps]:
         for channel in range(3):
             ranked[layer, ..., channel] = gaussianise(values[0][layer, ..., channel])
             yield
-    numbers = halves(ranked)
+    numbers = halves(ranked[:count])
+    numbers = [np.concatenate([each, rest[count:]]) for each, rest in zip(numbers, values, strict=True)]
     tables = np.empty((len(values), count, ENTRIES, 3), np.float32)
     share, places = _points()
     for level, (of_level, plain) in enumerate(zip(numbers, values, strict=True)):
@@ -268,14 +269,24 @@ def values_at(maps: Maps, layer: int, uv: Array, detail: Array) -> Array:
     return values_of_numbers(maps.tables[:, layer], numbers, detail)
 
 
-def blend(tiles: Maps, uv: Array, detail: Array) -> tuple[Array, Array, Array, Array]:
-    """Base colour; roughness, metallic and f0; mean normals; and means of their products, (N, 3) each, at `uv` (N, 2)
-    with the mip levels `detail` (N,)."""
+def differences_at(levels: Levels, uv: Array, detail: Array) -> tuple[Array, Array] | tuple[None, None]:
+    """Layers 4 and 5 (N, 3) of `pbr_levels`, by which texels below points differ; None where all are of full size."""
+    if not (detail > 0.0).any():
+        return None, None
+    return filter_levels(levels, 4, uv, detail), filter_levels(levels, 5, uv, detail)
+
+
+def blend(
+    tiles: Maps, uv: Array, detail: Array
+) -> tuple[Array, Array, Array, Array, tuple[Array, Array] | tuple[None, None]]:
+    """Base colour; roughness, metallic and f0; mean normals; means of their products; and `differences_at`, (N, 3)
+    each, at `uv` (N, 2) with the mip levels `detail` (N,)."""
     assert tiles.tables is not None
     weight, shift = cells_around(uv, tiles.levels[0].shape[1:3])
     share = weight / np.sqrt(np.square(weight).sum(axis=1, keepdims=True))
     numbers = np.zeros((GAUSSIAN_LAYERS, len(uv), 3))
     apart, covariance = np.zeros((len(uv), 3)), np.zeros((len(uv), 4))
+    within = [np.zeros((len(uv), 3))] * 2
     for cell in range(3):
         at, own = uv + shift[:, cell], share[:, cell, None]
         for layer in range(GAUSSIAN_LAYERS):
@@ -283,6 +294,10 @@ def blend(tiles: Maps, uv: Array, detail: Array) -> tuple[Array, Array, Array, A
         mean, square = normals_at(tiles.levels, at, detail)
         apart += own * (mean - tiles.mean_normal)
         covariance += own**2 * _covariance(mean, square)
+        within = [
+            each if part is None else each + own**2 * part
+            for each, part in zip(within, differences_at(tiles.levels, at, detail), strict=True)
+        ]
     base, gloss = (
         values_of_numbers(tiles.tables[:, layer], numbers[layer], detail) for layer in range(GAUSSIAN_LAYERS)
     )
@@ -292,7 +307,7 @@ def blend(tiles: Maps, uv: Array, detail: Array) -> tuple[Array, Array, Array, A
     xx, yy, xy, zz = covariance.T
     z = np.sqrt(np.maximum(1.0 - x * x - y * y - xx - yy - zz, 1.0 - STEEPEST**2))
     square = np.stack([xx + x * x, yy + y * y, xy + x * y], axis=1)
-    return base, gloss, np.stack([x, y, z], axis=1), square
+    return base, gloss, np.stack([x, y, z], axis=1), square, (within[0], within[1])
 
 
 def _covariance(mean: Array, square: Array) -> Array:

@@ -2,17 +2,19 @@
 
 A material's images are layers of three channels: the slices of a shading map, the pair of a power law and its kept
 tiles, the planes of a directional map by three, whose small sizes stand for mean radiance, or PBR maps (base colour;
-roughness, metallic and f0; normals; the products of their components, whose means tell the spread of normals). Bound by
-memory: some 40 ns for each point and layer.
+roughness, metallic and f0; normals; the products of their components, whose means tell the spread of normals; what
+joins base colour and metallic; and how roughness and metallic differ). Bound by memory: some 40 ns a point and layer.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.brdf.models.multiple_scattering import SMOOTHEST
 from engine.core.directions import dot
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.lookup import neighbours
@@ -54,6 +56,8 @@ def mip_levels(shading: ShadingMap | PowerLawMap | DirectionalMap | PbrMaps | No
         return [full_size(shading), *map(planes_by_three, shading.smaller)]
     if isinstance(shading, PowerLawMap):
         return power_law_levels(full_size(shading))
+    if isinstance(shading, PbrMaps):
+        return pbr_levels(full_size(shading))
     return halves(full_size(shading))
 
 
@@ -102,6 +106,45 @@ def pbr_layers(maps: PbrMaps) -> NDArray[np.float32]:
     x, y = maps.normal[..., 0], maps.normal[..., 1]
     gloss = np.stack([maps.roughness, maps.metallic, maps.f0], axis=2)
     return np.stack([maps.base_colour, gloss, maps.normal, np.stack([x * x, y * y, x * y], axis=2)])
+
+
+def pbr_levels(layers: NDArray[np.float32]) -> Levels:
+    """PBR maps (4, H, W, 3) at falling sizes, (6, H, W, 3) each, with how texels differ below one in two more layers.
+
+    These are the covariances of base colour and metallic, as metal may be brighter than what is none; and the variance
+    and the third moment about the mean of the logarithm of roughness, and the variance of metallic. They are taken
+    between texels, where filters show neither the one nor the other. All are 0 at full size.
+    """
+    centre = np.log(np.maximum(layers[1, ..., 0], SMOOTHEST)).mean()
+
+    def powers(fine: NDArray[np.float32]) -> NDArray[np.float32]:
+        base, gloss = fine[:2]
+        logarithm = np.log(np.maximum(gloss[..., 0], SMOOTHEST)) - centre
+        square = np.broadcast_to(gloss[..., 1:2] ** 2, base.shape)
+        return np.stack([base * gloss[..., 1:2], np.stack([logarithm, logarithm**2, logarithm**3], axis=-1), square])
+
+    def differences(level: NDArray[np.float32]) -> NDArray[np.float32]:
+        metallic, (first, second, third) = level[1, ..., 1], np.moveaxis(level[5], -1, 0)
+        joint = level[4] - level[0] * metallic[..., None]
+        about_mean = third - 3.0 * first * second + 2.0 * first**3
+        return np.stack([joint, np.stack([second - first**2, about_mean, level[6, ..., 0] - metallic**2], axis=-1)])
+
+    means = halves(np.concatenate([layers, _mean_between(layers, powers)]))
+    levels = [np.concatenate([layers, np.zeros_like(layers[:2])])]
+    for level in means[1:]:
+        levels.append(np.concatenate([level[:4], _mean_between(level, differences)]).astype(np.float32))
+    return levels
+
+
+def _mean_between(layers: NDArray[np.float32], of: Callable[[NDArray[np.float32]], NDArray[np.float32]]) -> Any:
+    """The mean over each texel of what `of` makes of layers there: at four places, a quarter of a texel off."""
+    return 0.25 * sum(of(_between_texels(layers, down, along)) for down in (-1, 1) for along in (-1, 1))
+
+
+def _between_texels(layers: NDArray[np.float32], down: int, along: int) -> NDArray[np.float32]:
+    """Layers (L, H, W, 3) a quarter of a texel down or up, and to the right or left, as filters show them."""
+    rows = 0.75 * layers + 0.25 * np.roll(layers, -down, axis=1)
+    return np.asarray(0.75 * rows + 0.25 * np.roll(rows, -along, axis=2))
 
 
 def _layers(power_law: PowerLawMap) -> NDArray[np.float32]:

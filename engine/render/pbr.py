@@ -9,7 +9,7 @@ relief hides is not hidden here.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from engine.brdf.models.multiple_scattering import SMOOTHEST
 from engine.brdf.models.openpbr import OpenPbr
 from engine.core.directions import dot, frames_along, normalize
-from engine.render.hex_tiling import Maps, blend, normals_at
+from engine.render.hex_tiling import Maps, blend, differences_at, normals_at
 from engine.render.mip_maps import filter_levels
 from engine.surface.layered import reflect_layers
 from engine.surface.metallic_roughness import reflectance
@@ -30,6 +30,9 @@ Indices = NDArray[np.int64]
 #: Least cosine between the normal that shades and the direction of view.
 MIN_FACING = 0.01
 
+#: Variance of the logarithm of roughness from which two values stand for it, and half of the most skewness.
+ALIKE_GLOSS, MAX_SKEW = 1e-4, 4.0
+
 #: Sum of the variances of slopes, over alpha², above which normals differ much.
 MUCH = 0.1
 
@@ -38,7 +41,8 @@ MUCH = 0.1
 class Texels:
     """The maps at N points: `base_colour` (N, 3), `roughness`, `metallic` and `f0` (N,), `normal` (N, 3) unit,
     with the covariance `spread` (N, 3) of the slopes that a point covers, and the `length` (N,) of their mean normal.
-    `scatters_again` and `layers` are those of `PbrMaps`.
+    `scatters_again` and `layers` are those of `PbrMaps`. `joint` (N, 3) and `apart` (N, 3) say how
+    texels below a point differ, as `pbr_levels` has them; None where they do not.
     """
 
     base_colour: Floats
@@ -50,6 +54,56 @@ class Texels:
     length: Floats
     scatters_again: bool = False
     layers: OpenPbr | None = None
+    joint: Floats | None = None
+    apart: Floats | None = None
+
+    def parts(self) -> list[tuple[Floats, Texels]]:
+        """Texels of one roughness whose sum, with weights (N,), the point shows: metal, what is none, and a mixture as
+        far as texels are one themselves, in two roughnesses each."""
+        alone = replace(self, joint=None, apart=None)
+        if self.joint is None or self.apart is None:
+            return [(np.ones(len(self.roughness)), alone)]
+        by_metal = [(np.ones(len(self.roughness)), alone)] if self.layers is not None else self._parts_by_metal(alone)
+        by_roughness = self._parts_by_roughness()
+        return [
+            (weight * share, replace(part, roughness=roughness))
+            for weight, part in by_metal
+            for share, roughness in by_roughness
+        ]
+
+    def _parts_by_metal(self, alone: Texels) -> list[tuple[Floats, Texels]]:
+        assert self.joint is not None
+        assert self.apart is not None
+        metal, variance = self.metallic, self.apart[:, 2]
+        most = metal * (1.0 - metal)
+        share = np.where(variance > ALIKE, np.clip(variance / np.maximum(most, 1e-9), 0.0, 1.0), 0.0)
+        if not share.any():
+            return [(np.ones(len(metal)), alone)]
+        found = [(1.0 - share, alone)] if (share < 1.0).any() else []
+        for sign, value, part in ((1.0, 1.0, metal), (-1.0, 0.0, 1.0 - metal)):
+            base = self.base_colour + sign * self.joint / np.maximum(share * part, 1e-6)[:, None]
+            same = np.full(len(metal), value)
+            found.append((share * part, replace(alone, base_colour=np.clip(base, 0.0, 1.0), metallic=same)))
+        return found
+
+    def _parts_by_roughness(self) -> list[tuple[Floats, Floats]]:
+        """Two roughnesses with their weights, of which the mean, and the variance and the third moment of the logarithm
+        are those of all (Gauss quadrature): exact where there are but two."""
+        assert self.apart is not None
+        variance, third = self.apart[:, 0], self.apart[:, 1]
+        differ = variance > ALIKE_GLOSS
+        if not differ.any():
+            return [(np.ones(len(variance)), self.roughness)]
+        deviation = np.sqrt(np.where(differ, variance, 1.0))
+        half = np.clip(0.5 * third / deviation**3, -MAX_SKEW, MAX_SKEW)
+        root = np.sqrt(1.0 + half**2)
+        weights = [0.5 * (1.0 - sign * half / root) for sign in (1.0, -1.0)]
+        values = [np.exp(deviation * (half + sign * root)) for sign in (1.0, -1.0)]
+        scale = np.maximum(self.roughness, SMOOTHEST) / (weights[0] * values[0] + weights[1] * values[1])
+        return [
+            (np.where(differ, weight, 0.5), np.where(differ, np.minimum(scale * value, 1.0), self.roughness))
+            for weight, value in zip(weights, values, strict=True)
+        ]
 
     @property
     def differ_within(self) -> NDArray[np.bool_]:
@@ -101,9 +155,10 @@ class Texels:
 def texels_at(looked_up: Maps, uv: Floats, detail: Floats, maps: PbrMaps) -> Texels:
     """The `maps` at `uv` (N, 2) with the mip levels `detail` (N,), as they are `looked_up`."""
     if looked_up.tables is not None:
-        base, gloss, mean, square = blend(looked_up, uv, detail)
+        base, gloss, mean, square, within = blend(looked_up, uv, detail)
     else:
         base, gloss = (filter_levels(looked_up.levels, layer, uv, detail) for layer in range(2))
+        within = differences_at(looked_up.levels, uv, detail)
         mean, square = normals_at(looked_up.levels, uv, detail)
     known = base, gloss[:, 0], gloss[:, 1], gloss[:, 2], normalize(mean), *spread_slopes(mean, square)
-    return Texels(*known, maps.multiple_scattering, maps.layers)
+    return Texels(*known, maps.multiple_scattering, maps.layers, *within)

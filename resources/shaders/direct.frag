@@ -127,6 +127,20 @@ vec3 visible_normal(vec3 wo)
     return facing < 0.01 ? safe_normalize(n + (0.01 - facing) * wo, wo) : n;
 }
 
+#if defined(PBR_MAPS)
+// Radiance of the texel that was fetched.
+vec3 shade_texel(mat3 bent, vec3 wo)
+{
+    vec3 base = base_here, gloss = gloss_here, sum = vec3(0.0);
+    for (int part = 0; part < parts_of_texel(); ++part) {
+        float weight = choose_part(part, base, gloss);
+        if (weight > 0.0)
+            sum += weight * shade(bent, wo * bent);
+    }
+    return sum;
+}
+#endif
+
 void main()
 {
     vec3 wo = safe_normalize(eye - position, vec3(0.0, 0.0, 1.0));
@@ -144,10 +158,10 @@ void main()
         for (int part = 0; part < 4; ++part) {
             vec2 shift = (part % 2 == 0 ? -across : across) + (part < 2 ? -down : down);
             bent = fetch_texel(uv + shift, 1.0, frame, wo);
-            value += 0.25 * shade(bent, wo * bent);
+            value += 0.25 * shade_texel(bent, wo);
         }
     else
-        value = shade(bent, wo * bent);
+        value = shade_texel(bent, wo);
 #else
     vec3 value = shade(frame, wo * frame);
 #endif

@@ -1,5 +1,5 @@
 // PBR maps in hexagonal cells (engine.render.hex_tiling, which has the formulas). pbr_maps holds Gaussian numbers in its
-// first two layers, and mean normals and the products of their components in the others.
+// first two layers; the others are as in a grid.
 
 #include "hex_cells.glsl"
 
@@ -21,6 +21,10 @@ void blend_cells(vec2 uv, float detail, out vec3 tilt, out vec3 square)
         apart += own * (m - hex_mean_normal);
         vec3 about = s - vec3(m.x * m.x, m.y * m.y, m.x * m.y);
         float zz = max(1.0 - s.x - s.y - m.z * m.z, 0.0);
+        if (detail > 0.0) {
+            joint_here += own * own * textureLod(pbr_maps, vec3(cell_uv[cell], 4.0), detail).rgb;
+            apart_here += own * own * textureLod(pbr_maps, vec3(cell_uv[cell], 5.0), detail).rgb;
+        }
         covariance += own * own * vec4(max(about.xy, 0.0), about.z, zz);
     }
     vec2 bent = hex_mean_normal.xy + apart.xy;

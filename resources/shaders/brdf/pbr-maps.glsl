@@ -1,7 +1,8 @@
 // PBR maps: the BRDF of metallic-roughness.glsl at each texel, with the f0 of dielectrics beside it, and the normal that
 // bends the frame (engine.render.pbr), averaged over the normals that a pixel covers (engine.surface.normal_spread,
 // which has the formulas). begin_texels and fetch_texel come before product_of_texel.
-// in: the layers base colour; roughness, metallic and f0; mean normal; means of its products xx, yy, xy.
+// in: the layers base colour; roughness, metallic and f0; mean normal; means of its products xx, yy, xy; covariances of
+// base colour and metallic; variance and third moment of the logarithm of roughness, and variance of metallic.
 // out of brdf: 1/sr, no cosine, 0 below the horizon; of product_of_texel: 1/sr with the cosine.
 
 #include "brdf/highlight.glsl"
@@ -16,7 +17,11 @@ vec3 base_here;
 vec3 gloss_here;
 vec3 spread_here;
 float length_here;
+vec3 joint_here;
+vec3 apart_here;
 
+const float ALIKE_GLOSS = 1e-4;
+const float MAX_SKEW = 4.0;
 const float ALIKE = 1e-6;
 const float MUCH = 0.1;
 const float MIN_COSINE = 0.01;
@@ -81,9 +86,15 @@ mat3 fetch_texel(vec2 uv, float finer, mat3 frame, vec3 wo)
 {
     float detail = detail_here - finer;
     vec3 tilt, square;
+    joint_here = vec3(0.0);
+    apart_here = vec3(0.0);
 #ifdef HEX_TILING
     blend_cells(uv, detail, tilt, square);
 #else
+    if (detail > 0.0) {
+        joint_here = textureLod(pbr_maps, vec3(uv, 4.0), detail).rgb;
+        apart_here = textureLod(pbr_maps, vec3(uv, 5.0), detail).rgb;
+    }
     base_here = textureLod(pbr_maps, vec3(uv, 0.0), detail).rgb;
     gloss_here = textureLod(pbr_maps, vec3(uv, 1.0), detail).rgb;
     normals_at(uv, detail, tilt, square);
@@ -206,4 +217,39 @@ vec3 product_of_texel(vec3 wi, vec3 wo)
     value += cosine * multiple_scattering(max(wi.z, 0.0), max(wo.z, 0.0), roughness * roughness, f0);
 #endif
     return value;
+}
+
+// What a point shows is a sum of texels of one roughness (engine.render.pbr, Texels.parts): metal, what is none, and a
+// mixture, in two roughnesses each. How many, and number `part` in place of the point, with its weight.
+int parts_of_texel()
+{
+    return apart_here == vec3(0.0) ? 1 : 6;
+}
+
+float choose_part(int part, vec3 base, vec3 gloss)
+{
+    float most = gloss.y * (1.0 - gloss.y);
+    float share = apart_here.z > ALIKE ? clamp(apart_here.z / max(most, 1e-9), 0.0, 1.0) : 0.0;
+#if defined(PBR_LAYERS)
+    share = 0.0;
+#endif
+    base_here = base;
+    gloss_here = gloss;
+    float weight = 1.0 - share;
+    if (part / 2 > 0) {
+        bool is_metal = part / 2 == 1;
+        weight = share * (is_metal ? gloss.y : 1.0 - gloss.y);
+        base_here = clamp(base + (is_metal ? 1.0 : -1.0) * joint_here / max(weight, 1e-6), 0.0, 1.0);
+        gloss_here.y = is_metal ? 1.0 : 0.0;
+    }
+    if (apart_here.x <= ALIKE_GLOSS)
+        return part % 2 == 0 ? weight : 0.0;
+    float deviation = sqrt(apart_here.x);
+    float skew = clamp(0.5 * apart_here.y / (deviation * apart_here.x), -MAX_SKEW, MAX_SKEW);
+    float root = sqrt(1.0 + skew * skew);
+    float rougher = 0.5 * (1.0 - skew / root);
+    vec2 values = exp(deviation * (skew + vec2(root, -root)));
+    float scale = max(gloss.x, pbr_smoothest) / (rougher * values.x + (1.0 - rougher) * values.y);
+    gloss_here.x = min(scale * (part % 2 == 0 ? values.x : values.y), 1.0);
+    return weight * (part % 2 == 0 ? rougher : 1.0 - rougher);
 }
