@@ -49,6 +49,9 @@ CELLS = 2.0 * math.sqrt(3.0)
 #: Power of the weights, by which a cell shows its own part over most of its area.
 SHARPNESS = 4.0
 
+#: Share of the weights that each cell gives up, so that half of all points look up two cells or one.
+MIN_SHARE = 2e-3
+
 #: Entries of a table, and the Gaussian numbers that they reach from the mean.
 ENTRIES, REACH = 256, 3.5
 
@@ -237,6 +240,7 @@ def cells_around(uv: Array, size: tuple[int, int], period: int = 0) -> tuple[Arr
     sign = 2.0 * far - 1.0
     weight = np.stack([-rest * sign, far - y * sign, far - x * sign], axis=1)
     weight = np.maximum(weight, 0.0) ** SHARPNESS
+    weight = np.maximum(weight - MIN_SHARE * weight.sum(axis=1, keepdims=True), 0.0)
     weight /= weight.sum(axis=1, keepdims=True)
     corners = np.stack([np.stack([far, far], 1), np.stack([far, 1.0 - far], 1), np.stack([1.0 - far, far], 1)], axis=1)
     texels = np.array(size[::-1], np.float64)

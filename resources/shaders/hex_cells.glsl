@@ -11,6 +11,7 @@ uniform sampler2DArray hex_tables;
 
 const float CELLS = 3.4641016151377544;
 const float SHARPNESS = 4.0;
+const float MIN_SHARE = 2e-3;
 const float REACH = 3.5;
 
 vec2 cell_uv[3];
@@ -46,6 +47,7 @@ void begin_cells(vec2 uv, ivec2 texels)
     float sign_of = 2.0 * float(far) - 1.0;
     vec3 weight = vec3(-rest * sign_of, float(far) - within.y * sign_of, float(far) - within.x * sign_of);
     weight = pow(max(weight, 0.0), vec3(SHARPNESS));
+    weight = max(weight - MIN_SHARE * (weight.x + weight.y + weight.z), 0.0);
     cell_share = weight / length(weight);
     vec2 size = vec2(texels);
     cell_uv[0] = uv + floor(hash_cell(base + ivec2(far)) * size) / size;
@@ -59,7 +61,8 @@ vec3 blended_layer(sampler2DArray maps, float layer, float detail)
 {
     vec3 mean = textureLod(maps, vec3(cell_uv[0], layer), 32.0).rgb, apart = vec3(0.0);
     for (int cell = 0; cell < 3; ++cell)
-        apart += cell_share[cell] * (textureLod(maps, vec3(cell_uv[cell], layer), detail).rgb - mean);
+        if (cell_share[cell] > 0.0)
+            apart += cell_share[cell] * (textureLod(maps, vec3(cell_uv[cell], layer), detail).rgb - mean);
     return max(mean + apart, 0.0);
 }
 
@@ -68,7 +71,8 @@ vec3 blended_map(sampler2D map, float layer, float detail)
 {
     vec3 mean = textureLod(map, cell_uv[0], 32.0).rgb, apart = vec3(0.0);
     for (int cell = 0; cell < 3; ++cell)
-        apart += cell_share[cell] * (textureLod(map, cell_uv[cell], detail).rgb - mean);
+        if (cell_share[cell] > 0.0)
+            apart += cell_share[cell] * (textureLod(map, cell_uv[cell], detail).rgb - mean);
     return max(mean + apart, 0.0);
 }
 #else
@@ -88,7 +92,8 @@ vec3 blended_layer(sampler2DArray maps, float layer, float detail)
 {
     vec3 numbers = vec3(0.0);
     for (int cell = 0; cell < 3; ++cell)
-        numbers += cell_share[cell] * textureLod(maps, vec3(cell_uv[cell], layer), detail).rgb;
+        if (cell_share[cell] > 0.0)
+            numbers += cell_share[cell] * textureLod(maps, vec3(cell_uv[cell], layer), detail).rgb;
     return values_of(numbers, layer, detail);
 }
 
@@ -97,7 +102,8 @@ vec3 blended_map(sampler2D map, float layer, float detail)
 {
     vec3 numbers = vec3(0.0);
     for (int cell = 0; cell < 3; ++cell)
-        numbers += cell_share[cell] * textureLod(map, cell_uv[cell], detail).rgb;
+        if (cell_share[cell] > 0.0)
+            numbers += cell_share[cell] * textureLod(map, cell_uv[cell], detail).rgb;
     return values_of(numbers, layer, detail);
 }
 #endif

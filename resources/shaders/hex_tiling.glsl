@@ -16,6 +16,8 @@ void blend_cells(vec2 uv, float detail, out vec3 tilt, out vec3 square)
     vec4 covariance = vec4(0.0);
     for (int cell = 0; cell < 3; cell++) {
         float own = cell_share[cell];
+        if (own <= 0.0)
+            continue;
         vec3 m, s;
         normals_at(cell_uv[cell], detail, m, s);
         apart += own * (m - hex_mean_normal);
