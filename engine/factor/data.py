@@ -16,12 +16,13 @@ In parabolic coordinates (x, y)/(1 + z) the hemisphere is the unit disk, and the
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
+from engine.brdf.ceiling import Ceiling, ceiling_of
 from engine.brdf.samples import HORIZON, BrdfSamples
 from engine.brdf.scattered import ScatteredBrdf
 from engine.brdf.table import DirectionTable, HalfDifferenceTable, bin_directions
@@ -44,12 +45,14 @@ class FactorData:
     value : (N, 3) in 1/sr without the cosine, finite and not negative.
     measurement : (N,) numbers; samples with the same one are one measurement, turned about the normal. By default
         every sample is one of its own.
+    ceiling : the largest values that factors of these samples may have; None where they have no bound.
     """
 
     wi: Floats
     wo: Floats
     value: Floats
     measurement: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, np.intp))
+    ceiling: Ceiling | None = None
 
     def __post_init__(self) -> None:
         if not self.measurement.size:
@@ -73,7 +76,14 @@ class FactorData:
 
     def part(self, samples: NDArray[np.intp]) -> FactorData:
         """The samples of these indices."""
-        return FactorData(self.wi[samples], self.wo[samples], self.value[samples], self.measurement[samples])
+        arrays = (each[samples] for each in (self.wi, self.wo, self.value, self.measurement))
+        return FactorData(*arrays, self.ceiling)
+
+    def bounded(self, *, reciprocal: bool) -> FactorData:
+        """The same samples with the ceiling that they give (`engine.brdf.ceiling`)."""
+        _, first = np.unique(self.measurement, return_index=True)
+        sides = (self.wi[first], self.wo[first], self.value[first])
+        return replace(self, ceiling=ceiling_of(*sides, reciprocal=reciprocal))
 
 
 def factor_data(

@@ -10,8 +10,9 @@ Uses of factors, as sentences for a user.
 
 from __future__ import annotations
 
+import math
 import warnings
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from statistics import median
 from typing import Any
 
@@ -80,15 +81,19 @@ class HeldOut:
     ----------
     rms_cosine_weighted : root mean square of (f − f') cos θ_i over samples and channels, in 1/sr.
     sq_log : mean square of the difference in log((f + εA)/A).
+    excess : root mean square of what rises above the ceiling of the samples (`engine.brdf.ceiling`), × cos θ_i, at
+        random pairs between them. It is cut off when the factors are read, and no error of theirs; but factors that
+        need the ceiling are wrong below it too.
     """
 
     rms_cosine_weighted: float
     sq_log: float
+    excess: float = 0.0
 
     @property
     def score(self) -> float:
-        """Both at once: half of either is worth as much as half of the other."""
-        return self.rms_cosine_weighted * self.sq_log
+        """All at once: half of the linear error, with the excess, is worth as much as half of the logarithmic one."""
+        return math.hypot(self.rms_cosine_weighted, self.excess) * self.sq_log
 
     def no_worse(self, other: HeldOut) -> bool:
         """True if neither error is larger, but for rounding."""
@@ -143,6 +148,13 @@ class Reference:
         space = LogSpace.of(self.value, epsilon) if self.value.max() > 0.0 else LogSpace(np.ones(3), epsilon)
         log = space.forward(np.maximum(value, 0.0)) - space.forward(self.value)
         return HeldOut(float(np.sqrt((missed * missed).mean())), float((log * log).mean()))
+
+    def measure_cut(self, factors: Factors) -> float:
+        """Share of these pairs at which `factors` are cut at their ceiling; 0 without one."""
+        if factors.ceiling is None:
+            return 0.0
+        cut = replace(factors, ceiling=None).f(self.wi, self.wo) > factors.ceiling.look_up(self.wi, self.wo)
+        return float(cut.any(axis=1).mean())
 
     def miss(self, rms_by_band: tuple[float, ...]) -> float:
         """Errors in bands relative to the BRDF itself: their median.
@@ -292,14 +304,16 @@ def stop_reason(found: Factorisation) -> str:
     return f"further ones raise the held-out errors, although one more lowers the RMS × cos {rms} sr⁻¹"
 
 
-#: Error relative to the BRDF itself above which its highlight counts as too narrow for the factors.
-TOO_SPECULAR = 0.25
+#: Errors relative to the BRDF itself above which its highlight counts as too narrow for the factors, and above which
+#: they are of no use.
+TOO_SPECULAR, USELESS = 0.25, 0.5
 
 _GAUSSIAN = "for image-based light take the Gaussian mode, which follows the highlight itself"
 
 
 def uses(factorisation: Factorisation, brdf: Brdf | None = None) -> tuple[str, ...]:
-    """Uses and limits of the factors; with `brdf`, also a warning if it is too specular for them.
+    """Uses and limits of the factors; with `brdf`, also a warning if it is too specular for them, and no use of theirs
+    where they are mostly wrong.
 
     That is judged by the cosine-weighted error of all terms, relative to the BRDF: singular values of a narrow
     highlight fall slowly, and no few terms describe it.
@@ -307,7 +321,20 @@ def uses(factorisation: Factorisation, brdf: Brdf | None = None) -> tuple[str, .
     factors = factorisation.factors
     sentences = list(_describe_kind(factors))
     if brdf is not None and factorisation.term_errors:
-        share = reference(brdf).miss(factorisation.term_errors[-1].rms_by_elevation_band)
+        pairs = reference(brdf)
+        share = pairs.miss(factorisation.term_errors[-1].rms_by_elevation_band)
+        cut = pairs.measure_cut(factors)
+        if cut > 0.0:
+            sentences.append(
+                f"At {percent(cut)} of all pairs of directions the factors are cut at three times the largest value "
+                "measured within 12°."
+            )
+        if share > USELESS:
+            return (
+                f"Use these factors for nothing: they are off by {percent(share)} of the reflectance (RMS). Draw the "
+                f"reflectance itself, or a model fitted to it; {_GAUSSIAN}.",
+                *sentences[2:],
+            )
         if share > TOO_SPECULAR:
             sentences.append(
                 "The highlight is too narrow for these factors, which are off by "

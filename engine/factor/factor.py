@@ -59,6 +59,8 @@ def factor(brdf: Brdf, settings: FactorSettings = DEFAULT, resume: Factorisation
         raise UsageError(settings.why_not)
     yield Step(0.0, "sampling")
     data = factor_data(brdf, settings.samples, settings.max_theta, settings.seed)
+    if isinstance(brdf, MEASURED):
+        data = data.bounded(reciprocal=brdf.reciprocal)
     pairs = reference(brdf, seed=settings.seed)
     parts = parts_of(data.wi, data.wo, data.measurement)
     if settings.method == "auto" and isinstance(brdf, MEASURED) and parts is not None:
@@ -204,6 +206,7 @@ def _separable(
         norms = yield from part(steps, index * share, (index + 1) * share)
         tried.append([(pairs.rms(one.factors)[0], one) for one in norms])
     best = min(tried, key=lambda norms: min(rms for rms, _ in norms))
+    best = [(rms, replace(one, factors=replace(one.factors, ceiling=data.ceiling))) for rms, one in best]
     found = min(best, key=lambda one: one[0])[1]
     errors: Sequence[HeldOut | None] | None = None
     if isinstance(brdf, MEASURED):

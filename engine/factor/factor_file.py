@@ -5,7 +5,8 @@
                   in the folder, because a search finds other textures for each number of terms
 
 Separable textures are in sr^-½ and may be negative, homomorphic ones logarithms; none is gamma-coded. The JSON says how
-directions lead to texels, what the errors are and, for each image, the fingerprint of its numbers, so that damage
+directions lead to texels, what the errors are, where `ceiling.exr` bounds the factors (`engine.brdf.ceiling`; rows
+of |φi − φo| and θo, columns of θi), and, for each image, the fingerprint of its numbers, so that damage
 cannot pass for data. float32 is what is stored: `write_factors` returns what stands in the folder, and that comes back
 bit for bit. The folder appears complete or not at all.
 """
@@ -26,6 +27,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from engine.brdf.brdf import Brdf
+from engine.brdf.ceiling import NODES, Ceiling
 from engine.brdf.readers.read import open_brdf
 from engine.core.errors import InputError
 from engine.factor.errors import Factorisation, Factors, Metrics, TermError
@@ -39,7 +41,7 @@ from engine.storage.archive import json_of
 from engine.storage.atomic import atomic_folder, write_bytes
 from engine.storage.untrusted import AGAIN, decode_content, read_bytes
 
-MEMBER = "factors.json"
+MEMBER, CEILING = "factors.json", "ceiling.exr"
 FORMAT: Literal["lightarc-factors"] = "lightarc-factors"
 
 #: Sides of a term's textures, in the order of `SeparableFactors.first` and `.second`.
@@ -117,7 +119,7 @@ class _TermError(_Strict):
 
 class _Record(_Strict):
     format: Literal["lightarc-factors"] = FORMAT
-    version: Literal[1, 2] = 2
+    version: Literal[1, 2, 3] = 3
     name: _Text
     method: _Text
     unit: Literal["1/sr, without the cosine"] = "1/sr, without the cosine"
@@ -136,6 +138,7 @@ class _Record(_Strict):
     best_terms: Annotated[int, Field(ge=1, le=_MAX_TERMS)] | None = None
     unmeasured: _Text = ""
     choice: _Text = ""
+    bounded: bool = False
     sha256: dict[_Text, Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]]
 
 
@@ -163,6 +166,7 @@ def write_factors(folder: str | os.PathLike[str], factorisation: Factorisation) 
         best_terms=factorisation.best_terms,
         unmeasured=factorisation.unmeasured[:1000],
         choice=factorisation.choice[:1000],
+        bounded=factorisation.factors.ceiling is not None,
         sha256={name: _fingerprint(image) for name, image in images.items()},
     )
     text = json.dumps(record.model_dump(), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
@@ -194,7 +198,7 @@ def read_factors(folder: str | os.PathLike[str]) -> Factorisation:
     value = _read_record(path)
     if not isinstance(value, dict) or value.get("format") != FORMAT:
         raise InputError(path, f"{MEMBER} does not describe factors", _REMEDY)
-    if isinstance(value.get("version"), int) and value["version"] > 2:
+    if isinstance(value.get("version"), int) and value["version"] > 3:
         raise InputError(path, f"was written by a newer Lightarc (version {value['version']})", "Update Lightarc")
     try:
         record = _Record.model_validate(value)
@@ -261,6 +265,8 @@ def _describe_projection(projection: Projection) -> _Projection:
 
 def _images(factors: Factors) -> Iterator[tuple[str, NDArray[np.float32]]]:
     """Every texture as float32 by the name of its file."""
+    if factors.ceiling is not None:
+        yield CEILING, factors.ceiling.table.reshape(-1, NODES, 3)
     if isinstance(factors, SeparableFactors):
         for side, textures in zip(SIDES[factors.parametrisation], (factors.first, factors.second), strict=True):
             for number, texture in enumerate(textures, start=1):
@@ -274,6 +280,8 @@ def _images(factors: Factors) -> Iterator[tuple[str, NDArray[np.float32]]]:
 def _shapes(record: _Record) -> Iterator[tuple[str, tuple[int, int]]]:
     """The files that `record` speaks of and the size of each image."""
     described = record.factors
+    if record.bounded:
+        yield CEILING, (NODES**2, NODES)
     if isinstance(described, _Separable):
         shape = HemisphereMap(described.map, described.size).shape
         for side in SIDES[described.parametrisation]:
@@ -337,13 +345,14 @@ def _numbers_of_terms(record: _Record) -> list[int]:
 
 def _factors(record: _Record, images: dict[str, NDArray[np.float32]]) -> Any:
     described = record.factors
+    ceiling = Ceiling(images[CEILING].reshape(NODES, NODES, NODES, 3)) if record.bounded else None
     if isinstance(described, _Separable):
         hemisphere_map = HemisphereMap(described.map, described.size)
         first, second = (
             np.stack([images[f"term-{number:02d}-{side}.exr"] for number in range(1, described.terms + 1)])
             for side in SIDES[described.parametrisation]
         )
-        words = (described.isotropic, described.reciprocal, record.name)
+        words = (described.isotropic, described.reciprocal, record.name, ceiling)
         return SeparableFactors(hemisphere_map, described.parametrisation, first, second, *words)
     space = LogSpace(np.array(described.mean), described.epsilon, np.array(described.largest))
     term_errors: tuple[HomomorphicFactors, ...] = ()
@@ -357,7 +366,14 @@ def _factors(record: _Record, images: dict[str, NDArray[np.float32]]) -> Any:
         term_errors = (
             *term_errors,
             HomomorphicFactors(
-                textures, found, space, described.parametrisation, described.reciprocal, term_errors, record.name
+                textures,
+                found,
+                space,
+                described.parametrisation,
+                described.reciprocal,
+                term_errors,
+                record.name,
+                ceiling=ceiling,
             ),
         )
     return term_errors[-1]

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from engine.brdf.scattered import ScatteredBrdf, fit_scattered
 from engine.core.one_thread import one_thread
 from engine.core.steps import Result, Step, Steps, relay
-from engine.factor.data import FactorData
+from engine.factor.data import FactorData, parabolic_directions
 from engine.factor.errors import Factorisation, HeldOut, Reference, TermError, compute_held_out_errors
 from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.homomorphic import HomomorphicFactors, LogSpace
@@ -49,6 +49,9 @@ _REPEATED: dict[str, SeparableMethod] = {"power": "power", "nonnegative": "nonne
 #: Texels a side, at most, of the maps of sums that are made to be judged.
 LARGEST_JUDGED = 24
 
+#: Random pairs of each part at which textures are held to the ceiling, and their largest angle from the normal.
+BETWEEN, LARGEST_ANGLE = 1000, float(np.radians(80.0))
+
 #: Sizes of textures that are tried where none is asked for.
 SIZES = (8, 12, 16, 24)
 
@@ -69,12 +72,16 @@ class Judged:
 
 def foretold(
     level: Level, data: FactorData, projections: Sequence[Projection], smoothing: float, parts: Parts
-) -> Steps[Floats]:
-    """Values (N, 3) in 1/sr at the samples of `data`, each by textures that were solved without its part."""
+) -> Steps[tuple[Floats, float]]:
+    """Values (N, 3) in 1/sr at the samples of `data`, each by textures that were solved without its part.
+
+    With them the excess (`HeldOut`) of these textures, over random pairs of each part.
+    """
     values = np.empty_like(data.value)
     judging = level.beside()
     judging.smoothing = smoothing
     rows = [level.keep_rows(each) for each in projections]
+    words, above = (level.settings.parametrisation, level.settings.reciprocal), 0.0
     for part in range(PARTS):
         yield Step(0.0, "holding out regions")
         out = parts == part
@@ -85,15 +92,26 @@ def foretold(
         largest = data.value[~out].max(axis=0)
         space = LogSpace(level.space.mean, level.space.epsilon, np.where(largest > 0.0, largest, level.space.largest))
         values[out] = space.backward(log)
-    return values
+        above += _sum_excess(level, HomomorphicFactors(textures, tuple(projections), level.space, *words), part)
+    return values, float(np.sqrt(above / PARTS))
+
+
+def _sum_excess(level: Level, factors: HomomorphicFactors, part: int) -> float:
+    """The mean square of what `factors` rise above the ceiling, × cos θ_i; 0 where there is none."""
+    if level.ceiling is None:
+        return 0.0
+    rng = np.random.default_rng(part)
+    wi, wo = (parabolic_directions(rng, BETWEEN, LARGEST_ANGLE) for _ in range(2))
+    above = np.maximum(factors.f(wi, wo) - level.ceiling.look_up(wi, wo), 0.0) * wi[:, 2:]
+    return float((above * above).mean())
 
 
 def judge(
     level: Level, data: FactorData, projections: Sequence[Projection], smoothing: float, parts: Parts
 ) -> Steps[Judged]:
-    values = yield from foretold(level, data, projections, smoothing, parts)
+    values, excess = yield from foretold(level, data, projections, smoothing, parts)
     errors = compute_held_out_errors(values, data, level.space.epsilon)
-    return Judged(tuple(projections), smoothing, errors)
+    return Judged(tuple(projections), smoothing, replace(errors, excess=excess))
 
 
 def smooth(level: Level, data: FactorData, first: Judged, parts: Parts) -> Steps[list[Judged]]:

@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from engine.brdf.ceiling import Ceiling
 from engine.brdf.models.sampling import Reflectance
 from engine.core.directions import Vectors
 from engine.core.errors import UsageError
@@ -107,6 +108,7 @@ class HomomorphicFactors(Reflectance, Summary):
     parametrisation : of the linear projections. reciprocal : whether each texture is read by the conjugate too.
     shorter : the best factors of 1, 2, … fewer terms, as far as known; `truncate` gives them.
     name, kind : for a user.
+    ceiling : what `f` is cut at, of a measurement.
     """
 
     textures: tuple[Floats, ...]
@@ -117,6 +119,7 @@ class HomomorphicFactors(Reflectance, Summary):
     shorter: tuple[HomomorphicFactors, ...] = field(default=(), repr=False)
     name: str = "factors"
     kind: str = "homomorphic factors"
+    ceiling: Ceiling | None = None
 
     def __post_init__(self) -> None:
         if not self.textures or len(self.textures) != len(self.projections):
@@ -168,7 +171,7 @@ class HomomorphicFactors(Reflectance, Summary):
             above = (incident[part, 2] > 0.0) & (outgoing[part, 2] > 0.0)
             points = points_of(incident[part][above], outgoing[part][above], self.parametrisation)
             out[part][above] = self.space.backward(self.log(points))
-        return values
+        return values if self.ceiling is None else np.minimum(values, self.ceiling.look_up(wi, wo))
 
     def log(self, points: Points) -> Floats:
         """log((f + εA)/A) (N, 3) at points of this parametrisation."""

@@ -16,6 +16,7 @@ from typing import Any, ClassVar, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from engine.brdf.ceiling import Ceiling
 from engine.brdf.half_difference import OPPOSITE
 from engine.brdf.models.sampling import Reflectance
 from engine.core.directions import Vectors
@@ -41,6 +42,7 @@ class SeparableFactors(Reflectance, Summary):
     second : the same for light maps (of wi) or difference maps.
     isotropic, reciprocal : as the BRDF that they were made of; exactly reciprocal where the maps differ by sign only.
     name : of that BRDF, for a user.
+    ceiling : what `f` is cut at, of a measurement; the sum itself is not, and transport is made of the sum.
     """
 
     hemisphere_map: HemisphereMap
@@ -50,6 +52,7 @@ class SeparableFactors(Reflectance, Summary):
     isotropic: bool = False
     reciprocal: bool = False
     name: str = ""
+    ceiling: Ceiling | None = None
 
     energy_conserving: ClassVar[bool] = False
     kind: ClassVar[str] = "separable factors"
@@ -92,13 +95,13 @@ class SeparableFactors(Reflectance, Summary):
         if not 1 <= terms <= self.terms:
             raise ValueError(f"there are {self.terms} terms, not {terms}")
         parts = (self.first[:terms], self.second[:terms])
-        return SeparableFactors(
-            self.hemisphere_map, self.parametrisation, *parts, self.isotropic, self.reciprocal, self.name
-        )
+        words = (self.isotropic, self.reciprocal, self.name, self.ceiling)
+        return SeparableFactors(self.hemisphere_map, self.parametrisation, *parts, *words)
 
     def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
         """Values (..., 3) ≥ 0 in 1/sr without the cosine, for unit directions (..., 3) that broadcast."""
-        return np.maximum(self.sum_terms(wi, wo), 0.0)
+        values = np.maximum(self.sum_terms(wi, wo), 0.0)
+        return values if self.ceiling is None else np.minimum(values, self.ceiling.look_up(wi, wo))
 
     def sum_terms(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
         """The sum itself (Wang2004 Eq. 2), which may be negative; 0 at and below the horizon."""

@@ -187,6 +187,7 @@ class Level:
         self.target = space.forward(data.value)
         self.value = data.value
         self.measurement = data.measurement
+        self.ceiling = data.ceiling
         self.smoothing = settings.smoothing
         self.chosen: list[Projection] = []
         self.textures: list[Floats] = []
@@ -295,6 +296,7 @@ class Level:
             self.settings.parametrisation,
             self.settings.reciprocal,
             shorter,
+            ceiling=self.ceiling,
         )
 
 

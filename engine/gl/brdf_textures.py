@@ -39,6 +39,7 @@ from engine.scene.scene import TilingMode
 from engine.surface.pbr_maps import PbrMaps
 
 if TYPE_CHECKING:
+    from engine.brdf.ceiling import Ceiling
     from engine.factor.homomorphic import HomomorphicFactors
     from engine.factor.separable_factors import SeparableFactors
 
@@ -105,8 +106,24 @@ MAX_TERMS = 16
 #: Logarithms above this leave 32-bit floats.
 LARGEST_LOG = 80.0
 
-#: Texture units, above those of a material and the lights.
-UNITS = (5, 6)
+#: Texture units, above those of a material and the lights; the last is that of the ceiling.
+UNITS = (5, 6, 9)
+
+
+class CeilingTexture:
+    """Owns the texture of the largest values of factors, of one black texel where they have none."""
+
+    def __init__(self, context: moderngl.Context, ceiling: Ceiling | None) -> None:
+        self._bounded = ceiling is not None
+        self._texture = layers(context, ceiling.table if ceiling is not None else np.zeros((1, 1, 1, 3), np.float32))
+
+    def bind(self, program: moderngl.Program) -> None:
+        self._texture.use(UNITS[2])
+        find_uniform(program, "brdf_ceiling").value = UNITS[2]
+        find_uniform(program, "brdf_bounded").value = int(self._bounded)
+
+    def release(self) -> None:
+        self._texture.release()
 
 
 class SeparableTextures:
@@ -117,6 +134,7 @@ class SeparableTextures:
     def __init__(self, context: moderngl.Context, factors: SeparableFactors) -> None:
         self.messages: list[str] = []
         self._textures = [layers(context, side) for side in (factors.first, factors.second)]
+        self._ceiling = CeilingTexture(context, factors.ceiling)
         self._values = {
             "brdf_terms": factors.terms,
             "brdf_map": factors.hemisphere_map.number,
@@ -125,15 +143,17 @@ class SeparableTextures:
         }
 
     def bind(self, program: moderngl.Program) -> None:
-        for unit, texture, name in zip(UNITS, self._textures, ("brdf_first", "brdf_second"), strict=True):
+        for unit, texture, name in zip(UNITS[:2], self._textures, ("brdf_first", "brdf_second"), strict=True):
             texture.use(unit)
             find_uniform(program, name).value = unit
         for name, value in self._values.items():
             find_uniform(program, name).value = value
+        self._ceiling.bind(program)
 
     def release(self) -> None:
         for texture in self._textures:
             texture.release()
+        self._ceiling.release()
 
 
 class HomomorphicTextures:
@@ -144,6 +164,7 @@ class HomomorphicTextures:
     def __init__(self, context: moderngl.Context, factors: HomomorphicFactors) -> None:
         self.messages: list[str] = []
         self._texture = layers(context, np.stack(factors.textures))
+        self._ceiling = CeilingTexture(context, factors.ceiling)
         rows = np.zeros((MAX_TERMS, 2, 4), np.float32)
         kinds, twice = np.zeros(MAX_TERMS, int), np.zeros(MAX_TERMS, int)
         for term, projection in enumerate(factors.projections):
@@ -169,9 +190,11 @@ class HomomorphicTextures:
         find_uniform(program, "brdf_textures").value = UNITS[0]
         for name, value in self._values.items():
             find_uniform(program, name).value = value
+        self._ceiling.bind(program)
 
     def release(self) -> None:
         self._texture.release()
+        self._ceiling.release()
 
 
 class PbrTextures:

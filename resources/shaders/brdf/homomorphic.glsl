@@ -2,6 +2,8 @@
 // in: wi to the light, wo to the viewer, unit, surface frame (normal +z); out: 1/sr, no cosine, 0 below the horizon.
 // A layer per term: logarithms, bilinear between texel centres at -1 ... 1. MAX_TERMS as in that file.
 
+#include "brdf/ceiling.glsl"
+
 const int MAX_TERMS = 16;
 
 uniform sampler2DArray brdf_textures;
@@ -141,5 +143,5 @@ vec3 brdf(vec3 wi, vec3 wo)
         if (brdf_twice[term] == 1)
             sum += log_look_up(project(conjugate, term), term);
     }
-    return brdf_mean * max(exp(min(sum, brdf_highest)) - brdf_epsilon, 0.0);
+    return under_ceiling(brdf_mean * max(exp(min(sum, brdf_highest)) - brdf_epsilon, 0.0), wi, wo);
 }

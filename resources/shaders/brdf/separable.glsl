@@ -2,6 +2,7 @@
 // in: wi to the light, wo to the viewer, unit, surface frame (normal +z); out: 1/sr, no cosine, 0 below the horizon.
 // A layer per term; the map of the textures and what lies in them are described in engine/factor/hemisphere_map.py.
 
+#include "brdf/ceiling.glsl"
 #include "direction_map.glsl"
 
 uniform sampler2DArray brdf_first;
@@ -39,5 +40,5 @@ vec3 brdf(vec3 wi, vec3 wo)
         }
         sum += a * b;
     }
-    return max(sum, 0.0);
+    return under_ceiling(max(sum, 0.0), wi, wo);
 }

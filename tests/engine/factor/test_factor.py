@@ -121,3 +121,13 @@ def test_a_search_goes_on_only_as_what_it_was(brdf: str, more: Any, words: str) 
     first = drain(factor(brdf_from_text("lafortune:preset=blue-paint"), settings))
     with pytest.raises(ValueError, match=words):
         drain(factor(brdf_from_text(brdf), replace(settings, textures=2, **more), first))
+
+
+def test_factors_that_are_mostly_wrong_are_recommended_for_nothing() -> None:
+    """One product of maps of 4² of a narrow highlight: nearly all of its light is missed."""
+    mirror = brdf_from_text("ggx:kd=0,alpha=0.02,f0=0.9")
+    found = factor_brdf(mirror, side=4, products=1)
+    sentences = uses(found, mirror)
+    assert reference(mirror).miss(found.term_errors[-1].rms_by_elevation_band) > 0.9
+    assert sentences[0].startswith("Use these factors for nothing: they are off by")
+    assert not any("can use" in sentence for sentence in sentences)

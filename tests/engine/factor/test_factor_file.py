@@ -89,7 +89,7 @@ def change(folder: Path, **values: Any) -> None:
     ("values", "words"),
     [
         ({"format": "other"}, "does not describe factors"),
-        ({"version": 3}, "newer"),
+        ({"version": 4}, "newer"),
         ({"method": 3}, "method"),
         ({"extra": 1}, "extra"),
         ({"factors": {"size": 10**9}}, "size"),
@@ -168,7 +168,7 @@ def test_factors_of_version_1_are_read_and_written_as_the_newest(
         term_error.metrics for term_error in stored.term_errors
     ]
     write_factors(tmp_path / "new", found)
-    assert json.loads((tmp_path / "new" / MEMBER).read_text())["version"] == 2
+    assert json.loads((tmp_path / "new" / MEMBER).read_text())["version"] == 3
     assert read_factors(tmp_path / "new").term_errors == found.term_errors
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
+from engine.brdf.ceiling import NODES, Ceiling
 from engine.core.steps import drain
 from engine.factor import projections
 from engine.factor.factor import factor
@@ -104,6 +106,20 @@ def test_homomorphic_factors_agree_with_python_to_1e_5(
     assert np.abs(on_gpu / np.where(lit, expected, 1.0) - 1.0)[lit & known[:, None]].max() <= 1e-5
     assert np.abs(on_gpu - expected)[~lit & known[:, None]].max(initial=0.0) <= 1e-5 * expected.max()
     assert np.isfinite(on_gpu).all()
+
+
+@pytest.mark.parametrize("method", ["svd", "homomorphic"])
+def test_the_ceiling_of_a_measurement_is_the_same_to_1e_5(method: Any, gl: Any, shader: Any) -> None:
+    """Random nodes below the values of the factors: every value is that of the table."""
+    settings = FactorSettings(method, side=8, products=2, size=8, samples=500)
+    factors = drain(factor(brdf_from_text("lambert:albedo=0.9"), settings)).factors
+    table = np.random.default_rng(6).random((NODES, NODES, NODES, 3)).astype(np.float32) * 0.2
+    table[:, 0], table[:, :, 0] = table[0, 0], table[0, :, 0]
+    bounded = replace(factors, ceiling=Ceiling(table))
+    wi, wo = directions()
+    expected = bounded.f(wi, wo)
+    assert (expected < 0.9 * factors.f(wi, wo)).mean() > 0.8
+    assert np.abs(evaluate(gl, bounded, wi, wo, shader) - expected).max() <= 1e-5
 
 
 @pytest.mark.parametrize(
