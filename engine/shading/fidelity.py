@@ -22,6 +22,9 @@ from engine.core.steps import Step, Steps
 from engine.shading.shading_map import ShadingMap
 from engine.storage.scratch import release
 
+#: Share of the mean image's error from which a representation tells hardly more of the light than that image.
+HARDLY_BETTER = 0.9
+
 #: Photographs of which some are left out and the others still tell how the light changes them.
 FEWEST = 4
 
@@ -48,6 +51,11 @@ class Fidelity:
         """True if the mean of the photographs shows them better; few photographs do not tell."""
         return self.photographs >= FEWEST and self.leave_one_out > self.mean_picture
 
+    @property
+    def is_no_better(self) -> bool:
+        """True if the mean of the photographs shows them nearly as well, or better."""
+        return self.photographs >= FEWEST and self.leave_one_out > HARDLY_BETTER * self.mean_picture
+
     def over(self, share: float) -> Fidelity:
         """The errors over this share of the texels, where all errors are."""
         root = float(np.sqrt(share))
@@ -62,7 +70,7 @@ class Fidelity:
         """The verdict in words, on a representation that `knows` this of the light."""
         ours, mean = number(self.leave_one_out), number(self.mean_picture)
         text = f"held-out photographs: error {ours} 8-bit levels, of their mean image {mean}"
-        if self.is_worse:
+        if self.is_no_better:
             return Finding(Verdict.WARNING, f"{text}: {knows} does not tell these photographs apart")
         return Finding(Verdict.GOOD, text)
 

@@ -149,7 +149,7 @@ def choose_record(chosen: Chosen, bytes_per_texel: float) -> dict[str, Any]:
         "representation": chosen.name,
         **errors_of(chosen.shown),
         "bytes_per_texel": bytes_per_texel,
-        "verdict": "warning" if chosen.shown.is_worse else "good",
+        "verdict": "warning" if chosen.shown.is_no_better else "good",
         "candidates": [{"representation": name, **errors_of(shown)} for name, shown in candidates.items()],
     }
 

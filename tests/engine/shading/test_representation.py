@@ -53,6 +53,13 @@ def test_a_map_that_is_worse_than_the_mean_image_is_refused(wanted: str) -> None
     check_worth(dataclasses.replace(dome(), azimuth=None), worse)
 
 
+@pytest.mark.parametrize(("left_out", "verdict"), [(20.0, Verdict.GOOD), (33.4, Verdict.WARNING)])
+def test_a_map_that_is_hardly_nearer_than_the_mean_image_is_not_called_good(left_out: float, verdict: Verdict) -> None:
+    shown = Fidelity(left_out, 15.0, 34.4, 115)
+    assert not shown.is_worse
+    assert shown.finding().verdict is verdict
+
+
 def test_a_photograph_that_the_others_contradict_is_named() -> None:
     """Another exposure than its neighbours have, which neither blackness nor clipping gives away."""
     sound = dome(24)
