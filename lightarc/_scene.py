@@ -672,7 +672,7 @@ def draw_figures(
     Parameters
     ----------
     names : str or sequence of str
-        Figures: kautz-6, wang-2, wang-3, wang-4, green-5, green-6, green-7, or all.
+        Figures: those of `lightarc figures`, such as kautz-6 or wang-2, or all.
     folder : path
         Folder for the results; each figure gets a folder in it.
     model, environment : optional

@@ -73,6 +73,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "output": str(arguments.output),
         "figures": [{key: value for key, value in figure.items() if key != "pictures"} for figure in figures],
         "pictures": [image for figure in figures for image in figure["pictures"]],
+        "left": names[len(figures) :],
         "warnings": list(settings.warnings),
         "cancelled": cancelled,
         "exit_code": CANCELLED if cancelled else DONE,
@@ -90,7 +91,8 @@ def report(result: dict[str, Any]) -> str:
         folder = Path(result["output"]) / figure["name"]
         lines.append(f"{folder / figure['picture']}: {figure['title']}, {time_text(figure['time_s'])}")
         lines += [_line(image) for image in result["pictures"] if image["name"] == figure["name"]]
-    end = ["Cancelled; the figures above are complete."] if result["cancelled"] else []
+    left = ", ".join(result["left"])
+    end = [f"Cancelled; the figures above are complete. Left: {left}"] if result["cancelled"] else []
     return "\n".join([*filter(None, lines), *end])
 
 

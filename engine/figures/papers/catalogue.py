@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    pass
-
 #: Name of a figure, the function that makes it, and what it shows.
 FIGURES = {
+    "shading-map-1": ("engine.figures.papers.shading_maps:shading_map_table", "errors of the power law"),
+    "shading-map-6": ("engine.figures.papers.shading_maps:shading_map_lookups", "four look-ups of a shading map"),
     "kautz-6": ("engine.figures.papers.kautz_6:kautz_6", "order of spherical harmonics against glossiness"),
     "kautz-7": ("engine.figures.papers.kautz_7:kautz_7", "an anisotropic BRDF brushed in several directions"),
     "wang-2": ("engine.figures.papers.wang_2:wang_2", "terms of a factored BRDF against the analytic model"),

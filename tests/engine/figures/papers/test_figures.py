@@ -21,6 +21,7 @@ from engine.figures import figure as figures
 from engine.figures.figure import Figure, Settings, Shown, ShownRow, coarse_bust, error_text, records, sheet_of
 from engine.figures.papers.kautz_6 import kautz_6, light_at_vertices
 from engine.figures.papers.kautz_7 import kautz_7
+from engine.figures.papers.shading_maps import _shading_map, shading_map_lookups, shading_map_table
 from engine.figures.papers.vertex_images import view_of
 from engine.figures.papers.wang_2 import wang_2, wang_5
 from engine.figures.papers.wang_3 import wang_3
@@ -34,6 +35,7 @@ from engine.images.decode import read_image
 from engine.light.environment import EnvironmentMap
 from engine.light.environment_file import open_environment
 from engine.render.transported import image_of
+from engine.shading.power_law import fit
 from engine.transport.relight import RelightWavelets
 from engine.transport.sh import bake as sh_bake
 from engine.transport.sh.lighting import project
@@ -259,3 +261,26 @@ def test_a_black_light_is_drawn_exactly() -> None:
     black = EnvironmentMap(np.zeros((8, 16, 3), np.float32))
     figure = drain(kautz_6(small(mesh=shape("plane"), environment=black)))
     assert set(errors_of(figure)) == {0.0}
+
+
+def test_the_power_law_is_compared_with_the_slices_that_it_stands_for() -> None:
+    figure = drain(shading_map_table(Settings(quick=True)))
+    assert [row["paper"] for row in figure.table] == ["suede", "plastic", "wood", "stone"]
+    shading_map = drain(_shading_map("hammered", Settings(quick=True)))
+    law = drain(fit(shading_map))
+    squares = [(law.slice_image(r) - shading_map.slice_image(r)) ** 2 for r in shading_map.target_radiance]
+    assert figure.table[-1]["rms"] == pytest.approx(float(np.sqrt(np.mean(squares))), rel=1e-5)
+    assert len(figure.extra) == 4
+    assert "simulated samples" in figure.subtitle
+
+
+def test_each_look_up_is_that_of_the_renderer_and_the_last_is_the_measure() -> None:
+    figure = drain(shading_map_lookups(Settings(quick=True)))
+    assert [[shown.parameters.get("lookup") for shown in row.images] for row in figure.rows] == [
+        ["texture", "outgoing", "angle", None]
+    ] * 5
+    glossy = {shown.parameters.get("lookup"): shown.error for shown in figure.rows[1].images}
+    assert glossy[None] is None
+    assert all(error is not None and error.rmse_rel > 0.1 for lookup, error in glossy.items() if lookup is not None)
+    matte = figure.rows[0].images[-1].image
+    assert not np.allclose(matte, figure.rows[1].images[-1].image)
