@@ -139,6 +139,8 @@ LARGE = (
     "gaussian-fit-quality",
     "gaussian-errors",
     "factors",
+    "factor-bounds",
+    "fits",
     "choices",
     "predictions",
     "window-soak",
@@ -165,6 +167,8 @@ ACCURACIES = {
     "gaussian-fit-quality": "benchmarks.transport.gaussian_fit:gaussian_fit_quality",
     "gaussian-errors": "benchmarks.transport.gaussian_bake:gaussian_errors",
     "factors": "benchmarks.factor_choice:factors",
+    "factor-bounds": "benchmarks.factor_bounds:bounds",
+    "fits": "benchmarks.fits:fits",
     "choices": "benchmarks.transport.choice:choices",
     "predictions": "benchmarks.transport.predictions:predictions",
     "window-soak": "benchmarks.app.soak:window_soak",
@@ -185,6 +189,8 @@ OPTIONS = {
     "fall-off": ("scenes", "seed"),
     "relighting": ("scenes", "seed", "data"),
     "factors": ("data", "samplings", "seed"),
+    "factor-bounds": ("data", "samplings", "seed"),
+    "fits": ("data", "samplings", "seed"),
 }
 
 
@@ -206,7 +212,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         metavar="N",
         help="seed of cancel and factors, or of the first run of window-soak, scene of predictions, capture of "
-        "relighting or material of surface-sigma; more count up",
+        "relighting or material of factor-bounds, fits or surface-sigma; more count up",
     )
     parser.add_argument(
         "--scenes",
@@ -225,11 +231,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--data",
         type=Input(Path),
         metavar="FOLDER",
-        help="folder of models and measured BRDFs that join the scenes of predictions, of files for factors, or of "
-        "photographs with light lists for relighting",
+        help="folder of models and measured BRDFs that join the scenes of predictions, of files for factors, "
+        "factor-bounds and fits, or of photographs with light lists for relighting",
     )
     parser.add_argument(
-        "--samplings", type=int, metavar="N", help="random models at directions of instruments, for factors (4)"
+        "--samplings",
+        type=int,
+        metavar="N",
+        help="random models at directions of instruments, for factors (4), factor-bounds (24) and fits (12)",
     )
     parser.add_argument(
         "--megapixels", type=float, nargs="+", metavar="M", help="sizes of photographs for large-memory (6 24 48)"

@@ -14,7 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from benchmarks.factor_choice import INSTRUMENTS
-from engine.brdf.brdf import MODELS, Brdf
+from engine.brdf.brdf import Brdf
+from engine.brdf.models.diffuse import Lambert
+from engine.brdf.models.lafortune import Lafortune
+from engine.brdf.models.microfacet import AshikhminShirley, Ggx, GgxAnisotropic
 from engine.brdf.samples import BrdfSamples
 from engine.core.directions import Vectors, surface_direction
 from engine.core.params import Colour
@@ -71,20 +74,18 @@ def generate(seed: int) -> Measured:
 
 
 def _parts(kind: str, rng: np.random.Generator) -> list[Brdf]:
-    base = MODELS["lambert"](albedo=_colour(rng, 0.02, 0.7))
+    base = Lambert(albedo=_colour(rng, 0.02, 0.7))
     gloss = _log(rng, 0.06, 0.5)
     if kind == "brushed metal":
         across = gloss * rng.uniform(0.2, 0.8)
         f0 = _colour(rng, 0.3, 0.95)
-        metal = MODELS["ggx-anisotropic"](alpha_x=across, alpha_y=gloss, f0=f0, kd=(0.0, 0.0, 0.0))
-        return [MODELS["lambert"](albedo=_colour(rng, 0.005, 0.1)), metal]
+        metal = GgxAnisotropic(alpha_x=across, alpha_y=gloss, f0=f0, kd=(0.0, 0.0, 0.0))
+        return [Lambert(albedo=_colour(rng, 0.005, 0.1)), metal]
     if kind == "retro-reflector":
-        back = MODELS["lafortune"](
-            kd=(0.0, 0.0, 0.0), ks=_colour(rng, 0.1, 0.8), cxy=1.0, cz=1.0, exponent=_log(rng, 8.0, 80.0)
-        )
+        back = Lafortune(kd=(0.0, 0.0, 0.0), ks=_colour(rng, 0.1, 0.8), cxy=1.0, cz=1.0, exponent=_log(rng, 8.0, 80.0))
         return [base, back, _highlight(rng, gloss, 0.05)]
     if kind == "coated":
-        paint = MODELS["ashikhmin-shirley"](
+        paint = AshikhminShirley(
             kd=_colour(rng, 0.05, 0.5), ks=_colour(rng, 0.03, 0.3), nu=_log(rng, 10.0, 400.0), nv=_log(rng, 10.0, 400.0)
         )
         return [paint]
@@ -94,13 +95,14 @@ def _parts(kind: str, rng: np.random.Generator) -> list[Brdf]:
 
 
 def _highlight(rng: np.random.Generator, alpha: float, strength: float) -> Brdf:
-    f0: Colour = tuple(strength * rng.uniform(0.5, 1.0, 3))  # type: ignore[assignment]
-    return MODELS["ggx"](alpha=alpha, f0=f0, kd=(0.0, 0.0, 0.0))
+    red, green, blue = map(float, strength * rng.uniform(0.5, 1.0, 3))
+    return Ggx(alpha=alpha, f0=(red, green, blue), kd=(0.0, 0.0, 0.0))
 
 
 def _colour(rng: np.random.Generator, low: float, high: float) -> Colour:
     """Three reflectances, each anywhere between both on a scale of logarithms: most colours are strong."""
-    return tuple(map(float, low * (high / low) ** rng.random(3)))  # type: ignore[return-value]
+    red, green, blue = map(float, low * (high / low) ** rng.random(3))
+    return red, green, blue
 
 
 def _log(rng: np.random.Generator, low: float, high: float) -> float:

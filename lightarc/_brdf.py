@@ -179,7 +179,7 @@ def fit_brdf(
     brdf: BrdfLike | tuple[ArrayLike, ArrayLike, ArrayLike],
     model: BrdfLike = "ggx",
     *,
-    weighting: Literal["log", "cosine"] = "log",
+    weighting: Literal["joint", "log", "cosine"] = "joint",
     fixed: Sequence[str] = (),
     samples: int = 8192,
     seed: int = 0,
@@ -194,7 +194,7 @@ def fit_brdf(
         broadcast against each other.
     model : str, model or model class
         The model, or one with the parameters from which the fit starts.
-    weighting : {'log', 'cosine'}
+    weighting : {'joint', 'log', 'cosine'}
         Differences of f cos by their logarithms, so that dark values count as well, or as they are.
     fixed : sequence of str
         Names of parameters that keep their values.

@@ -22,6 +22,7 @@ from app.widgets.figure_table import FigureTable
 from app.widgets.panels import Rows, Segments, button, enable, text
 from app.widgets.theme import STEP
 from engine.brdf.brdf import MODELS, Brdf, label_of, model_name
+from engine.brdf.fit import WEIGHTINGS as NORMS
 from engine.brdf.fit import Weighting, fit_data
 from engine.brdf.ranking import rank
 from engine.core.figure_text import number, percent
@@ -85,6 +86,7 @@ def all_models(brdf: Brdf, weighting: Weighting) -> Steps[list[Offer]]:
 
 
 WEIGHTINGS = (
+    ("joint", "Both", "Relative errors, and for each colour as much light as the data reflect"),
     ("log", "All parts", "Relative errors: dim parts weigh as much as the highlight"),
     ("cosine", "Energy", "Errors weighted by energy: a highlight outweighs all else"),
 )
@@ -102,14 +104,14 @@ class FitSection(Rows):
         self.job: Job | None = None
         self.so_far: FitSoFar | None = None
         self._of: Entry | None = None
-        self._asked: tuple[str, Weighting] = ("", "log")
+        self._asked: tuple[str, Weighting] = ("", "joint")
         self.model = ComboBox()
         for name in MODELS:
             self.model.addItem(label_of(name), name)
         self.model.setCurrentIndex(self.model.findData("ggx"))
         self.row("Model", self.model, "The model to fit")
         self.weighting = Segments(WEIGHTINGS)
-        self.weighting.choose("log")
+        self.weighting.choose("joint")
         self.weighting.setMinimumHeight(self.weighting.sizeHint().height())
         self.row("Counts", self.weighting, "Weight of each error in the fit")
         self.start = button("Fit")
@@ -154,7 +156,7 @@ class FitSection(Rows):
 
     @property
     def chosen_weighting(self) -> Weighting:
-        return "log" if self.weighting.value == "log" else "cosine"
+        return next(name for name in NORMS if name == self.weighting.value)
 
     def begin(self) -> None:
         """Fit the chosen model to the current entry."""

@@ -72,9 +72,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     fit.add_argument(
         "--weighting",
-        default="log",
-        choices=("log", "cosine"),
-        help="weight of the errors: log, relative to the value; cosine, by energy",
+        default="joint",
+        choices=("joint", "log", "cosine"),
+        help="weight of the errors: joint, relative to the value and with the albedo of the data; log, relative to the "
+        "value; cosine, by energy",
     )
     fit.add_argument("--samples", type=int, default=8000, metavar="N", help="number of compared directions (8000)")
     fit.add_argument("--seed", type=int, default=0, metavar="N", help="seed of directions and starts (0)")

@@ -2,9 +2,18 @@
 
 The residual of a sample and channel is the difference of g(f cos(theta_i)) between model and data, where g is
 
+    joint    as log, but differences above `ROBUST` count by their size and not its square; beside it the logarithm of
+             the albedo at several angles, with so much weight that it all but holds, and the logarithm of what rises
+             above the ceiling of the samples (`engine.brdf.ceiling`)
     log      log(1 + f cos(theta_i) / m), m the median of the data's luminance f cos(theta_i): every part counts,
              the dim ones as much as the highlight (after Low2012)
     cosine   f cos(theta_i) / RMS of the data: what light carries; a highlight outweighs all else
+
+A highlight that few samples meet is free in the logarithmic norm, and may be brighter than all light that arrives. In
+the other it is the only thing that counts, and the colour of what lies around it gets lost. The albedo, for each
+channel the light that is reflected to all sides, is what an image in wide light shows, so the joint norm is the
+default. Where samples are so few that the smooth BRDF through them reflects more than arrives, and of tables of
+directions 15° apart, no albedo is known.
 
 The shape of such a sum of squares has several valleys. So a Sobol set of starts over the declared ranges (parameters
 declared `log` by their logarithm) is evaluated on a part of the data, the best few are refined there with
@@ -14,14 +23,16 @@ user starts from is among the starts, so that a fit never ends worse than it beg
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
+from engine.brdf.ceiling import ceiling_of
 from engine.brdf.half_difference import directions, half_difference
+from engine.brdf.models.sampling_lobes import CosineLobe, GaussianHalfVectors, HalfVectorLobe, Mixture
 from engine.brdf.table import DirectionTable
 from engine.core.colour import luminance
 from engine.core.directions import Vectors, normalize, surface_direction
@@ -31,11 +42,23 @@ from engine.core.steps import Step, Steps, part
 from engine.core.summary import Summary
 
 Floats = NDArray[np.float64]
-Weighting = Literal["log", "cosine"]
+Weighting = Literal["joint", "log", "cosine"]
 
 #: The model that is fitted.
 Fitted = TypeVar("Fitted", bound=Brdf)
-WEIGHTINGS: tuple[Weighting, ...] = ("log", "cosine")
+WEIGHTINGS: tuple[Weighting, ...] = ("joint", "log", "cosine")
+
+#: Difference of logarithms above which it counts by its size in the joint norm.
+ROBUST = 0.5
+#: Weight there, beside that of all samples together, of the logarithm of the albedo under even light, of those of
+#: single beams, and of what rises above the ceiling; and the least albedo that counts.
+CONSTRAINT, BEAM, OVERSHOOT, DARKEST = 20.0, 1.0, 0.1, 2e-3
+#: Albedo above which something is wrong with the data; estimates of it are off by a few per cent.
+MOST = 1.1
+#: Angles of the beams whose albedo is taken, their azimuths where the BRDF is brushed, and directions for each.
+BEAMS, AROUND, DIRECTIONS = np.radians([10.0, 25.0, 40.0, 55.0, 70.0]), 4, 512
+#: Roughness of the half vectors that are drawn for them beside a cosine lobe.
+_ROUGHNESS = (0.4, 0.12, 0.03)
 
 STARTS = 64
 REFINED = 4
@@ -48,12 +71,35 @@ EVALUATIONS = 8
 
 
 @dataclass(frozen=True, eq=False)
+class Beams:
+    """Beams of light and the share that is reflected of them, to compare a model with.
+
+    Attributes
+    ----------
+    wi, wo : (B, D, 3) unit directions above the horizon, `wi` the same for each beam.
+    weight : (B, D) in sr: Σ f weight over D is the albedo.
+    albedo : (B, 3) of the data, not negative.
+    ceiling : (B, D, 3) in 1/sr, what the values may not exceed; infinite where nothing bounds them.
+    """
+
+    wi: Vectors
+    wo: Vectors
+    weight: Floats
+    albedo: Floats
+    ceiling: Floats
+
+
+@dataclass(frozen=True, eq=False)
 class FitData:
-    """Data of a fit: unit directions `wi`, `wo` (N, 3) above the horizon and values (N, 3) in 1/sr."""
+    """Data of a fit: unit directions `wi`, `wo` (N, 3) above the horizon and values (N, 3) in 1/sr.
+
+    `beams` are known where the data are a BRDF and not samples alone; without them the joint norm has no albedo.
+    """
 
     wi: Vectors
     wo: Vectors
     value: Vectors
+    beams: Beams | None = None
 
     def __post_init__(self) -> None:
         if not (self.wi.shape == self.wo.shape == self.value.shape and self.wi.ndim == 2 and len(self.wi)):
@@ -62,7 +108,7 @@ class FitData:
             raise ValueError("fit data must be finite")
 
     def first(self, count: int) -> FitData:
-        return FitData(self.wi[:count], self.wo[:count], self.value[:count])
+        return FitData(self.wi[:count], self.wo[:count], self.value[:count], self.beams)
 
 
 @dataclass(frozen=True)
@@ -102,6 +148,46 @@ class Fit(Summary, Generic[Fitted]):
 
 
 def fit_data(brdf: Brdf, *, count: int = MANY, seed: int = 0) -> FitData:
+    """Samples of `brdf` (`sample`) and the albedo of beams (`beams_of`): the data of a fit."""
+    data = sample(brdf, count=count, seed=seed)
+    return replace(data, beams=beams_of(brdf, data, seed=seed))
+
+
+def beams_of(brdf: Brdf, data: FitData, *, seed: int = 0) -> Beams | None:
+    """The albedo of `brdf` at `BEAMS`, and the ceiling of `data` where they are measured samples of it.
+
+    None where `brdf` reflects more of a beam than arrives, and of a table of directions, whose highlights are wrong
+    between its entries, 15° apart.
+
+    Directions are drawn from a cosine lobe and half vectors of several widths, so that no highlight of a model falls
+    between those of a data set that has none.
+    """
+    from scipy.stats import qmc  # slow to load, and the window must open at once
+
+    if isinstance(brdf, DirectionTable):
+        return None
+    lobes = (CosineLobe(), *(HalfVectorLobe(GaussianHalfVectors(alpha, alpha)) for alpha in _ROUGHNESS))
+    sampler = Mixture(lobes, (0.4, 0.2, 0.2, 0.2))
+    azimuths = np.zeros(1) if brdf.isotropic else np.pi * (np.arange(AROUND) + 0.5) / AROUND
+    beams = surface_direction(*(each.ravel() for each in np.meshgrid(BEAMS, azimuths)))
+    points = qmc.Sobol(3, seed=np.random.default_rng(seed)).random_base2(int(np.log2(DIRECTIONS)))
+    wi = np.repeat(beams[:, None], len(points), axis=1)
+    wo = np.stack([sampler.sample(each, points) for each in wi])
+    density = np.stack([sampler.pdf(to, each) for each, to in zip(wi, wo, strict=True)])
+    seen = wo[..., 2] > _GRAZING
+    weight = np.where(seen, wo[..., 2], 0.0) / (density * len(points))
+    wo = np.where(seen[..., None], wo, (0.0, 0.0, 1.0))
+    albedo = np.einsum("bdc,bd->bc", brdf.f(wi, wo), weight)
+    if albedo.max() > MOST:
+        return None
+    ceiling = np.full(wo.shape, np.inf)
+    if getattr(brdf, "measured", None) is not None:
+        above = ceiling_of(data.wi, data.wo, np.maximum(data.value, 0.0), reciprocal=brdf.reciprocal)
+        ceiling = np.maximum(above.look_up(wi, wo), 1e-12)
+    return Beams(wi, wo, weight, np.maximum(albedo, 0.0), ceiling)
+
+
+def sample(brdf: Brdf, *, count: int = MANY, seed: int = 0) -> FitData:
     """Samples to fit: those that were measured, of a list or a table of directions, else values at stratified pairs.
 
     Between the entries of a table of directions, 15° apart, nothing was measured, and highlights are narrower. The
@@ -142,7 +228,7 @@ def _find_measured_entries(table: DirectionTable) -> NDArray[np.intp]:
     return np.flatnonzero(measured)
 
 
-def fit_error(brdf: Brdf, data: FitData, weighting: Weighting = "log") -> FitError:
+def fit_error(brdf: Brdf, data: FitData, weighting: Weighting = "joint") -> FitError:
     """The errors of `brdf` against `data`."""
     g = _Objective(data, weighting)
     cosine = data.wi[:, 2:]
@@ -155,7 +241,8 @@ def fit_error(brdf: Brdf, data: FitData, weighting: Weighting = "log") -> FitErr
 
 
 class _Objective:
-    """Residuals (3 N,) of a BRDF against data."""
+    """Residuals (3 R,) of a BRDF against data, a row of three channels for each sample, and in the joint norm for each
+    beam and each of its directions."""
 
     def __init__(self, data: FitData, weighting: Weighting) -> None:
         if weighting not in WEIGHTINGS:
@@ -164,7 +251,8 @@ class _Objective:
         seen = np.maximum(data.value, 0.0) * data.wi[:, 2:]
         brightness = luminance(seen)
         lit = brightness[brightness > 0.0]
-        if weighting == "log":
+        self.joint = weighting == "joint"
+        if weighting != "cosine":
             middle = float(np.median(lit)) if len(lit) else 1.0
             self.g = lambda seen: np.log1p(seen / middle)
         else:
@@ -174,7 +262,27 @@ class _Objective:
 
     def __call__(self, brdf: Brdf) -> Floats:
         seen = brdf.f(self.data.wi, self.data.wo) * self.data.wi[:, 2:]
-        return np.asarray((self.g(seen) - self.target).ravel())
+        difference = self.g(seen) - self.target
+        if not self.joint:
+            return np.asarray(difference.ravel())
+        # a residual whose square is Huber's smooth loss (Charbonnier)
+        rows = [difference * np.sqrt(2.0 / (1.0 + np.hypot(1.0, difference / ROBUST)))]
+        if self.data.beams is not None:
+            rows += self._beams(brdf, self.data.beams)
+        return np.concatenate(rows).ravel()
+
+    def _beams(self, brdf: Brdf, beams: Beams) -> list[Floats]:
+        """Rows (1, 3) and (B, 3) of the albedo, and (B D, 3) of what rises above the ceiling."""
+        values = brdf.f(beams.wi, beams.wo)
+        albedo = np.maximum(np.einsum("bdc,bd->bc", values, beams.weight), 0.0)
+        change = np.log((albedo + DARKEST) / (beams.albedo + DARKEST))
+        # what each beam has of the light that comes evenly from all sides
+        share = np.sin(2.0 * np.arccos(beams.wi[:, 0, 2]))
+        share = (share / share.sum())[None]
+        whole = np.log((share @ albedo + DARKEST) / (share @ beams.albedo + DARKEST))
+        above = np.log(np.maximum(values / beams.ceiling, 1.0)).reshape(-1, 3)
+        weighted = ((CONSTRAINT, whole), (BEAM, change), (OVERSHOOT, above))
+        return [weight * np.sqrt(len(self.data.wi) / len(rows)) * rows for weight, rows in weighted]
 
 
 @dataclass(frozen=True)
@@ -227,7 +335,7 @@ class _Space(Generic[Fitted]):
         return self.model(**values)
 
     def jacobian(self, of: _Objective, vector: Floats) -> Floats:
-        """Derivatives (3 N, columns) of the residuals by forward differences, one evaluation per parameter.
+        """Derivatives (3 R, columns) of the residuals by forward differences, one evaluation per parameter.
 
         A channel of a colour changes its own channel of the value only, so the three are stepped together.
         """
@@ -260,7 +368,7 @@ def fit(
     data: FitData,
     start: Fitted,
     *,
-    weighting: Weighting = "log",
+    weighting: Weighting = "joint",
     fixed: tuple[str, ...] = (),
     seed: int = 0,
 ) -> Steps[Fit]:

@@ -21,7 +21,7 @@ Norm = Literal["linear", "log"]
 NORMS: tuple[Norm, ...] = ("linear", "log")
 
 #: The other weighting, which makes the other norm small.
-OTHER: dict[Weighting, Weighting] = {"log": "cosine", "cosine": "log"}
+OTHER: dict[Weighting, Weighting] = {"joint": "cosine", "log": "cosine", "cosine": "log"}
 
 #: Share by which a norm may grow unsaid: a fit has converged to about that.
 SLACK = 1e-3
@@ -87,12 +87,11 @@ def fit_both(
     return best([offer(each, data) for each in (start, found.brdf, other.brdf)])
 
 
-def rank(data: FitData, models: Sequence[Any], *, weighting: Weighting = "log", seed: int = 0) -> Steps[list[Offer]]:
+def rank(data: FitData, models: Sequence[Any], *, weighting: Weighting = "joint", seed: int = 0) -> Steps[list[Offer]]:
     """Each of `models` fitted by `weighting`, from the least error in its norm up."""
     offers = []
     for index, start in enumerate(models):
         steps = fit(data, start, weighting=weighting, seed=seed)
         found = yield from part(steps, index / len(models), (index + 1) / len(models))
-        offers.append(offer(found.brdf, data))
-    norm: Norm = "log" if weighting == "log" else "linear"
-    return sorted(offers, key=lambda each: each.error(norm))
+        offers.append((found.after.objective, offer(found.brdf, data)))
+    return [each for _, each in sorted(offers, key=lambda one: one[0])]

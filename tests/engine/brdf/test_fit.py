@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.generated_brdfs import Layered
+from engine.brdf.analysis import albedo
 from engine.brdf.brdf import MODELS, brdf_from_text
-from engine.brdf.fit import FitData, fit, fit_data, fit_error, residual_by_angle
+from engine.brdf.fit import BEAMS, WEIGHTINGS, FitData, beams_of, fit, fit_data, fit_error, residual_by_angle, sample
 from engine.brdf.models.microfacet import Ggx, GgxAnisotropic
 from engine.brdf.readers.utia import PHI, THETA
 from engine.brdf.table import DirectionTable
@@ -26,7 +28,7 @@ TRUTHS = (
 )
 
 
-@pytest.mark.parametrize("weighting", ["log", "cosine"])
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
 @pytest.mark.parametrize("text", TRUTHS)
 def test_parameters_that_made_the_data_are_found(text: str, weighting: Any) -> None:
     truth = brdf_from_text(text)
@@ -64,6 +66,38 @@ def test_steps_carry_ever_better_models_and_a_fit_can_be_left() -> None:
     assert all(fit_error(step.partial, data).objective >= 0 for step in seen)
     assert [step.done for step in seen] == sorted(step.done for step in seen)
     steps.close()
+
+
+def even_light(brdf: Any) -> np.ndarray:
+    """The share (3,) of light from all sides alike that is reflected."""
+    theta = np.radians(np.arange(2.5, 90.0, 5.0))
+    share = np.sin(2.0 * theta)
+    return np.asarray(share @ albedo(brdf, surface_direction(theta, 0.0 * theta), count=1024) / share.sum())
+
+
+def test_the_albedo_of_beams_is_that_of_the_brdf() -> None:
+    brdf = brdf_from_text("ggx:kd=0.3/0.2/0.1,alpha=0.15,f0=0.1/0.3/0.6")
+    beams = beams_of(brdf, sample(brdf, count=100))
+    assert beams is not None
+    np.testing.assert_allclose(beams.albedo, albedo(brdf, surface_direction(BEAMS, 0.0 * BEAMS)), rtol=0.02)
+    assert np.isinf(beams.ceiling).all()
+
+
+def test_data_that_reflect_more_than_arrives_have_no_albedo() -> None:
+    assert fit_data(brdf_from_text("phong:kd=0.9,ks=0.9,exponent=5"), count=100).beams is None
+
+
+def test_a_colourful_paint_keeps_its_light_and_colour_in_a_model_that_cannot_be_it() -> None:
+    """A red base under a narrow and a wide highlight, fitted with one highlight: each other norm loses a channel."""
+    parts = ("lambert:albedo=0.5/0.1/0.03", "ggx:kd=0,alpha=0.06,f0=0.08", "ggx:kd=0,alpha=0.6,f0=0.3/0.25/0.2")
+    truth = Layered(tuple(map(brdf_from_text, parts)))
+    data = fit_data(truth, count=2000)
+    wrong = {
+        weighting: np.abs(even_light(drain(fit(data, Ggx(), weighting=weighting)).brdf) / even_light(truth) - 1.0)
+        for weighting in WEIGHTINGS
+    }
+    assert wrong["joint"].max() < 0.02
+    assert wrong["joint"].max() < 0.5 * min(wrong["log"].max(), wrong["cosine"].max())
 
 
 def test_residual_by_angle_adds_up_to_the_whole() -> None:
