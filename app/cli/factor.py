@@ -21,6 +21,7 @@ from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, size_text, time_text
 from engine.core.params import Parameter, parameters
 from engine.core.steps import Step, drain
+from engine.factor.advice import advise
 from engine.factor.errors import BANDS, TermError, uses
 from engine.factor.factor import factor, search_settings
 from engine.factor.factor_file import open_reflectance, read_factors, write_factors
@@ -159,7 +160,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "seed": settings.seed,
         "time_s": time_s,
         "warnings": doubts_of_brdf(brdf),
-        "uses": list(uses(found, brdf)),
+        "uses": list(uses(found, brdf) if cancelled else drain(advise(found, brdf))),
         "cancelled": cancelled,
         "exit_code": CANCELLED if cancelled else DONE,
     }

@@ -57,9 +57,11 @@ def judge(factorisation: Factorisation, terms: int, brdf: Brdf | None) -> Steps[
     """Sentences on the possible uses of the first `terms` terms."""
     yield Step(0.0, "judging factors")
 
+    from engine.factor.advice import advise
     from engine.factor.errors import uses
 
-    return uses(_make(factorisation, terms), brdf)
+    found = _make(factorisation, terms)
+    return uses(found) if brdf is None else (yield from advise(found, brdf))
 
 
 def _make(factorisation: Factorisation, terms: int) -> Factorisation:

@@ -3,8 +3,8 @@
 The residual of a sample and channel is the difference of g(f cos(theta_i)) between model and data, where g is
 
     joint    as log, but differences above `ROBUST` count by their size and not its square; beside it the logarithm of
-             the albedo at several angles, with so much weight that it all but holds, and the logarithm of what rises
-             above the ceiling of the samples (`engine.brdf.ceiling`)
+             the albedo at several angles, where it is off by more than it is known to, with so much weight that it all
+             but holds, and the logarithm of what rises above the ceiling of the samples (`engine.brdf.ceiling`)
     log      log(1 + f cos(theta_i) / m), m the median of the data's luminance f cos(theta_i): every part counts,
              the dim ones as much as the highlight (after Low2012)
     cosine   f cos(theta_i) / RMS of the data: what light carries; a highlight outweighs all else
@@ -53,6 +53,8 @@ ROBUST = 0.5
 #: Weight there, beside that of all samples together, of the logarithm of the albedo under even light, of those of
 #: single beams, and of what rises above the ceiling; and the least albedo that counts.
 CONSTRAINT, BEAM, OVERSHOOT, DARKEST = 20.0, 1.0, 0.1, 2e-3
+#: Share by which the albedo may be wrong: always, for each of the error that left-out samples have, and at most.
+KNOWN, LEFT_OUT, MOST_DOUBT = 0.01, 0.1, 0.03
 #: Albedo above which something is wrong with the data; estimates of it are off by a few per cent.
 MOST = 1.1
 #: Angles of the beams whose albedo is taken, their azimuths where the BRDF is brushed, and directions for each.
@@ -79,6 +81,7 @@ class Beams:
     wi, wo : (B, D, 3) unit directions above the horizon, `wi` the same for each beam.
     weight : (B, D) in sr: Σ f weight over D is the albedo.
     albedo : (B, 3) of the data, not negative.
+    doubt : share by which the albedo may be wrong.
     ceiling : (B, D, 3) in 1/sr, what the values may not exceed; infinite where nothing bounds them.
     """
 
@@ -86,6 +89,7 @@ class Beams:
     wo: Vectors
     weight: Floats
     albedo: Floats
+    doubt: float
     ceiling: Floats
 
 
@@ -184,7 +188,8 @@ def beams_of(brdf: Brdf, data: FitData, *, seed: int = 0) -> Beams | None:
     if getattr(brdf, "measured", None) is not None:
         above = ceiling_of(data.wi, data.wo, np.maximum(data.value, 0.0), reciprocal=brdf.reciprocal)
         ceiling = np.maximum(above.look_up(wi, wo), 1e-12)
-    return Beams(wi, wo, weight, np.maximum(albedo, 0.0), ceiling)
+    doubt = KNOWN + LEFT_OUT * float(getattr(brdf, "leave_one_out", 0.0))
+    return Beams(wi, wo, weight, np.maximum(albedo, 0.0), min(doubt, MOST_DOUBT), ceiling)
 
 
 def sample(brdf: Brdf, *, count: int = MANY, seed: int = 0) -> FitData:
@@ -275,14 +280,19 @@ class _Objective:
         """Rows (1, 3) and (B, 3) of the albedo, and (B D, 3) of what rises above the ceiling."""
         values = brdf.f(beams.wi, beams.wo)
         albedo = np.maximum(np.einsum("bdc,bd->bc", values, beams.weight), 0.0)
-        change = np.log((albedo + DARKEST) / (beams.albedo + DARKEST))
+        change = _beyond(np.log((albedo + DARKEST) / (beams.albedo + DARKEST)), beams.doubt)
         # what each beam has of the light that comes evenly from all sides
         share = np.sin(2.0 * np.arccos(beams.wi[:, 0, 2]))
         share = (share / share.sum())[None]
-        whole = np.log((share @ albedo + DARKEST) / (share @ beams.albedo + DARKEST))
+        whole = _beyond(np.log((share @ albedo + DARKEST) / (share @ beams.albedo + DARKEST)), beams.doubt)
         above = np.log(np.maximum(values / beams.ceiling, 1.0)).reshape(-1, 3)
         weighted = ((CONSTRAINT, whole), (BEAM, change), (OVERSHOOT, above))
         return [weight * np.sqrt(len(self.data.wi) / len(rows)) * rows for weight, rows in weighted]
+
+
+def _beyond(difference: Floats, doubt: float) -> Floats:
+    """What differences are beyond `doubt`, and 0 within."""
+    return difference - np.clip(difference, -doubt, doubt)
 
 
 @dataclass(frozen=True)

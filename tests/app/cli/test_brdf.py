@@ -153,7 +153,7 @@ def test_fit_writes_what_it_reports_and_replaces_only_its_own(lightarc: Command,
     found = result(lightarc(*words, "-o", tmp_path / "fit.json", "--json"))
     written = json.loads((tmp_path / "fit.json").read_text())
     assert written == {key: value for key, value in found.items() if key != "output"}
-    assert found["rmse_log_after"] < found["rmse_log_before"]
+    assert found["objective_after"] < found["objective_before"]
     assert lightarc(*words, "-o", tmp_path / "fit.json").code == 0
     (tmp_path / "mine.json").write_text("{}")
     assert lightarc(*words, "-o", tmp_path / "mine.json").code != 0

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
+from engine.core.figure_text import percent
 from engine.core.steps import Step, drain
+from engine.factor.advice import advise
 from engine.factor.data import factor_data
 from engine.factor.errors import metrics, reference, uses
 from engine.factor.factor import factor
@@ -121,6 +123,18 @@ def test_a_search_goes_on_only_as_what_it_was(brdf: str, more: Any, words: str) 
     first = drain(factor(brdf_from_text("lafortune:preset=blue-paint"), settings))
     with pytest.raises(ValueError, match=words):
         drain(factor(brdf_from_text(brdf), replace(settings, textures=2, **more), first))
+
+
+def test_half_and_difference_vectors_are_advised_with_the_error_that_they_have() -> None:
+    """The BRDF of Wang2004: four products of light and view miss the ridge that one of half vectors is."""
+    brdf = brdf_from_text("ashikhmin-shirley:kd=0.5,ks=0.75,nu=10,nv=100")
+    found = factor_brdf(brdf, side=16, products=4)
+    said = drain(advise(found, brdf))[-1]
+    other = factor_brdf(brdf, side=16, products=4, parametrisation="half-diff", weighting="cosine", map="polar")
+    shares = [reference(brdf).miss(each.term_errors[-1].rms_by_elevation_band) for each in (other, found)]
+    assert shares[0] < 0.25 * shares[1]
+    assert all(percent(share) in said for share in shares)
+    assert drain(advise(other, brdf)) == uses(other, brdf)
 
 
 def test_factors_that_are_mostly_wrong_are_recommended_for_nothing() -> None:
