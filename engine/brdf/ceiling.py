@@ -55,8 +55,8 @@ class Ceiling:
         """Largest values (..., 3) in 1/sr for unit directions (..., 3) above the horizon that broadcast."""
         wi, wo = np.broadcast_arrays(np.asarray(wi, np.float64), np.asarray(wo, np.float64))
         values = np.empty(wi.shape)
-        flat = (np.ascontiguousarray(each).reshape(-1, 3) for each in (wi, wo))
-        _look_up(self.table, *flat, values.reshape(-1, 3))
+        incident, outgoing = (np.ascontiguousarray(each).reshape(-1, 3) for each in (wi, wo))
+        _look_up(self.table, incident, outgoing, values.reshape(-1, 3))
         return values
 
 

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from engine.brdf.brdf import Brdf
 from engine.brdf.ceiling import ceiling_of
 from engine.brdf.half_difference import directions, half_difference
-from engine.brdf.models.sampling_lobes import CosineLobe, GaussianHalfVectors, HalfVectorLobe, Mixture
+from engine.brdf.models.sampling_lobes import CosineLobe, GaussianHalfVectors, HalfVectorLobe, Mixture, Sampler
 from engine.brdf.table import DirectionTable
 from engine.core.colour import luminance
 from engine.core.directions import Vectors, normalize, surface_direction
@@ -170,7 +170,10 @@ def beams_of(brdf: Brdf, data: FitData, *, seed: int = 0) -> Beams | None:
 
     if isinstance(brdf, DirectionTable):
         return None
-    lobes = (CosineLobe(), *(HalfVectorLobe(GaussianHalfVectors(alpha, alpha)) for alpha in _ROUGHNESS))
+    lobes: tuple[Sampler, ...] = (
+        CosineLobe(),
+        *(HalfVectorLobe(GaussianHalfVectors(alpha, alpha)) for alpha in _ROUGHNESS),
+    )
     sampler = Mixture(lobes, (0.4, 0.2, 0.2, 0.2))
     azimuths = np.zeros(1) if brdf.isotropic else np.pi * (np.arange(AROUND) + 0.5) / AROUND
     beams = surface_direction(*(each.ravel() for each in np.meshgrid(BEAMS, azimuths)))

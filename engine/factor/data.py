@@ -76,8 +76,8 @@ class FactorData:
 
     def part(self, samples: NDArray[np.intp]) -> FactorData:
         """The samples of these indices."""
-        arrays = (each[samples] for each in (self.wi, self.wo, self.value, self.measurement))
-        return FactorData(*arrays, self.ceiling)
+        sides = self.wi[samples], self.wo[samples], self.value[samples]
+        return FactorData(*sides, self.measurement[samples], self.ceiling)
 
     def bounded(self, *, reciprocal: bool) -> FactorData:
         """The same samples with the ceiling that they give (`engine.brdf.ceiling`)."""

@@ -10,7 +10,7 @@ products can fall below 0 where the BRDF does not: `f` is then 0, and `negative_
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
@@ -94,9 +94,7 @@ class SeparableFactors(Reflectance, Summary):
         """The first `terms` terms, of which there must be that many."""
         if not 1 <= terms <= self.terms:
             raise ValueError(f"there are {self.terms} terms, not {terms}")
-        parts = (self.first[:terms], self.second[:terms])
-        words = (self.isotropic, self.reciprocal, self.name, self.ceiling)
-        return SeparableFactors(self.hemisphere_map, self.parametrisation, *parts, *words)
+        return replace(self, first=self.first[:terms], second=self.second[:terms])
 
     def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
         """Values (..., 3) ≥ 0 in 1/sr without the cosine, for unit directions (..., 3) that broadcast."""

@@ -70,8 +70,11 @@ def shading_map_table(settings: Settings) -> Steps[Figure]:
         at = 0.5 * shading_map.r_max
         both = shading_map.slice_image(at), law.slice_image(at)
         error = with_colour_bar(np.asarray(law.error_map), "RMS", 360)
-        panels = (Panel(to_display8(both[0]), "slices, half as bright as the brightest"),)
-        panels += (Panel(to_display8(both[1]), "power law there"), Panel(error, "RMS error of a texel over its slices"))
+        panels = (
+            Panel(to_display8(both[0]), "slices, half as bright as the brightest"),
+            Panel(to_display8(both[1]), "power law there"),
+            Panel(error, "RMS error of a texel over its slices"),
+        )
         rms = f"RMS {number(law.rms, 3)}; {stands_for} in the paper {number(RMS[stands_for], 3)}"
         rows.append(Row(f"{name.capitalize()}: {rms}", panels))
         table.append({"sample": name, "rms": law.rms, "paper": stands_for, "paper_rms": RMS[stands_for]})
