@@ -19,7 +19,7 @@ from app.jobs.jobs import Job
 from app.widgets import theme
 from app.widgets.controls import ComboBox
 from app.widgets.figure_table import FigureTable
-from app.widgets.panels import Rows, Segments, button, enable, text
+from app.widgets.panels import Rows, button, enable, text
 from app.widgets.theme import STEP
 from engine.brdf.brdf import MODELS, Brdf, label_of, model_name
 from engine.brdf.fit import WEIGHTINGS as NORMS
@@ -86,7 +86,7 @@ def all_models(brdf: Brdf, weighting: Weighting) -> Steps[list[Offer]]:
 
 
 WEIGHTINGS = (
-    ("joint", "Both", "Relative errors, and for each colour as much light as the data reflect"),
+    ("joint", "Parts and light", "Relative errors, and for each colour as much light as the data reflect"),
     ("log", "All parts", "Relative errors: dim parts weigh as much as the highlight"),
     ("cosine", "Energy", "Errors weighted by energy: a highlight outweighs all else"),
 )
@@ -110,9 +110,10 @@ class FitSection(Rows):
             self.model.addItem(label_of(name), name)
         self.model.setCurrentIndex(self.model.findData("ggx"))
         self.row("Model", self.model, "The model to fit")
-        self.weighting = Segments(WEIGHTINGS)
-        self.weighting.choose("joint")
-        self.weighting.setMinimumHeight(self.weighting.sizeHint().height())
+        self.weighting = ComboBox()
+        for place, (name, words, hint) in enumerate(WEIGHTINGS):
+            self.weighting.addItem(words, name)
+            self.weighting.setItemData(place, hint, Qt.ItemDataRole.ToolTipRole)
         self.row("Counts", self.weighting, "Weight of each error in the fit")
         self.start = button("Fit")
         self.start.clicked.connect(self.begin)
@@ -156,7 +157,7 @@ class FitSection(Rows):
 
     @property
     def chosen_weighting(self) -> Weighting:
-        return next(name for name in NORMS if name == self.weighting.value)
+        return next(name for name in NORMS if name == self.weighting.currentData())
 
     def begin(self) -> None:
         """Fit the chosen model to the current entry."""
