@@ -54,7 +54,7 @@ ROBUST = 0.5
 #: single beams, and of what rises above the ceiling; and the least albedo that counts.
 CONSTRAINT, BEAM, OVERSHOOT, DARKEST = 20.0, 1.0, 0.1, 2e-3
 #: Share by which the albedo may be wrong: always, for each of the error that left-out samples have, and at most.
-KNOWN, LEFT_OUT, MOST_DOUBT = 0.01, 0.1, 0.03
+KNOWN, LEFT_OUT, MAX_DOUBT = 0.01, 0.1, 0.03
 #: Albedo above which something is wrong with the data; estimates of it are off by a few per cent.
 MOST = 1.1
 #: Angles of the beams whose albedo is taken, their azimuths where the BRDF is brushed, and directions for each.
@@ -192,7 +192,7 @@ def beams_of(brdf: Brdf, data: FitData, *, seed: int = 0) -> Beams | None:
         above = ceiling_of(data.wi, data.wo, np.maximum(data.value, 0.0), reciprocal=brdf.reciprocal)
         ceiling = np.maximum(above.look_up(wi, wo), 1e-12)
     doubt = KNOWN + LEFT_OUT * float(getattr(brdf, "leave_one_out", 0.0))
-    return Beams(wi, wo, weight, np.maximum(albedo, 0.0), min(doubt, MOST_DOUBT), ceiling)
+    return Beams(wi, wo, weight, np.maximum(albedo, 0.0), min(doubt, MAX_DOUBT), ceiling)
 
 
 def sample(brdf: Brdf, *, count: int = MANY, seed: int = 0) -> FitData:
