@@ -159,7 +159,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "epsilon": settings.epsilon,
         "seed": settings.seed,
         "time_s": time_s,
-        "warnings": doubts_of_brdf(brdf),
+        "warnings": [*doubts_of_brdf(brdf), *doubts_of_brdf(found.factors)],
         "uses": list(uses(found, brdf) if cancelled else drain(advise(found, brdf))),
         "cancelled": cancelled,
         "exit_code": CANCELLED if cancelled else DONE,

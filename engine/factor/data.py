@@ -79,7 +79,7 @@ class FactorData:
         sides = self.wi[samples], self.wo[samples], self.value[samples]
         return FactorData(*sides, self.measurement[samples], self.ceiling)
 
-    def bounded(self, *, reciprocal: bool) -> FactorData:
+    def add_ceiling(self, *, reciprocal: bool) -> FactorData:
         """The same samples with the ceiling that they give (`engine.brdf.ceiling`)."""
         _, first = np.unique(self.measurement, return_index=True)
         sides = (self.wi[first], self.wo[first], self.value[first])

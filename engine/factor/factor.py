@@ -60,7 +60,7 @@ def factor(brdf: Brdf, settings: FactorSettings = DEFAULT, resume: Factorisation
     yield Step(0.0, "sampling")
     data = factor_data(brdf, settings.samples, settings.max_theta, settings.seed)
     if isinstance(brdf, MEASURED):
-        data = data.bounded(reciprocal=brdf.reciprocal)
+        data = data.add_ceiling(reciprocal=brdf.reciprocal)
     pairs = reference(brdf, seed=settings.seed)
     parts = parts_of(data.wi, data.wo, data.measurement)
     if settings.method == "auto" and isinstance(brdf, MEASURED) and parts is not None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
@@ -19,10 +20,16 @@ from numpy.typing import ArrayLike, NDArray
 from engine.brdf.ceiling import Ceiling
 from engine.brdf.half_difference import OPPOSITE
 from engine.brdf.models.sampling import Reflectance
-from engine.core.directions import Vectors
+from engine.core.cached import cached_property
+from engine.core.directions import Vectors, surface_direction
+from engine.core.figure_text import percent
+from engine.core.health import Finding, Health, Verdict
 from engine.core.kernels import parallel, prange, scalar
 from engine.core.summary import Summary
 from engine.factor.hemisphere_map import HemisphereMap, taps
+
+#: Pairs at which sums below 0 are looked for, and the share of the energy from which they are spoken of.
+PAIRS, DOUBTFUL_SHARE = 20_000, 0.01
 
 Textures = NDArray[np.float32]
 
@@ -117,6 +124,22 @@ class SeparableFactors(Reflectance, Summary):
             values.reshape(-1, 3),
         )
         return values
+
+    @cached_property
+    def health(self) -> Health:
+        """Share of the energy that is drawn black because the sum is negative, at random pairs of directions."""
+        rng = np.random.default_rng(1)
+        cosine, azimuth = 1.0 - rng.random((2, PAIRS)), 2.0 * np.pi * rng.random((2, PAIRS))
+        wi, wo = surface_direction(np.arccos(cosine), azimuth)
+        share = self.negative_energy(wi, wo)
+        figures = MappingProxyType({"negative_energy_rel": share})
+        if share <= DOUBTFUL_SHARE:
+            return Health(figures)
+        text = (
+            f"the sum of {self.terms} terms is below 0 in places, which are drawn black: that adds {percent(share)} to "
+            "the energy; no sum of the method nonnegative is"
+        )
+        return Health(figures, (Finding(Verdict.WARNING, text),))
 
     def negative_energy(self, wi: Vectors, wo: Vectors) -> float:
         """Energy that `f` clamps at pairs (P, 3), as a fraction of what it keeps, both weighted by cos θ_i."""

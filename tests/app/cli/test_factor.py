@@ -162,3 +162,20 @@ def test_the_map_follows_the_directions_for_everyone_unless_one_is_chosen(lighta
     made = drain(solve(brdf_from_text("lambert"), FactorSettings(parametrisation="half-diff", side=6, samples=50)))
     assert isinstance(made.factors, SeparableFactors)
     assert made.factors.hemisphere_map.kind == "polar"
+
+
+def test_sums_below_0_are_warned_of_where_factors_are_made_and_where_they_are_drawn(
+    lightarc: Command, tmp_path: Path
+) -> None:
+    """Black bands in an image of four signed terms, as in a BRDF of Wang2004's kind."""
+    text = "ashikhmin-shirley:kd=0.4,ks=0.7,nu=12,nv=120"
+    words = ("--terms", 4, "--size", 16, "--samples", 500, "--json")
+    for method in ("symmetric", "nonnegative"):
+        folder = tmp_path / method
+        made = result(lightarc("factor", text, "--method", method, *words, "-o", folder))
+        image = ("--width", 16, "--height", 16, "--samples", 1, "--renderer", "cpu", "-o", tmp_path / "a.png")
+        drawn = result(lightarc("render", "sphere", "--brdf", folder, *image, "--json"))
+        for found in (made, drawn):
+            said = [each for each in found["warnings"] if "below 0" in each]
+            assert len(said) == (1 if method == "symmetric" else 0)
+    assert made["negative_energy_rel"] == 0.0

@@ -63,7 +63,7 @@ def test_far_from_all_samples_the_nearest_one_is_the_measure() -> None:
 
 
 def test_no_more_than_a_thousandth_of_pairs_has_a_ceiling_above_the_limit(measured: ScatteredBrdf) -> None:
-    ceiling = factor_data(measured).bounded(reciprocal=True).ceiling
+    ceiling = factor_data(measured).add_ceiling(reciprocal=True).ceiling
     assert ceiling is not None
     rng = np.random.default_rng(1)
     wi, wo = (parabolic_directions(rng, 4000, np.radians(80.0)) for _ in range(2))
