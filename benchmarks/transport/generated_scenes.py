@@ -4,6 +4,9 @@ Models are dented balls, balls that cut each other, tori and crumpled sheets of 
 folder of files where one is given. BRDFs are the analytic models between matt and mirror, published fits, brushed
 metal, interference films and retro-reflecting tapes, and measured files of the folder. Environments are the built-in
 ones, and skies with softboxes and suns of 1e2 … 1e5 times their radiance.
+
+`generate_varied` draws from another family beside it, of which predictions learn: solids that are added to and cut out
+of each other, subdivided polyhedra, brushed and retro-reflecting models, and environments of few or of many lights.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import brdf_from_text
@@ -90,6 +94,133 @@ def generate(seed: int, data: Path | None = None) -> tuple[str, Scene]:
     turn = float(rng.uniform(0.0, 2.0 * math.pi))
     scene = Scene(mesh, frame(mesh.positions), brdf, environment=environment, environment_rotation=turn)
     return f"{model}, {reflectance}, {light}, turned by {math.degrees(turn):.0f}°", scene
+
+
+#: Cells along a side of the grid that solids are cut on, and about the most vertices of a varied model.
+CELLS, VARIED_VERTICES = 18, 3_000
+
+
+def generate_varied(seed: int) -> tuple[str, Scene]:
+    """The scene of `seed` in the varied family, with its name; one in three is of the family of `generate`."""
+    rng = np.random.default_rng((19, seed))
+    if seed % 3 == 0:
+        return generate(10_000 + seed)
+    model, mesh = (_carved, _subdivided)[rng.integers(2)](rng)
+    reflectance, brdf = _varied_brdf(rng)
+    light, environment = (_few_lights, _many_lights)[rng.integers(2)](rng)
+    turn = float(rng.uniform(0.0, 2.0 * math.pi))
+    scene = Scene(mesh, frame(mesh.positions), brdf, environment=environment, environment_rotation=turn)
+    return f"{model}, {reflectance}, {light}, turned by {math.degrees(turn):.0f}°", scene
+
+
+def _carved(rng: np.random.Generator) -> tuple[str, Mesh]:
+    """A ball or a box to which some are added, and out of which others are cut."""
+    parts = [(rng.integers(2), np.zeros(3), 0.75, True)]
+    for _ in range(rng.integers(1, 5)):
+        parts.append((rng.integers(2), normalize(rng.normal(size=3)) * 0.6, rng.uniform(0.2, 0.5), rng.random() < 0.4))
+
+    def outside(points: Array) -> Array:
+        """Negative inside the solid."""
+        found = np.full(points.shape[:-1], np.inf)
+        for kind, middle, size, added in parts:
+            local = np.abs(points - middle) if kind else np.linalg.norm(points - middle, axis=-1, keepdims=True)
+            distance = local.max(axis=-1) - (0.7 * size if kind else size)
+            found = np.minimum(found, distance) if added else np.maximum(found, -distance)
+        return found
+
+    return "carved solid", isosurface(outside, CELLS)
+
+
+def isosurface(outside: Any, cells: int) -> Mesh:
+    """The surface on which `outside` changes its sign within [−1.3, 1.3]³: marching tetrahedra on so many cells³."""
+    axis = np.linspace(-1.3, 1.3, cells + 1)
+    points = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1)
+    value = outside(points).ravel()
+    points = points.reshape(-1, 3)
+    step = np.array([(cells + 1) ** 2, cells + 1, 1])
+    first = (np.stack(np.meshgrid(*[np.arange(cells)] * 3, indexing="ij"), -1).reshape(-1, 3) @ step)[:, None]
+    ways = [(0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1), (2, 1, 0), (1, 0, 2)]
+    paths = np.array([np.cumsum([0, *step[list(way)]]) for way in ways])
+    solids = (first[:, None] + paths[None]).reshape(-1, 4)
+    inside = value[solids] < 0.0
+    triangles = []
+    for kind in range(1, 15):
+        within = [corner for corner in range(4) if kind >> corner & 1]
+        without = [corner for corner in range(4) if corner not in within]
+        cut = solids[(inside == [(kind >> corner & 1) == 1 for corner in range(4)]).all(axis=1)]
+        edges = [(one, other) for one in within for other in without]
+        ends = np.stack([cut[:, list(edge)] for edge in edges], 1) if len(cut) else np.zeros((0, len(edges), 2), int)
+        corners = [(0, 1, 2)] if len(edges) == 3 else [(0, 1, 3), (0, 3, 2)]
+        triangles += [ends[:, list(three)] for three in corners]
+    pairs, faces = np.unique(np.sort(np.concatenate(triangles).reshape(-1, 2), axis=1), axis=0, return_inverse=True)
+    one, other = value[pairs[:, 0]], value[pairs[:, 1]]
+    share = (one / (one - other))[:, None]
+    positions = points[pairs[:, 0]] * (1.0 - share) + points[pairs[:, 1]] * share
+    small = 1e-3 * np.eye(3)
+    normals = normalize(np.stack([outside(positions + each) - outside(positions - each) for each in small], -1))
+    faces = faces.reshape(-1, 3)
+    across = np.cross(positions[faces[:, 1]] - positions[faces[:, 0]], positions[faces[:, 2]] - positions[faces[:, 0]])
+    wrong = dot(across, normals[faces].mean(axis=1)) < 0.0
+    faces[wrong] = faces[wrong][:, ::-1]
+    kept = np.linalg.norm(across, axis=1) > 1e-9
+    return Mesh(positions, normals.astype(np.float32), _around(positions), faces[kept].astype(np.int32), "solid")
+
+
+def _subdivided(rng: np.random.Generator) -> tuple[str, Mesh]:
+    """The hull of some points, subdivided after Loop until it is smooth."""
+    hull = trimesh.convex.convex_hull(rng.normal(size=(rng.integers(6, 14), 3)))
+    hull.vertices[rng.random(len(hull.vertices)) < 0.4] *= rng.uniform(0.3, 0.8)
+    while 4 * len(hull.vertices) < VARIED_VERTICES:
+        hull = hull.subdivide_loop(1)
+    positions = np.asarray(hull.vertices - hull.vertices.mean(axis=0))
+    positions /= np.abs(positions).max()
+    normals = np.asarray(hull.vertex_normals, np.float32)
+    return "subdivided hull", Mesh(positions, normals, _around(positions), np.asarray(hull.faces, np.int32), "hull")
+
+
+def _around(positions: Array) -> NDArray[np.float32]:
+    """Texture coordinates by longitude and height, so that tangents go round the axis."""
+    turn = np.arctan2(positions[:, 0], positions[:, 2]) / (2.0 * math.pi) + 0.5
+    return np.stack([turn, positions[:, 1]], -1).astype(np.float32)
+
+
+def _varied_brdf(rng: np.random.Generator) -> tuple[str, Any]:
+    alpha, other = 10.0 ** rng.uniform(-1.0, -0.2), 10.0 ** rng.uniform(-1.0, -0.2)
+    colour = rng.uniform(0.05, 0.9)
+    if (kind := rng.integers(7)) == 0:
+        return "tape", Tape(float(rng.uniform(5.0, 60.0)))
+    texts = (
+        f"ggx-anisotropic:kd={0.5 * colour:.3f},alpha_x={alpha:.3f},alpha_y={other:.3f},f0=0.04",
+        f"ggx-anisotropic:kd=0,alpha_x={alpha:.3f},alpha_y={other:.3f},f0=0.9",
+        f"ggx:kd={0.6 * colour:.3f},alpha={alpha:.3f},f0=0.04",
+        f"cook-torrance:kd={0.4 * colour:.3f},m={0.6 * alpha:.3f},f0=0.1",
+        f"oren-nayar:sigma_deg={rng.uniform(5.0, 40.0):.1f}",
+        f"ashikhmin-shirley:nu={10.0 ** rng.uniform(0.7, 2.3):.1f},nv={10.0 ** rng.uniform(0.7, 2.3):.1f}",
+    )
+    return texts[kind - 1], brdf_from_text(texts[kind - 1])
+
+
+def _few_lights(rng: np.random.Generator) -> tuple[str, EnvironmentMap]:
+    """One to four discs of some degrees before a faint sky."""
+    count = int(rng.integers(1, 5))
+    return f"{count} lights", _discs(rng, count, (2.0, 12.0), (1.0, 3.0), rng.uniform(0.01, 0.3))
+
+
+def _many_lights(rng: np.random.Generator) -> tuple[str, EnvironmentMap]:
+    """Tens of discs and soft lights."""
+    count = int(rng.integers(15, 60))
+    return f"{count} lights", _discs(rng, count, (3.0, 20.0), (0.0, 2.0), rng.uniform(0.05, 0.5))
+
+
+def _discs(
+    rng: np.random.Generator, count: int, degrees: tuple[float, float], levels: tuple[float, float], sky: float
+) -> EnvironmentMap:
+    towards = texel_directions(MAP_ROWS, 2 * MAP_ROWS)
+    radiance = np.full(towards.shape, sky) * rng.uniform(0.6, 1.0, 3)
+    for _ in range(count):
+        inside = towards @ _upward(rng) > math.cos(math.radians(rng.uniform(*degrees)))
+        radiance = radiance + 10.0 ** rng.uniform(*levels) * inside[..., None] * rng.uniform(0.5, 1.0, 3)
+    return EnvironmentMap(radiance.astype(np.float32), "lights")
 
 
 def _model(rng: np.random.Generator, data: Path | None) -> tuple[str, Mesh]:
