@@ -28,6 +28,7 @@ from engine.geometry.shapes import grid_mesh, shape
 from engine.light.environment import EnvironmentMap, texel_directions
 from engine.light.environment_file import open_environment
 from engine.planning import bake as bake_plan
+from engine.planning.bake_group import Bake, relight_transport, settings_of
 from engine.planning.costs.cost_model import CostModel
 from engine.planning.costs.machine_profile import calibrate
 from engine.planning.costs.setting import Setting
@@ -35,7 +36,6 @@ from engine.planning.plan import plan
 from engine.render.reference import reference
 from engine.scene.scene import Scene
 from engine.selftest.light import sphere
-from engine.tradeoff.bake_group import Bake, relight_transport, settings_of
 from engine.tradeoff.point import FACTOR
 from engine.tradeoff.predict import Predictions
 from engine.transport import method as transport
@@ -50,7 +50,7 @@ BRDF, ANOTHER = "ggx:kd=0.5,alpha=0.3,f0=0.04", "ggx:kd=0.4,alpha=0.35,f0=0.05"
 
 @cache
 def costs() -> CostModel:
-    return drain(calibrate())
+    return drain(calibrate())[0]
 
 
 def plan_50k() -> Measure:

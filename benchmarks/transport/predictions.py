@@ -22,15 +22,15 @@ from engine.accuracy.compare import ErrorEstimate
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps, drain
+from engine.planning.bake_group import bake_alone, bake_group, groups, relight_transport
 from engine.planning.choices import probe
 from engine.planning.costs.setting import Setting, parameters_of
 from engine.planning.effects.estimates import Estimate, estimates, scenery
-from engine.planning.effects.mode_error import mode_errors
+from engine.planning.effects.mode_error import factors_by_terms, mode_errors
 from engine.planning.effects.sample import COMPARED
 from engine.planning.predicted_error import PredictedErrors
 from engine.render.reference import reference
 from engine.scene.scene import Scene
-from engine.tradeoff.bake_group import bake_alone, bake_group, groups, relight_transport
 from engine.tradeoff.draw import SAMPLES, Drawer, Image, drawing, find_shown_vertices
 from engine.tradeoff.sweep import COVERED, FEW_PASSES, OTHER_SEED, Refining, scene_of
 from engine.transport import method as transport
@@ -238,19 +238,24 @@ def errors_of(scene: Scene) -> PredictedErrors:
     return PredictedErrors(looked, found, lambda depth: probe(scene.mesh, brdf, depth, **place))
 
 
-def measure(scene: Scene, settings: Sequence[Setting], drawer: Drawer) -> dict[Setting, ErrorEstimate]:
-    """The error of an image of each setting, against a reference whose noise is low."""
+def measure(
+    scene: Scene, settings: Sequence[Setting], drawer: Drawer, seconds: float = MAX_S
+) -> dict[Setting, ErrorEstimate]:
+    """The error of an image of each setting, against a reference whose noise is low, or that took so many seconds."""
     size = drawer.size
     with closing(Refining(scene, size, 1, 0)) as refining:
         plain = drain(drawer.draw(dataclasses.replace(scene, directions=4)))
         refining.covered = plain.image[..., 3] >= COVERED
-        exact = drain(refining.refine(MAX_S, NOISE, FEW_PASSES))
+        exact = drain(refining.refine(seconds, NOISE, FEW_PASSES))
     return {setting: exact.error(image) for setting, image in _images(scene, settings, drawer)}
 
 
 def _images(scene: Scene, settings: Sequence[Setting], drawer: Drawer) -> Iterator[tuple[Setting, Image]]:
-    shown, known = find_shown_vertices(scene, drawer.size, SAMPLES), dict[Any, Any]()
+    shown = find_shown_vertices(scene, drawer.size, SAMPLES)
     baked = [each for each in settings if each.mode in transport.names()]
+    known: dict[Any, Any] = {}
+    if any("terms" in each.parameters for each in baked):
+        known |= factors_by_terms(scene.brdf)
     shared = groups(baked)
     alone = [each for each in baked if not any(each in group for group in shared)]
     jobs = [bake_group(scene, group, shown=shown, known=known) for group in shared]

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from engine.planning.bake_group import groups, is_apart
 from engine.planning.costs.setting import Setting, parameters_of, sweep
 from engine.scene.mode import MODES
 from engine.scene.scene import Scene
-from engine.tradeoff.bake_group import groups, is_apart
 from engine.transport import method as transport
 from engine.transport.wavelet.haar import FACES
 

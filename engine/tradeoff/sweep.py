@@ -31,6 +31,15 @@ from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
 from engine.core.stopwatch import shortest
 from engine.core.summary import Summary
+from engine.planning.bake_group import (
+    Bake,
+    Factors,
+    LeftOut,
+    bake_alone,
+    bake_group,
+    relight_transport,
+    too_long,
+)
 from engine.planning.costs.cost_model import CostModel
 from engine.planning.costs.setting import Setting, parameters_of
 from engine.render.path import check_scene
@@ -40,15 +49,6 @@ from engine.scene.scene import Scene, Source
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
 from engine.tradeoff.agenda import effort_of, in_order, quick_first, reduce
-from engine.tradeoff.bake_group import (
-    Bake,
-    Factors,
-    LeftOut,
-    bake_alone,
-    bake_group,
-    relight_transport,
-    too_long,
-)
 from engine.tradeoff.draw import LONG_ENOUGH_S, SAMPLES, Drawer, drawing, find_shown_vertices
 from engine.tradeoff.front import break_even_frames, effort, front, rises
 from engine.tradeoff.point import Point

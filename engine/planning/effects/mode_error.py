@@ -163,7 +163,7 @@ def can_be_factored(brdf: Brdf) -> bool:
 
 
 @remember(16)
-def _factors(brdf: Brdf) -> dict[int, SeparableFactors]:
+def factors_by_terms(brdf: Brdf) -> dict[int, SeparableFactors]:
     """The signed factors of bakes by their number of terms; non-negative ones err about as much, and take seconds."""
     return drain(factors_of_each(brdf, TERMS, signs="signed"))
 
@@ -177,7 +177,7 @@ def _wavelets(scene: Scenery) -> dict[tuple[int, int], float]:
     wanted, found = scene.methods.full[rows], {}
     vertices = np.repeat(np.arange(len(rows)), sample.views.shape[1])
     views = np.einsum("nji,njk,nvk->nvi", frames, sample.frames[rows], sample.views[rows]).reshape(-1, 3)
-    for terms, factors in _factors(scene.brdf).items():
+    for terms, factors in factors_by_terms(scene.brdf).items():
         for kept in KEPT:
             with one_thread():
                 transport = _transport(scene, rows, frames, visible, factors, kept)

@@ -26,12 +26,12 @@ from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh, read_mesh
 from engine.geometry.shapes import shape
 from engine.light.environment_file import open_environment
+from engine.planning.bake_group import bake_alone, bake_group, groups, relight_transport
 from engine.planning.costs.setting import Setting
 from engine.render.reference import ReferenceImage, reference
 from engine.render.transported import image_of
 from engine.scene.scene import Scene
 from engine.tradeoff.agenda import modes_of, quick_first, reduce, settings_of
-from engine.tradeoff.bake_group import bake_alone, bake_group, groups, relight_transport
 from engine.tradeoff.draw import SAMPLES, find_shown_vertices
 from engine.tradeoff.front import front
 from engine.tradeoff.sweep import NoisyReference, Tradeoff, sweep, sweeps_of
