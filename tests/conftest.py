@@ -99,17 +99,6 @@ def typefaces_listed_once() -> Iterator[None]:
         yield
 
 
-@pytest.fixture
-def steady_rays(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Rays take the same time on every mesh, whatever else the machine does: plans and predictions grow with it."""
-
-    def time_once(work: Callable[[], object], runs: int = 2, enough_s: float = math.inf) -> float:
-        work()
-        return 1e-3
-
-    monkeypatch.setattr("engine.planning.costs.load.shortest", time_once)
-
-
 @pytest.fixture(scope="session")
 def shared_data() -> Callable[[str], Path]:
     """Path of a real file beside the project; the test that asks for an absent one is skipped, naming it."""

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any
 from app.session.settings import cache_folder
 from engine.core.errors import OutputError
 from engine.core.figure_text import percent
-from engine.core.steps import Step, Steps, relay
+from engine.core.steps import Steps, relay
 from engine.core.stopwatch import DISTURBED, background_load, had_company, read_clock
 from engine.geometry.camera import frame
-from engine.planning.costs.cost_model import BUSY, load_model, save
+from engine.planning.costs.cost_model import load_model, save
 from engine.planning.costs.planned import planning_of
 from engine.planning.costs.setting import Setting, parameters_of
 from engine.planning.effects.sample import sample_surface
@@ -50,27 +50,38 @@ def cost_path() -> Path | None:
 
 
 def cost_model(*, anew: bool = False) -> Steps[CostModel]:
-    """The kept profile of this machine, or one measured now (some ten seconds) and kept if possible.
+    """The kept profile of this machine, or one that is measured now and kept if possible.
 
-    One that was kept too long, or measured beside other programs, is measured again.
+    That takes a second or two (`quick_profile`); with `anew` each rate is measured, in some ten seconds. What was
+    measured beside other programs is not kept.
     """
-    from engine.planning.costs.machine_profile import calibrate
+    from engine.planning.costs.machine_profile import calibrate, quick_profile
 
     path = cost_path()
-    kept = load_model(path) if path is not None and not anew else None
-    if kept is not None and not kept.is_expired(time.time()):
+    kept = load_model(path) if path is not None else None
+    if kept is not None and not anew and not kept.is_expired(time.time()):
         return kept
-    budget = "once on this machine, some 10 s while nothing else runs"
-    model = yield from relay(calibrate(), lambda step: Step(step.done, f"{step.note}: {budget}", step.partial))
-    if model.background_load > BUSY:
+    if anew:
+        budget = "some 10 s while nothing else runs"
+        whole, load = yield from relay(calibrate(), lambda step: replace(step, note=f"{step.note}: {budget}"))
+        if whole.calibrated:
+            _keep_in(path, whole)
+            return whole
         log.warning(
-            "Other programs used %s of the CPUs during this measurement, so predicted times are too long. "
-            "Measure it again when it is idle, with: lightarc plan … --calibrate",
-            percent(model.background_load),
+            "Other programs used %s of the CPUs during this measurement, so it is not kept. "
+            "Measure it again when the machine is idle, with: lightarc plan … --calibrate",
+            percent(load),
         )
+        if kept is not None and not kept.is_expired(time.time()):
+            return kept
+    model = yield from quick_profile()
+    _keep_in(path, model)
+    return model
+
+
+def _keep_in(path: Path | None, model: CostModel) -> None:
     if path is not None:
         _keep(model, path)
-    return model
 
 
 def learn(method: str, predicted_s: float, bake_s: float, since: Spent) -> None:

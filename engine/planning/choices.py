@@ -25,7 +25,7 @@ from engine.geometry.camera import Camera, frame
 from engine.geometry.mesh import Mesh
 from engine.planning.ceilings import Ceilings
 from engine.planning.costs.cost_model import Cost, CostModel, Load
-from engine.planning.costs.load import Rays, measure_coverage, rays_of, shade
+from engine.planning.costs.load import closed_share, measure_coverage, shade
 from engine.planning.costs.planned import planning_of
 from engine.planning.costs.setting import Setting, parameters_of, shows
 from engine.planning.effects.estimates import LOW_ORDER, Estimate, Scenery
@@ -157,10 +157,6 @@ class Choices:
     @cached_property
     def errors(self) -> PredictedErrors:
         return PredictedErrors(self.scene, self.found, self.noise)
-
-    @cached_property
-    def _rays(self) -> Rays:
-        return rays_of(self.scene.sample.of)
 
     @cached_property
     def _covered(self) -> float:
@@ -308,11 +304,9 @@ class Choices:
             self._diffuse(skipped) and "glossy" not in asked,
             (bool(self.scene.brdf.isotropic) and "anisotropy" not in asked) or "anisotropy" in skipped,
             self._coloured,
-            closed=self._rays.closed,
+            closed=closed_share(looked.of),
             covered=self._covered,
             shaded=self._shaded,
-            visibility=self._rays.visibility,
-            ray_scale=self.cost_model.ray_scale(self._rays),
             lamps=len(looked.lamp_direction) if "sun-split" not in skipped else 0,
             texels=math.prod(looked.light.whole.radiance.shape[:2]),
             depth=depth_of(skipped),

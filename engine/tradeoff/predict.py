@@ -12,7 +12,7 @@ from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import caster_of
 from engine.light.sun_split import split_sun
 from engine.planning.costs.cost_model import CostModel, Load
-from engine.planning.costs.load import TEXELS, measure_coverage, rays_of, shade
+from engine.planning.costs.load import TEXELS, closed_share, measure_coverage, shade
 from engine.planning.costs.setting import Setting
 from engine.planning.effects.sample import sample_surface
 from engine.planning.effects.simplified import albedos
@@ -65,7 +65,7 @@ class Predictions:
         """
         surface = sample_surface(scene.mesh, scene.ground)
         of, (width, height) = receivers(surface), size
-        rays, model = rays_of(of), len(scene.mesh.positions)
+        model = len(scene.mesh.positions)
         brdf: Brdf = scene.brdf
         suns = () if scene.environment is None else split_sun(scene.environment)[1]
         texels = TEXELS if scene.environment is None else int(np.prod(scene.environment.radiance.shape[:2]))
@@ -78,11 +78,9 @@ class Predictions:
             is_diffuse(brdf),
             bool(brdf.isotropic),
             bool(np.ptp(albedos(brdf).mean) > 1e-9),
-            closed=rays.closed,
+            closed=closed_share(of),
             covered=measure_coverage(of.caster, scene.camera, width / height),
             shaded=shade(of.caster, scene.camera, width / height),
-            visibility=rays.visibility,
-            ray_scale=costs.ray_scale(rays),
             lamps=len(scene.lamps) + len(suns),
             texels=texels,
             depth=max_depth,

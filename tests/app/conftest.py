@@ -180,7 +180,7 @@ def photographs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def coarse(monkeypatch: pytest.MonkeyPatch, steady_rays: None) -> None:
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plans, trial bakes and tables are coarse (`COARSE`), and of a scene that an earlier test planned remembered."""
     from engine.planning.effects.sample import sample
 

@@ -30,7 +30,6 @@ import engine
 from engine.core.errors import FileError
 from engine.planning.costs.load import Load as Load
 from engine.planning.costs.load import Rates as Rates
-from engine.planning.costs.load import Rays
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import DIFFUSE_ORDER as DIFFUSE_ORDER
 from engine.render.reference import BYTES_PER_PIXEL
@@ -42,17 +41,18 @@ from engine.transport.sh.bake import default_edge
 from engine.transport.wavelet.haar import FACES
 
 #: Changes when the rates of a kept model no longer mean what they did.
-FORMAT = 6
+FORMAT = 7
 
 #: Bytes of a kept model at most.
 FILE_LIMIT_BYTES = 1 << 16
 
-#: Seconds that a profile holds: drivers, governors and other programs change. Share of the CPUs that other
-#: programs may have had while it was measured, and the seconds that it holds where they had more.
-HOLDS_S, BUSY, BUSY_HOLDS_S = 30 * 86_400.0, 0.2, 600.0
+#: Seconds that a profile holds: drivers, governors and other programs change. Share of the CPUs that other programs may
+#: have had while every part was measured.
+HOLDS_S, BUSY = 30 * 86_400.0, 0.2
 
-#: Factor within which times of an idle machine are of predicted ones, as 110 of 117 bakes and frames were.
-WITHIN = 1.5
+#: Factor within which times of an idle machine are of predicted ones: where every part was measured, as 110 of 117
+#: bakes and frames were, and where rates of another machine were scaled.
+WITHIN, SCALED_WITHIN = 1.5, 2.0
 
 #: A bake, or a frame, that teaches takes at least so many seconds; the last so many count; no correction is more than
 #: this.
@@ -129,23 +129,21 @@ class CostModel:
     """The rates of one machine; `tables` by the names of `NAMES`.
 
     `renderer` is the name of the graphics device that frames are for, "processor" where there is none.
-    `background_load` is the share of the CPUs that other programs had while it was measured, `measured_at_s`
-    when that was, in seconds of POSIX. `bakes` has, for each method that was baked since, the mean logarithm of the
-    seconds of its last bakes over those that the rates predict, and their number; `frames` has the same for the frames
-    of each mode.
+    `calibrated` is whether each rate was measured here; else those of another machine were scaled (`quick_profile`).
+    `measured_at_s` is when that was, in seconds of POSIX. `bakes` has, for each method that was baked since, the mean
+    logarithm of the seconds of its last bakes over those that the rates predict, and their number; `frames` has the
+    same for the frames of each mode.
     """
 
     machine: str
     renderer: str
     tables: Mapping[str, Rates] = field(hash=False)
-    background_load: float = 0.0
+    calibrated: bool = True
     measured_at_s: float = 0.0
     bakes: Seen = field(default_factory=lambda: MappingProxyType({}), hash=False)
     frames: Seen = field(default_factory=lambda: MappingProxyType({}), hash=False)
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.background_load <= 1.0:
-            raise ValueError(f"other programs cannot have had {self.background_load} of the CPUs")
         for mode, (mean, count) in (*self.bakes.items(), *self.frames.items()):
             if not (abs(mean) <= math.log(MAX_CORRECTED) and 1 <= count <= REMEMBERED):
                 raise ValueError(f"{mode} cannot have taken e^{mean} of the predicted time {count} times")
@@ -163,16 +161,12 @@ class CostModel:
 
     @property
     def within(self) -> float:
-        """The factor that times are within of predicted ones in some 95 of 100 cases.
-
-        Rates that were measured beside other programs are too long by what these had of the CPUs.
-        """
-        return WITHIN / (1.0 - min(self.background_load, 0.9))
+        """The factor that times are within of predicted ones in some 95 of 100 cases."""
+        return WITHIN if self.calibrated else SCALED_WITHIN
 
     def is_expired(self, now_s: float) -> bool:
-        """True where it is too old; much sooner if it was measured beside other programs."""
-        holds_s = HOLDS_S if self.background_load <= BUSY else BUSY_HOLDS_S
-        return not 0.0 <= now_s - self.measured_at_s <= holds_s
+        """True where it is too old."""
+        return not 0.0 <= now_s - self.measured_at_s <= HOLDS_S
 
     def learn(self, method: str, predicted_s: float, bake_s: float) -> CostModel:
         """The model that has seen a bake of `method` take `bake_s` where it predicted `predicted_s`."""
@@ -189,11 +183,6 @@ class CostModel:
     def rate(self, name: str, parameter: float = 1.0) -> float:
         """Seconds at a parameter: a power law between the two measured points, and beyond the ends as at the ends."""
         return rate_at(self.tables[name], parameter)
-
-    def ray_scale(self, rays: Rays) -> float:
-        """For `Load`, from what rays cost on a mesh; 1 where no vertex of it needs any."""
-        usual = self.rate("ray")
-        return rays.ray_s / usual if min(rays.ray_s, usual) > 0.0 else 1.0
 
     def predict(self, setting: Setting, vertices: int, pixels: int, *, load: Load | None = None, **more: Any) -> Cost:
         """Cost of `setting` for so many vertices and pixels; `load`, or `more` of its fields, give the rest."""
@@ -216,7 +205,7 @@ class CostModel:
 
     def rays_s(self, edge: int, load: Load) -> float:
         """Seconds of visibility over a cube map of all vertices, and of preparing them."""
-        seen = rate_at(load.visibility or self.tables["visibility"], edge) * load.occluded
+        seen = self.rate("visibility", edge) * load.map_scale * load.occluded
         return load.vertices * (seen + self.rate("receivers"))
 
     def _reference(self, setting: Setting, load: Load) -> Cost:
@@ -280,7 +269,7 @@ def machine_name() -> str:
 def save(model: CostModel, path: Path) -> None:
     """Keep a model in the file `path`; OutputError where that cannot be."""
     make_folder(path.parent)
-    record = {name: getattr(model, name) for name in ("machine", "renderer", "background_load", "measured_at_s")}
+    record = {name: getattr(model, name) for name in ("machine", "renderer", "calibrated", "measured_at_s")}
     write_json(path, {**record, "bakes": dict(model.bakes), "frames": dict(model.frames), "tables": dict(model.tables)})
 
 
@@ -296,8 +285,8 @@ def load_model(path: Path) -> CostModel | None:
             {str(mode): (float(mean), int(count)) for mode, (mean, count) in record[kind].items()}
             for kind in ("bakes", "frames")
         )
-        load, at_s = float(record["background_load"]), float(record["measured_at_s"])
-        model = CostModel(str(record["machine"]), str(record["renderer"]), tables, load, at_s, *seen)
+        calibrated, at_s = bool(record["calibrated"]), float(record["measured_at_s"])
+        model = CostModel(str(record["machine"]), str(record["renderer"]), tables, calibrated, at_s, *seen)
     except (FileError, ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError):
         return None
     return model if model.machine == machine_name() else None

@@ -54,8 +54,8 @@ def frame_rates(tables: dict[str, Rates]) -> Steps[str]:
     meshes = round_mesh(FEW), round_mesh(MANY)
     camera = frame(meshes[0].positions)
     shown = shade(caster_of(meshes[0]), camera)
-    with _drawing() as (name, draw):
-        plain = _lights(LIGHTS[0], meshes[0])
+    with drawing_frames((SMALL, LARGE)) as (name, draw):
+        plain = drawn_by_lights(LIGHTS[0], meshes[0])
         far = replace(camera, eye=tuple(1e3 * np.array(camera.eye)))
         small_s, large_s = (_frame_s(draw, plain, far, side) for side in (SMALL, LARGE))
         empty_s = max(0.0, large_s - small_s) / (LARGE**2 - SMALL**2)
@@ -88,8 +88,8 @@ def _frame_s(draw: Draw, what: RelightTransport | Scene, camera: Camera, side: i
 
 
 @contextmanager
-def _drawing() -> Iterator[tuple[str, Draw]]:
-    """The name of what draws, and how."""
+def drawing_frames(sides: tuple[int, ...]) -> Iterator[tuple[str, Draw]]:
+    """The name of what draws, "processor" without OpenGL, and how, into images with these `sides` in pixels."""
     from engine.gl.direct import DirectRenderer
     from engine.gl.transported import TransportRenderer
 
@@ -100,7 +100,7 @@ def _drawing() -> Iterator[tuple[str, Draw]]:
         return
     with made as context:
         direct, transported = DirectRenderer(context), TransportRenderer(context)
-        targets = {side: context.framebuffer([context.renderbuffer((side, side))]) for side in (SMALL, LARGE)}
+        targets = {side: context.framebuffer([context.renderbuffer((side, side))]) for side in sides}
 
         def draw(what: RelightTransport | Scene, camera: Camera, side: int) -> None:
             if isinstance(what, Scene):
@@ -142,14 +142,14 @@ Kind = tuple[str, tuple[int, ...], Callable[[int, Mesh], "RelightTransport | Sce
 
 def _kinds() -> list[Kind]:
     """All kinds of frames."""
-    found: list[Kind] = [("direct", LIGHTS, _lights)]
+    found: list[Kind] = [("direct", LIGHTS, drawn_by_lights)]
     for method in METHODS:
         planning = planning_of(method.name)
         found += [(kind, parameters, partial(planning.draw, kind)) for kind, parameters in method.frames.items()]
     return found
 
 
-def _lights(lights: int, mesh: Mesh) -> Scene:
+def drawn_by_lights(lights: int, mesh: Mesh) -> Scene:
     """So many lights, in front of the model or above it, as usual."""
     brdf = brdf_from_text("ggx:kd=0.5,alpha=0.3,f0=0.04")
     return Scene(mesh, frame(mesh.positions), brdf, environment=open_environment("studio"), directions=lights)

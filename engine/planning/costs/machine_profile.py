@@ -1,17 +1,24 @@
-"""Measuring what this machine takes for each part of a bake, of a rotated environment and of a frame, in some seconds.
+"""Measuring what this machine takes for each part of a bake, of a rotated environment and of a frame.
 
-Every part runs on the built-in torus knot of 50,000 vertices, at some of them where it is done vertex by vertex,
+`quick_profile` takes a second or two, whatever else the machine does: the rates of another machine, which the program
+ships, times what three probes take here over what they took there. Probes are timed by the CPU seconds of one thread
+or of the process, the least of several runs, so that waiting for a CPU that others have does not count. `calibrate`
+measures each rate here, in some ten seconds of an idle machine; it is asked for.
+
+There every part runs on the built-in torus knot of 50,000 vertices, at some of them where it is done vertex by vertex,
 through the code that bakes and images run, and at few values of its parameter: between and beyond them a rate is a
 power law. The shortest of some runs counts. Frames are measured by `engine.planning.costs.frame_rates`.
 """
 
 from __future__ import annotations
 
+import json
+import math
 import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -30,14 +37,14 @@ from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import caster_of
 from engine.geometry.shapes import shape
 from engine.light.environment import EnvironmentMap
-from engine.planning.costs.cost_model import CostModel, basis_values, machine_name
-from engine.planning.costs.frame_rates import frame_rates, round_mesh
-from engine.planning.costs.load import Rates, hemisphere, measure_coverage, rays_of, threads
+from engine.planning.costs.cost_model import BUSY, CostModel, basis_values, machine_name
+from engine.planning.costs.frame_rates import drawing_frames, drawn_by_lights, frame_rates, round_mesh
+from engine.planning.costs.load import Rates, closed_share, hemisphere, measure_coverage, spread, threads
 from engine.render.reference import ReferenceImage, reference
 from engine.scene.scene import Scene
 from engine.transport.baking import visibility_kernel
 from engine.transport.baking.file import plan_transport, writing
-from engine.transport.baking.visibility import Receivers, find_unshaded, receivers, visibility_shares
+from engine.transport.baking.visibility import Receivers, find_unshaded, portion, receivers, visibility_shares
 from engine.transport.gaussian.fitting.fit import Fit, FitSettings, TransportSamples, fit_vertices
 from engine.transport.gaussian.indirect import indirect_samples
 from engine.transport.gaussian.samples import GlossySurface, direct_samples
@@ -69,6 +76,9 @@ from engine.transport.wavelet.transfer import (
 
 #: Vertices at which rows are measured, as many as a chunk has, and a bounce.
 SAMPLED, BOUNCED = 64, 8
+
+#: Portions of vertices that each thread gets where visibility is measured, and vertices and rays of each otherwise.
+PORTIONS, PROBES, RAYS = 4, 256, 64
 
 #: Orders, edges and coefficients that are measured.
 ORDERS, EDGES, KEPT = (3, 8, 12), (16, 64), (24, 96, 384)
@@ -104,10 +114,11 @@ GLOSSY, DIFFUSE = "ggx:kd=0.5,alpha=0.3,f0=0.04", Lambert((0.5, 0.5, 0.5))
 Tables = dict[str, Rates]
 
 
-def calibrate() -> Steps[CostModel]:
-    """Measure this machine: some ten seconds, longer where others work too or kernels have to be compiled.
+def calibrate() -> Steps[tuple[CostModel, float]]:
+    """Measure every rate of this machine, and the share of the CPUs that other programs had meanwhile.
 
-    Without OpenGL, frames are the CPU's. A part beside which others worked is measured again.
+    Some ten seconds, longer where others work too or kernels have to be compiled. Without OpenGL, frames are the
+    CPU's. A part beside which others worked is measured again; rates are too long by what others had of the CPUs.
     """
     tables: Tables = {}
     shares, renderer = [], ""
@@ -126,7 +137,112 @@ def calibrate() -> Steps[CostModel]:
         shares.append(share)
     yield Step(1.0, "measured")
     load = float(np.average([share.load for share in shares], weights=[share.seconds for share in shares]))
-    return CostModel(machine_name(), renderer, tables, load, time.time())
+    return CostModel(machine_name(), renderer, tables, load <= BUSY, time.time()), load
+
+
+#: Rates that one thread works off; all others are shared by all threads.
+ALONE = ("ray", "sh-products", "sh-basis", "light-", "file-byte", "wavelet-fixed", "receivers")
+
+#: Vertices of the mesh of the probes, runs of a probe, rows of the matrices, and lights and side of the frame.
+PROBE_VERTICES, PROBE_RUNS, PROBE_ROWS, PROBE_LIGHTS, PROBE_SIDE = 6_000, 7, 384, 16, 192
+
+
+def quick_profile() -> Steps[CostModel]:
+    """The shipped rates scaled to this machine: a second or two, also while other programs work.
+
+    Frames of a graphics card are measured, since rates of a CPU say nothing of them.
+    """
+    yield Step(0.0, "measuring the speed of the CPU")
+    shipped = read_shipped()
+    own = measure_probes()
+    scale = {name: own[name] / shipped.probes[name] for name in own}
+    cpu = math.sqrt(scale["rays"] * scale["matrices"])
+    crowd = shipped.threads / threads()
+    tables: Tables = {
+        name: _scale(rates, cpu * (1.0 if name.startswith(ALONE) else crowd)) for name, rates in shipped.tables.items()
+    }
+    yield Step(0.3, "measuring a frame")
+    renderer, frame_s = measure_frame()
+    if renderer.startswith(SOFTWARE):
+        kind = renderer.split()[0]
+        factor = frame_s / shipped.frame_s[kind] * crowd
+        tables |= {name: _scale(rates, factor) for name, rates in shipped.frames[kind].items()}
+    else:
+        renderer = yield from part(frame_rates(tables), 0.3, 1.0)
+    yield Step(1.0, "measured")
+    return CostModel(machine_name(), renderer, tables, False, time.time())
+
+
+def _scale(rates: Rates, factor: float) -> Rates:
+    return tuple((parameter, rate * factor) for parameter, rate in rates)
+
+
+#: Beginnings of the names of what draws on the CPU.
+SOFTWARE = ("llvmpipe", "processor")
+
+#: The rates that the program ships: `python -m benchmarks.transport.rates` writes them.
+SHIPPED = Path(__file__).resolve().parents[3] / "resources" / "rates" / "machine.json"
+
+
+@dataclass(frozen=True)
+class Shipped:
+    """Rates of another machine of so many `threads`: `tables` but for frames, which are by what draws them.
+
+    `probes` and `frame_s` are what `measure_probes` and `measure_frame` found there, in CPU seconds.
+    """
+
+    threads: int
+    tables: Tables
+    frames: dict[str, Tables]
+    probes: dict[str, float]
+    frame_s: dict[str, float]
+
+
+@cache
+def read_shipped() -> Shipped:
+    """The shipped rates."""
+    record = json.loads(SHIPPED.read_text("utf-8"))
+    frames = {kind: _read_tables(tables) for kind, tables in record["frames"].items()}
+    return Shipped(record["threads"], _read_tables(record["tables"]), frames, record["probes"], record["frame_s"])
+
+
+def _read_tables(record: dict[str, Any]) -> Tables:
+    return {name: tuple((parameter, rate) for parameter, rate in rates) for name, rates in record.items()}
+
+
+def measure_probes() -> dict[str, float]:
+    """CPU seconds of rays that go their own ways and of a product of matrices, each on one thread."""
+    mesh = round_mesh(PROBE_VERTICES)
+    caster, count = caster_of(mesh), PROBES * RAYS
+    random = np.random.default_rng(0)
+    origin, direction = random.normal(size=(2, count, 3))
+    matrix = random.random((PROBE_ROWS, PROBE_ROWS), np.float32)
+    with one_thread():
+        return {
+            "rays": _least_cpu_s(lambda: caster.occluded(origin, direction), time.thread_time),
+            "matrices": _least_cpu_s(lambda: matrix @ matrix, time.thread_time),
+        }
+
+
+def measure_frame() -> tuple[str, float]:
+    """What draws, and the CPU seconds of the whole process for a frame of some lights; 0 for a graphics card."""
+    mesh = round_mesh(PROBE_VERTICES)
+    scene = replace(drawn_by_lights(PROBE_LIGHTS, mesh), camera=frame(mesh.positions))
+    with drawing_frames((PROBE_SIDE,)) as (name, draw):
+        if not name.startswith(SOFTWARE):
+            return name, 0.0
+        return name, _least_cpu_s(lambda: draw(scene, scene.camera, PROBE_SIDE), time.process_time)
+
+
+def _least_cpu_s(work: Callable[[], object], clock: Callable[[], float]) -> float:
+    """The least of some runs after one that warms up."""
+    work()
+    times = []
+    for _ in range(PROBE_RUNS):
+        started = clock()
+        work()
+        times.append(clock() - started)
+    return max(min(times), 1e-9)
 
 
 class Share(NamedTuple):
@@ -178,14 +294,27 @@ def _place(mesh: Mesh, tables: Tables) -> Steps[_Place]:
     caster_of(mesh)
     of = receivers(mesh)
     tables["receivers"] = _once(shortest(lambda: receivers(mesh), 1) / len(mesh.positions))
-    rays = rays_of.__wrapped__(of)
-    tables["visibility"], tables["ray"] = rays.visibility, _once(rays.ray_s)
     shaded = np.flatnonzero(~of.free)
+    tables["visibility"] = tuple((float(edge), _visibility_s(of, shaded, edge)) for edge in EDGES)
+    ray_s = _ray_s(of, shaded)
+    tables["ray"] = _once(ray_s)
     vertices = shaded[np.linspace(0, len(shaded) - 1, SAMPLED).astype(np.int64)]
     counts = {}
     for edge in EDGES:
         counts[edge] = np.concatenate([some for _, some in visibility_shares(of, edge, 4, vertices)])
-    return _Place(mesh, of, vertices, counts, rays.ray_s, rays.closed)
+    return _Place(mesh, of, vertices, counts, ray_s, closed_share(of))
+
+
+def _visibility_s(of: Receivers, vertices: NDArray[np.int64], edge: int) -> float:
+    some = spread(vertices, PORTIONS * threads() * portion(edge))
+    return shortest(lambda: list(visibility_shares(of, edge, 4, some)), 1) / len(some)
+
+
+def _ray_s(of: Receivers, vertices: NDArray[np.int64]) -> float:
+    """Seconds of a ray that goes its own way, on one thread."""
+    some = spread(vertices, PROBES)
+    origin, direction = visibility_kernel.hemisphere_rays(some, of.origin, of.normal, hemisphere(RAYS))
+    return shortest(lambda: of.caster.occluded(origin, direction)) / len(origin)
 
 
 def _once(seconds: float) -> Rates:

@@ -22,11 +22,6 @@ def costs() -> CostModel:
     return every_rate()
 
 
-@pytest.fixture(autouse=True)
-def _steady_rays(steady_rays: None) -> None:
-    """Plans do not depend on the load of the machine."""
-
-
 def threshold(scene: Scenery, effect: str) -> float:
     """The budget from which on the effect may be left out: it, and all that are worth less."""
     found = estimates(scene)

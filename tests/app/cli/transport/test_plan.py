@@ -174,20 +174,32 @@ def test_damaged_costs_are_measured_anew(
     from engine.core.steps import Step, Steps, drain
     from engine.planning.costs import machine_profile
 
+    rates = replace(every_rate(), machine=machine_name(), measured_at_s=time.time())
+
+    def quick_profile() -> Steps[Any]:
+        yield Step(0.0, "measuring")
+        return replace(rates, renderer="measured anew", calibrated=False)
+
     def calibrate() -> Steps[Any]:
         yield Step(0.0, "measuring")
-        return replace(every_rate(), machine=machine_name(), renderer="measured anew", background_load=0.4)
+        return replace(rates, renderer="calibrated", calibrated=load < 0.2), load
 
+    load = 0.4
     monkeypatch.setattr(machine_profile, "calibrate", calibrate)
+    monkeypatch.setattr(machine_profile, "quick_profile", quick_profile)
     assert drain(app.session.machine_profile.cost_model()).renderer == "processor"
     kept_costs.write_text("{")
     assert drain(app.session.machine_profile.cost_model()).renderer == "measured anew"
-    assert "Other programs used 40 % of the CPUs" in caplog.text
     kept = load_model(kept_costs)
     assert kept is not None
     assert kept.renderer == "measured anew"
-    save(replace(kept, renderer="processor", measured_at_s=time.time() - 3600.0, background_load=0.4), kept_costs)
-    assert drain(app.session.machine_profile.cost_model()).renderer == "measured anew", "measured beside others"
+    assert drain(app.session.machine_profile.cost_model(anew=True)).renderer == "measured anew", "beside others"
+    assert "Other programs used 40 % of the CPUs" in caplog.text
+    load = 0.1
+    assert drain(app.session.machine_profile.cost_model(anew=True)).renderer == "calibrated"
+    kept = load_model(kept_costs)
+    assert kept is not None
+    assert kept.renderer == "calibrated"
 
 
 def test_a_bake_that_a_plan_laid_out_teaches_the_profile(kept_costs: Path) -> None:

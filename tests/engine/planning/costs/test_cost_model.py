@@ -26,7 +26,7 @@ from engine.planning.costs.cost_model import (
     machine_name,
     save,
 )
-from engine.planning.costs.load import Rays
+from engine.planning.costs.load import MAP_POWER, PROFILE_FACES, RAY_POWER, Load
 from engine.planning.costs.setting import Setting, parameters_of, sweep
 
 
@@ -70,25 +70,23 @@ def test_T7_a_turned_up_parameter_never_costs_less(mode: str, data: st.DataObjec
 
 def test_T5_open_vertices_cost_no_rays(model: CostModel) -> None:
     closed, open_ = (model.predict(Setting("sh"), 1000, 1000, occluded=share) for share in (1.0, 0.0))
-    assert closed.bake_s - open_.bake_s == pytest.approx(1000 * model.rate("visibility", 32))
+    scale = (2000 / PROFILE_FACES) ** MAP_POWER
+    assert closed.bake_s - open_.bake_s == pytest.approx(1000 * scale * model.rate("visibility", 32))
 
 
 def test_a_kept_model_is_found_again(model: CostModel, tmp_path: Path) -> None:
-    busy = replace(model, background_load=0.4, measured_at_s=1e9, bakes={"sh": (0.3, 2)}, frames={"direct": (-0.2, 3)})
-    save(busy, tmp_path / "new" / "cost.json")
-    assert load_model(tmp_path / "new" / "cost.json") == busy
+    scaled = replace(model, calibrated=False, measured_at_s=1e9, bakes={"sh": (0.3, 2)}, frames={"direct": (-0.2, 3)})
+    save(scaled, tmp_path / "new" / "cost.json")
+    assert load_model(tmp_path / "new" / "cost.json") == scaled
 
 
-def test_a_profile_expires_soon_where_others_worked(model: CostModel) -> None:
+def test_a_profile_expires(model: CostModel) -> None:
     quiet = replace(model, measured_at_s=1e9)
     assert not quiet.is_expired(1e9)
     assert not quiet.is_expired(1e9 + 29 * 86_400)
     assert quiet.is_expired(1e9 + 31 * 86_400)
     assert quiet.is_expired(1e9 - 1.0), "a clock that was set back says nothing of the age"
-    busy = replace(quiet, background_load=0.5)
-    assert not busy.is_expired(1e9 + 300)
-    assert busy.is_expired(1e9 + 1200)
-    assert busy.within == pytest.approx(2.0 * quiet.within)
+    assert replace(quiet, calibrated=False).within > quiet.within
 
 
 def test_bakes_teach_what_they_take(model: CostModel) -> None:
@@ -172,13 +170,50 @@ def test_foreign_and_senseless_models_are_measured_anew(model: CostModel, tmp_pa
         assert load_model(path) is None
 
 
-def test_a_scene_of_its_own_rays_is_predicted_by_them(model: CostModel) -> None:
-    """Rays of twice the usual cost double what is rays, at every edge, and nothing else."""
-    own = tuple((edge, 2.0 * rate) for edge, rate in model.tables["visibility"])
-    usual, other = (model.predict(Setting("sh"), 1000, 1000, visibility=rates) for rates in ((), own))
-    assert other.bake_s - usual.bake_s == pytest.approx(1000 * model.rate("visibility", 32))
-    assert model.ray_scale(Rays(own, 2.0 * model.rate("ray"), 0.1)) == pytest.approx(2.0)
-    assert model.ray_scale(Rays((), 0.0, 0.0)) == 1.0
+def test_rays_on_a_mesh_of_more_triangles_are_dearer(model: CostModel) -> None:
+    """16 times the triangles double the time of a ray; a cube map of them takes the root of that more."""
+    few, many = Load(1000, 1, PROFILE_FACES), Load(1000, 1, 16 * PROFILE_FACES)
+    assert (few.ray_scale, few.map_scale) == (1.0, 1.0)
+    assert many.ray_scale == pytest.approx(16**RAY_POWER) == pytest.approx(2.0)
+    assert model.rays_s(32, many) - model.rays_s(32, few) == pytest.approx(
+        1000 * model.rate("visibility", 32) * (16**MAP_POWER - 1.0)
+    )
+
+
+def test_T1_the_quick_profile_is_that_of_the_machine_whose_rates_are_shipped(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Probes that take twice as long make every bake twice as long; twice the threads halve what they share."""
+    shipped = machine_profile.read_shipped()
+    slower = {name: 2.0 * seconds for name, seconds in shipped.probes.items()}
+    monkeypatch.setattr(machine_profile, "measure_probes", lambda: slower)
+    monkeypatch.setattr(machine_profile, "measure_frame", lambda: ("processor", 3.0 * shipped.frame_s["processor"]))
+    monkeypatch.setattr(machine_profile, "threads", lambda: 4 * shipped.threads)
+    found = drain(machine_profile.quick_profile())
+    assert not found.calibrated
+    assert found.tables["ray"][0][1] == pytest.approx(2.0 * shipped.tables["ray"][0][1])
+    assert found.tables["visibility"][0][1] == pytest.approx(0.5 * shipped.tables["visibility"][0][1])
+    kept = shipped.frames["processor"]["direct-base"][0][1]
+    assert found.tables["direct-base"][0][1] == pytest.approx(0.75 * kept)
+
+
+def test_T1_probes_count_the_seconds_of_the_processor_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A clock that stands still while other programs have the CPU tells the same time beside them."""
+    import threading
+
+    def turn(until: threading.Event) -> None:
+        while not until.is_set():
+            sum(range(1000))
+
+    alone = machine_profile.measure_probes()
+    until = threading.Event()
+    others = [threading.Thread(target=turn, args=(until,)) for _ in range(3)]
+    for each in others:
+        each.start()
+    beside = machine_profile.measure_probes()
+    until.set()
+    for each in others:
+        each.join()
+    assert alone.keys() == beside.keys() == {"rays", "matrices"}
+    assert all(beside[name] < 3.0 * alone[name] for name in alone)
 
 
 def test_a_path_goes_on_as_often_as_hemispheres_are_closed(model: CostModel) -> None:
