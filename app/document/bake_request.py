@@ -177,7 +177,7 @@ def decide(choices: BakeChoices, plan: EffectsPlan | None) -> BakeChoices:
     if plan is not None:
         decision = plan.decision("interreflection")
         if chosen is None or decision.startswith("forced"):
-            chosen = decision in ("needed", "forced on")
+            chosen = decision in ("needed", "included", "forced on")
     return choices.with_values({"interreflection": bool(chosen)})
 
 
@@ -189,7 +189,7 @@ def _for_method(effect: Effect, choices: BakeChoices) -> Effect:
         is_shown = getattr(choices.settings, "interreflection", False)
         return replace(effect, decision="needed" if is_shown else "skipped")
     is_seen = effect.effect == "self-shadowing" or effect.estimated_error_rel > 0.0
-    return replace(effect, decision="needed") if is_seen else effect
+    return replace(effect, decision="needed") if is_seen and not effect.on else effect
 
 
 def setting_for(choices: BakeChoices) -> Setting:

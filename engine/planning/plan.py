@@ -14,7 +14,7 @@ beyond the ceilings.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -61,6 +61,9 @@ if TYPE_CHECKING:
 #: Factor on the least cost of all, below which settings are offered where none keeps below a ceiling.
 RAISED = 2.0
 
+#: An error that is told as 0 %: an effect that is worth no more is not needed.
+NOTHING = 5e-4
+
 #: Effects that change the cost of a setting.
 COSTING = ("self-shadowing", "interreflection", "glossy", "anisotropy", "sun-split", "spatially-varying-gloss")
 
@@ -71,7 +74,7 @@ class Effect:
 
     Attributes
     ----------
-    decision : "needed", "skipped", "forced on" or "forced off".
+    decision : "needed", "skipped", "forced on" or "forced off"; "included" where the mode shows it at no error saved.
     reason : in words, with its number.
     estimated_error_rel : relative error of an image without the effect.
     saves_s, saves_bytes : of the bake and its file, by leaving it out.
@@ -86,7 +89,7 @@ class Effect:
 
     @property
     def on(self) -> bool:
-        return self.decision in ("needed", "forced on")
+        return self.decision in ("needed", "included", "forced on")
 
 
 @dataclass(frozen=True)
@@ -103,6 +106,21 @@ class Beyond:
     exceeded: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class Alternative:
+    """The choice where times are up to `times_within` longer or, where not `slower`, shorter than predicted.
+
+    It is another one than the plan's because a time of either is near one of the `ceilings`.
+    """
+
+    slower: bool
+    setting: Setting
+    error_rel: float
+    cost: Cost
+    satisfied: bool
+    ceilings: tuple[str, ...]
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class EffectsPlan(Summary):
     """Plan of a scene: the effects that it calls for, and the setting that shows them.
@@ -110,9 +128,11 @@ class EffectsPlan(Summary):
     `predicted_error_rel` holds what is left out too, and 95 of 100 such scenes have an error within
     `error_interval_rel`. `satisfied` says whether the budget is met; `exceeded` names
     the `ceilings` that the setting is beyond, because every other is too. Where the budget is not met, `beyond` is what
-    would meet it. `unoccluded_fraction` of the vertices see their whole hemisphere: they need no rays and no
-    visibility, whatever the others need. `mean` is what parameters that vary over the surface stand at where that is
-    left out. Times are within a factor of `times_within` of what is predicted (`CostModel.within`).
+    would meet it. `alternatives` are what would be chosen on a machine that is slower or faster than predicted.
+    `excluded` has, for each effect that is left out though it is worth more than the budget, the ceilings that every
+    mode which shows it is beyond. `unoccluded_fraction` of the vertices see their whole hemisphere: they need no rays
+    and no visibility, whatever the others need. `mean` is what parameters that vary over the surface stand at where
+    that is left out. Times are within a factor of `times_within` of what is predicted (`CostModel.within`).
     """
 
     effects: tuple[Effect, ...]
@@ -126,6 +146,8 @@ class EffectsPlan(Summary):
     ceilings: Ceilings
     exceeded: tuple[str, ...] = ()
     beyond: Beyond | None = None
+    alternatives: tuple[Alternative, ...] = ()
+    excluded: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
     mean: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
@@ -262,7 +284,49 @@ def plan_of(
         scene.sample.unoccluded_fraction,
         cost.within,
     )
-    return EffectsPlan(effects, *summary, limits, exceeded, beyond, scene.mean)
+    alternatives = tuple(_alternatives(fitting, limits, cost.within, chosen, error, time_s))
+    excluded = _excluded(effects, choices, limits, error)
+    return EffectsPlan(effects, *summary, limits, exceeded, beyond, alternatives, excluded, scene.mean)
+
+
+def _alternatives(
+    choices: list[Choice], ceilings: Ceilings, within: float, chosen: Choice, error: float | None, time_s: float | None
+) -> Iterator[Alternative]:
+    """What is chosen where times are longer, and where they are shorter, by the factor `within`."""
+    for slower, factor in ((True, 1.0 / within), (False, within)):
+        moved = replace(ceilings, bake_s=ceilings.bake_s * factor, frame_s=ceilings.frame_s * factor)
+        other, satisfied = best(offer(choices, moved), error, None if time_s is None else time_s * factor)
+        one, two = (set(each.exceeded(moved if slower else ceilings)) for each in (chosen, other))
+        near = one if slower else two
+        if other.setting != chosen.setting and near:
+            yield Alternative(slower, other.setting, other.error, other.cost, satisfied, tuple(sorted(near)))
+
+
+def _excluded(
+    effects: Sequence[Effect], choices: list[Choice], ceilings: Ceilings, error: float | None
+) -> Mapping[str, tuple[str, ...]]:
+    """The ceilings that keep effects out which are worth more than the budget of error, by effect."""
+    found = {}
+    for effect in effects:
+        if error is None or effect.decision != "skipped" or effect.estimated_error_rel <= error:
+            continue
+        showing = [each for each in choices if shows_effect(effect.effect, each)]
+        beyond = [each.exceeded(ceilings) for each in showing]
+        if showing and all(beyond):
+            found[effect.effect] = min(beyond, key=len)
+    return MappingProxyType(found)
+
+
+def shows_effect(name: str, choice: Choice) -> bool:
+    """True if images of a choice have the effect."""
+    setting = choice.setting
+    if name == "all-frequency-light":
+        return not is_low(setting)
+    if name in ("self-shadowing", "glossy", "mesostructure") and not shows(setting.mode, name):
+        return False
+    if name == "interreflection" and not shows_bounces(setting, choice.skipped):
+        return False
+    return name not in choice.skipped
 
 
 def _check_varied(scene: Scenery, force: frozenset[str], skip: frozenset[str]) -> None:
@@ -312,20 +376,13 @@ def _effect(
     force: frozenset[str],
     skip: frozenset[str],
 ) -> Effect:
-    shown = name not in chosen.skipped
-    setting = chosen.setting
-    if name == "all-frequency-light":
-        shown = not is_low(setting)
-    elif (name in ("self-shadowing", "glossy", "mesostructure") and not shows(setting.mode, name)) or (
-        name == "interreflection" and not shows_bounces(setting, chosen.skipped)
-    ):
-        shown = False
+    shown = shows_effect(name, chosen)
     if name in force:
         decision = "forced on"
     elif name in skip:
         decision = "forced off"
     else:
-        decision = "needed" if shown else "skipped"
+        decision = ("needed" if estimate.error_rel >= NOTHING else "included") if shown else "skipped"
     saves_s, saves_bytes = _savings(name, chosen, offers)
     return Effect(name, decision, _reason(estimate, decision, chosen), estimate.error_rel, saves_s, saves_bytes)
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from engine.geometry.mesh import Mesh
     from engine.light.environment import EnvironmentMap
     from engine.planning.ceilings import Ceilings
-    from engine.planning.plan import Beyond, EffectsPlan
+    from engine.planning.plan import Alternative, Beyond, EffectsPlan
 
 EXAMPLE = "lightarc plan torus-knot --brdf ggx:alpha=0.3 --env studio --error 0.02"
 
@@ -174,6 +174,8 @@ def record(found: EffectsPlan) -> dict[str, Any]:
         "ceilings": asdict(found.ceilings),
         "exceeded": list(found.exceeded),
         "beyond": _beyond_record(found.beyond),
+        "alternatives": [_alternative_record(each) for each in found.alternatives],
+        "excluded": {effect: list(names) for effect, names in found.excluded.items()},
         "free_vertices_share": found.unoccluded_fraction,
     }
 
@@ -184,6 +186,13 @@ def _beyond_record(beyond: Beyond | None) -> dict[str, Any] | None:
         return None
     predicted = {"max_depth": beyond.max_depth, "error_rel": beyond.error_rel, "exceeded": list(beyond.exceeded)}
     return {**beyond.setting.as_json(), **predicted, **asdict(beyond.cost)}
+
+
+def _alternative_record(found: Alternative) -> dict[str, Any]:
+    """The choice of a slower or a faster machine, as JSON."""
+    facts = {"times": "longer" if found.slower else "shorter", "ceilings": list(found.ceilings)}
+    predicted = {"error_rel": found.error_rel, "satisfied": found.satisfied}
+    return {**found.setting.as_json(), **facts, **predicted, **asdict(found.cost)}
 
 
 def report(result: dict[str, Any]) -> str:
@@ -204,7 +213,7 @@ def report(result: dict[str, Any]) -> str:
         f"{time_text(result['predicted_bake_s'])} to bake, {size_text(result['predicted_size_bytes'])} "
         f"(times within a factor of {number(result['times_within_factor'])})",
     ]
-    return "\n".join([*lines, *_ceilings(result), *_shortfall(result)])
+    return "\n".join([*lines, *_ceilings(result), *_excluded(result), *_alternatives(result), *_shortfall(result)])
 
 
 #: Ceilings as users read them: what is limited, the flag that raises it, and units in a second or a byte.
@@ -226,6 +235,25 @@ def _ceilings(result: dict[str, Any]) -> list[str]:
         what = " and ".join(CEILINGS[name][0] for name in result["exceeded"])
         return [f"Every mode is beyond the ceilings of {words}; this one by {what}."]
     return [f"Ceilings: {words} ({', '.join(flag for _, flag, _ in CEILINGS.values())})."]
+
+
+def _excluded(result: dict[str, Any]) -> list[str]:
+    """A sentence for each effect that a ceiling keeps out though it is worth more than the budget."""
+    return [
+        f"{effect.capitalize()} is left out because every mode that shows it exceeds the ceiling of "
+        f"{' and '.join(CEILINGS[name][0] for name in names)} ({', '.join(CEILINGS[name][1] for name in names)})."
+        for effect, names in result["excluded"].items()
+    ]
+
+
+def _alternatives(result: dict[str, Any]) -> list[str]:
+    """A sentence for each choice that a time near a ceiling would change."""
+    return [
+        f"The time of {' and '.join(CEILINGS[name][0] for name in each['ceilings'])} is near its ceiling: "
+        f"if times turn out {each['times']}, draw with {setting_of(each)}: {percent(each['error_rel'])}, "
+        f"{time_text(each['frame_s'])} a frame, {time_text(each['bake_s'])} to bake."
+        for each in result["alternatives"]
+    ]
 
 
 def _shortfall(result: dict[str, Any]) -> list[str]:

@@ -30,7 +30,7 @@ from engine.planning.costs.setting import Setting
 from engine.planning.effects.estimates import EFFECTS, Scenery, estimates, scenery
 from engine.planning.effects.simplified import Brushed, GlossyLambert, Unbrushed, WithoutRetro, WithoutRise
 from engine.planning.methods.sh import SPREAD
-from engine.planning.plan import EffectsPlan, brdf_of, plan, plan_of
+from engine.planning.plan import NOTHING, EffectsPlan, brdf_of, plan, plan_of
 from engine.planning.predicted_error import BETWEEN, FEW, PredictedErrors
 from engine.transport.baking import visibility
 from engine.transport.sh.lighting import project
@@ -359,3 +359,40 @@ def test_factors_that_wavelets_refuse_are_planned_without_them(parametrisation: 
     assert plan_of(scene, COSTS, 1e-9, None).mode != "wavelet"
     with pytest.raises(ValueError, match="no mode is left"):
         plan_of(scene, COSTS, 0.5, None, modes=("wavelet",))
+
+
+def test_a_choice_near_a_ceiling_names_the_other_choice() -> None:
+    """A ceiling just above the bake of the choice: where bakes take a little longer another setting is chosen."""
+    scene = look_at()
+    free = plan_of(scene, COSTS, 0.02, None, modes=("sh", "direct"), ceilings=NONE)
+    assert free.satisfied
+    assert free.cost.bake_s > 0.0
+    assert free.alternatives == ()
+    for factor, slower in ((1.1, True), (0.9, False)):
+        room = replace(NONE, bake_s=factor * free.cost.bake_s)
+        near = plan_of(scene, COSTS, 0.02, None, modes=("sh", "direct"), ceilings=room)
+        found = [each for each in near.alternatives if each.slower == slower]
+        assert [each.ceilings for each in found] == [("bake_s",)]
+        assert (near.setting == free.setting) == slower
+        assert (found[0].setting == free.setting) != slower
+    far = replace(NONE, bake_s=10.0 * COSTS.within * free.cost.bake_s)
+    assert plan_of(scene, COSTS, 0.02, None, modes=("sh", "direct"), ceilings=far).alternatives == ()
+
+
+def test_an_effect_that_a_ceiling_keeps_out_is_named() -> None:
+    """Shadows are worth more than the budget, and no bake fits: the plan says which ceiling keeps them out."""
+    scene = look_at()
+    shadows = estimates(scene)["self-shadowing"].error_rel
+    budget = 0.5 * shadows
+    free = plan_of(scene, COSTS, budget, None, ceilings=NONE, modes=("sh", "direct"))
+    assert free.shows("self-shadowing")
+    assert not free.excluded
+    held = plan_of(scene, COSTS, budget, None, ceilings=replace(NONE, bake_s=1e-9), modes=("sh", "direct"))
+    assert held.decision("self-shadowing") == "skipped"
+    assert held.excluded["self-shadowing"] == ("bake_s",)
+
+
+def test_no_effect_is_needed_that_is_worth_nothing() -> None:
+    for error in (1e-3, 0.02, 0.3):
+        for effect in plan_of(look_at(), COSTS, error, None).effects:
+            assert effect.decision != "needed" or effect.estimated_error_rel >= NOTHING
