@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable
 from typing import Any
+from unittest.mock import patch
 
 #: Settings of libraries that make them work on one thread; they are read when a process begins.
 ALONE = {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "LP_NUM_THREADS": "0"}
@@ -23,7 +24,7 @@ def main() -> None:
     """Measure and write them, in a process of one thread."""
     if any(os.environ.get(name) != value for name, value in ALONE.items()):
         os.execve(sys.executable, [sys.executable, "-m", "benchmarks.transport.rates"], {**os.environ, **ALONE})
-    os.cpu_count = lambda: 1  # type: ignore[assignment]
+    os.cpu_count = lambda: 1
     time.perf_counter = time.process_time
     _measure()
 
@@ -66,11 +67,8 @@ def _without_opengl(work: Callable[[], Any]) -> Any:
     def refuse() -> Any:
         raise MissingCapability("there is no OpenGL", "frames on the CPU are measured")
 
-    kept, frame_rates.create_context = frame_rates.create_context, refuse
-    try:
+    with patch.object(frame_rates, "create_context", refuse):
         return work()
-    finally:
-        frame_rates.create_context = kept
 
 
 def _round(record: Any) -> Any:

@@ -182,9 +182,9 @@ def test_damaged_costs_are_measured_anew(
 
     def calibrate() -> Steps[Any]:
         yield Step(0.0, "measuring")
-        return replace(rates, renderer="calibrated", calibrated=load < 0.2), load
+        return replace(rates, renderer="calibrated", calibrated=busy < 0.2), busy
 
-    load = 0.4
+    busy = 0.4
     monkeypatch.setattr(machine_profile, "calibrate", calibrate)
     monkeypatch.setattr(machine_profile, "quick_profile", quick_profile)
     assert drain(app.session.machine_profile.cost_model()).renderer == "processor"
@@ -195,7 +195,7 @@ def test_damaged_costs_are_measured_anew(
     assert kept.renderer == "measured anew"
     assert drain(app.session.machine_profile.cost_model(anew=True)).renderer == "measured anew", "beside others"
     assert "Other programs used 40 % of the CPUs" in caplog.text
-    load = 0.1
+    busy = 0.1
     assert drain(app.session.machine_profile.cost_model(anew=True)).renderer == "calibrated"
     kept = load_model(kept_costs)
     assert kept is not None
