@@ -225,7 +225,7 @@ def measure_probes() -> dict[str, float]:
 
 
 def measure_frame() -> tuple[str, float]:
-    """What draws, and the CPU seconds of the whole process for a frame of some lights; 0 for a graphics card."""
+    """Name of what draws, and CPU seconds of the process for a frame of some lights; 0 for a graphics card."""
     mesh = round_mesh(PROBE_VERTICES)
     scene = replace(drawn_by_lights(PROBE_LIGHTS, mesh), camera=frame(mesh.positions))
     with drawing_frames((PROBE_SIDE,)) as (name, draw):
