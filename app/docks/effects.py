@@ -193,6 +193,8 @@ class EffectsDock(QDockWidget):
         about = f"about {error} and {frame}".replace(" ", "\u00a0")
         self.words.setText(f"{within}{setting_text(plan.setting)}: {about}.")
         expected = f"In 95 of 100 scenes that are predicted so the error is {percent_range(*plan.error_interval_rel)}."
+        if plan.probability is not None:
+            expected += f" The budget is met with a probability of {percent(plan.probability)}."
         self.words.setToolTip(expected if plan.beyond is None else f"{expected}\n{_beyond_text(plan.beyond)}")
         is_shown = plan.setting == self.view.setting
         enable(self.apply, "The plan is what is shown" if is_shown else "")

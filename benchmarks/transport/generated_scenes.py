@@ -105,15 +105,15 @@ def generate_varied(seed: int) -> tuple[str, Scene]:
     rng = np.random.default_rng((19, seed))
     if seed % 3 == 0:
         return generate(10_000 + seed)
-    model, mesh = (_carved, _subdivided)[rng.integers(2)](rng)
-    reflectance, brdf = _varied_brdf(rng)
+    model, mesh = (_carve_solid, _subdivide_hull)[rng.integers(2)](rng)
+    reflectance, brdf = _draw_brdf(rng)
     light, environment = (_few_lights, _many_lights)[rng.integers(2)](rng)
     turn = float(rng.uniform(0.0, 2.0 * math.pi))
     scene = Scene(mesh, frame(mesh.positions), brdf, environment=environment, environment_rotation=turn)
     return f"{model}, {reflectance}, {light}, turned by {math.degrees(turn):.0f}°", scene
 
 
-def _carved(rng: np.random.Generator) -> tuple[str, Mesh]:
+def _carve_solid(rng: np.random.Generator) -> tuple[str, Mesh]:
     """A ball or a box to which some are added, and out of which others are cut."""
     parts = [(rng.integers(2), np.zeros(3), 0.75, True)]
     for _ in range(rng.integers(1, 5)):
@@ -166,7 +166,7 @@ def isosurface(outside: Any, cells: int) -> Mesh:
     return Mesh(positions, normals.astype(np.float32), _around(positions), faces[kept].astype(np.int32), "solid")
 
 
-def _subdivided(rng: np.random.Generator) -> tuple[str, Mesh]:
+def _subdivide_hull(rng: np.random.Generator) -> tuple[str, Mesh]:
     """The hull of some points, subdivided after Loop until it is smooth."""
     hull = trimesh.convex.convex_hull(rng.normal(size=(rng.integers(6, 14), 3)))
     hull.vertices[rng.random(len(hull.vertices)) < 0.4] *= rng.uniform(0.3, 0.8)
@@ -184,7 +184,7 @@ def _around(positions: Array) -> NDArray[np.float32]:
     return np.stack([turn, positions[:, 1]], -1).astype(np.float32)
 
 
-def _varied_brdf(rng: np.random.Generator) -> tuple[str, Any]:
+def _draw_brdf(rng: np.random.Generator) -> tuple[str, Any]:
     alpha, other = 10.0 ** rng.uniform(-1.0, -0.2), 10.0 ** rng.uniform(-1.0, -0.2)
     colour = rng.uniform(0.05, 0.9)
     if (kind := rng.integers(7)) == 0:

@@ -18,7 +18,7 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from engine.core.errors import UsageError
 from engine.core.figure_text import size_text, time_text
 from engine.core.steps import Step, Steps, part
+from engine.geometry.ray_caster import RayCaster
 from engine.planning.costs.setting import Setting
 from engine.scene.scene import Scene
 from engine.transport.baking.visibility import Receivers, receivers
@@ -148,20 +149,21 @@ def bake_group(
     seconds: float = float("inf"),
     shown: Indices | None = None,
     known: Factors | None = None,
+    caster: RayCaster | None = None,
 ) -> Steps[tuple[list[Bake], list[LeftOut]]]:
     """The bakes of a group (see `groups`), and those settings that take too much memory or more than `seconds`.
 
     `shown` are the vertices, of model and ground, that images need; all of them where nothing is given. Factors of
     the BRDF are taken from `known`, and put there. How long it takes is predicted from the vertices that are
-    done.
+    done. Where the mesh is a part of a model, `caster` holds all that shades it.
     """
     edge = edge_of(group[0])
-    members, left_out = yield from part(_prepare(scene, group, {} if known is None else known), 0.0, 0.3)
+    members, left_out = yield from part(_prepare(scene, group, {} if known is None else known, caster), 0.0, 0.3)
     if not members:
         return [], left_out
     surface, first = members[0].work.surface, int(members[0].work.ground_vertex)
     before = time.perf_counter()
-    of = receivers(surface)
+    of = receivers(surface, caster)
     rays = _Rays(of, _choose(shown, first, len(of)), time.perf_counter() - before)
     _warm_up(members, of, edge)
     deadline = time.perf_counter() + seconds
@@ -217,7 +219,9 @@ def too_long(seconds: float, what: str = "its bake") -> str:
     return f"{what} takes about {time_text(seconds)}, for which there was no time"
 
 
-def _prepare(scene: Scene, group: Sequence[Setting], known: Factors) -> Steps[tuple[list[_Member], list[LeftOut]]]:
+def _prepare(
+    scene: Scene, group: Sequence[Setting], known: Factors, caster: RayCaster | None
+) -> Steps[tuple[list[_Member], list[LeftOut]]]:
     members: list[_Member] = []
     left_out: list[LeftOut] = []
     room = SHARE * psutil.virtual_memory().available
@@ -235,6 +239,8 @@ def _prepare(scene: Scene, group: Sequence[Setting], known: Factors) -> Steps[tu
             left_out.append(LeftOut(setting, needs))
             continue
         room -= work.size_bytes
+        if caster is not None and hasattr(work, "caster"):
+            work = replace(work, caster=caster)
         before = time.perf_counter()
         make = yield from _sharing(setting).maker(work)
         members.append(_Member(setting, work, make, time.perf_counter() - before))

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -25,12 +25,14 @@ from engine.geometry.camera import Camera, frame
 from engine.geometry.mesh import Mesh
 from engine.planning.ceilings import Ceilings
 from engine.planning.costs.cost_model import Cost, CostModel, Load
-from engine.planning.costs.load import closed_share, measure_coverage, shade
+from engine.planning.costs.load import measure_closed_share, measure_coverage, shade
 from engine.planning.costs.planned import planning_of
 from engine.planning.costs.setting import Setting, parameters_of, shows
 from engine.planning.effects.estimates import LOW_ORDER, Estimate, Scenery
 from engine.planning.effects.simplified import albedos
 from engine.planning.predicted_error import PredictedErrors, depth_of, shows_bounces
+from engine.planning.prior import SURE
+from engine.planning.small_images import Measured
 from engine.render.reference import reference
 from engine.scene.mode import MODES, REFERENCE, is_traced
 from engine.scene.scene import Scene
@@ -109,12 +111,19 @@ class Choice:
     setting: Setting
     skipped: frozenset[str]
     predict: Callable[[], float]
+    probability: Callable[[float], float]
+    overrun: Callable[[float], float]
+    sure: float
     cost: Cost
     frames: int
 
     @cached_property
     def error(self) -> float:
         return self.predict()
+
+    def meets(self, budget: float) -> bool:
+        """True if the error is within a budget, by the image of a camera almost surely."""
+        return self.error <= budget and self.probability(budget) >= self.sure
 
     @property
     def price(self) -> float:
@@ -145,7 +154,7 @@ class Choices:
     Attributes
     ----------
     found : the estimate of each effect. noise : that of a reference of one sample, by the points of the surface that
-        light may touch; without it there is no reference to choose.
+        light may touch; without it there is no reference to choose. small : errors of small images.
     """
 
     scene: Scenery
@@ -153,10 +162,11 @@ class Choices:
     cost_model: CostModel
     wishes: Wishes
     noise: Callable[[int], float] | None
+    small: Mapping[Setting, Measured] = field(default_factory=dict)
 
     @cached_property
     def errors(self) -> PredictedErrors:
-        return PredictedErrors(self.scene, self.found, self.noise)
+        return PredictedErrors(self.scene, self.found, self.noise, self.small)
 
     @cached_property
     def _covered(self) -> float:
@@ -186,7 +196,12 @@ class Choices:
 
     def choice(self, setting: Setting, skipped: frozenset[str]) -> Choice:
         predict = partial(self.errors.of, setting, skipped)
-        return Choice(setting, skipped, predict, self.cost(setting, skipped), self.wishes.frames)
+        probability = partial(self.errors.probability, setting, skipped)
+        sure = SURE if self.errors.has_camera else 0.0
+        overrun = partial(self.errors.overrun, setting, skipped)
+        return Choice(
+            setting, skipped, predict, probability, overrun, sure, self.cost(setting, skipped), self.wishes.frames
+        )
 
     def cost(self, setting: Setting, skipped: frozenset[str], asked: frozenset[str] = frozenset()) -> Cost:
         """Cost of `setting`; with `asked`, effects that the scene may not have, but that are worked out."""
@@ -272,7 +287,8 @@ class Choices:
         steps: tuple[int | float, ...] = parameter.sweep
         if error is not None:
             left = error - self.errors.left_out(Setting(REFERENCE.name), skipped)
-            wanted = (self.noise(depth_of(skipped)) / left) ** 2 if left > 0.0 else math.inf
+            noise = self.errors.sure_noise * self.noise(depth_of(skipped))
+            wanted = (noise / left) ** 2 if left > 0.0 else math.inf
             steps = (min(max(math.ceil(min(wanted * (1.0 + 1e-9), parameter.high)), parameter.low), parameter.high),)
         for samples in steps:
             yield Setting(REFERENCE.name, {"samples": samples})
@@ -304,7 +320,7 @@ class Choices:
             self._diffuse(skipped) and "glossy" not in asked,
             (bool(self.scene.brdf.isotropic) and "anisotropy" not in asked) or "anisotropy" in skipped,
             self._coloured,
-            closed=closed_share(looked.of),
+            closed=measure_closed_share(looked.of),
             covered=self._covered,
             shaded=self._shaded,
             lamps=len(looked.lamp_direction) if "sun-split" not in skipped else 0,

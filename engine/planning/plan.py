@@ -8,7 +8,7 @@ half of an error budget, so that a larger budget offers every choice of a smalle
 
 Only what keeps below the `ceilings` is offered, while there is any of it; the reference is chosen where no other mode
 meets the budget. An effect whose estimate is 0 is always left out, one that the user forces never. Where nothing
-satisfies the budget, error is weighed against cost (`Choice.effort`), the plan says so, and names what would meet it
+satisfies the budget, error is weighed against cost (`Choice.overrun`), the plan says so, and names what would meet it
 beyond the ceilings.
 """
 
@@ -19,6 +19,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from engine.core.cached import remember
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, size_text
 from engine.core.summary import Summary
@@ -39,6 +40,7 @@ from engine.planning.choices import (
     probe,
 )
 from engine.planning.costs.cost_model import Cost, CostModel
+from engine.planning.costs.planned import planning_of
 from engine.planning.costs.setting import Setting, shows
 from engine.planning.effects.estimates import EFFECTS, Estimate, Scenery, estimates, scenery
 from engine.planning.effects.simplified import (
@@ -50,7 +52,9 @@ from engine.planning.effects.simplified import (
     lambertian,
 )
 from engine.planning.predicted_error import REFERENCE_DEPTH, depth_of, shows_bounces
+from engine.planning.small_images import Measured, measure_small
 from engine.scene.material import Material
+from engine.scene.scene import Scene
 from engine.transport import method as transport
 from engine.transport.baking.spatially_varying import Variation, with_parameters
 from engine.transport.sh.transfer import is_diffuse
@@ -64,8 +68,19 @@ RAISED = 2.0
 #: An error that is told as 0 %: an effect that is worth no more is not needed.
 NOTHING = 5e-4
 
+#: Settings of small images, the cheapest of their modes by far.
+SMALL = (
+    *(Setting("direct", {"directions": directions}) for directions in (4, 16, 64)),
+    Setting("sh", {"order": 8}),
+    *(Setting("wavelet", {"terms": terms, "coefficients": kept, "cube": 32}) for terms, kept in ((1, 24), (4, 96))),
+)
+
 #: Effects that change the cost of a setting.
 COSTING = ("self-shadowing", "interreflection", "glossy", "anisotropy", "sun-split", "spatially-varying-gloss")
+
+
+#: Decisions on effects that images show.
+SHOWN = ("needed", "included", "forced on")
 
 
 @dataclass(frozen=True)
@@ -89,7 +104,7 @@ class Effect:
 
     @property
     def on(self) -> bool:
-        return self.decision in ("needed", "included", "forced on")
+        return self.decision in SHOWN
 
 
 @dataclass(frozen=True)
@@ -126,7 +141,8 @@ class EffectsPlan(Summary):
     """Plan of a scene: the effects that it calls for, and the setting that shows them.
 
     `predicted_error_rel` holds what is left out too, and 95 of 100 such scenes have an error within
-    `error_interval_rel`. `satisfied` says whether the budget is met; `exceeded` names
+    `error_interval_rel`. `probability` is that of meeting a budget of error, None for one of time. `satisfied` says
+    whether the budget is met, by the image of a camera in at least 95 of 100 scenes; `exceeded` names
     the `ceilings` that the setting is beyond, because every other is too. Where the budget is not met, `beyond` is what
     would meet it. `alternatives` are what would be chosen on a machine that is slower or faster than predicted.
     `excluded` has, for each effect that is left out though it is worth more than the budget, the ceilings that every
@@ -149,6 +165,7 @@ class EffectsPlan(Summary):
     alternatives: tuple[Alternative, ...] = ()
     excluded: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
     mean: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    probability: float | None = None
 
     @property
     def mode(self) -> str:
@@ -226,7 +243,18 @@ def plan(
         return probe(mesh, brdf, depth, **place)
 
     wishes = frozenset(force), frozenset(skip)
-    return plan_of(scene, cost, budget, time_ms, *wishes, modes, pixels, frames, ceilings, noise, aspect)
+    small: Mapping[Setting, Measured] = {}
+    if camera is not None and material is None and not variations:
+        shown = Scene(mesh, camera, brdf, environment=environment, environment_rotation=rotation, ground=ground)
+        small = small_errors(shown, tuple(each for each in SMALL if modes is None or each.mode in modes))
+    return plan_of(scene, cost, budget, time_ms, *wishes, modes, pixels, frames, ceilings, noise, aspect, small)
+
+
+@remember(8)
+def small_errors(scene: Scene, settings: tuple[Setting, ...]) -> Mapping[Setting, Measured]:
+    """The errors of small images of those of `settings` that can draw the scene; remembered, some 2 s."""
+    asked = [each for each in settings if each.mode not in transport.names() or planning_of(each.mode).can_draw(scene)]
+    return measure_small(scene, asked)
 
 
 def check_effects(force: Collection[str], skip: Collection[str]) -> None:
@@ -252,16 +280,17 @@ def plan_of(
     ceilings: Ceilings | None = None,
     noise: Callable[[int], float] | None = None,
     aspect: float = 1.0,
+    small: Mapping[Setting, Measured] | None = None,
 ) -> EffectsPlan:
     """As `plan`, of a scene that has been looked at.
 
     `noise` is that of a reference of one sample, by the points of the surface that light may touch; without it there
-    is no reference to choose.
+    is no reference to choose. `small` are the errors of small images.
     """
     wishes = Wishes(force, skip, modes, pixels, aspect, frames)
     _check_varied(scene, force, skip)
     found = estimates(scene)
-    offers = Choices(scene, found, cost, wishes, noise)
+    offers = Choices(scene, found, cost, wishes, noise, small or {})
     limits = usual() if ceilings is None else ceilings
     time_s = None if time_ms is None else 1e-3 * time_ms
     if time_s is not None and time_s > limits.frame_s:
@@ -285,8 +314,10 @@ def plan_of(
         cost.within,
     )
     alternatives = tuple(_alternatives(fitting, limits, cost.within, chosen, error, time_s))
-    excluded = _excluded(effects, choices, limits, error)
-    return EffectsPlan(effects, *summary, limits, exceeded, beyond, alternatives, excluded, scene.mean)
+    excluded = _find_exclusions(effects, choices, limits, error)
+    probability = None if error is None else chosen.probability(error)
+    further = limits, exceeded, beyond, alternatives, excluded, scene.mean, probability
+    return EffectsPlan(effects, *summary, *further)
 
 
 def _alternatives(
@@ -302,7 +333,7 @@ def _alternatives(
             yield Alternative(slower, other.setting, other.error, other.cost, satisfied, tuple(sorted(near)))
 
 
-def _excluded(
+def _find_exclusions(
     effects: Sequence[Effect], choices: list[Choice], ceilings: Ceilings, error: float | None
 ) -> Mapping[str, tuple[str, ...]]:
     """The ceilings that keep effects out which are worth more than the budget of error, by effect."""
@@ -353,16 +384,18 @@ def best(choices: list[Choice], error: float | None, time_s: float | None) -> tu
         if within:
             return min(within, key=lambda each: (each.error, each.price)), True
         return min(choices, key=lambda each: (each.cost.frame_s, each.error)), False
+    if error is None:
+        return min(choices, key=lambda each: each.effort), False
     for each in sorted(choices, key=lambda each: each.rank):
-        if error is not None and each.error <= error:
+        if each.meets(error):
             return each, True
-    return min(choices, key=lambda each: each.effort), False
+    return min(choices, key=lambda each: each.price * each.overrun(error)), False
 
 
 def _beyond(choices: list[Choice], error: float, ceilings: Ceilings) -> Beyond | None:
     """The cheapest of all that meet a budget of error, whatever ceilings it is beyond."""
     for each in sorted(choices, key=lambda each: each.rank):
-        if each.exceeded(ceilings) and each.error <= error:
+        if each.exceeded(ceilings) and each.meets(error):
             summary = (each.setting, depth_of(each.skipped), each.error, each.cost, each.exceeded(ceilings))
             return Beyond(*summary)
     return None

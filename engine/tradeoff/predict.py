@@ -12,7 +12,7 @@ from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import caster_of
 from engine.light.sun_split import split_sun
 from engine.planning.costs.cost_model import CostModel, Load
-from engine.planning.costs.load import TEXELS, closed_share, measure_coverage, shade
+from engine.planning.costs.load import TEXELS, measure_closed_share, measure_coverage, shade
 from engine.planning.costs.setting import Setting
 from engine.planning.effects.sample import sample_surface
 from engine.planning.effects.simplified import albedos
@@ -78,7 +78,7 @@ class Predictions:
             is_diffuse(brdf),
             bool(brdf.isotropic),
             bool(np.ptp(albedos(brdf).mean) > 1e-9),
-            closed=closed_share(of),
+            closed=measure_closed_share(of),
             covered=measure_coverage(of.caster, scene.camera, width / height),
             shaded=shade(of.caster, scene.camera, width / height),
             lamps=len(scene.lamps) + len(suns),

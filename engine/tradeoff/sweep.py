@@ -1,9 +1,12 @@
 """Measures many settings on one scene against one reference, the quick ones first, within a number of seconds.
 
 Settings that are one for the scene are measured once. First a rough reference; then what somebody asks for first, as
-the choice of a plan, and the cheapest setting of every mode; then images without a bake, then bakes, coarse ones
-first; what is left of the time refines the reference, and all errors are measured anew. What is under way when the time
-is over is left out. Every step from the first image on carries the `Tradeoff` so far.
+the choice of a plan, and the cheapest setting of every mode; then what is expected to lower the error most below the
+best that is known at its price, for the seconds that it takes (`engine.tradeoff.expect`), or, where nothing is
+expected, images without a bake and then bakes, coarse ones first; what is left of the time refines the reference, and
+all errors are measured anew. What is under way when the time is over is left out: its error is extrapolated from those
+that were measured, and of a mode of which none was, from a small image. Every step from the first image on carries the
+`Tradeoff` so far.
 
 The one reference that all settings are measured against, refined as far as there is time.
 
@@ -42,6 +45,7 @@ from engine.planning.bake_group import (
 )
 from engine.planning.costs.cost_model import CostModel
 from engine.planning.costs.setting import Setting, parameters_of
+from engine.planning.small_images import measure_small
 from engine.render.path import check_scene
 from engine.render.reference import BYTES_PER_PIXEL, ReferenceImage, reference
 from engine.scene.mode import MODES, is_traced
@@ -50,6 +54,7 @@ from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
 from engine.tradeoff.agenda import effort_of, in_order, quick_first, reduce
 from engine.tradeoff.draw import LONG_ENOUGH_S, SAMPLES, Drawer, drawing, find_shown_vertices
+from engine.tradeoff.expect import Expectations, Expected, measure_worth, price
 from engine.tradeoff.front import break_even_frames, effort, front, rises
 from engine.tradeoff.point import Point
 from engine.tradeoff.predict import Predictions
@@ -145,6 +150,9 @@ AT_ONCE = 0.25
 #: The reference may take so many seconds beforehand at most, and so many at the end.
 FIRST_S, LAST_S = 20.0, 60.0
 
+#: Seconds that any setting takes beside its bake and its image.
+AT_LEAST_S = 0.5
+
 #: Radians by which the light is rotated to see what relighting takes.
 TURN = 0.1
 
@@ -166,6 +174,7 @@ class Tradeoff(Summary):
     noise : of the reference, as relative RMSE; samples : of each of its pixels.
     device : what drew the images. size : (width, height). time_s : that it all took.
     baked : share of the vertices that were baked, those that the images show; times of bakes are stated for all.
+    expected : errors and costs of settings that were left out, extrapolated.
     """
 
     points: tuple[Point, ...]
@@ -176,6 +185,7 @@ class Tradeoff(Summary):
     size: tuple[int, int]
     time_s: float
     baked: float = 1.0
+    expected: tuple[Expected, ...] = ()
 
     def break_even(self, point: Point) -> int | None:
         """Frames after which the bake of `point` has paid off; see `engine.tradeoff.front`."""
@@ -282,6 +292,7 @@ class _Run:
     baked: float = 1.0
     measuring_s: float = 0.0
     at_once: float = AT_ONCE
+    expected: list[Expected] = field(default_factory=list)
 
     @cached_property
     def shown(self) -> NDArray[np.int64]:
@@ -296,6 +307,13 @@ class _Run:
         if self.costs is None:
             return None
         return Predictions(self.costs, self.scene, self.size, SAMPLES, self.max_depth)
+
+    @cached_property
+    def expectations(self) -> Expectations | None:
+        """Expected errors of settings; None without costs, and of a scene that no plan is made of."""
+        if self.costs is None or self.scene.environment is None or self.scene.irradiance != 1.0:
+            return None
+        return Expectations(self.scene, self.max_depth)
 
     def left_s(self, share: float = 1.0) -> float:
         """Seconds until `share` of the time has passed."""
@@ -312,6 +330,7 @@ class _Run:
             self.size,
             time.monotonic() - self.started,
             self.baked,
+            tuple(self.expected),
         )
 
     def measure(self, settings: Sequence[Setting], first: Sequence[Setting] = ()) -> Steps[None]:
@@ -328,7 +347,8 @@ class _Run:
         self.has_bakes = any(job[0].mode in transport.names() for job in (*early, *late))
         weights = [4 if job[0].mode in transport.names() else 1 for job in (*early, *late)]
         done, share = FIRST, (1.0 - FIRST - LAST) / max(sum(weights), 1)
-        for number, (job, weight) in enumerate(zip((*early, *late), weights, strict=True)):
+        for number, weight in enumerate(weights):
+            job = early[number] if number < len(early) else self._take_best(late)
             is_early = number < len(early)
             if is_early or not self.has_bakes:
                 self.at_once = 1.0 - LAST
@@ -338,6 +358,41 @@ class _Run:
             done += weight * share
         if self.found:
             yield from part(self._again(), 1.0 - LAST, 1.0)
+            yield from self._extrapolate()
+
+    def _take_best(self, jobs: list[list[Setting]]) -> list[Setting]:
+        """The job that is worth most for its seconds, taken out of `jobs`; the first where nothing is expected."""
+        if self.expectations is None or not self.found:
+            return jobs.pop(0)
+        return jobs.pop(max(range(len(jobs)), key=lambda number: self._measure_worth(jobs[number])))
+
+    def _measure_worth(self, job: Sequence[Setting]) -> float:
+        """Expected fall of errors for each second of a job; what takes longer than there is time for comes last."""
+        assert self.expectations is not None
+        points, total = [each.point for each in self.found], 0.0
+        bake_s = max(self._bake_s(each) for each in job) * self.baked
+        seconds = bake_s + sum(self._predict(each).get("frame_s", 0.0) for each in job) + AT_LEAST_S
+        for each in job:
+            error, cost = self.expectations.expect(each, points), self._predict(each)
+            if error is not None:
+                total += measure_worth(error, price(cost.get("frame_s", 0.0), cost.get("bake_s", 0.0)), points)
+        return total / seconds - (seconds if seconds > self.left_s(1.0 - LAST) else 0.0)
+
+    def _extrapolate(self) -> Steps[None]:
+        """Errors of what was left out; a mode of which nothing was measured gets a small image of its cheapest."""
+        if self.expectations is None:
+            return
+        points = [each.point for each in self.found]
+        left_out = list(dict.fromkeys(each.setting for each in self.left_out if not is_traced(each.setting.mode)))
+        for mode in {each.mode for each in left_out} - {each.mode for each in points}:
+            cheapest = self._cheapest([each for each in left_out if each.mode == mode])
+            yield self._step(f"a small image of {cheapest[0]}")
+            self.expectations.small.update(measure_small(self.scene, cheapest, seed=self.seed))
+        for setting in left_out:
+            error = self.expectations.expect(setting, points)
+            if error is not None:
+                self.expected.append(Expected(setting, error.median, error.interval, self._predict(setting)))
+        yield self._step("measured")
 
     def _distinct(self, settings: Sequence[Setting]) -> Steps[list[Setting]]:
         """The settings, those that are one for this BRDF named by the least of their parameters, each once."""

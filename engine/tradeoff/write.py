@@ -16,8 +16,9 @@ from engine.planning.costs.setting import Setting, modes, parameters_of
 from engine.scene.mode import MODES
 from engine.storage.atomic import make_folder, write_bytes, write_json
 from engine.tradeoff.draw import ON_CPU
+from engine.tradeoff.expect import Expected
 from engine.tradeoff.front import front
-from engine.tradeoff.point import COSTS, Point, check
+from engine.tradeoff.point import COSTS, check
 from engine.tradeoff.sweep import Tradeoff
 from engine.transport import method as transport
 
@@ -50,6 +51,7 @@ def record_of(found: Tradeoff, **scene: Any) -> dict[str, Any]:
     """A sweep as JSON; `scene` are further entries that say of what it is. Units are in the keys."""
     on_front = {id(point) for point in front(found.points)}
     paid_off = found.break_even_frames
+    expected = {each.setting: each.as_json() for each in found.expected}
     return {
         **scene,
         "width_px": found.size[0],
@@ -64,7 +66,10 @@ def record_of(found: Tradeoff, **scene: Any) -> dict[str, Any]:
         "ladders": sweeps(found),
         "predictions": check(found.points),
         "baked_share": found.baked,
-        "left_out": [{**each.setting.as_json(), "reason": each.reason} for each in found.left_out],
+        "left_out": [
+            {**each.setting.as_json(), "reason": each.reason, **expected.get(each.setting, {})}
+            for each in found.left_out
+        ],
         "reference_samples": found.samples,
         "reference_noise_rel": found.noise,
         "time_s": found.time_s,
@@ -113,19 +118,44 @@ def plot_of(found: Tradeoff, axis: str, title: str = "", current: Setting | None
             factor * point.cost(axis),
             100.0 * point.error_rmse_rel,
             titles[point.mode],
-            label_of(point, found.points),
+            label_of(point.setting, [each.setting for each in found.points]),
             100.0 * point.error_uncertainty,
             id(point) in best,
             point.setting == current,
         )
         for point in order
     ]
+    guessed = [each for each in _promising(found, axis) if each.predicted.get(COSTS[axis][0], 0.0) > 0.0]
+    dots += [
+        Dot(
+            factor * each.predicted[COSTS[axis][0]],
+            100.0 * each.error_rel,
+            titles[each.setting.mode],
+            f"{label_of(each.setting, [*(point.setting for point in found.points), each.setting])} (extrapolated)",
+            50.0 * (each.interval[1] - each.interval[0]),
+        )
+        for each in guessed
+    ]
     drawn = "on the CPU" if found.device == ON_CPU else f"by {found.device}"
     note = f"Bars: 95 %. Errors against {found.samples} paths for each pixel; frames drawn {drawn}."
     free = len(found.points) - len(shown)
     note += f" {free} settings have no such cost." if free else ""
+    note += f" {len(guessed)} settings were not measured but extrapolated." if guessed else ""
     note += _describe_break_even(found)
     return scatter_front(dots, words, "Error, relative RMSE / %", title=title, note=note)
+
+
+def _promising(found: Tradeoff, axis: str) -> list[Expected]:
+    """Settings that were not measured and may lie on the front: none measured is as exact and costs less."""
+    name = COSTS[axis][0]
+    return [
+        each
+        for each in found.expected
+        if not any(
+            point.error_rmse_rel <= each.error_rel and point.cost(axis) <= each.predicted.get(name, 0.0)
+            for point in found.points
+        )
+    ]
 
 
 def _describe_break_even(found: Tradeoff) -> str:
@@ -135,17 +165,18 @@ def _describe_break_even(found: Tradeoff) -> str:
         return ""
     frames, point = paid_off
     times = "1 frame" if frames == 1 else f"{frames} frames"
-    name = f"{transport.method_of(point.mode).noun} ({label_of(point, found.points)})"
+    label = label_of(point.setting, [each.setting for each in found.points])
+    name = f"{transport.method_of(point.mode).noun} ({label})"
     return f"\nBreak-even: with their bake, {name} take less time than the reference at equal error after {times}."
 
 
-def label_of(point: Point, points: Sequence[Point]) -> str:
-    """The parameters of a point in which settings of its mode differ: 'terms 4, kept 96, 32²'."""
-    alike = [other for other in points if other.mode == point.mode]
-    varied = [name for name in point.parameters if len({other.parameters[name] for other in alike}) > 1] or [
-        *point.parameters
+def label_of(setting: Setting, settings: Sequence[Setting]) -> str:
+    """The parameters in which settings of a mode differ: 'terms 4, kept 96, 32²'."""
+    alike = [other for other in settings if other.mode == setting.mode]
+    varied = [name for name in setting.parameters if len({other.parameters[name] for other in alike}) > 1] or [
+        *setting.parameters
     ][:1]
-    return ", ".join(_SHORT.get(name, f"{name} {{}}").format(point.parameters[name]) for name in varied)
+    return ", ".join(_SHORT.get(name, f"{name} {{}}").format(setting.parameters[name]) for name in varied)
 
 
 def write(found: Tradeoff, folder: Path, title: str = "", **scene: Any) -> Steps[dict[str, Any]]:

@@ -11,7 +11,7 @@ from app.cli.doubts import doubts_of_brdf, doubts_of_light
 from app.cli.transport import project_input
 from app.cli.transport.bake_report import carry_out, subject_of
 from app.cli.transport.options import variations_of
-from app.cli.transport.plan import add_budget, plan_for, record
+from app.cli.transport.plan import add_budget, plan_for, record, why_not_satisfied
 from app.session.machine_profile import learn
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, percent_range
@@ -21,6 +21,7 @@ from engine.geometry.camera import frame
 from engine.light.environment_file import open_environment
 from engine.planning.bake import prepare
 from engine.planning.costs.setting import Setting, parameters_of
+from engine.planning.plan import SHOWN
 from engine.transport import method as transport
 
 #: Options of the methods that a plan takes too.
@@ -87,14 +88,13 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def lines(result: dict[str, Any]) -> list[str]:
     """The lines of the summary that only `--mode auto` adds: the chosen method, its errors, the effects left out."""
-    shown = [effect["effect"] for effect in result["effects"] if effect["decision"] in ("needed", "forced on")]
+    shown = [effect["effect"] for effect in result["effects"] if effect["decision"] in SHOWN]
     setting = Setting(
         result["mode"], {name: result["knobs"][name] for name in result["knobs"] if name in _names(result)}
     )
     error = f"about {percent(result['predicted_error_rel'])} ({percent_range(*result['error_interval_rel'])})"
     found = [f"{setting}: with {', '.join(shown) or 'no effect'}, an error of {error}"]
-    nearest = "No mode meets the budget below the ceilings; this one has the least error for what it costs."
-    return found if result["satisfied"] else [*found, nearest]
+    return found if result["satisfied"] else [*found, why_not_satisfied(result)]
 
 
 def _names(result: dict[str, Any]) -> set[str]:

@@ -164,6 +164,7 @@ def record(found: EffectsPlan) -> dict[str, Any]:
         "means": dict(found.mean),
         "predicted_error_rel": found.predicted_error_rel,
         "error_interval_rel": list(found.error_interval_rel),
+        "probability_within_budget": found.probability,
         "predicted_frame_s": found.cost.frame_s,
         "predicted_relight_s": found.cost.relight_s,
         "predicted_bake_s": found.cost.bake_s,
@@ -207,13 +208,21 @@ def report(result: dict[str, Any]) -> str:
     lines += [
         "",
         f"Draw with {setting}: an error of {percent(result['predicted_error_rel'])} "
-        f"({percent_range(*result['error_interval_rel'])} in 95 of 100 scenes), "
+        f"({percent_range(*result['error_interval_rel'])} in 95 of 100 scenes), {_probability(result)}"
         f"{time_text(result['predicted_frame_s'])} a frame, "
         f"{time_text(result['predicted_relight_s'])} for a rotated environment, "
         f"{time_text(result['predicted_bake_s'])} to bake, {size_text(result['predicted_size_bytes'])} "
         f"(times within a factor of {number(result['times_within_factor'])})",
     ]
-    return "\n".join([*lines, *_ceilings(result), *_excluded(result), *_alternatives(result), *_shortfall(result)])
+    return "\n".join(
+        [*lines, *_ceilings(result), *_list_exclusions(result), *_alternatives(result), *_shortfall(result)]
+    )
+
+
+def _probability(result: dict[str, Any]) -> str:
+    """The probability of meeting a budget of error, with what follows it; nothing for a budget of time."""
+    probability = result["probability_within_budget"]
+    return "" if probability is None else f"within the budget with a probability of {percent(probability)}, "
 
 
 #: Ceilings as users read them: what is limited, the flag that raises it, and units in a second or a byte.
@@ -237,7 +246,7 @@ def _ceilings(result: dict[str, Any]) -> list[str]:
     return [f"Ceilings: {words} ({', '.join(flag for _, flag, _ in CEILINGS.values())})."]
 
 
-def _excluded(result: dict[str, Any]) -> list[str]:
+def _list_exclusions(result: dict[str, Any]) -> list[str]:
     """A sentence for each effect that a ceiling keeps out though it is worth more than the budget."""
     return [
         f"{effect.capitalize()} is left out because every mode that shows it exceeds the ceiling of "
@@ -262,8 +271,14 @@ def _shortfall(result: dict[str, Any]) -> list[str]:
         return []
     if result.get("time_ms") is not None:
         return [f"No mode draws a frame in {number(result['time_ms'], 3)} ms; this is the quickest."]
-    nearest = "No mode meets the budget below the ceilings; this one has the least error for what it costs."
-    return [nearest, *_beyond(result["beyond"])]
+    return [why_not_satisfied(result), *_beyond(result["beyond"])]
+
+
+def why_not_satisfied(result: dict[str, Any]) -> str:
+    """Return the sentence on a budget that is not met: its setting is likely to meet it, or the best for its cost."""
+    if (result["probability_within_budget"] or 0.0) >= 0.5:
+        return "No mode below the ceilings is certain to meet the budget; this one is likely to."
+    return "No mode meets the budget below the ceilings; this one has the least error for what it costs."
 
 
 def _beyond(beyond: dict[str, Any] | None) -> list[str]:

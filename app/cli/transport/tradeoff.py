@@ -237,11 +237,19 @@ def report(result: dict[str, Any]) -> str:
     if "choice_reason" in result:
         chosen = setting_of(result["choice"]) if result["choice"] else "none"
         lines.append(f"Choice: {chosen} ({result['choice_reason']})")
-    left = [f"{setting_of(each)}: {each['reason']}" for each in result["left_out"]]
+    left = [f"{setting_of(each)}: {each['reason']}{_describe_expectation(each)}" for each in result["left_out"]]
     lines += [f"Not measured: {words}" for words in left[:NAMED]]
     lines += [f"Not measured: {len(left) - NAMED} more, see tradeoff.json"] if len(left) > NAMED else []
     lines += ["Cancelled; these are the results so far."] if result["cancelled"] else []
     return "\n".join([*lines, f"{result['output']}: {', '.join(result['files'])}"])
+
+
+def _describe_expectation(left_out: dict[str, Any]) -> str:
+    """The extrapolated error of a setting that was not measured, where there is one."""
+    if "error_rmse_rel" not in left_out:
+        return ""
+    error, interval = percent(left_out["error_rmse_rel"]), percent_range(*left_out["error_interval_rel"])
+    return f"; extrapolated error {error} ({interval})"
 
 
 def _time(seconds: float) -> str:

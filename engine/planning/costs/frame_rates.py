@@ -55,7 +55,7 @@ def frame_rates(tables: dict[str, Rates]) -> Steps[str]:
     camera = frame(meshes[0].positions)
     shown = shade(caster_of(meshes[0]), camera)
     with drawing_frames((SMALL, LARGE)) as (name, draw):
-        plain = drawn_by_lights(LIGHTS[0], meshes[0])
+        plain = make_lit_scene(LIGHTS[0], meshes[0])
         far = replace(camera, eye=tuple(1e3 * np.array(camera.eye)))
         small_s, large_s = (_frame_s(draw, plain, far, side) for side in (SMALL, LARGE))
         empty_s = max(0.0, large_s - small_s) / (LARGE**2 - SMALL**2)
@@ -142,14 +142,14 @@ Kind = tuple[str, tuple[int, ...], Callable[[int, Mesh], "RelightTransport | Sce
 
 def _kinds() -> list[Kind]:
     """All kinds of frames."""
-    found: list[Kind] = [("direct", LIGHTS, drawn_by_lights)]
+    found: list[Kind] = [("direct", LIGHTS, make_lit_scene)]
     for method in METHODS:
         planning = planning_of(method.name)
         found += [(kind, parameters, partial(planning.draw, kind)) for kind, parameters in method.frames.items()]
     return found
 
 
-def drawn_by_lights(lights: int, mesh: Mesh) -> Scene:
+def make_lit_scene(lights: int, mesh: Mesh) -> Scene:
     """So many lights, in front of the model or above it, as usual."""
     brdf = brdf_from_text("ggx:kd=0.5,alpha=0.3,f0=0.04")
     return Scene(mesh, frame(mesh.positions), brdf, environment=open_environment("studio"), directions=lights)

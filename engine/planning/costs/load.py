@@ -117,7 +117,7 @@ class Load:
 
 
 @lru_cache(maxsize=4)
-def closed_share(of: Receivers) -> float:
+def measure_closed_share(of: Receivers) -> float:
     """The share of all hemispheres that other parts of the surface close, weighted by the cosine; remembered."""
     vertices = np.flatnonzero(~of.free)
     if not vertices.size:

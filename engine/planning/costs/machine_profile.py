@@ -38,8 +38,8 @@ from engine.geometry.ray_caster import caster_of
 from engine.geometry.shapes import shape
 from engine.light.environment import EnvironmentMap
 from engine.planning.costs.cost_model import BUSY, CostModel, basis_values, machine_name
-from engine.planning.costs.frame_rates import drawing_frames, drawn_by_lights, frame_rates, round_mesh
-from engine.planning.costs.load import Rates, closed_share, hemisphere, measure_coverage, spread, threads
+from engine.planning.costs.frame_rates import drawing_frames, frame_rates, make_lit_scene, round_mesh
+from engine.planning.costs.load import Rates, hemisphere, measure_closed_share, measure_coverage, spread, threads
 from engine.render.reference import ReferenceImage, reference
 from engine.scene.scene import Scene
 from engine.transport.baking import visibility_kernel
@@ -227,7 +227,7 @@ def measure_probes() -> dict[str, float]:
 def measure_frame() -> tuple[str, float]:
     """Name of what draws, and CPU seconds of the process for a frame of some lights; 0 for a graphics card."""
     mesh = round_mesh(PROBE_VERTICES)
-    scene = replace(drawn_by_lights(PROBE_LIGHTS, mesh), camera=frame(mesh.positions))
+    scene = replace(make_lit_scene(PROBE_LIGHTS, mesh), camera=frame(mesh.positions))
     with drawing_frames((PROBE_SIDE,)) as (name, draw):
         if not name.startswith(SOFTWARE):
             return name, 0.0
@@ -302,7 +302,7 @@ def _place(mesh: Mesh, tables: Tables) -> Steps[_Place]:
     counts = {}
     for edge in EDGES:
         counts[edge] = np.concatenate([some for _, some in visibility_shares(of, edge, 4, vertices)])
-    return _Place(mesh, of, vertices, counts, ray_s, closed_share(of))
+    return _Place(mesh, of, vertices, counts, ray_s, measure_closed_share(of))
 
 
 def _visibility_s(of: Receivers, vertices: NDArray[np.int64], edge: int) -> float:

@@ -39,7 +39,6 @@ from engine.tradeoff.write import label_of, write
 from engine.transport.sh import bake as sh_bake
 from engine.transport.wavelet import bake as wavelet_bake
 from tests.engine.scenes import weave
-from tests.engine.tradeoff.points import point
 from tests.engine.transport.gaussian.gaussian_lobes import icosphere
 
 SIZE, SMALL = (32, 24), (24, 18)
@@ -167,8 +166,8 @@ def test_a_record_a_table_and_plots_are_written(found: Tradeoff, tmp_path: Path)
 
 
 def test_labels_name_what_differs() -> None:
-    points = [point(0.1, setting=Setting("wavelet", {"terms": terms})) for terms in (1, 2)]
-    assert [label_of(each, points) for each in points] == ["terms 1", "terms 2"]
+    settings = [Setting("wavelet", {"terms": terms}) for terms in (1, 2)]
+    assert [label_of(each, settings) for each in settings] == ["terms 1", "terms 2"]
 
 
 def test_bakes_on_shared_rays_are_those_of_bakes_alone(scene: Scene, mesh: Mesh, tmp_path: Path) -> None:

@@ -116,7 +116,7 @@ def test_ceilings_are_told_and_raised_by_flags(mesh: str, capsys: pytest.Capture
     assert (free["ceilings"]["bake_s"], free["ceilings"]["frame_s"], free["exceeded"]) == (600.0, 100.0, [])
     low = {"max_depth": 1, "error_rel": 0.01, "frame_s": 0.02, "bake_s": 1234.0, "memory_bytes": 5e6}
     beyond = {"mode": "sh", "knobs": {"order": 8}, **low, "exceeded": ["bake_s"]}
-    shown = report({**free, "satisfied": False, "beyond": beyond})
+    shown = report({**free, "satisfied": False, "probability_within_budget": 0.1, "beyond": beyond})
     assert "No mode meets the budget below the ceilings" in shown
     assert "With --max-bake-s 1300 sh, order 8 meets it: 1 %, 20 ms a frame, 21 min to bake" in shown
     assert main([*words[:-2], "--max-frame-ms", "0.000001"]) == 0

@@ -1,0 +1,72 @@
+"""Small images that a plan measures: on a part of a model as on the whole, and in what a plan tells."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from engine.brdf.brdf import brdf_from_text
+from engine.geometry.camera import frame
+from engine.planning import plan as planning
+from engine.planning import small_images
+from engine.planning.costs.cost_model import CostModel
+from engine.planning.costs.setting import Setting
+from engine.planning.plan import plan
+from engine.planning.prior import SURE
+from engine.planning.small_images import Measured, measure_small
+from engine.scene.scene import Scene
+from tests.engine.planning.brute_force import bowl, lamp_sky
+
+ORDER = Setting("sh", {"order": 3})
+
+
+@pytest.fixture
+def scene(monkeypatch: pytest.MonkeyPatch) -> Scene:
+    """A bowl under a lamp, in images of few pixels."""
+    for name, value in {"SIZE": (24, 18), "MAX_VERTICES": 40, "RESAMPLES": 16}.items():
+        monkeypatch.setattr(small_images, name, value)
+    mesh = bowl()
+    return Scene(
+        mesh, frame(mesh.positions), brdf_from_text("phong:kd=0.4,ks=0.02,exponent=10"), environment=lamp_sky()
+    )
+
+
+def test_T1_a_part_of_a_model_has_the_errors_of_the_whole(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Some vertices are baked, and the faces around them drawn alone: shadows are those of the whole model."""
+    whole = measure_small(scene, [ORDER])[ORDER]
+    monkeypatch.setattr(small_images, "LARGE", 0)
+    part = measure_small(scene, [ORDER])[ORDER]
+    assert part.error_rel == pytest.approx(whole.error_rel, rel=0.01)
+
+
+def test_nothing_is_measured_where_nothing_is_asked_or_seen(scene: Scene) -> None:
+    assert measure_small(scene, []) == {}
+    away = replace(scene.camera, eye=(0.0, 0.0, 1e4), target=(0.0, 0.0, 2e4))
+    assert measure_small(replace(scene, camera=away), [ORDER]) == {}
+
+
+def test_a_small_image_moves_what_a_plan_tells(scene: Scene, costs: CostModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A setting whose error was measured far beyond the budget is not chosen."""
+    found = []
+    for measured in ({}, {ORDER: 0.9}):
+        small = {setting: Measured(error, 0.02) for setting, error in measured.items()}
+        monkeypatch.setattr(planning, "small_errors", lambda _scene, _settings, small=small: small)
+        found.append(
+            plan(
+                scene.mesh,
+                scene.brdf,
+                lamp_sky(),
+                cost=costs,
+                error=0.5,
+                modes=("sh",),
+                skip=("interreflection",),
+                camera=scene.camera,
+            )
+        )
+    alone, moved = found
+    assert alone.probability is not None
+    assert moved.probability is not None
+    assert alone.setting == ORDER
+    assert moved.setting != ORDER
+    assert all(each.satisfied == ((each.probability or 0.0) >= SURE) for each in found)
