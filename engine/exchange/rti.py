@@ -34,7 +34,7 @@ from engine.exchange.loss import Shown, View, find_lit_points
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.images.encode import encode_png
 from engine.light.environment import DistantLights
-from engine.shading.directional.interpolation import polynomial
+from engine.shading.directional.interpolation import best_ridge, polynomial, ridge_inverse
 from engine.surface.lamps import shows_slopes
 
 if TYPE_CHECKING:
@@ -185,15 +185,22 @@ def hsh_functions(light: Vectors) -> Floats:
 
 
 def fit(subject: Subject, basis: Callable[[Vectors], Floats]) -> Steps[Terms]:
-    """The terms of `basis` nearest to all images, by least squares."""
+    """The terms of `basis` nearest to all images, by the ridge fit that predicts images best which are left out."""
     lights, image = _images(subject)
-    inverse = np.linalg.pinv(basis(lights))
+    some = []
+    for number in range(len(lights)):
+        step = grid_step(*subject.material.size)
+        some.append(TOP * srgb_encode(np.clip(image(number)[::step, ::step], 0.0, 1.0)).ravel())
+        yield Step(0.3 * number / len(lights), "fitting terms")
+    seen = np.stack(some)
+    functions = basis(lights)
+    inverse = ridge_inverse(functions, best_ridge(functions, (seen @ seen.T).astype(np.float64) / seen.shape[1]))
     total: NDArray[np.float32] | None = None
     for number in range(len(lights)):
         codes = TOP * srgb_encode(np.clip(image(number), 0.0, 1.0))
         part = codes[..., None] * inverse[:, number].astype(np.float32)
         total = part.astype(np.float32) if total is None else total + part.astype(np.float32)
-        yield Step(number / len(lights), "fitting terms")
+        yield Step(0.3 + 0.7 * number / len(lights), "fitting terms")
     assert total is not None
     return Terms(total, basis)
 

@@ -190,13 +190,18 @@ def leave_out_of_fit(functions: Array, ridge: float = 0.0) -> Array:
 
 
 def smoother(functions: Array, ridge: float = 0.0) -> Array:
-    """(N, N) photographs as the least squares of `functions` (N, P) at the lights show them.
+    """(N, N) photographs as a ridge fit of `functions` (N, P) at the lights shows them."""
+    return np.asarray(functions @ ridge_inverse(functions, ridge))
+
+
+def ridge_inverse(functions: Array, ridge: float = 0.0) -> Array:
+    """(P, N) coefficients of `functions` (N, P) at the lights for each photograph.
 
     `ridge` is the penalty of a squared coefficient, over the mean power of the functions.
     """
     power = functions.T @ functions
     penalty = ridge * np.trace(power) / len(power) * np.eye(len(power))
-    return np.asarray(functions @ np.linalg.lstsq(power + penalty, functions.T, rcond=None)[0])
+    return np.asarray(np.linalg.lstsq(power + penalty, functions.T, rcond=None)[0])
 
 
 def best_ridge(functions: Array, second: Array) -> float:
