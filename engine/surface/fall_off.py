@@ -25,6 +25,9 @@ STEPS = ((0.4, 1.0, 0.4), (0.2, 1.0, 0.2), (0.1, 0.5, 0.1), (0.05, 0.25, 0.05))
 #: Least and largest of each number, rounds of a step, and what a round leaves that is worth another, over what was.
 BOUNDS, ROUNDS, WORTH = ((-0.3, 2.0), (-2.0, 1.0), (0.0, 0.9)), 3, 0.998
 
+#: Numbers from which on a fall-off is not of a surface alone; none or all of a Fresnel term and no roughness are usual.
+EXTREME = (-0.3, -2.0, -1.0), (2.0, 2.0, 0.9)
+
 #: What a fall-off leaves, over Lambert's, where it counts; that of a kind alone over that of all; and what another may
 #: leave over the best that the photographs do not tell from it; and steps to such others beside it.
 BETTER, OWN_BETTER, ALIKE, NEAR = 0.95, 0.85, 1.08, (0.1, 0.5, 0.1)
@@ -51,7 +54,10 @@ def find_falls(count: int, unexplained: Callable[[Array], Array]) -> tuple[Array
         return None, []
     beside = [_step(falls, number, side * NEAR[number]) for number, side in product(range(3), (1.0, -1.0))]
     tried += [(other, unexplained(other)) for other in beside]
-    return falls, [(other, left < ALIKE * least) for other, left in tried]
+    others = [(other, left < ALIKE * least) for other, left in tried]
+    # a fall-off at the end of what surfaces have may stand for light that the model lacks, and so may Lambert's
+    is_extreme = np.asarray(((falls <= EXTREME[0]) | (falls >= EXTREME[1])).any(axis=1))
+    return falls, [*others, (lambert, is_extreme)]
 
 
 def _search(

@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks.fall_off import angle, generate
 from engine.core.steps import drain
+from engine.surface.fall_off import find_falls
 from engine.surface.lamps import lamps
 from engine.surface.recover import recover
 from engine.surface.reflectance import kinds
@@ -77,3 +78,23 @@ def test_a_lambertian_surface_has_no_fall_off() -> None:
     stack, _, white = generate("lambert", 1)
     used = np.arange(len(stack.sources))
     assert drain(kinds(stack, used, lamps(stack, used), white)).falls is None
+
+
+@pytest.mark.parametrize(
+    ("best", "extreme"), [((0.0, 1.0, 0.0), False), ((0.55, 0.0, 0.3), False), ((0.0, 0.0, 0.9), True)]
+)
+def test_the_search_finds_the_least_and_doubts_the_ends(best: tuple[float, float, float], extreme: bool) -> None:
+    """Of what is left by the distance from the best, for two kinds; at an end of the range Lambert's is as likely."""
+
+    def measure(falls: np.ndarray) -> np.ndarray:
+        return np.asarray(1.0 + 3.0 * np.abs(falls - best).sum(axis=1))
+
+    falls, others = find_falls(2, measure)
+    assert falls is not None
+    assert falls == pytest.approx(np.tile(best, (2, 1)))
+    assert not others[-1][0].any()
+    assert others[-1][1].tolist() == [extreme, extreme]
+
+
+def test_lambert_stays_where_others_are_hardly_better() -> None:
+    assert find_falls(3, lambda falls: 1.0 - 0.04 * (falls[:, 0] > 0.2).astype(np.float64))[0] is None
