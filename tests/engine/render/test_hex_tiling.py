@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,15 +19,16 @@ from engine.core.errors import UsageError
 from engine.core.steps import drain
 from engine.geometry.camera import Camera
 from engine.geometry.shapes import shape
+from engine.images.decode import read_image
 from engine.render.direct import radiance
-from engine.render.hex_tiling import cells_around, grid_tiles, hash_cells, hex_tiles
+from engine.render.hex_tiling import cells_around, grid_tiles, hash_cells, hex_tiles, values_at
 from engine.render.pbr import Texels, texels_at
 from engine.render.reference import reference
 from engine.scene.material import Material
 from engine.scene.scene import Scene, make_scene
 from engine.shading.directional.planes import fit
 from engine.shading.power_law import fit as fit_power_law
-from engine.shading.shading_map import build
+from engine.shading.shading_map import ShadingMap, build
 from engine.simulate.height_fields import sample
 from engine.surface.pbr_maps import PbrMaps
 from tests.engine.render.test_pbr import bumpy, scene_of, square
@@ -185,6 +188,22 @@ def material_of(kind: str, form: str) -> Material:
 def test_other_modes_are_refused() -> None:
     with pytest.raises(UsageError, match="unknown tiling mode 'round'; choose from grid, hex"):
         scene_of(bumpy(), square(), tiling_mode="round")
+
+
+@pytest.mark.parametrize("name", ["stacks/pinkney_flat3/im1.jpg", "stacks/ring_rti64/0030.jpg"])
+def test_photographs_repeat_nothing_and_keep_their_histogram(name: str, shared_data: Callable[[str], Path]) -> None:
+    pixels = read_image(shared_data(name)).pixels[10 : 10 + SIDE, 10 : 10 + SIDE]
+    slices = np.stack([np.zeros_like(pixels), pixels]).astype(np.float32)
+    shading = ShadingMap(slices, float(pixels.mean()), slices.mean(axis=(1, 2, 3), dtype=np.float64))
+    across = (np.arange(8 * SIDE) + 0.5) / SIDE
+    uv = np.stack(np.meshgrid(across, across), axis=-1).reshape(-1, 2)
+    for detail in (0.0, 2.5):
+        where = np.full(len(uv), detail)
+        grid, cells = (values_at(maps, 1, uv, where)[:, 1] for maps in (grid_tiles(shading), hex_tiles(shading)))
+        assert abs(correlation(cells, 8)) < 0.1
+        bins = np.linspace(grid.min() - 1e-6, grid.max() + 1e-6, 65)
+        shares = [np.histogram(np.clip(each, bins[0], bins[-1]), bins)[0] / len(each) for each in (grid, cells)]
+        assert np.abs(np.cumsum(shares[0] - shares[1])).mean() < 0.02
 
 
 FORMS = ("slices", "power", "planes")
