@@ -16,6 +16,9 @@ Light beyond T_0 is interreflection, or an error of the bake: harmonics that rin
 that is far brighter than the mean of all would paint with the latter, so that what is beyond T_0 is multiplied by at
 most `MOST` times the T / T_0 of the whole image.
 
+Highlights that the bake blurs, of smooth metals under few terms, are such an error, and relief seen from afar spreads T
+over them: a metal of roughness 0.25 in harmonics of order 4 comes out 2.4 times too bright.
+
 T and T_0 tend to 0 where the surface turns away from all lights, and what other parts of the model reflect still
 arrives there. A share `FAINT` of the light is therefore taken to come from all sides in T and in T_0.
 """

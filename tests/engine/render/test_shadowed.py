@@ -32,6 +32,7 @@ from engine.shading.shading_map import ShadingMap
 from engine.surface.pbr_maps import PbrMaps
 from engine.transport.method import Subject, method_of
 from engine.transport.relight import light_of
+from tests.engine.render.test_pbr import bumpy
 from tests.engine.render.test_transported_sh import smooth_sky, sphere
 
 SIZE = (32, 28)
@@ -179,6 +180,22 @@ def test_pbr_maps_vary_in_a_bake_of_their_mean(tmp_path: Path) -> None:
     inside = model & (found[..., 3] == 1.0) & (truth[..., 3] == 1.0)
     before, after = compare(bare, truth, inside).rmse_rel, compare(found, truth, inside).rmse_rel
     assert after < 0.4 * before, (before, after)
+
+
+def test_relief_in_a_bake_keeps_its_brightness_from_afar(tmp_path: Path) -> None:
+    """Under one lamp, which tells a wider highlight from a brighter one; nothing shadows a ball."""
+    lamp: dict[str, Any] = {"light": (0.3, 0.5, 0.8)}
+    scene = dataclasses.replace(scene_with(material_of_maps(bumpy(), "bumpy"), **lamp), ground=None)
+    transport = transport_of(scene, "sh", tmp_path)
+
+    def mean(repeats: float) -> float:
+        lit = light_up(dataclasses.replace(scene, repeats=repeats), "sh", transport)
+        image = drain(draw(lit, (64, 64), samples=3))
+        return float(image[..., 1].sum() / image[..., 3].sum())
+
+    near = mean(0.5)
+    for repeats in (4.0, 32.0):
+        assert mean(repeats) == pytest.approx(near, rel=0.03)
 
 
 def test_a_bake_of_another_brdf_lends_its_shadows_alone(tmp_path: Path) -> None:
