@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 #: Planes that are corrected, and lights for which radiance is averaged, or as many as these planes need.
 CORRECTED, LIGHTS = 27, 16
 
+#: Part of the plane that counts most below which one is rounding: no light tells its codes.
+MIN_SEEN = 1e-6
+
 #: Steps of the table of radiance by code, and the largest code in it, twice white.
 STEPS, LARGEST = 1 << 12, 510.0
 
@@ -33,7 +36,7 @@ def minify(directional: DirectionalMap) -> list[NDArray[np.float16]]:
     count = min(len(directional.planes), CORRECTED)
     lights = spread_lights(directional.lights, max(LIGHTS, -(-2 * count // 3)))
     functions = directional.functions(lights).reshape(3 * len(lights), -1)
-    inverse = np.linalg.pinv(functions[:, 1 : 1 + count])
+    inverse = np.linalg.pinv(functions[:, 1 : 1 + count], rcond=MIN_SEEN)
     given = functions.astype(np.float32), inverse.astype(np.float32)
     table = srgb_decode(np.linspace(0.0, LARGEST / 255.0, STEPS + 1)).astype(np.float32)
     levels: list[NDArray[np.float16]] = []
