@@ -116,9 +116,9 @@ def _light(brdf: Brdf) -> NDArray[np.float64]:
         above = wi[:, 2] > 0.0
         weight = np.where(above, wi[:, 2], 0.0) / density / LIGHTS
         values = brdf.f(np.where(above[:, None], wi, (0.0, 0.0, 1.0)), wo)
-        total += (values * studio(wi @ frame) * weight[:, None]).sum(axis=0)
+        total += (np.maximum(values, 0.0) * studio(wi @ frame) * weight[:, None]).sum(axis=0)
     return total
 
 
 def _lab(share: NDArray[np.float64]) -> NDArray[np.float64]:
-    return lab_from_xyz(xyz_from_srgb(np.maximum(share, 0.0)), _D65)
+    return lab_from_xyz(xyz_from_srgb(share), _D65)

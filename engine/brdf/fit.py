@@ -80,7 +80,7 @@ class Beams:
     ----------
     wi, wo : (B, D, 3) unit directions above the horizon, `wi` the same for each beam.
     weight : (B, D) in sr: Σ f weight over D is the albedo.
-    albedo : (B, 3) of the data, not negative.
+    albedo : (B, 3) of the data, of what is not negative.
     doubt : share by which the albedo may be wrong.
     ceiling : (B, D, 3) in 1/sr, what the values may not exceed; infinite where nothing bounds them.
     """
@@ -184,7 +184,8 @@ def beams_of(brdf: Brdf, data: FitData, *, seed: int = 0) -> Beams | None:
     seen = wo[..., 2] > _GRAZING
     weight = np.where(seen, wo[..., 2], 0.0) / (density * len(points))
     wo = np.where(seen[..., None], wo, (0.0, 0.0, 1.0))
-    albedo = np.einsum("bdc,bd->bc", brdf.f(wi, wo), weight)
+    # colours outside sRGB are negative in a channel, which no model is and a display shows black
+    albedo = np.einsum("bdc,bd->bc", np.maximum(brdf.f(wi, wo), 0.0), weight)
     if albedo.max() > MOST:
         return None
     ceiling = np.full(wo.shape, np.inf)
@@ -192,7 +193,7 @@ def beams_of(brdf: Brdf, data: FitData, *, seed: int = 0) -> Beams | None:
         above = ceiling_of(data.wi, data.wo, np.maximum(data.value, 0.0), reciprocal=brdf.reciprocal)
         ceiling = np.maximum(above.look_up(wi, wo), 1e-12)
     doubt = KNOWN + LEFT_OUT * float(getattr(brdf, "leave_one_out", 0.0))
-    return Beams(wi, wo, weight, np.maximum(albedo, 0.0), min(doubt, MAX_DOUBT), ceiling)
+    return Beams(wi, wo, weight, albedo, min(doubt, MAX_DOUBT), ceiling)
 
 
 def sample(brdf: Brdf, *, count: int = MANY, seed: int = 0) -> FitData:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -81,6 +82,15 @@ def test_the_albedo_of_beams_is_that_of_the_brdf() -> None:
     assert beams is not None
     np.testing.assert_allclose(beams.albedo, albedo(brdf, surface_direction(BEAMS, 0.0 * BEAMS)), rtol=0.02)
     assert np.isinf(beams.ceiling).all()
+
+
+def test_channels_that_are_negative_in_the_shade_count_where_they_are_not() -> None:
+    """A paint outside sRGB under a white highlight: its red is that of the highlight."""
+    highlight = brdf_from_text("ggx:kd=0,alpha=0.2,f0=0.5")
+    paint = SimpleNamespace(isotropic=True, reciprocal=True, f=lambda wi, wo: highlight.f(wi, wo) - (1e-3, 0.0, 0.0))
+    beams = beams_of(cast(Any, paint), sample(highlight, count=10))
+    assert beams is not None
+    np.testing.assert_allclose(beams.albedo[:, 0], beams.albedo[:, 1], rtol=0.02)
 
 
 def test_data_that_reflect_more_than_arrives_have_no_albedo() -> None:
