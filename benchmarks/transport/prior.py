@@ -32,7 +32,7 @@ from engine.planning.costs.cost_model import Cost
 from engine.planning.costs.machine_profile import quick_profile
 from engine.planning.costs.setting import Setting, setting_of
 from engine.planning.effects.mode_error import mode_errors
-from engine.planning.plan import SMALL
+from engine.planning.plan import SMALL as STAGES
 from engine.planning.predicted_error import MIDDLES, spread
 from engine.planning.prior import (
     LEVELS,
@@ -49,6 +49,9 @@ from engine.planning.small_images import Measured, as_record, measure_small
 from engine.scene.scene import Scene
 from engine.storage.atomic import write_json
 from engine.tradeoff.draw import drawing
+
+#: Settings of small images.
+SMALL = tuple(setting for stage in STAGES for setting in stage)
 
 #: Pixels of the images that count as the truth, and the seconds that their reference may take.
 SIZE, REFERENCE_S = (96, 72), 10.0

@@ -14,6 +14,7 @@ beyond the ceilings.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -68,12 +69,15 @@ RAISED = 2.0
 #: An error that is told as 0 %: an effect that is worth no more is not needed.
 NOTHING = 5e-4
 
-#: Settings of small images, the cheapest of their modes by far.
+#: Settings of small images, the cheapest of their modes by far, and those that are measured where the plan by the first
+#: does not meet the budget: their BRDF has to be factored.
 SMALL = (
-    *(Setting("direct", {"directions": directions}) for directions in (4, 16, 64)),
-    Setting("sh", {"order": 8}),
-    *(Setting("wavelet", {"terms": terms, "coefficients": kept, "cube": 32}) for terms, kept in ((1, 24), (4, 96))),
+    (*(Setting("direct", {"directions": directions}) for directions in (4, 16, 64)), Setting("sh", {"order": 8})),
+    tuple(Setting("wavelet", {"terms": terms, "coefficients": kept, "cube": 32}) for terms, kept in ((1, 24), (4, 96))),
 )
+
+#: Modes whose errors take seconds to predict.
+SLOW = ("gaussian",)
 
 #: Effects that change the cost of a setting.
 COSTING = ("self-shadowing", "interreflection", "glossy", "anisotropy", "sun-split", "spatially-varying-gloss")
@@ -243,11 +247,17 @@ def plan(
         return probe(mesh, brdf, depth, **place)
 
     wishes = frozenset(force), frozenset(skip)
-    small: Mapping[Setting, Measured] = {}
-    if camera is not None and material is None and not variations:
-        shown = Scene(mesh, camera, brdf, environment=environment, environment_rotation=rotation, ground=ground)
-        small = small_errors(shown, tuple(each for each in SMALL if modes is None or each.mode in modes))
-    return plan_of(scene, cost, budget, time_ms, *wishes, modes, pixels, frames, ceilings, noise, aspect, small)
+    asked = (scene, cost, budget, time_ms, *wishes, modes, pixels, frames, ceilings, noise, aspect)
+    if camera is None or material is not None or variations:
+        return plan_of(*asked)
+    shown = Scene(mesh, camera, brdf, environment=environment, environment_rotation=rotation, ground=ground)
+    small: dict[Setting, Measured] = {}
+    for settings in SMALL:
+        small |= small_errors(shown, tuple(each for each in settings if modes is None or each.mode in modes))
+        found = plan_of(*asked, small)
+        if found.satisfied:
+            break
+    return found
 
 
 @remember(8)
@@ -389,12 +399,25 @@ def best(choices: list[Choice], error: float | None, time_s: float | None) -> tu
     for each in sorted(choices, key=lambda each: each.rank):
         if each.meets(error):
             return each, True
-    return min(choices, key=lambda each: each.price * each.overrun(error)), False
+    return _least_overrun(choices, error), False
+
+
+def _least_overrun(choices: list[Choice], error: float) -> Choice:
+    """The least price times mean overrun, which is at least 1: nothing is predicted of what costs more than that."""
+    ranked = sorted(choices, key=lambda each: each.price)
+    found, least = ranked[0], math.inf
+    for each in ranked:
+        if each.price >= least:
+            break
+        value = each.price * each.overrun(error)
+        if value < least:
+            found, least = each, value
+    return found
 
 
 def _beyond(choices: list[Choice], error: float, ceilings: Ceilings) -> Beyond | None:
-    """The cheapest of all that meet a budget of error, whatever ceilings it is beyond."""
-    for each in sorted(choices, key=lambda each: each.rank):
+    """The cheapest that meets a budget of error beyond some ceilings, of modes whose error is soon predicted first."""
+    for each in sorted(choices, key=lambda each: (each.setting.mode in SLOW, each.rank)):
         if each.exceeded(ceilings) and each.meets(error):
             summary = (each.setting, depth_of(each.skipped), each.error, each.cost, each.exceeded(ceilings))
             return Beyond(*summary)

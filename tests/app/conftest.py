@@ -48,7 +48,7 @@ COARSE = {
     "engine.planning.effects.lobe_error.PAIRS": (4, 4, 4),
     "engine.planning.effects.lobe_error.PIXELS": 4,
     "engine.planning.choices.SAMPLES": 4,
-    "engine.planning.plan.SMALL": (),
+    "engine.planning.plan.SMALL": ((),),
     "engine.render.environment_error.REFERENCE_ROWS": 16,
     "engine.transport.gaussian.bake.PROBE_VIEWS": 2,
     "engine.transport.gaussian.bake.TEST_EDGE": 16,
