@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import math
 import os
+import warnings
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from app.session import machine_profile
+from engine.accuracy.bake_check import check_file
 from engine.accuracy.compare import compare as compare_images
 from engine.core.directions import world_direction
 from engine.core.errors import InputError, UsageError
@@ -36,6 +38,7 @@ from engine.scene.settings import DEFAULTS
 from engine.storage.atomic import write_bytes
 from engine.tradeoff.agenda import modes_of, settings_of
 from engine.tradeoff.sweep import sweep
+from engine.transport.baking.check import warnings_at_render, warnings_of_check
 from engine.transport.baking.file import open_transport
 from engine.transport.method import Subject, method_of, methods_with, names
 from engine.transport.relight import Light
@@ -381,6 +384,7 @@ def bake(
     method: str = "wavelet",
     ground_albedo: float | None = None,
     brushing: str | None = None,
+    check: bool = True,
     progress: Progress | None = None,
     **settings: Any,
 ) -> Path:
@@ -402,6 +406,9 @@ def bake(
         Albedo of a diffuse ground under the model; None for no ground.
     brushing : str, optional
         Direction of an anisotropic BRDF, as that of `make_scene`.
+    check : bool
+        Compare small images of the bake with the reference when it ends, which takes seconds, and keep the errors in
+        the file; a Python warning names the lights under which the bake is wrong, and `relight` repeats it there.
     progress : callable, optional
         Called with a step.
     **settings
@@ -443,8 +450,13 @@ def bake(
     ground = None if ground_albedo is None else Ground(albedo=ground_albedo)
     mesh = as_mesh(model) if brushing is None else as_mesh(model).brush(parse_brushing(brushing))
     subject = Subject(mesh, as_brdf(brdf), ground)
-    work = drain(chosen.baking.prepare(subject, chosen.settings(**settings)), progress)
-    drain(chosen.baking.bake(path, work), progress)
+    asked = chosen.settings(**settings)
+    work = drain(chosen.baking.prepare(subject, asked), progress)
+    baked = drain(chosen.baking.bake(path, work), progress)
+    if check:
+        checked = drain(check_file(path, baked.transport, chosen, subject, asked), progress)
+        for text in warnings_of_check(checked, method):
+            warnings.warn(text, stacklevel=3)
     return Path(path)
 
 
@@ -508,6 +520,9 @@ def relight(
         if near_lamps and not chosen.near_light:
             shown_by = ", ".join(each.name for each in methods_with("near_light"))
             raise UsageError(f"a {file.kind} bake shows no NearLamp; bake in mode {shown_by}, or use render or a Lamp")
+        around = None if surroundings is None else surroundings.name
+        for text in warnings_at_render(file.check, file.kind, around):
+            warnings.warn(text, stacklevel=3)
         relit = drain(chosen.baking.illuminate(file, chosen_light, chosen.light(), None), progress).relit
         shown = relit.mesh.positions[: relit.transport.ground_vertex]
         view = as_camera(camera, shown, size)

@@ -21,10 +21,13 @@ from engine.core.stopwatch import read_clock
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.planning.costs.setting import Setting
+from engine.transport.baking.check import BakeCheck, warnings_at_render
 from engine.transport.method import Method, Relight, Subject, method_of
 
 if TYPE_CHECKING:
+    from engine.light.environment import EnvironmentMap
     from engine.planning.plan import Effect, EffectsPlan
+    from engine.scene.scene import Scene
 
 #: Parameters of the BRDF that vary over the model.
 VARYING = "spatially-varying-gloss"
@@ -215,12 +218,23 @@ class Estimate:
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """A finished bake: the transport of one method, its time and its size. `bake_s` is None where nobody knows it."""
+    """A finished bake: the transport of one method, its time, its size and its check against the reference.
+
+    `bake_s` is None where nobody knows it, `check` where there is none.
+    """
 
     wanted: Wanted
     transport: Any
     bake_s: float | None
     size_bytes: int
+    check: BakeCheck | None = None
+
+    def differences(self, scene: Scene) -> list[str]:
+        """What the check says of an image of `scene`; nothing of another BRDF, which was not checked."""
+        if self.check is None or scene.brdf != self.wanted.brdf:
+            return []
+        name = None if scene.environment is None else scene.environment.name
+        return warnings_at_render(self.check, self.wanted.choices.method.name, name)
 
     @cached_property
     def relighter(self) -> Relight:
@@ -260,18 +274,25 @@ def _prepare(wanted: Wanted) -> Steps[tuple[Any, Callable[[Path], Steps[Any]]]]:
     return ready.work, ready.start
 
 
-def bake(path: Path, estimate: Estimate) -> Steps[Made]:
-    """Bake into the file `path`; an equal bake that was interrupted goes on.
+def bake(path: Path, estimate: Estimate, own: Sequence[EnvironmentMap] = ()) -> Steps[Made]:
+    """Bake into the file `path` and check it, also under environments `own`; an interrupted equal bake goes on.
 
+    A bake without effects that the user left out is not checked, because the reference shows them.
     The machine profile learns from one that it predicted and that ran from its start to its end.
     """
     from app.session.machine_profile import learn
+    from engine.accuracy.bake_check import check_file
 
     yield Step(0.0, "compiling (first use only)")
     assert estimate.start is not None
     wanted = estimate.wanted
     since = read_clock()
-    made = yield from estimate.start(path)
+    made = yield from part(estimate.start(path), 0.0, 0.95)
     if wanted.predicted_s is not None and not made.resumed_chunks:
         learn(wanted.choices.method.name, wanted.predicted_s, made.bake_s, since)
-    return Made(wanted, made.transport, made.bake_s, made.file.size_bytes)
+    check = None
+    if not any(effect.decision == "forced off" for effect in (wanted.plan.effects if wanted.plan else ())):
+        settings = settings_with(wanted.choices.settings, wanted.variations)
+        steps = check_file(path, made.transport, wanted.choices.method, wanted.subject, settings, own)
+        check = yield from part(steps, 0.95, 1.0)
+    return Made(wanted, made.transport, made.bake_s, made.file.size_bytes, check)

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import astuple, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from app.document.bake_request import Estimate, Made, Wanted, bake, estimate, setting_for
 from app.document.variation import images_of
@@ -24,6 +24,9 @@ from engine.geometry.mesh import Mesh
 from engine.storage.atomic import make_folder
 from engine.storage.resumable import discard_unfinished
 from engine.transport.baking.file import open_transport
+
+if TYPE_CHECKING:
+    from engine.light.environment import EnvironmentMap
 
 log = logging.getLogger(__name__)
 
@@ -109,18 +112,21 @@ def keep(wanted: Wanted, folder: Path) -> Made | None:
 
 def _open(place: Path, wanted: Wanted, seconds: float | None) -> Made:
     file = open_transport(place)
-    return Made(wanted, wanted.choices.method.baking.transport_of(file), seconds, file.size_bytes)
+    return Made(wanted, wanted.choices.method.baking.transport_of(file), seconds, file.size_bytes, file.check)
 
 
-def bake_and_keep(estimate: Estimate, folder: Path) -> Steps[Made]:
-    """Bake into `folder`; an equal bake that was interrupted goes on. OutputError where that cannot be written."""
+def bake_and_keep(estimate: Estimate, folder: Path, own: Sequence[EnvironmentMap] = ()) -> Steps[Made]:
+    """Bake into `folder`, checked under the environments `own` as well; an equal bake that was interrupted goes on.
+
+    OutputError where that cannot be written.
+    """
     wanted = estimate.wanted
     make_folder(folder)
     try:
         place = place_of(wanted, folder)
     except (TypeError, OSError):
         place = folder / f"{KIND}-of-{wanted.choices.method.name}{_SUFFIX}"  # nobody finds it again
-    made = yield from bake(place, estimate)
+    made = yield from bake(place, estimate, own)
     note(place, KIND, made.bake_s or 0.0, encode_note(wanted))
     tidy(folder)
     return made

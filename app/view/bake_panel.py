@@ -93,7 +93,8 @@ def state_text(baking: Baking) -> str:
     if baking.is_made and made is not None:
         took = f"Baked in {time_text(made.bake_s)}" if made.bake_s else "Baked"
         words = f"{took}, {size_text(made.size_bytes)}."
-        return " ".join(filter(None, (words, describe_left_out(made.wanted), "Light and camera move freely.")))
+        said = (words, describe_left_out(made.wanted), baking.difference, "Light and camera move freely.")
+        return " ".join(filter(None, said))
     takes = LOOKING if baking.is_planning else "Estimating…"
     if estimate is not None and estimate.why_not:
         takes = estimate.why_not

@@ -204,6 +204,13 @@ class Baking(QObject):
             return ""
         return made.why_baked_for_one
 
+    @property
+    def difference(self) -> str:
+        """What the check of the bake says of the light on screen, as a sentence; empty where it passes."""
+        if self.made is None or self._scene is None:
+            return ""
+        return " ".join(f"{text[:1].upper()}{text[1:]}." for text in self.made.differences(self._scene))
+
     def relit(self, scene: Scene) -> RelightTransport | None:
         """The relit bake to draw of `scene`: under its light, or under the light before while its own is computed."""
         if self._relit is None or self.made is None or self._relit[0] is not self.made.wanted:
@@ -241,11 +248,12 @@ class Baking(QObject):
         estimate = self.ready
         if estimate is None or estimate.why_not or self.job is not None:
             return
-        folder = self.bench.own
+        folder, around = self.bench.own, self._scene.environment if self._scene is not None else None
+        own = () if around is None else (around,)
         title, again = f"Baking {self.method.noun}", {"kind": "bake", "method": self.method.name}
         job = self.bench.jobs.submit(
             title,
-            lambda: bake_and_keep(estimate, folder),
+            lambda: bake_and_keep(estimate, folder, own),
             lane="compute",
             again=again,
             resource="bakes",

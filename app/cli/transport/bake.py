@@ -23,6 +23,7 @@ from app.cli.transport.options import variations_of
 from app.document.bake_request import choices_for
 from app.process.ending import SENTENCE
 from app.session.machine_profile import learn_bake
+from engine.accuracy.bake_check import check_file
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, size_text, time_text
 from engine.core.params import parameters
@@ -31,6 +32,7 @@ from engine.core.stopwatch import read_clock
 from engine.exchange.readers.read import open_material
 from engine.light.environment_file import open_environment
 from engine.transport import method as transport
+from engine.transport.baking.check import BakeCheck, lines_of_check
 from engine.transport.baking.chunks import check_cluster
 from engine.transport.baking.spatially_varying import variation_to_text
 from engine.transport.method import Method
@@ -79,6 +81,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Input(reach="file"),
         metavar="FILE",
         help="measure the error under this environment at 400 vertices, seen from 20 directions (half a minute)",
+    )
+    parser.add_argument(
+        "--no-check",
+        action="store_true",
+        help="leave out the check at the end, which compares small images of the bake with the reference (seconds) and "
+        "keeps the errors in the file",
     )
     parser.add_argument(
         "--restart",
@@ -177,6 +185,10 @@ def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], 
     error = drain(baking.measure(work, subject, settings, tested), show)
     varied = arguments.vary or [variation_to_text(each) for each in subject.variations]
     parameters = {**baking.parameters(work, settings), **({"vary": varied} if method.variations else {})}
+    own = [] if tested is None else [tested]
+    if project_input.is_given(arguments):
+        scene = project_input.setup_of(arguments).scene
+        own += [] if scene.environment is None else [scene.environment]
     since = read_clock()
     baked, record = carry_out(
         arguments,
@@ -186,6 +198,7 @@ def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], 
         estimated_s=baking.estimate_s(work),
         parameters=parameters,
         start=0.05,
+        check=lambda done: check_file(arguments.output, done.transport, method, subject, settings, own),
     )
     if baked is None:
         return record
@@ -197,7 +210,13 @@ def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], 
         **error,
         **figures,
         "skipped": [*figures["skipped"], *record["skipped"]],
-        "warnings": [*subject.mesh.health.warnings, *doubts_of_brdf(subject.brdf), *figures["warnings"], *left_out],
+        "warnings": [
+            *subject.mesh.health.warnings,
+            *doubts_of_brdf(subject.brdf),
+            *record["warnings"],
+            *figures["warnings"],
+            *left_out,
+        ],
     }
 
 
@@ -210,6 +229,7 @@ def report(result: dict[str, Any]) -> str:
         f"{result['output']}: {result['knobs']['mode']}, {result['vertices']:,} vertices, {size}, "
         f"{time_text(result['bake_s'])}, {percent(share)} of it for visibility",
         *_lines(result),
+        *([] if result["check"] is None else lines_of_check(BakeCheck.model_validate(result["check"]))),
     ]
     if result["chunks_resumed"]:
         lines.append(f"{result['chunks_resumed']} of {result['chunks']} chunks were kept from the cancelled bake")

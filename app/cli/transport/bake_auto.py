@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input
 from app.cli.doubts import doubts_of_brdf, doubts_of_light
@@ -13,9 +14,10 @@ from app.cli.transport.bake_report import carry_out, subject_of
 from app.cli.transport.options import variations_of
 from app.cli.transport.plan import add_budget, plan_for, record, why_not_satisfied
 from app.session.machine_profile import learn
+from engine.accuracy.bake_check import check_file
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, percent_range
-from engine.core.steps import Step, drain, part
+from engine.core.steps import Step, Steps, drain, part
 from engine.core.stopwatch import read_clock
 from engine.geometry.camera import frame
 from engine.light.environment_file import open_environment
@@ -23,6 +25,13 @@ from engine.planning.bake import prepare
 from engine.planning.costs.setting import Setting, parameters_of
 from engine.planning.plan import SHOWN
 from engine.transport import method as transport
+
+if TYPE_CHECKING:
+    from engine.light.environment import EnvironmentMap
+    from engine.planning.plan import EffectsPlan
+    from engine.transport.baking.check import BakeCheck
+    from engine.transport.baking.spatially_varying import Variation
+    from engine.transport.method import Baked, Subject
 
 #: Options of the methods that a plan takes too.
 SHARED = ("--fine",)
@@ -70,6 +79,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         estimated_s=ready.estimated_s,
         parameters={**found.parameters, "chosen": found.mode, "fine": fine, "vary": arguments.vary},
         start=0.05,
+        check=lambda done: _check_planned(arguments, found, done, subject, variations, environment),
     )
     result = {**result, **planned, "knobs": result["knobs"]}
     if baked is None:
@@ -82,8 +92,30 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     return {
         **result,
         "skipped": left_out,
-        "warnings": [*mesh.health.warnings, *doubts_of_brdf(brdf), *doubts_of_light(environment)],
+        "warnings": [
+            *mesh.health.warnings,
+            *doubts_of_brdf(brdf),
+            *doubts_of_light(environment),
+            *result["warnings"],
+        ],
     }
+
+
+def _check_planned(
+    arguments: argparse.Namespace,
+    plan: EffectsPlan,
+    done: Baked,
+    subject: Subject,
+    variations: Sequence[Variation],
+    environment: EnvironmentMap,
+) -> Steps[BakeCheck | None]:
+    """Check a bake that follows a plan, unless the user left effects out, which the reference shows."""
+    if any(effect.decision == "forced off" for effect in plan.effects):
+        return None
+    method = transport.method_of(plan.mode)
+    settings = method.with_values(plan.setting.parameters)
+    whole = replace(subject, variations=variations)
+    return (yield from check_file(arguments.output, done.transport, method, whole, settings, [environment]))
 
 
 def lines(result: dict[str, Any]) -> list[str]:

@@ -19,7 +19,11 @@ from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import open_mesh
 from engine.storage.resumable import discard_unfinished, find_unfinished
+from engine.transport.baking.check import BakeCheck, warnings_of_check
 from engine.transport.method import Baked, Subject, Work
+
+#: Share of the progress at which the bake ends and its check begins.
+CHECKED_FROM = 0.95
 
 
 def subject_of(arguments: argparse.Namespace) -> Subject:
@@ -48,11 +52,13 @@ def carry_out(
     estimated_s: float,
     parameters: dict[str, Any],
     start: float,
+    check: Callable[[Baked], Steps[BakeCheck | None]],
 ) -> tuple[Baked | None, dict[str, Any]]:
     """Report the estimate of `bake`, run it, and return its outcome and the record that all modes share.
 
     The outcome is None where it was cancelled, and the record then all that there is to say. `start` is how much of
-    the progress was shown before. With --restart nothing of an earlier bake is used, and nothing is left of this one.
+    the progress was shown before; `check` compares the bake with the reference and keeps the result in its file.
+    With --restart nothing of an earlier bake is used, and nothing is left of this one.
     """
     expected = f"{work.vertices:,} vertices, {size_text(work.size_bytes)}, about {time_text(estimated_s)}"
     print(expected, file=sys.stderr, flush=True)
@@ -69,7 +75,7 @@ def carry_out(
     started = time.perf_counter()
     try:
         with closing(bake()) as steps:  # an interrupted one lets go of its file here
-            done: Baked = drain(part(steps, start, 1.0), show)
+            done: Baked = drain(part(steps, start, CHECKED_FROM), show)
     except KeyboardInterrupt:
         record |= {"bake_s": time.perf_counter() - started, "cancelled": True, "exit_code": CANCELLED}
         if arguments.restart:
@@ -77,8 +83,10 @@ def carry_out(
         left = find_unfinished(arguments.output)
         size_bytes = left.stat().st_size if left else 0
         return None, {**record, "unfinished": str(left) if left else None, "unfinished_bytes": size_bytes}
+    checked, notes = _check(done, check, show) if not arguments.no_check else (None, [])
     return done, {
         **record,
+        "check": None if checked is None else checked.model_dump(),
         "output": arguments.output,
         "faces": len(work.surface.faces),
         "bake_s": done.bake_s,
@@ -86,10 +94,21 @@ def carry_out(
         "skipped": _skip(done, work),
         "chunks": done.chunks,
         "chunks_resumed": done.resumed_chunks,
-        "warnings": [],
+        "warnings": [*warnings_of_check(checked, done.file.kind), *notes],
         "cancelled": False,
         "exit_code": DONE,
     }
+
+
+def _check(
+    done: Baked, check: Callable[[Baked], Steps[BakeCheck | None]], show: Callable[[Step], None]
+) -> tuple[BakeCheck | None, list[str]]:
+    """The check of a bake, which may be interrupted: the bake itself is complete, and the notes say so."""
+    try:
+        with closing(check(done)) as steps:
+            return drain(part(steps, CHECKED_FROM, 1.0), show), []
+    except KeyboardInterrupt:
+        return None, ["the bake is complete, but its check against the reference was cancelled"]
 
 
 def _skip(done: Baked, work: Work) -> list[str]:

@@ -35,6 +35,7 @@ from engine.render.turntable import middle
 from engine.scene.mode import DIRECT, REFERENCE
 from engine.storage.readers import suffixes
 from engine.transport import method as transport
+from engine.transport.baking.check import warnings_at_render
 from engine.transport.baking.file import SUFFIX, holds_transport, open_transport
 from engine.transport.method import Method
 from engine.transport.relight import light_of as light_of_scene
@@ -46,7 +47,8 @@ if TYPE_CHECKING:
     from app.project.setup import Setup
     from engine.geometry.camera import Camera
     from engine.render.display import Display
-    from engine.transport.relight import Illuminated, RelightTransport
+    from engine.transport.baking.file import TransportFile
+    from engine.transport.relight import Illuminated, Light, RelightTransport
 
 
 def is_baked(arguments: argparse.Namespace) -> bool:
@@ -103,6 +105,7 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
         "warnings": [
             *doubts_of_light(light.environment),
             *found.warnings,
+            *_differences(file, light, arguments.brdf),
             *drawn["warnings"],
             *_negative(negative_rel, found.remedy),
         ],
@@ -133,7 +136,8 @@ def run_project(
             estimate = drain(part(estimate_bake(wanted), 0.0, 0.1), show)
             if estimate.why_not:
                 raise UsageError(estimate.why_not)
-            made = drain(part(bake(Path(folder) / "scene.transport", estimate), 0.1, 0.8), show)
+            own = () if scene.environment is None else (scene.environment,)
+            made = drain(part(bake(Path(folder) / "scene.transport", estimate, own), 0.1, 0.8), show)
         else:
             made = found
         asked = light_with(choices.light, select_shown(choices.method, scene.brdf, varied))
@@ -151,7 +155,7 @@ def run_project(
         "baked_before": found is not None,
         **drawn,
         **record_of(image),
-        "warnings": [*doubts_of_scene(scene), *drawn["warnings"]],
+        "warnings": [*doubts_of_scene(scene), *made.differences(scene), *drawn["warnings"]],
         "time_s": time.perf_counter() - started,
     }
 
@@ -253,6 +257,12 @@ def _draw(
         "warnings": warnings,
         "negative_rel": found.negative_rel,
     }
+
+
+def _differences(file: TransportFile, light: Light, other: str | None) -> list[str]:
+    """What the check of the bake says of this light; nothing where another BRDF is put in, which was not checked."""
+    name = None if light.environment is None else light.environment.name
+    return [] if other is not None else warnings_at_render(file.check, file.kind, name)
 
 
 def _negative(negative_rel: float, remedy: str) -> list[str]:

@@ -88,5 +88,5 @@ def _mesh(load: Load) -> list[int]:
 
 
 def _file(arrays: list[int], chunks: int) -> int:
-    """Bytes of a file with arrays of these sizes behind a header of a page and the table of its chunks."""
-    return PAGE + sum(math.ceil(size / PAGE) * PAGE for size in (8 * chunks + 4, *arrays))
+    """Bytes of a file with arrays of these sizes behind a header and a table of chunks, and the page of its check."""
+    return 2 * PAGE + sum(math.ceil(size / PAGE) * PAGE for size in (8 * chunks + 4, *arrays))

@@ -2,7 +2,8 @@
 
     8 bytes "LATRANS1", u32 length and u32 CRC-32 of the header (JSON in UTF-8), the header,
     u64 for each chunk of rows: its CRC-32, and 2^32 on top once it is written; then a u32 CRC-32 of these numbers,
-    arrays, each from a multiple of 4096 bytes on, little-endian, in C order.
+    arrays, each from a multiple of 4096 bytes on, little-endian, in C order,
+    a page of 4096 bytes for the check of the bake (`engine.transport.baking.check`), zero where there is none.
 
 Arrays are of two kinds. Whole ones are known when the bake begins: the mesh itself, factors of the BRDF, the
 bounds of the chunks. Streamed ones have one row for each thing that is baked, and chunks of rows arrive in any order.
@@ -33,16 +34,19 @@ from engine.geometry.brushing import TEXTURE, Brushing, parse_brushing
 from engine.geometry.mesh import Mesh
 from engine.storage.atomic import atomic_file
 from engine.storage.resumable import Resumable, resumable_file
+from engine.transport.baking.check import BakeCheck, decode_check
 from engine.transport.baking.file_header import (
     BOUNDS,
     DONE,
     MAGIC,
     MESH_ARRAYS,
     MESH_KINDS,
+    PAGE,
     Array,
     Header,
     check_content,
     content_of,
+    has_check,
     head_of,
     header_text,
     lay_out,
@@ -89,6 +93,7 @@ class TransportFile:
     kind : the method that it belongs to, "wavelet" or "sh".
     mesh : the surface that was baked, a ground included. settings : as the bake was asked for.
     arrays : by name, without those of the mesh.
+    check : the errors that were measured when the bake ended; None where they were not.
     """
 
     kind: str
@@ -97,6 +102,7 @@ class TransportFile:
     arrays: Mapping[str, NDArray[Any]]
     size_bytes: int
     path: Path
+    check: BakeCheck | None = None
 
 
 def mesh_fingerprint(mesh: Mesh) -> str:
@@ -197,6 +203,8 @@ class TransportWriter:
         """Seal the table once every chunk is there."""
         if not (self._table & np.uint64(DONE)).all():
             raise ValueError("chunks are missing")
+        if has_check(self._plan.header):  # a bake that goes on may have found anything there
+            self._output.write_at(self._plan.size_bytes - PAGE, bytes(PAGE))
         end = self._plan.header.table_offset + 8 * self._plan.chunks
         self._output.write_at(end, zlib.crc32(self._table.data).to_bytes(4, "little"))
 
@@ -264,9 +272,9 @@ def open_transport(path: str | os.PathLike[str], mesh: Mesh | None = None) -> Tr
     except (KeyError, ValueError, IndexError, UsageError) as error:
         raise InputError(place, f"holds a mesh that cannot be ({str(error)[:120]})", REMEDY) from None
     rest = {name: array for name, array in arrays.items() if name not in (*MESH_ARRAYS, BOUNDS)}
-    return TransportFile(
-        header.kind, found, MappingProxyType(header.settings), MappingProxyType(rest), len(content), place
-    )
+    settings, by_name = MappingProxyType(header.settings), MappingProxyType(rest)
+    check = decode_check(place, content[-PAGE:].tobytes()) if has_check(header) else None
+    return TransportFile(header.kind, found, settings, by_name, len(content), place, check)
 
 
 def read_as(file: TransportFile, kind: str, read: Callable[[TransportFile], Found]) -> Found:

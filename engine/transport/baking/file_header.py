@@ -86,7 +86,14 @@ def lay_out(header: Header) -> Header:
     for array in header.arrays:
         arrays.append(array.model_copy(update={"offset": offset}))
         offset = _align(offset + array.size_bytes)
-    return header.model_copy(update={"arrays": arrays, "table_offset": table, "size_bytes": offset})
+    size_bytes = offset + PAGE  # for the check
+    return header.model_copy(update={"arrays": arrays, "table_offset": table, "size_bytes": size_bytes})
+
+
+def has_check(header: Header) -> bool:
+    """True where a page for the check follows the arrays; files of older versions have none."""
+    end = max(array.offset + array.size_bytes for array in header.arrays)
+    return header.size_bytes == _align(end) + PAGE
 
 
 def _align(offset: int) -> int:
