@@ -144,6 +144,7 @@ LARGE = (
     "choices",
     "steady-plans",
     "predictions",
+    "bake-checks",
     "window-soak",
     "cancel",
     "project",
@@ -173,6 +174,7 @@ ACCURACIES = {
     "choices": "benchmarks.transport.choice:choices",
     "steady-plans": "benchmarks.transport.steady_plans:steady_plans",
     "predictions": "benchmarks.transport.predictions:predictions",
+    "bake-checks": "benchmarks.transport.bake_checks:bake_checks",
     "window-soak": "benchmarks.app.soak:window_soak",
     "cancel": "benchmarks.app.cancel:cancel",
     "project": "benchmarks.app.project:project",
@@ -184,6 +186,7 @@ ACCURACIES = {
 OPTIONS = {
     "choices": ("scenes", "seed", "data"),
     "predictions": ("scenes", "seed", "data", "modes"),
+    "bake-checks": ("scenes", "seed", "data", "modes"),
     "window-soak": ("runs", "run_s", "at_once", "seed", "log"),
     "cancel": ("runs", "seed"),
     "large-memory": ("megapixels", "photographs"),
@@ -220,7 +223,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scenes",
         type=int,
         metavar="N",
-        help="scenes of predictions (10), captures of each kind of relighting (2), or materials of surface-sigma (24)",
+        help="scenes of predictions and bake-checks (10), captures of each kind of relighting (2), or materials of "
+        "surface-sigma (24)",
     )
     parser.add_argument(
         "--modes",

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from app.session import machine_profile
+from app.session.cache import visibility_folder
 from engine.accuracy.bake_check import check_file
 from engine.accuracy.compare import compare as compare_images
 from engine.core.directions import world_direction
@@ -449,7 +450,7 @@ def bake(
         raise UsageError(f"{method} has no setting {unknown[0]!r}; choose from {', '.join(known)}")
     ground = None if ground_albedo is None else Ground(albedo=ground_albedo)
     mesh = as_mesh(model) if brushing is None else as_mesh(model).brush(parse_brushing(brushing))
-    subject = Subject(mesh, as_brdf(brdf), ground)
+    subject = Subject(mesh, as_brdf(brdf), ground, kept=visibility_folder())
     asked = chosen.settings(**settings)
     work = drain(chosen.baking.prepare(subject, asked), progress)
     baked = drain(chosen.baking.bake(path, work), progress)

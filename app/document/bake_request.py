@@ -10,18 +10,21 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from app.document.variation import Variation, as_baked, select_baked, settings_with
+from app.session.cache import visibility_folder
 from engine.brdf.brdf import Brdf
 from engine.core.cached import cached_property
 from engine.core.errors import InputError, UsageError
+from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
 from engine.core.stopwatch import read_clock
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.planning.costs.setting import Setting
-from engine.transport.baking.check import BakeCheck, warnings_at_render
+from engine.transport.baking.check import BakeCheck, warnings_at_render, warnings_of_check
 from engine.transport.method import Method, Relight, Subject, method_of
 
 if TYPE_CHECKING:
@@ -111,7 +114,7 @@ class Wanted:
     @property
     def subject(self) -> Subject:
         """The subject of the bake, for the method."""
-        return Subject(self.mesh, self.brdf, self.ground, as_baked(self.variations))
+        return Subject(self.mesh, self.brdf, self.ground, as_baked(self.variations), visibility_folder())
 
     def fits(self, other: Wanted) -> bool:
         """True if both are of the same surface."""
@@ -237,6 +240,15 @@ class Made:
         return warnings_at_render(self.check, self.wanted.choices.method.name, name)
 
     @cached_property
+    def health(self) -> Health:
+        """The errors of the check, and the lights under which the bake does not pass; a note where there is none."""
+        if self.check is None:
+            return Health(findings=(Finding(Verdict.NOTE, "this bake was not compared with the reference"),))
+        figures = {f"error_under_{each.light.replace(' ', '_')}_rel": each.rmse_rel for each in self.check.lights}
+        said = warnings_of_check(self.check, self.wanted.choices.method.name)
+        return Health(MappingProxyType(figures), tuple(Finding(Verdict.WARNING, text) for text in said))
+
+    @cached_property
     def relighter(self) -> Relight:
         """Lights it, one light after the other."""
         return self.wanted.choices.method.baking.relighter(self.transport, self.wanted.subject)
@@ -269,7 +281,7 @@ def _prepare(wanted: Wanted) -> Steps[tuple[Any, Callable[[Path], Steps[Any]]]]:
 
     varied = subject.variations
     ready = yield from prepare(
-        wanted.plan, wanted.mesh, wanted.brdf, wanted.ground, variations=varied, settings=settings
+        wanted.plan, wanted.mesh, wanted.brdf, wanted.ground, variations=varied, settings=settings, kept=subject.kept
     )
     return ready.work, ready.start
 

@@ -32,7 +32,7 @@ log = logging.getLogger(__name__)
 #: The limit where the user sets none: so many bytes, and at most this share of what the disk has left for it.
 DEFAULT_BYTES, DEFAULT_SHARE = 10 * 2**30, 0.5
 
-FOLDER = "results"
+FOLDER, VISIBILITY = "results", "visibility"
 _USED, _ORIGIN = "used-", "origin-"
 _ORIGIN_LIMIT_BYTES = 1 << 22
 
@@ -48,6 +48,12 @@ def entries_folder() -> Path | None:
         log.info("results are not cached: %s", error)
         return None
     return made if os.access(made, os.W_OK) else None
+
+
+def visibility_folder() -> Path | None:
+    """The folder of records of visibility, which bakes make; None where there is no cache."""
+    folder = cache_folder()
+    return None if folder is None else folder / VISIBILITY
 
 
 def entry(name: str) -> Path | None:

@@ -60,8 +60,11 @@ class Parameter:
 
     @property
     def label(self) -> str:
-        """The name as a user reads it: `alpha_x` becomes 'Alpha x'; a unit suffix is left to `unit`."""
-        words = self.words or self.name.removesuffix("_deg").replace("_", " ")
+        """The name as a user reads it: `alpha_x` becomes 'Alpha x'; a unit suffix is left to `unit`.
+
+        Names of a standard that spell 'color' are read as the other labels are.
+        """
+        words = self.words or self.name.removesuffix("_deg").replace("_", " ").replace("color", "colour")
         return words[:1].upper() + words[1:]
 
     @property

@@ -26,6 +26,8 @@ from engine.transport.baking.spatially_varying import Variation
 from engine.transport.method import Subject
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from engine.brdf.brdf import Brdf
 
 
@@ -38,11 +40,13 @@ def prepare(
     variations: Sequence[Variation] = (),
     settings: Any = None,
     fine: int | None = None,
+    kept: Path | None = None,
 ) -> Steps[PlannedBake]:
     """Lay out the bake of `mesh` with the BRDF `brdf` that `plan` calls for; nothing is written.
 
     `variations` are those that the plan was made with. `settings` of the method stand beside the parameters of the
-    plan, their defaults where there are none, with `fine` of its own. UsageError where the plan's mode is not baked.
+    plan, their defaults where there are none, with `fine` of its own. `kept` is the folder of records of visibility.
+    UsageError where the plan's mode is not baked.
     """
     if plan.mode not in transport.names():
         raise UsageError(f"the mode {plan.mode} is not baked")
@@ -50,5 +54,5 @@ def prepare(
     base = method.settings() if settings is None else settings
     own = {**plan.setting.parameters, **({} if fine is None else {"fine": fine})}
     varying = tuple(variations) if plan.shows("spatially-varying-gloss") else ()
-    subject = Subject(mesh, brdf_of(plan, brdf), ground, varying)
+    subject = Subject(mesh, brdf_of(plan, brdf), ground, varying, kept)
     return (yield from planning_of(plan.mode).prepare(plan, subject, method.with_values(own, base)))

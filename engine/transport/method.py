@@ -29,6 +29,7 @@ from engine.transport.baking.settings import (
 
 if TYPE_CHECKING:
     import os
+    from pathlib import Path
 
     import numpy as np
     from numpy.typing import NDArray
@@ -49,12 +50,17 @@ ANY_NUMBER = 1 << 20
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """Subject of a bake: `mesh`, on a ground if there is one, of a BRDF with parameters that may vary over the mesh."""
+    """Subject of a bake: `mesh`, on a ground if there is one, of a BRDF with parameters that may vary over the mesh.
+
+    `kept` is the folder of records of visibility (`engine.transport.baking.visibility_record`), which spare a further
+    bake of the mesh its rays; None for none.
+    """
 
     mesh: Mesh
     brdf: Brdf
     ground: Ground | None = None
     variations: Sequence[Variation] = ()
+    kept: Path | None = None
 
 
 class Work(Protocol):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -46,7 +47,8 @@ def bake_settings(settings: ShSettings, *, shadows: bool = True) -> sh_bake.Bake
 def prepare(subject: Subject, settings: ShSettings, _tested: EnvironmentMap | None = None) -> Steps[sh_bake.Work]:
     """Tabulate the BRDF and lay the bake out."""
     mesh, ground, variations = subject.mesh, subject.ground, subject.variations
-    return (yield from sh_bake.prepare(mesh, subject.brdf, bake_settings(settings), ground, variations))
+    work = yield from sh_bake.prepare(mesh, subject.brdf, bake_settings(settings), ground, variations)
+    return replace(work, kept=subject.kept)
 
 
 def bake(path: str | os.PathLike[str], work: sh_bake.Work, cluster: str | None = None) -> Steps[sh_bake.Baked]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -56,7 +57,8 @@ def prepare(
     mixed = None
     if settings.blend or settings.albedo:
         mixed = mixture(subject.mesh, [each.terms for each in bases], sources, settings.albedo)
-    return wavelet_bake.prepare(subject.mesh, together(bases), asked, subject.ground, mixed)
+    work = wavelet_bake.prepare(subject.mesh, together(bases), asked, subject.ground, mixed)
+    return replace(work, kept=subject.kept)
 
 
 def _brdfs(brdf: Brdf, settings: WaveletSettings) -> tuple[list[Brdf], list[str]]:

@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     options: dict[str, Any] = {"modes": transport.names(), "ground": ground, "variations": variations, "camera": camera}
     found = plan_for(arguments, mesh, brdf, environment, lambda step: show(step), **options)
     fine = 4 if arguments.fine is None else arguments.fine
-    preparing = prepare(found, mesh, brdf, ground, variations=variations, fine=fine)
+    preparing = prepare(found, mesh, brdf, ground, variations=variations, fine=fine, kept=subject.kept)
     ready = drain(part(preparing, 0.0, 0.05), show)
     planned = record(found)
     since = read_clock()

@@ -12,6 +12,7 @@ from typing import Any
 
 from app.arguments.usage import CANCELLED, DONE
 from app.cli.transport import project_input
+from app.session.cache import visibility_folder
 from engine.core.figure_text import size_text, time_text
 from engine.core.steps import Step, Steps, drain, part
 from engine.factor.factor_file import open_reflectance
@@ -31,12 +32,12 @@ def subject_of(arguments: argparse.Namespace) -> Subject:
     if project_input.is_given(arguments):
         scene = project_input.setup_of(arguments).scene
         ground = None if scene.ground is None else replace(scene.ground, cells=arguments.ground_cells)
-        return Subject(_brush(scene.mesh, arguments), scene.brdf, ground)
+        return Subject(_brush(scene.mesh, arguments), scene.brdf, ground, kept=visibility_folder())
     ground = None
     if arguments.ground is not None:
         ground = Ground(albedo=arguments.ground, cells=arguments.ground_cells)
     brdf = open_reflectance(arguments.brdf)
-    return Subject(_brush(open_mesh(arguments.mesh), arguments), brdf, ground)
+    return Subject(_brush(open_mesh(arguments.mesh), arguments), brdf, ground, kept=visibility_folder())
 
 
 def _brush(mesh: Mesh, arguments: argparse.Namespace) -> Mesh:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -111,7 +112,7 @@ def prepare(plan: Any, subject: Subject, settings: ShSettings) -> Steps[PlannedB
     shadows = plan.shows("self-shadowing") or plan.shows("interreflection")
     asked = bake_settings(settings, shadows=shadows)
     mesh, ground, varied = subject.mesh, subject.ground, subject.variations
-    work = yield from sh_bake.prepare(mesh, subject.brdf, asked, ground, varied)
+    work = replace((yield from sh_bake.prepare(mesh, subject.brdf, asked, ground, varied)), kept=subject.kept)
 
     def start(path: str | os.PathLike[str]) -> Steps[Any]:
         forced = plan.decision("self-shadowing") == "forced on"

@@ -13,9 +13,10 @@ Bound by the rays: some 0.1 µs each on a core for cube maps, whose neighbours a
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,20 @@ RISE = 0.1
 TEXELS = 1 << 21
 
 
+class Record(Protocol):
+    """Shares that were found before (`engine.transport.baking.visibility_record`)."""
+
+    def shares(
+        self,
+        of: Receivers,
+        edge: int,
+        fine: int,
+        vertices: NDArray[np.int64],
+        find: Callable[[NDArray[np.int64]], NDArray[np.uint8]],
+    ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.uint8]]]:
+        """As `visibility_shares`; `find` gives the counts of vertices that are missing."""
+
+
 @dataclass(frozen=True, eq=False)
 class Receivers:
     """The vertices of a mesh as places where light arrives.
@@ -49,12 +64,14 @@ class Receivers:
     origin : (V, 3) float64, off the surface; on the outer side of the faces there.
     normal : (V, 3) float64 unit vectors, whose horizon bounds what is asked.
     free : (V,) bool, whether all that the caster holds lies below that horizon.
+    record : where shares are kept and looked for before rays are cast; None for nowhere.
     """
 
     caster: RayCaster
     origin: NDArray[np.float64]
     normal: NDArray[np.float64]
     free: NDArray[np.bool_]
+    record: Record | None = None
 
     def __len__(self) -> int:
         return len(self.origin)
@@ -197,6 +214,20 @@ def visibility_shares(
     """
     if not 1 <= fine <= 15:
         raise ValueError(f"a texel is cut into 1 to 15 parts along its side, not {fine}")
+    vertices = np.arange(len(of)) if vertices is None else np.asarray(vertices, np.int64)
+    if of.record is None or not skip:
+        yield from _find_shares(of, edge, fine, vertices, skip)
+        return
+    yield from of.record.shares(
+        *(of, edge, fine, vertices),
+        lambda block: np.concatenate([counts for _, counts in _find_shares(of, edge, fine, block, skip=True)]),
+    )
+
+
+def _find_shares(
+    of: Receivers, edge: int, fine: int, vertices: NDArray[np.int64], skip: bool
+) -> Iterator[tuple[NDArray[np.int64], NDArray[np.uint8]]]:
+    """Cast the rays of `visibility_shares`."""
     angle = TURN * 2.0 / (edge * fine)
     parts = _parts(edge, fine)
     neighbours = _neighbours(edge)

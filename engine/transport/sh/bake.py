@@ -18,6 +18,7 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -46,6 +47,7 @@ from engine.transport.baking.file import (
 from engine.transport.baking.settings import ShSettings
 from engine.transport.baking.spatially_varying import Variation, variation_to_text
 from engine.transport.baking.visibility import Receivers, find_unshaded, portion, receivers, visibility_shares
+from engine.transport.baking.visibility_record import keep_visibility
 from engine.transport.sh.brdf_table import BrdfTable
 from engine.transport.sh.brdf_table_varying import Table, VariedTable, table_of, tables_of
 from engine.transport.sh.interreflection import Surroundings, gather, reflections, transfer_open
@@ -163,7 +165,8 @@ class BakeSettings:
 class Work:
     """A bake that is ready to begin: what was asked for, and how large its file will be.
 
-    `surface` is the model with its ground, whose first vertex is `ground_vertex`.
+    `surface` is the model with its ground, whose first vertex is `ground_vertex`; `kept` is the folder of records of
+    visibility, if there is one.
     """
 
     surface: Mesh
@@ -173,6 +176,7 @@ class Work:
     settings: BakeSettings
     caster: RayCaster
     plan: TransportPlan
+    kept: Path | None = None
 
     @property
     def vertices(self) -> int:
@@ -313,6 +317,7 @@ def bake(
     yield Step(0.0, f"preparing {work.vertices:,} vertices, {size_text(work.size_bytes)}")
     started = time.perf_counter()
     of = receivers_of(work) if of is None else of
+    of = keep_visibility(of, work.kept if work.settings.shadows else None)
     with writing(path, work.plan) as writer:
         missing = list(writer.missing)
         share = 0.4 if work.settings.bounces and missing else 0.0

@@ -12,6 +12,7 @@ import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -43,6 +44,7 @@ from engine.transport.baking.file import (
 from engine.transport.baking.occluder import Occluder, simplify
 from engine.transport.baking.settings import Signs, WaveletSettings
 from engine.transport.baking.visibility import Receivers, portion, visibility_shares
+from engine.transport.baking.visibility_record import keep_visibility
 from engine.transport.wavelet.haar import FACES, check_edge
 from engine.transport.wavelet.transfer import (
     DIFFUSE,
@@ -100,7 +102,8 @@ class BakeSettings:
 class Work:
     """A bake that is ready to begin: what was asked for, and how large its file will be.
 
-    `surface` is the model with its ground, whose first vertex is `ground_vertex`; `occluder` is what shades it.
+    `surface` is the model with its ground, whose first vertex is `ground_vertex`; `occluder` is what shades it; `kept`
+    is the folder of records of visibility, if there is one.
     """
 
     surface: Mesh
@@ -111,6 +114,7 @@ class Work:
     occluder: Occluder
     plan: TransportPlan
     mixture: Mixture | None = None
+    kept: Path | None = None
 
     @property
     def vertices(self) -> int:
@@ -276,7 +280,7 @@ def bake(path: str | os.PathLike[str], work: Work, cluster: str | None = None) -
     """
     yield Step(0.0, f"preparing {work.vertices:,} vertices, {size_text(work.size_bytes)}")
     started = time.perf_counter()
-    of = work.occluder.receivers(work.surface)
+    of = keep_visibility(work.occluder.receivers(work.surface), work.kept)
     with writing(path, work.plan) as writer:
         missing = list(writer.missing)
         recipe = recipe_of(work, of)

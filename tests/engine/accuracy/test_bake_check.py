@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from engine.accuracy.bake_check import ENVIRONMENTS, check_bake, check_file, check_lights, compare_views
 from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import drain
-from engine.geometry.shapes import open_mesh
 from engine.light.environment import EnvironmentMap
 from engine.render.reference import ReferenceImage
 from engine.transport.baking.check import LAMP, BakeCheck
@@ -20,6 +19,7 @@ from engine.transport.baking.file import open_transport
 from engine.transport.baking.spatially_varying import variation_from_text
 from engine.transport.method import Subject, method_of
 from engine.transport.sh.transfer import ShTransport
+from tests.engine.planning.brute_force import sphere
 
 
 def image(values: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -79,7 +79,7 @@ def test_lights_are_those_of_the_program_and_of_the_scene() -> None:
 
 
 def bake_sphere(folder: Path) -> tuple[Subject, ShTransport, Path]:
-    subject, method = Subject(open_mesh("sphere"), brdf_from_text("lambert:albedo=0.5")), method_of("sh")
+    subject, method = Subject(sphere(24), brdf_from_text("lambert:albedo=0.5")), method_of("sh")
     path = folder / "sphere.transport"
     work = drain(method.baking.prepare(subject, method.settings(order=6)))
     return subject, drain(method.baking.bake(path, work)).transport, path

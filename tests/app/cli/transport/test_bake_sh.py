@@ -60,7 +60,7 @@ def test_the_texels_of_a_material_are_drawn_in_the_light_of_a_bake(
     drain(save_bundle(material, dome_material()))
     words = ("--material", material, "--mode", "sh", "--ground", "--ground-cells", "4", "--cube", "8", "--json")
     made = result(lightarc("bake", mesh, *words, "-o", output))
-    assert "lightarc render BAKE --material" in made["warnings"][0]
+    assert any("lightarc render BAKE --material" in each for each in made["warnings"])
     drawn = {}
     for name, renderer in (("plain", "gl"), ("gl", "gl"), ("cpu", "cpu")):
         texels = () if name == "plain" else ("--material", material)
