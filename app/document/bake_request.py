@@ -124,6 +124,16 @@ class Wanted:
         """True if both have the same parameters and leave out the same effects."""
         return self.choices == other.choices and self.decided == other.decided
 
+    def covers(self, other: Wanted) -> bool:
+        """True if a bake of this shows what `other` asks for.
+
+        One that began before the plan of the scene was known leaves nothing out; it serves unless a user decides
+        otherwise.
+        """
+        effects = other.plan.effects if other.plan is not None else ()
+        is_whole = self.plan is None and not any(each.decision.startswith("forced") for each in effects)
+        return self.choices == other.choices and (is_whole or self.decided == other.decided)
+
     @property
     def decided(self) -> tuple[object, ...]:
         """The decisions that a bake depends on: equal for plans that lead to the same bake, empty without wishes."""

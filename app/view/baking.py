@@ -174,9 +174,7 @@ class Baking(QObject):
     def is_made(self) -> bool:
         """True if the image shows the requested bake."""
         made, wanted = self.made, self._wanted
-        return (
-            made is not None and self._usable(wanted) and wanted is not None and made.wanted.asks_for_the_same(wanted)
-        )
+        return made is not None and self._usable(wanted) and wanted is not None and made.wanted.covers(wanted)
 
     @property
     def is_drawn(self) -> bool:

@@ -56,7 +56,7 @@ def test_a_predicted_bake_teaches_the_profile_unless_it_was_resumed(
     order: int, resumed_chunks: int, lessons: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     learnt = list[tuple[str, float, float]]()
-    monkeypatch.setattr("engine.accuracy.bake_check.check_file", lambda *_words: iter(()))
+    monkeypatch.setattr("engine.accuracy.bake_check.check_file", lambda *_words: (_ for _ in ()))
     monkeypatch.setattr(machine_profile, "learn", lambda *lesson: learnt.append(lesson[:3]))
 
     def start(_path: Path) -> Steps[Any]:
@@ -67,3 +67,12 @@ def test_a_predicted_bake_teaches_the_profile_unless_it_was_resumed(
     made = drain(bake(tmp_path / "ball.transport", Estimate(ask(order), None, 0.0, start)))
     assert made.bake_s == 20.0
     assert learnt == [("sh", PLANNED_S, 20.0)] * lessons
+
+
+def test_a_bake_that_began_without_a_plan_serves_the_plan_that_comes() -> None:
+    """It leaves nothing out; only what a user decides asks for another one."""
+    skipped = replace(PLAN, effects=tuple(replace(each, decision="skipped") for each in PLAN.effects))
+    off = replace(PLAN, effects=(PLAN.effects[0], replace(PLAN.effects[1], decision="forced off")))
+    assert ask(plan=None).covers(ask(plan=skipped))
+    assert not ask(plan=None).covers(ask(plan=off))
+    assert not ask(plan=None).covers(ask(order=4, plan=skipped))
