@@ -111,7 +111,7 @@ class _File:
 
     def write(self, number: int, counts: Counts) -> None:
         """Keep the counts of a block."""
-        data = bytes(imagecodecs.zstd_encode(np.ascontiguousarray(counts), level=LEVEL))
+        data = bytes(imagecodecs.zstd_encode(counts.tobytes(), level=LEVEL))
         self._run("INSERT OR REPLACE INTO blocks VALUES (?, ?, ?)", (number, zlib.crc32(data), data))
 
     def close(self) -> None:
