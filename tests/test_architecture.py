@@ -74,6 +74,7 @@ EXCEPTIONS = {
     "engine/proof/programs.py (site / 'three').symlink_to": "in that folder",
     "engine/planning/costs/machine_profile.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "engine/planning/bake_group.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
+    "engine/accuracy/bake_check.py tempfile.TemporaryDirectory": "a bake that is compared, removed with it",
     "app/process/crash.py path.open": "the report of a crash, which is written while the process falls",
     "app/process/crash.py path.unlink": "reports of crashes that are empty or too many",
     "app/session/settings.py folder.mkdir": "an empty folder for the settings",

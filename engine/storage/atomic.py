@@ -149,6 +149,17 @@ def write_bytes(path: AnyPath, data: bytes) -> None:
         output.write(data)
 
 
+def overwrite_end(path: AnyPath, data: bytes) -> None:
+    """Overwrite the last bytes of a complete file, in one call of the system; OutputError where that cannot be."""
+    target = target_of(path)
+    with explaining(target), perform("open", target, lambda: target.open("r+b", buffering=0)) as file:
+        perform("seek", target, lambda: file.seek(-len(data), os.SEEK_END))
+        written = perform("write", target, lambda: file.write(data))
+        if written != len(data):
+            raise OSError(errno.ENOSPC, "")
+        perform("fsync", target, lambda: os.fsync(file.fileno()))
+
+
 def write_json(path: AnyPath, value: object) -> None:
     """Write `value` as indented JSON in UTF-8; NaN and infinities raise ValueError before anything is written.
 

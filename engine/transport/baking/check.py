@@ -142,19 +142,13 @@ def _advise(check: BakeCheck, failed: Sequence[LightCheck]) -> str:
     better = [each.light for each in failed if other is not None and each.light in other.lights]
     if other is None or not better:
         return ""
-    where = "there" if len(better) == len(failed) else f"under {' and '.join(better)}"
-    return f"; a bake with --mode {other.mode} passes {where}"
+    names = better[0] if len(better) == 1 else f"{', '.join(better[:-1])} and {better[-1]}"
+    return f"; the mode {other.mode} passes {'there' if len(better) == len(failed) else f'under {names}'}"
 
 
 def write_check(path: str | os.PathLike[str], check: BakeCheck) -> None:
     """Write `check` into the last page of the transport file `path`, in one piece; OutputError where it cannot be."""
-    place = Path(path)
-    page = encode_check(check)
-    with atomic.explaining(place), place.open("r+b") as file:
-        file.seek(-PAGE, os.SEEK_END)
-        atomic.perform("write", place, lambda: file.write(page))
-        file.flush()
-        atomic.perform("fsync", place, lambda: os.fsync(file.fileno()))
+    atomic.overwrite_end(path, encode_check(check))
 
 
 def encode_check(check: BakeCheck) -> bytes:

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.errors import OutputError
-from engine.storage.atomic import make_folder
+from engine.storage.atomic import discard, make_folder
 from engine.transport.baking.visibility import TEXELS, Receivers
 
 log = logging.getLogger(__name__)
@@ -148,8 +148,7 @@ def _open(path: Path) -> _File:
             return _File(None)
         except sqlite3.DatabaseError as error:
             log.info("a record of visibility is begun anew: %s", error)
-            with suppress(OSError):
-                path.unlink()
+            discard(path)
     return _File(None)
 
 
@@ -164,6 +163,5 @@ def _remove_oldest(folder: Path, limit_bytes: int = MAX_BYTES) -> None:
     for _, size, path in sorted(found):
         if total <= limit_bytes:
             return
-        with suppress(OSError):
-            path.unlink()
-            total -= size
+        discard(path)
+        total -= size
