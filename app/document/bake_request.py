@@ -243,7 +243,7 @@ class Made:
     check: BakeCheck | None = None
 
     def differences(self, scene: Scene) -> list[str]:
-        """What the check says of an image of `scene`; nothing of another BRDF, which was not checked."""
+        """Return what the check says of an image of `scene`; nothing of another BRDF, which was not checked."""
         if self.check is None or scene.brdf != self.wanted.brdf:
             return []
         name = None if scene.environment is None else scene.environment.name

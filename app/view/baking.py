@@ -204,7 +204,7 @@ class Baking(QObject):
 
     @property
     def difference(self) -> str:
-        """What the check of the bake says of the light on screen, as a sentence; empty where it passes."""
+        """Findings of the check of the bake about the light on screen, as a sentence; empty where it passes."""
         if self.made is None or self._scene is None:
             return ""
         return " ".join(f"{text[:1].upper()}{text[1:]}." for text in self.made.differences(self._scene))

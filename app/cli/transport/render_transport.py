@@ -260,7 +260,7 @@ def _draw(
 
 
 def _differences(file: TransportFile, light: Light, other: str | None) -> list[str]:
-    """What the check of the bake says of this light; nothing where another BRDF is put in, which was not checked."""
+    """Return what the check of the bake says of this light; nothing of another BRDF, which was not checked."""
     name = None if light.environment is None else light.environment.name
     return [] if other is not None else warnings_at_render(file.check, file.kind, name)
 
