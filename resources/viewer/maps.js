@@ -1,4 +1,4 @@
-// Pictures of the page as textures.
+// Images of the page as textures.
 
 const uniform = (program, name) => gl.getUniformLocation(program, name);
 
@@ -18,10 +18,10 @@ function compile(vertex, fragment) {
   return program;
 }
 
-// Pictures lie in the data of the page, or beside it where its policy allows none within.
+// Images lie in the data of the page, or beside it where its policy allows none within.
 const address = (name) => data.pictures ? "data:image/png;base64," + data.pictures[name] : name;
 
-// Pictures asked for while the page loads are there when it has loaded, where `load` begins.
+// Images asked for while the page loads are there when it has loaded, where `load` begins.
 function picture(name) {
   const image = new Image();
   image.src = address(name);

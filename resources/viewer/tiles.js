@@ -1,10 +1,10 @@
 // Tiles of maps finer than those that the page begins with, loaded as they come into view.
 //
-// Level 0 is the whole material, each further level half as large. A tile lies in the middle of pictures of its own,
+// Level 0 is the whole material, each further level half as large. A tile lies in the middle of images of its own,
 // with a margin of its neighbours for filters. Finer tiles are drawn first, and what is drawn once stays: the depth
 // test keeps coarser ones, and at last the map of the whole, to the pixels that are left.
 
-// Bytes of textures that are kept, and pictures of how many tiles are read at once.
+// Bytes of textures that are kept, and images of how many tiles are read at once.
 const TILE_BYTES = 256 * 2 ** 20, AT_ONCE = 6;
 
 // Pixels between the places at which the view is sampled.
@@ -121,7 +121,7 @@ async function readTile({ key, level, column, row }) {
   tiles.set(key, entry);
   try {
     const images = await Promise.all(layers.map((layer) =>
-      readPicture(`tiles/${group}-${level}-${column}-${row}-${layer}.png`)));
+      readImage(`tiles/${group}-${level}-${column}-${row}-${layer}.png`)));
     entry.textures = tileTextures(group, images);
   } catch {
     entry.textures = null;
@@ -129,7 +129,7 @@ async function readTile({ key, level, column, row }) {
   changed();
 }
 
-async function readPicture(name) {
+async function readImage(name) {
   const image = picture(name);
   await image.decode();
   return image;
