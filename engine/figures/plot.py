@@ -88,15 +88,15 @@ class Curve:
 class Dot:
     """One setting: where it lies, the `group` that gives its colour, and a few words that tell it from others.
 
-    `spread` is drawn above and below y; `front` means that no other is better on both axes, `current` that it is the
-    one in use.
+    `spread` is drawn above and below y, or a pair of lengths below and above it; `front` means that no other is better
+    on both axes, `current` that it is the one in use.
     """
 
     x: float
     y: float
     group: str
     label: str = ""
-    spread: float = 0.0
+    spread: float | tuple[float, float] = 0.0
     front: bool = False
     current: bool = False
 
@@ -267,8 +267,10 @@ class _Decades(LogLocator):
 
 def _draw_group(axes: Axes, dots: Sequence[Dot], group: str, colour: str, marker: str) -> None:
     for dot in dots:
-        if dot.spread > 0.0 and np.isfinite(dot.spread):
-            axes.errorbar(dot.x, dot.y, dot.spread, fmt="none", ecolor=colour, elinewidth=0.8, capsize=2.0, zorder=2)
+        below, above = dot.spread if isinstance(dot.spread, tuple) else (dot.spread, dot.spread)
+        if above > 0.0 and np.isfinite(above):
+            bar = [[below], [above]]
+            axes.errorbar([dot.x], [dot.y], bar, fmt="none", ecolor=colour, elinewidth=0.8, capsize=2.0, zorder=2)
         if dot.current:
             axes.plot([dot.x], [dot.y], "o", markersize=3 * _MARK, fillstyle="none", color=INK, linewidth=0, zorder=2)
     for front in (False, True):  # no other hides one of the front

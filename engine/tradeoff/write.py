@@ -132,7 +132,7 @@ def plot_of(found: Tradeoff, axis: str, title: str = "", current: Setting | None
             100.0 * each.error_rel,
             titles[each.setting.mode],
             f"{label_of(each.setting, [*(point.setting for point in found.points), each.setting])} (extrapolated)",
-            50.0 * (each.interval[1] - each.interval[0]),
+            (100.0 * (each.error_rel - each.interval[0]), 100.0 * (each.interval[1] - each.error_rel)),
         )
         for each in guessed
     ]
@@ -140,7 +140,7 @@ def plot_of(found: Tradeoff, axis: str, title: str = "", current: Setting | None
     note = f"Bars: 95 %. Errors against {found.samples} paths for each pixel; frames drawn {drawn}."
     free = len(found.points) - len(shown)
     note += f" {free} settings have no such cost." if free else ""
-    note += f" {len(guessed)} settings were not measured but extrapolated." if guessed else ""
+    note += f"\n{len(guessed)} settings were not measured but extrapolated." if guessed else ""
     note += _describe_break_even(found)
     return scatter_front(dots, words, "Error, relative RMSE / %", title=title, note=note)
 

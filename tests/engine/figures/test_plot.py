@@ -151,3 +151,11 @@ def test_ticks_of_many_decades_do_not_run_into_each_other() -> None:
         low, high = figure.axes[0].get_xlim()
         ticks = [tick for tick in figure.axes[0].get_xticks() if low <= tick <= high]
         assert numbers <= len(ticks) <= 10
+
+
+def test_a_bar_may_reach_further_up_than_down() -> None:
+    """Extrapolated errors are certain to a factor, so that their bars are longer above."""
+    figure = scatter_front([Dot(1.0, 2.0, "sh", "order 5", (1.0, 3.0))], "x", "y")
+    (bar,) = figure.axes[0].collections[:1]
+    low, high = (float(end[1]) for end in bar.get_segments()[0])  # type: ignore[attr-defined]
+    assert (low, high) == (1.0, 5.0)
