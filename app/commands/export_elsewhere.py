@@ -8,7 +8,7 @@ photographs stay the same; errors are kept beside the project (`app.project.loss
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +21,7 @@ from engine.scene.material import Material
 
 if TYPE_CHECKING:
     from engine.exchange.export import Departure, Offer
+    from engine.exchange.subject import Settings
 
 #: Seconds on two cores, measured: to find the surface for a texel in a photograph, to find the nearest maps for a
 #: texel, and to measure and pack a target, whatever its size and for each texel.
@@ -172,15 +173,38 @@ def send(
     """
     known = yield from _look_up(project, known, names, folder)
     leaving = yield from part(prepare_export(project, leaving, known), 0.0, 0.4)
-    from engine.exchange.export import RECORD, write
+    from engine.exchange.export import write
 
+    if project.exporting.repeats > 1:
+        leaving, settings = yield from part(without_partials(_enlarge(project, leaving)), 0.4, 0.6)
+        record = yield from part(without_partials(write(place, leaving, names, settings)), 0.6, 1.0)
+        return _describe_sent(place, record)
     known = _select_these_photographs(known, project, leaving)
     if OWN not in known.offers:
         yield _keep(Step(0.4, "writing", own_offer(leaving)), known, folder)
     writing = write(place, leaving, names, project.exporting.settings, known=find_known_entries(known))
     record = yield from part(relay(writing, lambda step: _keep(step, known, folder)), 0.4, 1.0)
+    return _describe_sent(place, record)
+
+
+def _describe_sent(place: Path, record: dict[str, Any]) -> Sent:
+    """The folder with the sizes of its files."""
+    from engine.exchange.export import RECORD
+
     listed = [name for entry in record["targets"] for name in entry["files"]]
     return Sent(place, {name: (place / name).stat().st_size for name in (*listed, RECORD)}, record)
+
+
+def _enlarge(project: Project, leaving: Departure) -> Steps[tuple[Departure, Settings]]:
+    """A larger tile made ready, and the settings of its targets; UsageError for a material that does not repeat."""
+    from engine.exchange.enlarge import enlarge, width_of_tile
+    from engine.exchange.export import departure
+
+    settings, repeats = project.exporting.settings, project.exporting.repeats
+    material, stack = leaving.subject.material, leaving.subject.stack
+    larger = yield from part(enlarge(material, repeats, stack), 0.0, 0.6)
+    width_mm = width_of_tile(material, repeats, stack, settings.width_mm)
+    return (yield from part(departure(larger), 0.6, 1.0)), replace(settings, width_mm=width_mm)
 
 
 def smallest_of(found: Sequence[Offer], error: float) -> dict[str, Any]:

@@ -22,6 +22,9 @@ NORMALS = ("", "opengl", "directx")
 #: Parts of a bundle that may be left out, but not all of them.
 PARTS = ("slices", "power-law", "planes", "pbr")
 
+#: Repeats of the sample along each side of an exported tile.
+REPEATS = (1, 2, 4, 8)
+
 #: Width of the widest sample, in millimetres, and the largest error that may be asked for, in percent.
 MAX_WIDTH_MM, MAX_ERROR_PERCENT = 100_000.0, 1000.0
 
@@ -37,6 +40,7 @@ class Exporting:
     preset, coding, normal : of textures (`engine.exchange.subject.Settings`); '' leaves y of normals to the preset.
     width_mm : width of the sample, for the scale bar of the web page; 0 where it is not known.
     error_percent : relative RMSE within which the smallest target is looked for.
+    repeats : of the sample along each side of the tile that is written, which all differ (`engine.exchange.enlarge`).
     """
 
     left_out: frozenset[str] = field(default_factory=frozenset)
@@ -46,6 +50,7 @@ class Exporting:
     normal: str = ""
     width_mm: float = 0.0
     error_percent: float = 5.0
+    repeats: int = 1
 
     def __post_init__(self) -> None:
         known = (
@@ -54,6 +59,7 @@ class Exporting:
             self.preset in PRESETS and self.coding in CODINGS and self.normal in NORMALS,
             0.0 <= self.width_mm <= MAX_WIDTH_MM,
             0.0 <= self.error_percent <= MAX_ERROR_PERCENT,
+            self.repeats in REPEATS,
         )
         if not all(known):
             raise ValueError("settings of exports that cannot be")

@@ -36,7 +36,7 @@ from app.commands.export_elsewhere import (
 from app.commands.surface import take_maps
 from app.commands.workbench import Workbench
 from app.document.document import Project
-from app.document.exporting import MAX_ERROR_PERCENT, MAX_WIDTH_MM, Exporting
+from app.document.exporting import MAX_ERROR_PERCENT, MAX_WIDTH_MM, REPEATS, Exporting
 from app.export.card import Board, Card
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
@@ -145,6 +145,12 @@ class Elsewhere(QWidget):
                 lambda _index, part=part, box=box: self._set("Settings of textures", **{part: box.currentData()})
             )
             textures.row(label, box, hint)
+        self.repeats = ComboBox()
+        for count in REPEATS:
+            self.repeats.addItem("The sample" if count == 1 else f"{count} × {count} repeats", count)
+        self.repeats.activated.connect(lambda _index: self._set("Tile of exports", repeats=self.repeats.currentData()))
+        hint = "A larger tile whose repeats all differ, for programs that repeat maps in a grid"
+        textures.row("Tile", self.repeats, f"{hint}; errors are measured with the export")
         page = panel.section("Web page")
         self.width_field = NumberField(0.0, 0.0, MAX_WIDTH_MM, unit="mm", nothing="not known")
         self.width_field.edited.connect(self._width_edited)
@@ -221,6 +227,7 @@ class Elsewhere(QWidget):
         self._show_targets()
         for box, value in zip((self.preset, self.coding, self.normal), settings.of_textures, strict=True):
             box.setCurrentIndex(box.findData(value))
+        self.repeats.setCurrentIndex(self.repeats.findData(settings.repeats))
         self.budget.show_value(settings.error_percent)
         self.width_field.show_value(settings.width_mm / UNITS_MM[self.width_field.unit])
 

@@ -16,8 +16,9 @@ from app.document.exporting import Exporting
 from app.project import losses
 from app.project.losses import find_kept, keep, keys_of
 from engine.bundle.bundle import open_bundle
-from engine.core.steps import drain
+from engine.core.steps import drain, relay
 from engine.exchange import export
+from engine.images.decode import read_image
 from engine.surface.recover import Surface
 from tests.engine.exchange.materials import dome_stack, woven_material
 
@@ -119,3 +120,17 @@ def test_an_export_states_errors_that_were_measured_before(
     (one,), (other,) = first.record["targets"], again.record["targets"]
     assert {name: one[name] for name in names} == {name: other[name] for name in names}
     assert losses.OWN not in [entry["target"] for entry in again.record["targets"]]
+
+
+def test_a_larger_tile_is_written_and_its_errors_are_not_kept(project: Project, tmp_path: Path) -> None:
+    """They belong to the tile, and the cards of the window show those of the sample."""
+    larger = dataclasses.replace(project, exporting=Exporting(repeats=2, width_mm=30.0))
+    known = export_elsewhere.Known()
+    steps = export_elsewhere.send(larger, None, known, ["textures"], tmp_path / "1", tmp_path / "kept")
+    steps = relay(steps, lambda step: seen.append(step.partial) or step)
+    seen: list[Any] = []
+    done = drain(steps)
+    image = next(done.folder / name for name in done.files if name.endswith(".png"))
+    assert read_image(image).pixels.shape[:2] == (48, 40)
+    assert not any(hasattr(each, "target") for each in seen)
+    assert not list((tmp_path / "kept").glob("*"))
