@@ -247,7 +247,7 @@ class Made:
         if self.check is None or scene.brdf != self.wanted.brdf:
             return []
         name = None if scene.environment is None else scene.environment.name
-        return warnings_at_render(self.check, self.wanted.choices.method.name, name)
+        return warnings_at_render(self.check, self.wanted.choices.method.name, name, _label)
 
     @cached_property
     def health(self) -> Health:
@@ -255,7 +255,7 @@ class Made:
         if self.check is None:
             return Health(findings=(Finding(Verdict.NOTE, "this bake was not compared with the reference"),))
         figures = {f"error_under_{each.light.replace(' ', '_')}_rel": each.rmse_rel for each in self.check.lights}
-        said = warnings_of_check(self.check, self.wanted.choices.method.name)
+        said = warnings_of_check(self.check, self.wanted.choices.method.name, _label)
         return Health(MappingProxyType(figures), tuple(Finding(Verdict.WARNING, text) for text in said))
 
     @cached_property
@@ -267,6 +267,11 @@ class Made:
     def why_baked_for_one(self) -> str:
         """The reason why another BRDF asks for another bake; empty where it does not."""
         return self.wanted.choices.method.baking.why_baked_for_one(self.transport)
+
+
+def _label(mode: str) -> str:
+    """The name of a mode in the window."""
+    return method_of(mode).short
 
 
 def estimate(wanted: Wanted) -> Steps[Estimate]:

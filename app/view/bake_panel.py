@@ -12,7 +12,7 @@ from app.view.planning import LOOKING
 from app.widgets.controls import ComboBox
 from app.widgets.labels import MIN_ERROR, NAMES
 from app.widgets.panels import Rows, button, enable, line, text
-from app.widgets.theme import STEP
+from app.widgets.theme import STEP, role
 from engine.core.figure_text import percent, size_text, time_text
 from engine.core.params import Parameter, parameters
 from engine.transport.method import Method
@@ -62,6 +62,7 @@ class BakePanel(Rows):
         """Show the state of the bake."""
         baking = self.baking
         self.words.setText(state_text(baking))
+        role(self.words, "warning" if baking.is_made and baking.difference else "secondary")
         running = baking.job is not None or baking.is_awaited
         self.go.setText("Stop baking" if running else "Bake")
         self.go.setVisible(running or not baking.is_made)

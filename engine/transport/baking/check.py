@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import os
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -115,35 +115,42 @@ def lines_of_check(check: BakeCheck) -> list[str]:
     return [f"error of {check.views} small views against the reference: {', '.join(said)}"]
 
 
-def warnings_of_check(check: BakeCheck | None, mode: str) -> list[str]:
-    """The lights under which a bake of `mode` does not pass, in one sentence; none where it passes."""
+def warnings_of_check(check: BakeCheck | None, mode: str, label: Callable[[str], str] = str) -> list[str]:
+    """The lights under which a bake of `mode` does not pass, in one sentence; none where it passes.
+
+    `label` gives the name of a mode that a user knows it by.
+    """
     if check is None or not check.failed:
         return []
     said = "; ".join(f"under {each.light} {each.deviation()}" for each in check.failed)
-    return [f"in the mode {mode} this bake differs from the reference: {said}{_advise(check, check.failed)}"]
+    return [
+        f"in the mode {label(mode)} this bake differs from the reference: {said}{_advise(check, check.failed, label)}"
+    ]
 
 
-def warnings_at_render(check: BakeCheck | None, mode: str, environment: str | None) -> list[str]:
+def warnings_at_render(
+    check: BakeCheck | None, mode: str, environment: str | None, label: Callable[[str], str] = str
+) -> list[str]:
     """The same for an image under an environment of a name, or under lamps alone where it is None."""
     found = () if check is None else tuple(each for each in check.under(environment) if not each.passes)
     if check is None or not found:
         return []
     worst = max(found, key=lambda each: (each.dark, abs(each.mean_rel)))
-    is_it = environment is None or worst.light == environment[:MAX_NAME]
-    seen = f"under {worst.light}" if is_it else f"under {worst.light}, the nearest light that was checked,"
-    return [
-        f"in the mode {mode} this bake differs from the reference: {seen} {worst.deviation()}{_advise(check, found)}"
-    ]
+    is_same = environment is not None and worst.light == environment[:MAX_NAME]
+    seen = "under this light" if is_same else f"under {worst.light}"
+    seen += "" if is_same or environment is None else ", the nearest light that was checked,"
+    advice = _advise(check, found, label)
+    return [f"in the mode {label(mode)} this bake differs from the reference: {seen} {worst.deviation()}{advice}"]
 
 
-def _advise(check: BakeCheck, failed: Sequence[LightCheck]) -> str:
+def _advise(check: BakeCheck, failed: Sequence[LightCheck], label: Callable[[str], str]) -> str:
     """Name the mode that was tried and passes where the bake fails, as the end of a sentence."""
     other = check.alternative
     better = [each.light for each in failed if other is not None and each.light in other.lights]
     if other is None or not better:
         return ""
     names = better[0] if len(better) == 1 else f"{', '.join(better[:-1])} and {better[-1]}"
-    return f"; the mode {other.mode} passes {'there' if len(better) == len(failed) else f'under {names}'}"
+    return f"; the mode {label(other.mode)} passes {'there' if len(better) == len(failed) else f'under {names}'}"
 
 
 def write_check(path: str | os.PathLike[str], check: BakeCheck) -> None:

@@ -68,7 +68,7 @@ def test_warnings_name_the_light_the_error_and_what_passes() -> None:
     ]
     assert warnings_at_render(check, "wavelet", "studio") == []
     (noon,) = warnings_at_render(check, "wavelet", "noon")
-    assert "under noon 18 % too dark" in noon
+    assert "under this light 18 % too dark" in noon
     assert noon.endswith("the mode sh passes there")
     (lamp,) = warnings_at_render(check, "wavelet", None)
     assert "under a lamp 9 % too bright" in lamp
@@ -119,3 +119,11 @@ def test_values_that_cannot_be_are_refused(tmp_path: Path) -> None:
     page = (len(text).to_bytes(4, "little") + zlib.crc32(text).to_bytes(4, "little") + text).ljust(PAGE, b"\0")
     with pytest.raises(InputError, match="impossible"):
         decode_check(tmp_path / "a.transport", page)
+
+
+def test_modes_have_the_names_that_a_user_knows() -> None:
+    other = Alternative(mode="sh", lights=("studio",))
+    check = check_of(light_check(mean_rel=0.3), alternative=other)
+    (said,) = warnings_at_render(check, "wavelet", "studio", str.upper)
+    assert said.startswith("in the mode WAVELET")
+    assert said.endswith("the mode SH passes there")
