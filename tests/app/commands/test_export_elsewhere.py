@@ -16,7 +16,7 @@ from app.document.exporting import Exporting
 from app.project import losses
 from app.project.losses import find_kept, keep, keys_of
 from engine.bundle.bundle import open_bundle
-from engine.core.steps import drain, relay
+from engine.core.steps import Step, drain, relay
 from engine.exchange import export
 from engine.images.decode import read_image
 from engine.surface.recover import Surface
@@ -125,11 +125,16 @@ def test_an_export_states_errors_that_were_measured_before(
 def test_a_larger_tile_is_written_and_its_errors_are_not_kept(project: Project, tmp_path: Path) -> None:
     """They belong to the tile, and the cards of the window show those of the sample."""
     larger = dataclasses.replace(project, exporting=Exporting(repeats=2, width_mm=30.0))
-    known = export_elsewhere.Known()
-    steps = export_elsewhere.send(larger, None, known, ["textures"], tmp_path / "1", tmp_path / "kept")
-    steps = relay(steps, lambda step: seen.append(step.partial) or step)
     seen: list[Any] = []
-    done = drain(steps)
+
+    def watch(step: Step) -> Step:
+        seen.append(step.partial)
+        return step
+
+    steps = export_elsewhere.send(
+        larger, None, export_elsewhere.Known(), ["textures"], tmp_path / "1", tmp_path / "kept"
+    )
+    done = drain(relay(steps, watch))
     image = next(done.folder / name for name in done.files if name.endswith(".png"))
     assert read_image(image).pixels.shape[:2] == (48, 40)
     assert not any(hasattr(each, "target") for each in seen)
