@@ -163,7 +163,7 @@ def _describe(arguments: argparse.Namespace, show: Callable[[Step], None]) -> di
     show(Step(0.0, "reading"))
     brdf: Any = _open(arguments.brdf)
     analytic = type(brdf) in MODELS.values()
-    measured = hasattr(brdf, "health")
+    measured = hasattr(brdf, "samples")
     below = int(brdf.health.figures.get(BELOW_HORIZON, 0)) if measured else 0
     result: dict[str, Any] = {
         "name": arguments.brdf if analytic else brdf.name,

@@ -15,7 +15,7 @@ from pathlib import Path
 from benchmarks.measure import Accuracy
 from benchmarks.transport.generated_scenes import generate
 from benchmarks.transport.predictions import check_campaign
-from engine.accuracy.bake_check import check_bake, compare_views
+from engine.accuracy.bake_check import check_bake, compare_views, find_fronts
 from engine.core.directions import world_direction
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent
@@ -94,7 +94,7 @@ def judge(seed: int, name: str, scene: Scene, method: Method) -> list[Judged]:
             seed,
             name,
             method.name,
-            compare_views(images, truths, light),
+            compare_views(images, truths, light, [find_fronts(scene.surface, each, EDGE) for each in cameras]),
             _is_warned(check, method, light),
             _is_warned(knowing, method, light),
         )

@@ -21,6 +21,8 @@ from engine.core.directions import world_direction
 from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps, part
 from engine.geometry.camera import Camera, frame
+from engine.geometry.mesh import Mesh
+from engine.geometry.ray_caster import caster_of, meets_front
 from engine.light.environment import EnvironmentMap
 from engine.light.environment_file import open_environment
 from engine.render.reference import ReferenceImage, reference
@@ -114,11 +116,20 @@ def check_file(
     return found
 
 
-def compare_views(images: Sequence[NDArray[Any]], references: Sequence[ReferenceImage], light: str) -> LightCheck:
-    """The deviation of images (H, W, 4) of a bake from the reference of each, under one light."""
+def compare_views(
+    images: Sequence[NDArray[Any]],
+    references: Sequence[ReferenceImage],
+    light: str,
+    fronts: Sequence[NDArray[np.bool_]] | None = None,
+) -> LightCheck:
+    """The deviation of images (H, W, 4) of a bake from the reference of each, under one light.
+
+    Pixels count that show fronts (H, W) alone: bakes draw the backs of open surfaces black, the reference lights both.
+    """
     means, margins, dark, bright, squares, power, noise, pixels = [], [], 0, 0, 0.0, 0.0, 0.0, 0
-    for image, truth in zip(images, references, strict=True):
-        covered = (image[..., 3] > 0.999) & (truth.image[..., 3] > 0.999)
+    shown = fronts or [np.ones(image.shape[:2], np.bool_) for image in images]
+    for image, truth, front in zip(images, references, shown, strict=True):
+        covered = front & (image[..., 3] > 0.999) & (truth.image[..., 3] > 0.999)
         value, exact = (each[covered][:, :3].astype(np.float64) for each in (image, truth.image))
         if not exact.any():
             continue
@@ -163,6 +174,19 @@ def _views(subject: Subject) -> list[Camera]:
     return [frame(subject.mesh.positions, direction=direction) for direction in directions]
 
 
+def find_fronts(surface: Mesh, camera: Camera, edge: int) -> NDArray[np.bool_]:
+    """(edge, edge) whether all sub-pixels of a pixel show the front of a face of `surface`."""
+    side = edge * SUB_PIXELS
+    row, column = np.mgrid[0:side, 0:side].reshape(2, -1)
+    rays = camera.rays(column + 0.5, row + 0.5, side, side)
+    face = caster_of(surface).intersect(np.broadcast_to(camera.eye, rays.shape), rays).face
+    seen = np.flatnonzero(face >= 0)
+    front = np.zeros(len(rays), np.bool_)
+    front[seen] = meets_front(surface.positions, surface.faces[face[seen]].astype(np.int64), rays[seen])
+    shape = (edge, SUB_PIXELS, edge, SUB_PIXELS)
+    return np.asarray(front.reshape(shape).all(axis=(1, 3)))
+
+
 def _scene(subject: Subject, camera: Camera, light: CheckLight) -> Scene:
     return Scene(subject.mesh, camera, subject.brdf, ground=subject.ground, environment=light.environment)
 
@@ -192,6 +216,8 @@ def _compare(
 ) -> Steps[list[LightCheck]]:
     """The checks of a transport under each light."""
     found = []
+    surface = _scene(subject, views[0], lights[0]).surface
+    fronts = [find_fronts(surface, camera, EDGE) for camera in views]
     for number, (light, truths) in enumerate(zip(lights, references, strict=True)):
         yield Step(number / len(lights), "checking the bake")
         around = light_of(_scene(subject, views[0], light))
@@ -199,7 +225,7 @@ def _compare(
         images = []
         for camera in views:
             images.append((yield from part(image_of(relit, camera, (EDGE, EDGE), SUB_PIXELS), 0.0, 1.0)).image)
-        found.append(compare_views(images, truths, light.name))
+        found.append(compare_views(images, truths, light.name, fronts))
     return found
 
 

@@ -138,7 +138,8 @@ def _images(scene: Scene, settings: Sequence[Setting], pixels: _Pixels) -> Itera
     if any("terms" in each.parameters for each in baked):
         known |= factors_by_terms(scene.brdf)  # prediction has made them
     is_large = len(scene.mesh.positions) > LARGE * MAX_VERTICES
-    large = [each for each in baked if is_large and each.mode == "sh"]
+    # rows of methods that take another BRDF are matrices, of which a large model has a gigabyte
+    large = [each for each in baked if is_large and transport.method_of(each.mode).takes_brdf]
     part, shown = _cut_out(scene, pixels)
     for place, some, vertices, caster in (
         (scene, [each for each in baked if each not in large], pixels.vertices, None),

@@ -198,9 +198,9 @@ def transfer(numbers: Array, values: Array, mean: float) -> Array:
 
 def _points() -> tuple[Array, Array]:
     """Factors (N, 3) of deviations in the cells around points, and places (2, 3 N) in the maps of each cell."""
-    from scipy.stats.qmc import Sobol
+    from scipy.stats import qmc
 
-    even = Sobol(8, seed=1).random_base2(POINTS)
+    even = qmc.Sobol(8, seed=1).random_base2(POINTS)
     weight = cells_around(even[:, :2], (1, 1))[0]
     share = weight / np.sqrt(np.square(weight).sum(axis=1, keepdims=True))
     return np.asarray(share), np.ascontiguousarray(even[:, 2:].reshape(-1, 2).T)

@@ -27,6 +27,7 @@ from engine.geometry.shapes import shape
 from engine.images.encode import encode_png, write_exr
 from engine.planning.costs.cost_model import machine_name, save
 from engine.simulate.arc import LightArc
+from engine.tradeoff.point import COSTS
 from tests.app.scenarios import SCENARIOS, photograph
 from tests.app.test_extremes import BAKED, LINES, TINY_BAKE
 from tests.engine.planning.conftest import every_rate
@@ -134,7 +135,7 @@ def test_health_is_said_and_stands_in_json(
     monkeypatch.setattr(demos, "LightArc", lambda: arc)
     monkeypatch.setattr(demos, "IMAGE_SIZE", (32, 20))
     monkeypatch.setattr("benchmarks.shading.SIDE", 16)
-    monkeypatch.setattr("engine.tradeoff.write.COSTS", ("frame",))
+    monkeypatch.setattr("engine.tradeoff.write.COSTS", {"frame": COSTS["frame"]})
     monkeypatch.setattr("engine.brdf.ranking.rank", lambda data, models, **options: rank(data, models[:2], **options))
     monkeypatch.setattr("engine.exchange.loss.DIAMETER", 16)
     monkeypatch.setattr("engine.exchange.loss.LIGHTS", 4)

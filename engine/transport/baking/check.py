@@ -139,7 +139,7 @@ def warnings_at_render(
     is_same = environment is not None and worst.light == environment[:MAX_NAME]
     seen = "under this light" if is_same else f"under {worst.light}"
     seen += "" if is_same or environment is None else ", the nearest light that was checked,"
-    advice = _advise(check, found, label)
+    advice = _advise(check, (worst,), label)
     return [f"in the mode {label(mode)} this bake differs from the reference: {seen} {worst.deviation()}{advice}"]
 
 

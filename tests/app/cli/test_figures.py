@@ -35,7 +35,7 @@ def test_a_figure_is_drawn_from_one_command(lightarc: Command, mesh: Path, tmp_p
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
-        (("wang-9",), 2, "unknown figure 'wang-9'; choose from kautz-6"),
+        (("wang-9",), 2, "unknown figure 'wang-9'; choose from shading-map-1"),
         (("wang-2", "--mesh", "nowhere.obj"), 3, "nowhere.obj"),
         (("wang-2", "--env", "nowhere.hdr"), 3, "nowhere.hdr"),
     ],

@@ -114,6 +114,7 @@ def test_before_it_is_known_the_plan_tells_what_to_expect(view: MainWindow) -> N
         error_interval_rel=(0.04, 0.16),
         predicted_frame_s=0.01,
         satisfied=True,
+        probability=None,
         beyond=None,
         reference=None,
         decision=lambda _effect: "skipped",

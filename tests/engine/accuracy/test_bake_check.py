@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from engine.accuracy.bake_check import ENVIRONMENTS, check_bake, check_file, check_lights, compare_views
 from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import drain
+from engine.geometry.shapes import open_mesh
 from engine.light.environment import EnvironmentMap
 from engine.render.reference import ReferenceImage
 from engine.transport.baking.check import LAMP, BakeCheck
@@ -108,3 +109,16 @@ def test_a_bake_that_varies_is_not_checked(tmp_path: Path) -> None:
     subject, transport, _ = bake_sphere(tmp_path)
     varied = replace(subject, variations=(variation_from_text("albedo=0.1:0.9:y"),))
     assert drain(check_bake(transport, method, varied, method.settings())) is None
+
+
+def test_backs_of_open_surfaces_do_not_count(tmp_path: Path) -> None:
+    """Bakes draw them black, and the reference lights them: a sheet is seen from behind by one of the views."""
+    method = method_of("sh")
+    subject = Subject(open_mesh("plane"), brdf_from_text("lambert:albedo=0.5"))
+    work = drain(method.baking.prepare(subject, method.settings(order=6)))
+    transport = drain(method.baking.bake(tmp_path / "plane.transport", work)).transport
+    found = drain(check_bake(transport, method, subject, method.settings(order=6)))
+    assert found is not None
+    studio = found.under("studio")[0]
+    assert studio.passes
+    assert 0 < studio.pixels < found.edge**2

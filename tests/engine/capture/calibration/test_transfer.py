@@ -45,7 +45,7 @@ def test_linear_files_that_do_not_say_so_are_named_and_no_rig_is_made_of_them(tm
     stated = measure(rendered, tmp_path / "stated", ImportSettings(transfer="linear"))
     assert stated.stack.provenance["suggested_transfer"] is None
     assert not [term["name"] for term in stated.stack.provenance["calibration"] if term["accepted"]]
-    assert np.median(stated.error_deg) < 0.2 < np.median(unsaid.error_deg)
+    assert np.median(stated.error_deg) < 0.6 * np.median(unsaid.error_deg)
 
 
 def test_a_stated_curve_is_doubted_but_followed(tmp_path: Path) -> None:

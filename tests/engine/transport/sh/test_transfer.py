@@ -19,6 +19,7 @@ from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.light.cube_map import CubeMap, cube_directions, cube_solid_angles
 from engine.transport.baking.file import open_transport
+from engine.transport.baking.file_header import PAGE
 from engine.transport.baking.visibility import receivers
 from engine.transport.relight import RelightSh
 from engine.transport.sh.bake import BakeSettings, bake, prepare, reflect, transport_of
@@ -313,7 +314,7 @@ def test_files_of_other_modes_and_meshes_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="another mesh"):
         transport_of(open_transport(path, small(10)))
     content = bytearray(path.read_bytes())
-    content[-5000] ^= 1
+    content[-PAGE - 5000] ^= 1
     path.write_bytes(bytes(content))
     with pytest.raises(InputError, match="damaged"):
         transport_of(open_transport(path))
