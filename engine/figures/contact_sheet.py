@@ -47,9 +47,11 @@ class Row:
 
 def draw_sheet(title: str, subtitle: str, rows: Sequence[Row]) -> Image:
     """(H, WIDTH, 3) uint8 image of all rows."""
-    head = _blank(140)
+    lines = _break_lines(subtitle, (WIDTH - 2 * MARGIN) // 11)
+    head = _blank(114 + 26 * len(lines))
     _text(head, title, MARGIN, 74, 40, TEXT, 500)
-    _text(head, subtitle, MARGIN, 106, 19, QUIET)
+    for index, line in enumerate(lines):
+        _text(head, line, MARGIN, 106 + 26 * index, 19, QUIET)
     return np.vstack([head, *(_draw_row(row) for row in rows), _blank(MARGIN - GAP)])
 
 
@@ -158,12 +160,18 @@ def _fit(panel: Panel, width: int, height: int) -> Image:
     return np.asarray(cv2.resize(cut, (width, height), interpolation=method), np.uint8)
 
 
-def _wrap(field: Image, text: str, width: int) -> None:
+def _break_lines(text: str, letters: int) -> list[str]:
+    """Lines of some `letters`, at least one."""
     lines = [""]
     for word in text.split():
-        if len(lines[-1]) + len(word) > width // 11:
+        if len(lines[-1]) + len(word) > letters:
             lines.append("")
         lines[-1] = f"{lines[-1]} {word}".strip()
+    return lines
+
+
+def _wrap(field: Image, text: str, width: int) -> None:
+    lines = _break_lines(text, width // 11)
     for index, line in enumerate(lines[:8]):
         _text(field, line, width // 2, field.shape[0] // 2 + 26 * index - 13 * len(lines) + 18, 18, QUIET, align=0.5)
 

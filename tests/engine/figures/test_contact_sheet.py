@@ -82,3 +82,12 @@ def test_plotted_points_lie_where_their_values_say() -> None:
 
 def test_plot_of_darkness_is_drawn() -> None:
     assert plot([1, 2], [0, 0], "x", "y", 300).shape == (300, 300, 3)
+
+
+def test_a_long_subtitle_takes_further_lines() -> None:
+    """The caption of a paper's figure was cut off at the right edge."""
+    rows = [Row("", (Panel(fill_in((0, 0, 250)), ""),))]
+    short, long = draw_sheet("A", "b", rows), draw_sheet("A", "word " * 60, rows)
+    assert long.shape[0] == short.shape[0] + 26
+    background = long[0, -1]
+    assert (long[:, -20:] == background).all()
