@@ -12,6 +12,7 @@ import numpy as np
 from app.cli.transport.render_output import ON_CPU, off_screen
 from engine.brdf.brdf import brdf_from_text
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent
 from engine.core.steps import Step, drain, part
 from engine.exchange.readers.read import open_material
 from engine.factor.factor_file import open_reflectance
@@ -21,6 +22,9 @@ from engine.gl.draw import draw_off_screen
 from engine.render.direct import radiance
 from engine.render.shadowed import combine_shadowed, with_and_without
 from engine.scene.scene import Scene
+
+#: Light of texels under a bake, over that without shadows, from which on the bake must be wrong.
+MAX_EXCESS = 1.1
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -39,10 +43,14 @@ def with_texels(
     arguments: argparse.Namespace,
     show: Callable[[Step], None],
     brdf: Brdf | None = None,
+    *,
+    reflects: bool = False,
 ) -> tuple[NDArray[np.float32], dict[str, Any]]:
     """The image of the bake of `scene`, and its record, with the texels of the material where that has any.
 
-    `brdf` was baked, that of the scene where not given. `frame_s` is then that of all three images that texels take.
+    `brdf` was baked, that of the scene where not given; `reflects` tells of light between parts of the model in the
+    bake, without which texels are no brighter than without shadows. `frame_s` is then that of all three images that
+    texels take.
     """
     if not scene.has_texels:
         return baked
@@ -63,8 +71,23 @@ def with_texels(
             device = found[1]["gl_renderer"]
             frame_s += found[1]["frame_s"]
             warnings += found[1]["warnings"]
+    shown = combine_shadowed(drawn[0], drawn[1], image)
+    if not reflects:
+        warnings += doubts_of_texels(shown, drawn[0])
     figures = {"frame_s": frame_s, "texels_renderer": device, "sigma": scene.sigma}
-    return combine_shadowed(drawn[0], drawn[1], image), {**record, **figures, "warnings": list(dict.fromkeys(warnings))}
+    return shown, {**record, **figures, "warnings": list(dict.fromkeys(warnings))}
+
+
+def doubts_of_texels(shown: NDArray[np.float32], unshadowed: NDArray[np.float32]) -> list[str]:
+    """A sentence where texels in the light of a bake are brighter than without any shadow, which shadows forbid."""
+    total, most = (float(np.sum(image[..., :3], dtype=np.float64)) for image in (shown, unshadowed))
+    if total <= MAX_EXCESS * most:
+        return []
+    more = percent(total / most - 1.0) if most > 0.0 else "many times"
+    return [
+        f"the texels are {more} brighter in the light of this bake than without its shadows: it blurs highlights that "
+        "the texels spread once more; bake with more terms or a higher order, or choose --mode direct"
+    ]
 
 
 def brdf_of_bake(file: TransportFile, arguments: argparse.Namespace) -> tuple[Brdf | None, list[str]]:

@@ -91,7 +91,8 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     negative_rel = found.negative_rel(camera.eye) if negative_rel is None else negative_rel
     if scene is not None:
         drawn["warnings"] += doubts
-        image, drawn = render_textured.with_texels((image, drawn), scene, arguments, show, brdf)
+        reflects = bool(file.settings.get("bounces") or file.settings.get("indirect"))
+        image, drawn = render_textured.with_texels((image, drawn), scene, arguments, show, brdf, reflects=reflects)
     shown = image if behind is None else in_front_of(image, camera, behind, light.rotation, light.factor)
     write_image(arguments.output, shown, display, None, arguments.background, software("render"))
     return {
@@ -144,7 +145,8 @@ def run_project(
         relighting = made.relighter(light_of_scene(scene), asked, scene.brdf)
         relit = drain(part(relighting, 0.8, 0.9), show)
         baked_image = _draw(relit, scene.camera, arguments, show)
-    image, drawn = render_textured.with_texels(baked_image, scene, arguments, show)
+    reflects = bool(getattr(choices.settings, "interreflection", False))
+    image, drawn = render_textured.with_texels(baked_image, scene, arguments, show, reflects=reflects)
     shown = render_turntable.with_background(image, scene, behind)
     write_image(arguments.output, shown, display, None, arguments.background, software("render"))
     return {

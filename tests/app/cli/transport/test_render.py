@@ -11,6 +11,7 @@ import OpenEXR
 import pytest
 
 from app import command_line
+from app.cli.transport.render_textured import doubts_of_texels
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.readers.table_file import write_table
 from engine.brdf.resample import table_from
@@ -335,3 +336,10 @@ def test_the_background_is_the_environment_or_nothing(capsys: Any, tmp_path: Pat
     assert (float(opacity[0, 0]), float(opacity[24, 32])) == (0.0, 1.0)
     said = render(capsys, "sphere", *SMALL, "--background", "environment", "-o", tmp_path / "a.png", code=2)
     assert "--background environment needs --env" in said
+
+
+def test_texels_that_a_bake_makes_brighter_than_without_shadows_are_doubted() -> None:
+    image = np.ones((4, 4, 4), np.float32)
+    assert doubts_of_texels(1.09 * image, image) == doubts_of_texels(0.2 * image, image) == []
+    (said,) = doubts_of_texels(2.4 * image, image)
+    assert said.startswith("the texels are 140 % brighter in the light of this bake than without its shadows")
