@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
+import os
 import sqlite3
 import zlib
 from collections.abc import Callable, Iterator
@@ -61,7 +62,10 @@ class VisibilityRecord:
         size = max(1, TEXELS // (6 * edge * edge))
         if (np.diff(vertices) < 0).any():
             raise ValueError("vertices are asked for in rising order")
-        with closing(_open(self.path(edge, fine))) as file:
+        path = self.path(edge, fine)
+        with closing(_open(path)) as file:
+            with suppress(OSError):
+                os.utime(path)  # as used now
             for number in np.unique(vertices // size).tolist():
                 chunk = vertices[vertices // size == number]
                 first, last = number * size, min((number + 1) * size, len(of))
