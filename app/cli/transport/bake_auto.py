@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from app.arguments.results import Input
 from app.cli.doubts import doubts_of_brdf, doubts_of_light
 from app.cli.transport import project_input
-from app.cli.transport.bake_report import carry_out, subject_of
+from app.cli.transport.bake_report import UNCHECKED, carry_out, subject_of
 from app.cli.transport.options import variations_of
 from app.cli.transport.plan import add_budget, plan_for, record, why_not_satisfied
 from app.session.machine_profile import learn
@@ -87,8 +87,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     if not baked.resumed_chunks:
         learn(found.mode, found.cost.bake_s, baked.bake_s, since)
     left_out = [f"No {effect.effect}: {effect.reason}" for effect in found.effects if not effect.on]
-    if found.decision("self-shadowing") == "needed":
-        left_out += result["skipped"]
+    casts_rays = found.decision("self-shadowing") == "needed"
+    left_out += [each for each in result["skipped"] if casts_rays or each == UNCHECKED]
     return {
         **result,
         "skipped": left_out,

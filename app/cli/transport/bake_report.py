@@ -26,6 +26,9 @@ from engine.transport.method import Baked, Subject, Work
 #: Share of the progress at which the bake ends and its check begins.
 CHECKED_FROM = 0.95
 
+#: The reason why some bakes have no check.
+UNCHECKED = "Not compared with the reference, which shows neither parameters that vary nor effects that are left out."
+
 
 def subject_of(arguments: argparse.Namespace) -> Subject:
     """The subject that the arguments name; the usual errors if they name none."""
@@ -85,6 +88,7 @@ def carry_out(
         size_bytes = left.stat().st_size if left else 0
         return None, {**record, "unfinished": str(left) if left else None, "unfinished_bytes": size_bytes}
     checked, notes = _check(done, check, show) if not arguments.no_check else (None, [])
+    is_unchecked = checked is None and not notes and not arguments.no_check
     return done, {
         **record,
         "check": None if checked is None else checked.model_dump(),
@@ -92,7 +96,7 @@ def carry_out(
         "faces": len(work.surface.faces),
         "bake_s": done.bake_s,
         "visibility_s": done.visibility_s,
-        "skipped": _skip(done, work),
+        "skipped": [*_skip(done, work), *([UNCHECKED] if is_unchecked else [])],
         "chunks": done.chunks,
         "chunks_resumed": done.resumed_chunks,
         "warnings": [*warnings_of_check(checked, done.file.kind), *notes],

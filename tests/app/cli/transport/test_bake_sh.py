@@ -8,6 +8,7 @@ import numpy as np
 import OpenEXR
 import pytest
 
+from app.cli.transport.bake_report import UNCHECKED
 from engine.bundle.bundle import save_bundle
 from engine.core.figure_text import percent, size_text
 from engine.core.steps import drain
@@ -117,6 +118,8 @@ def test_a_brdf_varies_over_a_model_in_the_bake_and_again_in_the_image(
     assert made["knobs"]["vary"] == ["alpha=0.4:0.5:y", "kd=0:0.8:x"]
     assert len(made["tables"]) == 2
     assert made["interpolation_rel"] < 0.02
+    assert made["check"] is None
+    assert UNCHECKED in made["skipped"]
     assert 0.0 < made["error_rmse_rel"] < 0.5
     assert 0.0 < abs(made["error_mean_rel"]) < made["error_rmse_rel"]
     lit = ("--env", "sky", "-o", image, *SMALL)
