@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +29,6 @@ from engine.render.transported import image_of
 from engine.scene.scene import Scene
 from engine.transport.baking.check import (
     LAMP,
-    MAX_LIGHTS,
     MAX_NAME,
     Alternative,
     BakeCheck,
@@ -42,6 +40,9 @@ from engine.transport.method import Method, Subject, method_of
 from engine.transport.relight import light_of
 
 Floats = NDArray[np.float64]
+
+#: Lights of a check by name: environments, and None for one direction.
+Lights = Mapping[str, EnvironmentMap | None]
 
 #: Pixels along a side of an image, sub-pixels along a side of a pixel, and paths of the reference in each.
 EDGE, SUB_PIXELS, SAMPLES = 48, 2, 32
@@ -62,19 +63,10 @@ TRIED = "sh"
 MAX_TRIED = 20_000
 
 
-@dataclass(frozen=True, eq=False)
-class CheckLight:
-    """A light of a check: an environment, or one direction where it is None."""
-
-    name: str
-    environment: EnvironmentMap | None = None
-
-
-def check_lights(own: Sequence[EnvironmentMap] = ()) -> list[CheckLight]:
-    """The lights of a check: the program's and a scene's `own`."""
+def check_lights(own: Sequence[EnvironmentMap] = ()) -> Lights:
+    """The lights of a check: the `own` environments of a scene, those of the program, and one direction."""
     around = [*own, *(open_environment(name) for name in ENVIRONMENTS)]
-    named = {each.name[:MAX_NAME]: each for each in around}
-    return [*(CheckLight(name, each) for name, each in named.items()), CheckLight(LAMP)][-MAX_LIGHTS:]
+    return {**{each.name[:MAX_NAME]: each for each in around}, LAMP: None}
 
 
 def check_bake(
@@ -187,19 +179,19 @@ def find_fronts(surface: Mesh, camera: Camera, edge: int) -> NDArray[np.bool_]:
     return np.asarray(front.reshape(shape).all(axis=(1, 3)))
 
 
-def _scene(subject: Subject, camera: Camera, light: CheckLight) -> Scene:
-    return Scene(subject.mesh, camera, subject.brdf, ground=subject.ground, environment=light.environment)
+def _scene(subject: Subject, camera: Camera, around: EnvironmentMap | None) -> Scene:
+    return Scene(subject.mesh, camera, subject.brdf, ground=subject.ground, environment=around)
 
 
 def _references(
-    subject: Subject, views: Sequence[Camera], lights: Sequence[CheckLight], depth: int
+    subject: Subject, views: Sequence[Camera], lights: Lights, depth: int
 ) -> Steps[list[list[ReferenceImage]]]:
     """The reference of each view under each light."""
     found = []
-    for number, light in enumerate(lights):
+    for number, around in enumerate(lights.values()):
         images = []
         for place, camera in enumerate(views):
-            steps = reference(_scene(subject, camera, light), (EDGE, EDGE), samples=SAMPLES, max_depth=depth)
+            steps = reference(_scene(subject, camera, around), (EDGE, EDGE), samples=SAMPLES, max_depth=depth)
             start = number + place / len(views)
             images.append((yield from part(steps, start / len(lights), (start + 1 / len(views)) / len(lights))))
         found.append(images)
@@ -211,21 +203,21 @@ def _compare(
     method: Method,
     subject: Subject,
     views: Sequence[Camera],
-    lights: Sequence[CheckLight],
+    lights: Lights,
     references: Sequence[Sequence[ReferenceImage]],
 ) -> Steps[list[LightCheck]]:
     """The checks of a transport under each light."""
     found = []
-    surface = _scene(subject, views[0], lights[0]).surface
+    surface = _scene(subject, views[0], None).surface
     fronts = [find_fronts(surface, camera, EDGE) for camera in views]
-    for number, (light, truths) in enumerate(zip(lights, references, strict=True)):
+    for number, ((name, around), truths) in enumerate(zip(lights.items(), references, strict=True)):
         yield Step(number / len(lights), "checking the bake")
-        around = light_of(_scene(subject, views[0], light))
-        relit = method.baking.relight_transport(transport, around, method.light())
+        light = light_of(_scene(subject, views[0], around))
+        relit = method.baking.relight_transport(transport, light, method.light())
         images = []
         for camera in views:
             images.append((yield from part(image_of(relit, camera, (EDGE, EDGE), SUB_PIXELS), 0.0, 1.0)).image)
-        found.append(compare_views(images, truths, light.name, fronts))
+        found.append(compare_views(images, truths, name, fronts))
     return found
 
 
@@ -234,7 +226,7 @@ def _try(
     subject: Subject,
     like: Any,
     views: Sequence[Camera],
-    lights: Sequence[CheckLight],
+    lights: Lights,
     references: Sequence[Sequence[ReferenceImage]],
 ) -> Steps[list[LightCheck]]:
     """The checks of a bake by another method with its default settings; none where it is refused, or takes long."""

@@ -66,12 +66,12 @@ class LightCheck(BaseModel):
         return abs(self.mean_rel) - self.mean_uncertainty <= MAX_MEAN and self.dark <= MAX_DARK
 
     def deviation(self) -> str:
-        """Return what is wrong, in a few words; the mean alone where nothing is."""
+        """Return what is wrong, in a few words, where the bake does not pass."""
         way = "too bright" if self.mean_rel > 0.0 else "too dark"
-        parts = [f"{percent(abs(self.mean_rel))} {way}"] if abs(self.mean_rel) > MAX_MEAN or self.passes else []
+        parts = [f"{percent(abs(self.mean_rel))} {way}"] if abs(self.mean_rel) > MAX_MEAN else []
         if self.dark > MAX_DARK:
             parts.append(f"{percent(self.dark)} of its pixels below a tenth of the reference")
-        return " and ".join(parts) or f"up to {percent(abs(self.mean_rel))} {way}"
+        return " and ".join(parts)
 
 
 class Alternative(BaseModel):

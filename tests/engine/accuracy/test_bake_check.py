@@ -76,7 +76,7 @@ def test_pixels_that_are_dark_in_the_reference_too_do_not_count() -> None:
 
 def test_lights_are_those_of_the_program_and_of_the_scene() -> None:
     own = EnvironmentMap(np.ones((4, 8, 3), np.float32), "mine")
-    assert [each.name for each in check_lights([own])] == ["mine", *ENVIRONMENTS, LAMP]
+    assert list(check_lights([own])) == ["mine", *ENVIRONMENTS, LAMP]
 
 
 def bake_sphere(folder: Path) -> tuple[Subject, ShTransport, Path]:
