@@ -147,10 +147,10 @@ class Elsewhere(QWidget):
             textures.row(label, box, hint)
         self.repeats = ComboBox()
         for count in REPEATS:
-            self.repeats.addItem("The sample" if count == 1 else f"{count} × {count} repeats", count)
+            self.repeats.addItem("1 × 1, the sample" if count == 1 else f"{count} × {count}", count)
         self.repeats.activated.connect(lambda _index: self._set("Tile of exports", repeats=self.repeats.currentData()))
         hint = "A larger tile whose repeats all differ, for programs that repeat maps in a grid"
-        textures.row("Tile", self.repeats, f"{hint}; errors are measured with the export")
+        panel.section("Tile").row("Repeats", self.repeats, f"{hint}; errors are measured with the export")
         page = panel.section("Web page")
         self.width_field = NumberField(0.0, 0.0, MAX_WIDTH_MM, unit="mm", nothing="not known")
         self.width_field.edited.connect(self._width_edited)
