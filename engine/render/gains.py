@@ -131,7 +131,7 @@ def place_of_share(share: Array) -> Array:
 
 
 def place_of_direction(cosine: Array, azimuth: Array) -> tuple[Array, Array]:
-    """Places of directions of light (N,) along the axes of `plane_gains`."""
+    """Places of directions of light (N,) along the axes of the gains of planes."""
     down = np.arccos(np.clip(cosine, 0.0, 1.0)) / (0.5 * np.pi) * (TILTS - 1)
     return np.asarray(down), np.asarray(np.mod(azimuth / (2.0 * np.pi), 1.0) * TURNS)
 

@@ -23,9 +23,6 @@ from engine.render.direct import radiance
 from engine.render.shadowed import combine_shadowed, with_and_without
 from engine.scene.scene import Scene
 
-#: Light of texels under a bake, over that without shadows, from which on the bake must be wrong.
-MAX_EXCESS = 1.1
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -35,6 +32,9 @@ if TYPE_CHECKING:
     from engine.gl.draw import OffScreen
     from engine.transport.baking.file import TransportFile
     from engine.transport.relight import Light, RelightTransport
+
+#: Light of texels under a bake, over that without shadows, from which on the bake must be wrong.
+MAX_EXCESS = 1.1
 
 
 def with_texels(
