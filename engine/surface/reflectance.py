@@ -106,9 +106,9 @@ BLOCKS, FEWEST_IN_BLOCK, EVERY = 8, 2, 4
 #: Mean residual of a fit without shadows, over that with them, below which it counts.
 EXPLAINED_BETTER = 0.8
 
-#: Photographs from which fall-offs are found, every which texel of the sample they are found on, and the share of a
-#: texel's photographs, those that are explained best, by which they are judged.
-ENOUGH_FOR_FALL, FALL_EVERY, FALL_SHARE = 12, 8, 0.7
+#: Photographs from which fall-offs are found, every which texel of the sample they are found on, the share of a
+#: texel's photographs, those that are explained best, by which they are judged, and parts that are left out in turn.
+ENOUGH_FOR_FALL, FALL_EVERY, FALL_SHARE, FALL_FOLDS = 12, 8, 0.7, 4
 
 #: Share of texels that may be brighter than white.
 ABOVE_WHITE = 1e-3
@@ -341,24 +341,35 @@ def _find_falls(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds, lamb
     lit = towards[:, ::FALL_EVERY] if towards.shape[1] > 1 else towards
     of_kind = kinds.of(some.radiance) == np.arange(count)[:, None]
 
+    def add_up(off: Array) -> Array:
+        """(K,) sums of the photographs that are explained best: shadows are explained by no fall-off."""
+        best = np.sort(np.where(some.usable, off, 0.0), axis=0)[: max(1, int(FALL_SHARE * len(off)))]
+        return np.asarray(of_kind @ best.sum(axis=0, dtype=np.float64))
+
     def measure(falls: Array) -> Array:
-        """(K,) what is left in the photographs that are explained best: shadows are explained by no fall-off."""
         trial = replace(kinds, falls=falls)
         found = _fit(some, lit, lamps, trial, lambertian)
-        off = np.abs(_residuals(some, lit, found, trial)).sum(axis=-1)
-        off = np.sort(np.where(some.usable, off, 0.0), axis=0)[: max(1, int(FALL_SHARE * len(off)))]
-        return np.asarray(of_kind @ off.sum(axis=0, dtype=np.float64))
+        return add_up(np.abs(_residuals(some, lit, found, trial)).sum(axis=-1))
 
-    falls, others = find_falls(count, measure)
-    if falls is None:
-        return kinds
-    best, doubt = _fit(some, lit, lamps, replace(kinds, falls=falls), lambertian)[:, :2], np.zeros(count)
+    def predict(falls: Array) -> Array:
+        trial, every = replace(kinds, falls=falls), np.arange(len(some.radiance))
+        off = np.empty(some.usable.shape, np.float32)
+        for first in range(FALL_FOLDS):
+            out = every[first::FALL_FOLDS]
+            rest = np.setdiff1d(every, out)
+            found = _fit(some.choose(rest), lit[rest], lamps, trial, lambertian)
+            off[out] = np.abs(_residuals(some.choose(out), lit[out], found, trial)).sum(axis=-1)
+        return add_up(off)
+
+    falls, others = find_falls(count, measure, predict)
+    kinds, doubt = replace(kinds, falls=falls), np.zeros(count)
+    best = _fit(some, lit, lamps, kinds, lambertian)[:, :2]
     for other, as_well in others:
         if as_well.any():
             apart = _fit(some, lit, lamps, replace(kinds, falls=other), lambertian)[:, :2] - best
             square = of_kind @ (apart**2).mean(axis=1) / np.maximum(of_kind.sum(axis=1), 1)
             doubt = np.where(as_well, np.maximum(doubt, square), doubt)
-    return replace(kinds, falls=falls, doubt=doubt)
+    return replace(kinds, doubt=doubt)
 
 
 def _measure_unexplained(texels: Texels, towards: Array, found: Array, kinds: Kinds) -> Array:

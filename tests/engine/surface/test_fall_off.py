@@ -89,7 +89,7 @@ def test_the_search_finds_the_least_and_doubts_the_ends(best: tuple[float, float
     def measure(falls: np.ndarray) -> np.ndarray:
         return np.asarray(1.0 + 3.0 * np.abs(falls - best).sum(axis=1))
 
-    falls, others = find_falls(2, measure)
+    falls, others = find_falls(2, measure, measure)
     assert falls is not None
     assert falls == pytest.approx(np.tile(best, (2, 1)))
     assert not others[-1][0].any()
@@ -97,4 +97,25 @@ def test_the_search_finds_the_least_and_doubts_the_ends(best: tuple[float, float
 
 
 def test_lambert_stays_where_others_are_hardly_better() -> None:
-    assert find_falls(3, lambda falls: 1.0 - 0.04 * (falls[:, 0] > 0.2).astype(np.float64))[0] is None
+    def measure(falls: np.ndarray) -> np.ndarray:
+        return np.asarray(1.0 - 0.04 * (falls[:, 0] > 0.2))
+
+    assert find_falls(3, measure, measure)[0] is None
+
+
+def test_a_fall_off_that_predicts_nothing_is_a_doubt() -> None:
+    """The second kind predicts worse with it, so that it is Lambert's, and what the fall-off would change is stated."""
+
+    def measure(falls: np.ndarray) -> np.ndarray:
+        return np.asarray(1.0 + np.abs(falls - (0.4, 0.0, 0.0)).sum(axis=1))
+
+    def predict(falls: np.ndarray) -> np.ndarray:
+        return np.asarray(measure(falls) * np.where(falls.any(axis=1), [0.9, 1.5], 1.0))
+
+    falls, others = find_falls(2, measure, predict)
+    assert falls is not None
+    assert falls == pytest.approx(np.array([[0.4, 0.0, 0.0], [0.0, 0.0, 0.0]]))
+    assert any(other[1] == pytest.approx([0.4, 0.0, 0.0]) and kinds.tolist() == [False, True] for other, kinds in others)
+    refused = find_falls(2, measure, lambda falls: 2.0 - measure(falls))
+    assert refused[0] is None
+    assert [kinds.tolist() for _, kinds in refused[1]] == [[True, True]]
