@@ -17,6 +17,7 @@ import os
 import signal
 import sys
 import threading
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
@@ -126,11 +127,12 @@ def finish(code: int) -> NoReturn:
     """End with `code` after a verb has done all: a wish that comes now changes nothing.
 
     Python would give the handlers of signals back while it takes its modules apart, and a wish would end the process as
-    if the verb had failed.
+    if the verb had failed. After an interrupt libraries are not told of the end: what they would free may be half made.
     """
     global _answer
     _answer = FINISH
-    atexit._run_exitfuncs()
+    if code != CANCELLED:
+        atexit._run_exitfuncs()
     leave(code)
 
 
@@ -206,10 +208,13 @@ def _tidy_up(words: str) -> None:
         tidy = getattr(sys.modules.get(module), function, None)
         if tidy is not None:
             tidy()
-    # folders for temporary files; the module has no other way to tell
-    finish = getattr(getattr(sys.modules.get("weakref"), "finalize", None), "_exitfunc", None)
-    if finish is not None:
-        finish()
+    # folders for temporary files; the module has no other way to tell. What libraries would free is still at work in
+    # other threads, whom that would crash.
+    for each in list(getattr(weakref.finalize, "_registry", ())):
+        kept = each.peek()
+        if kept is not None and getattr(kept[1], "__module__", "") == "tempfile":
+            with suppress(OSError):
+                each()
 
 
 def _unraisable(hook: sys.UnraisableHookArgs) -> None:

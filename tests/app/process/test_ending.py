@@ -172,6 +172,38 @@ def test_an_interrupt_that_a_library_turns_into_its_own_error_is_one(tmp_path: P
     assert (process.returncode, out, err) == (4, "", SENTENCE)
 
 
+FREED = """
+import os, pathlib, signal, sys, tempfile, weakref
+from app import __main__; from app import command_line as cli
+class Library: pass
+library, folder = Library(), tempfile.TemporaryDirectory()
+weakref.finalize(library, os.abort)
+def run(options, show):
+    try:
+        os.kill(os.getpid(), signal.SIGTERM)
+        for _ in range(10**9): pass
+    finally:
+        if HANGS:
+            for _ in range(10**9): pass
+class Parser:
+    def __init__(self, only): pass
+    def parse_args(self, words):
+        import argparse
+        return argparse.Namespace(module=argparse.Namespace(run=run), verb="stub", json=False)
+cli.build_parser, cli.check_results = Parser, lambda *_: None
+__main__.main()
+"""
+
+
+@pytest.mark.parametrize("hangs", [False, True])
+def test_an_interrupt_leaves_what_libraries_hold_alone(hangs: bool, tmp_path: Path) -> None:
+    """Numba and Embree free their memory at the end of a process, which crashed where they were at work."""
+    with start((), tmp_path, f"HANGS = {hangs}\n{FREED}") as process:
+        out, err = process.communicate(timeout=HANGS_S)
+    assert (process.returncode, out, err) == (4, "", SENTENCE)
+    assert not [*(tmp_path / "temporary").iterdir()]
+
+
 DONE = """
 import atexit, os, signal, sys
 from app import __main__; from app import command_line as cli
