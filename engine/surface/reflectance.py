@@ -341,7 +341,7 @@ def _find_falls(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds, lamb
     lit = towards[:, ::FALL_EVERY] if towards.shape[1] > 1 else towards
     of_kind = kinds.of(some.radiance) == np.arange(count)[:, None]
 
-    def add_up(off: Array) -> Array:
+    def add_up(off: NDArray[np.float32]) -> Array:
         """(K,) sums of the photographs that are explained best: shadows are explained by no fall-off."""
         best = np.sort(np.where(some.usable, off, 0.0), axis=0)[: max(1, int(FALL_SHARE * len(off)))]
         return np.asarray(of_kind @ best.sum(axis=0, dtype=np.float64))

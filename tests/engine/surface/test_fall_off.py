@@ -115,7 +115,9 @@ def test_a_fall_off_that_predicts_nothing_is_a_doubt() -> None:
     falls, others = find_falls(2, measure, predict)
     assert falls is not None
     assert falls == pytest.approx(np.array([[0.4, 0.0, 0.0], [0.0, 0.0, 0.0]]))
-    assert any(other[1] == pytest.approx([0.4, 0.0, 0.0]) and kinds.tolist() == [False, True] for other, kinds in others)
+    assert any(
+        other[1] == pytest.approx([0.4, 0.0, 0.0]) and kinds.tolist() == [False, True] for other, kinds in others
+    )
     refused = find_falls(2, measure, lambda falls: 2.0 - measure(falls))
     assert refused[0] is None
     assert [kinds.tolist() for _, kinds in refused[1]] == [[True, True]]
