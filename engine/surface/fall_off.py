@@ -40,8 +40,8 @@ def find_falls(
 ) -> tuple[Array | None, list[tuple[Array, Bools]]]:
     """(K, 3) the fall-off of each of `count` kinds, None where all are Lambert's; and others that explain some as well.
 
-    `unexplained` tells (K,) what fall-offs (K, 3) leave, and `unpredicted` what they leave of photographs that were left
-    out of the fit. The others come with the kinds (K,) that they are of.
+    `unexplained` tells (K,) what fall-offs (K, 3) leave, `unpredicted` what they leave of photographs that were not
+    part of the fit. The others come with the kinds (K,) that they are of.
     """
     together, lambert = np.zeros(count, np.int64), np.zeros((count, 3))
     starts = [np.tile(start, (count, 1)) for start in STARTS]
