@@ -143,7 +143,8 @@ class ScenePanel(Rows):
         self.report.setVisible(bool(findings))
         if mesh is not None and findings:
             self.report.show_health(mesh.health)
-        self.flip.setVisible(any(finding.text == INSIDE_OUT for finding in findings))
+        turned = mesh is not None and mesh.health.figures.get("faces_turned", 0.0) > 0.0
+        self.flip.setVisible(turned or any(finding.text == INSIDE_OUT for finding in findings))
 
     def _show_models(self, project: Project) -> None:
         mesh = project.mesh

@@ -39,6 +39,7 @@ from engine.geometry.mesh_repair import (
 )
 from engine.geometry.mesh_text import check_text
 from engine.geometry.mesh_weld import GAP, without_gaps
+from engine.geometry.orientation import Orientation, find_turned
 from engine.geometry.polygons import make_from_polygons
 from engine.geometry.read_scene import check_memory, decoder_memory_bytes, files_beside, list_named_files
 from engine.geometry.unwrap import with_atlas
@@ -156,10 +157,11 @@ class Mesh(Summary):
         return {**facts, "warnings": len(self.health.warnings)}
 
 
-def read_mesh(path: str | os.PathLike[str]) -> Mesh:
+def read_mesh(path: str | os.PathLike[str], orientation: Orientation = "auto") -> Mesh:
     """Read a mesh of a known ending; InputError for a file that holds no usable triangle.
 
-    One that would not fit in memory is refused before it is read.
+    One that would not fit in memory is refused before it is read. `orientation` says what is done with faces that are
+    turned against each other or inside out (`engine.geometry.orientation`).
     """
     suffix = Path(path).suffix.lower()
     if suffix not in suffixes("mesh"):
@@ -169,8 +171,10 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     check_memory(path)
     limits: dict[str, Any] = {"memory_bytes": decoder_memory_bytes(), "timeout_s": LIMIT_S}
     named = decode_in_child("engine.geometry.mesh:decode_names", path, **limits)["uris"] if suffix == ".gltf" else []
-    reply = decode_in_child("engine.geometry.mesh:decode_mesh", path, beside=files_beside(path, named), **limits)
-    return _mesh(reply, path)
+    decode = "engine.geometry.mesh:decode_mesh" if orientation == "auto" else "engine.geometry.mesh:decode_as_it_is"
+    reply = decode_in_child(decode, path, beside=files_beside(path, named), **limits)
+    mesh = _mesh(reply, path)
+    return mesh.flipped() if orientation == "flip" else mesh
 
 
 def mesh_of_arrays(positions: ArrayLike, faces: ArrayLike, uv: ArrayLike | None = None, name: str = "mesh") -> Mesh:
@@ -203,10 +207,17 @@ def _mesh(reply: dict[str, Any], path: str | os.PathLike[str]) -> Mesh:
     return Mesh(reply["positions"], reply["normals"], reply["uv"], reply["faces"], Path(path).stem, health)
 
 
-def decode_mesh(content: bytes, name: str, beside: Mapping[str, bytes] = MappingProxyType({})) -> dict[str, Any]:
+def decode_as_it_is(content: bytes, name: str, beside: Mapping[str, bytes] = MappingProxyType({})) -> dict[str, Any]:
+    """As `decode_mesh`, with the faces turned as the file has them."""
+    return decode_mesh(content, name, beside, oriented=False)
+
+
+def decode_mesh(
+    content: bytes, name: str, beside: Mapping[str, bytes] = MappingProxyType({}), oriented: bool = True
+) -> dict[str, Any]:
     """Decode the content of a mesh file into the arrays of a `Mesh` and counts; runs in the decoder process.
 
-    `beside` holds the other files that a glTF file names.
+    `beside` holds the other files that a glTF file names. Faces are `oriented` outwards and alike.
     """
     kind = Path(name).suffix.lower().lstrip(".")
     content = check_text(content, kind, name)
@@ -231,6 +242,7 @@ def decode_mesh(content: bytes, name: str, beside: Mapping[str, bytes] = Mapping
         _join(parts, "uv", 2),
         name,
         {"faces_of_fewer_than_3_corners_dropped": too_few, "points_moved_to_close_gaps": moved},
+        oriented,
     )
 
 
@@ -269,10 +281,12 @@ def complete(
     uv: NDArray[np.float64] | None,
     name: str,
     counted: Mapping[str, int] = MappingProxyType({}),
+    oriented: bool = True,
 ) -> dict[str, Any]:
     """Drop what cannot be used, fill in what is missing, and lay the result out as the arrays of a `Mesh`.
 
     Normals and texture coordinates are those of vertices, (V, …), or of corners, (F, 3, …), NaN where there are none.
+    Faces are turned as `engine.geometry.orientation` says where they are to be `oriented`.
     Returns positions, normals, uv, faces, `figures`, the counts of what was dropped and filled (with those `counted`
     before), and `findings`, pairs of a verdict and what it says. InputError where no face is left.
     """
@@ -291,6 +305,11 @@ def complete(
     _check_size(points, name)
 
     directed = np.cross(points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]])
+    turned = _find_turned(points, faces, directed, corner_normals) if oriented else np.zeros(len(faces), np.bool_)
+    figures["faces_turned"] = int(turned.sum())
+    faces[turned] = faces[turned, ::-1]
+    corner_normals, corner_uv = _turn(turned, corner_normals), _turn(turned, corner_uv)
+    directed[turned] *= -1.0
     incidence = _incidence(faces, len(points))
     smooth = normalize(incidence @ directed, fallback=(0.0, 0.0, 0.0))
     made_normals = _corner_normals(smooth, directed, faces, incidence)
@@ -299,7 +318,10 @@ def complete(
     else:
         corner_normals, wrong = _repair_normals(corner_normals, made_normals, directed)
         figures["normals_replaced"] = len(np.unique(faces[wrong]))
-        if np.sum(corner_normals * directed[:, None]) < 0.0:
+        against = np.einsum("fci,fi->f", corner_normals, directed) < 0.0
+        if oriented:
+            corner_normals = np.where(against[:, None, None], -corner_normals, corner_normals)
+        elif np.sum(corner_normals * directed[:, None]) < 0.0:
             faces, corner_normals, directed, smooth = faces[:, ::-1], corner_normals[:, ::-1], -directed, -smooth
             corner_uv = None if corner_uv is None else corner_uv[:, ::-1]
 
@@ -313,6 +335,25 @@ def complete(
         "figures": {**figures, **shape.figures},
         "findings": findings,
     }
+
+
+def _find_turned(
+    points: NDArray[np.float64],
+    faces: NDArray[np.int64],
+    directed: NDArray[np.float64],
+    normals: NDArray[np.float64] | None,
+) -> NDArray[np.bool_]:
+    """Which faces (F,) are to be turned; those that state `normals` vote by them for the front of an open part."""
+    area = np.linalg.norm(directed, axis=1)
+    if normals is None:
+        return find_turned(points, faces, area)
+    facing = np.nan_to_num(np.einsum("fci,fi->f", normals, directed), nan=1.0)
+    return find_turned(points, faces, np.where(facing < 0.0, -area, area))
+
+
+def _turn(turned: NDArray[np.bool_], of_corners: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
+    """A table (F, 3, k) of corners with those of the faces that are `turned` in their reverse order."""
+    return None if of_corners is None else np.where(turned[:, None, None], of_corners[:, ::-1], of_corners)
 
 
 def _check_size(points: NDArray[np.float64], name: str) -> None:
@@ -365,6 +406,9 @@ def findings_of(figures: Mapping[str, float]) -> list[Finding]:
     if count := int(figures.get("points_moved_to_close_gaps", 0)):
         text = f"points were moved by less than {2 * GAP:g} of the size, to close gaps that rounding had left"
         findings.append(Finding(Verdict.NOTE, with_count(count, text)))
+    if count := int(figures.get("faces_turned", 0)):
+        text = "faces were turned, so that neighbours are alike and closed parts face outwards"
+        findings.append(Finding(Verdict.WARNING, with_count(count, text)))
     if count := int(figures.get("normals_replaced", 0)):
         findings.append(Finding(Verdict.WARNING, with_count(count, "normals were none and taken from the faces")))
     count = int(figures["faces_without_texture_coordinates"])

@@ -22,6 +22,7 @@ from engine.core.directions import normalize
 from engine.core.errors import InputError
 from engine.geometry.camera import FRAMING_DIRECTION, Camera, frame
 from engine.geometry.mesh import Mesh, read_mesh
+from engine.geometry.orientation import Orientation
 
 #: Rounded bodies: centre, radii along x, y, z, and how far they run into what came before. Those off the middle have
 #: a counterpart on the other side.
@@ -262,10 +263,10 @@ def shape(name: str) -> Mesh:
     return SHAPES[name]()
 
 
-def open_mesh(name_or_path: str) -> Mesh:
+def open_mesh(name_or_path: str, orientation: Orientation = "auto") -> Mesh:
     """A built-in model by its name, or else the mesh in that file; InputError says what would be right."""
     if name_or_path in SHAPES:
-        return shape(name_or_path)
+        return shape(name_or_path).flipped() if orientation == "flip" else shape(name_or_path)
     if not Path(name_or_path).suffix and not Path(name_or_path).exists():
         raise InputError(name_or_path, "is neither a built-in model nor a file", f"Give a file or {', '.join(SHAPES)}")
-    return read_mesh(name_or_path)
+    return read_mesh(name_or_path, orientation)

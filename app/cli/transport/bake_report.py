@@ -12,13 +12,13 @@ from typing import Any
 
 from app.arguments.usage import CANCELLED, DONE
 from app.cli.transport import project_input
+from app.cli.transport.scene_options import mesh_of
 from app.session.cache import visibility_folder
 from engine.core.figure_text import size_text, time_text
 from engine.core.steps import Step, Steps, drain, part
 from engine.factor.factor_file import open_reflectance
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
-from engine.geometry.shapes import open_mesh
 from engine.storage.resumable import discard_unfinished, find_unfinished
 from engine.transport.baking.check import BakeCheck, warnings_of_check
 from engine.transport.method import Baked, Subject, Work
@@ -40,7 +40,7 @@ def subject_of(arguments: argparse.Namespace) -> Subject:
     if arguments.ground is not None:
         ground = Ground(albedo=arguments.ground, cells=arguments.ground_cells)
     brdf = open_reflectance(arguments.brdf)
-    return Subject(_brush(open_mesh(arguments.mesh), arguments), brdf, ground, kept=visibility_folder())
+    return Subject(_brush(mesh_of(arguments), arguments), brdf, ground, kept=visibility_folder())
 
 
 def _brush(mesh: Mesh, arguments: argparse.Namespace) -> Mesh:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from engine.transport.method import Method, Subject
 
 #: Options that a project decides.
-DECIDED = ("material", "brdf", "ground", "vary")
+DECIDED = ("material", "brdf", "ground", "vary", "orient")
 
 #: Options for parts of a scene, as they are called there.
 PARTS = {

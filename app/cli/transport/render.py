@@ -33,7 +33,6 @@ from engine.core.steps import Step, drain
 from engine.core.stopwatch import read_clock
 from engine.factor.factor_file import open_reflectance
 from engine.geometry.camera import parse
-from engine.geometry.shapes import open_mesh
 from engine.gl.brdf_textures import factor_source
 from engine.gl.draw import draw_off_screen
 from engine.light.environment_file import open_environment
@@ -333,7 +332,7 @@ def _scene(arguments: argparse.Namespace, material: Material | None) -> Scene:
     brdf = open_reflectance(arguments.brdf) if arguments.brdf else None
     if brdf is not None and material is not None and material.pbr is not None:
         raise UsageError("PBR maps are a BRDF for each texel; --brdf is for a material that is looked up by one")
-    mesh = open_mesh(arguments.mesh)
+    mesh = scene_options.mesh_of(arguments)
     environment = open_environment(arguments.env) if arguments.env else None
     camera = parse(arguments.camera or "", render_turntable.frame_turntable(mesh.positions, arguments))
     scene = make_scene(

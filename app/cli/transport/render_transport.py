@@ -214,6 +214,8 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError("--layers are those of a model; a transport file has no BRDF to take an albedo of")
     if arguments.ground is not None:
         raise UsageError("--ground is part of the bake; bake again with another")
+    if arguments.orient is not None:
+        raise UsageError("--orient is part of the bake; bake again with another")
     if arguments.brushing is not None:
         raise UsageError("--brushing is part of the bake; bake again with another")
     if arguments.measure_error:

@@ -14,6 +14,7 @@ from engine.exchange.readers.documents_child import has_textured_material
 from engine.exchange.readers.read import holds_pbr_maps, open_material
 from engine.factor.factor_file import open_reflectance
 from engine.geometry.camera import frame, parse
+from engine.geometry.orientation import ORIENTATIONS
 from engine.geometry.shapes import open_mesh
 from engine.light.environment_file import open_environment
 from engine.scene.scene import Scene, make_scene
@@ -21,6 +22,7 @@ from engine.scene.settings import DEFAULTS as scene_defaults
 
 if TYPE_CHECKING:
     from app.project.setup import Setup
+    from engine.geometry.mesh import Mesh
     from engine.scene.material import Material
 
 MESH_HELP = (
@@ -36,6 +38,12 @@ SHOWN_ON = "sphere"
 def add_mesh(parser: argparse.ArgumentParser) -> None:
     """The model, or the project in its place."""
     parser.add_argument("mesh", type=Input(reach="file"), metavar="MESH", help=MESH_HELP)
+    parser.add_argument(
+        "--orient",
+        choices=ORIENTATIONS,
+        help="faces that are turned against each other or inside out: mend them (auto, the default), keep them as the "
+        "file has them, or keep them and turn the whole model to its other side (flip)",
+    )
 
 
 def add_ground(parser: argparse.ArgumentParser) -> None:
@@ -104,6 +112,11 @@ def take_own_material(arguments: argparse.Namespace) -> None:
         arguments.mesh = SHOWN_ON
 
 
+def mesh_of(arguments: argparse.Namespace) -> Mesh:
+    """The model that the arguments name, turned as they say."""
+    return open_mesh(arguments.mesh, arguments.orient or "auto")
+
+
 def scene_of(arguments: argparse.Namespace, verb: str) -> Scene:
     """The model or the project of the arguments under its environment; `verb` says what needs one: "a plan"."""
     if project_input.is_given(arguments):
@@ -115,7 +128,7 @@ def scene_of(arguments: argparse.Namespace, verb: str) -> Scene:
             )
         return scene
     material = open_material(arguments.material) if arguments.material else None
-    mesh = open_mesh(arguments.mesh)
+    mesh = mesh_of(arguments)
     return make_scene(
         mesh,
         parse(arguments.camera or "", frame(mesh.positions, arguments.width / arguments.height)),

@@ -1,0 +1,133 @@
+"""Orientation of the faces of a mesh: neighbours alike, closed parts outwards.
+
+Faces that share an edge with no third one form patches. Within a patch all faces are turned alike where that is
+possible, which it is not on a Möbius strip. Then a patch that is closed, but for small holes, gets a positive volume;
+one inside another turns with that, so that the hollow of a thick wall stays one. An open patch is turned as most of its
+area was, by its normals where the file states them: either side of it may be the front.
+Cost: about 0.5 s for 100,000 faces, most of it in sorting edges.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+Points = NDArray[np.float64]
+Faces = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+#: What is done with the orientation of a file: mended, kept, or kept and turned to the other side as a whole.
+Orientation = Literal["auto", "keep", "flip"]
+ORIENTATIONS: tuple[Orientation, ...] = get_args(Orientation)
+
+#: Share of holes in the area of a patch up to which its volume tells the outside, by their rims as if they were round,
+#: and the least volume over area^1.5 that tells it (a sphere has 0.094).
+HOLES, MIN_VOLUME = 0.1, 1e-3
+
+#: Most closed patches of which it is found which lies in which.
+MAX_NESTED = 64
+
+
+def find_turned(points: Points, faces: Faces, votes: NDArray[np.float64]) -> Bools:
+    """(F,) which of `faces` (F, 3) between different `points` (P, 3) are to be turned.
+
+    `votes` (F,) are areas, negative where the stated normals are those of the other side. Two faces at the same place,
+    which are the sides of a sheet, count once and stay turned against each other.
+    """
+    _, first, sheet = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_inverse=True)
+    if len(first) < len(faces):
+        return np.asarray(find_turned(points, faces[first], votes[first])[sheet.reshape(-1)])
+    begin, end = faces.reshape(-1), faces[:, [1, 2, 0]].reshape(-1)  # of each edge
+    key = np.minimum(begin, end) * len(points) + np.maximum(begin, end)
+    order = np.argsort(key, kind="stable")
+    starts = np.flatnonzero(np.concatenate([[True], np.diff(key[order]) != 0]))
+    sizes = np.diff(np.append(starts, len(key)))
+    pairs = order[starts[sizes == 2][:, None] + np.arange(2)]
+    patch, parity = _colour(len(faces), pairs // 3, begin[pairs[:, 0]] == begin[pairs[:, 1]])
+    # an edge of one face of a patch is its rim, whatever other patches meet there
+    crowded = order[np.repeat(sizes > 2, sizes)]
+    _, first, times = np.unique(
+        np.stack([patch[crowded // 3], key[crowded]]), axis=1, return_index=True, return_counts=True
+    )
+    rim = np.concatenate([order[starts[sizes == 1]], crowded[first[times == 1]]])
+    sign = np.where(parity, -1.0, 1.0)
+    area, volume = _measure(points, faces, patch, sign)
+    length = np.linalg.norm(points[end[rim]] - points[begin[rim]], axis=1)
+    holes = np.bincount(patch[rim // 3], length, len(area)) ** 2 / (4.0 * np.pi)
+    turned = np.bincount(patch, sign * votes) < 0.0
+    is_closed = (holes <= HOLES * area) & (np.abs(volume) > MIN_VOLUME * area**1.5)
+    turned[is_closed] = volume[is_closed] < 0.0
+    of_one_side = np.bincount(patch, parity) == 0.0
+    _turn_with_outer(points, faces, patch, is_closed & (holes == 0.0), turned, of_one_side)
+    return np.asarray(parity ^ turned[patch])
+
+
+def _colour(count: int, pairs: Faces, clashing: Bools) -> tuple[Faces, Bools]:
+    """The patch (F,) of each face, and whether it is turned against the first of its patch.
+
+    Each face stands for itself and for its other side in a graph of sides that agree: where a patch has two sides,
+    its faces fall into two parts.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    one, other = pairs.T
+    across = np.where(clashing, count, 0)
+    rows = np.concatenate([one, one + count])
+    columns = np.concatenate([other + across, other + count - across])
+    ones = np.ones(len(rows), np.int8)
+    sides = connected_components(coo_matrix((ones, (rows, columns)), shape=(2 * count, 2 * count)), directed=False)[1]
+    front, back = sides[:count], sides[count:]
+    _, first, patch = np.unique(np.minimum(front, back), return_index=True, return_inverse=True)
+    patch = patch.reshape(-1)
+    return patch, np.asarray((front != front[first[patch]]) & (front != back))
+
+
+def _measure(
+    points: Points, faces: Faces, patch: Faces, sign: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Area of each patch, and its volume about its centre; faces have a `sign`."""
+    a, b, c = (points[faces[:, corner]] for corner in range(3))
+    directed = 0.5 * np.cross(b - a, c - a)
+    size = np.linalg.norm(directed, axis=1)
+    area = _add_up(patch, size)
+    weighted = np.stack([_add_up(patch, size * axis) for axis in (a + b + c).T / 3.0], axis=-1)
+    middle = weighted / np.maximum(area, np.finfo(float).tiny)[:, None]
+    return area, _add_up(patch, sign * np.einsum("fi,fi->f", directed, a - middle[patch]) / 3.0)
+
+
+def _add_up(patch: Faces, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(np.bincount(patch, values), np.float64)
+
+
+def _turn_with_outer(
+    points: Points, faces: Faces, patch: Faces, closed: Bools, turned: Bools, of_one_side: Bools
+) -> None:
+    """Set in `turned` what lies within another `closed` patch as that is, where its faces were `of_one_side` before."""
+    candidates = np.flatnonzero(closed).tolist()
+    if not 1 < len(candidates) <= MAX_NESTED:
+        return
+    corners = {each: points[faces[patch == each]] for each in candidates}
+    boxes = {each: (corner.min(axis=(0, 1)), corner.max(axis=(0, 1))) for each, corner in corners.items()}
+    larger: list[int] = []
+    for each in sorted(candidates, key=lambda each: -float(np.prod(boxes[each][1] - boxes[each][0]))):
+        point = corners[each][0].mean(axis=0)
+        for outer in larger:
+            low, high = boxes[outer]
+            if (low < point).all() and (point < high).all() and abs(_turns(corners[outer] - point)) > 0.5:
+                turned[each] = turned[outer] if of_one_side[each] else turned[each]
+                break
+        larger.append(each)
+
+
+def _turns(corners: Points) -> float:
+    """How often triangles (F, 3, 3) surround the origin (Oosterom1983)."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    lengths = [np.linalg.norm(each, axis=1) for each in (a, b, c)]
+    above = np.einsum("fi,fi->f", a, np.cross(b, c))
+    below = lengths[0] * lengths[1] * lengths[2]
+    for one, two, three in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        below = below + np.einsum("fi,fi->f", (a, b, c)[one], (a, b, c)[two]) * lengths[three]
+    return float(np.sum(np.arctan2(above, below)) / (2.0 * np.pi))
