@@ -9,6 +9,7 @@ of M with K vectors.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -60,11 +61,11 @@ def nonnegative(matrix: Floats, terms: int, seed: int) -> Nonnegative:
         )
         for _ in range(STARTS)
     ]
-    tried = [_iterate(scaled, left, right, TRIED) for left, right in starts]
+    tried = _iterate(scaled, starts, TRIED)
     left, right = min(tried, key=lambda sides: _squared_error(scaled, squared, *sides))
     error, iterations, converged = _squared_error(scaled, squared, left, right), TRIED, False
     while iterations < MAX_ITERATIONS and not converged:
-        left, right = _iterate(scaled, left, right, TRIED)
+        [(left, right)] = _iterate(scaled, [(left, right)], TRIED)
         before, error = error, _squared_error(scaled, squared, left, right)
         iterations += TRIED
         converged = before - error <= RESTS * max(before, 1e-14 * squared)
@@ -93,16 +94,22 @@ def _positive_parts(left: Floats, value: Floats, right: Floats, mean: float) -> 
     return sides[0] + little, sides[1] + little
 
 
-def _iterate(matrix: Floats, left: Floats, right: Floats, iterations: int) -> tuple[Floats, Floats]:
-    left, right = left.copy(), right.copy()
+#: Both sides of some terms, (m, K) and (n, K).
+Sides = tuple[Floats, Floats]
+
+
+def _iterate(matrix: Floats, starts: Sequence[Sides], iterations: int) -> list[Sides]:
+    """Iterate from each of `starts`; products with `matrix`, which is read from memory, are those of all at once."""
+    lefts, rights = ([side.copy() for side in sides] for sides in zip(*starts, strict=True))
     for _ in range(iterations):
-        for side, other, product in ((left, right, matrix @ right), (right, left, None)):
-            along = matrix.T @ left if product is None else product
-            gram = other.T @ other
-            for k in range(side.shape[1]):
-                found = side[:, k] + (along[:, k] - side @ gram[:, k]) / max(gram[k, k], 1e-300)
-                side[:, k] = np.maximum(found, FLOOR * max(float(np.abs(found).mean()), 1e-300))
-    return left, right
+        for sides, others, whole in ((lefts, rights, matrix), (rights, lefts, matrix.T)):
+            products = np.split(whole @ np.hstack(others), len(others), axis=1)
+            for side, other, along in zip(sides, others, products, strict=True):
+                gram = other.T @ other
+                for k in range(side.shape[1]):
+                    found = side[:, k] + (along[:, k] - side @ gram[:, k]) / max(gram[k, k], 1e-300)
+                    side[:, k] = np.maximum(found, FLOOR * max(float(np.abs(found).mean()), 1e-300))
+    return list(zip(lefts, rights, strict=True))
 
 
 def _squared_error(matrix: Floats, squared: float, left: Floats, right: Floats) -> float:
