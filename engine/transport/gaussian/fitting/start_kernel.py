@@ -1,7 +1,8 @@
 """The compiled loops of the Gaussian fit: where the lobes of a view may be before anything else is known.
 
 One lobe after the other: at the peak of what the others leave over, or at its moments; then halves of a lobe, and a
-narrow one in a wide one, as highlights with long tails want it. Each start takes a few steps, and the best is kept. A
+narrow one in a wide one, as highlights with long tails want it. Each start takes a few steps, and the best is kept; of
+a single lobe, which all of them lead to the same minimum, the best goes on as it is. A
 mean that starts on the far side of a narrow lobe would have no slope to follow, so starts always come from the data.
 """
 
@@ -117,6 +118,7 @@ def start_view(
         old = count - 1
         copy_lobes(mean[:old], sigma[:old], weight[:old], old_mean, old_sigma, old_weight)
         lowest = np.inf
+        tried = steps[0] if count > 1 else 0
         found = guesses(direction, value, area, old_mean[:old], old_sigma[:old], old_weight[:old], new_mean, new_sigma)
         given = len(given_sigma) if count == lobes else 0
         for way in range(2 + 2 * old + given):
@@ -135,14 +137,14 @@ def start_view(
                 copy_lobes(given_mean[near], given_sigma[near], given_mean[near], trial_mean, trial_sigma, trial_weight)
             energy = refine(
                 direction, value, area, square, scale, pull[: count + 1], arrangements, trial_mean[:count],
-                trial_sigma[:count], trial_weight[:count], steps[0],
+                trial_sigma[:count], trial_weight[:count], tried,
             )[1]  # fmt: skip
             if energy < lowest:
                 lowest = energy
                 copy_lobes(trial_mean[:count], trial_sigma[:count], trial_weight[:count], mean, sigma, weight)
         lowest = refine(
             direction, value, area, square, scale, pull[: count + 1], arrangements, mean[:count], sigma[:count],
-            weight[:count], steps[1],
+            weight[:count], steps[1] if count > 1 else max(steps[0], steps[1]),
         )[1]  # fmt: skip
     return lowest
 

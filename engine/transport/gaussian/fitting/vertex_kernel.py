@@ -315,7 +315,7 @@ def fit_vertex(
                 _pull_start(pull, trial_mean, trial_sigma)
                 other = refine(
                     direction[rows], value[rows], area[rows], square[view], scale[view], pull, arrangements,
-                    trial_mean, trial_sigma, trial_weight, steps[0],
+                    trial_mean, trial_sigma, trial_weight, steps[0] if lobes > 1 else 0,
                 )[1]  # fmt: skip
                 if other < now:
                     now = other

@@ -76,6 +76,9 @@ def moments(
     count = 4 * lobes
     for lobe in range(lobes):
         tangents(mean[lobe], axes[lobe])
+    if lobes == 1:
+        _moments_of_one(direction, value, area, mean[0], sigma[0], axes[0], gram, cross)
+        return
     for i in range(count):
         for j in range(i + 1):
             gram[i, j] = 0.0
@@ -108,6 +111,67 @@ def moments(
             cross[i, 2] += weighted * blue
             for j in range(i + 1):
                 gram[i, j] += weighted * functions[j]
+
+
+@scalar
+def _moments_of_one(
+    direction: Floats,
+    value: Floats,
+    area: Floats,
+    mean: Floats,
+    sigma: float,
+    axes: Floats,
+    gram: Floats,
+    cross: Floats,
+) -> None:
+    """`moments` of one lobe, with its sums in registers: four fifths of the time, half of which are exponentials."""
+    inverse = 1.0 / sigma
+    mx, my, mz = mean[0], mean[1], mean[2]
+    ax, ay, az = axes[0, 0] * inverse, axes[0, 1] * inverse, axes[0, 2] * inverse
+    bx, by, bz = axes[1, 0] * inverse, axes[1, 1] * inverse, axes[1, 2] * inverse
+    limit = FAR / (inverse * inverse)
+    g00 = g10 = g11 = g20 = g21 = g22 = g30 = g31 = g32 = g33 = 0.0
+    c00 = c01 = c02 = c10 = c11 = c12 = c20 = c21 = c22 = c30 = c31 = c32 = 0.0
+    for s in range(len(area)):
+        x, y, z = direction[s, 0], direction[s, 1], direction[s, 2]
+        dx, dy, dz = x - mx, y - my, z - mz
+        q = dx * dx + dy * dy + dz * dz
+        if q > limit:
+            continue
+        q *= inverse * inverse
+        f0 = math.exp(-0.5 * q)
+        f1, f2, f3 = f0 * (x * ax + y * ay + z * az), f0 * (x * bx + y * by + z * bz), f0 * q
+        w0, w1, w2, w3 = area[s] * f0, area[s] * f1, area[s] * f2, area[s] * f3
+        g00 += w0 * f0
+        g10 += w1 * f0
+        g11 += w1 * f1
+        g20 += w2 * f0
+        g21 += w2 * f1
+        g22 += w2 * f2
+        g30 += w3 * f0
+        g31 += w3 * f1
+        g32 += w3 * f2
+        g33 += w3 * f3
+        red, green, blue = value[s, 0], value[s, 1], value[s, 2]
+        c00 += w0 * red
+        c01 += w0 * green
+        c02 += w0 * blue
+        c10 += w1 * red
+        c11 += w1 * green
+        c12 += w1 * blue
+        c20 += w2 * red
+        c21 += w2 * green
+        c22 += w2 * blue
+        c30 += w3 * red
+        c31 += w3 * green
+        c32 += w3 * blue
+    gram[0, 0], gram[1, 0], gram[1, 1] = g00, g10, g11
+    gram[2, 0], gram[2, 1], gram[2, 2] = g20, g21, g22
+    gram[3, 0], gram[3, 1], gram[3, 2], gram[3, 3] = g30, g31, g32, g33
+    cross[0, 0], cross[0, 1], cross[0, 2] = c00, c01, c02
+    cross[1, 0], cross[1, 1], cross[1, 2] = c10, c11, c12
+    cross[2, 0], cross[2, 1], cross[2, 2] = c20, c21, c22
+    cross[3, 0], cross[3, 1], cross[3, 2] = c30, c31, c32
 
 
 @scalar
