@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import time
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
+from engine.core.errors import UsageError
 from engine.core.figure_text import percent, size_text
 from engine.core.steps import Step, Steps
 from engine.geometry.mesh import Mesh
@@ -18,24 +20,23 @@ from engine.light.cube_map import cube_of
 from engine.light.environment import EnvironmentMap
 from engine.transport.baking.file import TransportFile
 from engine.transport.baking.radiance_error import error_lines
-from engine.transport.baking.settings import GaussianSettings
+from engine.transport.baking.settings import ERROR_VERTICES, GaussianSettings
 from engine.transport.baking.visibility import Receivers
 from engine.transport.gaussian import bake as gaussian_bake
 from engine.transport.gaussian.fitting.lobes import Lobes
 from engine.transport.gaussian.fitting.views import VIEWS
 from engine.transport.gaussian.lighting import filter_for, levels_under
-from engine.transport.gaussian.samples import GlossySurface
+from engine.transport.gaussian.samples import GlossySurface, model_on_ground
 from engine.transport.gaussian.transfer import GaussianTransport, radiance_towards
 from engine.transport.method import Relight, Subject
 from engine.transport.relight import Illuminated, Light, RelightGaussians, relight_gaussians
-from engine.transport.sh.bake import default_edge
 
 Indices = NDArray[np.int64]
 
-#: Edge of the cube map that errors are measured under, and vertices that they are measured at.
-ERROR_EDGE, ERROR_VERTICES = 64, 400
+#: Edge of the cube map that errors are measured under.
+ERROR_EDGE = 64
 
-estimate_s, transport_of = gaussian_bake.estimate_s, gaussian_bake.transport_of
+estimate_s, transport_of, casts_rays = gaussian_bake.estimate_s, gaussian_bake.transport_of, gaussian_bake.casts_rays
 
 
 def bake_settings(settings: GaussianSettings) -> gaussian_bake.BakeSettings:
@@ -45,7 +46,7 @@ def bake_settings(settings: GaussianSettings) -> gaussian_bake.BakeSettings:
         indirect=bool(settings.interreflection),
         samples=settings.samples,
         order=settings.order,
-        edge=settings.cube or default_edge(settings.order),
+        edge=settings.cube or gaussian_bake.EDGE,
         fine=settings.fine,
         weights=settings.weights,
         compress=settings.compress,
@@ -60,7 +61,20 @@ def prepare(
     environment = None if tested is None else (tested.name, cube_of(tested, ERROR_EDGE))
     probes = gaussian_bake.PROBES if tested is None else ERROR_VERTICES
     mesh, ground = subject.mesh, subject.ground
-    return (yield from gaussian_bake.prepare(mesh, subject.brdf, asked, ground, varied, environment, probes))
+    steps = gaussian_bake.prepare(mesh, subject.brdf, asked, ground, varied, environment, probes, subject.kept)
+    return (yield from steps)
+
+
+def again(file: TransportFile, brdf: Brdf, kept: Path | None) -> Steps[gaussian_bake.Work]:
+    """The bake in `file` with another BRDF; UsageError where parameters vary over the model."""
+    yield Step(0.0, "looking at the BRDF")
+    before = transport_of(file)
+    if file.settings["variations"]:
+        raise UsageError(f"parameters of the BRDF of {file.path} vary over the model; bake again with another")
+    names = gaussian_bake.BakeSettings.__dataclass_fields__
+    settings = gaussian_bake.BakeSettings(**{name: file.settings[name] for name in names})
+    model = model_on_ground(file.mesh, before.ground_vertex, before.ground_albedo, brdf, {})
+    return (yield from gaussian_bake.lay_out(model, settings, kept=kept))
 
 
 def bake(
@@ -87,7 +101,11 @@ def parameters(work: gaussian_bake.Work, _settings: GaussianSettings) -> dict[st
 
 
 def measure(
-    work: gaussian_bake.Work, _subject: Subject, _settings: GaussianSettings, _tested: EnvironmentMap | None
+    work: gaussian_bake.Work,
+    _subject: Subject,
+    _settings: GaussianSettings,
+    _tested: EnvironmentMap | None,
+    _vertices: int = ERROR_VERTICES,
 ) -> Steps[dict[str, Any]]:
     """Errors by either way to weigh, which `prepare` has measured, and which way was taken for direct light."""
     yield Step(1.0, "comparing with the sum over all texels")

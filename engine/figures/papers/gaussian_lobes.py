@@ -19,6 +19,7 @@ from engine.light.environment import EnvironmentMap
 from engine.render.reference import ReferenceImage
 from engine.render.transported import image_of
 from engine.scene.scene import Scene
+from engine.transport.baking.held_visibility import hold_visibility
 from engine.transport.gaussian.diffuse import DiffuseTransfer, rows_of_all
 from engine.transport.gaussian.fitting.fit import Fit, FitSettings, fit
 from engine.transport.gaussian.fitting.lobes import Lobes
@@ -30,7 +31,7 @@ from engine.transport.sh.transfer import ShTransport
 
 #: Order of the diffuse part's spherical harmonics, edge of the cube maps its visibility is counted over, and parts of a
 #: texel.
-ORDER, EDGE, FINE = 5, 32, 4
+ORDER, EDGE, FINE = 5, 64, 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +70,9 @@ def without_shadows(surface: GlossySurface) -> GlossySurface:
 def fit_lobes(surface: GlossySurface, lobes: int, samples: int) -> Steps[Fitted]:
     """Direct transport of `surface`, so many Gaussians for each vertex and view, from so many directions."""
     settings = FitSettings(lobes=lobes)
+    surface = replace(surface, seen=(yield from part(hold_visibility(surface.of, EDGE, FINE), 0.0, 0.1)))
     steps = fit(surface.mesh, lambda vertices: direct_samples(surface, vertices, samples), settings)
-    found = yield from part(steps, 0.0, 0.9)
+    found = yield from part(steps, 0.1, 0.9)
     diffuse = DiffuseTransfer(surface, ORDER, EDGE, FINE)
     rows = yield from part(rows_of_all(diffuse), 0.9, 1.0)
     red, green, blue = diffuse.albedo

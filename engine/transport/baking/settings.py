@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 #: Signs of the terms of a factorisation.
 Signs = Literal["auto", "signed", "nonnegative"]
 
+#: Vertices that an error is measured at where a bake reports it.
+ERROR_VERTICES = 400
+
 #: Bounces between parts of the model, where interreflection is asked for.
 BOUNCES = 3
 
@@ -173,7 +176,7 @@ class GaussianSettings:
     views: int = whole(92, 92, 92, doc="directions of view, an icosahedron cut in three")
     samples: int = whole(128, 16, 1 << 14, doc="directions that each highlight is tabulated at")
     order: int = whole(8, 3, 15, doc="bands of the spherical harmonics of the diffuse part")
-    cube: int | None = whole(None, 4, 256, doc=_CUBE)
+    cube: int | None = whole(None, 4, 256, doc="edge of the cube map that visibility is counted over (64)")
     fine: int = whole(4, 1, 15, doc=_FINE)
     weights: Literal["auto", "plain", "preserving"] = choice(
         "auto",

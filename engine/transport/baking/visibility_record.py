@@ -55,11 +55,19 @@ class VisibilityRecord:
         """The file with shares of the texels of a cube map of `edge`, cut into `fine`² parts."""
         return self.folder / f"visibility-{self.surface[:40]}-{edge}-{fine}.sqlite"
 
+    def holds(self, of: Receivers, edge: int, fine: int) -> bool:
+        """True if nothing is missing, so that `shares` casts no ray (blocks that are damaged show only there)."""
+        path = self.path(edge, fine)
+        if not path.is_file():
+            return False
+        with closing(_open(path)) as file:
+            return file.count() == -(-len(of) // _block(edge))
+
     def shares(
         self, of: Receivers, edge: int, fine: int, vertices: Indices, find: Callable[[Indices], Counts]
     ) -> Iterator[tuple[Indices, Counts]]:
         """As `visibility_shares`; `find` gives the counts of the vertices of a block that is missing."""
-        size = max(1, TEXELS // (6 * edge * edge))
+        size = _block(edge)
         if (np.diff(vertices) < 0).any():
             raise ValueError("vertices are asked for in rising order")
         path = self.path(edge, fine)
@@ -74,6 +82,16 @@ class VisibilityRecord:
                     counts = find(np.arange(first, last))
                     file.write(number, counts)
                 yield chunk, counts[chunk - first]
+
+
+def _block(edge: int) -> int:
+    """Vertices of a block."""
+    return max(1, TEXELS // (6 * edge * edge))
+
+
+def is_kept(of: Receivers, edge: int, fine: int) -> bool:
+    """True if a record holds all that `of` sees over a cube map."""
+    return isinstance(of.record, VisibilityRecord) and of.record.holds(of, edge, fine)
 
 
 def keep_visibility(of: Receivers, folder: Path | None) -> Receivers:
@@ -112,6 +130,11 @@ class _File:
             if len(content) == shape[0] * shape[1]:
                 return np.frombuffer(content, np.uint8).reshape(shape)
         return None
+
+    def count(self) -> int:
+        """Number of blocks."""
+        row = self._run("SELECT COUNT(*) FROM blocks", ())
+        return int(str(row[0][0])) if row else 0
 
     def write(self, number: int, counts: Counts) -> None:
         """Keep the counts of a block."""

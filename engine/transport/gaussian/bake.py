@@ -8,7 +8,8 @@ done anew. Then everything is put into the transport file in the order of the ve
 A plain least-squares fit loses energy. With `weights` "auto" some vertices are fitted beforehand, and whichever way to
 weigh has the lower error of radiance under a test environment is taken; both errors are reported (`gaussian_error`).
 
-Bound by the fit and the samples, about one to one with one lobe; indirect light takes twice as long again. Memory: the
+Visibility comes first, from its record or by rays, and is held in memory (`HeldVisibility`). Bound by the fit, and
+by rays where there is no record; indirect light, which casts its own, takes three times as long again. Memory: the
 lobes, their working file's 48 bytes for each vertex, view and lobe, and one block of samples.
 """
 
@@ -18,6 +19,7 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -44,8 +46,10 @@ from engine.transport.baking.file import (
     read_as,
     write_transport,
 )
-from engine.transport.baking.settings import GaussianSettings
+from engine.transport.baking.held_visibility import hold_visibility
+from engine.transport.baking.settings import GaussianSettings, WaveletSettings
 from engine.transport.baking.spatially_varying import Variation, variation_to_text
+from engine.transport.baking.visibility_record import is_kept, keep_visibility
 from engine.transport.gaussian.compress import NAMES, check, restore, size_bytes
 from engine.transport.gaussian.compress import compress as compress_lobes
 from engine.transport.gaussian.diffuse import DiffuseTransfer, rows_of_all, send_light
@@ -76,6 +80,9 @@ KIND, WORKING = "gaussian", "gaussian-fit"
 #: environment and edge of its cube map that this is judged under unless another one is given.
 PROBES, PROBE_VIEWS, TEST_ENVIRONMENT, TEST_EDGE = 64, 20, "studio", 64
 
+#: Edge of the cube map that visibility is counted over, that of wavelets, so that one record serves both.
+EDGE = WaveletSettings.cube
+
 #: Percentile of the relative distances that is called the worst: single pairs that reflect next to nothing may be far.
 WORST = 99.0
 
@@ -89,7 +96,8 @@ class BakeSettings:
     lobes : for each vertex and view, 1 to 3, and for direct and indirect light each.
     indirect : with light that reaches a vertex by way of the model.
     samples : directions that the transport towards a view is tabulated at.
-    order : of the spherical harmonics of the diffuse part. edge, fine : as for `sh.bake.BakeSettings`.
+    order : of the spherical harmonics of the diffuse part.
+    edge, fine : of the cube map that visibility is counted over, as for `wavelet.bake.BakeSettings`.
     weights : of least squares ("plain"), scaled to the energy of the transport ("preserving"), or for direct light the
         better ones and for indirect light, which is known too coarsely to judge, those with all energy ("auto").
     relaxations : passes over neighbours that disagree.
@@ -100,7 +108,7 @@ class BakeSettings:
     indirect: bool = False
     samples: int = GaussianSettings.samples
     order: int = GaussianSettings.order
-    edge: int = 32
+    edge: int = EDGE
     fine: int = GaussianSettings.fine
     weights: Literal["auto", "plain", "preserving"] = GaussianSettings.weights
     relaxations: int = 2
@@ -130,8 +138,9 @@ class Work:
     variations : as texts.
     error : of direct radiance under the test environment `tested`, the map `cube`, by either way to weigh.
     weights : the way that is taken for each component.
-    seconds_per_vertex : that the vertices tried have taken.
+    seconds_per_vertex, visibility_s_per_vertex : that the vertices tried took without their visibility, and for it.
     size_bytes : of the file; with compression an estimate from the vertices tried.
+    kept : the folder of records of visibility, if there is one.
     """
 
     model: GlossySurface
@@ -143,7 +152,9 @@ class Work:
     error: GaussianError
     weights: tuple[Weighting, ...]
     seconds_per_vertex: float
+    visibility_s_per_vertex: float
     size_bytes: int
+    kept: Path | None = None
 
     @property
     def surface(self) -> Mesh:
@@ -163,8 +174,8 @@ class Work:
 class Baked:
     """An open transport and what it took.
 
-    `bake_s` are the seconds of all of it, `visibility_s` those in which transport was tabulated, rays among them, and
-    `diffuse_s` those of the diffuse part; `figures` are those of the file (`figures_of`).
+    `bake_s` are the seconds of all of it, `visibility_s` those in which visibility was found, by rays or in a
+    record, and `diffuse_s` those of the diffuse part; `figures` are those of the file (`figures_of`).
     """
 
     transport: GaussianTransport
@@ -186,16 +197,32 @@ def prepare(
     variations: Sequence[Variation] = (),
     environment: tuple[str, CubeMap] | None = None,
     probes: int = PROBES,
+    kept: Path | None = None,
 ) -> Steps[Work]:
     """Lay out the bake of `mesh`, on a ground where there is one, and try `probes` vertices; nothing is written.
 
-    `variations` move parameters from vertex to vertex. `environment` is the name and cube map that errors are measured
-    under, the studio by default. UsageError where nothing about the BRDF is glossy, or it has no such parameter.
+    `variations` move parameters from vertex to vertex. `environment` is the name and cube map that errors are
+    measured under, the studio by default; `kept` is the folder of records of visibility. UsageError where nothing
+    about the BRDF is glossy, or it has no such parameter.
     """
     yield Step(0.0, "looking at the BRDF")
     model = glossy_surface(mesh, brdf, ground, variations)
+    texts = tuple(variation_to_text(variation) for variation in variations)
+    return (yield from lay_out(model, settings, texts, environment, probes, kept))
+
+
+def lay_out(
+    model: GlossySurface,
+    settings: BakeSettings,
+    variations: tuple[str, ...] = (),
+    environment: tuple[str, CubeMap] | None = None,
+    probes: int = PROBES,
+    kept: Path | None = None,
+) -> Steps[Work]:
+    """As `prepare`, of a model that is ready; `variations` as texts."""
     if all(material.glossy is None for material in model.coarse[1]):
         raise UsageError("this BRDF has no glossy part; bake it with --mode sh or wavelet")
+    brdf = model.brdf
     name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
     tested, cube = environment or (TEST_ENVIRONMENT, cube_of(open_environment(TEST_ENVIRONMENT), TEST_EDGE))
     tried = yield from part(_try(model, settings, cube, probes), 0.05, 1.0)
@@ -203,26 +230,32 @@ def prepare(
     weights: tuple[Weighting, ...] = ((tried.error.better, "preserving") if chosen == "auto" else (chosen, chosen))[
         : len(settings.components)
     ]
-    texts = tuple(variation_to_text(variation) for variation in variations)
-    return Work(model, settings, name, texts, tested, cube, tried.error, weights, tried.seconds, tried.size_bytes)
+    times = tried.seconds, tried.visibility_s
+    return Work(model, settings, name, variations, tested, cube, tried.error, weights, *times, tried.size_bytes, kept)
 
 
 @dataclass(frozen=True, eq=False)
 class _Tried:
     error: GaussianError
     seconds: float
+    visibility_s: float
     size_bytes: int
 
 
 def _try(model: GlossySurface, settings: BakeSettings, cube: CubeMap, probes: int) -> Steps[_Tried]:
     """Trial bake of vertices that lie apart: the error in radiance, seconds for a vertex, and the size of the file."""
     chosen = np.unique(np.linspace(0, model.ground_vertex - 1, probes).astype(np.int64))
+    yield from hold_visibility(model.of, settings.edge, settings.fine, chosen[:1])
+    started = time.perf_counter()
+    seen = yield from part(hold_visibility(model.of, settings.edge, settings.fine, chosen), 0.0, 0.1)
+    visibility_s = (time.perf_counter() - started) / len(chosen)
+    model = replace(model, seen=seen)
     diffuse = DiffuseTransfer(model, settings.order, settings.edge, settings.fine)
     alone = Fit.empty(1, settings.lobes).lobes
     found, seconds = [], 0.0
     for component in settings.components:
         for vertices in (chosen[:1], chosen):  # the first one waits for kernels to be made ready
-            yield Step(0.0, "fitting some vertices to see how long it takes")
+            yield Step(0.1, "fitting some vertices to see how long it takes")
             started = time.perf_counter()
             around = [np.zeros(0, np.int64)] * len(vertices)
             tried = fit_vertices(_samples(model, settings, component, vertices), around, alone, settings.fit)
@@ -232,9 +265,10 @@ def _try(model: GlossySurface, settings: BakeSettings, cube: CubeMap, probes: in
     started = time.perf_counter()
     rows = diffuse.rows(chosen)
     seconds += (time.perf_counter() - started) / len(chosen)
-    error = yield from gaussian_error(model, diffuse, Known(chosen, found[0], rows), cube, views=PROBE_VIEWS)
+    steps = gaussian_error(model, diffuse, Known(chosen, found[0], rows), cube, views=PROBE_VIEWS)
+    error = yield from part(steps, 0.2, 1.0)
     size = _size_bytes(model, settings, [each.lobes for each in found])
-    return _Tried(error, seconds, size)
+    return _Tried(error, seconds, visibility_s, size)
 
 
 def _samples(model: GlossySurface, settings: BakeSettings, component: str, vertices: Indices) -> TransportSamples:
@@ -262,10 +296,20 @@ def _store(lobes: Lobes, compress: bool) -> dict[str, NDArray[Any]]:
     return {"weight": lobes.weight, "mean": lobes.mean, "sigma": lobes.sigma}
 
 
+def casts_rays(work: Work) -> bool:
+    """False where the record of visibility holds all that the bake needs, which is of direct light alone."""
+    return work.settings.indirect or not _is_seen(work)
+
+
+def _is_seen(work: Work) -> bool:
+    return is_kept(keep_visibility(work.model.of, work.kept), work.settings.edge, work.settings.fine)
+
+
 def estimate_s(work: Work) -> float:
     """Seconds that the bake will take, from the vertices that were tried."""
     rest = len(work.surface.positions) - work.model.ground_vertex
-    return work.seconds_per_vertex * (work.model.ground_vertex + 0.1 * rest)
+    visibility_s = 0.0 if _is_seen(work) else work.visibility_s_per_vertex * work.vertices
+    return visibility_s + work.seconds_per_vertex * (work.model.ground_vertex + 0.1 * rest)
 
 
 def bake(path: str | os.PathLike[str], work: Work) -> Steps[Baked]:
@@ -277,9 +321,13 @@ def bake(path: str | os.PathLike[str], work: Work) -> Steps[Baked]:
     started = time.perf_counter()
     plan = _working_plan(work)
     with resumable_file(path, plan.size_bytes, plan.beginning) as output:
+        of, settings = keep_visibility(work.model.of, work.kept), work.settings
+        seen = yield from part(hold_visibility(of, settings.edge, settings.fine), 0.0, 0.25)
+        visibility_s = time.perf_counter() - started
+        work = replace(work, model=replace(work.model, seen=seen))
         filling = _Filling(work, TransportWriter(output, plan))
         resumed = plan.chunks - len(filling.missing)
-        shares = np.linspace(0.0, 0.95, len(work.settings.components) + 1)
+        shares = np.linspace(0.25, 0.95, len(work.settings.components) + 1)
         fits = []
         for number, component in enumerate(work.settings.components):
             fits.append((yield from part(filling.fit(component), shares[number], shares[number + 1])))
@@ -296,7 +344,7 @@ def bake(path: str | os.PathLike[str], work: Work) -> Steps[Baked]:
     file = open_transport(path)
     took = time.perf_counter() - started
     free = int(np.count_nonzero(work.model.of.free[: work.model.ground_vertex]))
-    return Baked(transport_of(file), file, took, filling.samples_s, diffuse_s, resumed, plan.chunks, free, figures)
+    return Baked(transport_of(file), file, took, visibility_s, diffuse_s, resumed, plan.chunks, free, figures)
 
 
 class _Filling:
@@ -305,7 +353,6 @@ class _Filling:
     def __init__(self, work: Work, writer: TransportWriter) -> None:
         self._work, self._writer = work, writer
         self.missing = set(writer.missing)
-        self.samples_s = 0.0
 
     def fit(self, component: str) -> Steps[Fit]:
         """Lobes of one component; blocks that are there from before are taken as they are."""
@@ -313,7 +360,7 @@ class _Filling:
         first = work.settings.components.index(component) * len(work.parts)
         steps = fit(
             work.surface,
-            lambda vertices: self._samples(component, vertices),
+            lambda vertices: _samples(work.model, work.settings, component, vertices),
             work.settings.fit,
             count=work.model.ground_vertex,
             known=lambda index: None if first + index in self.missing else self._known(first + index),
@@ -330,12 +377,6 @@ class _Filling:
             return Step(step.done, f"{step.note}, {component}{_estimate_time_left(started, fresh, step.done, work)}")
 
         return (yield from relay(steps, keep))
-
-    def _samples(self, component: str, vertices: Indices) -> TransportSamples:
-        before = time.perf_counter()
-        found = _samples(self._work.model, self._work.settings, component, vertices)
-        self.samples_s += time.perf_counter() - before
-        return found
 
     def _known(self, chunk: int) -> Fit:
         vertices = self._work.parts[chunk % len(self._work.parts)]

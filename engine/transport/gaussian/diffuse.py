@@ -23,8 +23,10 @@ from engine.core.one_thread import one_thread
 from engine.core.steps import Step, Steps
 from engine.light.cube_map import cube_directions
 from engine.transport.baking.diffuse_specular import DiffusePart
+from engine.transport.baking.held_visibility import merge_texels
 from engine.transport.baking.visibility import visibility_shares
 from engine.transport.gaussian.samples import GlossySurface, Material, draw_local, products
+from engine.transport.sh.bake import default_edge
 from engine.transport.sh.interreflection import Surroundings, gather, reflections
 from engine.transport.sh.transfer import diffuse_vectors, texel_basis
 
@@ -78,16 +80,16 @@ class DiffuseTransfer:
     def rows(self, vertices: Indices) -> NDArray[np.float32]:
         """(B, C, order²) of `vertices`, of the model and of the ground."""
         surface, of = self.surface, self.surface.of
-        counts = np.concatenate([some for _, some in visibility_shares(of, self.edge, self.fine, vertices)])
+        counts, edge, full = self._counts(vertices)
         model = vertices < surface.ground_vertex
         own = np.empty((len(vertices), self.order**2), np.float32)
         free = of.free[vertices]
         with one_thread():
             plain = ~model if self.grazing else np.ones(len(vertices), bool)
             own[plain] = diffuse_vectors(
-                counts[plain], self.fine**2, self.edge, self.order, of.normal[vertices[plain]], free[plain]
+                *(counts[plain], full, edge, self.order, of.normal[vertices[plain]], free[plain])
             )
-            own[~plain] = self._fading(counts[~plain], vertices[~plain])
+            own[~plain] = self._fading(counts[~plain], full, edge, vertices[~plain])
         rows = np.repeat(own[:, None], self.channels, axis=1)
         if self.sent is not None:
             around = _around(surface, self.order)
@@ -97,13 +99,24 @@ class DiffuseTransfer:
             rows[model] *= self.colours[vertices[model]].astype(np.float32)[..., None]
         return rows
 
-    def _fading(self, counts: NDArray[np.uint8], vertices: Indices) -> NDArray[np.float32]:
+    def _counts(self, vertices: Indices) -> tuple[NDArray[np.uint8], int, int]:
+        """Visible parts of texels, the edge of the cube map, no larger than the order needs, and parts of a texel."""
+        seen, edge, full = self.surface.seen, self.edge, self.fine**2
+        if seen is None or (seen.edge, seen.fine) != (edge, self.fine):
+            found = [some for _, some in visibility_shares(self.surface.of, edge, self.fine, vertices)]
+            return np.concatenate(found), edge, full
+        counts = seen.counts(vertices)
+        while edge % 2 == 0 and edge > default_edge(self.order) and 4 * full < 256:
+            counts, edge, full = merge_texels(counts, edge), edge // 2, 4 * full
+        return counts, edge, full
+
+    def _fading(self, counts: NDArray[np.uint8], full: int, edge: int, vertices: Indices) -> NDArray[np.float32]:
         """(B, order²) of a diffuse part whose gain falls towards grazing."""
-        directions = cube_directions(self.edge).reshape(-1, 3)
+        directions = cube_directions(edge).reshape(-1, 3)
         cosine = np.maximum(self.surface.of.normal[vertices] @ directions.T, 0.0)
         gain = DiffusePart((1.0, 1.0, 1.0), grazing=True).gain(cosine)
-        shares = (counts * (gain * cosine / (np.pi * self.fine**2))).astype(np.float32)
-        return np.asarray(shares @ texel_basis(self.edge, self.order), np.float32)
+        shares = (counts * (gain * cosine / (np.pi * full))).astype(np.float32)
+        return np.asarray(shares @ texel_basis(edge, self.order), np.float32)
 
 
 def rows_of_all(diffuse: DiffuseTransfer) -> Steps[NDArray[np.float32]]:

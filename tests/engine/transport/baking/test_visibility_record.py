@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sqlite3
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import drain
 from engine.geometry.ray_caster import RayCaster
 from engine.transport.baking.visibility import Receivers, receivers, visibility_shares
-from engine.transport.baking.visibility_record import _remove_oldest, keep_visibility
+from engine.transport.baking.visibility_record import _remove_oldest, is_kept, keep_visibility
 from engine.transport.method import Subject, method_of
 from tests.engine.planning.brute_force import bowl, sphere
 
@@ -53,6 +54,36 @@ def test_counts_are_those_without_a_record_and_cost_no_ray_again(
     rays.clear()
     assert np.array_equal(counts_of(keep_visibility(model, tmp_path / "visibility")), known)
     assert rays == []
+
+
+def test_a_record_says_whether_it_holds_all(model: Receivers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("engine.transport.baking.visibility_record.TEXELS", 6 * EDGE * EDGE * 10)
+    kept = keep_visibility(model, tmp_path)
+    assert not is_kept(model, EDGE, FINE)
+    assert not is_kept(kept, EDGE, FINE)
+    assert not list(tmp_path.iterdir())
+    counts_of(kept, np.arange(len(model) - 1))
+    assert is_kept(kept, EDGE, FINE) == ((len(model) - 1) % 10 != 0)
+    counts_of(kept)
+    assert is_kept(kept, EDGE, FINE)
+    assert not is_kept(kept, EDGE, FINE + 1)
+
+
+def test_gaussians_of_another_brdf_cast_no_ray_for_direct_light(tmp_path: Path, rays: list[int]) -> None:
+    folder = tmp_path / "visibility"
+    for number, text in enumerate(("ggx:kd=0.2,alpha=0.4,f0=0.5", "ggx:kd=0.1,alpha=0.3,f0=0.2/0.5/0.8")):
+        subject = Subject(bowl(), brdf_from_text(text), kept=folder)
+        method = method_of("gaussian")
+        work = drain(method.baking.prepare(subject, method.settings(cube=EDGE, samples=16)))
+        before = method.baking.estimate_s(work)
+        rays.clear()
+        drain(method.baking.bake(tmp_path / str(number), work))
+        assert (rays == []) == (number == 1)
+        if number == 0:
+            assert method.baking.estimate_s(work) < before
+    plain = replace(work, kept=None)
+    drain(method.baking.bake(tmp_path / "plain", plain))
+    assert (tmp_path / "plain").read_bytes() == (tmp_path / "1").read_bytes()
 
 
 def test_some_vertices_are_read_as_all_are(model: Receivers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,13 +8,18 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
+from engine.core.directions import normalize
+from engine.core.steps import drain
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.light.cube_map import cube_directions, cube_solid_angles
 from engine.transport.baking.diffuse_specular import parts
+from engine.transport.baking.held_visibility import hold_visibility, merge_texels
 from engine.transport.baking.spatially_varying import Variation
+from engine.transport.baking.visibility import receivers, visibility_shares
 from engine.transport.gaussian.fitting.views import VIEWS, view_directions
 from engine.transport.gaussian.indirect import EDGE, arrivals, bin_values, indirect_samples, spread
+from engine.transport.gaussian.sample_kernel import shares_along
 from engine.transport.gaussian.samples import (
     GlossySurface,
     direct,
@@ -186,3 +191,62 @@ def test_vertices_turned_inwards_see_nothing() -> None:
     surface = glossy_surface(replace(mesh, normals=-mesh.normals), brdf_from_text(BRDFS[0]))
     assert not surface.of.free.any()
     assert direct_samples(surface, np.array([20]), 64).value.sum() == 0.0
+
+
+def held(surface: GlossySurface, vertices: np.ndarray, edge: int = 64) -> GlossySurface:
+    return replace(surface, seen=drain(hold_visibility(surface.of, edge, 4, vertices)))
+
+
+@pytest.mark.parametrize("text", BRDFS)
+def test_a_table_gives_open_vertices_the_integrals_of_the_brdf(text: str) -> None:
+    surface, vertices, count = glossy_surface(sphere(), brdf_from_text(text)), np.array([5, 40, 70]), 256
+    samples = direct_samples(held(surface, vertices), vertices, count)
+    drawn = direct_samples(surface, vertices, count)
+    assert np.array_equal(samples.start, drawn.start)
+    lit = samples.start[:-1][np.diff(samples.start) > 0]
+    found, wanted = (np.add.reduceat(each.area[:, None] * each.value, lit) for each in (samples, drawn))
+    assert np.abs(found - wanted).max() < 0.02 * wanted.max()
+    assert np.abs(np.linalg.norm(samples.direction, axis=1) - 1.0).max() < 1e-12
+    peaks = [each.direction[each.value[:, 0].argmax()] for each in (samples, drawn)]
+    assert peaks[0] @ peaks[1] > np.cos(np.radians(3.0))
+
+
+@pytest.mark.parametrize("text", [BRDFS[0], "ggx-anisotropic:kd=0.2,alpha_x=0.1,alpha_y=0.4"])
+def test_held_visibility_hides_what_rays_hide(text: str) -> None:
+    """But for texels at the border, whose share they get; on a ground the horizontal texels are halves."""
+    surface = glossy_surface(sphere(), brdf_from_text(text), Ground(extent=50.0))
+    vertices = np.array([1 + 3 * 14, 1 + 5 * 14])
+    samples, drawn = (direct_samples(each, vertices, 128) for each in (held(surface, vertices), surface))
+    below, over = samples.direction[:, 1] < -0.06, samples.direction[:, 1] > 0.03
+    assert not samples.value[below].any()
+    lit = samples.start[:-1][np.diff(samples.start) > 0]
+    found, wanted = (np.add.reduceat(each.area[:, None] * each.value, lit) for each in (samples, drawn))
+    assert np.abs(found - wanted).max() < 0.05 * wanted.max()
+    free = replace(surface, of=replace(surface.of, free=np.ones_like(surface.of.free)))
+    assert np.array_equal(samples.value[over], direct_samples(held(free, vertices), vertices, 128).value[over])
+
+
+def test_parts_of_a_texel_below_the_horizon_are_not_shadows() -> None:
+    """A free vertex sees all of each texel that is above its horizon, also where only a part is."""
+    surface = glossy_surface(sphere(), brdf_from_text(BRDFS[0]))
+    vertex = 40
+    counts = held(surface, np.array([vertex]), 8).seen.counts(np.array([vertex]))[0]  # type: ignore[union-attr]
+    normal = np.ascontiguousarray(surface.frames[vertex, :, 2])
+    directions = normalize(np.random.default_rng(3).standard_normal((4000, 3)))
+    shares = np.empty(len(directions))
+    shares_along(directions, normal, counts, 8, 4, shares)
+    height = directions @ normal
+    assert (shares[height > 0.12] == 1.0).all()
+    assert not shares[height < -0.4].any()
+    near = (height > 0.0) & (height < 0.12)
+    assert (shares[near] == 1.0).mean() > 0.9  # others lie in a texel whose parts' middles are all below
+
+
+def test_held_visibility_is_that_of_rays_in_any_order() -> None:
+    of = receivers(inside_another(sphere()))
+    vertices = np.array([0, 7, 20, 150])
+    seen = drain(hold_visibility(of, 8, 4, vertices))
+    known = np.concatenate([counts for _, counts in visibility_shares(of, 8, 4, vertices)])
+    assert np.array_equal(seen.counts(vertices[::-1]), known[::-1])
+    sums = merge_texels(known, 8).reshape(-1, 6, 4, 4)
+    assert sums[3, 2, 1, 3] == known.reshape(-1, 6, 8, 8)[3, 2, 2:4, 6:8].sum()
