@@ -165,6 +165,7 @@ ACCURACIES = {
     "ray-misses": "benchmarks.transport.rays:ray_misses",
     "hex-tiling": "benchmarks.tiling:hex_tiling",
     "transport-errors": "benchmarks.transport.wavelet:transport_errors",
+    "reuse": "benchmarks.transport.reuse:reuse",
     "cost-model": "benchmarks.transport.plan:cost_model",
     "gaussian-fit-quality": "benchmarks.transport.gaussian_fit:gaussian_fit_quality",
     "gaussian-errors": "benchmarks.transport.gaussian_bake:gaussian_errors",

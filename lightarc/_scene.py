@@ -43,6 +43,7 @@ from engine.transport.baking.check import warnings_at_render, warnings_of_check
 from engine.transport.baking.file import open_transport
 from engine.transport.method import Subject, method_of, methods_with, names
 from engine.transport.relight import Light
+from engine.transport.reuse import with_brdf
 from lightarc._border import accept_old_names, check_size, public
 from lightarc._image import as_shown
 from lightarc._inputs import (
@@ -473,6 +474,7 @@ def relight(
     camera: CameraLike = "",
     size: tuple[int, int] = (512, 384),
     samples: int = 2,
+    brdf: BrdfLike | None = None,
     progress: Progress | None = None,
 ) -> Image:
     """Render what was baked, under a light.
@@ -485,6 +487,9 @@ def relight(
         As those of `render`.
     samples : int
         Sub-pixels along the side of a pixel.
+    brdf : BRDF or text, optional
+        In place of the one that was baked, made from the visibility that `bake` kept on this machine; the file stays
+        as it is.
     progress : callable, optional
         Called with a step.
 
@@ -497,6 +502,8 @@ def relight(
     ------
     InputError
         For a file that holds no transport or is damaged.
+    UsageError
+        For another BRDF where the visibility is not kept: then `bake` again.
 
     Examples
     --------
@@ -522,8 +529,10 @@ def relight(
             shown_by = ", ".join(each.name for each in methods_with("near_light"))
             raise UsageError(f"a {file.kind} bake shows no NearLamp; bake in mode {shown_by}, or use render or a Lamp")
         around = None if surroundings is None else surroundings.name
-        for text in warnings_at_render(file.check, file.kind, around):
+        for text in warnings_at_render(file.check, file.kind, around) if brdf is None else ():
             warnings.warn(text, stacklevel=3)
+        if brdf is not None:
+            file = drain(with_brdf(file, as_brdf(brdf), visibility_folder()), progress).file
         relit = drain(chosen.baking.illuminate(file, chosen_light, chosen.light(), None), progress).relit
         shown = relit.mesh.positions[: relit.transport.ground_vertex]
         view = as_camera(camera, shown, size)

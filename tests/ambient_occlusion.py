@@ -16,6 +16,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.errors import UsageError
 from engine.core.params import check, whole
 from engine.core.steps import Step, Steps
 from engine.geometry.ground import with_ground
@@ -123,6 +124,15 @@ def estimate_s(work: Work) -> float:
     return 1e-5 * work.vertices
 
 
+def again(file: TransportFile, _brdf: Any, _kept: Any) -> Steps[Work]:
+    yield Step(0.0, "looking at the file")
+    raise UsageError(f"{file.path.name} does not say with how many rays it was baked; bake again")
+
+
+def casts_rays(_work: Work) -> bool:
+    return True
+
+
 def bake(path: Any, work: Work, _cluster: str | None = None) -> Steps[Baked]:
     yield Step(0.0, "casting rays")
     started = time.perf_counter()
@@ -145,7 +155,9 @@ def parameters(work: Work, _settings: Settings) -> dict[str, Any]:
     return {"rays": work.settings.rays}
 
 
-def measure(_work: Work, _subject: Subject, _settings: Settings, _tested: Any) -> Steps[dict[str, Any]]:
+def measure(
+    _work: Work, _subject: Subject, _settings: Settings, _tested: Any, _vertices: int = 0
+) -> Steps[dict[str, Any]]:
     yield Step(1.0, "nothing is measured")
     return {}
 

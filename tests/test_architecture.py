@@ -73,6 +73,7 @@ EXCEPTIONS = {
     "engine/proof/programs.py (site / 'material.glb').symlink_to": "in that folder",
     "engine/proof/programs.py (site / 'three').symlink_to": "in that folder",
     "engine/planning/costs/machine_profile.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
+    "engine/transport/reuse.py tempfile.TemporaryDirectory": "a bake of another BRDF, removed when it is read",
     "engine/planning/bake_group.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "engine/accuracy/bake_check.py tempfile.TemporaryDirectory": "a bake that is compared, removed with it",
     "app/process/crash.py path.open": "the report of a crash, which is written while the process falls",

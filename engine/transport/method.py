@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from engine.core.params import Parameter, parameters
 from engine.transport.baking.settings import (
+    ERROR_VERTICES,
     GaussianSettings,
     NoLightSettings,
     ShLight,
@@ -104,8 +105,14 @@ class Baking(Protocol):
     def prepare(self, subject: Subject, settings: Any, tested: EnvironmentMap | None = None) -> Steps[Any]:
         """Lay a bake out; nothing is written. ValueError where it cannot be. Errors are measured under `tested`."""
 
+    def again(self, file: TransportFile, brdf: Brdf, kept: Path | None) -> Steps[Any]:
+        """Lay the bake in `file` out with another BRDF; UsageError where the file says too little of itself."""
+
     def estimate_s(self, work: Any) -> float:
-        """Seconds that the bake will take."""
+        """Seconds that the bake will take, without rays where what they find is kept."""
+
+    def casts_rays(self, work: Any) -> bool:
+        """False where all that rays would find is kept (`Subject.kept`)."""
 
     def bake(self, path: str | os.PathLike[str], work: Any, cluster: str | None = None) -> Steps[Any]:
         """Bake into the file `path`; a `Baked`."""
@@ -113,8 +120,10 @@ class Baking(Protocol):
     def parameters(self, work: Any, settings: Any) -> dict[str, Any]:
         """The settings of a bake as its record states them."""
 
-    def measure(self, work: Any, subject: Subject, settings: Any, tested: EnvironmentMap | None) -> Steps[Any]:
-        """The record of the method's own error under `tested`; nothing where none is given and none is known."""
+    def measure(
+        self, work: Any, subject: Subject, settings: Any, tested: EnvironmentMap | None, vertices: int = ERROR_VERTICES
+    ) -> Steps[Any]:
+        """The record of the method's own error under `tested` at so many `vertices`; nothing where none is known."""
 
     def figures(self, work: Any, baked: Any, prepared_s: float) -> dict[str, Any]:
         """Figures of a record beside those of all methods; `skipped` and `warnings` are sentences."""

@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from engine.geometry.camera import Vector
 from engine.light.environment import EnvironmentMap
 from engine.transport.baking.file import TransportFile
 from engine.transport.baking.radiance_error import error_lines, error_record
-from engine.transport.baking.settings import BOUNCES, ShLight, ShSettings
+from engine.transport.baking.settings import BOUNCES, ERROR_VERTICES, ShLight, ShSettings
 from engine.transport.baking.spatially_varying import variation_from_text, variation_to_text
 from engine.transport.baking.visibility import Receivers, receivers
 from engine.transport.method import Relight, Subject
@@ -34,7 +35,7 @@ from engine.transport.sh.near_light import TOLERANCE, near_light
 from engine.transport.sh.transfer import ShTransport, local_views, sum_signed_radiance, transfer, with_table
 from engine.transport.shared_rays import Make
 
-estimate_s, transport_of = sh_bake.estimate_s, sh_bake.transport_of
+estimate_s, transport_of, casts_rays = sh_bake.estimate_s, sh_bake.transport_of, sh_bake.casts_rays
 
 
 def bake_settings(settings: ShSettings, *, shadows: bool = True) -> sh_bake.BakeSettings:
@@ -49,6 +50,17 @@ def prepare(subject: Subject, settings: ShSettings, _tested: EnvironmentMap | No
     mesh, ground, variations = subject.mesh, subject.ground, subject.variations
     work = yield from sh_bake.prepare(mesh, subject.brdf, bake_settings(settings), ground, variations)
     return replace(work, kept=subject.kept)
+
+
+def again(file: TransportFile, brdf: Brdf, kept: Path | None) -> Steps[sh_bake.Work]:
+    """The bake in `file` with another BRDF; UsageError where parameters vary over the model."""
+    before = transport_of(file)
+    if file.settings.get("variations"):
+        raise UsageError(f"parameters of the BRDF of {file.path} vary over the model; bake again with another")
+    settings = sh_bake.BakeSettings(**{name: file.settings[name] for name in sh_bake.BakeSettings.__dataclass_fields__})
+    table = yield from table_of(brdf, settings.order, (), file.mesh)
+    work = sh_bake.lay_out(file.mesh, before.ground_vertex, before.ground_albedo, brdf, table, settings)
+    return replace(work, kept=kept)
 
 
 def bake(path: str | os.PathLike[str], work: sh_bake.Work, cluster: str | None = None) -> Steps[sh_bake.Baked]:
@@ -69,11 +81,15 @@ def parameters(work: sh_bake.Work, _settings: ShSettings) -> dict[str, Any]:
 
 
 def measure(
-    work: sh_bake.Work, subject: Subject, _settings: ShSettings, tested: EnvironmentMap | None
+    work: sh_bake.Work,
+    subject: Subject,
+    _settings: ShSettings,
+    tested: EnvironmentMap | None,
+    vertices: int = ERROR_VERTICES,
 ) -> Steps[dict[str, Any]]:
     """The error of the vertices under `tested` (`sh_error`)."""
     of, varied = subject.brdf, subject.variations
-    measure = lambda cube: sh_error(work, of, cube, variations=varied)  # noqa: E731
+    measure = lambda cube: sh_error(work, of, cube, variations=varied, vertices=vertices)  # noqa: E731
     return (yield from error_record(tested, work.settings.edge, measure))
 
 

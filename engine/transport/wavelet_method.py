@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
+from engine.core.errors import UsageError
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
 from engine.factor.factor_file import open_reflectance
@@ -20,7 +22,7 @@ from engine.transport.baking.blend import blend_from_text, mixture, together
 from engine.transport.baking.file import TransportFile
 from engine.transport.baking.occluder import occluder_error
 from engine.transport.baking.radiance_error import error_lines, error_record
-from engine.transport.baking.settings import WaveletLight, WaveletSettings
+from engine.transport.baking.settings import ERROR_VERTICES, WaveletLight, WaveletSettings
 from engine.transport.method import Relight, Subject
 from engine.transport.relight import Illuminated, Light, RelightWavelets
 from engine.transport.shared_rays import Make, wavelet_maker
@@ -31,6 +33,7 @@ from engine.transport.wavelet.relight import Relighter
 from engine.transport.wavelet.transfer import WaveletTransport, radiance_from, remix, vectors_of
 
 estimate_s, bake, transport_of = wavelet_bake.estimate_s, wavelet_bake.bake, wavelet_bake.transport_of
+casts_rays = wavelet_bake.casts_rays
 
 
 def bake_settings(settings: WaveletSettings) -> wavelet_bake.BakeSettings:
@@ -61,6 +64,20 @@ def prepare(
     return replace(work, kept=subject.kept)
 
 
+def again(file: TransportFile, brdf: Brdf, kept: Path | None) -> Steps[wavelet_bake.Work]:
+    """The bake in `file` with another BRDF; UsageError where several were mixed."""
+    before = transport_of(file)
+    if before.mixture is not None:
+        raise UsageError(f"{file.path} mixes several BRDFs; bake again with other ones")
+    settings = wavelet_bake.BakeSettings(**{name: file.settings[name] for name in asdict(wavelet_bake.BakeSettings())})
+    yield Step(0.0, "factoring the BRDF")
+    kind = before.factors.hemisphere_map.kind
+    terms = max(before.factors.terms, WaveletSettings.terms)
+    factors = yield from wavelet_bake.factors_for(brdf, terms, kind=kind)
+    albedo = before.ground_albedo
+    return replace(wavelet_bake.lay_out(file.mesh, before.ground_vertex, factors, settings, albedo), kept=kept)
+
+
 def _brdfs(brdf: Brdf, settings: WaveletSettings) -> tuple[list[Brdf], list[str]]:
     """All BRDFs of a mixture, and the sources of the weights of all but the first."""
     blends = [blend_from_text(text) for text in settings.blend]
@@ -84,11 +101,15 @@ def parameters(work: wavelet_bake.Work, settings: WaveletSettings) -> dict[str, 
 
 
 def measure(
-    work: wavelet_bake.Work, subject: Subject, settings: WaveletSettings, tested: EnvironmentMap | None
+    work: wavelet_bake.Work,
+    subject: Subject,
+    settings: WaveletSettings,
+    tested: EnvironmentMap | None,
+    vertices: int = ERROR_VERTICES,
 ) -> Steps[dict[str, Any]]:
     """The error of the vertices under `tested` (`wavelet_error`) and of a simplified occluder, and terms left out."""
     brdfs = _brdfs(subject.brdf, settings)[0] if tested is not None else []
-    measure = lambda cube: wavelet_error(work, brdfs, cube.radiance)  # noqa: E731
+    measure = lambda cube: wavelet_error(work, brdfs, cube.radiance, vertices=vertices)  # noqa: E731
     found = yield from error_record(tested, work.settings.edge, measure)
     asked = subject.brdf.terms if isinstance(subject.brdf, SeparableFactors) else settings.terms
     left_out = max(0, asked - work.factors.terms)

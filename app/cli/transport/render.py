@@ -47,6 +47,7 @@ from engine.scene.mode import DIRECT, MODES, REFERENCE, is_traced
 from engine.scene.scene import TILING_MODES, Scene, make_scene
 from engine.scene.settings import DEFAULTS as scene_defaults
 from engine.transport import method as transport
+from engine.transport.baking.radiance_error import error_lines
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -102,7 +103,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--brdf",
         type=Input(),
         metavar="TEXT",
-        help="BRDF: phong:exponent=20, a measured file or factors; otherwise the material's own",
+        help="BRDF: phong:exponent=20, a measured file or factors; otherwise the material's own; of a "
+        "bake, another one, made from the visibility that is kept on this machine",
     )
     parser.add_argument(
         "--light-deg",
@@ -302,7 +304,8 @@ def report(result: dict[str, Any]) -> str:
         noise = "unknown" if result["noise"] is None else percent(result["noise"])
         return f"{result['image']}: {result['samples']} samples, noise {noise}, {time_text(result['frame_s'])}"
     device = "the CPU" if result["gl_renderer"].startswith("none") else result["gl_renderer"]
-    return f"{result['image']}: {time_text(result['frame_s'])} a frame on {device}"
+    drawn = f"{result['image']}: {time_text(result['frame_s'])} a frame on {device}"
+    return "\n".join([drawn, *(error_lines(result) if "error_env" in result else [])])
 
 
 def _check(arguments: argparse.Namespace) -> None:

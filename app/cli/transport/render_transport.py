@@ -22,13 +22,16 @@ from app.document.bake_request import estimate as estimate_bake
 from app.document.variation import light_with, select_shown
 from app.project.bakes import keep
 from app.project.project_file import data_folder
+from app.session.cache import visibility_folder
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import percent
 from engine.core.steps import Step, drain, part
 from engine.core.stopwatch import read_clock
+from engine.factor.factor_file import open_reflectance
 from engine.geometry.camera import parse
 from engine.geometry.shapes import SHAPES
 from engine.gl.draw import relight_off_screen
+from engine.light.environment_file import open_environment
 from engine.render.background import in_front_of
 from engine.render.transported import image_of
 from engine.render.turntable import middle
@@ -39,6 +42,7 @@ from engine.transport.baking.check import warnings_at_render
 from engine.transport.baking.file import SUFFIX, holds_transport, open_transport
 from engine.transport.method import Method
 from engine.transport.relight import light_of as light_of_scene
+from engine.transport.reuse import Reused, with_brdf
 
 if TYPE_CHECKING:
     import numpy as np
@@ -67,12 +71,17 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
         raise UsageError(f"{arguments.mesh} holds transport of the mode {mode}, which cannot be drawn")
     method = transport.method_of(mode)
     check_absent(arguments, mode)
-    _check_brdf(arguments, method)
     asked = settings_from(arguments, method.light)
     light = light_of(arguments)
     behind = check_background(arguments, light.environment)
+    other, reused = arguments.brdf, None
+    if other is not None and _is_part_of_bake(file, method):
+        tested = light.environment or open_environment(UNLIT)
+        steps_to_it = with_brdf(file, open_reflectance(other), visibility_folder(), tested)
+        reused = drain(part(steps_to_it, 0.0, 0.2), show)
+        file, arguments.brdf = reused.file, None
     steps = method.baking.illuminate(file, light, asked, arguments.brdf)
-    found: Illuminated = drain(part(steps, 0.0, 0.3), show)
+    found: Illuminated = drain(part(steps, 0.2, 0.3), show)
     relit: RelightTransport = found.relit
     model = relit.mesh.positions[: relit.transport.ground_vertex]
     camera = parse(arguments.camera or "", render_turntable.frame_turntable(model, arguments))
@@ -85,7 +94,7 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
         made = render_turntable.run_baked(
             file, method, light, asked, camera, middle(model), arguments, display, show, behind, textured
         )
-        return {**made, "warnings": [*made["warnings"], *doubts]}
+        return {**made, **_stated(reused), "warnings": [*made["warnings"], *doubts]}
     image, drawn = _draw(relit, camera, arguments, show)
     negative_rel = drawn.pop("negative_rel", None)
     negative_rel = found.negative_rel(camera.eye) if negative_rel is None else negative_rel
@@ -100,13 +109,14 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
         "mode": mode,
         "vertices": len(relit.mesh.positions),
         **found.figures,
+        **_stated(reused),
         **drawn,
         "negative_rel": negative_rel,
         **record_of(image),
         "warnings": [
             *doubts_of_light(light.environment),
             *found.warnings,
-            *_differences(file, light, arguments.brdf),
+            *_differences(file, light, other),
             *drawn["warnings"],
             *_negative(negative_rel, found.remedy),
         ],
@@ -204,9 +214,14 @@ def _check_near_lamps(mode: str) -> None:
         )
 
 
-def _check_brdf(arguments: argparse.Namespace, method: Method) -> None:
-    if arguments.brdf is not None and not method.takes_brdf:
-        raise UsageError("--brdf is part of the bake; bake again with another")
+def _is_part_of_bake(file: TransportFile, method: Method) -> bool:
+    """True if another BRDF takes another transport."""
+    return not method.takes_brdf or bool(method.baking.why_baked_for_one(method.baking.transport_of(file)))
+
+
+def _stated(reused: Reused | None) -> dict[str, Any]:
+    """The error of transport that was made for another BRDF."""
+    return {} if reused is None else reused.error
 
 
 def _check(arguments: argparse.Namespace) -> None:
@@ -232,6 +247,9 @@ def _check_baked(mesh: str, mode: str) -> None:
         mesh, f"is not a transport file, which --mode {mode} draws", f"Make one of a model with: {command}"
     )
 
+
+#: Environment that the error of transport for another BRDF is measured under if there is no other.
+UNLIT = "studio"
 
 #: An image (height, width, 4), and how it was made: frame_s, gl_renderer, warnings, perhaps negative_rel.
 Drawn = tuple["NDArray[np.float32]", dict[str, Any]]

@@ -47,7 +47,7 @@ from engine.transport.baking.file import (
 from engine.transport.baking.settings import ShSettings
 from engine.transport.baking.spatially_varying import Variation, variation_to_text
 from engine.transport.baking.visibility import Receivers, find_unshaded, portion, receivers, visibility_shares
-from engine.transport.baking.visibility_record import keep_visibility
+from engine.transport.baking.visibility_record import is_kept, keep_visibility
 from engine.transport.sh.brdf_table import BrdfTable
 from engine.transport.sh.brdf_table_varying import Table, VariedTable, table_of, tables_of
 from engine.transport.sh.interreflection import Surroundings, gather, reflections, transfer_open
@@ -240,10 +240,22 @@ def prepare(
     it does not have them, InputError for an image that cannot be read.
     """
     table = yield from table_of(brdf, settings.order, variations, mesh)
-    name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
-    first = len(mesh.positions)
     surface = mesh if ground is None else with_ground(mesh, ground)[0]
     albedo = ground.albedo if ground else 0.0
+    return lay_out(surface, len(mesh.positions), albedo, brdf, table, settings, variations)
+
+
+def lay_out(
+    surface: Mesh,
+    first: int,
+    albedo: float,
+    brdf: Brdf,
+    table: Table,
+    settings: BakeSettings,
+    variations: Sequence[Variation] = (),
+) -> Work:
+    """As `prepare`, of a model and its ground of an `albedo`, whose first vertex is `first`, and a BRDF in a table."""
+    name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
     table, stated, arrays = _store(table, is_diffuse(brdf))
     empty = Work(surface, first, table, albedo, settings, _caster(surface, settings), None)  # type: ignore[arg-type]
     plan = plan_transport(
@@ -369,10 +381,21 @@ def reflect(work: Work, of: Receivers) -> Steps[NDArray[np.float32]]:
     return reflections(work.surroundings(of), work.settings.bounces, work.albedo, work.bounds)
 
 
+def casts_rays(work: Work) -> bool:
+    """False where the record of visibility holds all that the bake needs, which is of no bounces."""
+    return bool(work.settings.bounces) or not _is_seen(keep_visibility(receivers_of(work), work.kept), work)
+
+
+def _is_seen(of: Receivers, work: Work) -> bool:
+    return not work.settings.shadows or is_kept(of, work.settings.edge, work.settings.fine)
+
+
 def estimate_s(work: Work) -> float:
     """Seconds that the bake will take; costs about a hundredth of it."""
     started = time.perf_counter()
-    of, settings = receivers_of(work), work.settings
+    of, settings = keep_visibility(receivers_of(work), work.kept if work.settings.shadows else None), work.settings
+    if not _is_seen(of, work):
+        of = replace(of, record=None)  # a block is more than is tried
     shape = (work.vertices, work.channels, settings.order**2)
     sent = np.zeros(shape, np.float32) if settings.bounces else None
     baker, around = baker_of(work, of, sent), work.surroundings(of)

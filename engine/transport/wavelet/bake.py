@@ -44,7 +44,7 @@ from engine.transport.baking.file import (
 from engine.transport.baking.occluder import Occluder, simplify
 from engine.transport.baking.settings import Signs, WaveletSettings
 from engine.transport.baking.visibility import Receivers, portion, visibility_shares
-from engine.transport.baking.visibility_record import keep_visibility
+from engine.transport.baking.visibility_record import is_kept, keep_visibility
 from engine.transport.wavelet.haar import FACES, check_edge
 from engine.transport.wavelet.transfer import (
     DIFFUSE,
@@ -214,12 +214,22 @@ def prepare(
 
     With `mixture`, `factors` are of several BRDFs (`engine.transport.baking.blend.together`).
     """
+    surface = mesh if ground is None else with_ground(mesh, ground)[0]
+    return lay_out(surface, len(mesh.positions), factors, settings, ground.albedo if ground else 0.0, mixture)
+
+
+def lay_out(
+    surface: Mesh,
+    first: int,
+    factors: SeparableFactors,
+    settings: BakeSettings,
+    ground_albedo: float,
+    mixture: Mixture | None = None,
+) -> Work:
+    """As `prepare`, of a model with its ground, whose first vertex is `first`."""
     check_factors(factors)
     if mixture is not None:
-        check_mixture(mixture, factors, len(mesh.positions))
-    surface, first = (
-        (mesh, len(mesh.positions)) if ground is None else (with_ground(mesh, ground)[0], len(mesh.positions))
-    )
+        check_mixture(mixture, factors, first)
     rows = row_bounds(len(surface.positions), first, factors.terms, settings.edge)
     plan = plan_transport(
         KIND,
@@ -227,7 +237,7 @@ def prepare(
         {
             **asdict(settings),
             "ground_vertex": first,
-            "ground_albedo": ground.albedo if ground else 0.0,
+            "ground_albedo": ground_albedo,
             "brdf": factors.name[:1000],
             "map": factors.hemisphere_map.kind,
             "map_size": factors.hemisphere_map.size,
@@ -248,7 +258,7 @@ def prepare(
         occluder = simplify(surface, settings.occluder_cells)
     else:
         occluder = Occluder(caster_of(surface))
-    return Work(surface, first, factors, ground.albedo if ground else 0.0, settings, occluder, plan, mixture)
+    return Work(surface, first, factors, ground_albedo, settings, occluder, plan, mixture)
 
 
 def _mixture_arrays(mixture: Mixture | None) -> dict[str, NDArray[np.float32]]:
@@ -366,10 +376,18 @@ def bake_in_memory(work: Work, vertices: NDArray[np.int64]) -> Iterator[tuple[ND
         yield chunk, baker.vectors(chunk, counts)
 
 
+def casts_rays(work: Work) -> bool:
+    """False where the record of visibility holds all that the bake needs."""
+    of = keep_visibility(work.occluder.receivers(work.surface), work.kept)
+    return not is_kept(of, work.settings.edge, work.settings.fine)
+
+
 def estimate_s(work: Work) -> float:
     """Seconds that the bake will take; costs about a hundredth of it."""
     started = time.perf_counter()
-    of = work.occluder.receivers(work.surface)
+    of = keep_visibility(work.occluder.receivers(work.surface), work.kept)
+    if not is_kept(of, work.settings.edge, work.settings.fine):
+        of = replace(of, record=None)  # a block is more than is tried
     baker = _Baker(recipe_of(work, of), of)
     shared_s = time.perf_counter() - started
     size = portion(work.settings.edge)

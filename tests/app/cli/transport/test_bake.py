@@ -12,6 +12,7 @@ import pytest
 from app.cli.transport import bake
 from engine.core.figure_text import size_text
 from engine.core.steps import Step
+from engine.images.decode import read_image
 from tests.app.command import Command, replace_options, result
 from tests.present import present
 
@@ -38,6 +39,31 @@ def test_a_model_is_baked_and_drawn_under_any_light(lightarc: Command, mesh: Pat
         assert {"relight_s", "negative_rel", "sky_energy_error_rel", "light_rmse_rel"} <= set(drawn)
         assert image.exists()
     assert result(lightarc("render", output, "--env", "sky", "-o", tmp_path / "x.png", *SMALL))["mode"] == "wavelet"
+
+
+def test_another_brdf_is_drawn_from_kept_visibility(
+    lightarc: Command, mesh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the error that it has, and without a change of the file; without the visibility a bake is priced."""
+    output, other = tmp_path / "a.transport", tmp_path / "b.transport"
+    result(lightarc("bake", mesh, "--brdf", "phong:exponent=5", "-o", output, "--no-check", *QUICK))
+    before = output.read_bytes()
+    changed = ("--brdf", "ggx:alpha=0.4", "--env", "sky", *SMALL)
+    drawn = result(lightarc("render", output, *changed, "-o", tmp_path / "a.exr"))
+    assert drawn["error_env"] == "sky"
+    assert 0.0 < drawn["error_rmse_rel"] < 0.5
+    assert output.read_bytes() == before
+    words = ("--cube", "16", "--coefficients", "40", "--fine", "1", "--terms", "4", "--json")
+    result(lightarc("bake", mesh, "--brdf", "ggx:alpha=0.4", "-o", other, "--no-check", *words))
+    result(lightarc("render", other, "--env", "sky", "-o", tmp_path / "b.exr", *SMALL))
+    first, second = (read_image(tmp_path / name).pixels for name in ("a.exr", "b.exr"))
+    assert np.array_equal(first, second)
+    drawing = ("render", output, *changed[:-1], "-o", tmp_path / "c.exr")
+    assert "error under sky: " in lightarc(*drawing).out
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
+    refused = lightarc(*drawing)
+    assert refused.code == 2
+    assert "bake again with the other BRDF, which takes about" in refused.err
 
 
 def test_lambert_under_a_lamp_is_what_the_direct_mode_draws(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
@@ -112,7 +138,7 @@ def test_what_cannot_be_baked_is_refused(
 def test_what_was_baked_is_not_changed_by_drawing(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
     output = tmp_path / "a.transport"
     result(lightarc("bake", mesh, "--brdf", "lambert", "-o", output, *QUICK))
-    for words in (("--brdf", "phong"), ("--ground",), ("--window", "hanning"), ("--measure-error",)):
+    for words in (("--ground",), ("--window", "hanning"), ("--measure-error",)):
         refused = lightarc("render", output, "--env", "sky", "-o", tmp_path / "a.png", *SMALL, *words)
         assert refused.code == 2
     damaged = bytearray(output.read_bytes())

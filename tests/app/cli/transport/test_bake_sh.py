@@ -97,7 +97,7 @@ def test_what_cannot_be_is_refused_with_the_reason(lightarc: Command, mesh: Path
     output, image = tmp_path / "a.transport", tmp_path / "a.exr"
     result(lightarc("bake", mesh, "--brdf", "lambert", "--interreflection", "-o", output, *QUICK))
     for words, reason in {
-        ("render", output, "--env", "sky", "--brdf", "phong", "-o", image, *SMALL): "baked for one BRDF",
+        ("render", output, "--env", "sky", "--brdf", "phong", "-o", image, *SMALL): "bake again with the other BRDF",
         ("render", output, "--mode", "wavelet", "-o", image, *SMALL): "mode sh",
         ("render", output, "--ground", "0.3", "-o", image, *SMALL): "--ground is part of the bake",
         ("bake", mesh, "--brdf", "lambert", "-o", output, "--mode", "sh", "--order", "2"): "--order 2 is outside",

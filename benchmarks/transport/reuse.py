@@ -1,0 +1,125 @@
+"""A new BRDF on a model that was baked before: its CPU time over that of the first bake, and the ratio of errors.
+
+The first bake finds the visibility and keeps it; the second, of another BRDF, reads it. Both include laying the bake
+out and measuring its error, as a user waits for them. Bakes with kept visibility have the bytes of a fresh bake, which
+is checked; errors of Gaussians, whose visibility is a cube map's, are compared with those of samples that cast
+their own rays. CPU seconds of all threads, because the ratio must not depend on what else runs.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.measure import Accuracy
+from engine.brdf.brdf import brdf_from_text
+from engine.core.steps import Step, Steps, drain
+from engine.geometry.mesh import Mesh
+from engine.geometry.shapes import grid_mesh, shape
+from engine.light.cube_map import cube_of
+from engine.light.environment_file import open_environment
+from engine.transport.baking.held_visibility import hold_visibility
+from engine.transport.gaussian.diffuse import DiffuseTransfer
+from engine.transport.gaussian.error import Known, gaussian_error
+from engine.transport.gaussian.fitting.fit import Fit, FitSettings, fit_vertices
+from engine.transport.gaussian.samples import GlossySurface, direct_samples, glossy_surface
+from engine.transport.method import Subject, method_of
+
+#: BRDF of the first bake, and those that are put in its place.
+FIRST = "ggx:kd=0.3,alpha=0.2,f0=0.2"
+NEXT = (
+    "ggx:kd=0.3,alpha=0.1,f0=0.2",
+    "ashikhmin-shirley:kd=0.5,ks=0.05,nu=10,nv=100",
+    "ggx:kd=0,alpha=0.3,f0=0.9/0.6/0.3",
+)
+
+#: Share of the bake and ratio of errors that are promised.
+SHARE, WORSE = 0.15, 1.2
+
+#: Vertices whose errors are compared, samples of a view, edge and parts of texels of visibility.
+VERTICES, SAMPLES, EDGE, FINE = 100, 128, 64, 4
+
+
+def _knot(around: int, along: int) -> Mesh:
+    """The torus knot with every so manieth vertex, which shades itself."""
+    mesh = shape("torus-knot")
+    arrays = (mesh.positions, mesh.normals, mesh.uv)
+    kept = [array.reshape(65, 769, -1)[::around, ::along].astype(np.float64) for array in arrays]
+    return grid_mesh(mesh.name, *kept)
+
+
+MODELS: dict[str, Callable[[], Mesh]] = {"torus-knot": lambda: _knot(2, 6), "blob": lambda: shape("blob")}
+
+
+def reuse(_folder: Path) -> Steps[list[Accuracy]]:
+    """Ratios of every mode on `MODELS`, of the BRDFs `NEXT` after `FIRST`."""
+    found = []
+    for number, (model, make) in enumerate(MODELS.items()):
+        mesh = make()
+        for mode in ("sh", "wavelet", "gaussian"):
+            yield Step(number / len(MODELS), f"baking {model} in {mode}")
+            found += _shares(model, mesh, mode)
+        yield Step((number + 0.7) / len(MODELS), f"comparing errors on {model}")
+        found += [_ratio_of_errors(model, mesh, text) for text in NEXT]
+    return found
+
+
+def _shares(model: str, mesh: Mesh, mode: str) -> list[Accuracy]:
+    """The CPU time of each of `NEXT` over that of `FIRST`."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        _bake_s(mesh.name, _part(mesh), mode, FIRST, folder / "warm")  # compiles the kernels
+        whole_s = _bake_s("first", mesh, mode, FIRST, folder)
+        found = []
+        for number, text in enumerate(NEXT):
+            again_s = _bake_s(str(number), mesh, mode, text, folder)
+            what = f"{model}, {len(mesh.positions):,} vertices, {mode}: CPU time of {text} over that of the first bake"
+            more = {"first_cpu_s": whole_s, "again_cpu_s": again_s}
+            found.append(Accuracy(f"reuse-{model}-{mode}-{number}", again_s / whole_s, what, SHARE, more))
+        _bake_s("fresh", mesh, mode, NEXT[0], folder / "elsewhere")
+        if (folder / "elsewhere" / "fresh").read_bytes() != (folder / "0").read_bytes():
+            raise AssertionError("a bake with kept visibility differs from a fresh one")
+    return found
+
+
+def _bake_s(name: str, mesh: Mesh, mode: str, text: str, folder: Path) -> float:
+    folder.mkdir(exist_ok=True)
+    method = method_of(mode)
+    started = time.process_time()
+    subject = Subject(mesh, brdf_from_text(text), kept=folder / "visibility")
+    work = drain(method.baking.prepare(subject, method.settings()))
+    drain(method.baking.bake(folder / name, work))
+    return time.process_time() - started
+
+
+def _part(mesh: Mesh) -> Mesh:
+    """A few faces."""
+    some: dict[str, Any] = {"faces": np.arange(300, dtype=np.int32).reshape(-1, 3)}
+    return replace(mesh, positions=mesh.positions[:300], normals=mesh.normals[:300], uv=mesh.uv[:300], **some)
+
+
+def _ratio_of_errors(model: str, mesh: Mesh, text: str) -> Accuracy:
+    """The error of Gaussians by held visibility over that by rays, at some vertices under the studio."""
+    surface = glossy_surface(mesh, brdf_from_text(text))
+    count = min(VERTICES, len(mesh.positions))
+    chosen = np.sort(np.random.default_rng(1).choice(len(mesh.positions), count, False))
+    seen = drain(hold_visibility(surface.of, EDGE, FINE, chosen))
+    rays, held = _error(surface, chosen, 32), _error(replace(surface, seen=seen), chosen, EDGE)
+    what = f"{model}, {text}: error of Gaussians by kept visibility over that by rays"
+    name = f"reuse-error-{model}-{NEXT.index(text)}"
+    return Accuracy(name, held / rays, what, WORSE, {"error_rays": rays, "error_kept": held})
+
+
+def _error(surface: GlossySurface, chosen: Any, edge: int) -> float:
+    alone = [np.zeros(0, np.int64)] * len(chosen)
+    fitted = fit_vertices(direct_samples(surface, chosen, SAMPLES), alone, Fit.empty(0, 1).lobes, FitSettings())
+    diffuse = DiffuseTransfer(surface, 8, edge, FINE)
+    cube = cube_of(open_environment("studio"), EDGE)
+    error = drain(gaussian_error(surface, diffuse, Known(chosen, fitted, diffuse.rows(chosen)), cube))
+    return error.of(error.better)
