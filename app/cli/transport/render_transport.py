@@ -94,7 +94,7 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
         made = render_turntable.run_baked(
             file, method, light, asked, camera, middle(model), arguments, display, show, behind, textured
         )
-        return {**made, **_stated(reused), "warnings": [*made["warnings"], *doubts]}
+        return {**made, **_describe_error(reused), "warnings": [*made["warnings"], *doubts]}
     image, drawn = _draw(relit, camera, arguments, show)
     negative_rel = drawn.pop("negative_rel", None)
     negative_rel = found.negative_rel(camera.eye) if negative_rel is None else negative_rel
@@ -109,7 +109,7 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
         "mode": mode,
         "vertices": len(relit.mesh.positions),
         **found.figures,
-        **_stated(reused),
+        **_describe_error(reused),
         **drawn,
         "negative_rel": negative_rel,
         **record_of(image),
@@ -219,7 +219,7 @@ def _is_part_of_bake(file: TransportFile, method: Method) -> bool:
     return not method.takes_brdf or bool(method.baking.why_baked_for_one(method.baking.transport_of(file)))
 
 
-def _stated(reused: Reused | None) -> dict[str, Any]:
+def _describe_error(reused: Reused | None) -> dict[str, Any]:
     """The error of transport that was made for another BRDF."""
     return {} if reused is None else reused.error
 

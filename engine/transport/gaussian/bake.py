@@ -298,17 +298,17 @@ def _store(lobes: Lobes, compress: bool) -> dict[str, NDArray[Any]]:
 
 def casts_rays(work: Work) -> bool:
     """False where the record of visibility holds all that the bake needs, which is of direct light alone."""
-    return work.settings.indirect or not _is_seen(work)
+    return work.settings.indirect or not _needs_no_rays(work)
 
 
-def _is_seen(work: Work) -> bool:
+def _needs_no_rays(work: Work) -> bool:
     return is_kept(keep_visibility(work.model.of, work.kept), work.settings.edge, work.settings.fine)
 
 
 def estimate_s(work: Work) -> float:
     """Seconds that the bake will take, from the vertices that were tried."""
     rest = len(work.surface.positions) - work.model.ground_vertex
-    visibility_s = 0.0 if _is_seen(work) else work.visibility_s_per_vertex * work.vertices
+    visibility_s = 0.0 if _needs_no_rays(work) else work.visibility_s_per_vertex * work.vertices
     return visibility_s + work.seconds_per_vertex * (work.model.ground_vertex + 0.1 * rest)
 
 

@@ -296,12 +296,12 @@ def direct_samples(surface: GlossySurface, vertices: Indices, count: int) -> Tra
         return gather(on_threads(lambda vertex: _mask_vertex(surface, vertex, count), vertices))
     counts = surface.seen.counts(vertices)
     if surface.brdf.isotropic and not surface.varied:
-        return _tabulated(surface, vertices, counts, count)
+        return _place_table(surface, vertices, counts, count)
     rows = dict(zip(vertices.tolist(), counts, strict=True))
     return gather(on_threads(lambda vertex: _look_up_vertex(surface, vertex, rows[vertex], count), vertices))
 
 
-def _tabulated(surface: GlossySurface, vertices: Indices, counts: NDArray[np.uint8], count: int) -> TransportSamples:
+def _place_table(surface: GlossySurface, vertices: Indices, counts: NDArray[np.uint8], count: int) -> TransportSamples:
     """Samples from the table of the highlight, where visibility is `counts` (B, 6 edge²)."""
     seen, views = surface.seen, view_directions()
     assert seen is not None

@@ -383,10 +383,10 @@ def reflect(work: Work, of: Receivers) -> Steps[NDArray[np.float32]]:
 
 def casts_rays(work: Work) -> bool:
     """False where the record of visibility holds all that the bake needs, which is of no bounces."""
-    return bool(work.settings.bounces) or not _is_seen(keep_visibility(receivers_of(work), work.kept), work)
+    return bool(work.settings.bounces) or not _needs_no_rays(keep_visibility(receivers_of(work), work.kept), work)
 
 
-def _is_seen(of: Receivers, work: Work) -> bool:
+def _needs_no_rays(of: Receivers, work: Work) -> bool:
     return not work.settings.shadows or is_kept(of, work.settings.edge, work.settings.fine)
 
 
@@ -394,7 +394,7 @@ def estimate_s(work: Work) -> float:
     """Seconds that the bake will take; costs about a hundredth of it."""
     started = time.perf_counter()
     of, settings = keep_visibility(receivers_of(work), work.kept if work.settings.shadows else None), work.settings
-    if not _is_seen(of, work):
+    if not _needs_no_rays(of, work):
         of = replace(of, record=None)  # a block is more than is tried
     shape = (work.vertices, work.channels, settings.order**2)
     sent = np.zeros(shape, np.float32) if settings.bounces else None
