@@ -18,6 +18,8 @@ import platformdirs
 import pytest
 from hypothesis import HealthCheck, settings
 
+from engine.accuracy import bake_check
+from engine.core.steps import Steps
 from engine.storage import untrusted
 
 # The time of an example depends on the machine and its load, not on the code.
@@ -46,6 +48,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "long: takes minutes or hours, and runs with --long only")
+    config.addinivalue_line("markers", "checked_bakes: bakes end with their check, as those of users do")
     config.addinivalue_line("markers", "campaign(rounds): repeat with seeds 1 to rounds - 1 under --long")
 
 
@@ -97,6 +100,28 @@ def typefaces_listed_once() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MPLCONFIGDIR", str(PROJECT / "build" / "matplotlib"))
         yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def bakes_without_check() -> Iterator[Callable[..., Steps[object]]]:
+    """Leave out the comparison with the reference that ends each bake and takes seconds; gives what was left out."""
+
+    def leave_out(*_words: object) -> Steps[None]:
+        yield from ()
+
+    left_out = bake_check.check_bake
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bake_check, "check_bake", leave_out)
+        yield left_out
+
+
+@pytest.fixture(autouse=True)
+def _bakes_with_check(
+    request: pytest.FixtureRequest, bakes_without_check: Callable[..., Steps[object]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Bakes end as those of users do in tests that are marked `checked_bakes`."""
+    if request.node.get_closest_marker("checked_bakes") is not None:
+        monkeypatch.setattr(bake_check, "check_bake", bakes_without_check)
 
 
 @pytest.fixture(scope="session")

@@ -19,7 +19,9 @@ import pytest
 import trimesh
 
 import lightarc
+from engine.accuracy import bake_check
 from engine.core.steps import Step, Steps
+from engine.transport.baking.file import open_transport
 
 
 def made_up_costs(*, anew: bool = False) -> Steps[object]:
@@ -60,6 +62,20 @@ def run_examples(names: Iterable[str]) -> None:
         example.globs = known
         runner.run(example, out=said.append, clear_globs=False)
     assert runner.failures == 0, "".join(said)
+
+
+@pytest.mark.checked_bakes
+def test_a_bake_ends_with_its_check_and_warns_of_what_is_wrong(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bake_check, "EDGE", 16)
+    monkeypatch.setattr(bake_check, "SAMPLES", 4)
+    monkeypatch.setattr("engine.transport.baking.check.MAX_MEAN", -1.0)  # no bake is so good
+    words = ("plane", "lambert:albedo=0.6", tmp_path / "plane.transport")
+    with pytest.warns(UserWarning, match="this bake differs from the reference: under studio"):
+        path = lightarc.bake(*words, method="sh", order=3)
+    check = open_transport(path).check
+    assert check is not None
+    assert [each.light for each in check.failed] == list(bake_check.check_lights())
+    assert open_transport(lightarc.bake(*words, method="sh", order=3, check=False)).check is None
 
 
 @pytest.mark.parametrize("size", [(0, 10), (10, -1), (10**6, 10**6), (1.5, 2), (1,), None])

@@ -16,12 +16,14 @@ import trimesh
 from app.commands.images import Saving
 from app.view.baking import Baking
 from app.window.main_window import MainWindow
+from engine.accuracy import bake_check
 from engine.core.figure_text import size_text, time_text
 from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
 from engine.images.decode import read_image
 from engine.light.environment_file import open_environment
 from engine.light.near_lamps import NearLampSettings
+from engine.transport.baking.file import open_transport
 from tests.app.command import Command
 from tests.engine.domes import dome_material
 
@@ -85,6 +87,20 @@ def bake(window: MainWindow, qtbot: Any, method: str) -> Baking:
     panel.go.click()
     wait(qtbot, lambda: baking.made is not None and draw(window) is not None)
     return baking
+
+
+@pytest.mark.checked_bakes
+def test_a_bake_in_the_window_ends_with_its_check(
+    view: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bake_check, "EDGE", 16)
+    monkeypatch.setattr(bake_check, "SAMPLES", 8)
+    made = bake(view, qtbot, "sh").made
+    assert made is not None
+    assert made.check is not None
+    assert [each.light for each in made.check.lights] == list(bake_check.check_lights([built_in("studio")]))
+    (place,) = view.bench.folder.glob("bake-*.transport")
+    assert open_transport(place).check == made.check
 
 
 @pytest.mark.parametrize("method", ["sh", "wavelet"])

@@ -22,6 +22,8 @@ from engine.transport.method import Subject, method_of
 from engine.transport.sh.transfer import ShTransport
 from tests.engine.planning.brute_force import sphere
 
+pytestmark = pytest.mark.checked_bakes
+
 
 def image(values: NDArray[np.float64]) -> NDArray[np.float32]:
     """A covered image of grey radiance."""

@@ -10,9 +10,13 @@ import numpy as np
 import pytest
 
 from app.cli.transport import bake
+from engine.accuracy import bake_check
 from engine.core.figure_text import size_text
 from engine.core.steps import Step
 from engine.images.decode import read_image
+from engine.transport import method
+from engine.transport.baking.check import LAMP, BakeCheck
+from engine.transport.baking.file import open_transport
 from tests.app.command import Command, replace_options, result
 from tests.present import present
 
@@ -64,6 +68,24 @@ def test_another_brdf_is_drawn_from_kept_visibility(
     refused = lightarc(*drawing)
     assert refused.code == 2
     assert "bake again with the other BRDF, which takes about" in refused.err
+
+
+@pytest.mark.checked_bakes
+@pytest.mark.parametrize("mode", method.names())
+def test_a_bake_of_each_mode_ends_with_its_check(
+    lightarc: Command, mesh: Path, tmp_path: Path, mode: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bake_check, "EDGE", 16)
+    monkeypatch.setattr(bake_check, "SAMPLES", 8)
+    output, own = tmp_path / "a.transport", {"wavelet": QUICK[:-1], "sh": ("--order", "3")}.get(mode, ())
+    words = ("bake", mesh, "--brdf", "ggx:kd=0.3,alpha=0.5", "--mode", mode, "-o", output, *own, "--json")
+    found = result(lightarc(*words, "--error-env", "overcast") if mode == "sh" else lightarc(*words))
+    lights = [each["light"] for each in found["check"]["lights"]]
+    assert lights == [*(["overcast"] if mode == "sh" else []), *bake_check.ENVIRONMENTS, LAMP]
+    assert all(each["pixels"] > 0 for each in found["check"]["lights"])
+    assert open_transport(output).check == BakeCheck.model_validate(found["check"])
+    assert result(lightarc(*words, "--no-check"))["check"] is None
+    assert open_transport(output).check is None
 
 
 def test_lambert_under_a_lamp_is_what_the_direct_mode_draws(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
