@@ -27,6 +27,9 @@ STEPS = ((0.4, 1.0, 0.4), (0.2, 1.0, 0.2), (0.1, 0.5, 0.1), (0.05, 0.25, 0.05))
 #: Least and largest of each number, rounds of a step, and what a round leaves that is worth another, over what was.
 BOUNDS, ROUNDS, WORTH = ((-0.3, 2.0), (-2.0, 1.0), (0.0, 0.9)), 3, 0.998
 
+#: Digits after the point in which fall-offs differ: steps back and forth leave less than these.
+DECIMALS = 9
+
 #: Numbers from which on a fall-off is not of a surface alone; none or all of a Fresnel term and no roughness are usual.
 EXTREME = (-0.3, -2.0, -1.0), (2.0, 2.0, 0.9)
 
@@ -36,18 +39,24 @@ BETTER, OWN_BETTER, ALIKE, NEAR = 0.95, 0.85, 1.08, (0.1, 0.5, 0.1)
 
 
 def find_falls(
-    count: int, unexplained: Callable[[Array], Array], unpredicted: Callable[[Array], Array]
+    count: int,
+    unexplained: Callable[[Array], Array],
+    unpredicted: Callable[[Array], Array],
+    roughly: Callable[[Array], Array] | None = None,
 ) -> tuple[Array | None, list[tuple[Array, Bools]]]:
     """(K, 3) the fall-off of each of `count` kinds, None where all are Lambert's; and others that explain some as well.
 
     `unexplained` tells (K,) what fall-offs (K, 3) leave, `unpredicted` what they leave of photographs that were not
-    part of the fit. The others come with the kinds (K,) that they are of.
+    part of the fit, and `roughly` what they leave of fewer texels, by which starts are compared. The others come with
+    the kinds (K,) that they are of.
     """
+    unexplained, roughly = _remember(unexplained), _remember(roughly or unexplained)
     together, lambert = np.zeros(count, np.int64), np.zeros((count, 3))
     starts = [np.tile(start, (count, 1)) for start in STARTS]
-    tried = [_search(start, unexplained(start), together, unexplained, STEPS[:1]) for start in starts]
-    tried.sort(key=lambda each: float(each[1].sum()))
-    tried[:2] = [_search(*each, together, unexplained, STEPS[1:]) for each in tried[:2]]
+    rough = [_search(start, roughly(start), together, roughly, STEPS[:1]) for start in starts]
+    rough.sort(key=lambda each: float(each[1].sum()))
+    tried = [_search(falls, unexplained(falls), together, unexplained, STEPS[1:]) for falls, _ in rough[:2]]
+    tried += [(falls, unexplained(falls)) for falls, _ in rough[2:]]
     tried.append((lambert, unexplained(lambert)))
     falls, least = min(tried, key=lambda each: float(each[1].sum()))
     if least.sum() > BETTER * tried[-1][1].sum():
@@ -93,6 +102,19 @@ def _search(
             if least.sum() > WORTH * before.sum():
                 break
     return falls, least
+
+
+def _remember(unexplained: Callable[[Array], Array]) -> Callable[[Array], Array]:
+    """The same function, which is evaluated once for each fall-off of each kind: searches often come back to one."""
+    known: dict[tuple[int, tuple[float, ...]], float] = {}
+
+    def look_up(falls: Array) -> Array:
+        keys = [(kind, tuple(np.round(fall, DECIMALS).tolist())) for kind, fall in enumerate(falls)]
+        if any(key not in known for key in keys):
+            known.update(zip(keys, unexplained(falls).tolist(), strict=True))
+        return np.array([known[key] for key in keys])
+
+    return look_up
 
 
 def _step(falls: Array, number: int, step: float) -> Array:

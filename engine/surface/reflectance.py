@@ -25,6 +25,7 @@ Memory: the block of rows that is being fitted, and the maps.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -106,9 +107,10 @@ BLOCKS, FEWEST_IN_BLOCK, EVERY = 8, 2, 4
 #: Mean residual of a fit without shadows, over that with them, below which it counts.
 EXPLAINED_BETTER = 0.8
 
-#: Photographs from which fall-offs are found, every which texel of the sample they are found on, the share of a
-#: texel's photographs, those that are explained best, by which they are judged, and parts that are left out in turn.
-ENOUGH_FOR_FALL, FALL_EVERY, FALL_SHARE, FALL_FOLDS = 12, 8, 0.7, 4
+#: Photographs from which fall-offs are found, every which texel of the sample they are found on, and of these every
+#: which they are looked for on at first; the share of a texel's photographs, those that are explained best, by which
+#: they are judged, and parts that are left out in turn.
+ENOUGH_FOR_FALL, FALL_EVERY, ROUGHLY, FALL_SHARE, FALL_FOLDS = 12, 8, 4, 0.7, 4
 
 #: Share of texels that may be brighter than white.
 ABOVE_WHITE = 1e-3
@@ -337,19 +339,27 @@ def kinds(
 
 def _find_falls(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds, lambertian: bool = False) -> Kinds:
     """The kinds with their fall-off, of surfaces with highlights or without."""
-    some, count = texels.choose(slice(None), FALL_EVERY), len(kinds.colour)
-    lit = towards[:, ::FALL_EVERY] if towards.shape[1] > 1 else towards
-    of_kind = kinds.of(some.radiance) == np.arange(count)[:, None]
+    count = len(kinds.colour)
 
-    def add_up(off: NDArray[np.float32]) -> Array:
+    def choose(every: int) -> tuple[Texels, Array]:
+        """Every so many texels, and their light."""
+        return texels.choose(slice(None), every), towards[:, ::every] if towards.shape[1] > 1 else towards
+
+    def add_up(some: Texels, off: NDArray[np.float32]) -> Array:
         """(K,) sums of the photographs that are explained best: shadows are explained by no fall-off."""
         best = np.sort(np.where(some.usable, off, 0.0), axis=0)[: max(1, int(FALL_SHARE * len(off)))]
+        of_kind = kinds.of(some.radiance) == np.arange(count)[:, None]
         return np.asarray(of_kind @ best.sum(axis=0, dtype=np.float64))
 
-    def measure(falls: Array) -> Array:
+    def measure_on(some: Texels, lit: Array, falls: Array) -> Array:
         trial = replace(kinds, falls=falls)
         found = _fit(some, lit, lamps, trial, lambertian)
-        return add_up(np.abs(_residuals(some, lit, found, trial)).sum(axis=-1))
+        return add_up(some, np.abs(_residuals(some, lit, found, trial)).sum(axis=-1))
+
+    some, lit = choose(FALL_EVERY)
+    of_kind = kinds.of(some.radiance) == np.arange(count)[:, None]
+    measure = partial(measure_on, some, lit)
+    roughly = partial(measure_on, *choose(ROUGHLY * FALL_EVERY))
 
     def predict(falls: Array) -> Array:
         trial, every = replace(kinds, falls=falls), np.arange(len(some.radiance))
@@ -359,9 +369,9 @@ def _find_falls(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds, lamb
             rest = np.setdiff1d(every, out)
             found = _fit(some.choose(rest), lit[rest], lamps, trial, lambertian)
             off[out] = np.abs(_residuals(some.choose(out), lit[out], found, trial)).sum(axis=-1)
-        return add_up(off)
+        return add_up(some, off)
 
-    falls, others = find_falls(count, measure, predict)
+    falls, others = find_falls(count, measure, predict, roughly)
     kinds, doubt = replace(kinds, falls=falls), np.zeros(count)
     best = _fit(some, lit, lamps, kinds, lambertian)[:, :2]
     for other, as_well in others:
