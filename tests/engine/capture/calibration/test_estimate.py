@@ -22,6 +22,9 @@ from tests.engine.capture.calibration.measured import measure, measure_motion
 
 SMALL: dict[str, Any] = {"height": 48, "width": 56, "lamps": 18}
 
+#: All but the motion of the camera, whose search takes longest, for captures of a camera that stood still.
+STILL = ImportSettings(calibrate=TERMS)
+
 
 def _estimated(rendered: Rendered) -> Estimate:
     clipped = [(each >= 0.99).any(axis=-1).astype(np.float32) for each in rendered.photographs]
@@ -124,7 +127,7 @@ def test_room_light_that_is_not_told_beside_near_lamps_is_in_the_uncertainty(
     tmp_path: Path, seed: int, largest: float
 ) -> None:
     """Other sets of terms, or matte texels, show the photographs as well: 0.76 and 0.12 are covered without these."""
-    measured = measure(render(draw(seed)), tmp_path)
+    measured = measure(render(draw(seed)), tmp_path, STILL)
     accepted = {term["name"] for term in measured.stack.provenance["calibration"] if term["accepted"]}
     assert "ambient" not in accepted  # though it is there
     assert measured.covered >= 0.95
@@ -132,8 +135,8 @@ def test_room_light_that_is_not_told_beside_near_lamps_is_in_the_uncertainty(
 
 
 def test_normals_that_another_rig_turns_are_doubted(tmp_path: Path) -> None:
-    """Lamps of 3 widths over metal are not told from distant ones, and normals err by 3.6°."""
-    measured = measure(render(draw(9033)), tmp_path)
+    """Lamps of 3 widths over metal are not told from distant ones, and normals err by 4.1°."""
+    measured = measure(render(draw(9033, height=48, width=56, lamps=27)), tmp_path, STILL)
     assert np.median(measured.error_deg) > 2.0
     for health in (measured.stack.health, measured.surface.health):
         assert any("do not decide how they were lit" in warning for warning in health.warnings)
