@@ -28,6 +28,11 @@ def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return drain(save_bundle(tmp_path_factory.mktemp("bundle") / "woven.lightarc", woven_material()))
 
 
+@pytest.fixture(autouse=True)
+def _small_balls(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("engine.exchange.loss.DIAMETER", 40)
+
+
 def run(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, Any]:
     code = main([*map(str, words), "--json"])
     output = capsys.readouterr().out

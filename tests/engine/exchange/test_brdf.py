@@ -17,6 +17,7 @@ from engine.brdf.readers.merl import SCALE, encode_merl, read_merl, write_merl
 from engine.brdf.readers.read import open_brdf
 from engine.core.figure_text import percent
 from engine.core.steps import drain
+from engine.exchange import loss
 from engine.exchange.brdf import contents, materialx, rgl
 from engine.exchange.loss import ENVIRONMENTS, brdf_shown, environment_lights, sphere
 from engine.exchange.subject import Contents, Settings
@@ -48,7 +49,7 @@ def unit(theta_deg: Any, phi_deg: Any) -> Any:
 def test_the_figures_are_those_of_a_sphere_of_the_model(made: Contents) -> None:
     """The nearest model and the BRDF itself, each on a ball, are compared here anew."""
     nearest, wanted = brdf_from_text(made.record["fitted"]), brdf_from_text(BRDF)
-    view, errors = sphere(3, 4), []
+    view, errors = sphere(3, 4, loss.DIAMETER), []
     for name in ENVIRONMENTS:
         shown, own = (brdf_shown(each)(view, environment_lights(name)) for each in (nearest, wanted))
         errors.append(np.sqrt(np.sum((shown - own) ** 2) / np.sum(own**2)))

@@ -22,12 +22,6 @@ from .materials import R_MAX, dome_material, dome_stack, linear_material, woven_
 BLACK = np.zeros((6, 5, 3), np.float32)
 
 
-@pytest.fixture(autouse=True)
-def _small_spheres(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Few pixels are compared: what holds of the errors holds for any ball."""
-    monkeypatch.setattr("engine.exchange.loss.DIAMETER", 40)
-
-
 def test_photographs_from_all_sides_give_normals_and_height(tmp_path: Path) -> None:
     """The surface is measured where the stack is at hand, and the record has the error against the photographs."""
     material, stack = dome_material(), dome_stack(48, 40)

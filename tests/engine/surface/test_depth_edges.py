@@ -59,7 +59,7 @@ def test_heights_of_twenty_scenes() -> None:
 
 
 def test_a_smooth_relief_has_no_edges() -> None:
-    scene = draw_scene(3, objects=0)
+    scene = draw_scene(3, objects=0, size=(56, 64))
     maps = drain(recover(scene.stack, np.arange(len(scene.stack.sources)), left_out=False)).maps
     assert maps.region is None
     error, sigma, _ = errors(scene, maps)
