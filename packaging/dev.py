@@ -367,7 +367,8 @@ def test(words: Sequence[str]) -> int:
         say(f"{name}: {' '.join(command)}")
         codes.append(call([*tool, *command]))
     say("Types: mypy, beside the tests" if not words else "Types: mypy")
-    with child([*tool, "mypy"]) as types, virtual_display() as environment:
+    kept = {"MYPY_CACHE_DIR": str(types_folder()), **os.environ}
+    with child([*tool, "mypy"], env=kept) as types, virtual_display() as environment:
         if words:
             end(types)
         command = ["pytest", "-n", str(workers()), "--dist", "worksteal", "-rs", *words]
@@ -375,6 +376,16 @@ def test(words: Sequence[str]) -> int:
         tests = call([*tool, *command], environment)
         codes += [end(types), tests]
     return next((code for code in codes if code), 0)
+
+
+def types_folder() -> Path:
+    """Where mypy keeps what it found, by content: one folder of the user for all checkouts with the same packages.
+
+    In a fresh checkout it would otherwise work through all packages again, beside the tests.
+    """
+    kept = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    packages = hashlib.sha256(LOCKS["test"].read_bytes()).hexdigest()[:16]
+    return kept / "lightarc-tests" / f"types-{packages}"
 
 
 def changed_tests() -> list[str]:

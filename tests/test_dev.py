@@ -276,6 +276,8 @@ def test_every_stage_runs_and_the_first_failure_counts(
         if command[0] != str(dev.PYTHON):
             return started(command, **options)
         stages.append(command[2])
+        if command[2] == "mypy":
+            assert options["env"]["MYPY_CACHE_DIR"] == str(dev.types_folder()), "checkouts share what it found"
         return started([sys.executable, "-c", f"raise SystemExit({codes[len(stages) - 1]})"], text=True)
 
     started = subprocess.Popen
