@@ -52,34 +52,34 @@ def find(image: Any) -> Any:
     return find_chart(image, (image >= 1.0).any(axis=-1))
 
 
+@pytest.mark.campaign(rounds=3)
 @pytest.mark.parametrize("illuminant", ILLUMINANTS)
-def test_charts_in_perspective_with_vignetting_and_noise(illuminant: str) -> None:
-    for seed in range(3):
-        rng = np.random.default_rng([seed, 7])
-        # No camera sees as the eye does: every patch is off by a per cent of each channel.
-        seen = REFERENCE_RGB * (1 + rng.normal(0, 0.01, (24, 3)))
-        image, _ = photograph(rng, illuminant, seen)
-        found = find(image)
-        assert found is not None, seed
-        _, correction = found
-        figures = summary(correction)
-        assert figures["after"]["mean"] <= 1.0 < figures["before"]["mean"]
-        assert figures["after"]["largest"] <= 3.0
-        assert [each["grade"] for each in figures["grades"]] == ["4 stars", "Full"]
-        # Colours far from those of the chart are as they were before the camera, but for their brightness.
-        colours = rng.uniform(0.05, 0.8, (50, 3))
-        shown = correction.apply(((colours * ILLUMINANTS[illuminant]) @ CAMERA.T).astype(np.float32)[None])[0]
-        shown = shown * np.median(colours.sum(axis=1) / shown.sum(axis=1))
-        assert delta_e_2000(lab_of(shown), lab_of(colours)).mean() <= 1.5
+def test_charts_in_perspective_with_vignetting_and_noise(illuminant: str, seed: int) -> None:
+    rng = np.random.default_rng([seed, 7])
+    # No camera sees as the eye does: every patch is off by a per cent of each channel.
+    seen = REFERENCE_RGB * (1 + rng.normal(0, 0.01, (24, 3)))
+    image, _ = photograph(rng, illuminant, seen)
+    found = find(image)
+    assert found is not None
+    _, correction = found
+    figures = summary(correction)
+    assert figures["after"]["mean"] <= 1.0 < figures["before"]["mean"]
+    assert figures["after"]["largest"] <= 3.0
+    assert [each["grade"] for each in figures["grades"]] == ["4 stars", "Full"]
+    # Colours far from those of the chart are as they were before the camera, but for their brightness.
+    colours = rng.uniform(0.05, 0.8, (50, 3))
+    shown = correction.apply(((colours * ILLUMINANTS[illuminant]) @ CAMERA.T).astype(np.float32)[None])[0]
+    shown = shown * np.median(colours.sum(axis=1) / shown.sum(axis=1))
+    assert delta_e_2000(lab_of(shown), lab_of(colours)).mean() <= 1.5
 
 
-def test_wrong_charts_are_never_accepted() -> None:
+@pytest.mark.campaign(rounds=3)
+def test_wrong_charts_are_never_accepted(seed: int) -> None:
     board = np.indices((4, 6)).sum(axis=0).ravel() % 2 * 0.85 + 0.05
-    for seed in range(3):
-        rng = np.random.default_rng([seed, 8])
-        random = rng.uniform(0.02, 0.9, (24, 3))
-        for colours in (np.repeat(board[:, None], 3, axis=1), random, REFERENCE_RGB[rng.permutation(24)]):
-            assert find(photograph(rng, "D50", colours)[0]) is None
+    rng = np.random.default_rng([seed, 8])
+    random = rng.uniform(0.02, 0.9, (24, 3))
+    for colours in (np.repeat(board[:, None], 3, axis=1), random, REFERENCE_RGB[rng.permutation(24)]):
+        assert find(photograph(rng, "D50", colours)[0]) is None
     assert find(np.zeros((60, 80, 3), np.float32)) is None
     assert find(rng.uniform(0, 1, (200, 300, 3)).astype(np.float32)) is None
 
@@ -109,11 +109,11 @@ def test_uneven_light_on_the_chart_is_told_from_its_colours() -> None:
     assert correction.unevenness == pytest.approx(0.6, abs=0.08)
 
 
-def test_colours_that_are_only_like_those_of_a_chart_are_none() -> None:
-    for seed in range(3):
-        rng = np.random.default_rng(seed)
-        assert fit_correction(REFERENCE_RGB * (1 + rng.normal(0, 0.03, (24, 3))), POSITIONS) is not None
-        assert fit_correction(REFERENCE_RGB * np.exp(rng.normal(0, 0.5, (24, 3))), POSITIONS) is None
+@pytest.mark.campaign(rounds=3)
+def test_colours_that_are_only_like_those_of_a_chart_are_none(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    assert fit_correction(REFERENCE_RGB * (1 + rng.normal(0, 0.03, (24, 3))), POSITIONS) is not None
+    assert fit_correction(REFERENCE_RGB * np.exp(rng.normal(0, 0.5, (24, 3))), POSITIONS) is None
 
 
 def test_a_camera_that_no_matrix_describes_gets_root_polynomials() -> None:
