@@ -29,6 +29,9 @@ settings.load_profile("untimed")
 
 PROJECT = Path(__file__).resolve().parents[1]
 
+# Nothing of what is collected is garbage, and to look for some takes a fifth of the time; tests begin with it on.
+gc.disable()
+
 # Kernels are compiled once for all checkouts with the same packages (`engine.core.kernel_cache`), not once for each.
 _PACKAGES = hashlib.sha256((PROJECT / "packaging" / "requirements-test.lock").read_bytes()).hexdigest()[:16]
 os.environ.setdefault("NUMBA_CACHE_DIR", str(platformdirs.user_cache_path("lightarc-tests") / f"kernels-{_PACKAGES}"))
@@ -76,6 +79,7 @@ def pytest_collection_finish() -> None:
     """Set modules and collected tests aside: each search for garbage would look at all of these objects again."""
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(scope="session", autouse=True)
