@@ -10,7 +10,7 @@ them, for two estimates of it would be worse than one. Directional lights are fo
 model are found in both ways as well, and shadowed by what is between them and the surface; they hide nothing, and no
 ray of the camera sees them. From the fourth point on, paths end at random, the dark ones sooner.
 
-The surface is opaque and alike on both sides; `engine.render.surface` says how it is shaded. A triangle neither
+The surface is opaque and alike on both sides; `engine.render.surface_points` says how it is shaded. A triangle neither
 lights itself nor is lit from behind. With a material, f cos is replaced by the look-up of `engine.scene.scene` at full
 detail, whose 'outgoing' form depends on all light at once and has no such sum. With PBR maps, f is that of the texel at
 full detail. The ground is Lambertian.
@@ -42,7 +42,8 @@ from engine.render.light_sampling import (
 )
 from engine.render.near_light_sampling import draw_towards, light_along
 from engine.render.sobol import SOBOL, mix, pair, pairs
-from engine.render.surface import Points, Reflector, surface_points, to_local, to_world
+from engine.render.surface import Points, Reflector, to_local, to_world
+from engine.render.surface_points import surface_points
 from engine.scene.scene import Scene
 
 Floats = NDArray[np.float64]
