@@ -78,6 +78,10 @@ class DistantLights:
         )
 
 
+#: No directional light.
+NO_LIGHTS = DistantLights(np.zeros((0, 3)), np.zeros((0, 3)))
+
+
 def solid_angles(height: int, width: int) -> NDArray[np.float64]:
     """(H, 1) solid angle in sr of a texel in each row; the whole map sums to 4 pi."""
     edges = np.cos(np.linspace(0, np.pi, height + 1))

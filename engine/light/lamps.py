@@ -17,7 +17,7 @@ from engine.core import params
 from engine.core.directions import normalize, world_angles, world_direction, world_from_tangent
 from engine.core.errors import UsageError
 from engine.core.params import Colour, param
-from engine.light.environment import DistantLights
+from engine.light.environment import NO_LIGHTS, DistantLights
 
 #: Directions that stand for a disc lie about so far apart: 1.5 degrees, half the width of narrow highlights.
 SPACING = math.radians(1.5)
@@ -167,10 +167,9 @@ def directions_for(lamps: Sequence[Lamp]) -> list[int]:
 def lights_of_all(lamps: Sequence[Lamp]) -> DistantLights:
     """The directional lights in place of all `lamps`, in their order."""
     spread = [lights_of(lamp, count) for lamp, count in zip(lamps, directions_for(lamps), strict=True)]
-    none = np.zeros((0, 3))
     return DistantLights(
-        np.concatenate([none, *(lights.direction for lights in spread)]),
-        np.concatenate([none, *(lights.irradiance for lights in spread)]),
+        np.concatenate([NO_LIGHTS.direction, *(lights.direction for lights in spread)]),
+        np.concatenate([NO_LIGHTS.irradiance, *(lights.irradiance for lights in spread)]),
     )
 
 

@@ -21,8 +21,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from engine.core.colour import luminance
 from engine.core.directions import normalize
@@ -103,6 +101,9 @@ def _sources(radiance: NDArray[np.float32]) -> Iterator[_Source]:
 
 def _regions(texels: NDArray[np.int64], height: int, width: int) -> list[NDArray[np.int64]]:
     """Connected regions of `texels` (flat indices, rising): the eight neighbours, around the seam in longitude."""
+    from scipy.sparse import coo_array  # slow to load, and the window must open at once
+    from scipy.sparse.csgraph import connected_components
+
     row, column = np.divmod(texels, width)
     pairs = []
     for down, right in ((0, 1), (1, -1), (1, 0), (1, 1)):

@@ -2,13 +2,14 @@
 
 The counterpart of `engine.gl.direct`, for machines without OpenGL and as its reference: the same sub-pixels, the same
 formulas in float64, the same mip-maps chosen from differences over the same 2 × 2 blocks. Time grows with the
-sub-pixels times the lights, about 1 s per million of either.
+sub-pixels times the lights, about 1 s per million of either. Lights that cast shadows take a ray each where they face
+the surface, which leaves as those of the reference do (`engine.render.surface_points`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,14 +19,16 @@ from engine.brdf.models.diffuse import Lambert
 from engine.core.colour import luminance, srgb_decode
 from engine.core.directions import dot, frames_along, normalize, world_from_tangent
 from engine.core.steps import Step, Steps
-from engine.geometry.ray_caster import caster_of
+from engine.geometry.ray_caster import caster_of, offset_origins
 from engine.light.environment import DistantLights
-from engine.light.near_lamps import near_lights
+from engine.light.near_lamps import NearLamp, near_lights
 from engine.render.gains import gains_at, place_of_direction, place_of_share
 from engine.render.hex_tiling import Maps, maps_of_scene, values_at
 from engine.render.mip_maps import level_of_detail
-from engine.render.near_light import facets_of, facets_of_texels, reflect_near
+from engine.render.near_light import Reached, facets_of, facets_of_texels, reflect_near
+from engine.render.near_light_sampling import distance_along
 from engine.render.pbr import Texels, texels_at
+from engine.render.surface_points import surface_points
 from engine.scene.scene import Scene
 from engine.shading.directional.effective_light import weights_at
 from engine.shading.directional.planes import DirectionalMap
@@ -91,13 +94,16 @@ class Shader:
         self._maps = maps_of_scene(scene)
 
     def __call__(self, row: Indices, column: Indices, lights: DistantLights | None = None) -> Array:
-        """(N, 4) radiance and coverage 1 where the mesh is hit, else 0; `lights` instead of the scene's own."""
+        """(N, 4) radiance and coverage 1 where the mesh is hit, else 0.
+
+        `lights` in place of the scene's own cast no shadows.
+        """
         rays = self._rays(column + 0.5, row + 0.5)
         hit = self._caster.intersect(np.broadcast_to(self.scene.camera.eye, rays.shape), rays, coherent=True).face
         seen = np.flatnonzero(hit >= 0)
         image = np.zeros((len(rays), 4))
         if seen.size:
-            value = self._shade_visible(row[seen], column[seen], hit[seen], lights or self.scene.lights)
+            value = self._shade_visible(row[seen], column[seen], hit[seen], lights)
             image[seen, :3] = np.where(np.isfinite(value).all(axis=1, keepdims=True), np.maximum(value, 0.0), 0.0)
             image[seen, 3] = 1.0
         return image
@@ -105,19 +111,19 @@ class Shader:
     def _rays(self, column: NDArray[Any], row: NDArray[Any]) -> Array:
         return self.scene.camera.rays(column, row, *self.size)
 
-    def _shade_visible(self, row: Indices, column: Indices, face: NDArray[Any], lights: DistantLights) -> Array:
+    def _shade_visible(self, row: Indices, column: Indices, face: NDArray[Any], lights: DistantLights | None) -> Array:
         """(N, 3) of the triangles that are seen: of the model, and of the ground behind them in the list."""
         value, ground = np.empty((len(face), 3)), face >= len(self.scene.mesh.faces)
         for part, scene in ((np.flatnonzero(~ground), self.scene), (np.flatnonzero(ground), self._ground)):
             if part.size and scene is not None:
-                faces = self._surface.faces[face[part]]
-                value[part] = self._radiance(scene, row[part], column[part], faces, lights)
+                value[part] = self._radiance(scene, row[part], column[part], face[part], lights)
         return value
 
     def _radiance(
-        self, scene: Scene, row: Indices, column: Indices, faces: NDArray[np.int32], lights: DistantLights
+        self, scene: Scene, row: Indices, column: Indices, face: NDArray[np.int32], lights: DistantLights | None
     ) -> Array:
-        surface, triangle = self._surface, self._positions[faces]
+        surface, faces = self._surface, self._surface.faces[face]
+        triangle = self._positions[faces]
 
         def at(column: NDArray[Any], row: NDArray[Any]) -> Array:
             return _barycentric(self._eye, self._rays(column, row), triangle)
@@ -132,12 +138,16 @@ class Shader:
             frame = frames_along(normal, np.einsum("nc,nci->ni", weights, surface.tangents[faces]))
         viewer = np.einsum("nij,ni->nj", frame, wo)
         place = place + scene.mesh.centre
+        lit = _Lit(scene.lights if lights is None else lights, place)
+        if scene.shadows and lights is None:
+            lit = self._cast_shadows(lit, face, weights, wo, frame[..., 2])
         if scene.shading is None and scene.pbr is None:
             facets = facets_of(scene.brdf, len(wo))
             near = None if facets is not None else scene
-            terms = _light_terms(scene.brdf.f, lights, frame, viewer, None, near, place)
-            value = _sum_of_reflections(terms, len(wo))
-            return value if facets is None else value + reflect_near(scene.near_lamps, place, frame, viewer, facets)
+            value = _sum_of_reflections(_light_terms(scene.brdf.f, lit, frame, viewer, None, near), len(wo))
+            if facets is None:
+                return value
+            return value + reflect_near(scene.near_lamps, place, frame, viewer, facets, reached=lit.reached)
         uv = texture_coordinates(scene, faces)
         is_directional = scene.pbr is not None or isinstance(scene.shading, DirectionalMap)
         axes = texture_axes(triangle, uv, frame[..., 2]) if is_directional else None
@@ -150,36 +160,47 @@ class Shader:
         seen = np.einsum("nc,nci->ni", weights, uv)
         if scene.pbr is not None:
             assert axes is not None
-            return self._shade_texels(seen, along, frame, axes, wo, lights, place)
-        terms = _light_terms(scene.brdf.f, lights, frame, viewer, axes, scene, place)
+            return self._shade_texels(seen, along, frame, axes, wo, lit)
+        terms = _light_terms(scene.brdf.f, lit, frame, viewer, axes, scene)
         return sample(scene, self._maps, seen, along, terms)
 
-    def _shade_texels(
-        self,
-        uv: Array,
-        along: list[Array],
-        frame: Array,
-        axes: Array,
-        wo: Array,
-        lights: DistantLights,
-        place: Array,
-    ) -> Array:
+    def _cast_shadows(self, lit: _Lit, face: NDArray[np.int32], weights: Array, wo: Array, normal: Array) -> _Lit:
+        """The lights as rays from the points, at `weights` (N, 3) of the triangles `face` (N,), find them."""
+        caster, lights = self._caster, lit.lights
+        normals = self._surface.normals
+        point, flat, _, _ = surface_points(face, weights, -wo, caster.positions, normals, caster.faces)
+        origin = offset_origins(point, flat, caster)
+        visible = np.ones((len(lights.direction), len(face)), np.bool_)
+        for number in self.scene.casting:
+            direction = lights.direction[number]
+            facing = np.flatnonzero((flat @ direction > 0.0) | (normal @ direction > 0.0))
+            visible[number] = False
+            towards = np.broadcast_to(direction, (len(facing), 3))
+            visible[number, facing] = ~caster.occluded(origin[facing], towards)
+
+        def reached(lamp: NearLamp, points: Indices, direction: Array) -> NDArray[np.bool_]:
+            distance = distance_along(lamp, origin[points], direction)
+            return np.asarray(caster.intersect(origin[points], direction).distance >= distance)
+
+        return _Lit(lights, lit.place, visible, reached)
+
+    def _shade_texels(self, uv: Array, along: list[Array], frame: Array, axes: Array, wo: Array, lit: _Lit) -> Array:
         """Radiance (N, 3) of PBR maps; where normals within a pixel differ much, it is looked up in four parts."""
         detail = level_of_detail(self._maps.levels, along)
         maps = self.scene.pbr
         assert maps is not None
 
-        def shade(at: Indices | slice, shift: Array, finer: float) -> tuple[Texels, Array]:
+        def shade(at: Indices, shift: Array, finer: float) -> tuple[Texels, Array]:
             lower = np.maximum(detail[at] - finer, 0.0)
             texels = texels_at(self._maps, uv[at] + shift, lower, maps)
             bent = texels.bend_frames(frame[at], axes[at], wo[at])
             viewer = np.einsum("nij,ni->nj", bent, wo[at])
             value = np.zeros((len(viewer), 3))
             for weight, each in texels.parts():
-                value += weight[:, None] * self._sum_of_part(each, lights, place[at], bent, viewer)
+                value += weight[:, None] * self._sum_of_part(each, lit.at(at), bent, viewer)
             return texels, value
 
-        texels, value = shade(slice(None), np.zeros(2), 0.0)
+        texels, value = shade(np.arange(len(uv)), np.zeros(2), 0.0)
         parts = np.flatnonzero(texels.differ_within)
         if parts.size:
             value[parts] = 0.0
@@ -188,67 +209,98 @@ class Shader:
                     value[parts] += 0.25 * shade(parts, right * along[0][parts] + up * along[1][parts], 1.0)[1]
         return value
 
-    def _sum_of_part(self, texels: Texels, lights: DistantLights, place: Array, frame: Array, viewer: Array) -> Array:
+    def _sum_of_part(self, texels: Texels, lit: _Lit, frame: Array, viewer: Array) -> Array:
         """Radiance (N, 3) of texels of one roughness under all lights."""
-        value = _sum_of_texels(texels, lights, frame, viewer)
+        value = _sum_of_texels(texels, lit, frame, viewer)
         if texels.layers is not None:
-            return value + _sum_of_near_texels(texels, self.scene, place, frame, viewer)
-        return value + reflect_near(self.scene.near_lamps, place, frame, viewer, facets_of_texels(texels))
+            return value + _sum_of_near_texels(texels, self.scene, lit, frame, viewer)
+        near = self.scene.near_lamps
+        return value + reflect_near(near, lit.place, frame, viewer, facets_of_texels(texels), reached=lit.reached)
+
+
+@dataclass(frozen=True, eq=False)
+class _Lit:
+    """Lights and the points at `place` (N, 3) that they shine on.
+
+    Attributes
+    ----------
+    visible : (L, N) whether each of the lights reaches each point; None where all do.
+    reached : the same of lights near the model; None where all points are.
+    """
+
+    lights: DistantLights
+    place: Array
+    visible: NDArray[np.bool_] | None = None
+    reached: Reached | None = None
+
+    def at(self, points: Indices) -> _Lit:
+        """Some of the points."""
+        reached = self.reached
+        if self.visible is None or reached is None:
+            return replace(self, place=self.place[points])
+
+        def reached_of(lamp: NearLamp, some: Indices, direction: Array) -> NDArray[np.bool_]:
+            return reached(lamp, points[some], direction)
+
+        return replace(self, place=self.place[points], visible=self.visible[:, points], reached=reached_of)
+
+    def each(self, frame: Array) -> Iterator[tuple[Indices, Array, Array, Array]]:
+        """For each light that reaches points: these, its direction (M, 3) in their frames, irradiance and direction."""
+        for number, direction in enumerate(self.lights.direction):
+            wi = np.einsum("nij,i->nj", frame, direction)
+            facing = wi[:, 2] > 0.0
+            points = np.flatnonzero(facing if self.visible is None else facing & self.visible[number])
+            if points.size:
+                yield points, wi[points], self.lights.irradiance[number], direction
+
+    def each_near(self, scene: Scene) -> Iterator[tuple[Array, Array]]:
+        """For each point of each near light: the direction (N, 3) towards it and its irradiance (N, 3)."""
+        for lamp in scene.near_lamps:
+            for direction, irradiance in near_lights(lamp, self.place, scene.directions):
+                if self.reached is not None:
+                    points = np.flatnonzero(irradiance.any(axis=1))
+                    open_to = np.zeros(len(direction))
+                    open_to[points] = self.reached(lamp, points, direction[points])
+                    yield direction, irradiance * open_to[:, None]
+                else:
+                    yield direction, irradiance
 
 
 def _light_terms(
-    f: Callable[[Array, Array], Array],
-    lights: DistantLights,
-    frame: Array,
-    wo: Array,
-    axes: Array | None,
-    near: Scene | None = None,
-    place: Array | None = None,
+    f: Callable[[Array, Array], Array], lit: _Lit, frame: Array, wo: Array, axes: Array | None, near: Scene | None
 ) -> Terms:
     """For each light: which points it reaches, f (M, 3) and cos(theta) (M,) there, and its irradiance (3,).
 
     Where the `axes` (N, 2, 3) of the texture are given, also the direction of the light along them. Of a scene with
-    lights that are `near`, for their points too, with an irradiance (M, 3) at the points' `place` (N, 3).
+    lights that are `near`, for their points too, with an irradiance (M, 3).
     """
-    for lit, wi, irradiance, direction in _find_lit(lights, frame):
-        heading = None if axes is None else axes[lit] @ direction
-        yield lit, f(wi, wo[lit]), wi[:, 2], irradiance, heading
-    if near is None or place is None:
-        return
-    for lamp in near.near_lamps:
-        for direction, irradiance in near_lights(lamp, place, near.directions):
-            wi = np.einsum("nij,ni->nj", frame, direction)
-            lit = np.flatnonzero((wi[:, 2] > 0.0) & irradiance.any(axis=1))
-            if lit.size:
-                heading = None if axes is None else np.einsum("nai,ni->na", axes[lit], direction[lit])
-                yield lit, f(wi[lit], wo[lit]), wi[lit, 2], irradiance[lit], heading
+    for points, wi, irradiance, direction in lit.each(frame):
+        heading = None if axes is None else axes[points] @ direction
+        yield points, f(wi, wo[points]), wi[:, 2], irradiance, heading
+    for direction, irradiance in () if near is None else lit.each_near(near):
+        wi = np.einsum("nij,ni->nj", frame, direction)
+        points = np.flatnonzero((wi[:, 2] > 0.0) & irradiance.any(axis=1))
+        if points.size:
+            heading = None if axes is None else np.einsum("nai,ni->na", axes[points], direction[points])
+            yield points, f(wi[points], wo[points]), wi[points, 2], irradiance[points], heading
 
 
-def _find_lit(lights: DistantLights, frame: Array) -> Iterator[tuple[Indices, Array, Array, Array]]:
-    """For each light that reaches points: these, its direction (M, 3) in their frames, irradiance and direction."""
-    for direction, irradiance in zip(lights.direction, lights.irradiance, strict=True):
-        wi = np.einsum("nij,i->nj", frame, direction)
-        lit = np.flatnonzero(wi[:, 2] > 0.0)
-        if lit.size:
-            yield lit, wi[lit], irradiance, direction
-
-
-def _sum_of_texels(texels: Texels, lights: DistantLights, frame: Array, wo: Array) -> Array:
+def _sum_of_texels(texels: Texels, lit: _Lit, frame: Array, wo: Array) -> Array:
     """Radiance (N, 3) of the BRDFs of texels, in the frames that normals bend."""
     value = np.zeros((len(wo), 3))
-    everywhere = np.arange(len(wo))
-    for direction, irradiance in zip(lights.direction, lights.irradiance, strict=True):
-        value += texels.product(everywhere, np.einsum("nij,i->nj", frame, direction), wo) * irradiance
+    everywhere, lights = np.arange(len(wo)), lit.lights
+    for number, (direction, irradiance) in enumerate(zip(lights.direction, lights.irradiance, strict=True)):
+        product = texels.product(everywhere, np.einsum("nij,i->nj", frame, direction), wo) * irradiance
+        value += product if lit.visible is None else product * lit.visible[number][:, None]
     return value
 
 
-def _sum_of_near_texels(texels: Texels, scene: Scene, place: Array, frame: Array, wo: Array) -> Array:
-    """The same of points of lights near the model, at the points' `place` (N, 3)."""
+def _sum_of_near_texels(texels: Texels, scene: Scene, lit: _Lit, frame: Array, wo: Array) -> Array:
+    """The same of points of lights near the model."""
     value = np.zeros((len(wo), 3))
     everywhere = np.arange(len(wo))
-    for lamp in scene.near_lamps:
-        for direction, irradiance in near_lights(lamp, place, scene.directions):
-            value += texels.product(everywhere, np.einsum("nij,ni->nj", frame, direction), wo) * irradiance
+    for direction, irradiance in lit.each_near(scene):
+        value += texels.product(everywhere, np.einsum("nij,ni->nj", frame, direction), wo) * irradiance
     return value
 
 

@@ -1,4 +1,4 @@
-"""Light near a model that a surface reflects, without shadows: the sums of `engine.render.direct`.
+"""Light near a model that a surface reflects: the sums of `engine.render.direct`.
 
 Two lobes have closed forms over the polygon of directions in which a light is seen: the cosine, and GGX's distribution
 of facets, for D(h) cos θ_h is the cosine after the linear transformation diag(α_x, α_y, 1) of directions, exactly
@@ -13,12 +13,15 @@ every width. Polygons are cut at the horizon. A sphere is the disc of directions
 in which it is seen, and discs are polygons of `CORNERS` corners and their own area. Lights that are seen very small are
 their points alone.
 
+What stands in the way is told by rays to the same points: an integral becomes smaller by the share of its sum over them
+that is blocked.
+
 Other BRDFs are summed over as many points of each light as the scene has `directions`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,6 +39,9 @@ from engine.surface.normal_spread import ALIKE, spread_lobe
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
+
+#: Whether a light reaches points, by their indices (M,), from unit directions (M, 3) towards it; bools (M,).
+Reached = Callable[[NearLamp, Indices, Floats], NDArray[np.bool_]]
 
 #: Points of a light over which slowly changing factors are averaged.
 POINTS = 16
@@ -123,9 +129,18 @@ def facets_of_texels(texels: Texels) -> Facets:
 
 
 def reflect_near(
-    lamps: Sequence[NearLamp], positions: Floats, frame: Floats, wo: Floats, facets: Facets, points: int = POINTS
+    lamps: Sequence[NearLamp],
+    positions: Floats,
+    frame: Floats,
+    wo: Floats,
+    facets: Facets,
+    points: int = POINTS,
+    reached: Reached | None = None,
 ) -> Floats:
-    """Radiance (N, 3) that points at `positions` (N, 3) reflect to `wo` (N, 3), in their `frame` (N, 3, 3)."""
+    """Radiance (N, 3) that points at `positions` (N, 3) reflect to `wo` (N, 3), in their `frame` (N, 3, 3).
+
+    Nothing casts a shadow unless `reached` says what lights reach.
+    """
     total = np.zeros((len(wo), 3))
     for lamp in lamps:
         sums, lobes = np.zeros((2, len(wo), 3)), np.zeros((2, len(wo)))
@@ -133,9 +148,10 @@ def reflect_near(
             wi = np.einsum("nij,ni->nj", frame, direction)
             lit = np.flatnonzero((wi[:, 2] > 0.0) & irradiance.any(axis=1))
             factors, densities = _split(wi[lit], wo[lit], facets.at(lit))
+            seen = irradiance[lit] if reached is None else irradiance[lit] * reached(lamp, lit, direction[lit])[:, None]
             for k in range(2):
                 found = densities[k] * irradiance[lit].max(axis=1)
-                sums[k, lit] += factors[k] * densities[k][:, None] * irradiance[lit]
+                sums[k, lit] += factors[k] * densities[k][:, None] * seen
                 lobes[k, lit] += found
         if lamp.is_point:
             total += sums.sum(axis=0)
@@ -148,6 +164,9 @@ def reflect_near(
             missed = np.flatnonzero((wanted[k] > lobes[k]) & (middles[k, :, 2] > 0.0))
             factor = _split(middles[k, missed], wo[missed], facets.at(missed))[0][k]
             colour = radiance / max(float(radiance.max()), 1e-300)
+            if reached is not None:
+                towards = np.einsum("nij,nj->ni", frame[missed], middles[k, missed])
+                factor = factor * reached(lamp, missed, towards)[:, None]
             total[missed] += factor * (wanted[k] - lobes[k])[missed, None] * colour
     return total
 

@@ -59,13 +59,27 @@ def light_along(lamp: NearLamp, points: Floats, direction: Floats) -> tuple[Floa
         facing, across = np.asarray(lamp.facing), lamp.half_sides
         offset = np.asarray(lamp.position) - points
         towards = -direction @ facing
-        reach = -(offset @ facing) / np.where(towards > 0.0, towards, 1.0)
+        reach = distance_along(lamp, points, direction)
         place = (reach[:, None] * direction - offset) @ (across / (across**2).sum(axis=1, keepdims=True)).T
         beside = dot(place, place) if lamp.shape == "disc" else np.abs(place).max(axis=1)
         inside = (towards > 0.0) & (reach > 0.0) & (beside <= 1.0 + 1e-12)
         density = _SeenRectangle(lamp, points).density(np.where(inside, reach, 1.0), np.where(inside, towards, 1.0))
     light = inside[:, None] * np.asarray(lamp.radiance)
     return light, np.where(inside, density, 0.0), np.where(inside, np.maximum(reach, 0.0), np.inf)
+
+
+def distance_along(lamp: NearLamp, points: Floats, direction: Floats) -> Floats:
+    """Distances (N,) from `points` (N, 3) along unit `direction` (N, 3) of a sphere, or of the plane of another lamp.
+
+    Beside a sphere it is that of the nearest place to its centre, and where a plane is not faced of no meaning.
+    """
+    offset = np.asarray(lamp.position) - points
+    if lamp.shape == "sphere" or lamp.is_point:
+        along = dot(offset, direction)
+        return np.asarray(along - np.sqrt(np.maximum(lamp.radius**2 - dot(offset, offset) + along**2, 0.0)))
+    facing = np.asarray(lamp.facing)
+    towards = -direction @ facing
+    return np.asarray(-(offset @ facing) / np.where(towards > 0.0, towards, 1.0))
 
 
 def _towards_point(lamp: NearLamp, points: Floats) -> tuple[Floats, Floats, Floats]:

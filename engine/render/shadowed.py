@@ -51,7 +51,7 @@ Image = NDArray[np.float32]
 
 def with_and_without(scene: Scene, baked: Brdf | None = None) -> tuple[Scene, Scene]:
     """The scenes of T and T_0, the latter of the BRDF that was `baked`, that of the scene where not given."""
-    texels = replace(scene, relit=None, faint=FAINT)
+    texels = replace(scene, relit=None, faint=FAINT, shadows=False)
     return texels, replace(texels, material=None, brdf=scene.brdf if baked is None else baked)
 
 

@@ -73,6 +73,7 @@ class Mode:
     key, hint : chooses it in the View workspace, where it is not empty; what it is for.
     adapt : the scene that is drawn of the one that a user sees.
     shows : effects (`engine.planning.effects.estimates.EFFECTS`) that its images can have, of those that not all have.
+    shows_of_sharp : those that they have of sharp lights alone: one direction, lamps, and the suns of an environment.
     parameters : by name; the first is the one that the time of an image grows with. Those without `traced` have
         directions.
     spread : how far measured errors are from predicted ones; None for a mode that plans and sweeps leave out, because
@@ -91,6 +92,7 @@ class Mode:
     abbreviation: str = ""
     key: str = ""
     shows: frozenset[str] = frozenset({"glossy"})
+    shows_of_sharp: frozenset[str] = frozenset()
     parameters: Mapping[str, ModeParameter] = field(default_factory=lambda: _directions(4, 16, 64, 256))
     spread: Spread | None = None
     dear: str = ""
@@ -105,12 +107,13 @@ class Mode:
 
     @property
     def casts_shadows(self) -> bool:
-        """True if images have shadows."""
-        return "self-shadowing" in self.shows
+        """True if images have shadows, at least of sharp lights."""
+        return "self-shadowing" in self.shows | self.shows_of_sharp
 
 
-def _without_material(scene: Scene) -> Scene:
-    return replace(scene, material=None)
+def _cast_shadows(scene: Scene) -> Scene:
+    """The BRDF alone, with shadows of sharp lights."""
+    return replace(scene, material=None, shadows=True)
 
 
 SHADING_MAP = Mode(
@@ -138,9 +141,10 @@ DIRECT = Mode(
     "direct",
     "Direct",
     "Direct",
-    "The BRDF alone under every light, without shadows",
-    _without_material,
+    "The BRDF alone under every light, with the shadows of lamps and suns",
+    _cast_shadows,
     key="D",
+    shows_of_sharp=frozenset({"self-shadowing"}),
     parameters=_directions(4, 16, 64, 256, 1024),
     spread=Spread(by_camera=(0.15, 2.0), around=(0.03, 5.0)),
     mark=("t", "▼"),

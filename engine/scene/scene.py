@@ -17,8 +17,10 @@ For a Lambertian surface photographed from above, 'angle' and 'radiance' are one
 depends on the azimuth of the light as well (`engine.shading.directional.effective_light`): on that of each light, and
 in 'texture' and 'outgoing' on that of the mean of all, weighted by r. PBR maps hold a BRDF at each texel:
 with them the image shows sum f_r cos(theta_j) E_j, f_r that of the texel, in the frame that the map of normals bends.
-Without a material it shows the same with one f_r. Lights below the surface's own horizon add nothing; what other parts
-of the model would shadow or reflect is not part of these images.
+Without a material it shows the same with one f_r. Lights below the surface's own horizon add nothing, and what other
+parts of the model would reflect is not part of these images. Sharp lights (the one light, lamps, near lamps and the
+suns of the environment) cast shadows where the scene has `shadows`; the lights that stand for the rest of an
+environment reach every point.
 """
 
 from __future__ import annotations
@@ -39,10 +41,11 @@ from engine.geometry.brushing import Brushing
 from engine.geometry.camera import Camera, Vector
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
-from engine.light.environment import DistantLights, EnvironmentMap
+from engine.light.environment import NO_LIGHTS, DistantLights, EnvironmentMap
 from engine.light.lamps import Lamp, lights_from_all_sides, lights_of_all
 from engine.light.light_tree import choose_lights
 from engine.light.near_lamps import NearLamp, near_irradiance
+from engine.light.sun_split import split_sun
 from engine.scene.material import Material, auto_sigma
 from engine.scene.settings import DEFAULTS
 from engine.shading.directional.effective_light import EffectiveCosine, effective_cosine
@@ -129,6 +132,7 @@ class Scene:
     near_lamps : lights near the model, in its coordinates; of baked methods those that know `near_light` show them.
     ground : what the model stands on; None for nothing.
     faint : irradiance that comes from all sides besides, over that of all lights.
+    shadows : whether sharp lights cast shadows; the tiny bright sources of an environment are then lights of their own.
     relit : a bake of the model relit by this light (`engine.transport.relight`), which is drawn in place of sums over
         lights by whoever can draw it; with a material, its texels are shown in that light (`engine.render.shadowed`).
     """
@@ -151,6 +155,7 @@ class Scene:
     near_lamps: tuple[NearLamp, ...] = ()
     ground: Ground | None = None
     faint: float = 0.0
+    shadows: bool = False
     relit: RelightTransport | None = None
 
     def __post_init__(self) -> None:
@@ -175,23 +180,40 @@ class Scene:
 
     @cached_property
     def lights(self) -> DistantLights:
-        """Lights of the sums, in the world: the one light or those of the environment, then those of the lamps, and
-        last the faint ones from all sides."""
-        found = self._without_lamps
-        if self.lamps:
-            lamps = lights_of_all(self.lamps)
-            found = lamps if self.environment is None and self.irradiance == 0.0 else found.beside(lamps)
+        """Lights of the sums, in the world: those that stand for an environment, then the sharp ones, which are the one
+        light or the suns that are split off and then those of the lamps, and last the faint ones from all sides."""
+        found = self._soft.beside(self.sharp_lights)
         if self.faint == 0.0:
             return found
         near = near_irradiance(self.near_lamps, self.mesh.centre, self.mesh.radius)
         return found.beside(lights_from_all_sides(found, self.faint, near))
 
     @property
-    def _without_lamps(self) -> DistantLights:
+    def casting(self) -> range:
+        """The lights, by their place among `lights`, that cast shadows."""
+        first = len(self._soft.direction)
+        return range(first, first + len(self.sharp_lights.direction)) if self.shadows else range(0)
+
+    @cached_property
+    def _soft(self) -> DistantLights:
+        """Lights that stand for the environment, without its suns where these cast shadows."""
         if self.environment is None:
-            return DistantLights(np.array([self.light]), np.full((1, 3), self.irradiance))
-        chosen = choose_lights(self.environment, self.directions)
+            return NO_LIGHTS
+        chosen = choose_lights(split_sun(self.environment)[0] if self.shadows else self.environment, self.directions)
         return DistantLights(chosen.direction, chosen.irradiance * self.irradiance).rotate(self.environment_rotation)
+
+    @cached_property
+    def sharp_lights(self) -> DistantLights:
+        """The one light, or the suns of the environment where they cast shadows, and then those of the lamps."""
+        lamps = lights_of_all(self.lamps)
+        if self.environment is None:
+            one = DistantLights(np.array([self.light]), np.full((1, 3), self.irradiance))
+            return lamps if self.lamps and self.irradiance == 0.0 else one.beside(lamps)
+        if not self.shadows:
+            return lamps
+        suns = lights_of_all(split_sun(self.environment)[1])
+        suns = DistantLights(suns.direction, suns.irradiance * self.irradiance).rotate(self.environment_rotation)
+        return suns.beside(lamps)
 
     @cached_property
     def surface(self) -> Mesh:
