@@ -27,6 +27,7 @@ from engine.gl.buffers import MeshBuffers
 from engine.gl.context import Limits, limits
 from engine.gl.material_textures import MaterialTextures, Shading
 from engine.gl.program import ShaderError, find_uniform, load_program, set_uniforms
+from engine.gl.shadow_maps import Key, ShadowMaps, key_of
 from engine.gl.tiles import Paint, Tiles
 from engine.light.environment import DistantLights
 from engine.light.near_lamps import NearLamp
@@ -98,6 +99,13 @@ def _near_definitions(lamps: Sequence[NearLamp], brdf: Brdf | PbrMaps | None) ->
     return {"NEAR_LAMPS": "1"}
 
 
+def _shadow_definitions(scene: Scene) -> dict[str, str]:
+    """The definitions for shadows of sharp lights."""
+    if key_of(scene) is None:
+        return {}
+    return {"SHADOWS": "1", **({"NEAR_LIGHTS": str(len(scene.near_lamps))} if scene.near_lamps else {})}
+
+
 class CosineTexture:
     """Owns the texture of the table by which a directional map is looked up for one BRDF (`EffectiveCosine`).
 
@@ -144,6 +152,7 @@ class DirectRenderer:
         self._material: tuple[Shading, TilingMode, MaterialTextures] | None = None
         self._lights: tuple[DistantLights, LightTexture] | None = None
         self._near: tuple[tuple[tuple[NearLamp, ...], Mesh], NearLampTexture] | None = None
+        self._shadows: tuple[Key, ShadowMaps] | None = None
         self._cosines: tuple[EffectiveCosine, CosineTexture] | None = None
         self._table: tuple[Brdf | PbrMaps, TilingMode, TableTexture | FactorTextures | PbrTextures] | None = None
 
@@ -178,14 +187,36 @@ class DirectRenderer:
 
     def _paint(self, scene: Scene, aspect: float, tile_from_clip: NDArray[np.float64]) -> None:
         """Draw everything for one tile."""
-        program = self._prepare(scene)
+        self._prepare_mesh(scene)
         reach = self._prepare_ground(scene)
+        self._prepare_shadows(scene, reach)
+        program = self._prepare(scene)
         clip_from_model = scene.camera.clip_from_model(scene.mesh.centre, reach, aspect)
         matrix = np.ascontiguousarray((tile_from_clip @ clip_from_model).T, np.float32)
         find_uniform(program, "clip_from_model").write(matrix)
         assert self._mesh is not None
         self._mesh[1].draw(program)
         self._draw_ground(scene, matrix)
+
+    def _prepare_mesh(self, scene: Scene) -> None:
+        if self._mesh is None or self._mesh[0] is not scene.mesh:
+            if self._mesh is not None:
+                self._mesh[1].release()
+            self._mesh = (scene.mesh, MeshBuffers(self.context, scene.mesh))
+
+    def _prepare_shadows(self, scene: Scene, reach: float) -> None:
+        """Draw what sharp lights see, where they cast shadows and that is not known."""
+        key = key_of(scene)
+        if key is None or (self._shadows is not None and self._shadows[0] == key):
+            return
+        if self._shadows is not None:
+            self._shadows[1].release()
+            self._shadows = None
+        assert self._mesh is not None
+        casters = [self._mesh[1]]
+        if scene.ground is not None and self._ground is not None:
+            casters.append(self._ground[2])
+        self._shadows = (key, ShadowMaps(self.context, key, casters, reach, self.limits))
 
     def _prepare_ground(self, scene: Scene) -> float:
         """Upload what the model stands on; returns how far from the centre of the model anything is."""
@@ -204,7 +235,13 @@ class DirectRenderer:
         if scene.ground is None or self._ground is None:
             return
         near = _near_definitions(scene.near_lamps, Lambert())
-        definitions = {"BRDF": "brdf/lambert.glsl", "SOURCE_NONE": "1", **near, **self._debug}
+        definitions = {
+            "BRDF": "brdf/lambert.glsl",
+            "SOURCE_NONE": "1",
+            **near,
+            **_shadow_definitions(scene),
+            **self._debug,
+        }
         key = (("ground", ""), *definitions.items())
         if key not in self._programs:
             try:
@@ -224,10 +261,6 @@ class DirectRenderer:
 
     def _prepare(self, scene: Scene) -> moderngl.Program:
         """Upload what changed, choose the program and set its uniforms."""
-        if self._mesh is None or self._mesh[0] is not scene.mesh:
-            if self._mesh is not None:
-                self._mesh[1].release()
-            self._mesh = (scene.mesh, MeshBuffers(self.context, scene.mesh))
         textures = self._upload(scene)
         program = self._program(scene, textures)
         self.messages = list(textures.messages) if textures else []
@@ -271,6 +304,8 @@ class DirectRenderer:
                     self._near[1].release()
                 self._near = (key, NearLampTexture(self.context, scene.near_lamps, scene.mesh.centre))
             self._near[1].bind(program, scene.directions)
+        if self._shadows is not None and key_of(scene) is not None:
+            self._shadows[1].bind(program)
 
     def _set_brdf(self, program: moderngl.Program, scene: Scene) -> None:
         """The parameters of a model as uniforms, factors as textures, or any other BRDF as a texture of its table."""
@@ -335,6 +370,7 @@ class DirectRenderer:
         definitions |= _near_definitions(
             scene.near_lamps, None if scene.shading is not None else scene.pbr or scene.brdf
         )
+        definitions |= _shadow_definitions(scene)
         if scene.pbr is not None and scene.pbr.layers is not None:
             definitions["PBR_LAYERS"] = "1"
             layers = scene.pbr.layers.shader_definitions
@@ -367,7 +403,16 @@ class DirectRenderer:
     def release(self) -> None:
         """Free everything; the renderer can be used again afterwards and uploads anew."""
         for owner in (
-            *(self._mesh, self._ground, self._material, self._lights, self._near, self._table, self._cosines),
+            *(
+                self._mesh,
+                self._ground,
+                self._material,
+                self._lights,
+                self._near,
+                self._table,
+                self._cosines,
+                self._shadows,
+            ),
         ):
             if owner is not None:
                 owner[-1].release()
@@ -375,7 +420,7 @@ class DirectRenderer:
             program.release()
         self._tiles.release()
         self._mesh = self._ground = self._material = self._lights = self._table = self._cosines = None
-        self._near = None
+        self._near = self._shadows = None
         self._last_good = None
         self._programs.clear()
 

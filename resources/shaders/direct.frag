@@ -6,6 +6,10 @@
 #include "frame.glsl"
 #include BRDF
 #include "light_sum.glsl"
+#if defined(SHADOWS)
+#include "shadow_maps.glsl"
+vec3 shadow_normal;
+#endif
 #if defined(NEAR_LAMPS)
 #include "near_lamps.glsl"
 #endif
@@ -85,17 +89,30 @@ vec3 shade(mat3 frame, vec3 wo)
     axes = texture_axes(position, uv, frame[2]);
     mean_heading = vec2(0.0);
 #endif
-    for (int i = 0; i < light_count; ++i)
-        reflect_light(texelFetch(lights, ivec2(0, i), 0).xyz, texelFetch(lights, ivec2(1, i), 0).rgb, frame, wo, sum);
+    for (int i = 0; i < light_count; ++i) {
+        vec3 towards = texelFetch(lights, ivec2(0, i), 0).xyz;
+        vec3 irradiance = texelFetch(lights, ivec2(1, i), 0).rgb;
+#if defined(SHADOWS)
+        if (lit_by_distant(i, position, shadow_normal) == 0.0)
+            continue;
+#endif
+        reflect_light(towards, irradiance, frame, wo, sum);
+    }
 #if defined(NEAR_LAMPS) && defined(FACETS)
     sum += near_radiance(position, frame, wo);
 #elif defined(NEAR_LAMPS)
     for (int number = 0; number < near_count; ++number) {
         NearLamp lamp = near_lamp(number, position);
         int count = near_points_of(lamp, near_points);
+#if defined(SHADOWS)
+        float lit = lit_by_near(number, position, shadow_normal);
+#else
+        const float lit = 1.0;
+#endif
         for (int i = 0; i < count; ++i) {
             vec3 direction, irradiance;
             near_light(lamp, i, count, direction, irradiance);
+            irradiance *= lit;
             reflect_light(direction, irradiance, frame, wo, sum);
         }
     }
@@ -148,6 +165,9 @@ void main()
     mat3 frame = frame_along(visible_normal(wo), tangent);
 #else
     mat3 frame = world_from_tangent(visible_normal(wo));
+#endif
+#if defined(SHADOWS)
+    shadow_normal = frame[2];
 #endif
 #if defined(PBR_MAPS)
     begin_texels(position, uv, frame[2]);

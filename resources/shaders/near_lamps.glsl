@@ -1,4 +1,4 @@
-// Light near the model, without shadows (engine.render.near_light has the formulas).
+// Light near the model (engine.render.near_light has the formulas); with SHADOWS times the share that is seen of it.
 // in: position relative to the mesh, frame, wo in that frame; out: radiance of facets of GGX over a diffuse part, or the
 // points of each light for any other BRDF. Lights are rows of six texels: centre and shape (0 sphere, 1 rectangle,
 // 2 disc), the two half sides with extent and radius, the direction faced, intensity, and radiance (0 of a point).
@@ -261,6 +261,13 @@ vec3 near_radiance(vec3 place, mat3 frame, vec3 wo)
         NearLamp lamp = near_lamp(number, place);
         if (lamp.shape != 0 && dot(lamp.centre, lamp.facing) >= 0.0)
             continue;
+#if defined(SHADOWS)
+        float lit = lit_by_near(number, place, shadow_normal);
+        if (lit == 0.0)
+            continue;
+#else
+        const float lit = 1.0;
+#endif
         vec3 sums[2];
         sums[0] = sums[1] = vec3(0.0);
         vec2 lobes = vec2(0.0);
@@ -280,7 +287,7 @@ vec3 near_radiance(vec3 place, mat3 frame, vec3 wo)
         }
         float distance = length(lamp.centre);
         if (!(lamp.extent > NEAR_SMALL * distance)) {
-            total += sums[0] + sums[1];
+            total += lit * (sums[0] + sums[1]);
             continue;
         }
         vec3 centre = lamp.centre;
@@ -300,7 +307,7 @@ vec3 near_radiance(vec3 place, mat3 frame, vec3 wo)
             float wanted = vector.z * (k == 0 ? 0.5 : 0.5 / NEAR_PI) * brightest;
             float known = k == 0 ? lobes.x : lobes.y;
             if (known > 0.0)
-                total += sums[k] * (min(wanted, known) / known);
+                total += lit * sums[k] * (min(wanted, known) / known);
             if (wanted <= known)
                 continue;
             vec3 middle = safe_normalize(vector, vec3(0.0, 0.0, 1.0));
@@ -310,7 +317,7 @@ vec3 near_radiance(vec3 place, mat3 frame, vec3 wo)
             }
             if (middle.z > 0.0) {
                 near_split(middle, wo, factors, densities);
-                total += factors[k] * ((wanted - known) * colour);
+                total += lit * factors[k] * ((wanted - known) * colour);
             }
         }
     }

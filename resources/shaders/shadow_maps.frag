@@ -1,0 +1,6 @@
+#version 330 core
+// Nothing but the depth of what a light sees.
+
+void main()
+{
+}
