@@ -143,9 +143,8 @@ def learn_frame(
     if is_traced(setting.mode):
         predicted_s = _predict(scene, setting, size, samples, depth).get("frame_s", 0.0)
     else:
-        predicted_s = predict_frame_s(
-            kept, sample_surface(scene.mesh, scene.ground), setting, scene.camera, size, samples
-        )
+        surface, shadows = sample_surface(scene.mesh, scene.ground), len(scene.casting)
+        predicted_s = predict_frame_s(kept, surface, setting, scene.camera, size, samples, shadows=shadows)
     _learn_frame(kept, setting.mode, predicted_s, frame_s)
 
 

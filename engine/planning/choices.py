@@ -27,7 +27,7 @@ from engine.planning.ceilings import Ceilings
 from engine.planning.costs.cost_model import Cost, CostModel, Load
 from engine.planning.costs.load import measure_closed_share, measure_coverage, shade
 from engine.planning.costs.planned import planning_of
-from engine.planning.costs.setting import Setting, parameters_of, shows
+from engine.planning.costs.setting import Setting, parameters_of
 from engine.planning.effects.estimates import LOW_ORDER, Estimate, Scenery
 from engine.planning.effects.simplified import albedos
 from engine.planning.predicted_error import PredictedErrors, depth_of, shows_bounces
@@ -106,10 +106,16 @@ class Wishes:
 
 @dataclass(frozen=True)
 class Choice:
-    """A setting, what is left out, and what both come to; the error is found when it is first asked for."""
+    """A setting, what is left out, and what both come to; the error is found when it is first asked for.
+
+    Where lights are summed, sharp ones cast shadows if `casts`; images have those of all lights that count if
+    `has_shadows`.
+    """
 
     setting: Setting
     skipped: frozenset[str]
+    casts: bool
+    has_shadows: bool
     predict: Callable[[], float]
     probability: Callable[[float], float]
     overrun: Callable[[float], float]
@@ -199,8 +205,10 @@ class Choices:
         probability = partial(self.errors.probability, setting, skipped)
         sure = SURE if self.errors.has_camera else 0.0
         overrun = partial(self.errors.overrun, setting, skipped)
+        casts, has_shadows = self.errors.casts(setting, skipped), self.errors.shows_shadows(setting, skipped)
+        cost = self.cost(setting, skipped)
         return Choice(
-            setting, skipped, predict, probability, overrun, sure, self.cost(setting, skipped), self.wishes.frames
+            setting, skipped, casts, has_shadows, predict, probability, overrun, sure, cost, self.wishes.frames
         )
 
     def cost(self, setting: Setting, skipped: frozenset[str], asked: frozenset[str] = frozenset()) -> Cost:
@@ -270,7 +278,7 @@ class Choices:
                 return
             if not planning_of(setting.mode).suits(self, skipped):
                 return
-        if "self-shadowing" in force and not shows(setting.mode, "self-shadowing"):
+        if "self-shadowing" in force and not self.errors.shows_shadows(setting, skipped):
             return
         if "interreflection" in force and not shows_bounces(setting, skipped):
             return
@@ -326,6 +334,7 @@ class Choices:
             lamps=len(looked.lamp_direction) if "sun-split" not in skipped else 0,
             texels=math.prod(looked.light.whole.radiance.shape[:2]),
             depth=depth_of(skipped),
+            shadows=0 if "self-shadowing" in skipped else len(looked.lamp_direction),
             texel_lights=0 if "mesostructure" in skipped else TEXEL_LIGHTS,
             ground=self._vertices - looked.model_vertices,
         )

@@ -152,7 +152,8 @@ class EffectsPlan(Summary):
     `excluded` has, for each effect that is left out though it is worth more than the budget, the ceilings that every
     mode which shows it is beyond. `unoccluded_fraction` of the vertices see their whole hemisphere: they need no rays
     and no visibility, whatever the others need. `mean` is what parameters that vary over the surface stand at where
-    that is left out. Times are within a factor of `times_within` of what is predicted (`CostModel.within`).
+    that is left out. `casts_shadows` says that lights which are summed cast shadows where they are sharp.
+    Times are within a factor of `times_within` of what is predicted (`CostModel.within`).
     """
 
     effects: tuple[Effect, ...]
@@ -170,6 +171,7 @@ class EffectsPlan(Summary):
     excluded: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
     mean: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     probability: float | None = None
+    casts_shadows: bool = False
 
     @property
     def mode(self) -> str:
@@ -327,7 +329,7 @@ def plan_of(
     excluded = _find_exclusions(effects, choices, limits, error)
     probability = None if error is None else chosen.probability(error)
     further = limits, exceeded, beyond, alternatives, excluded, scene.mean, probability
-    return EffectsPlan(effects, *summary, *further)
+    return EffectsPlan(effects, *summary, *further, casts_shadows=chosen.casts)
 
 
 def _alternatives(
@@ -363,7 +365,9 @@ def shows_effect(name: str, choice: Choice) -> bool:
     setting = choice.setting
     if name == "all-frequency-light":
         return not is_low(setting)
-    if name in ("self-shadowing", "glossy", "mesostructure") and not shows(setting.mode, name):
+    if name == "self-shadowing":
+        return choice.has_shadows
+    if name in ("glossy", "mesostructure") and not shows(setting.mode, name):
         return False
     if name == "interreflection" and not shows_bounces(setting, choice.skipped):
         return False
@@ -448,6 +452,8 @@ def _reason(estimate: Estimate, decision: str, chosen: Choice) -> str:
         return estimate.text
     if estimate.effect == "all-frequency-light":
         return f"{estimate.text} The error of the whole plan is {percent(chosen.error)}."
+    if decision == "skipped" and estimate.effect == "self-shadowing" and chosen.casts:
+        return f"{estimate.text} The mode {chosen.setting.mode} shows it of lamps and suns alone."
     if decision == "skipped" and estimate.effect not in chosen.skipped:
         return f"{estimate.text} The mode {chosen.setting.mode} does not show it."
     return estimate.text

@@ -20,7 +20,7 @@ import numpy as np
 
 from engine.core.cached import cached_property
 from engine.planning.costs.planned import planning_of
-from engine.planning.costs.setting import Setting, shows
+from engine.planning.costs.setting import Setting, shows, shows_of_sharp
 from engine.planning.effects.estimates import Estimate, Scenery, observe_as
 from engine.planning.effects.mode_error import ModeErrors, mode_errors
 from engine.planning.effects.simplified import lambertian
@@ -151,6 +151,8 @@ class PredictedErrors:
         """Error of the method itself; of the reference, noise."""
         if is_traced(setting.mode) and self.noise is not None:
             return self.noise(depth_of(skipped)) / math.sqrt(setting["samples"])
+        if self.casts(setting, skipped):
+            return self._select_modes(skipped).with_shadows(setting)
         own = self._select_modes(skipped).of(setting)
         if setting.mode not in transport.names() or "mesostructure" in skipped:
             return own
@@ -165,9 +167,23 @@ class PredictedErrors:
         for name in ("self-shadowing", "glossy", "mesostructure"):
             if not shows(setting.mode, name):
                 missing[name] = self.found[name].error_rel
+        if self.casts(setting, skipped):  # what the shadows of other lights are worth is part of its own error
+            missing.pop("self-shadowing", None)
         if not shows(setting.mode, "sun-split"):
             missing.pop("sun-split", None)
         return sum(missing.values())
+
+    def casts(self, setting: Setting, skipped: frozenset[str]) -> bool:
+        """True if sharp lights cast shadows in a sum over lights, and there are such."""
+        asked = "self-shadowing" not in skipped and not shows(setting.mode, "self-shadowing")
+        has_lamps = len(self.scene.sample.lamp_direction) > 0
+        return asked and has_lamps and shows_of_sharp(setting.mode, "self-shadowing")
+
+    def shows_shadows(self, setting: Setting, skipped: frozenset[str]) -> bool:
+        """True if images have the shadows of all lights that count."""
+        if shows(setting.mode, "self-shadowing"):
+            return "self-shadowing" not in skipped
+        return self.casts(setting, skipped) and self.scene.sample.light.is_sharp
 
     def _select_modes(self, skipped: frozenset[str]) -> ModeErrors:
         """Of the scene, or of the diffuse one that is left without gloss."""

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 def predict_frame_s(
     costs: CostModel, mesh: Mesh, setting: Setting, camera: Camera, size: tuple[int, int], samples: int, **more: Any
 ) -> float:
-    """Seconds of a frame of `mesh`, a ground included, in a mode that casts no ray: some 0.1 s to tell.
+    """Seconds of a frame of `mesh`, a ground included, in a mode that is not traced: some 0.1 s to tell.
 
     `samples` along each side of a pixel are drawn; `more` of the fields of `Load`.
     """
@@ -84,6 +84,7 @@ class Predictions:
             lamps=len(scene.lamps) + len(suns),
             texels=texels,
             depth=max_depth,
+            shadows=len(replace(scene, shadows=True).sharp_lights.direction),
             texel_lights=len(with_and_without(scene)[0].lights.direction) if scene.has_texels else 0,
             ground=len(surface.positions) - model,
             tables_made=tables_made,

@@ -30,7 +30,7 @@ import engine
 from engine.core.errors import FileError
 from engine.planning.costs.load import Load as Load
 from engine.planning.costs.load import Rates as Rates
-from engine.planning.costs.setting import Setting
+from engine.planning.costs.setting import Setting, shows_of_sharp
 from engine.planning.costs.sizes import DIFFUSE_ORDER as DIFFUSE_ORDER
 from engine.render.reference import BYTES_PER_PIXEL
 from engine.scene.mode import is_traced
@@ -61,6 +61,9 @@ TEACHES_S, FRAME_TEACHES_S, REMEMBERED, MAX_CORRECTED = 0.5, 2e-3, 8, 4.0
 #: Parameters and seconds of a rate are below this, parameters above its inverse, and nothing grows faster than the
 #: products of three spherical harmonics do.
 LARGEST, STEEPEST = 1e9, 8.0
+
+#: Renderer of a machine without OpenGL.
+ON_CPU = "processor"
 
 #: Kinds of frames, and the parts of each: what it takes at least, for each vertex and each pixel that shows the model,
 #: and what both take more for each light, term, lobe, or coefficient of spherical harmonics.
@@ -218,8 +221,15 @@ class CostModel:
         return Cost(0.0, 0.0, frame_s, load.mesh_bytes + BYTES_PER_PIXEL * load.pixels, 0)
 
     def _direct(self, setting: Setting, load: Load) -> Cost:
-        directions = setting["directions"]
-        return Cost(0.0, 0.0, self.frame_s("direct", directions, load), load.mesh_bytes + 48 * directions, 0)
+        """Lights that are summed; sharp ones beside them take a ray for each pixel, or a depth map in OpenGL."""
+        lights = setting["directions"] + (load.shadows if shows_of_sharp(setting.mode, "self-shadowing") else 0)
+        frame_s, relight_s = self.frame_s("direct", lights, load), 0.0
+        shadows = lights - setting["directions"]
+        if self.renderer == ON_CPU:
+            frame_s += load.fragments * shadows * self.rate("ray") * load.ray_scale
+        elif shadows:
+            relight_s = shadows * (self.rate("direct-base") + load.vertices * self.rate("direct-vertex"))
+        return Cost(0.0, relight_s, frame_s, load.mesh_bytes + 48 * lights, 0)
 
     def vector_s(self, order: int) -> float:
         """Seconds of the vector of a vertex that is diffuse, its visibility being known."""

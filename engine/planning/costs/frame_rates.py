@@ -27,7 +27,7 @@ from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import caster_of
 from engine.gl.context import create_context, renderer_name
 from engine.light.environment_file import open_environment
-from engine.planning.costs.cost_model import PARTS
+from engine.planning.costs.cost_model import ON_CPU, PARTS
 from engine.planning.costs.load import Rates, shade
 from engine.planning.costs.planned import planning_of
 from engine.render.direct import radiance
@@ -96,7 +96,7 @@ def drawing_frames(sides: tuple[int, ...]) -> Iterator[tuple[str, Draw]]:
     try:
         made = create_context()
     except MissingCapability:
-        yield "processor", _on_cpu
+        yield ON_CPU, _on_cpu
         return
     with made as context:
         direct, transported = DirectRenderer(context), TransportRenderer(context)

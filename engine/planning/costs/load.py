@@ -54,6 +54,7 @@ class Load:
     lamps : directions of suns and lamps, which cost a ray for each vertex when the light changes.
     texels : of the map that is the light.
     depth : points of the surface that light of the reference may touch.
+    shadows : directions of lights that cast shadows where lights are summed.
     texel_lights : lights under which texels of a material are drawn in baked light; 0 without any.
     tables_made : whether tables that outlive a bake are there already, as in a process that has baked before.
     """
@@ -72,6 +73,7 @@ class Load:
     texels: int = TEXELS
     depth: int = 1
     ground: int = 0
+    shadows: int = 0
     texel_lights: int = 0
     tables_made: bool = False
 

@@ -37,7 +37,7 @@ from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import caster_of
 from engine.geometry.shapes import shape
 from engine.light.environment import EnvironmentMap
-from engine.planning.costs.cost_model import BUSY, CostModel, basis_values, machine_name
+from engine.planning.costs.cost_model import BUSY, ON_CPU, CostModel, basis_values, machine_name
 from engine.planning.costs.frame_rates import drawing_frames, frame_rates, make_lit_scene, round_mesh
 from engine.planning.costs.load import Rates, hemisphere, measure_closed_share, measure_coverage, spread, threads
 from engine.render.reference import ReferenceImage, reference
@@ -178,7 +178,7 @@ def _scale(rates: Rates, factor: float) -> Rates:
 
 
 #: Beginnings of the names of what draws on the CPU.
-SOFTWARE = ("llvmpipe", "processor")
+SOFTWARE = ("llvmpipe", ON_CPU)
 
 #: The rates that the program ships: `python -m benchmarks.transport.rates` writes them.
 SHIPPED = Path(__file__).resolve().parents[3] / "resources" / "rates" / "machine.json"

@@ -48,6 +48,11 @@ def shows(mode: str, effect: str) -> bool:
     return effect in (MODES[mode] if mode in MODES else transport.method_of(mode)).shows
 
 
+def shows_of_sharp(mode: str, effect: str) -> bool:
+    """True where images of a mode can have an effect of sharp lights: lamps, and the suns of an environment."""
+    return shows(mode, effect) or (mode in MODES and effect in MODES[mode].shows_of_sharp)
+
+
 @dataclass(frozen=True)
 class Setting:
     """A mode with all of its parameters; those not given are at their default.

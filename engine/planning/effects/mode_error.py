@@ -6,14 +6,15 @@ some of the points, and Gaussians through its fit (`engine.planning.effects.lobe
 its noise, which falls with the root of the samples. Between the settings that are tried an error is a power law of the
 parameter, and along a sweep it never rises, but for terms: those of an isotropic BRDF come in pairs, the sine and
 cosine of a turn, and half a pair may be worse than none. By a camera, errors are what the sample says; from all around
-they are raised by what so few views leave unknown. What a method cannot show (shadows of directional lights, light
-between parts of the model in wavelets) is not in these figures: the plan adds the estimate of that effect.
+they are raised by what so few views leave unknown. What a method cannot show (shadows of
+lights that stand for an environment, light between parts of the model in wavelets) is not in these figures: the plan
+adds the estimate of that effect.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -67,7 +68,8 @@ FLOOR = 1e-4
 class ModeErrors:
     """Errors of settings on one scene; `wavelet` by terms and coefficients, `coarse` of half the edge of `FINE`.
 
-    `interpolated` is that of radiance between the vertices, where a camera looks at the model, else 0.
+    `interpolated` is that of radiance between the vertices, where a camera looks at the model, else 0. `lights` cast no
+    shadows and are compared without; in `lit` lamps do, and shadows of the rest that are missing are part of the error.
     """
 
     scene: Scenery
@@ -75,6 +77,7 @@ class ModeErrors:
     lights: dict[int, float]
     coarse: float
     interpolated: float
+    lit: dict[int, float] = field(default_factory=dict)
 
     @cached_property
     def wavelet(self) -> dict[tuple[int, int], float]:
@@ -88,6 +91,10 @@ class ModeErrors:
         if "directions" in setting.parameters:
             return max(FLOOR, between(self.lights, setting["directions"]))
         raise ValueError(f"nothing is known of the error of {setting.mode}")
+
+    def with_shadows(self, setting: Setting) -> float:
+        """The error of a sum over directions in which lamps cast shadows."""
+        return max(FLOOR, between(self.lit, setting["directions"]))
 
     def knows(self, mode: str) -> bool:
         """True if settings of a mode can draw the scene at all."""
@@ -125,9 +132,12 @@ def mode_errors(scene: Scenery) -> ModeErrors:
     lights = {
         number: relative_error(found.lights[number], found.unshadowed, shares, margin=margin) for number in LIGHTS
     }
+    lit = {
+        number: relative_error(each, found.full, shares, margin=margin) for number, each in (found.lit or {}).items()
+    }
     coarse = relative_error(found.coarse, found.full, shares, margin=margin)
     interpolated = interpolation_error(scene.between, scene.brdf) if scene.between is not None else 0.0
-    return ModeErrors(scene, _falling(spherical_harmonics), _falling(lights), coarse, interpolated)
+    return ModeErrors(scene, _falling(spherical_harmonics), _falling(lights), coarse, interpolated, _falling(lit))
 
 
 def _shares(sample: Sample) -> tuple[Array, ...]:
@@ -137,7 +147,7 @@ def _shares(sample: Sample) -> tuple[Array, ...]:
 
 def _falling(errors: dict[int, float]) -> dict[int, float]:
     """The same where none is below one after it: noise of the sample apart, a larger parameter is never worse."""
-    most = np.maximum.accumulate(list(errors.values())[::-1])[::-1]
+    most = np.maximum.accumulate(list(errors.values())[::-1])[::-1] if errors else ()
     return {parameter: float(error) for parameter, error in zip(errors, most, strict=True)}
 
 

@@ -34,6 +34,7 @@ from engine.core.colour import luminance
 from engine.core.directions import dot, normalize
 from engine.core.one_thread import one_thread
 from engine.geometry.ray_caster import in_chunks, offset_origins
+from engine.light.environment import DistantLights
 from engine.light.lamps import directions_for
 from engine.light.light_tree import choose_lights
 from engine.planning.effects.sample import Light, Sample
@@ -61,9 +62,10 @@ FEWER = 3
 class Radiances:
     """Radiance (N, K, 3) of each pair of a sample, in the ways that the module names.
 
-    What was not asked for is 0. `unbrushed`, `unretro`, `even`, `lamps` and `unsplit` are None where that is not an
-    effect of the BRDF or the light; `unsplit` leaves the suns in the map, which is then kept in quantised wavelets.
-    `spherical_harmonics` by order, `lights` by the number of directions; the latter cast no shadows.
+    What was not asked for is 0. `unbrushed`, `unretro`, `even`, `lamps`, `unsplit` and `lit` are None where that is not
+    an effect of the BRDF or the light; `unsplit` leaves the suns in the map, which is then kept in quantised wavelets.
+    `spherical_harmonics` by order, `lights` by the number of directions; the latter cast no shadows, but in `lit` the
+    lamps do, and directions stand for the rest.
     """
 
     full: Array
@@ -75,6 +77,7 @@ class Radiances:
     even: Array | None
     lamps: Array | None
     unsplit: Array | None
+    lit: dict[int, Array] | None
     coarse: Array
     spherical_harmonics: dict[int, Array]
     lights: dict[int, Array]
@@ -102,6 +105,7 @@ def radiances(
         None if own is None else np.zeros(shape),
         np.zeros(shape) if len(sample.lamp_direction) else None,
         np.zeros(shape) if sample.light.suns else None,
+        {number: np.zeros(shape) for number in LIGHTS} if len(sample.lamp_direction) else None,
         np.zeros(shape),
         {order: np.zeros(shape) for order in ORDERS},
         {number: np.zeros(shape) for number in LIGHTS},
@@ -145,6 +149,8 @@ class _Work:
             self._light = coefficients(sample.light)
             self._cut = {order: _cut(sample.light, order) for order in ORDERS}
             self._lights = {number: choose_lights(sample.light.whole, number) for number in LIGHTS}
+            if found.lit is not None:
+                self._rest = {number: choose_lights(sample.light.rest, number) for number in LIGHTS}
             self._unsplit = _unsplit(sample.light) if sample.light.suns else None
         self._colour = np.array(lambertian(brdf).albedo) / math.pi
 
@@ -182,17 +188,25 @@ class _Work:
 
     def _by_methods(self, point: int, f: Array, cosine: Array, up: NDArray[np.int64]) -> None:
         sample, found = self._sample, self._found
-        visible, views = sample.visible[point], sample.views[point]
+        visible = sample.visible[point]
         found.coarse[point] = self._coarse(f, cosine, up, visible)
         if found.unsplit is not None and self._unsplit is not None:
             kept = (self._unsplit[up] * self._texels.area[up, None]) * cosine[:, None] * visible[up, None]
             found.unsplit[point] = np.maximum(np.einsum("ktc,tc->kc", f, kept), 0.0)
         self._spherical_harmonics(point, f, cosine, up)
         for number, lights in self._lights.items():
-            towards = lights.direction @ sample.frames[point]
-            lit = towards[:, 2] > 0.0
-            value = self._at(point).f(towards[None, lit], views[:, None])
-            found.lights[number][point] = np.einsum("ktc,tc->kc", value, lights.irradiance[lit] * towards[lit, 2:])
+            found.lights[number][point] = self._sum(point, lights)
+        if found.lit is not None:
+            for number, lights in self._rest.items():
+                found.lit[number][point] = self._sum(point, lights)
+
+    def _sum(self, point: int, lights: DistantLights) -> Array:
+        """(K, 3) of lights that reach everything."""
+        sample = self._sample
+        towards = lights.direction @ sample.frames[point]
+        facing = towards[:, 2] > 0.0
+        value = self._at(point).f(towards[None, facing], sample.views[point][:, None])
+        return np.asarray(np.einsum("ktc,tc->kc", value, lights.irradiance[facing] * towards[facing, 2:]))
 
     def _coarse(self, f: Array, cosine: Array, up: NDArray[np.int64], visible: NDArray[np.bool_]) -> Array:
         """With light and visibility averaged over squares of four texels."""
@@ -238,6 +252,8 @@ class _Work:
         found.lamps[point] = value
         found.full[point] += value
         found.coarse[point] += value
+        for each in found.lit.values() if self._methods and found.lit is not None else ():
+            each[point] += value
         found.unshadowed[point] += np.einsum("ktc,tc->kc", f, irradiance)
         found.diffuse[point] += self._colour * lit.sum(axis=0)
         if found.unsplit is not None:

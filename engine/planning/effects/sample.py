@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.cached import cached_property
+from engine.core.colour import luminance
 from engine.core.directions import Vectors, dot, normalize
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground, with_ground
@@ -51,6 +52,9 @@ SIDE, SHARE = 96, 2
 #: Pixels that are looked at under lamps alone.
 LAMP_PIXELS = 2048
 
+#: Share of the light that is brought by few sharp lights where others do not count.
+FEW_SHARP = 0.9
+
 #: Pixels along a side of the images whose silhouettes are left out.
 COMPARED = 128
 
@@ -65,6 +69,14 @@ class Light:
     suns: int
     cube: CubeMap
     whole_cube: CubeMap
+
+    @property
+    def is_sharp(self) -> bool:
+        """True if lamps, suns among them, bring `FEW_SHARP` of the light: what lights it are few sharp lights."""
+        texels = cube_texels(self.cube.edge)
+        rest = float(luminance(self.cube.radiance.reshape(-1, 3)) @ texels.area)
+        sharp = sum(float(luminance(np.array(lamp.flux))) for lamp in self.lamps)
+        return sharp > 0.0 and sharp >= FEW_SHARP * (sharp + rest)
 
 
 @lru_cache(maxsize=4)
