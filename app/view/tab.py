@@ -67,7 +67,7 @@ from engine.transport import method as transport
 TONE_MAPS = (("neutral", "Neutral (Khronos)"), ("aces", "ACES"), ("none", "None"))
 
 #: Said of modes that sum over lights without looking what hides them, where a ground is seen.
-NO_SHADOW = "This mode casts no shadows on the ground: baked modes and the reference do."
+NO_SHADOW = "No shadows on the ground in this mode and light: baked modes and the reference show them."
 
 #: Said where lamps stand near the model and the mode does not show them.
 NO_NEAR_LAMPS = "{} leaves out the lamps near the model: choose Direct, the reference or spherical harmonics."
@@ -296,7 +296,7 @@ class ViewTab(QWidget):
         if material.pbr is not None and not mode_of(look.mode, project).shows_texels:
             alone = "Direct light shows the BRDF at the mean of the PBR maps."
         note = self.brdf_panel.drawable.note if material.measured is not None else ""
-        ground = NO_SHADOW if look.has_ground and not mode_of(look.mode, project).casts_shadows else ""
+        ground = NO_SHADOW if look.has_ground and not _casts_shadows(mode_of(look.mode, project), scene) else ""
         near = _without_near_lamps(project)
         varied = _without_variations(project, scene)
         said = "\n".join(filter(None, (alone, ground, near, varied, note and f"Measured BRDF: {note}")))
@@ -584,6 +584,14 @@ def _without_variations(project: Project, scene: Scene) -> str:
     """A sentence on the first mode on screen that leaves out what varies over the model; empty where none does."""
     said = (words_on_left_out(m.label, m.value, scene.brdf, project.variations) for m in _on_screen(project))
     return next(filter(None, said), "")
+
+
+def _casts_shadows(mode: Mode, scene: Scene) -> bool:
+    """True if images of the scene in `mode` have shadows; sums over lights have those of sharp lights alone."""
+    if mode.baked or not mode.casts_shadows or mode.progressive:
+        return mode.casts_shadows
+    drawn = scene_of(mode, scene)
+    return bool(drawn.near_lamps or len(drawn.sharp_lights.direction))
 
 
 def _without_near_lamps(project: Project) -> str:

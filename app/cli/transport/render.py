@@ -159,7 +159,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--mode",
         choices=("auto", *MODES, *transport.names()),
-        help="'direct' shows the material's BRDF alone; 'reference' traces paths, with shadows and the whole --env; "
+        help="'direct' shows the material's BRDF alone, with the shadows of lamps and suns; 'reference' traces paths, "
+        "with shadows and the whole --env; "
         "'auto' takes of these two the one that the plan chooses; "
         f"{', '.join(transport.names())} draw a transport file of lightarc bake, given in place of the MESH",
     )
