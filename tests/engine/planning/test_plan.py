@@ -22,10 +22,11 @@ from engine.core.steps import drain
 from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.ground import Ground
+from engine.light.environment import EnvironmentMap
 from engine.planning import bake as bake_plan
 from engine.planning.ceilings import BAKE_S, FRAME_S, NONE, Ceilings, usual
 from engine.planning.choices import BYTE_S, FRAMES, LIGHTS, SHARE
-from engine.planning.costs.cost_model import CostModel
+from engine.planning.costs.cost_model import CostModel, Load
 from engine.planning.costs.setting import Setting
 from engine.planning.effects.estimates import EFFECTS, Scenery, estimates, scenery
 from engine.planning.effects.simplified import Brushed, GlossyLambert, Unbrushed, WithoutRetro, WithoutRise
@@ -396,3 +397,59 @@ def test_no_effect_is_needed_that_is_worth_nothing() -> None:
     for error in (1e-3, 0.02, 0.3):
         for effect in plan_of(look_at(), COSTS, error, None).effects:
             assert effect.decision != "needed" or effect.estimated_error_rel >= NOTHING
+
+
+def two_suns(rest: float) -> EnvironmentMap:
+    """Two suns of a texel, 24° above the horizon, over an even rest."""
+    radiance = np.full((32, 64, 3), rest, np.float32)
+    radiance[11, 40] = radiance[11, 20] = 300.0
+    return EnvironmentMap(radiance)
+
+
+def errors_of_bowl(brdf: str, rest: float) -> PredictedErrors:
+    """Of a bowl, which shades itself, under two suns."""
+    looked = scenery(bowl(), brdf_from_text(brdf), two_suns(rest))
+    return PredictedErrors(looked, estimates(looked), None)
+
+
+def test_few_sharp_lights_are_summed_with_their_shadows() -> None:
+    """Direct light shows highlights and shadows of two suns exactly: what it lacks is what comes between the parts."""
+    errors = errors_of_bowl("ward:kd=0.2,ks=0.4,alpha_x=0.02,alpha_y=0.2", 1e-5)
+    setting, lacking = Setting("direct", {"directions": 4}), errors.found["interreflection"].error_rel
+    assert errors.shows_shadows(setting, frozenset())
+    assert errors.predict(setting, frozenset()) == pytest.approx(lacking, abs=1e-3)
+    assert errors.predict(setting, frozenset({"self-shadowing"})) > lacking + errors.found["self-shadowing"].error_rel
+    found = plan_of(errors.scene, replace(COSTS, renderer="a device"), lacking + 0.01, None)
+    assert found.mode == "direct"
+    assert found.satisfied
+    assert found.casts_shadows
+    assert found.decision("self-shadowing") == "needed"
+
+
+def test_shadows_that_a_sky_lacks_are_part_of_the_error_of_direct_light() -> None:
+    errors = errors_of_bowl("ggx:kd=0.3,alpha=0.4", 0.3)
+    assert not errors.scene.sample.light.is_sharp
+    setting = Setting("direct", {"directions": 256})
+    assert errors.casts(setting, frozenset())
+    assert not errors.shows_shadows(setting, frozenset())
+    own = errors.predict(setting, frozenset()) - errors.found["interreflection"].error_rel
+    assert 0.02 < own < errors.found["self-shadowing"].error_rel
+
+
+def test_without_suns_direct_light_has_no_shadows() -> None:
+    looked = scenery(bowl(), brdf_from_text("ggx"), gradient_sky())
+    errors = PredictedErrors(looked, estimates(looked), None)
+    assert not errors.casts(Setting("direct"), frozenset())
+
+
+@pytest.mark.parametrize("renderer", ["processor", "llvmpipe"])
+def test_shadows_of_direct_light_are_priced_by_counted_rays(renderer: str) -> None:
+    model = replace(COSTS, renderer=renderer)
+    load = Load(1000, 5000, 2000, covered=0.5)
+    few = model.predict(Setting("direct", {"directions": 4}), 1000, 5000, load=load)
+    lit = model.predict(Setting("direct", {"directions": 4}), 1000, 5000, load=replace(load, shadows=3))
+    more = model.predict(Setting("direct", {"directions": 7}), 1000, 5000, load=load)
+    rays_s = 3 * 2500 * model.rate("ray") * load.ray_scale
+    assert few.frame_s < more.frame_s
+    assert lit.frame_s == pytest.approx(more.frame_s + (rays_s if renderer == "processor" else 0.0))
+    assert (lit.relight_s > 0.0) == (renderer != "processor")
