@@ -192,7 +192,8 @@ class EffectsDock(QDockWidget):
         error, frame = percent(plan.predicted_error_rel), time_text(plan.predicted_frame_s)
         about = f"about {error} and {frame}".replace(" ", "\u00a0")
         self.words.setText(f"{within}{setting_text(plan.setting)}: {about}.")
-        expected = f"In 95 of 100 scenes that are predicted so the error is {percent_range(*plan.error_interval_rel)}."
+        interval = percent_range(*plan.error_interval_rel)
+        expected = f"From where it was planned, the error is {interval} in 95 of 100 scenes that are predicted so."
         if plan.probability is not None:
             expected += f" The budget is met with a probability of {percent(plan.probability)}."
         self.words.setToolTip(expected if plan.beyond is None else f"{expected}\n{_beyond_text(plan.beyond)}")

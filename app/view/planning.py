@@ -1,5 +1,6 @@
 """The plan of the scene in the View workspace: made anew, in a job, when the scene or the wishes have come to rest.
 
+Its errors are those of the image that is on screen when it is made; another view does not call for another plan.
 The Effects dock shows it, bakes follow it, and it predicts the error of a setting before that is measured.
 """
 
@@ -17,6 +18,7 @@ from app.document.variation import VariedParameter, as_baked, find_varied_in
 from app.jobs.newest import Latest
 from engine.core.errors import FileError, UsageError
 from engine.core.steps import Step, Steps, part
+from engine.geometry.camera import Camera
 from engine.planning.costs.setting import Setting
 from engine.scene.scene import Scene
 from engine.tradeoff.front import Budget, budget_from_text
@@ -158,8 +160,10 @@ class Planning(QObject):
             self._asked = None
         elif wanted is not None and self.plan is None:
             width, height = self._size()
+            now = self._scene_of(self.bench.document.project)
+            camera = wanted.scene.camera if now is None else now.camera
             self._latest.ask(
-                lambda: plan(wanted, width * height, self._max_memory),
+                lambda: plan(wanted, camera, (width, height), self._max_memory),
                 lambda plan: self._take(wanted, plan),
                 lambda _error: self._take(wanted, FAILED),
             )
@@ -187,34 +191,42 @@ class Planning(QObject):
         self.changed.emit()
 
 
-def plan(asked: Asked, pixels: int, max_memory: float | None = None) -> Steps[EffectsPlan | str]:
-    """The plan of a scene, or why there can be none; the first of a machine measures its costs."""
+def plan(
+    asked: Asked, camera: Camera, size: tuple[int, int], max_memory: float | None = None
+) -> Steps[EffectsPlan | str]:
+    """The plan of a scene for the image of `camera` of a `size` (width, height), or why there can be none.
+
+    The first of a machine measures its costs.
+    """
     yield Step(0.0, "compiling (first use only)")
     from app.session.machine_profile import cost_model
     from engine.planning.ceilings import usual
-    from engine.planning.plan import plan
+    from engine.planning.plan import plan_in_steps
 
     scene, budget = asked.scene, asked.budget
-    model = yield from part(cost_model(), 0.0, 0.9)
-    yield Step(0.9, "analysing the scene")
+    model = yield from part(cost_model(), 0.0, 0.5)
     assert scene.environment is not None
+    width, height = max(1, size[0]), max(1, size[1])
+    steps = plan_in_steps(
+        scene.mesh,
+        scene.brdf,
+        scene.environment,
+        cost=model,
+        error=budget.error,
+        time_ms=1e3 * budget.time_s if budget.time_s is not None else None,
+        force=asked.forced,
+        skip=asked.skipped,
+        ground=scene.ground,
+        rotation=scene.environment_rotation,
+        material=scene.material,
+        variations=as_baked(asked.variations),
+        pixels=width * height,
+        aspect=width / height,
+        ceilings=usual(memory_bytes=budget.bytes or max_memory),
+        camera=camera,
+    )
     try:
-        return plan(
-            scene.mesh,
-            scene.brdf,
-            scene.environment,
-            cost=model,
-            error=budget.error,
-            time_ms=1e3 * budget.time_s if budget.time_s is not None else None,
-            force=asked.forced,
-            skip=asked.skipped,
-            ground=scene.ground,
-            rotation=scene.environment_rotation,
-            material=scene.material,
-            variations=as_baked(asked.variations),
-            pixels=max(1, pixels),
-            ceilings=usual(memory_bytes=budget.bytes or max_memory),
-        )
+        return (yield from part(steps, 0.5, 1.0))
     except (
         UsageError,
         FileError,

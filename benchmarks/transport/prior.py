@@ -88,7 +88,7 @@ def collect(folder: Path, seed: int) -> dict[str, Any]:
     skipped = frozenset({LEFT_OUT})
     predicted = {each: errors.predict(each, skipped) for each in asked}
     times.append(time.process_time())
-    small = measure_small(scene, [each for each in SMALL if each in asked])
+    small = drain(measure_small(scene, [each for each in SMALL if each in asked]))
     times.append(time.process_time())
     with drawing(SIZE) as drawer:
         measured = measure(scene, asked, drawer, REFERENCE_S)
@@ -114,7 +114,7 @@ def collect_small(path: Path) -> None:
     record = json.loads(path.read_text("utf-8"))
     _, scene = generate_varied(record["seed"])
     asked = {setting_of(each) for each in record["rows"]}
-    record["small"] = as_record(measure_small(scene, [each for each in SMALL if each in asked]))
+    record["small"] = as_record(drain(measure_small(scene, [each for each in SMALL if each in asked])))
     write_json(path, record)
 
 

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 from engine.core.cached import remember
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, size_text
+from engine.core.steps import Step, Steps, drain, part
 from engine.core.summary import Summary
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
@@ -78,6 +79,9 @@ SMALL = (
 
 #: Modes whose errors take seconds to predict.
 SLOW = ("gaussian",)
+
+#: Words for what is done before anything is measured.
+ANALYSING = "analysing the scene"
 
 #: Effects that change the cost of a setting.
 COSTING = ("self-shadowing", "interreflection", "glossy", "anisotropy", "sun-split", "spatially-varying-gloss")
@@ -205,7 +209,12 @@ class EffectsPlan(Summary):
         return {**facts, "satisfied": self.satisfied}
 
 
-def plan(
+def plan(mesh: Mesh, brdf: Brdf, environment: EnvironmentMap, *, cost: CostModel, **options: Any) -> EffectsPlan:
+    """The plan that `plan_in_steps` makes, at once."""
+    return drain(plan_in_steps(mesh, brdf, environment, cost=cost, **options))
+
+
+def plan_in_steps(
     mesh: Mesh,
     brdf: Brdf,
     environment: EnvironmentMap,
@@ -225,7 +234,7 @@ def plan(
     frames: int = FRAMES,
     ceilings: Ceilings | None = None,
     camera: Camera | None = None,
-) -> EffectsPlan:
+) -> Steps[EffectsPlan]:
     """The plan for a budget: `error` relative (0.01 where neither is given) or `time_ms` of a frame.
 
     `variations` move parameters of the BRDF over the mesh. `modes` narrows the choice. A bake is spread over
@@ -241,6 +250,7 @@ def plan(
     for value, name in ((budget, "error"), (time_ms, "time")):
         if value is not None and not 0.0 < value < float("inf"):
             raise UsageError(f"a budget of {name} of {value} is not above 0")
+    yield Step(0.0, ANALYSING)
     looked: dict[str, Any] = {"rotation": rotation, "ground": ground, "camera": camera}
     scene = scenery(mesh, brdf, environment, material=material, variations=variations, **looked)
     place = {"environment": environment, "environment_rotation": rotation, "ground": ground}
@@ -254,19 +264,34 @@ def plan(
         return plan_of(*asked)
     shown = Scene(mesh, camera, brdf, environment=environment, environment_rotation=rotation, ground=ground)
     small: dict[Setting, Measured] = {}
-    for settings in SMALL:
-        small |= small_errors(shown, tuple(each for each in settings if modes is None or each.mode in modes))
+    for number, settings in enumerate(SMALL):
+        allowed = tuple(each for each in settings if modes is None or each.mode in modes)
+        share = (1.0 + number) / (1.0 + len(SMALL))
+        small |= yield from part(small_errors(shown, allowed), share - 0.3, share)
         found = plan_of(*asked, small)
         if found.satisfied:
             break
+        yield Step(share, ANALYSING)
     return found
 
 
-@remember(8)
-def small_errors(scene: Scene, settings: tuple[Setting, ...]) -> Mapping[Setting, Measured]:
+def small_errors(scene: Scene, settings: tuple[Setting, ...]) -> Steps[Mapping[Setting, Measured]]:
     """The errors of small images of those of `settings` that can draw the scene; remembered, some 2 s."""
-    asked = [each for each in settings if each.mode not in transport.names() or planning_of(each.mode).can_draw(scene)]
-    return measure_small(scene, asked)
+    place = scene.environment, scene.environment_rotation, scene.ground
+    kept = _kept_small(scene.mesh, scene.camera, scene.brdf, place, settings)
+    if not kept:
+        can_draw = [each.mode not in transport.names() or planning_of(each.mode).can_draw(scene) for each in settings]
+        asked = [each for each, can in zip(settings, can_draw, strict=True) if can]
+        kept.update((yield from measure_small(scene, asked)))
+    return kept
+
+
+@remember(8)
+def _kept_small(
+    _mesh: Mesh, _camera: Camera, _brdf: Brdf, _place: tuple[Any, ...], _settings: tuple[Setting, ...]
+) -> dict[Setting, Measured]:
+    """Errors that have been measured for these arguments; empty at first."""
+    return {}
 
 
 def check_effects(force: Collection[str], skip: Collection[str]) -> None:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core.steps import drain
+from engine.core.steps import Step, Steps, drain, relay
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import caster_of
 from engine.planning.bake_group import bake_alone, bake_group, groups, relight_transport
@@ -36,6 +36,9 @@ SIZE, SUB_PIXELS, SAMPLES, MAX_VERTICES = (64, 48), 2, 256, 600
 
 #: Models of so many times the vertices that are baked are cut.
 LARGE = 4
+
+#: Words for the measurement.
+NOTE = "measuring small images"
 
 #: Coverage from which a pixel is taken to be covered completely, and resamples of the pixels.
 COVERED, RESAMPLES = 0.999, 64
@@ -59,11 +62,13 @@ class _Pixels:
     vertices: NDArray[np.int64]
 
 
-def measure_small(scene: Scene, settings: Sequence[Setting], *, seed: int = 0) -> dict[Setting, Measured]:
+def measure_small(scene: Scene, settings: Sequence[Setting], *, seed: int = 0) -> Steps[dict[Setting, Measured]]:
     """The errors of those of `settings` that can be measured; nothing where the camera sees too little of the model."""
     if not settings:
         return {}
-    exact = drain(reference(scene, SIZE, samples=SAMPLES, max_depth=1, seed=seed))
+    exact = yield from relay(
+        reference(scene, SIZE, samples=SAMPLES, max_depth=1, seed=seed), lambda step: Step(0.5 * step.done, NOTE)
+    )
     assert exact.variance is not None
     pixels = _choose_pixels(scene, exact.image[..., 3] >= COVERED, seed)
     if len(pixels.flat) < RESAMPLES:
@@ -71,7 +76,8 @@ def measure_small(scene: Scene, settings: Sequence[Setting], *, seed: int = 0) -
     truth = exact.image[..., :3].reshape(-1, 3)[pixels.flat].astype(np.float64)
     noise = exact.variance.reshape(-1, 3)[pixels.flat]
     found = {}
-    for setting, image in _images(scene, settings, pixels):
+    for number, (setting, image) in enumerate(_images(scene, settings, pixels)):
+        yield Step(0.5 + 0.5 * number / len(settings), NOTE)
         shown = np.asarray(image[..., :3], np.float64).reshape(-1, 3)[pixels.flat]
         measured = compare_pixels(shown, truth, noise)
         if measured is not None:

@@ -31,7 +31,7 @@ from engine.accuracy.compare import ErrorEstimate, comparison, error_against, er
 from engine.core.cached import cached_property
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent
-from engine.core.steps import Step, Steps, part
+from engine.core.steps import Step, Steps, drain, part
 from engine.core.stopwatch import shortest
 from engine.core.summary import Summary
 from engine.planning.bake_group import (
@@ -387,7 +387,7 @@ class _Run:
         for mode in {each.mode for each in left_out} - {each.mode for each in points}:
             cheapest = self._cheapest([each for each in left_out if each.mode == mode])
             yield self._step(f"a small image of {cheapest[0]}")
-            self.expectations.small.update(measure_small(self.scene, cheapest, seed=self.seed))
+            self.expectations.small.update(drain(measure_small(self.scene, cheapest, seed=self.seed)))
         for setting in left_out:
             error = self.expectations.expect(setting, points)
             if error is not None:

@@ -66,7 +66,5 @@ def plan(
     else:
         chosen.directions = found.setting["directions"]
     left_out = [f"No {effect.effect}: {effect.reason}" for effect in found.effects if not effect.on]
-    drawn = replace(
-        scene, brdf=brdf_of(found, scene.brdf), directions=chosen.directions, shadows=found.casts_shadows
-    )
+    drawn = replace(scene, brdf=brdf_of(found, scene.brdf), directions=chosen.directions, shadows=found.casts_shadows)
     return drawn, chosen, {**record(found), "skipped": left_out}

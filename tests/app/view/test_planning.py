@@ -13,6 +13,7 @@ from app.view.bake_panel import state_text
 from app.view.baking import Baking
 from app.window.main_window import MainWindow
 from engine.core.steps import Step, Steps
+from engine.planning import plan as planning_of_scenes
 from engine.planning.plan import Effect
 from tests.app.view.test_baking import LONG, ball, built_in, sphere
 from tests.present import present
@@ -169,3 +170,32 @@ def test_a_plan_that_fails_is_not_waited_for(planned: MainWindow, qtbot: Any) ->
     )
     qtbot.waitUntil(lambda: len(planned.failures.open_dialogs) == 1, timeout=LONG)
     next(iter(planned.failures.open_dialogs.values())).close()
+
+
+def test_a_plan_is_for_the_view_on_screen_and_another_view_asks_for_none(
+    planned: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its errors are measured on small images from there: the interval of the old wide ones spanned a factor of 18."""
+    planning, made, original = planned.view.planning, [], planning_of_scenes.plan_in_steps
+
+    def note(*arguments: Any, **options: Any) -> Any:
+        made.append(options["camera"])
+        return original(*arguments, **options)
+
+    monkeypatch.setattr(planning_of_scenes, "plan_in_steps", note)
+    viewport = planned.view.viewport
+    planned.bench.document.change("Another", mesh=dataclasses.replace(sphere()))
+    qtbot.waitUntil(lambda: planning.plan is not None, timeout=LONG)
+    low, high = present(planning.plan).error_interval_rel
+    assert high < 8.0 * max(low, 1e-4)
+    assert made == [viewport.camera]
+    camera = present(viewport.camera)
+    viewport.camera = dataclasses.replace(camera, fov_deg=0.8 * camera.fov_deg)
+    planned.view.refresh()
+    assert planning.plan is not None
+    assert not planning.is_coming
+    planned.bench.document.change(
+        "Budget", look=dataclasses.replace(planned.bench.document.project.look, plan_budget="3 %")
+    )
+    qtbot.waitUntil(lambda: planning.plan is not None and len(made) == 2, timeout=LONG)
+    assert made[1] == viewport.camera

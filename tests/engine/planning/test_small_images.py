@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
+from engine.core.steps import Steps, drain
 from engine.geometry.camera import frame
 from engine.planning import plan as planning
 from engine.planning import small_images
@@ -34,16 +35,47 @@ def scene(monkeypatch: pytest.MonkeyPatch) -> Scene:
 
 def test_T1_a_part_of_a_model_has_the_errors_of_the_whole(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """Some vertices are baked, and the faces around them drawn alone: shadows are those of the whole model."""
-    whole = measure_small(scene, [ORDER])[ORDER]
+    whole = drain(measure_small(scene, [ORDER]))[ORDER]
     monkeypatch.setattr(small_images, "LARGE", 0)
-    part = measure_small(scene, [ORDER])[ORDER]
+    part = drain(measure_small(scene, [ORDER]))[ORDER]
     assert part.error_rel == pytest.approx(whole.error_rel, rel=0.01)
 
 
 def test_nothing_is_measured_where_nothing_is_asked_or_seen(scene: Scene) -> None:
-    assert measure_small(scene, []) == {}
+    assert drain(measure_small(scene, [])) == {}
     away = replace(scene.camera, eye=(0.0, 0.0, 1e4), target=(0.0, 0.0, 2e4))
-    assert measure_small(replace(scene, camera=away), [ORDER]) == {}
+    assert drain(measure_small(replace(scene, camera=away), [ORDER])) == {}
+
+
+def told(small: dict[Setting, Measured]) -> Steps[dict[Setting, Measured]]:
+    yield from ()
+    return small
+
+
+def test_errors_of_small_images_are_measured_once_for_a_view(
+    scene: Scene, costs: CostModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Scene] = []
+
+    def count(scene: Scene, settings: list[Setting]) -> Steps[dict[Setting, Measured]]:
+        asked.append(scene)
+        return told({setting: Measured(0.1, 0.02) for setting in settings})
+
+    monkeypatch.setattr(planning, "measure_small", count)
+    place, other = lamp_sky(), replace(scene.camera, fov_deg=20.0)
+    for camera, error in ((scene.camera, 0.5), (scene.camera, 0.4), (other, 0.5)):
+        plan(scene.mesh, scene.brdf, place, cost=costs, error=error, modes=("sh",), camera=camera)
+    assert {each.camera for each in asked} == {scene.camera, other}
+    assert len(asked) == len({(each.camera, id(each.environment)) for each in asked}) * (len(asked) // 2)
+
+
+def test_a_plan_can_be_left_while_small_images_are_measured(scene: Scene, costs: CostModel) -> None:
+    steps = planning.plan_in_steps(scene.mesh, scene.brdf, lamp_sky(), cost=costs, modes=("sh",), camera=scene.camera)
+    notes = [next(steps).note]
+    while notes[-1] != small_images.NOTE:
+        notes.append(next(steps).note)
+    steps.close()
+    assert notes[0] == planning.ANALYSING
 
 
 def test_a_small_image_moves_what_a_plan_tells(scene: Scene, costs: CostModel, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -51,7 +83,7 @@ def test_a_small_image_moves_what_a_plan_tells(scene: Scene, costs: CostModel, m
     found = []
     for measured in ({}, {ORDER: 0.9}):
         small = {setting: Measured(error, 0.02) for setting, error in measured.items()}
-        monkeypatch.setattr(planning, "small_errors", lambda _scene, _settings, small=small: small)
+        monkeypatch.setattr(planning, "small_errors", lambda _scene, _settings, small=small: told(small))
         found.append(
             plan(
                 scene.mesh,
