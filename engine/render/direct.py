@@ -178,11 +178,11 @@ class Shader:
             towards = np.broadcast_to(direction, (len(facing), 3))
             visible[number, facing] = ~caster.occluded(origin[facing], towards)
 
-        def reached(lamp: NearLamp, points: Indices, direction: Array) -> NDArray[np.bool_]:
+        def reach(lamp: NearLamp, points: Indices, direction: Array) -> NDArray[np.bool_]:
             distance = distance_along(lamp, origin[points], direction)
             return np.asarray(caster.intersect(origin[points], direction).distance >= distance)
 
-        return _Lit(lights, lit.place, visible, reached)
+        return _Lit(lights, lit.place, visible, reach)
 
     def _shade_texels(self, uv: Array, along: list[Array], frame: Array, axes: Array, wo: Array, lit: _Lit) -> Array:
         """Radiance (N, 3) of PBR maps; where normals within a pixel differ much, it is looked up in four parts."""
@@ -239,10 +239,10 @@ class _Lit:
         if self.visible is None or reached is None:
             return replace(self, place=self.place[points])
 
-        def reached_of(lamp: NearLamp, some: Indices, direction: Array) -> NDArray[np.bool_]:
+        def reach(lamp: NearLamp, some: Indices, direction: Array) -> NDArray[np.bool_]:
             return reached(lamp, points[some], direction)
 
-        return replace(self, place=self.place[points], visible=self.visible[:, points], reached=reached_of)
+        return replace(self, place=self.place[points], visible=self.visible[:, points], reached=reach)
 
     def each(self, frame: Array) -> Iterator[tuple[Indices, Array, Array, Array]]:
         """For each light that reaches points: these, its direction (M, 3) in their frames, irradiance and direction."""
