@@ -31,6 +31,10 @@ LOOKUPS = (
 )
 
 
+#: Parameter of a BRDF that maps have as well.
+AGAIN = "multiple_scattering"
+
+
 class BrdfPanel(Rows):
     """`brdf` can be drawn at once; `ready` follows when a measurement has become a table."""
 
@@ -86,7 +90,10 @@ class BrdfPanel(Rows):
             self.form.follow(self.choice)
         self.form.show_instance(brdf)
         self.form.setVisible(measured is None)
-        self.again.setVisible(project.material.pbr is not None and project.material.pbr.layers is None)
+        is_of_maps = project.material.pbr is not None and project.material.pbr.layers is None
+        self.again.setVisible(is_of_maps)
+        if AGAIN in self.form.editors:  # the BRDF at the mean of maps follows these
+            self.form.show_row(self.form.editors[AGAIN], not is_of_maps)
         self.again.setChecked(project.material.pbr is not None and project.material.pbr.multiple_scattering)
 
     def _set_multiple_scattering(self, on: bool) -> None:

@@ -64,6 +64,20 @@ def test_multiple_scattering_is_switched_and_undone(filled: MainWindow) -> None:
     assert again.isChecked()
 
 
+def test_multiple_scattering_has_one_control(filled: MainWindow) -> None:
+    """The box of the maps, to which the BRDF at their mean belongs; without maps the slider of the BRDF."""
+    filled.show_workspace("view")
+    panel, document = filled.view.brdf_panel, filled.bench.document
+    form = panel.form
+    assert form is not None
+    slider = form.editors["multiple_scattering"]
+    assert panel.again.isVisibleTo(filled)
+    assert not slider.isVisibleTo(filled)
+    document.change("No maps", material=replace(document.project.material, pbr=None))
+    assert not panel.again.isVisibleTo(filled)
+    assert slider.isVisibleTo(filled)
+
+
 def test_layers_offer_no_switch_of_multiple_scattering(filled: MainWindow) -> None:
     """OpenPBR always has it: a switch would do nothing."""
     filled.show_workspace("view")
