@@ -24,7 +24,7 @@ from engine.core.stopwatch import read_clock
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.planning.costs.setting import Setting
-from engine.transport.baking.check import BakeCheck, warnings_at_render, warnings_of_check
+from engine.transport.baking.check import NOT_COMPARED, BakeCheck, warnings_at_render, warnings_of_check
 from engine.transport.method import Method, Relight, Subject, method_of
 
 if TYPE_CHECKING:
@@ -253,7 +253,7 @@ class Made:
     def health(self) -> Health:
         """The errors of the check, and the lights under which the bake does not pass; a note where there is none."""
         if self.check is None:
-            return Health(findings=(Finding(Verdict.NOTE, "this bake was not compared with the reference"),))
+            return Health(findings=(Finding(Verdict.NOTE, NOT_COMPARED),))
         figures = {f"error_under_{each.light.replace(' ', '_')}_rel": each.rmse_rel for each in self.check.lights}
         said = warnings_of_check(self.check, self.wanted.choices.method.name, _label)
         return Health(MappingProxyType(figures), tuple(Finding(Verdict.WARNING, text) for text in said))

@@ -299,6 +299,11 @@ def _adapt(scene: Scene, arguments: argparse.Namespace) -> Scene:
 
 
 def report(result: dict[str, Any]) -> str:
+    return "\n".join([_line(result), *result.get("skipped", ())])
+
+
+def _line(result: dict[str, Any]) -> str:
+    """The image, its time, and what drew it."""
     if "frames" in result:
         return f"{result['image']}: {result['frames']} frames, {time_text(result['time_s'])}"
     if "noise" in result:

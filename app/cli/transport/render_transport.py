@@ -38,7 +38,7 @@ from engine.render.turntable import middle
 from engine.scene.mode import DIRECT, REFERENCE
 from engine.storage.readers import suffixes
 from engine.transport import method as transport
-from engine.transport.baking.check import warnings_at_render
+from engine.transport.baking.check import NOT_COMPARED, warnings_at_render
 from engine.transport.baking.file import SUFFIX, holds_transport, open_transport
 from engine.transport.method import Method
 from engine.transport.relight import light_of as light_of_scene
@@ -89,12 +89,14 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     if arguments.material is not None:
         scene = render_textured.scene_of_bake(relit, light, camera, arguments)
         brdf, doubts = render_textured.brdf_of_bake(file, arguments)
+    unchecked = [] if reused is not None else _list_unchecked(file, other)
     if arguments.turntable:
         textured = None if scene is None else (scene, brdf)
         made = render_turntable.run_baked(
             file, method, light, asked, camera, middle(model), arguments, display, show, behind, textured
         )
-        return {**made, **_describe_error(reused), "warnings": [*made["warnings"], *doubts]}
+        told = {**_describe_error(reused), "skipped": unchecked}
+        return {**made, **told, "warnings": [*made["warnings"], *doubts]}
     image, drawn = _draw(relit, camera, arguments, show)
     negative_rel = drawn.pop("negative_rel", None)
     negative_rel = found.negative_rel(camera.eye) if negative_rel is None else negative_rel
@@ -113,6 +115,7 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
         **drawn,
         "negative_rel": negative_rel,
         **record_of(image),
+        "skipped": unchecked,
         "warnings": [
             *doubts_of_light(light.environment),
             *found.warnings,
@@ -167,6 +170,7 @@ def run_project(
         "baked_before": found is not None,
         **drawn,
         **record_of(image),
+        "skipped": _say_unchecked() if made.check is None else [],
         "warnings": [*doubts_of_scene(scene), *made.differences(scene), *drawn["warnings"]],
         "time_s": time.perf_counter() - started,
     }
@@ -279,6 +283,17 @@ def _draw(
         "warnings": warnings,
         "negative_rel": found.negative_rel,
     }
+
+
+def _list_unchecked(file: TransportFile, other: str | None) -> list[str]:
+    """Return the sentence that this bake, or the BRDF in place of its own, was not compared with the reference."""
+    if file.check is not None and other is None:
+        return []
+    return _say_unchecked(" with this BRDF" if other is not None else "")
+
+
+def _say_unchecked(end: str = "") -> list[str]:
+    return [f"{NOT_COMPARED[:1].upper()}{NOT_COMPARED[1:]}{end}."]
 
 
 def _differences(file: TransportFile, light: Light, other: str | None) -> list[str]:

@@ -74,6 +74,10 @@ class LightCheck(BaseModel):
         return " and ".join(parts)
 
 
+#: Words on a bake that has no check.
+NOT_COMPARED = "this bake was not compared with the reference"
+
+
 class Alternative(BaseModel):
     """Another mode, with its default settings, and the `lights` under which it passes where the bake does not."""
 

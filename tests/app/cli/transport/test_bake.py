@@ -234,3 +234,18 @@ def test_brdfs_are_mixed_over_a_model(lightarc: Command, mesh: Path, tmp_path: P
     }.items():
         refused = lightarc("bake", mesh, "--brdf", "lambert", "-o", output, "--cube", "16", *words)
         assert (refused.code in (2, 3), reason in refused.err) == (True, True), refused.err
+
+
+def test_a_bake_that_was_not_compared_says_so_when_it_is_drawn(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    """Without a check, or with a BRDF that the check did not see; a bake that was checked needs no word."""
+    said = "This bake was not compared with the reference"
+    for name, options in (("checked", ()), ("unchecked", ("--no-check",))):
+        output = tmp_path / f"{name}.transport"
+        result(
+            lightarc(
+                "bake", mesh, "--mode", "sh", "--order", "3", "--brdf", "lambert", *options, "-o", output, "--json"
+            )
+        )
+        image = ("render", output, "--env", "sky", "-o", tmp_path / f"{name}.png", *SMALL)
+        assert result(lightarc(*image))["skipped"] == ([f"{said}."] if options else [])
+    assert f"\n{said}.\n" in lightarc(*image[:-1], "--overwrite").out
