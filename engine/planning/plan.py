@@ -278,7 +278,7 @@ def plan_in_steps(
 def small_errors(scene: Scene, settings: tuple[Setting, ...]) -> Steps[Mapping[Setting, Measured]]:
     """The errors of small images of those of `settings` that can draw the scene; remembered, some 2 s."""
     place = scene.environment, scene.environment_rotation, scene.ground
-    kept = _kept_small(scene.mesh, scene.camera, scene.brdf, place, settings)
+    kept = _recall_small(scene.mesh, scene.camera, scene.brdf, place, settings)
     if not kept:
         can_draw = [each.mode not in transport.names() or planning_of(each.mode).can_draw(scene) for each in settings]
         asked = [each for each, can in zip(settings, can_draw, strict=True) if can]
@@ -287,7 +287,7 @@ def small_errors(scene: Scene, settings: tuple[Setting, ...]) -> Steps[Mapping[S
 
 
 @remember(8)
-def _kept_small(
+def _recall_small(
     _mesh: Mesh, _camera: Camera, _brdf: Brdf, _place: tuple[Any, ...], _settings: tuple[Setting, ...]
 ) -> dict[Setting, Measured]:
     """Errors that have been measured for these arguments; empty at first."""
