@@ -159,7 +159,7 @@ def broken_plan(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> None:
     def find_broken(*_scene: Any, **_wishes: Any) -> None:
         raise ZeroDivisionError("a plan broke")
 
-    monkeypatch.setattr("engine.planning.plan.plan", find_broken)
+    monkeypatch.setattr("engine.planning.plan.plan_in_steps", find_broken)
 
 
 @pytest.mark.usefixtures("broken_plan")
