@@ -175,27 +175,24 @@ def test_a_plan_that_fails_is_not_waited_for(planned: MainWindow, qtbot: Any) ->
 def test_a_plan_is_for_the_view_on_screen_and_another_view_asks_for_none(
     planned: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its errors are measured on small images from there: the interval of the old wide ones spanned a factor of 18."""
+    viewport = planned.view.viewport
     planning, made, original = planned.view.planning, [], planning_of_scenes.plan_in_steps
 
     def note(*arguments: Any, **options: Any) -> Any:
-        made.append(options["camera"])
+        made.append((options["camera"], viewport.camera))
         return original(*arguments, **options)
 
+    qtbot.waitUntil(lambda: viewport.camera is not None, timeout=LONG)
     monkeypatch.setattr(planning_of_scenes, "plan_in_steps", note)
-    viewport = planned.view.viewport
     planned.bench.document.change("Another", mesh=dataclasses.replace(sphere()))
     qtbot.waitUntil(lambda: planning.plan is not None, timeout=LONG)
-    low, high = present(planning.plan).error_interval_rel
-    assert high < 8.0 * max(low, 1e-4)
-    assert made == [viewport.camera]
     camera = present(viewport.camera)
     viewport.camera = dataclasses.replace(camera, fov_deg=0.8 * camera.fov_deg)
-    planned.view.refresh()
+    planning.refresh()
     assert planning.plan is not None
     assert not planning.is_coming
     planned.bench.document.change(
         "Budget", look=dataclasses.replace(planned.bench.document.project.look, plan_budget="3 %")
     )
     qtbot.waitUntil(lambda: planning.plan is not None and len(made) == 2, timeout=LONG)
-    assert made[1] == viewport.camera
+    assert made[1] == (viewport.camera, viewport.camera)
