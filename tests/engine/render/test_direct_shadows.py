@@ -116,7 +116,7 @@ def test_a_convex_model_casts_no_shadow_on_itself() -> None:
     np.testing.assert_array_equal(draw(dataclasses.replace(scene, shadows=True)), draw(scene))
 
 
-def difference(found: Floats, exact: Floats) -> float:
+def difference(found: Floats, exact: NDArray[Any]) -> float:
     return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
 
 

@@ -236,6 +236,7 @@ def test_brdfs_are_mixed_over_a_model(lightarc: Command, mesh: Path, tmp_path: P
         assert (refused.code in (2, 3), reason in refused.err) == (True, True), refused.err
 
 
+@pytest.mark.checked_bakes
 def test_a_bake_that_was_not_compared_says_so_when_it_is_drawn(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
     """Without a check, or with a BRDF that the check did not see; a bake that was checked needs no word."""
     said = "This bake was not compared with the reference"
