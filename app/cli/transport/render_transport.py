@@ -95,8 +95,8 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
         made = render_turntable.run_baked(
             file, method, light, asked, camera, middle(model), arguments, display, show, behind, textured
         )
-        told = {**_describe_error(reused), "skipped": unchecked}
-        return {**made, **told, "warnings": [*made["warnings"], *doubts]}
+        facts = {**_describe_error(reused), "skipped": unchecked}
+        return {**made, **facts, "warnings": [*made["warnings"], *doubts]}
     image, drawn = _draw(relit, camera, arguments, show)
     negative_rel = drawn.pop("negative_rel", None)
     negative_rel = found.negative_rel(camera.eye) if negative_rel is None else negative_rel

@@ -47,7 +47,7 @@ def test_nothing_is_measured_where_nothing_is_asked_or_seen(scene: Scene) -> Non
     assert drain(measure_small(replace(scene, camera=away), [ORDER])) == {}
 
 
-def told(small: dict[Setting, Measured]) -> Steps[dict[Setting, Measured]]:
+def give(small: dict[Setting, Measured]) -> Steps[dict[Setting, Measured]]:
     yield from ()
     return small
 
@@ -59,7 +59,7 @@ def test_errors_of_small_images_are_measured_once_for_a_view(
 
     def count(scene: Scene, settings: list[Setting]) -> Steps[dict[Setting, Measured]]:
         asked.append(scene)
-        return told({setting: Measured(0.1, 0.02) for setting in settings})
+        return give({setting: Measured(0.1, 0.02) for setting in settings})
 
     monkeypatch.setattr(planning, "measure_small", count)
     place, other = lamp_sky(), replace(scene.camera, fov_deg=20.0)
@@ -84,7 +84,7 @@ def test_a_small_image_moves_what_a_plan_tells(scene: Scene, costs: CostModel, m
     found = []
     for measured in ({}, {ORDER: 0.9}):
         small = {setting: Measured(error, 0.02) for setting, error in measured.items()}
-        monkeypatch.setattr(planning, "small_errors", lambda _scene, _settings, small=small: told(small))
+        monkeypatch.setattr(planning, "small_errors", lambda _scene, _settings, small=small: give(small))
         found.append(
             plan(
                 scene.mesh,
