@@ -21,6 +21,7 @@ from engine.core.errors import InputError, UsageError
 from engine.core.params import parameters
 from engine.core.steps import drain
 from engine.figures.papers.catalogue import FIGURES
+from engine.geometry.backs import with_backs
 from engine.geometry.brushing import parse_brushing
 from engine.geometry.ground import Ground
 from engine.images.encode import encode_exr, encode_png, rgb_channels
@@ -451,7 +452,7 @@ def bake(
         raise UsageError(f"{method} has no setting {unknown[0]!r}; choose from {', '.join(known)}")
     ground = None if ground_albedo is None else Ground(albedo=ground_albedo)
     mesh = as_mesh(model) if brushing is None else as_mesh(model).brush(parse_brushing(brushing))
-    subject = Subject(mesh, as_brdf(brdf), ground, kept=visibility_folder())
+    subject = Subject(with_backs(mesh, ground), as_brdf(brdf), ground, kept=visibility_folder())
     asked = chosen.settings(**settings)
     work = drain(chosen.baking.prepare(subject, asked), progress)
     baked = drain(chosen.baking.bake(path, work), progress)

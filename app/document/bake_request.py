@@ -21,6 +21,7 @@ from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
 from engine.core.stopwatch import read_clock
+from engine.geometry.backs import with_backs
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.planning.costs.setting import Setting
@@ -114,7 +115,8 @@ class Wanted:
     @property
     def subject(self) -> Subject:
         """The subject of the bake, for the method."""
-        return Subject(self.mesh, self.brdf, self.ground, as_baked(self.variations), visibility_folder())
+        mesh = with_backs(self.mesh, self.ground)
+        return Subject(mesh, self.brdf, self.ground, as_baked(self.variations), visibility_folder())
 
     def fits(self, other: Wanted) -> bool:
         """True if both are of the same surface."""

@@ -116,7 +116,7 @@ def compare_views(
 ) -> LightCheck:
     """The deviation of images (H, W, 4) of a bake from the reference of each, under one light.
 
-    Pixels count that show fronts (H, W) alone: bakes draw the backs of open surfaces black, the reference lights both.
+    Pixels count that show fronts (H, W) alone: backs that hardly see out are black in bakes, the reference lights them.
     """
     means, margins, dark, bright, squares, power, noise, pixels = [], [], 0, 0, 0.0, 0.0, 0.0, 0
     shown = fronts or [np.ones(image.shape[:2], np.bool_) for image in images]

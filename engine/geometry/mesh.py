@@ -62,6 +62,10 @@ INSTEAD = {
     **dict.fromkeys((".zip", ".gz", ".bz2", ".xz", ".7z", ".tar"), _UNPACK),
 }
 
+#: The figure that tells how many of the first faces of a mesh have a back, which as many faces after them are
+#: (`engine.geometry.backs`).
+BACKS = "backs"
+
 #: Seconds that reading may take.
 LIMIT_S = 600.0
 

@@ -3,7 +3,7 @@
 embree looks for the face, in float32 and in its robust mode, in coordinates about the centre of the bounding box that
 are scaled by a power of two to about one; so scaling a mesh by a power of two changes no answer. Where the ray meets
 that face is then worked out in float64 from the vertices as they are given. Of faces that coincide, the one of lowest
-index is met.
+index is met whose front the ray meets, or the one of lowest index where there is none.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class RayCaster:
         largest = max(float(np.abs(low).max()), float(np.abs(high).max()))
         self.offset = gamma(ROUNDINGS, UNIT) * self.extent + gamma(ROUNDINGS, FINE_UNIT) * largest
         self._scale = math.ldexp(1.0, -math.frexp(self.extent)[1])
-        self._kept = _first_of_coincident(self.positions, self.faces)
+        self._kept, self._behind = _first_of_coincident(self.positions, self.faces)
         inside = (np.where(np.isfinite(self.positions), self.positions, self.centre) - self.centre) * self._scale
         self._scene = embree_scene(inside.astype(np.float32), self.faces[self._kept])
 
@@ -100,6 +100,7 @@ class RayCaster:
                 self.positions,
                 self.faces,
                 self._kept,
+                self._behind,
                 self._scale,
                 origin[rays],
                 direction[rays],
@@ -155,14 +156,29 @@ def offset_origins(positions: Floats, normals: Floats, caster: RayCaster) -> NDA
     return np.asarray(positions, np.float64) + caster.offset * np.asarray(normals, np.float64)
 
 
-def _first_of_coincident(positions: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Indices of the faces without those that have the same three corners as an earlier one, whichever way round."""
+def _first_of_coincident(
+    positions: NDArray[np.float64], faces: NDArray[np.int32]
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Faces without those that have the same three corners as an earlier one, whichever way round, and their backs.
+
+    The back of a face is the first that has its corners the other way round, −1 where there is none.
+    """
     order, starts = _groups(positions)
     point = np.empty(len(positions), np.int64)
     point[order] = np.cumsum(starts)
-    order, starts = _groups(np.sort(point[faces], axis=1))
-    kept: NDArray[np.int32] = np.sort(order[starts]).astype(np.int32)
-    return kept
+    corners = point[faces]
+    order, starts = _groups(np.sort(corners, axis=1))
+    first = order[starts]
+    behind = np.full(len(first), len(faces))
+    if len(first) < len(faces):
+        a, b, c = corners[order].T
+        turn = ((a < b).astype(np.int8) + (b < c) + (c < a)) % 2  # even permutations rise twice, odd ones once
+        group = np.cumsum(starts) - 1
+        opposite = turn != turn[starts][group]
+        np.minimum.at(behind, group[opposite], order[opposite])
+    kept = np.argsort(first)
+    behind = np.where(behind < len(faces), behind, -1)
+    return first[kept].astype(np.int32), behind[kept].astype(np.int32)
 
 
 def _groups(rows: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
@@ -190,6 +206,7 @@ def _refine(
     positions: NDArray[np.floating],
     faces: NDArray[np.integer],
     kept: NDArray[np.integer],
+    behind: NDArray[np.integer],
     scale: float,
     origin: NDArray[np.floating],
     direction: NDArray[np.floating],
@@ -198,6 +215,8 @@ def _refine(
     barycentric: NDArray[np.floating],
 ) -> None:
     """Work out in float64 where rays meet the faces that embree found, numbered among `kept`; fills the last three.
+
+    A face that is met from its back is the one `behind` it where there is one.
 
     The weights of the corners are the volumes that the ray spans with the opposite edges, not below zero; the distance
     is that of the point they make, so it stays right where ray and face are nearly parallel. In coordinates about the
@@ -209,16 +228,16 @@ def _refine(
         barycentric[ray] = 0.0
         if face[ray] < 0:
             continue
-        face[ray] = kept[face[ray]]
+        number = face[ray]
+        face[ray] = kept[number]
         length = 0.0
         for axis in range(3):
             towards[axis] = direction[ray, axis]
             length += towards[axis] * towards[axis]
-        for k in range(3):
-            for axis in range(3):
-                corner[k, axis] = (positions[faces[face[ray], k], axis] - origin[ray, axis]) * scale
-        for k in range(3):
-            barycentric[ray, k] = _volume(towards, corner[(k + 1) % 3], corner[(k + 2) % 3])
+        _weigh(positions, faces[face[ray]], scale, origin[ray], towards, corner, barycentric[ray])
+        if behind[number] >= 0 and barycentric[ray].sum() > 0.0:
+            face[ray] = behind[number]
+            _weigh(positions, faces[face[ray]], scale, origin[ray], towards, corner, barycentric[ray])
         if barycentric[ray].sum() < 0.0:
             barycentric[ray] *= -1.0
         total = 0.0
@@ -231,6 +250,24 @@ def _refine(
             for axis in range(3):
                 along += barycentric[ray, k] * corner[k, axis] * towards[axis]
         distance[ray] = max(along / length / scale, 0.0)
+
+
+@scalar
+def _weigh(
+    positions: NDArray[np.floating],
+    face: NDArray[np.integer],
+    scale: float,
+    origin: NDArray[np.floating],
+    towards: NDArray[np.floating],
+    corner: NDArray[np.floating],
+    volume: NDArray[np.floating],
+) -> None:
+    """Fill the corners of a face about the origin of a ray, and the volumes that the ray spans with opposite edges."""
+    for k in range(3):
+        for axis in range(3):
+            corner[k, axis] = (positions[face[k], axis] - origin[axis]) * scale
+    for k in range(3):
+        volume[k] = _volume(towards, corner[(k + 1) % 3], corner[(k + 2) % 3])
 
 
 @scalar

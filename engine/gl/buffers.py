@@ -12,7 +12,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.geometry.mesh import Mesh
+from engine.geometry.mesh import BACKS, Mesh
 from engine.gl.context import Limits
 from engine.gl.program import find_uniform
 
@@ -44,7 +44,21 @@ class MeshBuffers:
                 self.tangents = self.tangents or self.context.buffer(self.mesh.tangents.tobytes())
                 content.append((self.tangents, "3f", "in_tangent"))
             self.arrays[program] = self.context.vertex_array(program, content, self.indices)
-        self.arrays[program].render()
+        self._render(self.arrays[program])
+
+    def _render(self, array: moderngl.VertexArray) -> None:
+        """Draw all faces; of fronts and backs at the same place those that face the camera."""
+        both = 2 * int(self.mesh.health.figures.get(BACKS, 0.0))
+        if both > len(self.mesh.faces):
+            raise ValueError(f"{both} fronts and backs of {len(self.mesh.faces)} faces are not possible")
+        if both:
+            self.context.enable(self.context.CULL_FACE)
+            try:
+                array.render(vertices=3 * both)
+            finally:
+                self.context.disable(self.context.CULL_FACE)
+        if both < len(self.mesh.faces):
+            array.render(vertices=3 * (len(self.mesh.faces) - both), first=3 * both)
 
     def release(self) -> None:
         for item in (*self.arrays.values(), self.vertices, self.indices, self.tangents):

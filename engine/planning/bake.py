@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from engine.core.errors import UsageError
 from engine.core.steps import Steps
+from engine.geometry.backs import with_backs
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.planning.costs.planned import PlannedBake, planning_of
@@ -54,5 +55,5 @@ def prepare(
     base = method.settings() if settings is None else settings
     own = {**plan.setting.parameters, **({} if fine is None else {"fine": fine})}
     varying = tuple(variations) if plan.shows("spatially-varying-gloss") else ()
-    subject = Subject(mesh, brdf_of(plan, brdf), ground, varying, kept)
+    subject = Subject(with_backs(mesh, ground), brdf_of(plan, brdf), ground, varying, kept)
     return (yield from planning_of(plan.mode).prepare(plan, subject, method.with_values(own, base)))

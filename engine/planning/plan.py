@@ -25,6 +25,7 @@ from engine.core.errors import UsageError
 from engine.core.figure_text import percent, size_text
 from engine.core.steps import Step, Steps, drain, part
 from engine.core.summary import Summary
+from engine.geometry.backs import with_backs
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
@@ -251,6 +252,7 @@ def plan_in_steps(
         if value is not None and not 0.0 < value < float("inf"):
             raise UsageError(f"a budget of {name} of {value} is not above 0")
     yield Step(0.0, ANALYSING)
+    mesh = with_backs(mesh, ground)
     looked: dict[str, Any] = {"rotation": rotation, "ground": ground, "camera": camera}
     scene = scenery(mesh, brdf, environment, material=material, variations=variations, **looked)
     place = {"environment": environment, "environment_rotation": rotation, "ground": ground}

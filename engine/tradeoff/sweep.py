@@ -34,6 +34,7 @@ from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, drain, part
 from engine.core.stopwatch import shortest
 from engine.core.summary import Summary
+from engine.geometry.backs import with_backs
 from engine.planning.bake_group import (
     Bake,
     Factors,
@@ -248,6 +249,7 @@ def sweep(
     check_scene(scene)
     if scene.near_lamps:
         raise UsageError("a sweep compares modes of which some show no light near the model; leave near_lamps out")
+    scene = dataclasses.replace(scene, mesh=with_backs(scene.mesh, scene.ground))
     with closing(Refining(scene, size, max_depth, seed)) as refining, drawing(size) as drawer:
         run = _Run(scene, size, refining, drawer, seconds, max_depth, seed, costs)
         yield from _without_images(run.measure(settings, first))

@@ -17,6 +17,7 @@ from app.session.cache import visibility_folder
 from engine.core.figure_text import size_text, time_text
 from engine.core.steps import Step, Steps, drain, part
 from engine.factor.factor_file import open_reflectance
+from engine.geometry.backs import with_backs
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.storage.resumable import discard_unfinished, find_unfinished
@@ -35,12 +36,13 @@ def subject_of(arguments: argparse.Namespace) -> Subject:
     if project_input.is_given(arguments):
         scene = project_input.setup_of(arguments).scene
         ground = None if scene.ground is None else replace(scene.ground, cells=arguments.ground_cells)
-        return Subject(_brush(scene.mesh, arguments), scene.brdf, ground, kept=visibility_folder())
+        return Subject(with_backs(_brush(scene.mesh, arguments), ground), scene.brdf, ground, kept=visibility_folder())
     ground = None
     if arguments.ground is not None:
         ground = Ground(albedo=arguments.ground, cells=arguments.ground_cells)
     brdf = open_reflectance(arguments.brdf)
-    return Subject(_brush(mesh_of(arguments), arguments), brdf, ground, kept=visibility_folder())
+    mesh = with_backs(_brush(mesh_of(arguments), arguments), ground)
+    return Subject(mesh, brdf, ground, kept=visibility_folder())
 
 
 def _brush(mesh: Mesh, arguments: argparse.Namespace) -> Mesh:

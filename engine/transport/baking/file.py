@@ -31,7 +31,7 @@ import engine
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Health
 from engine.geometry.brushing import TEXTURE, Brushing, parse_brushing
-from engine.geometry.mesh import Mesh
+from engine.geometry.mesh import BACKS, Mesh
 from engine.storage.atomic import atomic_file
 from engine.storage.resumable import Resumable, resumable_file
 from engine.transport.baking.check import BakeCheck, decode_check
@@ -148,6 +148,7 @@ def plan_transport(
         mesh_name=mesh.name[:1000],
         mesh_sha256=mesh_fingerprint(mesh),
         texture_coordinates_made=bool(mesh.health.figures.get("texture_coordinates_made")),
+        backs=int(mesh.health.figures[BACKS]) if BACKS in mesh.health.figures else None,
         brushing=str(mesh.brushing) if mesh.brushing != Brushing() else None,
         settings={**settings, "software": f"lightarc {engine.__version__}"},
         chunks=chunks,
@@ -315,7 +316,8 @@ def _mesh_of(header: Header, arrays: Mapping[str, NDArray[Any]]) -> Mesh:
     if arrays["positions"].shape[1] != 3 or not all(np.isfinite(arrays[name]).all() for name in MESH_ARRAYS[:3]):
         raise ValueError("its numbers are not finite")
     made = float(header.texture_coordinates_made)
-    health = Health(MappingProxyType({"texture_coordinates_made": made}))
+    backs = {} if header.backs is None else {BACKS: float(header.backs)}
+    health = Health(MappingProxyType({"texture_coordinates_made": made, **backs}))
     positions, normals, uv, faces = (arrays[name] for name in MESH_ARRAYS)
     brushing = parse_brushing(header.brushing or TEXTURE)
     return Mesh(positions, normals, uv, faces, header.mesh_name, health, brushing)

@@ -70,6 +70,7 @@ class Header(_Strict):
     mesh_sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
     texture_coordinates_made: bool
     brushing: Annotated[str, Field(max_length=100)] | None = None
+    backs: Annotated[int, Field(ge=1, le=1 << 30)] | None = None
     settings: dict[str, JsonValue]
     chunks: Annotated[int, Field(ge=0, le=1 << 26)]
     table_offset: _Count
@@ -102,8 +103,9 @@ def _align(offset: int) -> int:
 
 def header_text(header: Header) -> bytes:
     said = header.model_dump()
-    if header.brushing is None:  # as in files of versions that know none
-        del said["brushing"]
+    for name in ("brushing", "backs"):
+        if said[name] is None:  # as in files of versions that know none
+            del said[name]
     return json.dumps(said, ensure_ascii=True, allow_nan=False, sort_keys=True).encode()
 
 
