@@ -23,7 +23,7 @@ from engine.images import codes, colour_space, exif, exr, png
 from engine.images.colour_space import ADOBE_RGB, LINEAR_CURVE, SRGB_CURVE, ColourSpace
 from engine.images.exif import Exif
 from engine.images.icc import InvalidProfile, read_profile
-from engine.images.raster import Raster, Transfer, about_bands, choose_bands
+from engine.images.raster import HALF_MAX, Raster, Transfer, about_bands, choose_bands
 from engine.storage.readers import find_reader, load, readers
 from engine.storage.shared_memory import result_array
 from engine.storage.untrusted import decode_in_child
@@ -83,13 +83,20 @@ class Image:
     profile: str = ""
 
 
-def read_image(path: str | os.PathLike[str], *, transfer: TransferChoice = "auto", half_size: bool = False) -> Image:
+def read_image(
+    path: str | os.PathLike[str],
+    *,
+    transfer: TransferChoice = "auto",
+    half_size: bool = False,
+    clamp_infinite: bool = False,
+) -> Image:
     """Decode the image at `path`; `half_size` averages 2×2 pixels. InputError for what cannot be decoded whole.
 
-    Where `transfer` is stated the samples are data, and what the file says of colours is not applied.
+    Where `transfer` is stated the samples are data, and what the file says of colours is not applied. With
+    `clamp_infinite` infinite samples are `HALF_MAX`; otherwise their pixels are masked.
     """
-    reply = decode_in_child("engine.images.decode:decode", path, transfer=transfer, half_size=half_size)
-    return image_from_reply(reply)
+    options: dict[str, Any] = {"transfer": transfer, "half_size": half_size, "clamp_infinite": clamp_infinite}
+    return image_from_reply(decode_in_child("engine.images.decode:decode", path, **options))
 
 
 def refuse_larger(path: str | os.PathLike[str], radiance: NDArray[np.float32]) -> None:
@@ -144,6 +151,7 @@ def decode(
     keep_primaries: bool = False,
     white_samples: Sequence[float] = (),
     keep_codes: bool = False,
+    clamp_infinite: bool = False,
 ) -> dict[str, Any]:
     """The decoder that runs in the child: fields of `Image` as arrays and JSON values.
 
@@ -152,7 +160,8 @@ def decode(
     Floating-point samples of red, green and blue from `white_samples` on, where there are any, are saturated.
     Of `bands`, which count from 1, one becomes grey, and three red, green and blue; without any the file's colours do.
     A stated `transfer` overrides all that the file says of colours, or with `keep_primaries` its curve alone.
-    With `keep_codes` there are the fields of `codes.Coded` as well, where pixels are made by tables.
+    With `keep_codes` there are the fields of `codes.Coded` as well, where pixels are made by tables, and with
+    `clamp_infinite` infinite samples are `HALF_MAX`.
     """
     reader = find_reader("image", content, len(content), name)
     if reader is None:
@@ -167,6 +176,9 @@ def decode(
         raster = replace(raster, white=white_code)
     stated: Transfer | None = None if transfer == "auto" or (raster.white is None and transfer == "srgb") else transfer
     space, of_colours = _decide_space(raster, photographed, stated, bool(bands), keep_primaries, name)
+    clamped = np.zeros(0, np.bool_) if raster.white is not None or not clamp_infinite else raster.samples == np.inf
+    if clamped.any():
+        raster = replace(raster, samples=np.where(clamped, np.float32(HALF_MAX), raster.samples))
     pixels, saturated, broken = _linear(raster, space, turn)
     largest, plateaus = ([], []) if raster.white is not None else _find_plateaus(raster.samples)
     if white_samples and raster.white is None:
@@ -176,6 +188,9 @@ def decode(
     coded = _keep_codes(raster, space, turn) if keep_codes and not half_size else {}
     rows = [] if raster.container in _COUNTED else _about_rows(raster.samples)
     warnings = [*raster.warnings, *of_colours, *of_bands, *rows]
+    if count := int(clamped.sum()):
+        text = "samples are infinite" if count > 1 else "sample is infinite"
+        warnings.append(f"{count} {text} and taken as {HALF_MAX:g}, the largest number of half floats")
     if broken:
         warnings.append(f"has {broken} pixels that are not finite; they are masked")
     if photographed.exposure_garbled:

@@ -17,10 +17,8 @@ from numpy.typing import NDArray
 from engine.core.colour import REC_709, WorkingSpace
 from engine.images.icc import write_profile
 from engine.images.png import LINEAR_GAMMA, SIGNATURE
-from engine.images.raster import Transfer
+from engine.images.raster import HALF_MAX, Transfer
 from engine.storage.atomic import atomic_file
-
-HALF_MAX = 65504.0
 
 
 def encode_png(

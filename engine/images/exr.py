@@ -30,7 +30,10 @@ _REMEDY = "Save it as an EXR image with channels R, G, B"
 
 
 def read_exr(content: bytes, name: str) -> Raster:
-    """R, G, B (or r, g, b, or Y, or those of the first layer that has them) of the first part."""
+    """R, G, B (or r, g, b, or Y, or those of the first layer that has them) of the first part that has R, G, B.
+
+    Where none has, it is the first of all. A data window within the display window is completed by black.
+    """
     channels, header, warnings = _read(content, name)
     channels = _with_capitals(channels)
     layer, names = _colour_channels(channels, name)
@@ -69,7 +72,8 @@ def _space(stated: object) -> tuple[ColourSpace | None, str]:
 def read_exr_channels(content: bytes, name: str) -> dict[str, Any]:
     """Decoder for `decode_in_child`: every channel (H, W) in its own dtype as `channel:NAME`, and `attributes`.
 
-    Attributes are those that JSON can hold: text, numbers and tuples of them.
+    They are those of the first part that has R, G, B, or of the first of all. Attributes are those that JSON can hold:
+    text, numbers and tuples of them.
     """
     channels, header, _ = _read(content, name)
     attributes = {key: value for key, value in header.items() if _plain(value)}
@@ -94,17 +98,42 @@ def _read(content: bytes, name: str) -> tuple[dict[str, NDArray[Any]], dict[str,
         _check_part(part, name, len(content))
     if len(headers) == 1 and not content[5] & _MULTIPART:
         _check_chunks(content, headers[0].header, name)
+    chosen = next((at for at, part in enumerate(headers) if _has_colour(part)), 0)
     with OpenEXR.File(io.BytesIO(content), separate_channels=True) as file:
-        channels = {key: np.array(channel.pixels) for key, channel in file.parts[0].channels.items()}
-        header = dict(file.parts[0].header)
+        channels = {key: np.array(channel.pixels) for key, channel in file.parts[chosen].channels.items()}
+        header = dict(file.parts[chosen].header)
     if len({plane.shape for plane in channels.values()}) != 1:
         raise InputError(name, "has channels of different resolution", _REMEDY)
     warnings: tuple[str, ...] = ()
     if len(headers) > 1:
-        warnings += (f"has {len(headers)} parts, of which the first is used",)
-    if not np.array_equal(np.ravel(header["dataWindow"]), np.ravel(header["displayWindow"])):
-        warnings += ("stores another area than it displays; all that is stored is used",)
+        which = "the first" if chosen == 0 else f"part {chosen + 1}, the first with channels R, G, B,"
+        warnings += (f"has {len(headers)} parts, of which {which} is used",)
+    stored, shown = (
+        np.reshape([tuple(corner) for corner in header[f"{name}Window"]], 4) for name in ("data", "display")
+    )
+    if not np.array_equal(stored, shown):
+        if (stored[:2] >= shown[:2]).all() and (stored[2:] <= shown[2:]).all():
+            width, height = (int(side) for side in shown[2:] - shown[:2] + 1)
+            check_size(name, width, height, 4 * len(channels), len(content))
+            channels = {key: _complete(plane, stored, shown) for key, plane in channels.items()}
+            warnings += ("stores a part of the area that it displays; the rest is black",)
+        else:
+            warnings += ("stores another area than it displays; all that is stored is used",)
     return channels, header, warnings
+
+
+def _has_colour(part: OpenEXR.Part) -> bool:
+    """True where a part has channels R, G, B, or r, g, b."""
+    names = {str(channel.name).upper() for channel in part.header["channels"]}
+    return names >= set(_COLOUR)
+
+
+def _complete(plane: NDArray[Any], stored: NDArray[np.int64], shown: NDArray[np.int64]) -> NDArray[Any]:
+    """A plane of the data window `stored` (left, top, right, bottom) within the display window `shown`, in black."""
+    whole = np.zeros((shown[3] - shown[1] + 1, shown[2] - shown[0] + 1), plane.dtype)
+    left, top = stored[:2] - shown[:2]
+    whole[top : top + plane.shape[0], left : left + plane.shape[1]] = plane
+    return whole
 
 
 def _check_part(part: OpenEXR.Part, name: str, file_bytes: int) -> None:

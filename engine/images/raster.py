@@ -16,6 +16,9 @@ from engine.images.exif import Exif
 
 Transfer = Literal["srgb", "linear"]
 
+#: The largest number of half floats.
+HALF_MAX = 65504.0
+
 PIXEL_LIMIT = 200_000_000
 DECODED_LIMIT_BYTES = 4 * 2**30
 

@@ -1,8 +1,9 @@
 """Environment maps from files, repaired where a file holds what light cannot be, and those that need no file.
 
 Real files have negative texels (ringing of lossy codecs and of resampling, down to -149 in published maps) and
-infinite ones (half floats end at 65504). Each such channel of a texel becomes the median of its sound neighbours, and
-the health counts them. Cube maps in a strip or a cross become the equirectangular layout of `engine.light.environment`.
+infinite ones (half floats end at 65504). What is infinite is the sun or a lamp and becomes the largest half; what is
+negative or no number becomes the median of its sound neighbours, channel by channel, and the health counts them. Cube
+maps in a strip or a cross become the equirectangular layout of `engine.light.environment`.
 
 Cube maps may come as one image: strips of six faces and crosses are recognised and cut into faces in OpenGL
 orientation.
@@ -165,7 +166,7 @@ def read_environment(path: str | os.PathLike[str]) -> EnvironmentMap:
 
     A cube map of edge N becomes 4 N × 2 N texels. Neighbours across its edges do not help in repairs.
     """
-    image = read_image(path)
+    image = read_image(path, clamp_infinite=True)
     refuse_larger(path, image.pixels)
     height, width = image.pixels.shape[:2]
     layout = cube_layout(image.pixels, image.environment)

@@ -41,10 +41,10 @@ def test_EN5_bad_texels_become_the_median_of_their_neighbours_and_are_counted(tm
     radiance[5, 15] = 5.0  # a neighbour across the seam, which the median ignores
     environment = read_environment(write(tmp_path / "a.exr", radiance))
     assert environment.radiance[3, 4].tolist() == [1.0, 7.0, 7.0]
-    assert environment.radiance[5, 0].tolist() == [1.0, 1.0, 1.0]
+    assert environment.radiance[5, 0].tolist() == [65504.0, 65504.0, 65504.0]
     assert environment.radiance[6, 9].tolist() == [1.0, 1.0, 1.0]
     assert environment.health.figures["negative_texels"] == 1
-    assert environment.health.figures["nonfinite_texels"] == 2
+    assert environment.health.figures["nonfinite_texels"] == 1
     assert environment.health.figures["most_negative_radiance"] == -149.0
     said = " ".join(environment.health.warnings)
     assert "column 4, row 3" in said
@@ -195,7 +195,8 @@ def test_EN7_values_at_the_end_of_half_floats(tmp_path: Path, half: bool) -> Non
     assert not environment.health.warnings
 
 
-def test_EN5_infinities_of_half_floats_are_repaired(tmp_path: Path) -> None:
+def test_EN5_infinities_of_half_floats_are_the_sun(tmp_path: Path) -> None:
+    """The median of the neighbours took the light of the sun out of the map."""
     radiance = np.ones((4, 8, 3), np.float16)
     radiance[2, 5] = np.inf
     content = io.BytesIO()
@@ -203,8 +204,40 @@ def test_EN5_infinities_of_half_floats_are_repaired(tmp_path: Path) -> None:
     OpenEXR.File({"type": OpenEXR.scanlineimage}, channels).write(content)
     (tmp_path / "a.exr").write_bytes(content.getvalue())
     environment = read_environment(tmp_path / "a.exr")
-    assert (environment.radiance == 1.0).all()
-    assert environment.health.figures["nonfinite_texels"] == 1
+    assert environment.radiance[2, 5].tolist() == [65504.0] * 3
+    assert np.sum(environment.radiance == 1.0) == 3 * (4 * 8 - 1)
+    assert environment.health.figures["nonfinite_texels"] == 0
+    assert any("3 samples are infinite" in text for text in environment.health.warnings)
+
+
+def test_the_first_part_with_colours_is_read(tmp_path: Path) -> None:
+    radiance = np.random.default_rng(1).uniform(0.0, 4.0, (4, 8, 3)).astype(np.float32)
+    colours = {name: np.ascontiguousarray(radiance[..., index]) for index, name in enumerate("RGB")}
+    depth = {"Z": np.full((4, 8), 7.0, np.float32)}
+    parts = [
+        OpenEXR.Part({"name": name, "type": OpenEXR.scanlineimage}, channels)
+        for name, channels in (("depth", depth), ("beauty", colours), ("other", {k: v + 1 for k, v in colours.items()}))
+    ]
+    OpenEXR.File(parts).write(str(tmp_path / "a.exr"))
+    environment = read_environment(tmp_path / "a.exr")
+    assert np.array_equal(environment.radiance, radiance)
+    assert any("part 2" in text for text in environment.health.warnings)
+
+
+def test_a_part_of_the_display_window_is_completed_by_black(tmp_path: Path) -> None:
+    """A quarter of the sphere was stretched over all of it."""
+    radiance = np.ones((2, 4, 3), np.float32)
+    channels = {name: np.ascontiguousarray(radiance[..., index]) for index, name in enumerate("RGB")}
+    windows = {
+        "dataWindow": (np.array([6, 3], np.int32), np.array([9, 4], np.int32)),
+        "displayWindow": (np.array([2, 2], np.int32), np.array([17, 9], np.int32)),
+    }
+    OpenEXR.File({"type": OpenEXR.scanlineimage, **windows}, channels).write(str(tmp_path / "a.exr"))
+    environment = read_environment(tmp_path / "a.exr")
+    assert environment.radiance.shape == (8, 16, 3)
+    assert np.argwhere(environment.radiance[..., 0])[[0, -1]].tolist() == [[1, 4], [2, 7]]
+    assert environment.radiance.sum() == 2 * 4 * 3
+    assert any("the rest is black" in text for text in environment.health.warnings)
 
 
 def test_EN10_the_smallest_map_is_two_texels(tmp_path: Path) -> None:
